@@ -1,0 +1,47 @@
+# Compiler flags, set on targets and never on directories, so that a microcontroller's toolchain
+# file keeps the last word over its own objects.
+
+# torsio_target_defaults(<target>): C++20, warnings, sanitizers. Call it once for every target.
+# A library named torsio_x also gets the alias torsio::x and is exported under that name.
+function(torsio_target_defaults target)
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL "INTERFACE_LIBRARY")
+    target_compile_features(${target} INTERFACE cxx_std_20)
+  else()
+    target_compile_features(${target} PUBLIC cxx_std_20)
+    set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+    if(TORSIO_WERROR)
+      target_compile_options(${target} PRIVATE -Werror)
+    endif()
+    if(TORSIO_SANITIZE)
+      target_compile_options(${target} PRIVATE
+        -fsanitize=${TORSIO_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+      target_link_options(${target} PUBLIC -fsanitize=${TORSIO_SANITIZE})
+    endif()
+  endif()
+
+  # The static libraries end up inside the Python module; nothing else needs relocatable objects.
+  if(TORSIO_BUILD_BINDINGS AND type STREQUAL "STATIC_LIBRARY")
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  endif()
+
+  if(type MATCHES "LIBRARY$" AND NOT type STREQUAL "MODULE_LIBRARY" AND target MATCHES "^torsio_(.+)$")
+    set(short_name ${CMAKE_MATCH_1})
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${short_name})
+    if(NOT TARGET torsio::${short_name})
+      add_library(torsio::${short_name} ALIAS ${target})
+    endif()
+  endif()
+endfunction()
+
+# torsio_embedded_defaults(<target>): on top of the above, the rules of code that also runs on the
+# microcontroller. Without contracted multiply-adds the host and the device compute the same bits.
+function(torsio_embedded_defaults target)
+  torsio_target_defaults(${target})
+  get_target_property(type ${target} TYPE)
+  if(NOT type STREQUAL "INTERFACE_LIBRARY")
+    target_compile_options(${target} PRIVATE
+      -fno-exceptions -fno-rtti -Wdouble-promotion -ffp-contract=off)
+  endif()
+endfunction()
