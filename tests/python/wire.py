@@ -1,0 +1,210 @@
+"""Every report, read and written with ``struct`` alone.
+
+This is a second opinion on the protocol: written by hand from its documentation, sharing nothing
+with the C++ field lists. Format characters are those of ``struct``; little endian, no padding.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Any
+
+REPORT_SIZE = 64
+
+Values = dict[str, Any]
+
+_TARGET = "H target.sequence, B target.axis, B target.slot"
+_TIMING = (
+    "f timing.delay_s, f timing.duration_s, f timing.attack_level, f timing.attack_s, "
+    "f timing.fade_level, f timing.fade_s"
+)
+_SAMPLES = ", ".join(
+    f"h sample.{n}.offset_counts, h sample.{n}.speed, h sample.{n}.desired_torque, "
+    f"h sample.{n}.motor_torque, h sample.{n}.brake_torque, h sample.{n}.spring_torque"
+    for n in range(4)
+)
+
+
+@dataclass(frozen=True)
+class Report:
+    """One report: its id and the format and path of each field, in wire order."""
+
+    name: str
+    id: int
+    formats: tuple[str, ...]
+    paths: tuple[str, ...]
+
+    @property
+    def format(self) -> str:
+        return "<B" + "".join(self.formats)
+
+
+def _report(name: str, report_id: int, fields: str) -> Report:
+    pairs = [field.split() for field in fields.split(",")]
+    return Report(name, report_id, tuple(p[0] for p in pairs), tuple(p[1] for p in pairs))
+
+
+REPORTS = {
+    report.name: report
+    for report in (
+        _report(
+            "identity",
+            0x01,
+            "I fingerprint, H version, 3B firmware_version, B board, 16B serial, B axes, "
+            "B effects, H curve_points, I control_period_ns, I counts_per_rev, f torque_step_nm, "
+            "f speed_step_rad_s",
+        ),
+        _report("clock", 0x02, "Q tick, Q time_ns, q position_counts"),
+        _report(
+            "health",
+            0x03,
+            "B state, H faults, I reports_accepted, I reports_refused, I samples_dropped, "
+            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves",
+        ),
+        _report(
+            "actuator_config",
+            0x04,
+            "H sequence, B axis, f motor_torque_max_nm, f brake_torque_max_nm, "
+            "f brake_torque_min_nm, f brake_drag_nm, f brake_time_constant_s, "
+            "f spring_stiffness_nm_per_rad, I counts_per_rev, B counter_bits, B encoder_reversed",
+        ),
+        _report(
+            "control_config",
+            0x05,
+            "H sequence, B axis, B law, f beta, f speed_bandwidth_hz, f motor_torque_cap_nm, "
+            "f brake_torque_cap_nm, f motor_slew_nm_per_s, f speed_limit_rad_s, f watchdog_s, "
+            "f passive_ramp_s, f passive_brake_nm, B autonomous",
+        ),
+        _report("command", 0x10, "H sequence, B axis, B op"),
+        _report("commit", 0x11, "H sequence, B axis, H active"),
+        _report("stream", 0x12, "H sequence, B axis, B decimation"),
+        _report(
+            "local_model",
+            0x13,
+            "H sequence, B axis, f torque_nm, q angle_turns_q32, f stiffness_nm_per_rad, "
+            "f damping_nm_s_per_rad, f deadline_s",
+        ),
+        _report(
+            "wall",
+            0x20,
+            f"{_TARGET}, q angle_turns_q32, B side, f stiffness_nm_per_rad, "
+            "f damping_nm_s_per_rad",
+        ),
+        _report(
+            "spring",
+            0x21,
+            f"{_TARGET}, q angle_turns_q32, f stiffness_nm_per_rad, f deadband_rad, "
+            "f torque_limit_nm",
+        ),
+        _report("damper", 0x22, f"{_TARGET}, f damping_nm_s_per_rad, f torque_limit_nm"),
+        _report("friction", 0x23, f"{_TARGET}, f torque_nm, f stiffness_nm_per_rad"),
+        _report("inertia", 0x24, f"{_TARGET}, f inertia_kg_m2, f torque_limit_nm"),
+        _report("constant", 0x25, f"{_TARGET}, f torque_nm, {_TIMING}"),
+        _report("ramp", 0x26, f"{_TARGET}, f start_torque_nm, f end_torque_nm, {_TIMING}"),
+        _report(
+            "periodic",
+            0x27,
+            f"{_TARGET}, B waveform, f amplitude_nm, f offset_nm, f frequency_hz, f phase_turns, "
+            f"{_TIMING}",
+        ),
+        _report(
+            "detents",
+            0x28,
+            f"{_TARGET}, q angle_turns_q32, Q per_turn_q32, f torque_nm, B profile, f width",
+        ),
+        _report(
+            "end_stops",
+            0x29,
+            f"{_TARGET}, q lower_turns_q32, q upper_turns_q32, f stiffness_nm_per_rad, "
+            "f damping_nm_s_per_rad",
+        ),
+        _report("texture", 0x2A, f"{_TARGET}, H grains_per_turn, f torque_nm, B grain, I seed"),
+        _report(
+            "curve",
+            0x2B,
+            f"{_TARGET}, q angle_turns_q32, f span_rad, B ends, H first_point, H points",
+        ),
+        _report(
+            "curve_points", 0x2F, "H sequence, B axis, H first_point, B points, 13f torque_nm"
+        ),
+        _report(
+            "telemetry",
+            0x40,
+            f"B axis_samples, B decimation, B flags, Q tick, i base_counts, {_SAMPLES}",
+        ),
+        _report(
+            "acknowledgement",
+            0x41,
+            "H sequence, B report, B status, B field, B state, Q tick",
+        ),
+        _report("event", 0x42, "B kind, B state, H faults, Q tick"),
+    )
+}
+
+ENUMERATORS = {
+    "side": ("above", "below"),
+    "waveform": ("sine", "square", "triangle", "sawtooth_up", "sawtooth_down"),
+    "profile": ("sine", "linear", "click"),
+    "grain": ("sine", "square", "triangle", "noise"),
+    "ends": ("hold", "repeat"),
+    "state": ("disarmed", "armed", "fault"),
+    "board": ("emulated", "pico", "pico2"),
+    "law": ("paper", "compensated", "parallel", "motor_only"),
+    "encoder_reversed": ("off", "on"),
+    "autonomous": ("off", "on"),
+    "op": (
+        *("keep_alive", "arm", "disarm", "stop", "zero"),
+        *("relax", "save", "load_defaults", "clear_fault", "bootloader"),
+    ),
+    "kind": ("state_changed", "watchdog", "deadline_missed", "saved"),
+}
+
+
+def _find(values: Any, path: str) -> Any:
+    for key in path.split("."):
+        values = values[int(key) if key.isdigit() else key]
+    return values
+
+
+def _store(values: Any, path: str, value: Any) -> None:
+    *parents, last = path.split(".")
+    for key, following in zip(parents, [*parents[1:], last], strict=True):
+        empty: Any = [] if following.isdigit() else {}
+        if key.isdigit():
+            if len(values) == int(key):
+                values.append(empty)
+            values = values[int(key)]
+        else:
+            values = values.setdefault(key, empty)
+    values[last] = value
+
+
+def encode(name: str, values: Values) -> bytes:
+    """Make a report of 64 bytes from nested values; enumerations are given by name."""
+    report = REPORTS[name]
+    scalars: list[Any] = []
+    for path in report.paths:
+        value = _find(values, path)
+        if path in ENUMERATORS:
+            value = ENUMERATORS[path].index(value)
+        scalars.extend(value if isinstance(value, list) else [value])
+    return struct.pack(report.format, report.id, *scalars).ljust(REPORT_SIZE, b"\0")
+
+
+def decode(data: bytes) -> tuple[str, Values]:
+    """Read a report of 64 bytes into its name and nested values, without checking ranges."""
+    report = next(report for report in REPORTS.values() if report.id == data[0])
+    length = struct.calcsize(report.format)
+    assert len(data) == REPORT_SIZE
+    assert not any(data[length:])
+    _, *scalars = struct.unpack(report.format, data[:length])
+    values: Values = {}
+    for field_format, path in zip(report.formats, report.paths, strict=True):
+        count = len(struct.unpack("<" + field_format, bytes(struct.calcsize("<" + field_format))))
+        taken, scalars = scalars[:count], scalars[count:]
+        value: Any = taken if count > 1 else taken[0]
+        if path in ENUMERATORS:
+            value = ENUMERATORS[path][value]
+        _store(values, path, value)
+    return report.name, values
