@@ -88,8 +88,7 @@ REPORTS = {
         _report(
             "wall",
             0x20,
-            f"{_TARGET}, q angle_turns_q32, B side, f stiffness_nm_per_rad, "
-            "f damping_nm_s_per_rad",
+            f"{_TARGET}, q angle_turns_q32, B side, f stiffness_nm_per_rad, f damping_nm_s_per_rad",
         ),
         _report(
             "spring",
@@ -125,9 +124,7 @@ REPORTS = {
             0x2B,
             f"{_TARGET}, q angle_turns_q32, f span_rad, B ends, H first_point, H points",
         ),
-        _report(
-            "curve_points", 0x2F, "H sequence, B axis, H first_point, B points, 13f torque_nm"
-        ),
+        _report("curve_points", 0x2F, "H sequence, B axis, H first_point, B points, 13f torque_nm"),
         _report(
             "telemetry",
             0x40,
