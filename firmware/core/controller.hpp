@@ -1,0 +1,63 @@
+/// @file
+/// One control tick, from the encoder's count to the commands of motor and brake:
+///
+///     count -> motion -> brake model -> soft sensor -> scene -> partition -> limits
+///
+/// The brake model comes first in time: it says what the brake can hold *now*, after it has
+/// followed the last command for one period.
+#pragma once
+
+#include <cstdint>
+
+#include "core/brake_model.hpp"
+#include "core/limits.hpp"
+#include "core/motion.hpp"
+#include "core/partition.hpp"
+#include "core/scene.hpp"
+#include "core/soft_sensor.hpp"
+
+namespace torsio::core {
+
+struct ControllerParams {
+  MotionParams motion;
+  BrakeParams brake;
+  float spring_stiffness_nm_per_rad = 2.873F;
+  PartitionParams partition;
+  LimitParams limits;
+};
+
+struct ControllerState {
+  std::uint64_t tick = 0;  // number of ticks done
+  MotionState motion;
+  BrakeState brake;
+  SoftSensorState sensor;
+  SceneState scene;
+  LimitState limits;
+  float brake_command_nm = 0;  // held since the last tick
+};
+
+struct ControllerInputs {
+  std::uint32_t encoder_count = 0;
+  const Scene* scene = nullptr;        // nullptr: nothing plays
+  const LocalModel* local = nullptr;   // nullptr: nothing is streamed
+  float scene_gain = 1;                // 0 to 1, for a soft start
+};
+
+struct ControllerOutputs {
+  Motion motion;
+  float desired_torque_nm = 0;
+  float motor_torque_nm = 0;     // command
+  float brake_command_nm = 0;    // command
+  float brake_torque_nm = 0;     // what the brake is taken to hold now
+  float spring_torque_nm = 0;    // sensed
+  bool motor_saturated = false;
+  bool brake_saturated = false;
+  bool numeric_error = false;    // the desired torque was not finite: commands are zero
+};
+
+/// Senses, decides and limits. With scene and local both absent the commands are zero, while motion
+/// and sensor go on.
+ControllerOutputs control(ControllerState& state, const ControllerParams& params,
+                          const ControllerInputs& in);
+
+}  // namespace torsio::core

@@ -1,0 +1,70 @@
+/// @file
+/// Position, speed and acceleration of the knob from a wrapping counter.
+#pragma once
+
+#include <cstdint>
+
+#include "core/angle.hpp"
+#include "core/math.hpp"
+
+namespace torsio::core {
+
+struct MotionParams {
+  Resolution resolution;
+  std::uint32_t counter_shift = 0;  // 32 minus the width of the counter in bits
+  bool reversed = false;
+  float position_gain = 0;  // of the tracking filter, see make_motion_params
+  float speed_gain = 0;
+};
+
+struct MotionState {
+  std::uint32_t last_count = 0;
+  bool primed = false;
+  std::int64_t position_counts = 0;
+  float lag_counts = 0;             // how far the tracked position is behind the true one
+  float speed_counts_per_tick = 0;  // tracked
+};
+
+struct Motion {
+  std::int64_t position_counts = 0;
+  std::int32_t delta_counts = 0;
+  float delta_rad = 0;
+  float speed_rad_s = 0;
+  float acceleration_rad_s2 = 0;
+};
+
+/// The speed comes from a second order tracking filter (alpha-beta) with both poles at
+/// exp(-2 pi bandwidth period): one count per tick is a coarse speed (0.77 rad/s at 8192 counts and
+/// 1 kHz), the filter spreads it over its bandwidth.
+constexpr MotionParams make_motion_params(const Resolution& resolution, std::uint32_t counter_bits,
+                                          bool reversed, float speed_bandwidth_hz) {
+  const float pole = exp_negative(kTwoPi * speed_bandwidth_hz * resolution.period_s);
+  return {resolution, 32 - counter_bits, reversed, 1.0F - pole * pole,
+          (1.0F - pole) * (1.0F - pole)};
+}
+
+/// One tick. The counter may wrap at its width; between two ticks it must not move by half its range
+/// or more. The first tick only learns where the counter is.
+constexpr Motion track_motion(MotionState& state, const MotionParams& params,
+                              std::uint32_t encoder_count) {
+  const std::uint32_t count = encoder_count << params.counter_shift;
+  std::int32_t delta =
+      state.primed ? static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift : 0;
+  if (params.reversed) delta = -delta;
+  state.last_count = count;
+  state.primed = true;
+  state.position_counts += delta;
+
+  const float old_speed = state.speed_counts_per_tick;
+  const float innovation = state.lag_counts + static_cast<float>(delta) - old_speed;
+  const float change = params.speed_gain * innovation;
+  state.lag_counts = flush_tiny((1.0F - params.position_gain) * innovation);
+  state.speed_counts_per_tick = flush_tiny(old_speed + change);
+
+  const float rad_per_count = params.resolution.rad_per_count;
+  const float rate = rad_per_count / params.resolution.period_s;
+  return {state.position_counts, delta, static_cast<float>(delta) * rad_per_count,
+          state.speed_counts_per_tick * rate, change * rate / params.resolution.period_s};
+}
+
+}  // namespace torsio::core

@@ -1,0 +1,64 @@
+/// @file
+/// Which part of the desired torque the motor gives and how much the brake may hold. The laws stand
+/// side by side; docs/theory.md derives them.
+#pragma once
+
+#include <cstdint>
+
+#include "core/math.hpp"
+
+namespace torsio::core {
+
+enum class Law : std::uint8_t {
+  paper,        // motor fills up to the desired torque while the spring helps, else gives all of it
+  compensated,  // motor always cancels the spring, whichever way it pulls
+  parallel,     // no sensor: brake and motor share the torque by beta, so the brake can stick
+  motor_only,
+};
+
+struct PartitionParams {
+  Law law = Law::paper;
+  float beta = 0.5F;               // the brake's share, 0 to 1
+  float motor_torque_max_nm = 0;   // >= 0
+  float brake_torque_max_nm = 0;   // >= 0
+};
+
+struct Shares {
+  float motor_torque_nm = 0;  // on the knob
+  float brake_torque_nm = 0;  // capacity to command, >= 0
+  bool motor_saturated = false;
+  bool brake_saturated = false;
+};
+
+/// @param desired_nm the scene's torque on the knob
+/// @param spring_nm  the shaft spring's torque on the knob, sensed
+constexpr Shares partition(const PartitionParams& params, float desired_nm, float spring_nm) {
+  // In free space nothing may move the knob. Without this the motor would answer to the sensed
+  // torque of a spring that the brake's floor allows, and could drive the knob by itself.
+  if (desired_nm == 0.0F) return {};
+
+  const bool spring_helps = desired_nm * spring_nm >= 0.0F;
+  float motor_nm = desired_nm;
+  float brake_nm = params.beta * absolute(desired_nm);
+  switch (params.law) {
+    case Law::paper:
+      if (spring_helps) motor_nm = desired_nm - spring_nm;
+      if (!spring_helps) brake_nm = 0.0F;
+      break;
+    case Law::compensated:
+      motor_nm = desired_nm - spring_nm;
+      if (!spring_helps) brake_nm = 0.0F;
+      break;
+    case Law::parallel:
+      motor_nm = desired_nm - params.beta * desired_nm;
+      break;
+    case Law::motor_only:
+      brake_nm = 0.0F;
+      break;
+  }
+  return {clamp_symmetric(motor_nm, params.motor_torque_max_nm),
+          smaller(brake_nm, params.brake_torque_max_nm),
+          absolute(motor_nm) > params.motor_torque_max_nm, brake_nm > params.brake_torque_max_nm};
+}
+
+}  // namespace torsio::core

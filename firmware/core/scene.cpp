@@ -1,0 +1,210 @@
+#include "core/scene.hpp"
+
+#include <variant>
+
+namespace torsio::core {
+namespace {
+
+/// What every effect may look at.
+struct Moment {
+  const Scene& scene;
+  const Motion& motion;
+  const Resolution& resolution;
+  std::uint64_t elapsed_ticks;
+  float& twist_rad;
+};
+
+float distance_rad(const Origin& origin, const Moment& now) {
+  return offset_rad(now.motion.position_counts, origin, now.resolution.rad_per_count);
+}
+
+/// Ticks that a timed effect has played, and its envelope.
+struct Playing {
+  bool on;
+  std::uint32_t ticks;
+  float level;
+};
+
+Playing playing(const Timing& timing, std::uint64_t elapsed_ticks) {
+  if (elapsed_ticks < timing.delay_ticks) return {false, 0, 0.0F};
+  const std::uint64_t played = elapsed_ticks - timing.delay_ticks;
+  const bool ends = timing.duration_ticks != 0;
+  if (ends && played >= timing.duration_ticks) return {false, 0, 0.0F};
+
+  // An endless effect runs on modulo 2^32: phases wrap with it, and its attack is long over.
+  const auto ticks = static_cast<std::uint32_t>(played);
+  float level = 1.0F;
+  if (played < timing.attack_ticks) {
+    level = timing.attack_level + timing.attack_rise_per_tick * static_cast<float>(ticks);
+  } else if (ends) {
+    const std::uint32_t left = timing.duration_ticks - ticks;
+    if (left < timing.fade_ticks) {
+      level = timing.fade_level + timing.fade_fall_per_tick * static_cast<float>(left);
+    }
+  }
+  return {true, ticks, level};
+}
+
+float torque_nm(const std::monostate&, const Moment&) { return 0.0F; }
+
+float torque_nm(const Wall& wall, const Moment& now) {
+  const float depth_rad = -wall.outward * distance_rad(wall.surface, now);
+  if (depth_rad <= 0.0F) return 0.0F;
+  const float inward_speed_rad_s = -wall.outward * now.motion.speed_rad_s;
+  const float push_nm =
+      wall.stiffness_nm_per_rad * depth_rad + wall.damping_nm_s_per_rad * inward_speed_rad_s;
+  return push_nm > 0.0F ? wall.outward * push_nm : 0.0F;
+}
+
+float torque_nm(const EndStops& stops, const Moment& now) {
+  return torque_nm(stops.lower, now) + torque_nm(stops.upper, now);
+}
+
+float torque_nm(const Spring& spring, const Moment& now) {
+  float stretch_rad = distance_rad(spring.rest, now);
+  stretch_rad -= clamp_symmetric(stretch_rad, spring.deadband_rad);
+  return clamp_symmetric(-spring.stiffness_nm_per_rad * stretch_rad, spring.torque_limit_nm);
+}
+
+float torque_nm(const Damper& damper, const Moment& now) {
+  return clamp_symmetric(-damper.damping_nm_s_per_rad * now.motion.speed_rad_s,
+                         damper.torque_limit_nm);
+}
+
+float torque_nm(const Friction& friction, const Moment& now) {
+  now.twist_rad = clamp_symmetric(now.twist_rad + now.motion.delta_rad, friction.reach_rad);
+  return -friction.stiffness_nm_per_rad * now.twist_rad;
+}
+
+float torque_nm(const Inertia& inertia, const Moment& now) {
+  return clamp_symmetric(-inertia.inertia_kg_m2 * now.motion.acceleration_rad_s2,
+                         inertia.torque_limit_nm);
+}
+
+float torque_nm(const Constant& constant, const Moment& now) {
+  const Playing play = playing(constant.timing, now.elapsed_ticks);
+  return play.on ? constant.torque_nm * play.level : 0.0F;
+}
+
+float torque_nm(const Ramp& ramp, const Moment& now) {
+  const Playing play = playing(ramp.timing, now.elapsed_ticks);
+  if (!play.on) return 0.0F;
+  return (ramp.start_torque_nm + ramp.rise_nm_per_tick * static_cast<float>(play.ticks)) *
+         play.level;
+}
+
+float torque_nm(const Periodic& periodic, const Moment& now) {
+  const Playing play = playing(periodic.timing, now.elapsed_ticks);
+  if (!play.on) return 0.0F;
+  const std::uint32_t phase = periodic.start_phase + periodic.phase_per_tick * play.ticks;
+  return periodic.offset_nm +
+         periodic.amplitude_nm * play.level * waveform_value(periodic.waveform, phase);
+}
+
+float torque_nm(const Detents& detents, const Moment& now) {
+  const std::uint32_t phase = pattern_phase(now.motion.position_counts, detents.pattern);
+  // From -1/2 to 1/2 of the pitch, 0 in the notch.
+  const float pitches = static_cast<float>(static_cast<std::int32_t>(phase)) * 0x1p-32F;
+  switch (detents.profile) {
+    case DetentProfile::sine:
+      return -detents.torque_nm * sin_phase(phase);
+    case DetentProfile::linear:
+      return -2.0F * detents.torque_nm * pitches;
+    case DetentProfile::click:
+      return -detents.torque_nm * clamp_symmetric(detents.slope * pitches, 1.0F);
+  }
+  return 0.0F;
+}
+
+/// A value in [-1, 1) for a grain: the finaliser of MurmurHash3, which spreads every input bit.
+float grain_value(std::uint32_t grain, std::uint32_t seed) {
+  std::uint32_t h = grain * 0x9E3779B9U ^ seed;
+  h = (h ^ (h >> 16)) * 0x85EBCA6BU;
+  h = (h ^ (h >> 13)) * 0xC2B2AE35U;
+  h ^= h >> 16;
+  return static_cast<float>(static_cast<std::int32_t>(h)) * 0x1p-31F;
+}
+
+float torque_nm(const Texture& texture, const Moment& now) {
+  // The middle of the count: a grain's edge must not fall on a rounding error.
+  const auto half_counts = static_cast<std::uint64_t>(now.motion.position_counts) * 2 + 1;
+  const std::uint64_t turn = (half_counts * (texture.turns_per_count_q64 >> 1)) >> 32;
+  const std::uint64_t place = turn * texture.grains_per_turn;
+  const auto grain = static_cast<std::uint32_t>(place >> 32);
+  const auto phase = static_cast<std::uint32_t>(place);
+  switch (texture.grain) {
+    case Grain::sine:
+      return texture.torque_nm * waveform_value(Waveform::sine, phase);
+    case Grain::square:
+      return texture.torque_nm * waveform_value(Waveform::square, phase);
+    case Grain::triangle:
+      return texture.torque_nm * waveform_value(Waveform::triangle, phase);
+    case Grain::noise: {
+      const std::uint32_t next = grain + 1 == texture.grains_per_turn ? 0 : grain + 1;
+      const float here = grain_value(grain, texture.seed);
+      const float there = grain_value(next, texture.seed);
+      const float share = static_cast<float>(phase >> 8) * 0x1p-24F;
+      const float smooth = share * share * (3.0F - 2.0F * share);
+      return texture.torque_nm * (here + (there - here) * smooth);
+    }
+  }
+  return 0.0F;
+}
+
+float torque_nm(const Curve& curve, const Moment& now) {
+  const float last = static_cast<float>(curve.intervals);
+  float place = 0.0F;
+  if (curve.repeats) {
+    const std::uint32_t phase = pattern_phase(now.motion.position_counts, curve.pattern);
+    place = static_cast<float>(phase >> 8) * 0x1p-24F * last;
+  } else {
+    place = distance_rad(curve.pattern.origin, now) * curve.intervals_per_rad;
+    place = place < 0.0F ? 0.0F : place > last ? last : place;
+  }
+  auto interval = static_cast<std::uint32_t>(place);
+  if (interval == curve.intervals) --interval;
+  const float* point = &now.scene.curve_torque_nm[curve.first_point + interval];
+  return point[0] + (point[1] - point[0]) * (place - static_cast<float>(interval));
+}
+
+/// A switch instead of std::visit: no table of pointers, and the compiler may inline.
+template <std::size_t... Index>
+float dispatch(const Effect& effect, const Moment& now, std::index_sequence<Index...>) {
+  float result = 0.0F;
+  (void)((effect.index() == Index && (result = torque_nm(*std::get_if<Index>(&effect), now), true)) ||
+         ...);
+  return result;
+}
+
+}  // namespace
+
+void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick) {
+  for (std::uint8_t slot = 0; slot < kMaxEffects; ++slot) {
+    if ((slots >> slot & 1U) == 0) continue;
+    state.start_tick[slot] = tick;
+    state.twist_rad[slot] = 0.0F;
+  }
+}
+
+float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
+                     const Resolution& resolution, std::uint64_t tick) {
+  float sum_nm = 0.0F;
+  for (std::uint8_t i = 0; i < scene.active; ++i) {
+    const std::uint8_t slot = scene.order[i];
+    const Moment now{scene, motion, resolution, tick - state.start_tick[slot],
+                     state.twist_rad[slot]};
+    sum_nm += dispatch(scene.effect[slot], now,
+                       std::make_index_sequence<std::variant_size_v<Effect>>{});
+  }
+  return sum_nm;
+}
+
+float evaluate_local_model(const LocalModel& model, const Motion& motion,
+                           const Resolution& resolution) {
+  const float stretch_rad =
+      offset_rad(motion.position_counts, model.reference, resolution.rad_per_count);
+  return model.torque_nm - model.stiffness_nm_per_rad * stretch_rad -
+         model.damping_nm_s_per_rad * motion.speed_rad_s;
+}
+
+}  // namespace torsio::core

@@ -1,0 +1,122 @@
+/// @file
+/// The list of all reports, and the fingerprint that two sides compare before they talk.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+
+#include "protocol/effects.hpp"
+#include "protocol/layout.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::protocol {
+
+/// Every report, in the order of the documentation.
+using AllReports =
+    std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, Command, Commit, Stream,
+               LocalModel, Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
+               Detents, EndStops, Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
+
+/// Reports that put an effect into a slot.
+using EffectReports = std::tuple<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
+                                 Detents, EndStops, Texture, Curve>;
+
+/// Calls `visit(std::type_identity<Report>{})` for each report of a list, in order.
+template <class List, class Visit>
+constexpr void for_each_report(Visit&& visit) {
+  [&]<class... Report>(std::type_identity<std::tuple<Report...>>) {
+    (visit(std::type_identity<Report>{}), ...);
+  }(std::type_identity<List>{});
+}
+
+/// How a type is named in the documentation and hashed into the fingerprint.
+template <class T>
+constexpr std::string_view type_name() {
+  if constexpr (Structure<T>) {
+    return Layout<T>::name;
+  } else if constexpr (Enumeration<T>) {
+    return "u8";
+  } else if constexpr (std::is_floating_point_v<T>) {
+    return "f32";
+  } else if constexpr (std::is_signed_v<T>) {
+    return sizeof(T) == 1 ? "i8" : sizeof(T) == 2 ? "i16" : sizeof(T) == 4 ? "i32" : "i64";
+  } else {
+    return sizeof(T) == 1 ? "u8" : sizeof(T) == 2 ? "u16" : sizeof(T) == 4 ? "u32" : "u64";
+  }
+}
+
+namespace detail {
+
+/// FNV-1a, 32 bits.
+class Hash {
+ public:
+  constexpr void add(std::uint8_t byte) { value_ = (value_ ^ byte) * 16777619U; }
+  constexpr void add(std::string_view text) {
+    for (const char c : text) add(static_cast<std::uint8_t>(c));
+    add(std::uint8_t{0});
+  }
+  template <class T>
+  constexpr void add_type() {
+    if constexpr (Array<T>) {
+      add(static_cast<std::uint8_t>(ArrayTraits<T>::size));
+      add_type<typename ArrayTraits<T>::Element>();
+    } else if constexpr (Structure<T>) {
+      std::apply(
+          [&](const auto&... field) {
+            ((add(field.name),
+              add_type<typename std::remove_cvref_t<decltype(field)>::Value>()),
+             ...);
+          },
+          Layout<T>::fields);
+    } else {
+      add(type_name<T>());
+      if constexpr (Enumeration<T>) {
+        for (const std::string_view name : Enumerators<T>::names) add(name);
+      }
+    }
+  }
+  constexpr std::uint32_t value() const { return value_; }
+
+ private:
+  std::uint32_t value_ = 2166136261U;
+};
+
+}  // namespace detail
+
+/// Hash over the id, direction, field names and types of every report: whoever was built from other
+/// layouts has another one. Wording and ranges do not enter.
+constexpr std::uint32_t fingerprint() {
+  detail::Hash hash;
+  for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {
+    hash.add(Layout<Report>::id);
+    hash.add(static_cast<std::uint8_t>(Layout<Report>::direction));
+    hash.add(Layout<Report>::name);
+    hash.add_type<Report>();
+  });
+  return hash.value();
+}
+
+/// Name of a field by its index in a Verdict ("timing.attack_s" is given as "attack_s").
+/// @returns an empty view if there is no such field
+template <class T>
+constexpr std::string_view field_name(std::uint8_t index) {
+  std::string_view found;
+  std::uint8_t at = 0;
+  const auto look = [&]<class Self, class S>(const Self& self, std::type_identity<S>) -> void {
+    const auto one = [&](const auto& field) {
+      using Value = typename std::remove_cvref_t<decltype(field)>::Value;
+      if constexpr (Structure<Value>) {
+        self(self, std::type_identity<Value>{});
+      } else if (at++ == index) {
+        found = field.name;
+      }
+    };
+    std::apply([&](const auto&... field) { (one(field), ...); }, Layout<S>::fields);
+  };
+  look(look, std::type_identity<T>{});
+  return found;
+}
+
+}  // namespace torsio::protocol

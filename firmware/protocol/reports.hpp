@@ -1,0 +1,484 @@
+/// @file
+/// Everything that is not an effect: identity, clock, health, configuration, commands, telemetry.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <tuple>
+
+#include "protocol/effects.hpp"
+#include "protocol/layout.hpp"
+#include "protocol/status.hpp"
+
+namespace torsio::protocol {
+
+inline constexpr std::uint16_t protocol_version = 1;
+
+// Faults, latched until cleared. Bits of every `faults` field.
+namespace fault {
+inline constexpr std::uint16_t emergency_stop = 1 << 0;  // the input is open or pressed
+inline constexpr std::uint16_t over_speed = 1 << 1;      // faster than speed_limit_rad_s
+inline constexpr std::uint16_t encoder = 1 << 2;         // a jump that no knob can make
+inline constexpr std::uint16_t actuator = 1 << 3;        // the power stage reports an error
+inline constexpr std::uint16_t overrun = 1 << 4;         // ticks were missed
+inline constexpr std::uint16_t numeric = 1 << 5;         // the control law gave no finite torque
+}  // namespace fault
+
+// Bits of telemetry's `flags`; the two lowest are the State.
+namespace flag {
+inline constexpr std::uint8_t state_mask = 0x03;
+inline constexpr std::uint8_t motor_saturated = 1 << 2;
+inline constexpr std::uint8_t brake_saturated = 1 << 3;
+inline constexpr std::uint8_t local_model = 1 << 4;  // a streamed local model is in force
+inline constexpr std::uint8_t passive = 1 << 5;      // fading out after silence or a deadline
+}  // namespace flag
+
+enum class State : std::uint8_t { disarmed, armed, fault };
+template <>
+struct Enumerators<State> {
+  static constexpr std::array<std::string_view, 3> names{"disarmed", "armed", "fault"};
+};
+
+enum class Board : std::uint8_t { emulated, pico, pico2 };
+template <>
+struct Enumerators<Board> {
+  static constexpr std::array<std::string_view, 3> names{"emulated", "pico", "pico2"};
+};
+
+enum class Law : std::uint8_t { paper, compensated, parallel, motor_only };
+template <>
+struct Enumerators<Law> {
+  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
+                                                         "motor_only"};
+};
+
+enum class Toggle : std::uint8_t { off, on };
+template <>
+struct Enumerators<Toggle> {
+  static constexpr std::array<std::string_view, 2> names{"off", "on"};
+};
+
+enum class Op : std::uint8_t {
+  keep_alive,
+  arm,
+  disarm,
+  stop,
+  zero,
+  relax,
+  save,
+  load_defaults,
+  clear_fault,
+  bootloader,
+};
+template <>
+struct Enumerators<Op> {
+  static constexpr std::array<std::string_view, 10> names{
+      "keep_alive", "arm",  "disarm",        "stop",        "zero",
+      "relax",      "save", "load_defaults", "clear_fault", "bootloader"};
+};
+
+enum class EventKind : std::uint8_t { state_changed, watchdog, deadline_missed, saved };
+template <>
+struct Enumerators<EventKind> {
+  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
+                                                         "deadline_missed", "saved"};
+};
+
+/// Who the device is. Its first two fields never move, so that any two versions can tell each
+/// other what they are.
+struct Identity {
+  std::uint32_t fingerprint = 0;
+  std::uint16_t version = protocol_version;
+  std::array<std::uint8_t, 3> firmware_version{};
+  Board board = Board::emulated;
+  std::array<std::uint8_t, 16> serial{};
+  std::uint8_t axes = 1;
+  std::uint8_t effects = max_effects;
+  std::uint16_t curve_points = curve_pool_points;
+  std::uint32_t control_period_ns = 1'000'000;
+  std::uint32_t counts_per_rev = 8192;
+  float torque_step_nm = 1e-5F;
+  float speed_step_rad_s = 0.01F;
+};
+template <>
+struct Layout<Identity> {
+  static constexpr std::uint8_t id = 0x01;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "identity";
+  static constexpr std::string_view doc = "Who the device is and what it can do. Read only.";
+  static constexpr std::tuple fields{
+      any_number("fingerprint", &Identity::fingerprint, "", "hash of every report's layout"),
+      any_number("version", &Identity::version, "", "version of the protocol"),
+      any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
+      choice("board", &Identity::board, ""),
+      any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
+      any_number("axes", &Identity::axes, "", ""),
+      any_number("effects", &Identity::effects, "", "slots of a scene"),
+      any_number("curve_points", &Identity::curve_points, "", "points in the pool"),
+      any_number("control_period_ns", &Identity::control_period_ns, "ns", "length of a tick"),
+      any_number("counts_per_rev", &Identity::counts_per_rev, "", "of the encoder"),
+      any_number("torque_step_nm", &Identity::torque_step_nm, "N m", "unit of telemetry's torques"),
+      any_number("speed_step_rad_s", &Identity::speed_step_rad_s, "rad/s",
+                 "unit of telemetry's speed"),
+  };
+};
+
+struct Clock {
+  std::uint64_t tick = 0;
+  std::uint64_t time_ns = 0;
+  std::int64_t position_counts = 0;
+};
+template <>
+struct Layout<Clock> {
+  static constexpr std::uint8_t id = 0x02;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "clock";
+  static constexpr std::string_view doc = "The device's time and position in full. Read only.";
+  static constexpr std::tuple fields{
+      any_number("tick", &Clock::tick, "", "ticks since power-up"),
+      any_number("time_ns", &Clock::time_ns, "ns", "tick times the control period"),
+      any_number("position_counts", &Clock::position_counts, "count", "from the zero"),
+  };
+};
+
+struct Health {
+  State state = State::disarmed;
+  std::uint16_t faults = 0;
+  std::uint32_t reports_accepted = 0;
+  std::uint32_t reports_refused = 0;
+  std::uint32_t samples_dropped = 0;
+  std::uint32_t tick_overruns = 0;
+  std::uint32_t tick_time_ns = 0;
+  std::uint32_t tick_time_max_ns = 0;
+  std::uint32_t saves = 0;
+};
+template <>
+struct Layout<Health> {
+  static constexpr std::uint8_t id = 0x03;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "health";
+  static constexpr std::string_view doc = "State and counters since power-up. Read only.";
+  static constexpr std::tuple fields{
+      choice("state", &Health::state, ""),
+      any_number("faults", &Health::faults, "", "bits, see above"),
+      any_number("reports_accepted", &Health::reports_accepted, "", ""),
+      any_number("reports_refused", &Health::reports_refused, "", ""),
+      any_number("samples_dropped", &Health::samples_dropped, "",
+                 "telemetry samples that the host did not fetch in time"),
+      any_number("tick_overruns", &Health::tick_overruns, "", "ticks that came late"),
+      any_number("tick_time_ns", &Health::tick_time_ns, "ns", "time the last tick took"),
+      any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
+      any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
+  };
+};
+
+/// The actuator as built. The defaults are those of the reference actuator.
+struct ActuatorConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float motor_torque_max_nm = 85e-3F;
+  float brake_torque_max_nm = 110e-3F;
+  float brake_torque_min_nm = 3.3e-3F;
+  float brake_drag_nm = 2e-3F;
+  float brake_time_constant_s = 60e-3F;
+  float spring_stiffness_nm_per_rad = 2.873F;
+  std::uint32_t counts_per_rev = 8192;
+  std::uint8_t counter_bits = 32;
+  Toggle encoder_reversed = Toggle::off;
+};
+template <>
+struct Layout<ActuatorConfig> {
+  static constexpr std::uint8_t id = 0x04;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "actuator_config";
+  static constexpr std::string_view doc = "The actuator as built. Set only while disarmed.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
+      number("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0, max_torque_nm,
+             "what the motor can give"),
+      number("brake_torque_max_nm", &ActuatorConfig::brake_torque_max_nm, "N m", 0, max_torque_nm,
+             "what the brake can hold"),
+      number("brake_torque_min_nm", &ActuatorConfig::brake_torque_min_nm, "N m", 0, max_torque_nm,
+             "floor of the brake's torque in the sensor"),
+      number("brake_drag_nm", &ActuatorConfig::brake_drag_nm, "N m", 0, max_torque_nm,
+             "what the brake holds with no current"),
+      number("brake_time_constant_s", &ActuatorConfig::brake_time_constant_s, "s", 0, 100, ""),
+      number("spring_stiffness_nm_per_rad", &ActuatorConfig::spring_stiffness_nm_per_rad, "N m/rad",
+             0, max_stiffness_nm_per_rad, "of the shaft between knob and brake"),
+      number("counts_per_rev", &ActuatorConfig::counts_per_rev, "", 4, 1U << 24, ""),
+      number("counter_bits", &ActuatorConfig::counter_bits, "", 8, 32,
+             "width at which the encoder's counter wraps"),
+      choice("encoder_reversed", &ActuatorConfig::encoder_reversed, ""),
+  };
+};
+
+/// How the device controls, and what it does when the host goes silent.
+struct ControlConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  Law law = Law::paper;
+  float beta = 0.5F;
+  float speed_bandwidth_hz = 100;
+  float motor_torque_cap_nm = max_torque_nm;
+  float brake_torque_cap_nm = max_torque_nm;
+  float motor_slew_nm_per_s = 0;
+  float speed_limit_rad_s = 0;
+  float watchdog_s = 0.25F;
+  float passive_ramp_s = 0.05F;
+  float passive_brake_nm = 0;
+  Toggle autonomous = Toggle::off;
+};
+template <>
+struct Layout<ControlConfig> {
+  static constexpr std::uint8_t id = 0x05;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "control_config";
+  static constexpr std::string_view doc =
+      "How the device controls, and what it does when the host goes silent. Set only while "
+      "disarmed.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
+      choice("law", &ControlConfig::law, "partition between motor and brake"),
+      number("beta", &ControlConfig::beta, "", 0, 1, "the brake's share of the desired torque"),
+      number("speed_bandwidth_hz", &ControlConfig::speed_bandwidth_hz, "Hz", 1, 1e4F,
+             "of the speed estimate"),
+      number("motor_torque_cap_nm", &ControlConfig::motor_torque_cap_nm, "N m", 0, max_torque_nm,
+             "the user's limit, below the actuator's"),
+      number("brake_torque_cap_nm", &ControlConfig::brake_torque_cap_nm, "N m", 0, max_torque_nm,
+             "the user's limit, below the actuator's"),
+      number("motor_slew_nm_per_s", &ControlConfig::motor_slew_nm_per_s, "N m/s", 0, 1e6F,
+             "largest rate of the motor's torque; 0 is no limit"),
+      number("speed_limit_rad_s", &ControlConfig::speed_limit_rad_s, "rad/s", 0, 1e4F,
+             "faster is a fault; 0 is no limit"),
+      number("watchdog_s", &ControlConfig::watchdog_s, "s", 0.01F, 60,
+             "silence of the host that disarms"),
+      number("passive_ramp_s", &ControlConfig::passive_ramp_s, "s", 0, 10,
+             "the motor's way to zero when the host is lost"),
+      number("passive_brake_nm", &ControlConfig::passive_brake_nm, "N m", 0, max_torque_nm,
+             "the brake's torque on that way; 0 releases it"),
+      choice("autonomous", &ControlConfig::autonomous, "on: no watchdog, plays on without a host"),
+  };
+};
+
+struct Command {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  Op op = Op::keep_alive;
+};
+template <>
+struct Layout<Command> {
+  static constexpr std::uint8_t id = 0x10;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "command";
+  static constexpr std::string_view doc =
+      "keep_alive: nothing but a sign of life, not acknowledged. arm, disarm. stop: disarm and "
+      "empty the scene. zero: this position becomes angle 0. relax: the shaft's spring is known to "
+      "be relaxed now. save: keep the configuration. load_defaults: configuration of a new device. "
+      "clear_fault. bootloader: wait for new firmware. zero, relax, load_defaults and bootloader "
+      "only while disarmed.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &Command::axis, "", "which axis; 0 is the first"),
+      choice("op", &Command::op, ""),
+  };
+};
+
+struct Commit {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  std::uint16_t active = 0;
+};
+template <>
+struct Layout<Commit> {
+  static constexpr std::uint8_t id = 0x11;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "commit";
+  static constexpr std::string_view doc =
+      "Plays the scene as written, whole, from the next tick on. Slots written since the last "
+      "commit start anew, the others go on.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &Commit::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &Commit::axis, "", "which axis; 0 is the first"),
+      any_number("active", &Commit::active, "", "bit n: slot n plays"),
+  };
+};
+
+struct Stream {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  std::uint8_t decimation = 0;
+};
+template <>
+struct Layout<Stream> {
+  static constexpr std::uint8_t id = 0x12;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "stream";
+  static constexpr std::string_view doc = "Starts or stops telemetry.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &Stream::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &Stream::axis, "", "which axis; 0 is the first"),
+      any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
+  };
+};
+
+struct LocalModel {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float torque_nm = 0;
+  std::int64_t angle_turns_q32 = 0;
+  float stiffness_nm_per_rad = 0;
+  float damping_nm_s_per_rad = 0;
+  float deadline_s = 0.02F;
+};
+template <>
+struct Layout<LocalModel> {
+  static constexpr std::uint8_t id = 0x13;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "local_model";
+  static constexpr std::string_view doc =
+      "A torque, a spring and a damper that the device renders at its own rate, on top of the "
+      "scene, until the next one comes. A host that streams these renders stiff things without its "
+      "own delay. Only refusals are acknowledged. Past the deadline the device fails passive.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &LocalModel::sequence, "",
+                 "must be newer (modulo 2^16) than the last one"),
+      any_number("axis", &LocalModel::axis, "", "which axis; 0 is the first"),
+      number("torque_nm", &LocalModel::torque_nm, "N m", -max_torque_nm, max_torque_nm,
+             "at the reference, at rest"),
+      number("angle_turns_q32", &LocalModel::angle_turns_q32, "2^-32 turn", -max_turns_q32,
+             max_turns_q32, "reference position"),
+      number("stiffness_nm_per_rad", &LocalModel::stiffness_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad, ""),
+      number("damping_nm_s_per_rad", &LocalModel::damping_nm_s_per_rad, "N m s/rad", 0,
+             max_damping_nm_s_per_rad, ""),
+      number("deadline_s", &LocalModel::deadline_s, "s", 0, 60,
+             "how long it holds; 0 ends the stream in good order"),
+  };
+};
+
+struct Sample {
+  std::int16_t offset_counts = 0;
+  std::int16_t speed = 0;
+  std::int16_t desired_torque = 0;
+  std::int16_t motor_torque = 0;
+  std::int16_t brake_torque = 0;
+  std::int16_t spring_torque = 0;
+};
+template <>
+struct Layout<Sample> {
+  static constexpr std::string_view name = "sample";
+  static constexpr std::string_view doc =
+      "One moment of telemetry. Torques and speed are in the units that identity gives and hold "
+      "at the ends of the range.";
+  static constexpr std::tuple fields{
+      any_number("offset_counts", &Sample::offset_counts, "count", "position behind the base"),
+      any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
+      any_number("desired_torque", &Sample::desired_torque, "torque_step_nm", "what the scene asks"),
+      any_number("motor_torque", &Sample::motor_torque, "torque_step_nm", "commanded"),
+      any_number("brake_torque", &Sample::brake_torque, "torque_step_nm",
+                 "what the brake can hold, estimated"),
+      any_number("spring_torque", &Sample::spring_torque, "torque_step_nm",
+                 "of the shaft on the knob, sensed"),
+  };
+};
+
+inline constexpr std::uint8_t samples_per_report = 4;
+
+/// Axis and number of filled samples share a byte, or four samples would not fit.
+constexpr std::uint8_t pack_axis_samples(unsigned axis, unsigned samples) {
+  return static_cast<std::uint8_t>((axis & 0x0FU) | (samples << 4U));
+}
+constexpr std::uint8_t axis_of(std::uint8_t axis_samples) { return axis_samples & 0x0FU; }
+constexpr std::uint8_t samples_of(std::uint8_t axis_samples) { return axis_samples >> 4U; }
+
+struct Telemetry {
+  std::uint8_t axis_samples = pack_axis_samples(0, 1);
+  std::uint8_t decimation = 0;
+  std::uint8_t flags = 0;
+  std::uint64_t tick = 0;
+  std::int32_t base_counts = 0;
+  std::array<Sample, samples_per_report> sample{};
+};
+template <>
+struct Layout<Telemetry> {
+  static constexpr std::uint8_t id = 0x40;
+  static constexpr Direction direction = Direction::input;
+  static constexpr std::string_view name = "telemetry";
+  static constexpr std::string_view doc =
+      "Samples at equal distances. A gap between two reports shows in their ticks.";
+  static constexpr std::tuple fields{
+      number("axis_samples", &Telemetry::axis_samples, "", pack_axis_samples(0, 1),
+             pack_axis_samples(15, samples_per_report),
+             "low four bits: axis; high four bits: how many samples are filled"),
+      any_number("decimation", &Telemetry::decimation, "", "ticks from one sample to the next"),
+      any_number("flags", &Telemetry::flags, "", "bits, see above, of all samples together"),
+      any_number("tick", &Telemetry::tick, "", "of the first sample"),
+      any_number("base_counts", &Telemetry::base_counts, "count",
+                 "low 32 bits of the first sample's position"),
+      group("sample", &Telemetry::sample, ""),
+  };
+};
+
+struct Acknowledgement {
+  std::uint16_t sequence = 0;
+  std::uint8_t report = 0;
+  std::uint8_t status = 0;
+  std::uint8_t field = kNoField;
+  State state = State::disarmed;
+  std::uint64_t tick = 0;
+};
+template <>
+struct Layout<Acknowledgement> {
+  static constexpr std::uint8_t id = 0x41;
+  static constexpr Direction direction = Direction::input;
+  static constexpr std::string_view name = "acknowledgement";
+  static constexpr std::string_view doc = "What became of a report.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &Acknowledgement::sequence, "", "of the report that is answered"),
+      any_number("report", &Acknowledgement::report, "", "its id"),
+      any_number("status", &Acknowledgement::status, "", "0 is accepted, else why not, see above"),
+      any_number("field", &Acknowledgement::field, "",
+                 "index of the offending field, nested fields opened; 255 is none"),
+      choice("state", &Acknowledgement::state, "after the report"),
+      any_number("tick", &Acknowledgement::tick, "", "when it took effect or was refused"),
+  };
+};
+
+struct Event {
+  EventKind kind = EventKind::state_changed;
+  State state = State::disarmed;
+  std::uint16_t faults = 0;
+  std::uint64_t tick = 0;
+};
+template <>
+struct Layout<Event> {
+  static constexpr std::uint8_t id = 0x42;
+  static constexpr Direction direction = Direction::input;
+  static constexpr std::string_view name = "event";
+  static constexpr std::string_view doc = "Something that the host did not ask for.";
+  static constexpr std::tuple fields{
+      choice("kind", &Event::kind, ""),
+      choice("state", &Event::state, "after the event"),
+      any_number("faults", &Event::faults, "", "bits, see above"),
+      any_number("tick", &Event::tick, "", "when it happened"),
+  };
+};
+
+// The sizes as literals: a change of the wire must be seen in a diff.
+static_assert(wire_size<Identity>() == 46);
+static_assert(wire_size<Clock>() == 24);
+static_assert(wire_size<Health>() == 31);
+static_assert(wire_size<ActuatorConfig>() == 33);
+static_assert(wire_size<ControlConfig>() == 41);
+static_assert(wire_size<Command>() == 4);
+static_assert(wire_size<Commit>() == 5);
+static_assert(wire_size<Stream>() == 4);
+static_assert(wire_size<LocalModel>() == 27);
+static_assert(wire_size<Telemetry>() == 63);
+static_assert(wire_size<Acknowledgement>() == 14);
+static_assert(wire_size<Event>() == 12);
+
+}  // namespace torsio::protocol
