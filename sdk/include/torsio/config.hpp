@@ -1,0 +1,41 @@
+/// @file
+/// The device's configuration. It can be set only while disarmed and is lost at power-off unless
+/// `Knob::save()` keeps it. docs/protocol.md has the range of each field.
+#pragma once
+
+#include <cstdint>
+
+namespace torsio {
+
+/// The actuator as built. The defaults are those of the reference actuator.
+struct ActuatorConfig {
+  double motor_torque_max_nm = 85e-3;   ///< what the motor can give
+  double brake_torque_max_nm = 110e-3;  ///< what the brake can hold
+  double brake_torque_min_nm = 3.3e-3;  ///< floor of the brake's torque in the sensor
+  double brake_drag_nm = 2e-3;          ///< what the brake holds with no current
+  double brake_time_constant_s = 60e-3;
+  double spring_stiffness_nm_per_rad = 2.873;  ///< of the shaft between knob and brake
+  std::uint32_t counts_per_rev = 8192;
+  int counter_bits = 32;  ///< width at which the encoder's counter wraps, 8 to 32
+  bool encoder_reversed = false;
+};
+
+/// How the desired torque is shared between motor and brake; docs/theory.md.
+enum class Law : std::uint8_t { paper, compensated, parallel, motor_only };
+
+/// How the device controls, and what it does when the host goes silent.
+struct ControlConfig {
+  Law law = Law::paper;
+  double beta = 0.5;                   ///< the brake's share of the desired torque, 0 to 1
+  double speed_bandwidth_hz = 100.0;   ///< of the speed estimate
+  double motor_torque_cap_nm = 100.0;  ///< the user's limit, below the actuator's
+  double brake_torque_cap_nm = 100.0;  ///< the user's limit, below the actuator's
+  double motor_slew_nm_per_s = 0.0;    ///< largest rate of the motor's torque; 0 is no limit
+  double speed_limit_rad_s = 0.0;      ///< faster is a fault; 0 is no limit
+  double watchdog_s = 0.25;            ///< silence of the host that disarms, 0.01 to 60
+  double passive_ramp_s = 0.05;        ///< the motor's way to zero when the host is lost
+  double passive_brake_nm = 0.0;       ///< the brake's torque on that way; 0 releases it
+  bool autonomous = false;             ///< no watchdog, plays on without a host
+};
+
+}  // namespace torsio

@@ -1,0 +1,148 @@
+/// @file
+/// The emulated knob: the device's own firmware code against simulated physics, for programs and
+/// tests without hardware.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "torsio/config.hpp"
+
+namespace torsio {
+
+/// One corner of a piecewise-linear function of time. The first value holds before the first knot,
+/// the last one after the last. Two knots at the same time make a jump.
+struct Knot {
+  double time_s;
+  double value;
+};
+using Profile = std::vector<Knot>;
+
+/// Nobody touches the knob.
+struct NoHand {};
+
+/// A torque on the knob that does not depend on its motion.
+struct TorqueHand {
+  Profile torque_nm;
+};
+
+/// A hand that holds the knob and means to move it along a path:
+/// `torque = stiffness (intended - angle) + damping (intended' - speed)`, with the hand's own
+/// inertia fixed to the knob.
+struct ImpedanceHand {
+  double inertia_kg_m2 = 0.0;
+  double stiffness_nm_per_rad = 0.0;
+  double damping_nm_s_per_rad = 0.0;
+  Profile intended_angle_rad{{0.0, 0.0}};  ///< without jumps
+};
+
+/// The knob follows the path whatever torque that takes.
+struct PrescribedMotion {
+  Profile angle_rad;  ///< without jumps
+};
+
+using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
+
+/// Motor, knob, shaft spring and brake; docs/theory.md has the equations. Torques are seen at the
+/// knob. The defaults are the reference actuator.
+struct PlantParams {
+  double knob_inertia_kg_m2 = 6e-5;  ///< motor and knob, > 0
+  double knob_viscous_nm_s_per_rad = 2.6e-5;
+  double knob_coulomb_nm = 6e-3;
+  double brake_inertia_kg_m2 = 4e-5;  ///< pulleys and brake, > 0
+  double brake_viscous_nm_s_per_rad = 2e-6;
+  double brake_drag_nm = 2e-3;                ///< of the released brake
+  double shaft_stiffness_nm_per_rad = 2.873;  ///< 0: the shaft is cut
+  double shaft_damping_nm_s_per_rad = 2e-4;
+  double brake_time_constant_s = 60e-3;
+  double motor_time_constant_s = 0.1e-3;
+  double motor_limit_nm = 85e-3;
+  double brake_limit_nm = 110e-3;
+  std::uint32_t counts_per_rev = 8192;  ///< of the encoder
+};
+
+/// The device configuration that describes `plant`: a device that was calibrated perfectly.
+[[nodiscard]] ActuatorConfig matching_config(const PlantParams& plant);
+
+struct EmulatorOptions {
+  std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
+  double control_rate_hz = 1000.0;  ///< 1,000 to 20,000
+  PlantParams plant{};
+  Hand hand = NoHand{};
+  std::string serial;  ///< at most 16 ASCII characters; empty: derived from the device's name
+  /// Configuration at power-up in place of what the device has stored, or of its defaults.
+  std::optional<ActuatorConfig> actuator;
+  std::optional<ControlConfig> control;
+  /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
+  /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
+  /// with hardware.
+  bool paced = false;
+  bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::take_truth()
+};
+
+/// What no sensor of the device sees, at the start of a control tick. Torques are on the knob.
+struct TruthSample {
+  double time_s;
+  double angle_rad;          ///< of the knob
+  double brake_angle_rad;    ///< of the far side of the shaft spring
+  double speed_rad_s;        ///< of the knob
+  double spring_torque_nm;   ///< of the shaft spring
+  double brake_torque_nm;    ///< what the brake transmits, drag included
+  double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
+  double motor_torque_nm;    ///< after the motor's lag
+  double hand_torque_nm;
+};
+
+/// Damage to reports on the way, as probabilities per report.
+struct LinkFaults {
+  double drop_output = 0.0;  ///< host to device
+  double corrupt_output = 0.0;
+  double drop_input = 0.0;  ///< device to host
+  double corrupt_input = 0.0;
+};
+
+/// The world round an emulated knob. Belongs to the Knob and lives as long as it does; may be used
+/// from any thread. After close() its calls throw Closed.
+class Emulator {
+ public:
+  /// @throws InvalidArgument that names the field; the old hand then stays
+  /// The hand takes over at the next control tick, which is time 0 of its profiles.
+  void set_hand(const Hand& hand);
+
+  /// Device time.
+  [[nodiscard]] double time_s() const;
+
+  /// Lets time pass, like Knob::sleep().
+  void advance(double duration_s);
+
+  /// The log since the last call; empty unless EmulatorOptions::log_truth.
+  [[nodiscard]] std::vector<TruthSample> take_truth();
+
+  /// Pulls the plug. As with hardware the knob must be opened again.
+  void unplug();
+
+  // Faults of the device's world.
+  void set_emergency_stop(bool pressed);
+  void set_actuator_fault(bool present);
+  void freeze_encoder(bool frozen);        ///< the counter stands still
+  void jump_encoder(std::int32_t counts);  ///< the counter is wrong from now on
+  void skip_ticks(std::uint32_t count);    ///< the control loop comes that many ticks late
+  void set_link_faults(const LinkFaults& faults);
+  /// The next save loses power after so many bytes of its slot: the device vanishes.
+  void cut_power_in_next_save(std::uint32_t bytes);
+
+  struct Impl;
+  explicit Emulator(std::unique_ptr<Impl> impl);
+  ~Emulator();
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace torsio

@@ -1,0 +1,93 @@
+/// @file
+/// What the library throws. Every message says what was wrong and what to do about it.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace torsio {
+
+/// Base of everything that the library throws on purpose.
+class Error : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A value that the device would refuse. Nothing was sent; what plays goes on.
+class InvalidArgument : public Error {
+ public:
+  using Error::Error;
+};
+
+/// There is no such device, or no device, or more than one to choose from.
+class DeviceNotFound : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The device is there, but this user may not open it.
+class PermissionDenied : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Somebody, maybe this very program, has opened the device already.
+class DeviceBusy : public Error {
+ public:
+  using Error::Error;
+};
+
+/// Firmware and library were built from different report layouts.
+class ProtocolMismatch : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The device said no. What plays goes on.
+class Refused : public Error {
+ public:
+  Refused(const std::string& message, std::string status, std::string report, std::string field)
+      : Error(message),
+        status_(std::move(status)),
+        report_(std::move(report)),
+        field_(std::move(field)) {}
+
+  /// Why, in one word of docs/protocol.md: "not_armed", "out_of_range", ...
+  [[nodiscard]] const std::string& status() const noexcept { return status_; }
+  /// Name of the refused report: "wall", "command", ...
+  [[nodiscard]] const std::string& report() const noexcept { return report_; }
+  /// Name of the offending field; empty if no field in particular.
+  [[nodiscard]] const std::string& field() const noexcept { return field_; }
+
+ private:
+  std::string status_;
+  std::string report_;
+  std::string field_;
+};
+
+/// The device did not answer in time.
+class Timeout : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The device was unplugged or lost its power. Open it again once it is back.
+class Disconnected : public Error {
+ public:
+  using Error::Error;
+};
+
+/// The knob was closed, or moved from.
+class Closed : public Error {
+ public:
+  using Error::Error;
+};
+
+/// `OpenOptions::interrupted` said so.
+class Interrupted : public Error {
+ public:
+  using Error::Error;
+};
+
+}  // namespace torsio

@@ -1,0 +1,155 @@
+/// @file
+/// The knob: find it, open it, arm it, play scenes on it, record what happens.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "torsio/config.hpp"
+#include "torsio/emulator.hpp"
+#include "torsio/error.hpp"
+#include "torsio/scene.hpp"
+#include "torsio/telemetry.hpp"
+
+namespace torsio {
+
+/// A device that could be opened.
+struct ListedDevice {
+  std::string path;  ///< what open() takes
+  std::string serial;
+  std::string product;
+  std::string board;      ///< empty if the device could not be asked
+  std::string transport;  ///< "hid" or "emulated"
+  std::string problem;    ///< why it cannot be opened now; empty if it can
+};
+
+/// All knobs that are plugged in, and the emulated one, which is always last.
+[[nodiscard]] std::vector<ListedDevice> list_devices();
+
+struct OpenOptions {
+  EmulatorOptions emulator{};        ///< if the device is an emulated one
+  double command_timeout_s = 1.0;    ///< longest wait for an answer of the device
+  std::size_t ring_samples = 65536;  ///< telemetry kept until it is read; the oldest goes first
+  /// Asked at least every 20 ms of real time in every call that waits, never under a lock. If it
+  /// returns true the call throws Interrupted; what it throws leaves the call as it is.
+  std::function<bool()> interrupted;
+};
+
+/// An open knob. Movable, not copyable.
+///
+/// Every member may be called from any thread, except that nobody else may be in a call while the
+/// knob is moved or destroyed; close() is safe at any time and makes waiting calls throw Closed.
+/// Besides the errors that are named, every member but close(), is_open() and state() throws
+/// Disconnected once the device is unplugged, Closed after close(), Timeout when the device does
+/// not answer within `command_timeout_s`, and Interrupted.
+///
+/// Time-outs and durations count in the device's time: the wall clock, or the virtual clock of an
+/// emulated device that is not paced.
+class Knob {
+ public:
+  /// Opens a device. It is as it was left: call state() to see whether it is armed.
+  /// @param selector path, serial number, "emulated", "emulated:NAME", or empty for the only real
+  ///        device. A named emulated device keeps its saved configuration while the process lives.
+  /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
+  [[nodiscard]] static Knob open(std::string_view selector = {}, const OpenOptions& options = {});
+
+  Knob(Knob&&) noexcept;
+  Knob& operator=(Knob&&) noexcept;
+  ~Knob();  ///< as close()
+
+  /// Disarms, unless the device was told to be autonomous, and lets go of it. May be called twice.
+  void close() noexcept;
+  [[nodiscard]] bool is_open() const noexcept;
+
+  // What it is -------------------------------------------------------------------------------
+
+  [[nodiscard]] const DeviceInfo& info() const;
+  /// As last heard of; costs nothing. @throws Closed
+  [[nodiscard]] State state() const;
+  /// Names of the latched faults as the device says now: "over_speed", ...
+  [[nodiscard]] std::vector<std::string> faults();
+  [[nodiscard]] Health health();
+  [[nodiscard]] Clock clock();
+  [[nodiscard]] double position_rad();
+  [[nodiscard]] LinkStatistics statistics() const;
+
+  // What it does -----------------------------------------------------------------------------
+
+  /// Torque on: the scene's torque grows from nothing to full over `passive_ramp_s`. From here on
+  /// the library tells the device regularly that the host is alive.
+  /// @throws Refused (fault_latched)
+  void arm();
+  void disarm();       ///< Torque off; the scene stays.
+  void stop();         ///< Torque off, and the scene is emptied.
+  void zero();         ///< This position becomes angle 0. @throws Refused (not_disarmed)
+  void relax();        ///< The shaft is known to be relaxed now. @throws Refused (not_disarmed)
+  void clear_fault();  ///< @throws Refused (fault_persists)
+
+  /// Plays a scene in place of the one before, all of it from the same tick on. Returns when the
+  /// device has it.
+  /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;
+  ///         Refused; either way the old scene goes on
+  void play(const Scene& scene);
+  void play(const Effect& effect) { play(Scene{effect}); }
+
+  /// Sends a local model and does not wait for the device. statistics() counts refusals.
+  /// @throws InvalidArgument
+  void stream_local_model(const LocalModel& model);
+
+  // Configuration ----------------------------------------------------------------------------
+
+  [[nodiscard]] ActuatorConfig actuator_config();
+  [[nodiscard]] ControlConfig control_config();
+  /// Also empties the scene. @throws InvalidArgument, Refused (not_disarmed)
+  void set_actuator_config(const ActuatorConfig& config);
+  void set_control_config(const ControlConfig& config);  ///< @throws InvalidArgument, Refused
+  void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
+  void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
+
+  // Telemetry --------------------------------------------------------------------------------
+
+  /// Starts telemetry, or changes its rate, and forgets what was not read.
+  /// @param rate_hz highest rate wanted; the device sends every n-th tick. 0 takes the highest rate
+  ///        that the cable carries (3,600 samples/s).
+  /// @returns the true rate
+  /// @throws InvalidArgument if that rate cannot be had
+  double start_telemetry(double rate_hz = 0.0);
+  void stop_telemetry();
+
+  /// Takes samples, oldest first; waits until there is one or the time is over. After an unplug
+  /// what has arrived can still be read.
+  /// @returns how many samples were written to `out`
+  std::size_t read(std::span<TelemetrySample> out, double timeout_s);
+  [[nodiscard]] std::vector<TelemetrySample> read(std::size_t max, double timeout_s);
+
+  /// Lets `duration_s` pass and returns every sample of that span; starts telemetry at the highest
+  /// rate if it does not run. It returns up to 10 ms late, when the last sample has arrived.
+  /// @throws Timeout if telemetry dries up
+  [[nodiscard]] std::vector<TelemetrySample> record(double duration_s);
+
+  // Waiting ----------------------------------------------------------------------------------
+
+  /// Lets time pass.
+  void sleep(double duration_s);
+
+  /// Waits until the device is in `state`. @returns false if it is not so in time
+  bool wait_for(State state, double timeout_s);
+
+  /// The world round the knob; nullptr on hardware.
+  [[nodiscard]] Emulator* emulator() const;
+
+ private:
+  friend struct KnobAccess;
+  class Impl;
+  explicit Knob(std::unique_ptr<Impl> impl);
+  Impl& impl() const;
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace torsio

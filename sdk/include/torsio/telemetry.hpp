@@ -1,0 +1,89 @@
+/// @file
+/// What the device reports about itself.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace torsio {
+
+enum class State : std::uint8_t { disarmed, armed, fault, disconnected };
+
+/// Bits of `TelemetrySample::flags`. The two lowest bits are the State.
+namespace flag {
+inline constexpr std::uint8_t state_mask = 0x03;
+inline constexpr std::uint8_t motor_saturated = 1 << 2;
+inline constexpr std::uint8_t brake_saturated = 1 << 3;
+inline constexpr std::uint8_t local_model = 1 << 4;  ///< a streamed local model is in force
+inline constexpr std::uint8_t passive = 1 << 5;      ///< fading out after silence or a deadline
+}  // namespace flag
+
+/// One moment of the control loop. Torques are on the knob.
+struct TelemetrySample {
+  std::uint64_t tick;            ///< control periods since power-up
+  double time_s;                 ///< tick times the control period
+  std::int64_t position_counts;  ///< from the device's zero, never wraps
+  double angle_rad;              ///< the same as an angle
+  float speed_rad_s;             ///< estimated
+  float desired_torque_nm;       ///< what the scene asks
+  float motor_torque_nm;         ///< commanded
+  float brake_torque_nm;         ///< what the brake can hold, estimated
+  float spring_torque_nm;        ///< of the shaft on the knob, sensed
+  std::uint8_t flags;            ///< of this sample or a neighbour in the same report
+
+  friend bool operator==(const TelemetrySample&, const TelemetrySample&) = default;
+};
+
+/// Who the device is.
+struct DeviceInfo {
+  std::string path;
+  std::string serial;
+  std::string product;
+  std::string board;             ///< "pico2", "emulated", ...
+  std::string firmware_version;  ///< "major.minor.patch"
+  std::string transport;         ///< "hid" or "emulated"
+  std::uint16_t protocol_version = 0;
+  std::uint32_t fingerprint = 0;  ///< of the report layouts, the same as the library's
+  int axes = 0;
+  int effects = 0;       ///< places in a scene
+  int curve_points = 0;  ///< shared by all curves of a scene
+  double control_rate_hz = 0.0;
+  std::uint32_t counts_per_rev = 0;
+  double torque_step_nm = 0.0;    ///< resolution of telemetry's torques
+  double speed_step_rad_s = 0.0;  ///< resolution of telemetry's speed
+};
+
+/// The device's time and position, both exact.
+struct Clock {
+  std::uint64_t tick = 0;
+  double time_s = 0.0;
+  std::int64_t position_counts = 0;
+  double angle_rad = 0.0;
+};
+
+/// State and counters of the device since its power-up.
+struct Health {
+  State state = State::disarmed;
+  std::vector<std::string> faults;  ///< names of the latched faults: "over_speed", ...
+  std::uint32_t reports_accepted = 0;
+  std::uint32_t reports_refused = 0;
+  std::uint32_t samples_dropped = 0;  ///< telemetry that the host did not fetch in time
+  std::uint32_t tick_overruns = 0;
+  double tick_time_s = 0.0;      ///< time that the last control tick took
+  double tick_time_max_s = 0.0;  ///< longest tick so far
+  std::uint32_t saves = 0;       ///< how often the configuration was saved, ever
+};
+
+/// Counters of this end of the cable, since the knob was opened.
+struct LinkStatistics {
+  std::uint64_t reports_sent = 0;
+  std::uint64_t reports_received = 0;
+  std::uint64_t reports_undecodable = 0;  ///< damaged on the way, and ignored
+  std::uint64_t samples_received = 0;
+  std::uint64_t samples_lost = 0;  ///< never arrived, or not read before the ring was full
+  std::uint64_t local_models_refused = 0;
+  std::string last_refusal;  ///< of a local model, in words
+};
+
+}  // namespace torsio
