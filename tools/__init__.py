@@ -1,0 +1,1 @@
+"""Checks that the development script runs; not part of the installed package."""

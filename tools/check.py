@@ -1,0 +1,116 @@
+"""Formatters and linters, each as one command; ``./dev check`` and the tests both use this list.
+
+``python -m tools.check`` runs them all and exits with 1 if any complains; ``--fix`` applies what
+the formatters would change.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pybind11
+
+TREE = Path(__file__).parent.parent
+CPP_FOLDERS = ("firmware", "sdk", "bindings", "examples", "tests")
+PYTHON_FOLDERS = ("bindings", "examples", "tests", "tools")
+MAX_LINES = 40
+SHELL_FILES = ("dev", ".ci/run")
+
+# The tools come with the virtual environment, which need not be activated.
+_BIN = Path(sys.executable).parent
+
+Command = list[str]
+
+
+def cpp_files(*suffixes: str) -> list[str]:
+    """Return the C++ files with these suffixes, as paths from the top of the tree."""
+    files = (path for folder in CPP_FOLDERS for path in (TREE / folder).rglob("*"))
+    return sorted(str(path.relative_to(TREE)) for path in files if path.suffix in suffixes)
+
+
+def headers() -> list[str]:
+    """Return every header; each must compile on its own."""
+    return cpp_files(".hpp")
+
+
+def compile_header(header: str) -> Command:
+    """Return the command that compiles one header alone, on the include path of its layer."""
+    roots: dict[str, tuple[str, ...]] = {
+        "firmware": ("firmware",),
+        "sdk/include": ("sdk/include",),  # what an installed SDK has
+        "sdk/src": ("sdk/include", "sdk/src", "firmware"),
+        "bindings": (
+            *("sdk/include", "firmware", "bindings/src"),
+            *(pybind11.get_include(), sysconfig.get_path("include")),
+        ),
+        "examples": ("sdk/include",),
+        "tests": ("tests/cpp", "sdk/include", "firmware"),
+    }
+    layer = next(folder for folder in roots if header.startswith(folder + "/"))
+    project = [f"-I{root}" for root in roots[layer] if not os.path.isabs(root)]
+    system = [f"-isystem{root}" for root in roots[layer] if os.path.isabs(root)]
+    command = ["g++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror"]
+    return [*command, *project, *system, "-include", header, "-x", "c++", os.devnull]
+
+
+def _tool(name: str, *arguments: str) -> Command:
+    return [str(_BIN / name), *arguments]
+
+
+def _existing(folders: tuple[str, ...]) -> list[str]:
+    return [folder for folder in folders if (TREE / folder).is_dir()]
+
+
+CHECKS: dict[str, Callable[[], Command]] = {
+    "clang-format": lambda: _tool(
+        "clang-format", "--dry-run", "--Werror", *cpp_files(".hpp", ".cpp")
+    ),
+    "ruff format": lambda: _tool("ruff", "format", "--check", *_existing(PYTHON_FOLDERS)),
+    "ruff lint": lambda: _tool("ruff", "check", *_existing(PYTHON_FOLDERS)),
+    "mypy": lambda: _tool("mypy", *_existing(PYTHON_FOLDERS)),
+    "shellcheck": lambda: _tool("shellcheck", *SHELL_FILES),
+    "layers": lambda: [sys.executable, "-m", "tools.check_layers"],
+}
+
+FIXES: dict[str, Callable[[], Command]] = {
+    "clang-format": lambda: _tool("clang-format", "-i", *cpp_files(".hpp", ".cpp")),
+    "ruff lint": lambda: _tool("ruff", "check", "--fix", *_existing(PYTHON_FOLDERS)),
+    "ruff format": lambda: _tool("ruff", "format", *_existing(PYTHON_FOLDERS)),
+}
+
+
+def run(command: Command) -> tuple[bool, str]:
+    """Run a command at the top of the tree; return its success and the start of its output."""
+    result = subprocess.run(
+        command, cwd=TREE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+    )
+    lines = result.stdout.splitlines()
+    if len(lines) > MAX_LINES:
+        lines[MAX_LINES:] = [f"... and {len(lines) - MAX_LINES} more lines"]
+    return result.returncode == 0, "\n".join(lines)
+
+
+def main(arguments: list[str]) -> int:
+    """Run every fix if asked to, then every check; return 1 if any check complains."""
+    if "--fix" in arguments:
+        for fix in FIXES.values():
+            run(fix())
+    commands = {name: command() for name, command in CHECKS.items()}
+    commands |= {f"header {header}": compile_header(header) for header in headers()}
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = dict(zip(commands, pool.map(run, commands.values()), strict=True))
+    failures = {name: output for name, (passed, output) in results.items() if not passed}
+    for name, output in failures.items():
+        print(f"--- {name}\n{output}\n")
+    print(f"{len(results) - len(failures)} of {len(results)} checks passed")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,149 @@
+"""Check that includes and imports point one way, from the outer layers to the inner ones.
+
+``python -m tools.check_layers [TREE]`` prints one line per violation and exits with 1 if there is
+any. The rules are the table below; a file in none of its folders is not checked.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+# Headers of the standard library that cost the microcontroller nothing: no heap, no streams, no
+# locale, and no <cmath>, whose functions round differently from one C library to the next.
+FREE_STD = frozenset(
+    {
+        *("array", "bit", "compare", "concepts", "cstddef", "cstdint", "limits", "numbers"),
+        *("optional", "span", "string_view", "tuple", "type_traits", "utility", "variant"),
+    }
+)
+DEVICE_STD = FREE_STD | {"algorithm", "atomic", "cstring", "initializer_list"}
+
+_INCLUDE = re.compile(r'^\s*#\s*include\s*(<[^>]+>|"[^"]+"|\S+)')
+_POSIX = re.compile(r"(arpa|linux|net|netinet|sys)/.*|(errno|fcntl|netdb|poll|termios|unistd)\.h")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What the files below one folder may include."""
+
+    folder: str
+    layers: tuple[str, ...]
+    """Include prefixes inside the project."""
+    std: frozenset[str] | None = None
+    """Allowed headers of the standard library; None allows all of them."""
+    posix: bool = False
+    third_party: str = ""
+    """Regular expression of further headers between angle brackets."""
+
+
+FIRMWARE = ("core", "protocol", "device", "emulator")
+
+# The first rule whose folder (or file) matches decides, so that exceptions come before the rule.
+RULES = (
+    Rule("firmware/core", ("core",), std=FREE_STD),
+    Rule("firmware/protocol", ("protocol",), std=FREE_STD),
+    Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
+    Rule("firmware/emulator", FIRMWARE, posix=True),
+    Rule("sdk/include", ("torsio",)),
+    Rule(
+        "sdk/src/hid_transport.cpp",
+        ("protocol", "torsio"),
+        posix=True,
+        third_party=r"(hidapi/)?hidapi(_libusb)?\.h",
+    ),
+    Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "torsio"), posix=True),
+    Rule("sdk/src", ("protocol", "torsio"), posix=True),
+    Rule("bindings/src", (*FIRMWARE, "torsio"), posix=True, third_party=r"pybind11/.*|Python\.h"),
+    Rule("examples/cpp", ("torsio",)),
+)
+
+
+def rule_for(file: str) -> Rule | None:
+    """Return the rule of a file, given by its path from the top of the tree."""
+    for rule in RULES:
+        if file == rule.folder or file.startswith(rule.folder + "/"):
+            return rule
+    return None
+
+
+def _refusal(rule: Rule, including: Path, include: str) -> str | None:
+    name = include[1:-1]
+    if include.startswith('"'):
+        if "/" not in name and (including.parent / name).exists():
+            return None
+        if name.split("/")[0] in rule.layers and "/" in name:
+            return None
+        return f"may not include {include}"
+    if not include.startswith("<"):
+        return f"includes {include}, which cannot be checked"
+    if "/" not in name and "." not in name:
+        if rule.std is None or name in rule.std:
+            return None
+        return f"may not include {include}: not in the layer's list of standard headers"
+    if rule.posix and _POSIX.fullmatch(name):
+        return None
+    if rule.third_party and re.fullmatch(rule.third_party, name):
+        return None
+    return f"may not include {include}"
+
+
+def check_includes(tree: Path) -> Iterator[str]:
+    """Yield a line for every C++ include that the rules do not allow."""
+    for top in sorted({rule.folder.split("/")[0] for rule in RULES}):
+        for path in sorted((tree / top).rglob("*")):
+            if path.suffix not in {".hpp", ".cpp", ".h", ".c"}:
+                continue
+            file = path.relative_to(tree).as_posix()
+            rule = rule_for(file)
+            if rule is None:
+                yield f"{file}:1: no layer owns this folder"
+                continue
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                match = _INCLUDE.match(line)
+                if match and (refusal := _refusal(rule, path, match.group(1))):
+                    yield f"{file}:{number}: {refusal}"
+
+
+def check_imports(tree: Path) -> Iterator[str]:
+    """Yield a line for every Python import that reaches into a layer further out or a private one.
+
+    The package may not import tests, tools or examples; examples may use only its public modules.
+    """
+    for folder, private_allowed in (("bindings/python", True), ("examples/python", False)):
+        for path in sorted((tree / folder).rglob("*.py")):
+            file = path.relative_to(tree).as_posix()
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), file)):
+                if isinstance(node, ast.Import):
+                    modules = [alias.name for alias in node.names]
+                elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                    modules = [f"{node.module}.{alias.name}" for alias in node.names]
+                else:
+                    continue
+                for module in modules:
+                    parts = module.split(".")
+                    if parts[0] in {"tests", "tools", "examples"}:
+                        yield f"{file}:{node.lineno}: may not import {module}"
+                    elif not private_allowed and parts[0] == "torsio" and "._" in module:
+                        yield f"{file}:{node.lineno}: may not import {module}: it is private"
+
+
+def check(tree: Path) -> list[str]:
+    """Return every violation in a tree."""
+    return [*check_includes(tree), *check_imports(tree)]
+
+
+def main(arguments: list[str]) -> int:
+    """Print the violations in the tree given, by default the one this file is in."""
+    tree = Path(arguments[0]) if arguments else Path(__file__).parent.parent
+    violations = check(tree)
+    print("\n".join(violations) or "layers: includes and imports point one way")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
