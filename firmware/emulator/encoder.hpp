@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+
+#include "emulator/plant_state.hpp"
+
+namespace torsio::emulator {
+
+enum class Rounding : std::uint8_t { floor, nearest };
+
+/// An incremental encoder on the knob's shaft, after quadrature decoding.
+struct EncoderParams {
+  std::uint32_t counts_per_rev = 8192;  ///< >= 1
+  Rounding rounding = Rounding::floor;
+  std::int8_t direction = 1;  ///< +1, or -1 if it counts down along positive angle
+  double phase_counts = 0.0;  ///< where in a count angle 0 lies; finite
+  /// Part: standard deviation of noise that is added to the angle before rounding, >= 0 counts.
+  double noise_counts = 0.0;
+  std::uint64_t seed = 0;  ///< of the noise
+};
+
+/// @throws std::invalid_argument that names the field, its range and its value
+void validate(const EncoderParams& params);
+
+class Encoder {
+ public:
+  /// @throws std::invalid_argument as validate() does
+  explicit Encoder(const EncoderParams& params = {});
+
+  /// Samples the angle:  rounding(direction angle counts_per_rev / (2 pi) + phase + noise).
+  /// The counter wraps at 32 bits. With noise, each call draws from the seeded sequence.
+  [[nodiscard]] std::uint32_t sample(const Angle& angle);
+
+  [[nodiscard]] const EncoderParams& params() const { return params_; }
+
+ private:
+  [[nodiscard]] double draw_noise_counts();
+
+  EncoderParams params_;
+  std::uint64_t noise_state_;
+};
+
+}  // namespace torsio::emulator

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "emulator/hand.hpp"
+#include "emulator/plant_params.hpp"
+#include "emulator/plant_state.hpp"
+#include "emulator/plant_stepper.hpp"
+
+namespace torsio::emulator {
+
+/// Motor, knob, shaft spring, brake and hand under a virtual clock. Commands are held until they
+/// are changed. Time is in whole nanoseconds, and where the plant is at some time does not depend,
+/// to the bit, on how the way there is cut into calls of advance().
+class Plant {
+ public:
+  /// At rest at time 0, angle 0, except that a PrescribedMotion puts the knob on its path.
+  /// @throws std::invalid_argument that names the field which is out of its range
+  explicit Plant(const PlantParams& params = {}, Hand hand = NoHand{});
+
+  /// Sets what is held from now on. Values beyond the actuators' limits are clipped to them.
+  /// @throws std::invalid_argument if a value is not finite
+  void set_command(const Command& command);
+
+  /// Another hand takes over now; motion goes on from where it is.
+  /// @throws std::invalid_argument as the constructor does; the old hand then stays
+  void set_hand(Hand hand);
+
+  /// Puts the plant into another state, its time included; the parts that the plant lacks are
+  /// ignored.
+  /// @throws std::invalid_argument if a value is not finite, or time or a capacity negative
+  void set_state(const PlantState& state);
+
+  /// Lets time pass.
+  /// @param duration_ns >= 0
+  /// @throws std::invalid_argument if it is negative or runs past the end of 64-bit time
+  void advance(std::int64_t duration_ns);
+
+  [[nodiscard]] const PlantState& state() const { return state_; }
+  [[nodiscard]] Truth truth() const { return emulator::truth(model_, state_, inputs_); }
+  [[nodiscard]] const Command& command() const { return command_; }
+  [[nodiscard]] const PlantParams& params() const { return params_; }
+
+ private:
+  void attach(Hand hand);
+  void refresh_hand_segment();
+  /// Goes on from where the plant is, whatever the grid: after every change of an input.
+  void start_from_here();
+  /// What rigid connections make of a state.
+  void make_consistent();
+
+  PlantParams params_;
+  Hand hand_ = NoHand{};
+  PlantModel model_;
+  std::unique_ptr<Stepper> stepper_;
+  Command command_;
+  HeldInputs inputs_{};
+  PlantState state_;          // now
+  PlantState anchor_;         // the last grid time or change of inputs, which steps start from
+  std::int64_t grid_ns_ = 0;  // the first grid time after the anchor
+};
+
+}  // namespace torsio::emulator

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace torsio::emulator {
+
+/// An angle as whole turns and the rest. Turning for 1,000 h at 10 rev/s makes 2.3e8 rad, where a
+/// double resolves 3e-8 rad and 3.6e9 additions lose whole counts of an encoder; the rest here
+/// stays below one turn, so that every addition rounds by at most 5e-16 rad, whatever the distance.
+struct Angle {
+  std::int64_t revolutions = 0;
+  double fraction_rad = 0.0;  ///< in [0, 2 pi)
+
+  static constexpr double kTurnRad = 2.0 * std::numbers::pi;
+
+  [[nodiscard]] static Angle from_rad(double rad) {
+    Angle angle;
+    angle.add(rad);
+    return angle;
+  }
+
+  [[nodiscard]] double rad() const {
+    return static_cast<double>(revolutions) * kTurnRad + fraction_rad;
+  }
+
+  void add(double delta_rad) {
+    fraction_rad += delta_rad;
+    if (fraction_rad >= 0.0 && fraction_rad < kTurnRad) return;
+    const double turns = std::floor(fraction_rad / kTurnRad);
+    revolutions += static_cast<std::int64_t>(turns);
+    fraction_rad -= turns * kTurnRad;
+    // The quotient may round across a whole turn.
+    if (fraction_rad < 0.0) fraction_rad = 0.0;
+    if (fraction_rad >= kTurnRad) {
+      fraction_rad = 0.0;
+      ++revolutions;
+    }
+  }
+};
+
+/// What the plant remembers. Shaft 0 is shaft A with motor and knob, shaft 1 the spring's pulley B,
+/// shaft 2 the brake C. Shafts that the parts in use make one rigid body have equal speeds and no
+/// twist between them: B and C unless there is a belt, all three without spring and brake.
+struct PlantState {
+  std::int64_t time_ns = 0;
+  Angle knob_angle;                     ///< of shaft A
+  std::array<double, 3> speed_rad_s{};  ///< exactly 0 while friction holds a shaft
+  std::array<double, 2> twist_rad{};    ///< shaft spring (A - B) and belt (B - C)
+  double motor_torque_nm = 0.0;         ///< after the motor's lag
+  double brake_capacity_nm = 0.0;       ///< after the brake's lag, without its drag
+  double brake_target_nm = 0.0;         ///< command after hysteresis, where the capacity goes
+
+  [[nodiscard]] double knob_angle_rad() const { return knob_angle.rad(); }
+  [[nodiscard]] double knob_speed_rad_s() const { return speed_rad_s[0]; }
+  [[nodiscard]] double brake_angle_rad() const {
+    return knob_angle.rad() - twist_rad[0] - twist_rad[1];
+  }
+  [[nodiscard]] double brake_speed_rad_s() const { return speed_rad_s[2]; }
+};
+
+/// Torques wanted from the actuators, held until the next command.
+struct Command {
+  double motor_torque_nm = 0.0;  ///< on the knob
+  double brake_torque_nm = 0.0;  ///< capacity, >= 0
+};
+
+/// What no sensor of the device sees. Every torque is in N m and positive along positive angle.
+struct Truth {
+  double spring_torque_nm;         ///< of the shaft spring on the knob, its damping included
+  double motor_torque_nm;          ///< of the motor on the knob, after its lag
+  double hand_torque_nm;           ///< of the hand on the knob, without the hand's own inertia
+  double cogging_torque_nm;        ///< of the motor's cogging on the knob
+  double knob_friction_torque_nm;  ///< Coulomb friction on shaft A
+  double brake_torque_nm;          ///< what the brake, drag included, transmits to its shaft
+  double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
+  bool knob_sticks;                ///< friction holds shaft A
+  bool brake_sticks;               ///< friction holds the brake's shaft
+};
+
+}  // namespace torsio::emulator

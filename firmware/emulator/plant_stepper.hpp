@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "emulator/plant_model.hpp"
+#include "emulator/plant_params.hpp"
+#include "emulator/plant_state.hpp"
+
+namespace torsio::emulator {
+
+/// A way to take the plant's equations through one step of time. A stepper keeps no memory between
+/// steps other than caches: its result is a function of state, inputs and duration alone.
+class Stepper {
+ public:
+  Stepper() = default;
+  Stepper(const Stepper&) = delete;
+  Stepper& operator=(const Stepper&) = delete;
+  virtual ~Stepper() = default;
+
+  /// Takes `state` forward by `duration_ns` > 0. Allocates nothing.
+  virtual void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) = 0;
+};
+
+/// theta-method with set-valued friction; theta 1 is semi-implicit, 1/2 the trapezoid rule.
+[[nodiscard]] std::unique_ptr<Stepper> make_theta_stepper(PlantModel model, double theta);
+
+/// The stepper that `integration` names.
+[[nodiscard]] std::unique_ptr<Stepper> make_stepper(PlantModel model,
+                                                    const Integration& integration);
+
+}  // namespace torsio::emulator
