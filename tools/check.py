@@ -63,25 +63,25 @@ def _tool(name: str, *arguments: str) -> Command:
     return [str(_BIN / name), *arguments]
 
 
-def _existing(folders: tuple[str, ...]) -> list[str]:
-    return [folder for folder in folders if (TREE / folder).is_dir()]
+def _python_folders() -> list[str]:
+    return [folder for folder in PYTHON_FOLDERS if any((TREE / folder).rglob("*.py"))]
 
 
 CHECKS: dict[str, Callable[[], Command]] = {
     "clang-format": lambda: _tool(
         "clang-format", "--dry-run", "--Werror", *cpp_files(".hpp", ".cpp")
     ),
-    "ruff format": lambda: _tool("ruff", "format", "--check", *_existing(PYTHON_FOLDERS)),
-    "ruff lint": lambda: _tool("ruff", "check", *_existing(PYTHON_FOLDERS)),
-    "mypy": lambda: _tool("mypy", *_existing(PYTHON_FOLDERS)),
+    "ruff format": lambda: _tool("ruff", "format", "--check", *_python_folders()),
+    "ruff lint": lambda: _tool("ruff", "check", *_python_folders()),
+    "mypy": lambda: _tool("mypy", *_python_folders()),
     "shellcheck": lambda: _tool("shellcheck", *SHELL_FILES),
     "layers": lambda: [sys.executable, "-m", "tools.check_layers"],
 }
 
 FIXES: dict[str, Callable[[], Command]] = {
     "clang-format": lambda: _tool("clang-format", "-i", *cpp_files(".hpp", ".cpp")),
-    "ruff lint": lambda: _tool("ruff", "check", "--fix", *_existing(PYTHON_FOLDERS)),
-    "ruff format": lambda: _tool("ruff", "format", *_existing(PYTHON_FOLDERS)),
+    "ruff lint": lambda: _tool("ruff", "check", "--fix", *_python_folders()),
+    "ruff format": lambda: _tool("ruff", "format", *_python_folders()),
 }
 
 
