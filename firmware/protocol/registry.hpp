@@ -2,6 +2,7 @@
 /// The list of all reports, and the fingerprint that two sides compare before they talk.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 #include <tuple>
@@ -117,6 +118,15 @@ constexpr std::string_view field_name(std::uint8_t index) {
   };
   look(look, std::type_identity<T>{});
   return found;
+}
+
+/// Index of a field in a Verdict. Fails to compile if there is no such field.
+template <class T>
+consteval std::uint8_t field_index(std::string_view name) {
+  for (std::uint8_t index = 0; index < field_count<T>(); ++index) {
+    if (field_name<T>(index) == name) return index;
+  }
+  return std::array<std::uint8_t, 0>{}.at(0);  // no such field
 }
 
 }  // namespace torsio::protocol

@@ -78,11 +78,11 @@ struct Enumerators<Op> {
       "relax",      "save", "load_defaults", "clear_fault", "bootloader"};
 };
 
-enum class EventKind : std::uint8_t { state_changed, watchdog, deadline_missed, saved };
+enum class EventKind : std::uint8_t { state_changed, watchdog, deadline_missed };
 template <>
 struct Enumerators<EventKind> {
-  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
-                                                         "deadline_missed", "saved"};
+  static constexpr std::array<std::string_view, 3> names{"state_changed", "watchdog",
+                                                         "deadline_missed"};
 };
 
 /// Who the device is. Its first two fields never move, so that any two versions can tell each
@@ -192,7 +192,7 @@ struct Layout<ActuatorConfig> {
   static constexpr std::uint8_t id = 0x04;
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "actuator_config";
-  static constexpr std::string_view doc = "The actuator as built. Set only while disarmed.";
+  static constexpr std::string_view doc = "The actuator as built. Set only while disarmed; another encoder empties the scene.";
   static constexpr std::tuple fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),

@@ -1,0 +1,75 @@
+#include "device/config.hpp"
+
+#include <cstdint>
+
+#include "protocol/registry.hpp"
+
+namespace torsio::device {
+
+using protocol::ActuatorConfig;
+
+// The law's number on the wire is its number in the core.
+static_assert(static_cast<int>(protocol::Law::paper) == static_cast<int>(core::Law::paper));
+static_assert(static_cast<int>(protocol::Law::compensated) ==
+              static_cast<int>(core::Law::compensated));
+static_assert(static_cast<int>(protocol::Law::parallel) == static_cast<int>(core::Law::parallel));
+static_assert(static_cast<int>(protocol::Law::motor_only) ==
+              static_cast<int>(core::Law::motor_only));
+
+LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
+  const protocol::ActuatorConfig& actuator = config.actuator;
+  const protocol::ControlConfig& control = config.control;
+  const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
+  const float period_s = resolution.period_s;
+  const float motor_max_nm = core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
+  const float brake_max_nm = core::smaller(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
+  const auto law = static_cast<core::Law>(control.law);
+
+  LoopConfig loop;
+  loop.controller.motion = core::make_motion_params(
+      resolution, actuator.counter_bits, actuator.encoder_reversed == protocol::Toggle::on,
+      control.speed_bandwidth_hz);
+  // Only the compensated law counts the drag: with the paper's the drag's help is what keeps the
+  // motor from overcompensating (docs/theory.md).
+  loop.controller.brake = core::make_brake_params(
+      actuator.brake_time_constant_s, period_s, actuator.brake_torque_min_nm,
+      law == core::Law::compensated ? actuator.brake_drag_nm : 0.0F);
+  loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
+  loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
+  loop.controller.limits = {motor_max_nm, brake_max_nm, control.motor_slew_nm_per_s * period_s};
+  loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
+                            ? 0
+                            : core::round_to_u32(control.watchdog_s / period_s) + 1;
+  loop.passive_ramp_ticks = core::round_to_u32(control.passive_ramp_s / period_s);
+  loop.passive_brake_nm = core::smaller(control.passive_brake_nm, brake_max_nm);
+  loop.speed_limit_rad_s = control.speed_limit_rad_s;
+  // A quarter of a turn in one period: no hand does that, a lost encoder signal does.
+  loop.jump_limit_counts = static_cast<std::int32_t>(actuator.counts_per_rev / 4);
+  return loop;
+}
+
+protocol::Verdict check_consistent(const ActuatorConfig& config) {
+  using protocol::field_index;
+  if (config.brake_torque_min_nm > config.brake_torque_max_nm) {
+    return {protocol::Status::inconsistent, field_index<ActuatorConfig>("brake_torque_min_nm")};
+  }
+  // The counter must not wrap within the largest step that is not a fault.
+  if (config.counter_bits < 32 && config.counts_per_rev / 2 >= (1U << (config.counter_bits - 1))) {
+    return {protocol::Status::inconsistent, field_index<ActuatorConfig>("counter_bits")};
+  }
+  return {};
+}
+
+float torque_step_nm(const ActuatorConfig& config) {
+  const float wanted_nm =
+      1.5F * (config.motor_torque_max_nm + config.brake_torque_max_nm) / 32767.0F;
+  float decade_nm = 1e-6F;
+  for (;;) {
+    if (decade_nm >= wanted_nm) return decade_nm;
+    if (2.0F * decade_nm >= wanted_nm) return 2.0F * decade_nm;
+    if (5.0F * decade_nm >= wanted_nm) return 5.0F * decade_nm;
+    decade_nm *= 10.0F;
+  }
+}
+
+}  // namespace torsio::device

@@ -1,0 +1,59 @@
+/// @file
+/// The configuration in two slots of non-volatile memory. A save goes into the slot that does not
+/// hold the newest configuration, so that a power cut at any byte leaves the newest one intact.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "device/config.hpp"
+
+namespace torsio::device {
+
+inline constexpr std::size_t kSlotSize = 256;  // a page of the smallest flash in use
+using SlotBytes = std::array<std::uint8_t, kSlotSize>;
+
+struct StoredSlots {
+  std::array<SlotBytes, 2> slot{};
+};
+
+/// A slot to be written.
+struct SlotWrite {
+  std::uint8_t slot = 0;
+  SlotBytes bytes{};
+};
+
+/// Slots as new flash has them.
+constexpr StoredSlots empty_slots() {
+  StoredSlots slots;
+  for (SlotBytes& bytes : slots.slot) bytes.fill(0xFF);
+  return slots;
+}
+
+/// CRC-32 (ISO-HDLC, as in Ethernet and zlib).
+std::uint32_t crc32(std::span<const std::uint8_t> bytes);
+
+class ConfigStore {
+ public:
+  explicit ConfigStore(const StoredSlots& slots);
+
+  /// The newest intact configuration; nothing if neither slot holds one of this layout.
+  const std::optional<Config>& loaded() const { return loaded_; }
+
+  /// The write that saves `config`. Nothing is taken as saved before written().
+  SlotWrite prepare(const Config& config) const;
+  void written();
+
+  /// How many saves there were, ever.
+  std::uint32_t saves() const { return saves_; }
+
+ private:
+  std::optional<Config> loaded_;
+  std::uint32_t saves_ = 0;
+  std::uint8_t newest_slot_ = 1;
+};
+
+}  // namespace torsio::device

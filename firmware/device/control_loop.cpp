@@ -1,0 +1,265 @@
+#include "device/control_loop.hpp"
+
+#include "core/math.hpp"
+
+namespace torsio::device {
+namespace {
+
+namespace fault = protocol::fault;
+namespace flag = protocol::flag;
+using protocol::EventKind;
+using protocol::State;
+using protocol::Status;
+
+// So many ticks missed at once are no longer jitter: the motor has held a stale torque meanwhile.
+constexpr std::uint32_t kOverrunLimitTicks = 16;
+
+}  // namespace
+
+TickOutputs ControlLoop::tick(const TickInputs& in) {
+  controller_.tick += in.missed_ticks;
+  take_order();
+  watch_host();
+  const core::ControllerOutputs out = run_controller(in.encoder_count);
+  find_faults(in, out);
+  const TickOutputs given = decide(out);
+  sample(out, given);
+  publish(in);
+  return given;
+}
+
+Snapshot ControlLoop::snapshot() const {
+  for (;;) {
+    const std::uint32_t before = snapshot_version_.load(std::memory_order_acquire);
+    const Snapshot copy = snapshot_;
+    std::atomic_signal_fence(std::memory_order_acquire);
+    if (snapshot_version_.load(std::memory_order_relaxed) == before) return copy;
+  }
+}
+
+void ControlLoop::take_order() {
+  const Order* order = orders.front();
+  if (order == nullptr) return;
+  protocol::Verdict verdict = order->verdict;
+  if (verdict.ok()) {
+    verdict.status = execute(*order);
+  }
+  if (verdict.ok()) {
+    silent_ticks_ = 0;
+    ++snapshot_.reports_accepted;
+  } else {
+    ++snapshot_.reports_refused;
+  }
+  if (order->acknowledged || !verdict.ok()) {
+    Answer answer;
+    answer.acknowledgement = {order->sequence,
+                              order->report,
+                              static_cast<std::uint8_t>(verdict.status),
+                              verdict.field,
+                              state_,
+                              controller_.tick};
+    // The main loop gives an order only when there is room for its answers.
+    (void)answers.push(answer);
+  }
+  orders.pop();
+}
+
+Status ControlLoop::execute(const Order& order) {
+  switch (order.kind) {
+    case Order::Kind::acknowledge:
+    case Order::Kind::keep_alive:
+      return Status::ok;
+    case Order::Kind::arm:
+      return arm();
+    case Order::Kind::stop:
+      scene_ = nullptr;
+      [[fallthrough]];
+    case Order::Kind::disarm:
+      if (armed()) set_state(State::disarmed);
+      return Status::ok;
+    case Order::Kind::clear_fault:
+      return clear_fault();
+    case Order::Kind::stream:
+      decimation_ = order.decimation;
+      ticks_to_sample_ = 0;
+      return Status::ok;
+    case Order::Kind::play:
+      scene_ = order.commit.scene;
+      core::restart_effects(controller_.scene, order.commit.fresh, controller_.tick);
+      return Status::ok;
+    case Order::Kind::local_model:
+      return follow_local_model(order);
+    case Order::Kind::zero:
+      if (armed()) return Status::not_disarmed;
+      controller_.motion.position_counts = 0;
+      return Status::ok;
+    case Order::Kind::relax:
+      if (armed()) return Status::not_disarmed;
+      controller_.sensor = {};
+      return Status::ok;
+    case Order::Kind::configure:
+      config_ = *order.config;
+      controller_.motion.primed = false;  // the counter may have another width or sense now
+      if (order.clears_scene) scene_ = nullptr;
+      return Status::ok;
+  }
+  return Status::unsupported;
+}
+
+Status ControlLoop::arm() {
+  if (state_ == State::fault) return Status::fault_latched;
+  if (passive_) return Status::busy;
+  if (state_ == State::disarmed) {
+    soft_start_ticks_ = 0;
+    silent_ticks_ = 0;
+    set_state(State::armed);
+  }
+  return Status::ok;
+}
+
+Status ControlLoop::clear_fault() {
+  if (causes_ != 0) return Status::fault_persists;
+  faults_ = 0;
+  if (state_ == State::fault) set_state(State::disarmed);
+  return Status::ok;
+}
+
+Status ControlLoop::follow_local_model(const Order& order) {
+  if (!armed() || passive_) return Status::not_armed;
+  const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
+  if (local_model_on_ && ahead <= 0) return Status::stale;
+  local_model_sequence_ = order.sequence;
+  local_model_ = order.local_model;
+  local_model_on_ = order.deadline_ticks != 0;
+  local_model_ticks_left_ = order.deadline_ticks;
+  return Status::ok;
+}
+
+void ControlLoop::watch_host() {
+  if (!armed() || passive_) return;
+  if (config_.watchdog_ticks != 0) {
+    if (!connected.load(std::memory_order_relaxed) || ++silent_ticks_ > config_.watchdog_ticks) {
+      begin_passive(EventKind::watchdog);
+      return;
+    }
+  }
+  if (local_model_on_ && local_model_ticks_left_-- == 0) begin_passive(EventKind::deadline_missed);
+}
+
+void ControlLoop::begin_passive(EventKind why) {
+  passive_ = true;
+  passive_ticks_left_ = config_.passive_ramp_ticks;
+  const float motor_nm = core::absolute(controller_.limits.motor_torque_nm);
+  passive_step_nm_ =
+      passive_ticks_left_ == 0 ? motor_nm : motor_nm / static_cast<float>(passive_ticks_left_);
+  report_event(why);
+}
+
+core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count) {
+  core::ControllerInputs in;
+  in.encoder_count = encoder_count;
+  const float held_motor_nm = controller_.limits.motor_torque_nm;
+  if (armed() && !passive_) {
+    in.scene = scene_;
+    in.local = local_model_on_ ? &local_model_ : nullptr;
+    if (soft_start_ticks_ < config_.passive_ramp_ticks) {
+      in.scene_gain =
+          static_cast<float>(soft_start_ticks_++) / static_cast<float>(config_.passive_ramp_ticks);
+    }
+  }
+  const core::ControllerOutputs out = core::control(controller_, config_.controller, in);
+  if (passive_) controller_.limits.motor_torque_nm = held_motor_nm;  // fade() goes on from there
+  return out;
+}
+
+void ControlLoop::find_faults(const TickInputs& in, const core::ControllerOutputs& out) {
+  causes_ = 0;
+  if (in.emergency_stop) causes_ |= fault::emergency_stop;
+  if (in.actuator_fault) causes_ |= fault::actuator;
+  if (out.numeric_error) causes_ |= fault::numeric;
+  const std::int32_t delta = out.motion.delta_counts;
+  if (delta > config_.jump_limit_counts || delta < -config_.jump_limit_counts) {
+    causes_ |= fault::encoder;
+  }
+  if (armed()) {
+    // These endanger only somebody who feels a torque.
+    if (in.missed_ticks >= kOverrunLimitTicks) causes_ |= fault::overrun;
+    if (config_.speed_limit_rad_s > 0.0F &&
+        core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
+      causes_ |= fault::over_speed;
+    }
+  }
+  if ((causes_ & ~faults_) == 0) return;
+  faults_ = static_cast<std::uint16_t>(faults_ | causes_);
+  set_state(State::fault);
+}
+
+TickOutputs ControlLoop::decide(const core::ControllerOutputs& out) {
+  TickOutputs given;
+  if (armed()) {
+    given = passive_ ? fade() : TickOutputs{out.motor_torque_nm, out.brake_command_nm, true};
+  }
+  controller_.limits.motor_torque_nm = given.motor_torque_nm;
+  controller_.brake_command_nm = given.brake_torque_nm;
+  return given;
+}
+
+TickOutputs ControlLoop::fade() {
+  const float held_nm = controller_.limits.motor_torque_nm;
+  if (passive_ticks_left_ == 0) {
+    set_state(State::disarmed);
+    return {};
+  }
+  --passive_ticks_left_;
+  const float motor_nm = held_nm - core::clamp_symmetric(held_nm, passive_step_nm_);
+  return {motor_nm, config_.passive_brake_nm, true};
+}
+
+void ControlLoop::set_state(State state) {
+  state_ = state;
+  passive_ = false;
+  local_model_on_ = false;
+  report_event(EventKind::state_changed);
+}
+
+void ControlLoop::report_event(EventKind kind) {
+  Answer answer;
+  answer.is_event = true;
+  answer.event = {kind, state_, faults_, controller_.tick};
+  // With a host that reads nothing the event is lost; the health report still tells the state.
+  (void)answers.push(answer);
+}
+
+void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& given) {
+  if (decimation_ == 0) return;
+  if (ticks_to_sample_ != 0) {
+    --ticks_to_sample_;
+    return;
+  }
+  ticks_to_sample_ = static_cast<std::uint8_t>(decimation_ - 1);
+  auto flags = static_cast<std::uint8_t>(state_);
+  if (out.motor_saturated) flags |= flag::motor_saturated;
+  if (out.brake_saturated) flags |= flag::brake_saturated;
+  if (local_model_on_) flags |= flag::local_model;
+  if (passive_) flags |= flag::passive;
+  const LoopSample sample{controller_.tick - 1,     out.motion.position_counts,
+                          out.motion.speed_rad_s,   out.desired_torque_nm,
+                          given.motor_torque_nm,    out.brake_torque_nm,
+                          out.spring_torque_nm,     flags,
+                          decimation_};
+  if (!samples.push(sample)) ++snapshot_.samples_dropped;
+}
+
+void ControlLoop::publish(const TickInputs& in) {
+  snapshot_.tick = controller_.tick;
+  snapshot_.position_counts = controller_.motion.position_counts;
+  snapshot_.state = state_;
+  snapshot_.faults = faults_;
+  snapshot_.tick_overruns += in.missed_ticks;
+  snapshot_.tick_time_ns = in.tick_time_ns;
+  if (in.tick_time_ns > snapshot_.tick_time_max_ns) snapshot_.tick_time_max_ns = in.tick_time_ns;
+  snapshot_version_.store(snapshot_version_.load(std::memory_order_relaxed) + 1,
+                          std::memory_order_release);
+}
+
+}  // namespace torsio::device

@@ -1,0 +1,159 @@
+/// @file
+/// The side of the device that lives in the control interrupt: states, faults, watchdog, and the
+/// controller between them. The main loop gives it orders through a ring and reads its answers from
+/// another, so whatever the host asks takes effect between two ticks, whole.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "core/controller.hpp"
+#include "device/config.hpp"
+#include "device/ring.hpp"
+#include "device/scene_builder.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::device {
+
+/// What the board measured for this tick.
+struct TickInputs {
+  std::uint32_t encoder_count = 0;
+  bool emergency_stop = false;
+  bool actuator_fault = false;
+  std::uint32_t missed_ticks = 0;  // since the last tick; they count as time
+  std::uint32_t tick_time_ns = 0;  // how long the last tick took
+};
+
+/// What the board must do until the next tick.
+struct TickOutputs {
+  float motor_torque_nm = 0;  // on the knob
+  float brake_torque_nm = 0;  // capacity, >= 0
+  bool enabled = false;       // power stages on
+};
+
+/// Something for the control loop to do between two ticks, and to acknowledge.
+struct Order {
+  enum class Kind : std::uint8_t {
+    acknowledge,  // done already, or refused: only say so
+    arm,
+    disarm,
+    stop,
+    zero,
+    relax,
+    clear_fault,
+    stream,
+    play,
+    local_model,
+    configure,
+    keep_alive,
+  };
+
+  Kind kind = Kind::acknowledge;
+  bool acknowledged = true;
+  std::uint8_t report = 0;
+  std::uint16_t sequence = 0;
+  protocol::Verdict verdict;
+  std::uint8_t decimation = 0;           // stream
+  SceneBuilder::Commit commit;           // play
+  core::LocalModel local_model;          // local_model
+  std::uint32_t deadline_ticks = 0;      // local_model; 0 ends it
+  const LoopConfig* config = nullptr;    // configure
+  bool clears_scene = false;             // configure
+};
+
+struct Answer {
+  bool is_event = false;
+  protocol::Acknowledgement acknowledgement;
+  protocol::Event event;
+};
+
+struct LoopSample {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  float speed_rad_s = 0;
+  float desired_torque_nm = 0;
+  float motor_torque_nm = 0;
+  float brake_torque_nm = 0;
+  float spring_torque_nm = 0;
+  std::uint8_t flags = 0;
+  std::uint8_t decimation = 1;
+};
+
+/// What the main loop may know of the control loop at any time.
+struct Snapshot {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  protocol::State state = protocol::State::disarmed;
+  std::uint16_t faults = 0;
+  std::uint32_t reports_accepted = 0;
+  std::uint32_t reports_refused = 0;
+  std::uint32_t samples_dropped = 0;
+  std::uint32_t tick_overruns = 0;
+  std::uint32_t tick_time_ns = 0;
+  std::uint32_t tick_time_max_ns = 0;
+};
+
+class ControlLoop {
+ public:
+  explicit ControlLoop(const LoopConfig& config) : config_(config) {}
+  ControlLoop(const ControlLoop&) = delete;
+  ControlLoop& operator=(const ControlLoop&) = delete;
+
+  // Control interrupt.
+  TickOutputs tick(const TickInputs& in);
+
+  // Main loop. An order may be given only while `orders` is empty: what it points to is then no
+  // longer looked at, and every answer is sure of its place.
+  Ring<Order, 2> orders;
+  Ring<Answer, 16> answers;
+  Ring<LoopSample, 64> samples;
+  std::atomic<bool> connected{true};
+  Snapshot snapshot() const;
+
+ private:
+
+  void take_order();
+  protocol::Status execute(const Order& order);
+  protocol::Status arm();
+  protocol::Status clear_fault();
+  protocol::Status follow_local_model(const Order& order);
+  void watch_host();
+  void begin_passive(protocol::EventKind why);
+  core::ControllerOutputs run_controller(std::uint32_t encoder_count);
+  void find_faults(const TickInputs& in, const core::ControllerOutputs& out);
+  TickOutputs decide(const core::ControllerOutputs& out);
+  TickOutputs fade();
+  void set_state(protocol::State state);
+  void report_event(protocol::EventKind kind);
+  void sample(const core::ControllerOutputs& out, const TickOutputs& given);
+  void publish(const TickInputs& in);
+
+  bool armed() const { return state_ == protocol::State::armed; }
+
+  LoopConfig config_;
+  core::ControllerState controller_;
+  protocol::State state_ = protocol::State::disarmed;
+  std::uint16_t faults_ = 0;
+  std::uint16_t causes_ = 0;  // faults whose cause is present now
+  const core::Scene* scene_ = nullptr;
+
+  core::LocalModel local_model_;
+  bool local_model_on_ = false;
+  std::uint32_t local_model_ticks_left_ = 0;
+  std::uint16_t local_model_sequence_ = 0;
+
+  std::uint32_t silent_ticks_ = 0;
+  std::uint32_t soft_start_ticks_ = 0;  // since arming, up to the length of the soft start
+  bool passive_ = false;
+  std::uint32_t passive_ticks_left_ = 0;
+  float passive_step_nm_ = 0;  // per tick
+
+  std::uint8_t decimation_ = 0;
+  std::uint8_t ticks_to_sample_ = 0;
+
+  // Written here, read by the main loop, which an interrupt may cut in two.
+  std::atomic<std::uint32_t> snapshot_version_{0};
+  Snapshot snapshot_;
+};
+
+}  // namespace torsio::device

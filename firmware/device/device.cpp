@@ -1,0 +1,354 @@
+#include "device/device.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "device/prepare.hpp"
+#include "protocol/registry.hpp"
+
+namespace torsio::device {
+namespace {
+
+using protocol::Direction;
+using protocol::kNoField;
+using protocol::Layout;
+using protocol::Op;
+using protocol::report_size;
+using protocol::State;
+using protocol::Status;
+using protocol::Verdict;
+
+constexpr float kSpeedStepRadS = 0.01F;
+
+Order order_of(Order::Kind kind) {
+  Order order;
+  order.kind = kind;
+  return order;
+}
+
+Order refusal(Verdict verdict) {
+  Order order;
+  order.verdict = verdict;
+  return order;
+}
+
+template <class Report>
+std::uint8_t axis_of(const Report& report) {
+  if constexpr (requires { report.target; }) {
+    return report.target.axis;
+  } else {
+    return report.axis;
+  }
+}
+
+/// Reports that the host may send in this direction.
+template <class Report>
+constexpr bool accepted_as(Direction direction) {
+  constexpr bool read_only = std::is_same_v<Report, protocol::Identity> ||
+                             std::is_same_v<Report, protocol::Clock> ||
+                             std::is_same_v<Report, protocol::Health>;
+  return Layout<Report>::direction == direction && !read_only && direction != Direction::input;
+}
+
+/// Calls `visit(report, verdict)` with the report that the bytes hold, if the host may send it.
+/// @returns false for an unknown id
+template <class Visit>
+bool decode_any(std::span<const std::uint8_t> bytes, Direction direction, Visit&& visit) {
+  bool known = false;
+  protocol::for_each_report<protocol::AllReports>([&]<class Report>(std::type_identity<Report>) {
+    if constexpr (accepted_as<Report>(Layout<Report>::direction)) {
+      if (known || bytes[0] != Layout<Report>::id || direction != Layout<Report>::direction) return;
+      known = true;
+      Report report{};
+      Verdict verdict = protocol::decode(bytes, report);
+      if (verdict.ok() && axis_of(report) != 0) {
+        verdict = {Status::bad_axis, protocol::field_index<Report>("axis")};
+      }
+      visit(report, verdict);
+    }
+  });
+  return known;
+}
+
+}  // namespace
+
+Device::Device(const BoardInfo& board, const StoredSlots& stored)
+    : board_(board),
+      store_(stored),
+      config_(store_.loaded().value_or(Config{})),
+      loop_config_(make_loop_config(config_, board.control_period_ns)),
+      loop_(loop_config_) {}
+
+core::Resolution Device::resolution() const { return loop_config_.controller.motion.resolution; }
+
+bool Device::armed() const { return loop_.snapshot().state == State::armed; }
+
+// Reports in ---------------------------------------------------------------------------------
+
+bool Device::receive(std::span<const std::uint8_t> report) {
+  Incoming incoming;
+  incoming.length = static_cast<std::uint8_t>(std::min(report.size(), report_size + 1));
+  std::copy_n(report.begin(), std::min(report.size(), report_size), incoming.bytes.begin());
+  return inbox_.push(incoming);
+}
+
+Verdict Device::set_feature(std::span<const std::uint8_t> report) {
+  Verdict verdict{Status::unknown_report};
+  if (report.size() != report_size) {
+    verdict = {Status::bad_length};
+  } else {
+    decode_any(report, Direction::feature, [&](const auto& content, Verdict found) {
+      verdict = found;
+      if constexpr (requires { check_consistent(content); }) {
+        if (verdict.ok()) verdict = check_consistent(content);
+      }
+    });
+  }
+  if (verdict.ok() && armed()) verdict = {Status::not_disarmed};
+  if (verdict.ok()) {
+    Incoming incoming;
+    incoming.length = report_size;
+    incoming.direction = Direction::feature;
+    std::copy(report.begin(), report.end(), incoming.bytes.begin());
+    if (!inbox_.push(incoming)) verdict = {Status::busy};
+  }
+  if (!verdict.ok()) ++stalled_;
+  return verdict;
+}
+
+Order Device::read(const Incoming& incoming) {
+  Order order;
+  const std::span bytes(incoming.bytes);
+  if (incoming.length != report_size) {
+    order = refusal({Status::bad_length});
+  } else {
+    const bool known =
+        decode_any(bytes, incoming.direction, [&](const auto& report, Verdict verdict) {
+          order = verdict.ok() ? order_for(report) : refusal(verdict);
+        });
+    if (!known) order = refusal({Status::unknown_report});
+  }
+  // Every report that the host sends begins with its id and its sequence number, so that even what
+  // cannot be read can be answered.
+  order.report = incoming.length > 0 ? bytes[0] : 0;
+  order.sequence =
+      incoming.length > 2 ? static_cast<std::uint16_t>(bytes[1] | (bytes[2] << 8)) : 0;
+  return order;
+}
+
+Order Device::order_for(const protocol::Command& command) {
+  switch (command.op) {
+    case Op::keep_alive: {
+      Order order = order_of(Order::Kind::keep_alive);
+      order.acknowledged = false;
+      return order;
+    }
+    case Op::arm:
+      return order_of(Order::Kind::arm);
+    case Op::disarm:
+      return order_of(Order::Kind::disarm);
+    case Op::stop:
+      scene_.clear();
+      return order_of(Order::Kind::stop);
+    case Op::zero:
+      return order_of(Order::Kind::zero);
+    case Op::relax:
+      return order_of(Order::Kind::relax);
+    case Op::save:
+      return save();
+    case Op::load_defaults:
+      return configure(Config{});
+    case Op::clear_fault:
+      return order_of(Order::Kind::clear_fault);
+    case Op::bootloader:
+      return enter_bootloader();
+  }
+  return refusal({Status::unsupported});
+}
+
+Order Device::order_for(const protocol::Commit& commit) {
+  Order order = order_of(Order::Kind::play);
+  order.verdict = {scene_.commit(commit.active, order.commit)};
+  if (!order.verdict.ok()) {
+    order.verdict.field = protocol::field_index<protocol::Commit>("active");
+    return order;
+  }
+  commit_given_ = true;
+  return order;
+}
+
+Order Device::order_for(const protocol::Stream& stream) {
+  Order order = order_of(Order::Kind::stream);
+  order.decimation = stream.decimation;
+  return order;
+}
+
+Order Device::order_for(const protocol::LocalModel& model) {
+  Order order = order_of(Order::Kind::local_model);
+  order.acknowledged = false;
+  order.local_model = prepare(model, resolution());
+  const float deadline_ticks = model.deadline_s / resolution().period_s;
+  order.deadline_ticks = core::round_to_u32(deadline_ticks);
+  // A deadline shorter than half a tick is still one, not the end of the stream.
+  if (model.deadline_s > 0.0F && order.deadline_ticks == 0) order.deadline_ticks = 1;
+  return order;
+}
+
+Order Device::order_for(const protocol::CurvePoints& points) {
+  if (points.first_point + points.points > protocol::curve_pool_points) {
+    return refusal(
+        {Status::inconsistent, protocol::field_index<protocol::CurvePoints>("points")});
+  }
+  scene_.put_points(points.first_point, std::span(points.torque_nm).first(points.points));
+  return order_of(Order::Kind::acknowledge);
+}
+
+template <class EffectReport>
+Order Device::order_for(const EffectReport& report) {
+  core::Effect effect;
+  const Verdict verdict = prepare(report, resolution(), effect);
+  if (!verdict.ok()) return refusal(verdict);
+  scene_.put(report.target.slot, effect);
+  return order_of(Order::Kind::acknowledge);
+}
+
+Order Device::order_for(const protocol::ActuatorConfig& actuator) {
+  return configure({actuator, config_.control});
+}
+
+Order Device::order_for(const protocol::ControlConfig& control) {
+  return configure({config_.actuator, control});
+}
+
+Order Device::configure(const Config& config) {
+  // Only an order can arm, and none is on its way now: what is true here is true in the loop.
+  if (armed()) return refusal({Status::not_disarmed});
+  // A scene is prepared for one encoder.
+  const bool clears_scene =
+      config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
+  config_ = config;
+  loop_config_ = make_loop_config(config_, board_.control_period_ns);
+  if (clears_scene) scene_.clear();
+  Order order = order_of(Order::Kind::configure);
+  order.config = &loop_config_;
+  order.clears_scene = clears_scene;
+  return order;
+}
+
+Order Device::save() {
+  // Writing flash holds the processor up for longer than a tick.
+  if (armed()) return refusal({Status::not_disarmed});
+  slot_write_ = store_.prepare(config_);
+  return order_of(Order::Kind::acknowledge);
+}
+
+Order Device::enter_bootloader() {
+  if (!board_.has_bootloader) return refusal({Status::unsupported});
+  if (armed()) return refusal({Status::not_disarmed});
+  bootloader_requested_ = true;
+  return order_of(Order::Kind::acknowledge);
+}
+
+// Reports out --------------------------------------------------------------------------------
+
+Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const {
+  const Snapshot now = loop_.snapshot();
+  switch (id) {
+    case Layout<protocol::Identity>::id: {
+      protocol::Identity identity;
+      identity.fingerprint = protocol::fingerprint();
+      identity.firmware_version = board_.firmware_version;
+      identity.board = board_.board;
+      identity.serial = board_.serial;
+      identity.control_period_ns = board_.control_period_ns;
+      identity.counts_per_rev = config_.actuator.counts_per_rev;
+      identity.torque_step_nm = torque_step_nm(config_.actuator);
+      identity.speed_step_rad_s = kSpeedStepRadS;
+      report = protocol::encode(identity);
+      return Status::ok;
+    }
+    case Layout<protocol::Clock>::id:
+      report = protocol::encode(
+          protocol::Clock{now.tick, now.tick * board_.control_period_ns, now.position_counts});
+      return Status::ok;
+    case Layout<protocol::Health>::id:
+      report = protocol::encode(protocol::Health{
+          now.state, now.faults, now.reports_accepted, now.reports_refused + stalled_,
+          now.samples_dropped, now.tick_overruns, now.tick_time_ns, now.tick_time_max_ns,
+          store_.saves()});
+      return Status::ok;
+    case Layout<protocol::ActuatorConfig>::id:
+      report = protocol::encode(config_.actuator);
+      return Status::ok;
+    case Layout<protocol::ControlConfig>::id:
+      report = protocol::encode(config_.control);
+      return Status::ok;
+    default:
+      return Status::unknown_report;
+  }
+}
+
+bool Device::next_input(protocol::ReportBytes& report) {
+  if (const Answer* answer = loop_.answers.front()) {
+    report = answer->is_event ? protocol::encode(answer->event)
+                              : protocol::encode(answer->acknowledgement);
+    loop_.answers.pop();
+    return true;
+  }
+  gather_telemetry();
+  // A sample that did not fit sends the batch off before it is due.
+  if (!batch_.due(board_.control_period_ns) && (batch_.empty() || loop_.samples.empty())) {
+    return false;
+  }
+  report = protocol::encode(batch_.take());
+  return true;
+}
+
+void Device::gather_telemetry() {
+  const SampleSteps steps{torque_step_nm(config_.actuator), kSpeedStepRadS};
+  while (const LoopSample* sample = loop_.samples.front()) {
+    if (batch_.due(board_.control_period_ns) || !batch_.add(*sample, steps)) return;
+    loop_.samples.pop();
+  }
+}
+
+// Main loop ----------------------------------------------------------------------------------
+
+void Device::service() {
+  // One order at a time, and only when its answer and an event have room: see ControlLoop::orders.
+  if (!loop_.orders.empty() || save_order_) return;
+  if (commit_given_) {
+    scene_.taken();
+    commit_given_ = false;
+  }
+  if (loop_.answers.free() < 4) return;
+  const Incoming* incoming = inbox_.front();
+  if (incoming == nullptr) return;
+
+  const Order order = read(*incoming);
+  inbox_.pop();
+  if (slot_write_) {
+    save_order_ = order;  // acknowledged when it is true
+    return;
+  }
+  (void)loop_.orders.push(order);
+}
+
+void Device::set_connected(bool connected) {
+  loop_.connected.store(connected, std::memory_order_relaxed);
+}
+
+std::optional<SlotWrite> Device::take_slot_write() {
+  return std::exchange(slot_write_, std::nullopt);
+}
+
+void Device::storage_written() {
+  if (!save_order_) return;
+  store_.written();
+  (void)loop_.orders.push(*save_order_);
+  save_order_.reset();
+}
+
+bool Device::take_bootloader_request() { return std::exchange(bootloader_requested_, false); }
+
+}  // namespace torsio::device

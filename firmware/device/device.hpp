@@ -1,0 +1,122 @@
+/// @file
+/// What the device is, on whatever board: report bytes and encoder counts in, torques and report
+/// bytes out. It is passive: it has no clock, no thread and no pins, a board or the emulator calls
+/// it. The same sources run on the microcontroller and on the host.
+///
+/// Two contexts call it. `tick()` belongs to the control interrupt; everything else belongs to the
+/// main loop. They share nothing but single-producer single-consumer rings, so neither ever waits.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "core/controller.hpp"
+#include "device/config_store.hpp"
+#include "device/control_loop.hpp"
+#include "device/ring.hpp"
+#include "device/scene_builder.hpp"
+#include "device/telemetry_batch.hpp"
+#include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::device {
+
+/// What a board knows about itself at power-up.
+struct BoardInfo {
+  protocol::Board board = protocol::Board::emulated;
+  std::array<std::uint8_t, 16> serial{};  // ASCII, padded with zeros
+  std::array<std::uint8_t, 3> firmware_version{};
+  std::uint32_t control_period_ns = 1'000'000;
+  bool has_bootloader = false;
+};
+
+class Device {
+ public:
+  /// Powers up: disarmed, with the newest intact configuration of the two stored slots, or the
+  /// defaults if there is none.
+  Device(const BoardInfo& board, const StoredSlots& stored);
+
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  // Control interrupt ------------------------------------------------------------------------
+
+  /// One control period: orders, sensor, scene, partition, limits, telemetry sample.
+  TickOutputs tick(const TickInputs& in) { return loop_.tick(in); }
+
+  // Main loop --------------------------------------------------------------------------------
+
+  /// An output report from the host. The acknowledgement says what became of it.
+  /// @returns false if the inbox is full: keep the report and offer it again after service()
+  [[nodiscard]] bool receive(std::span<const std::uint8_t> report);
+
+  /// A feature report from the host.
+  /// @returns not ok: stall the request, nothing has changed
+  protocol::Verdict set_feature(std::span<const std::uint8_t> report);
+
+  /// Answers a request for a feature report.
+  /// @returns unknown_report: stall the request
+  protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report) const;
+
+  /// The next input report for the host; acknowledgements and events go before telemetry.
+  /// @returns false if there is none
+  [[nodiscard]] bool next_input(protocol::ReportBytes& report);
+
+  /// Work that may take its time: reads the inbox, gathers telemetry. Call it in every round.
+  void service();
+
+  /// The bus is configured and awake, or not. Without it the device disarms at once, unless it was
+  /// told to run on its own.
+  void set_connected(bool connected);
+
+  /// The slot that the board must write now, once per `save`. The board calls storage_written()
+  /// when the bytes are safe; the acknowledgement of `save` waits for that.
+  [[nodiscard]] std::optional<SlotWrite> take_slot_write();
+  void storage_written();
+
+  /// True once after an accepted `bootloader` command.
+  [[nodiscard]] bool take_bootloader_request();
+
+ private:
+  struct Incoming {
+    std::array<std::uint8_t, protocol::report_size> bytes{};
+    std::uint8_t length = 0;  // report_size + 1 for anything longer
+    protocol::Direction direction = protocol::Direction::output;
+  };
+
+  Order read(const Incoming& incoming);
+  Order order_for(const protocol::Command& command);
+  Order order_for(const protocol::Commit& commit);
+  Order order_for(const protocol::Stream& stream);
+  Order order_for(const protocol::LocalModel& model);
+  Order order_for(const protocol::CurvePoints& points);
+  Order order_for(const protocol::ActuatorConfig& actuator);
+  Order order_for(const protocol::ControlConfig& control);
+  template <class EffectReport>
+  Order order_for(const EffectReport& effect);
+
+  void gather_telemetry();
+  Order configure(const Config& config);
+  Order save();
+  Order enter_bootloader();
+  core::Resolution resolution() const;
+  bool armed() const;
+
+  BoardInfo board_;
+  ConfigStore store_;
+  Config config_;
+  LoopConfig loop_config_;
+  ControlLoop loop_;
+  SceneBuilder scene_;
+  bool commit_given_ = false;
+  TelemetryBatch batch_;
+  Ring<Incoming, 8> inbox_;
+  std::optional<SlotWrite> slot_write_;
+  std::optional<Order> save_order_;  // acknowledged once the slot is written
+  bool bootloader_requested_ = false;
+  std::uint32_t stalled_ = 0;  // feature requests
+};
+
+}  // namespace torsio::device

@@ -1,0 +1,185 @@
+#include "device/prepare.hpp"
+
+#include "core/angle.hpp"
+#include "protocol/registry.hpp"
+
+namespace torsio::device {
+namespace {
+
+using core::Resolution;
+using protocol::field_index;
+using protocol::Status;
+using protocol::Verdict;
+
+// Choices keep their number from the wire to the core.
+static_assert(static_cast<int>(protocol::Waveform::sawtooth_down) ==
+              static_cast<int>(core::Waveform::sawtooth_down));
+static_assert(static_cast<int>(protocol::DetentProfile::click) ==
+              static_cast<int>(core::DetentProfile::click));
+static_assert(static_cast<int>(protocol::Grain::noise) == static_cast<int>(core::Grain::noise));
+static_assert(protocol::max_effects == core::kMaxEffects);
+static_assert(protocol::curve_pool_points == core::kCurvePoolPoints);
+
+float per_tick(float change, std::uint32_t ticks) {
+  return ticks == 0 ? 0.0F : change / static_cast<float>(ticks);
+}
+
+/// Within an endless effect nothing fades; within a finite one attack and fade must have room.
+template <class Report>
+Verdict prepare_timing(const protocol::Timing& in, const Resolution& r, core::Timing& timing) {
+  timing.delay_ticks = core::round_to_u32(in.delay_s / r.period_s);
+  timing.duration_ticks = core::round_to_u32(in.duration_s / r.period_s);
+  timing.attack_ticks = core::round_to_u32(in.attack_s / r.period_s);
+  timing.fade_ticks = core::round_to_u32(in.fade_s / r.period_s);
+  if (in.duration_s > 0.0F) {
+    // Shorter than half a tick would round to "endless".
+    if (timing.duration_ticks == 0) timing.duration_ticks = 1;
+    const std::uint64_t envelope =
+        static_cast<std::uint64_t>(timing.attack_ticks) + timing.fade_ticks;
+    if (envelope > timing.duration_ticks) {
+      return {Status::inconsistent, field_index<Report>("duration_s")};
+    }
+  } else if (in.fade_s > 0.0F) {
+    return {Status::inconsistent, field_index<Report>("fade_s")};
+  }
+  timing.attack_level = in.attack_level;
+  timing.attack_rise_per_tick = per_tick(1.0F - in.attack_level, timing.attack_ticks);
+  timing.fade_level = in.fade_level;
+  timing.fade_fall_per_tick = per_tick(1.0F - in.fade_level, timing.fade_ticks);
+  return {};
+}
+
+core::Wall make_wall(std::int64_t angle_turns_q32, bool solid_above, float stiffness,
+                     float damping, const Resolution& r) {
+  return {core::make_origin(angle_turns_q32, r.counts_per_rev), solid_above ? -1.0F : 1.0F,
+          stiffness, damping};
+}
+
+}  // namespace
+
+Verdict prepare(const protocol::Wall& in, const Resolution& r, core::Effect& effect) {
+  effect = make_wall(in.angle_turns_q32, in.side == protocol::Side::above, in.stiffness_nm_per_rad,
+                     in.damping_nm_s_per_rad, r);
+  return {};
+}
+
+Verdict prepare(const protocol::Spring& in, const Resolution& r, core::Effect& effect) {
+  effect = core::Spring{core::make_origin(in.angle_turns_q32, r.counts_per_rev),
+                        in.stiffness_nm_per_rad, in.deadband_rad, in.torque_limit_nm};
+  return {};
+}
+
+Verdict prepare(const protocol::Damper& in, const Resolution&, core::Effect& effect) {
+  effect = core::Damper{in.damping_nm_s_per_rad, in.torque_limit_nm};
+  return {};
+}
+
+Verdict prepare(const protocol::Friction& in, const Resolution&, core::Effect& effect) {
+  effect = core::Friction{in.stiffness_nm_per_rad, in.torque_nm / in.stiffness_nm_per_rad};
+  return {};
+}
+
+Verdict prepare(const protocol::Inertia& in, const Resolution&, core::Effect& effect) {
+  effect = core::Inertia{in.inertia_kg_m2, in.torque_limit_nm};
+  return {};
+}
+
+Verdict prepare(const protocol::Constant& in, const Resolution& r, core::Effect& effect) {
+  core::Constant constant{in.torque_nm, {}};
+  const Verdict verdict = prepare_timing<protocol::Constant>(in.timing, r, constant.timing);
+  if (verdict.ok()) effect = constant;
+  return verdict;
+}
+
+Verdict prepare(const protocol::Ramp& in, const Resolution& r, core::Effect& effect) {
+  if (in.timing.duration_s <= 0.0F) {
+    return {Status::inconsistent, field_index<protocol::Ramp>("duration_s")};
+  }
+  core::Ramp ramp{in.start_torque_nm, 0.0F, {}};
+  const Verdict verdict = prepare_timing<protocol::Ramp>(in.timing, r, ramp.timing);
+  if (!verdict.ok()) return verdict;
+  ramp.rise_nm_per_tick =
+      per_tick(in.end_torque_nm - in.start_torque_nm, ramp.timing.duration_ticks);
+  effect = ramp;
+  return {};
+}
+
+Verdict prepare(const protocol::Periodic& in, const Resolution& r, core::Effect& effect) {
+  const float cycles_per_tick = in.frequency_hz * r.period_s;
+  if (cycles_per_tick > 0.5F) {
+    return {Status::out_of_range, field_index<protocol::Periodic>("frequency_hz")};
+  }
+  core::Periodic periodic;
+  const Verdict verdict = prepare_timing<protocol::Periodic>(in.timing, r, periodic.timing);
+  if (!verdict.ok()) return verdict;
+  periodic.waveform = static_cast<core::Waveform>(in.waveform);
+  periodic.amplitude_nm = in.amplitude_nm;
+  periodic.offset_nm = in.offset_nm;
+  // A whole turn is no phase at all, and 2^32 does not fit.
+  periodic.start_phase =
+      in.phase_turns < 1.0F ? core::round_to_u32(in.phase_turns * 0x1p32F) : 0;
+  periodic.phase_per_tick = core::round_to_u32(cycles_per_tick * 0x1p32F);
+  effect = periodic;
+  return {};
+}
+
+Verdict prepare(const protocol::Detents& in, const Resolution& r, core::Effect& effect) {
+  if (in.per_turn_q32 > static_cast<std::uint64_t>(r.counts_per_rev) << 31) {
+    return {Status::out_of_range, field_index<protocol::Detents>("per_turn_q32")};
+  }
+  effect = core::Detents{core::make_pattern(in.angle_turns_q32, in.per_turn_q32, r.counts_per_rev),
+                         in.torque_nm, static_cast<core::DetentProfile>(in.profile),
+                         2.0F / in.width};
+  return {};
+}
+
+Verdict prepare(const protocol::EndStops& in, const Resolution& r, core::Effect& effect) {
+  if (in.upper_turns_q32 < in.lower_turns_q32) {
+    return {Status::inconsistent, field_index<protocol::EndStops>("upper_turns_q32")};
+  }
+  effect = core::EndStops{
+      make_wall(in.lower_turns_q32, false, in.stiffness_nm_per_rad, in.damping_nm_s_per_rad, r),
+      make_wall(in.upper_turns_q32, true, in.stiffness_nm_per_rad, in.damping_nm_s_per_rad, r)};
+  return {};
+}
+
+Verdict prepare(const protocol::Texture& in, const Resolution& r, core::Effect& effect) {
+  if (in.grains_per_turn > r.counts_per_rev / 2) {
+    return {Status::out_of_range, field_index<protocol::Texture>("grains_per_turn")};
+  }
+  core::Texture texture;
+  texture.turns_per_count_q64 =
+      core::make_pattern(0, std::uint64_t{1} << 32, r.counts_per_rev).cycles_per_count_q64;
+  texture.grains_per_turn = in.grains_per_turn;
+  texture.torque_nm = in.torque_nm;
+  texture.grain = static_cast<core::Grain>(in.grain);
+  texture.seed = in.seed;
+  effect = texture;
+  return {};
+}
+
+Verdict prepare(const protocol::Curve& in, const Resolution& r, core::Effect& effect) {
+  if (in.first_point + in.points > protocol::curve_pool_points) {
+    return {Status::inconsistent, field_index<protocol::Curve>("points")};
+  }
+  if (in.span_turns_q32 * r.counts_per_rev < std::uint64_t{1} << 33) {
+    return {Status::out_of_range, field_index<protocol::Curve>("span_turns_q32")};
+  }
+  core::Curve curve;
+  curve.pattern =
+      core::make_pattern_of_span(in.angle_turns_q32, in.span_turns_q32, r.counts_per_rev);
+  curve.intervals = static_cast<std::uint16_t>(in.points - 1);
+  const float span_rad = static_cast<float>(in.span_turns_q32) * (core::kTwoPi * 0x1p-32F);
+  curve.intervals_per_rad = static_cast<float>(curve.intervals) / span_rad;
+  curve.first_point = in.first_point;
+  curve.repeats = in.ends == protocol::Ends::repeat;
+  effect = curve;
+  return {};
+}
+
+core::LocalModel prepare(const protocol::LocalModel& in, const Resolution& r) {
+  return {in.torque_nm, core::make_origin(in.angle_turns_q32, r.counts_per_rev),
+          in.stiffness_nm_per_rad, in.damping_nm_s_per_rad};
+}
+
+}  // namespace torsio::device

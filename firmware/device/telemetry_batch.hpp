@@ -1,0 +1,38 @@
+/// @file
+/// Gathers samples into reports.
+#pragma once
+
+#include <cstdint>
+
+#include "device/control_loop.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::device {
+
+/// Units of the samples' integers.
+struct SampleSteps {
+  float torque_nm = 1e-5F;
+  float speed_rad_s = 0.01F;
+};
+
+class TelemetryBatch {
+ public:
+  /// Adds a sample unless it cannot stand behind the ones already there: then the report must be
+  /// sent first.
+  /// @returns false if the sample was not taken
+  [[nodiscard]] bool add(const LoopSample& sample, const SampleSteps& steps);
+
+  /// True when the report should go: it is full, or waiting would make it older than 10 ms.
+  bool due(std::uint32_t period_ns) const;
+  bool empty() const { return count_ == 0; }
+
+  /// The report; the batch is empty afterwards.
+  protocol::Telemetry take();
+
+ private:
+  protocol::Telemetry report_;
+  std::uint8_t count_ = 0;
+  std::int64_t base_counts_ = 0;
+};
+
+}  // namespace torsio::device
