@@ -1,0 +1,196 @@
+#include "emulator/emulated_device.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "device/config.hpp"
+#include "device/config_store.hpp"
+#include "protocol/registry.hpp"
+
+namespace torsio::emulator {
+namespace {
+
+constexpr std::int64_t kShortestPeriodNs = 50'000;
+constexpr std::int64_t kLongestPeriodNs = 1'000'000;
+
+EmulatedDeviceOptions checked(EmulatedDeviceOptions options) {
+  if (options.control_period_ns < kShortestPeriodNs ||
+      options.control_period_ns > kLongestPeriodNs) {
+    throw std::invalid_argument("control_period_ns must be within 50000 and 1000000, is " +
+                                std::to_string(options.control_period_ns));
+  }
+  const bool printable =
+      std::ranges::all_of(options.serial, [](char c) { return c > 32 && c < 127; });
+  if (options.serial.empty() || options.serial.size() > 16 || !printable) {
+    throw std::invalid_argument("serial must be 1 to 16 printable ASCII characters, is \"" +
+                                options.serial + "\"");
+  }
+  options.encoder.seed += options.seed;
+  options.plant.integration.step_ns =
+      std::min(options.plant.integration.step_ns, options.control_period_ns);
+  return options;
+}
+
+template <class Config>
+void check_override(const std::optional<Config>& config) {
+  if (!config) return;
+  protocol::Verdict verdict = protocol::check(*config);
+  if constexpr (requires { device::check_consistent(*config); }) {
+    if (verdict.ok()) verdict = device::check_consistent(*config);
+  }
+  if (verdict.ok()) return;
+  throw std::invalid_argument(std::string(protocol::Layout<Config>::name) + ": " +
+                              std::string(protocol::field_name<Config>(verdict.field)) +
+                              " is outside what docs/protocol.md allows");
+}
+
+/// The storage as if the overriding configuration had been saved there.
+device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
+  if (!options.actuator && !options.control) return options.stored;
+  check_override(options.actuator);
+  check_override(options.control);
+  const device::ConfigStore store(options.stored);
+  device::Config config = store.loaded().value_or(device::Config{});
+  config.actuator = options.actuator.value_or(config.actuator);
+  config.control = options.control.value_or(config.control);
+  const device::SlotWrite write = store.prepare(config);
+  device::StoredSlots slots = options.stored;
+  slots.slot.at(write.slot) = write.bytes;
+  return slots;
+}
+
+}  // namespace
+
+EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
+    : options_(checked(std::move(options))),
+      plant_(options_.plant, options_.hand),
+      encoder_(options_.encoder),
+      link_(options_.seed, options_.input_queue_reports),
+      stored_(with_overrides(options_)) {
+  power_up();
+}
+
+void EmulatedDevice::power_up() {
+  device::BoardInfo board;
+  board.board = protocol::Board::emulated;
+  std::ranges::copy(options_.serial, board.serial.begin());
+  board.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
+  board.control_period_ns = static_cast<std::uint32_t>(options_.control_period_ns);
+  device_ = std::make_unique<device::Device>(board, stored_);
+  device_->set_connected(plugged_);
+}
+
+void EmulatedDevice::advance(std::int64_t duration_ns) {
+  if (duration_ns < 0) throw std::invalid_argument("duration_ns must not be negative");
+  const std::int64_t end_ns = now_ns_ + duration_ns;
+  while (true) {
+    const std::int64_t next_ns = std::min(next_frame_ns_, next_tick_ns_);
+    if (next_ns >= end_ns) break;
+    now_ns_ = next_ns;
+    if (next_frame_ns_ == next_ns) {
+      next_frame_ns_ += UsbLink::kFrameNs;
+      if (connected()) {
+        device_->service();
+        link_.frame(*device_);
+      }
+    }
+    if (next_tick_ns_ == next_ns) {
+      next_tick_ns_ += options_.control_period_ns;
+      tick();
+    }
+  }
+  now_ns_ = end_ns;
+}
+
+void EmulatedDevice::tick() {
+  if (options_.log_truth) log_truth();
+  if (!encoder_frozen_) encoder_count_ = encoder_.sample(plant_.state().knob_angle);
+  if (device_ == nullptr) {
+    plant_.set_command({});
+  } else if (ticks_to_skip_ > 0) {
+    --ticks_to_skip_;
+    ++ticks_missed_;
+  } else {
+    run_control(encoder_count_ + encoder_offset_);
+  }
+  plant_.advance(options_.control_period_ns);
+}
+
+void EmulatedDevice::run_control(std::uint32_t encoder_count) {
+  device_->service();
+  if (const auto write = device_->take_slot_write()) {
+    write_slot(*write);
+    if (device_ == nullptr) {
+      plant_.set_command({});
+      return;
+    }
+  }
+  const device::TickOutputs out = device_->tick({.encoder_count = encoder_count,
+                                                 .emergency_stop = emergency_stop_,
+                                                 .actuator_fault = actuator_fault_,
+                                                 .missed_ticks = std::exchange(ticks_missed_, 0)});
+  plant_.set_command(out.enabled
+                         ? Command{.motor_torque_nm = static_cast<double>(out.motor_torque_nm),
+                                   .brake_torque_nm = static_cast<double>(out.brake_torque_nm)}
+                         : Command{});
+}
+
+void EmulatedDevice::write_slot(const device::SlotWrite& write) {
+  device::SlotBytes& slot = stored_.slot.at(write.slot);
+  slot.fill(0xFF);  // flash is erased before it is written
+  const std::size_t bytes = std::min(power_cut_bytes_.value_or(slot.size()), slot.size());
+  std::copy_n(write.bytes.begin(), bytes, slot.begin());
+  if (power_cut_bytes_) {
+    power_cut_bytes_.reset();
+    set_powered(false);
+  } else {
+    device_->storage_written();
+  }
+}
+
+bool EmulatedDevice::write(const protocol::ReportBytes& report) {
+  return connected() && link_.write(report);
+}
+
+bool EmulatedDevice::read(protocol::ReportBytes& report) { return link_.read(report); }
+
+protocol::Verdict EmulatedDevice::set_feature(std::span<const std::uint8_t> report) {
+  if (!connected()) return {protocol::Status::unsupported};
+  return device_->set_feature(report);
+}
+
+protocol::Status EmulatedDevice::get_feature(std::uint8_t id, protocol::ReportBytes& report) const {
+  if (!connected()) return protocol::Status::unsupported;
+  return device_->get_feature(id, report);
+}
+
+void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
+
+std::vector<TruthSample> EmulatedDevice::take_truth() { return std::exchange(truth_, {}); }
+
+void EmulatedDevice::set_plugged(bool plugged) {
+  if (plugged == plugged_) return;
+  plugged_ = plugged;
+  link_.clear();
+  if (device_ != nullptr) device_->set_connected(plugged);
+}
+
+void EmulatedDevice::set_powered(bool powered) {
+  if (powered == (device_ != nullptr)) return;
+  link_.clear();
+  device_.reset();
+  if (powered) power_up();
+}
+
+void EmulatedDevice::log_truth() {
+  const PlantState& state = plant_.state();
+  truth_.push_back({.time_ns = now_ns_,
+                    .angle_rad = state.knob_angle_rad(),
+                    .brake_angle_rad = state.brake_angle_rad(),
+                    .speed_rad_s = state.knob_speed_rad_s(),
+                    .torque = plant_.truth()});
+}
+
+}  // namespace torsio::emulator

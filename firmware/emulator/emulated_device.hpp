@@ -1,0 +1,141 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "device/device.hpp"
+#include "emulator/encoder.hpp"
+#include "emulator/hand.hpp"
+#include "emulator/plant.hpp"
+#include "emulator/usb_link.hpp"
+#include "protocol/codec.hpp"
+
+namespace torsio::emulator {
+
+struct EmulatedDeviceOptions {
+  /// Of everything random; the encoder's own seed is added to it for its noise.
+  std::uint64_t seed = 0;
+  std::int64_t control_period_ns = 1'000'000;  ///< 50,000 to 1,000,000: 20 kHz to 1 kHz
+  PlantParams plant;                           ///< its steps are never longer than a period
+  EncoderParams encoder;
+  Hand hand = NoHand{};
+  std::string serial = "EMULATED";  ///< 1 to 16 printable ASCII characters
+  device::StoredSlots stored = device::empty_slots();
+  /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
+  std::optional<protocol::ActuatorConfig> actuator;
+  std::optional<protocol::ControlConfig> control;
+  std::size_t input_queue_reports = 64;  ///< see UsbLink
+  bool log_truth = false;
+};
+
+/// What no sensor sees, at the moment when a tick samples the encoder.
+struct TruthSample {
+  std::int64_t time_ns;
+  double angle_rad;        ///< of the knob
+  double brake_angle_rad;  ///< of the brake's shaft
+  double speed_rad_s;      ///< of the knob
+  Truth torque;
+};
+
+/// A whole knob without hardware: the firmware's device, plant, hand, encoder, storage and USB
+/// cable under one virtual clock in nanoseconds. The same options and the same calls at the same
+/// times give the same bytes; how a span of time is cut into advance() calls makes no difference.
+///
+/// Frames of the cable are at multiples of 1 ms and control ticks at multiples of the control
+/// period, both from time 0 on; where they coincide the frame goes first. advance() runs what lies
+/// at or after the present and before the end of the span.
+class EmulatedDevice {
+ public:
+  /// Powers up, plugged in, at time 0.
+  /// @throws std::invalid_argument that names what is out of its range
+  explicit EmulatedDevice(EmulatedDeviceOptions options = {});
+
+  /// @throws std::invalid_argument if the duration is negative
+  void advance(std::int64_t duration_ns);
+  [[nodiscard]] std::int64_t time_ns() const { return now_ns_; }
+
+  // The host's end of the cable ---------------------------------------------------------------
+
+  [[nodiscard]] bool connected() const { return plugged_ && device_ != nullptr; }
+
+  /// @returns false if the host's queue is full, or nothing is connected
+  [[nodiscard]] bool write(const protocol::ReportBytes& report);
+  /// @returns false if there is nothing to read
+  [[nodiscard]] bool read(protocol::ReportBytes& report);
+  /// @returns not ok: the device stalled the request (unsupported: nothing is connected)
+  protocol::Verdict set_feature(std::span<const std::uint8_t> report);
+  [[nodiscard]] protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report) const;
+
+  [[nodiscard]] const UsbLink& link() const { return link_; }
+
+  // The world ---------------------------------------------------------------------------------
+
+  [[nodiscard]] const Plant& plant() const { return plant_; }
+
+  /// The hand takes over at the next tick. Times of its profiles are device time.
+  /// @throws std::invalid_argument as validate(hand) does; the old hand then stays
+  void set_hand(Hand hand);
+  /// When the next tick is, and so when a hand that is set now takes over.
+  [[nodiscard]] std::int64_t next_tick_ns() const { return next_tick_ns_; }
+
+  /// The log since the last call; empty unless EmulatedDeviceOptions::log_truth.
+  [[nodiscard]] std::vector<TruthSample> take_truth();
+
+  /// What is in the device's storage, to be handed to the next emulated device.
+  [[nodiscard]] const device::StoredSlots& stored() const { return stored_; }
+
+  // Faults ------------------------------------------------------------------------------------
+
+  /// Pulls the plug or puts it back; the device has power either way.
+  void set_plugged(bool plugged);
+  /// Takes the power away or gives it back. Powering up starts the firmware anew.
+  void set_powered(bool powered);
+  void set_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
+  void set_actuator_fault(bool present) { actuator_fault_ = present; }
+  /// The encoder's counter stands still.
+  void freeze_encoder(bool frozen) { encoder_frozen_ = frozen; }
+  /// The encoder's counter is wrong by so many counts from now on.
+  void jump_encoder(std::int32_t counts) { encoder_offset_ += static_cast<std::uint32_t>(counts); }
+  /// The next `count` ticks do not happen; the one after them reports them missed.
+  void skip_ticks(std::uint32_t count) { ticks_to_skip_ += count; }
+  /// The next save loses power after so many bytes of its slot.
+  void cut_power_in_next_save(std::size_t bytes) { power_cut_bytes_ = bytes; }
+  /// @throws std::invalid_argument as UsbLink::set_faults() does
+  void set_link_faults(const LinkFaults& faults) { link_.set_faults(faults); }
+
+ private:
+  void power_up();
+  void tick();
+  void run_control(std::uint32_t encoder_count);
+  void write_slot(const device::SlotWrite& write);
+  void log_truth();
+
+  EmulatedDeviceOptions options_;
+  Plant plant_;
+  Encoder encoder_;
+  UsbLink link_;
+  device::StoredSlots stored_;
+  std::unique_ptr<device::Device> device_;  // null: no power
+
+  std::int64_t now_ns_ = 0;
+  std::int64_t next_tick_ns_ = 0;
+  std::int64_t next_frame_ns_ = 0;
+
+  bool plugged_ = true;
+  bool emergency_stop_ = false;
+  bool actuator_fault_ = false;
+  bool encoder_frozen_ = false;
+  std::uint32_t encoder_count_ = 0;
+  std::uint32_t encoder_offset_ = 0;
+  std::uint32_t ticks_to_skip_ = 0;
+  std::uint32_t ticks_missed_ = 0;
+  std::optional<std::size_t> power_cut_bytes_;
+  std::vector<TruthSample> truth_;
+};
+
+}  // namespace torsio::emulator

@@ -1,0 +1,62 @@
+#include "emulator/usb_link.hpp"
+
+#include <initializer_list>
+#include <stdexcept>
+
+namespace torsio::emulator {
+
+UsbLink::UsbLink(std::uint64_t seed, std::size_t input_queue_reports)
+    : input_queue_reports_(input_queue_reports), random_(seed) {}
+
+bool UsbLink::write(const protocol::ReportBytes& report) {
+  if (!can_write()) return false;
+  output_.push_back(report);
+  return true;
+}
+
+bool UsbLink::read(protocol::ReportBytes& report) {
+  if (input_.empty()) return false;
+  report = input_.front();
+  input_.pop_front();
+  return true;
+}
+
+void UsbLink::frame(device::Device& device) {
+  if (!output_.empty()) {
+    protocol::ReportBytes& report = output_.front();
+    if (random_.happens(faults_.corrupt_output)) corrupt(report);
+    if (random_.happens(faults_.drop_output) || device.receive(report)) output_.pop_front();
+  }
+
+  protocol::ReportBytes report;
+  if (!device.next_input(report)) return;
+  if (random_.happens(faults_.drop_input)) return;
+  if (random_.happens(faults_.corrupt_input)) corrupt(report);
+  if (input_.size() < input_queue_reports_) {
+    input_.push_back(report);
+  } else {
+    ++input_reports_lost_;
+  }
+}
+
+void UsbLink::clear() {
+  output_.clear();
+  input_.clear();
+}
+
+void UsbLink::set_faults(const LinkFaults& faults) {
+  for (const double probability :
+       {faults.drop_output, faults.corrupt_output, faults.drop_input, faults.corrupt_input}) {
+    if (!(probability >= 0.0 && probability <= 1.0)) {
+      throw std::invalid_argument("link faults: a probability must be within 0 and 1");
+    }
+  }
+  faults_ = faults;
+}
+
+void UsbLink::corrupt(protocol::ReportBytes& report) {
+  const std::uint64_t bit = random_.next() % (8 * report.size());
+  report[bit / 8] = static_cast<std::uint8_t>(report[bit / 8] ^ (1U << (bit % 8)));
+}
+
+}  // namespace torsio::emulator

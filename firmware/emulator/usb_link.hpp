@@ -1,0 +1,64 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+
+#include "device/device.hpp"
+#include "emulator/random.hpp"
+#include "protocol/codec.hpp"
+
+namespace torsio::emulator {
+
+/// Damage to reports on the way, as probabilities per report, each within [0, 1]. A corrupted
+/// report has one bit flipped.
+struct LinkFaults {
+  double drop_output = 0.0;  ///< host to device
+  double corrupt_output = 0.0;
+  double drop_input = 0.0;  ///< device to host
+  double corrupt_input = 0.0;
+};
+
+/// The cable and the host's driver: full speed, so once in a frame of 1 ms at most one output
+/// report reaches the device and at most one input report is fetched from it.
+class UsbLink {
+ public:
+  static constexpr std::int64_t kFrameNs = 1'000'000;
+  /// Output reports that wait at the host. A full queue pushes back, none is lost.
+  static constexpr std::size_t kOutputQueueReports = 16;
+
+  /// @param input_queue_reports input reports that the host keeps until they are read. As in
+  ///        Linux's hidraw, which keeps 64, what comes while the queue is full is lost.
+  UsbLink(std::uint64_t seed, std::size_t input_queue_reports);
+
+  /// Host: puts an output report into the queue. @returns false if it is full
+  [[nodiscard]] bool write(const protocol::ReportBytes& report);
+
+  /// Host: takes the oldest input report. @returns false if there is none
+  [[nodiscard]] bool read(protocol::ReportBytes& report);
+
+  /// One frame. An output report that the device has no room for is offered again in the next one.
+  void frame(device::Device& device);
+
+  /// Forgets everything on the way, as pulling the plug does.
+  void clear();
+
+  /// @throws std::invalid_argument if a probability is outside [0, 1]
+  void set_faults(const LinkFaults& faults);
+
+  [[nodiscard]] bool can_write() const { return output_.size() < kOutputQueueReports; }
+  [[nodiscard]] bool can_read() const { return !input_.empty(); }
+  [[nodiscard]] std::uint64_t input_reports_lost() const { return input_reports_lost_; }
+
+ private:
+  void corrupt(protocol::ReportBytes& report);
+
+  std::deque<protocol::ReportBytes> output_;
+  std::deque<protocol::ReportBytes> input_;
+  std::size_t input_queue_reports_;
+  std::uint64_t input_reports_lost_ = 0;
+  LinkFaults faults_;
+  Random random_;
+};
+
+}  // namespace torsio::emulator
