@@ -1,0 +1,65 @@
+"""The project's own machinery: the script, the version, the rules of the test suite."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+TREE = Path(__file__).parent.parent
+COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "clean")
+
+
+def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [TREE / "dev", *arguments], capture_output=True, text=True, check=False, cwd="/"
+    )
+
+
+@pytest.mark.parametrize("arguments", [(), ("help",), ("--help",)])
+def test_dev_help_names_every_command(arguments: tuple[str, ...]) -> None:
+    result = _dev(*arguments)
+    assert result.returncode == 0
+    assert all(re.search(rf"^  {command}\b", result.stdout, re.M) for command in COMMANDS)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("nonsense",),
+        ("setup", "now"),
+        ("build", "fast"),
+        ("build", "dev", ""),
+        ("check", "--all"),
+        ("bench", "no_such_benchmark"),
+        ("bench", "../test"),
+        ("clean", "build"),
+    ],
+)
+def test_dev_refuses_bad_arguments_with_one_line_and_status_2(arguments: tuple[str, ...]) -> None:
+    result = _dev(*arguments)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert re.fullmatch(r"torsio: error: .*\n", result.stderr)
+
+
+def test_version_of_the_package_is_the_one_in_cmake() -> None:
+    lists = (TREE / "CMakeLists.txt").read_text(encoding="utf-8")
+    match = re.search(r"^project\(torsio VERSION ([0-9.]+)", lists, re.M)
+    assert match
+    assert importlib.metadata.version("torsio") == match.group(1)
+
+
+def test_suite_counts_a_skip_as_a_failure(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest((TREE / "tests" / "conftest.py").read_text(encoding="utf-8"))
+    pytester.makepyfile(
+        test_one="import pytest\ndef test_a(): pytest.skip('why')",
+        test_two="import pytest\n@pytest.mark.skip\ndef test_b(): pass",
+        test_three="import pytest\npytest.importorskip('no_such_module')\ndef test_c(): pass",
+        test_four="import pytest\n@pytest.mark.xfail\ndef test_d(): assert False",
+    )
+    outcomes = pytester.runpytest("--continue-on-collection-errors").parseoutcomes()
+    assert outcomes == {"failed": 2, "errors": 1, "xfailed": 1}
