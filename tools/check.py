@@ -56,6 +56,8 @@ def compile_header(header: str) -> Command:
     project = [f"-I{root}" for root in roots[layer] if not os.path.isabs(root)]
     system = [f"-isystem{root}" for root in roots[layer] if os.path.isabs(root)]
     command = ["g++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror"]
+    if layer == "bindings":
+        command.append("-fvisibility=hidden")  # as pybind11 compiles its modules
     return [*command, *project, *system, "-include", header, "-x", "c++", os.devnull]
 
 
