@@ -37,8 +37,6 @@ struct Validator {
 
 }  // namespace
 
-void validate(const Hand& hand) {
-  std::visit(Validator{}, hand);
-}
+void validate(const Hand& hand) { std::visit(Validator{}, hand); }
 
 }  // namespace torsio::emulator

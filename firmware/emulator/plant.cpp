@@ -25,9 +25,7 @@ void require(bool condition, const char* message) {
 
 }  // namespace
 
-Plant::Plant(const PlantParams& params, Hand hand) : params_(params) {
-  attach(std::move(hand));
-}
+Plant::Plant(const PlantParams& params, Hand hand) : params_(params) { attach(std::move(hand)); }
 
 void Plant::attach(Hand hand) {
   PlantModel model = make_model(params_, hand);
@@ -81,9 +79,7 @@ void Plant::set_command(const Command& command) {
   anchor_ = state_;
 }
 
-void Plant::set_hand(Hand hand) {
-  attach(std::move(hand));
-}
+void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
 
 void Plant::set_state(const PlantState& state) {
   require(state.time_ns >= 0 && state.time_ns < Profile::kForeverNs - params_.integration.step_ns,

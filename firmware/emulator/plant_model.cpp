@@ -155,10 +155,8 @@ CoggingPiece neighbour(const PlantModel& model, const CoggingPiece& piece, int s
   return {index, -width_rad, 0.0, end_nm, slope};
 }
 
-double friction_demand_nm(const PlantModel& model,
-                          const PlantState& state,
-                          const HeldInputs& inputs,
-                          int shaft) {
+double friction_demand_nm(const PlantModel& model, const PlantState& state,
+                          const HeldInputs& inputs, int shaft) {
   const double speed = state.speed_rad_s[static_cast<std::size_t>(shaft)];
   double demand_nm = springs_on_shaft_nm(model, state, shaft) -
                      model.viscous_nm_s_per_rad[static_cast<std::size_t>(shaft)] * speed;

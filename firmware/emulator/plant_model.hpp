@@ -70,8 +70,7 @@ struct HandForce {
   double force_nm;
   double slope_nm_per_s;
 };
-[[nodiscard]] HandForce hand_force(const PlantModel& model,
-                                   const PlantState& state,
+[[nodiscard]] HandForce hand_force(const PlantModel& model, const PlantState& state,
                                    const HeldInputs& inputs);
 
 /// Index of the piece of the shaft spring that a twist lies on; at a border, the inner one.
@@ -89,13 +88,10 @@ struct HandForce {
 
 /// Torque that drives shaft 0 or the last shaft apart from the Coulomb friction there: what
 /// friction has to hold when the shaft is at rest.
-[[nodiscard]] double friction_demand_nm(const PlantModel& model,
-                                        const PlantState& state,
-                                        const HeldInputs& inputs,
-                                        int shaft);
+[[nodiscard]] double friction_demand_nm(const PlantModel& model, const PlantState& state,
+                                        const HeldInputs& inputs, int shaft);
 
-[[nodiscard]] Truth truth(const PlantModel& model,
-                          const PlantState& state,
+[[nodiscard]] Truth truth(const PlantModel& model, const PlantState& state,
                           const HeldInputs& inputs);
 
 }  // namespace torsio::emulator

@@ -15,10 +15,10 @@ enum class Method : std::uint8_t {
 };
 
 struct Integration {
-  Method method = Method::trapezoid;
+  Method method = Method::exact;
   /// Steps end on multiples of this since time 0, > 0. For `exact` it sets the cost, not the
   /// accuracy, and is best the control period.
-  std::int64_t step_ns = 10'000;
+  std::int64_t step_ns = 1'000'000;
   /// Speed over which `regularised` smooths friction, > 0.
   double regularisation_rad_s = 0.01;
 };

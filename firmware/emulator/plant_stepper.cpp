@@ -6,6 +6,8 @@ namespace torsio::emulator {
 
 std::unique_ptr<Stepper> make_stepper(PlantModel model, const Integration& integration) {
   switch (integration.method) {
+    case Method::exact:
+      return make_exact_stepper(std::move(model), integration.step_ns);
     case Method::trapezoid:
       return make_theta_stepper(std::move(model), 0.5);
     case Method::semi_implicit:

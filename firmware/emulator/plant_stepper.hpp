@@ -22,6 +22,11 @@ class Stepper {
   virtual void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) = 0;
 };
 
+/// Exact but for rounding: matrix exponentials between located events.
+/// @param step_ns the duration that most steps have; others are as exact, and slower
+/// @throws std::invalid_argument if the plant moves too fast for any such step
+[[nodiscard]] std::unique_ptr<Stepper> make_exact_stepper(PlantModel model, std::int64_t step_ns);
+
 /// theta-method with set-valued friction; theta 1 is semi-implicit, 1/2 the trapezoid rule.
 [[nodiscard]] std::unique_ptr<Stepper> make_theta_stepper(PlantModel model, double theta);
 

@@ -67,8 +67,7 @@ std::pair<double, double> solve_contacts(const Contact& a, const Contact& b, dou
 /// Inverse of a positive definite matrix of the first n rows and columns.
 Matrix invert(Matrix matrix, std::size_t n) {
   Matrix inverse{};
-  for (std::size_t i = 0; i < n; ++i)
-    inverse[i][i] = 1.0;
+  for (std::size_t i = 0; i < n; ++i) inverse[i][i] = 1.0;
   for (std::size_t pivot = 0; pivot < n; ++pivot) {
     const double scale = 1.0 / matrix[pivot][pivot];
     for (std::size_t j = 0; j < n; ++j) {
@@ -127,8 +126,7 @@ void ThetaStepper::prepare(const Key& key) {
   damping_ = {};
   damping_[0][0] = theta_ * step_s_ * key.knob_stiffness;
   const std::array<double, 2> stiffness{key.shaft_stiffness, model_.belt_stiffness_nm_per_rad};
-  for (std::size_t i = 0; i < shafts_; ++i)
-    damping_[i][i] += model_.viscous_nm_s_per_rad[i];
+  for (std::size_t i = 0; i < shafts_; ++i) damping_[i][i] += model_.viscous_nm_s_per_rad[i];
   for (std::size_t spring = 0; spring + 1 < shafts_; ++spring) {
     const double link = model_.damping_nm_s_per_rad[spring] + theta_ * step_s_ * stiffness[spring];
     damping_[spring][spring] += link;
@@ -138,8 +136,7 @@ void ThetaStepper::prepare(const Key& key) {
   }
   Matrix a{};
   for (std::size_t i = 0; i < shafts_; ++i) {
-    for (std::size_t j = 0; j < shafts_; ++j)
-      a[i][j] = theta_ * damping_[i][j];
+    for (std::size_t j = 0; j < shafts_; ++j) a[i][j] = theta_ * damping_[i][j];
     a[i][i] += model_.inertia_kg_m2[i] / step_s_;
   }
   if (model_.knob_is_driven()) {
@@ -152,8 +149,7 @@ void ThetaStepper::prepare(const Key& key) {
 Vector ThetaStepper::solve_speeds(const Vector& rhs, double knob_nm, double brake_nm) const {
   Vector speed{};
   for (std::size_t i = 0; i < shafts_; ++i) {
-    for (std::size_t j = 0; j < shafts_; ++j)
-      speed[i] += inverse_[i][j] * rhs[j];
+    for (std::size_t j = 0; j < shafts_; ++j) speed[i] += inverse_[i][j] * rhs[j];
   }
   const std::size_t last = shafts_ - 1;
   const Contact knob{inverse_[0][0], speed[0], knob_nm};
@@ -200,8 +196,7 @@ void ThetaStepper::step(PlantState& state, const HeldInputs& inputs, std::int64_
            hand.force_nm + theta_ * step_s_ * hand.slope_nm_per_s;
   for (std::size_t i = 0; i < shafts_; ++i) {
     rhs[i] += model_.inertia_kg_m2[i] / step_s_ * old[i];
-    for (std::size_t j = 0; j < shafts_; ++j)
-      rhs[i] -= (1.0 - theta_) * damping_[i][j] * old[j];
+    for (std::size_t j = 0; j < shafts_; ++j) rhs[i] -= (1.0 - theta_) * damping_[i][j] * old[j];
     if (i + 1 < shafts_) rhs[i] -= twisting[i];
     if (i > 0) rhs[i] += twisting[i - 1];
   }

@@ -36,17 +36,11 @@ ProfileSegment Profile::segment(std::int64_t time_ns) const {
           (after->value - before->value) / duration_s};
 }
 
-double Profile::value(std::int64_t time_ns) const {
-  return segment(time_ns).value(time_ns);
-}
+double Profile::value(std::int64_t time_ns) const { return segment(time_ns).value(time_ns); }
 
-double Profile::slope_per_s(std::int64_t time_ns) const {
-  return segment(time_ns).slope_per_s;
-}
+double Profile::slope_per_s(std::int64_t time_ns) const { return segment(time_ns).slope_per_s; }
 
-std::int64_t Profile::next_knot_ns(std::int64_t time_ns) const {
-  return segment(time_ns).end_ns;
-}
+std::int64_t Profile::next_knot_ns(std::int64_t time_ns) const { return segment(time_ns).end_ns; }
 
 bool Profile::is_continuous() const {
   return std::adjacent_find(knots_.begin(), knots_.end(),

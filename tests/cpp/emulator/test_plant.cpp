@@ -21,7 +21,8 @@ struct Choice {
 };
 
 /// The methods whose friction truly holds.
-const std::vector<Choice> kSetValued{{"trapezoid", Method::trapezoid, 10'000, 2e-3},
+const std::vector<Choice> kSetValued{{"exact", Method::exact, 1'000'000, 1e-12},
+                                     {"trapezoid", Method::trapezoid, 10'000, 2e-3},
                                      {"semi-implicit", Method::semi_implicit, 10'000, 2e-3}};
 
 PlantParams with(const Choice& choice) {

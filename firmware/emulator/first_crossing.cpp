@@ -1,0 +1,112 @@
+#include "emulator/first_crossing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace torsio::emulator {
+namespace {
+
+constexpr std::size_t kCount = kPolynomialDegree + 1;
+using Bernstein = std::array<double, kCount>;
+using Basis = std::array<std::array<double, kCount>, kCount>;
+
+constexpr double binomial(std::size_t n, std::size_t k) {
+  double result = 1.0;
+  for (std::size_t i = 1; i <= k; ++i) {
+    result = result * static_cast<double>(n - k + i) / static_cast<double>(i);
+  }
+  return result;
+}
+
+/// Bernstein coefficient i is the sum over k <= i of C(i, k) / C(n, k) times power coefficient k.
+constexpr Basis make_basis() {
+  Basis basis{};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    for (std::size_t k = 0; k <= i; ++k) {
+      basis[i][k] = binomial(i, k) / binomial(kPolynomialDegree, k);
+    }
+  }
+  return basis;
+}
+constexpr Basis kBasis = make_basis();
+
+double slope(const Polynomial& polynomial, double s) {
+  double result = 0.0;
+  for (std::size_t k = kCount - 1; k > 0; --k) {
+    result = result * s + static_cast<double>(k) * polynomial[k];
+  }
+  return result;
+}
+
+/// The root in (low, high), where the polynomial changes once from positive to negative: Newton,
+/// or a bisection where Newton would leave the bracket.
+double refine(const Polynomial& polynomial, double low, double high) {
+  double s = 0.5 * (low + high);
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    const double value = evaluate(polynomial, s);
+    (value > 0.0 ? low : high) = s;
+    double next = s - value / slope(polynomial, s);
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    if (std::abs(next - s) <= 1e-16 || next <= low || next >= high) return next;
+    s = next;
+  }
+  return s;
+}
+
+struct Search {
+  const Polynomial& polynomial;
+  double tolerance;
+
+  std::optional<double> operator()(const Bernstein& b, double begin, double width) const {
+    int changes = 0;
+    bool positive = true;
+    bool any = false;
+    for (const double coefficient : b) {
+      if (std::abs(coefficient) <= tolerance) continue;
+      if (!any && coefficient < 0.0) return begin;
+      any = true;
+      if ((coefficient > 0.0) != positive) {
+        positive = !positive;
+        ++changes;
+      }
+    }
+    if (changes == 0) return std::nullopt;
+    if (changes == 1) return refine(polynomial, begin, begin + width);
+    if (width < 1e-15) return begin;
+
+    // De Casteljau's scheme gives the coefficients over both halves at once.
+    Bernstein left{};
+    Bernstein right = b;
+    for (std::size_t level = 0; level < kCount; ++level) {
+      left[level] = right[0];
+      for (std::size_t i = 0; i + level + 1 < kCount; ++i) {
+        right[i] = 0.5 * (right[i] + right[i + 1]);
+      }
+    }
+    if (const auto found = (*this)(left, begin, 0.5 * width)) return found;
+    return (*this)(right, begin + 0.5 * width, 0.5 * width);
+  }
+};
+
+}  // namespace
+
+double evaluate(const Polynomial& polynomial, double s) {
+  double result = 0.0;
+  for (std::size_t k = kCount; k-- > 0;) result = result * s + polynomial[k];
+  return result;
+}
+
+std::optional<double> first_crossing(const Polynomial& polynomial, double tolerance) {
+  double swing = 0.0;
+  for (std::size_t k = 1; k < kCount; ++k) swing += std::abs(polynomial[k]);
+  if (polynomial[0] >= swing) return std::nullopt;
+
+  Bernstein b{};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    for (std::size_t k = 0; k <= i; ++k) b[i] += kBasis[i][k] * polynomial[k];
+  }
+  return Search{polynomial, tolerance}(b, 0.0, 1.0);
+}
+
+}  // namespace torsio::emulator

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+namespace torsio::emulator {
+
+/// p(s) = sum of coefficient k times s^k, for s in [0, 1].
+constexpr int kPolynomialDegree = 12;
+using Polynomial = std::array<double, kPolynomialDegree + 1>;
+
+[[nodiscard]] double evaluate(const Polynomial& polynomial, double s);
+
+/// The first s in [0, 1] at which the polynomial goes from not negative to negative, to the last
+/// bits of s; 0 if it starts out negative or leaves zero downwards. A dip below zero by no more
+/// than the tolerance, as rounding makes where a curve touches zero, does not count.
+///
+/// No crossing is missed, however close together two of them are: the coefficients over Bernstein's
+/// basis enclose the curve, and their changes of sign bound the number of roots (Descartes), so
+/// an interval is only left when it is certain what happens in it.
+[[nodiscard]] std::optional<double> first_crossing(const Polynomial& polynomial, double tolerance);
+
+}  // namespace torsio::emulator

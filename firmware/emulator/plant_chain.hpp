@@ -1,0 +1,155 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "emulator/plant_model.hpp"
+
+namespace torsio::emulator {
+
+/// What friction does to a shaft: holds it, or works against its motion in one direction.
+enum class Slip : int { backward = -1, held = 0, forward = 1 };
+
+constexpr double sign_of(Slip slip) { return static_cast<double>(static_cast<int>(slip)); }
+
+/// The laws that hold between two events: the plant is linear while they stay.
+struct Regime {
+  Slip knob = Slip::held;  ///< a knob on a prescribed path counts as held
+  Slip brake = Slip::held;
+  int spring_piece = 0;  ///< of PlantModel::shaft_spring
+  CoggingPiece cogging{};
+};
+
+/// The plant as one linear system z' = M z per regime, for 1, 2 or 3 shafts in a row. What drives
+/// it is in the state too, so that inputs which are constant, straight lines or exponentials over
+/// time need nothing else than the exponential of M.
+template <int kShafts>
+struct Chain {
+  static constexpr std::size_t kSprings = kShafts - 1;
+  // What moves:
+  static constexpr std::size_t kTwist = 0;         ///< of each spring, rad; the first from its rest
+  static constexpr std::size_t kSpeed = kSprings;  ///< of each shaft, rad/s
+  static constexpr std::size_t kLast = kSpeed + kShafts - 1;
+  static constexpr std::size_t kTravel =
+      kLast + 1;  ///< of the knob since the begin of the step, rad
+  static constexpr std::size_t kMoving = kTravel + 1;
+  // What drives:
+  static constexpr std::size_t kMotorGap = kMoving;     ///< motor torque less its command, N m
+  static constexpr std::size_t kForce = kMotorGap + 1;  ///< command, hand, cogging on the knob, N m
+  static constexpr std::size_t kSlope = kForce + 1;     ///< of the hand's force, N m/s
+  static constexpr std::size_t kCoulomb = kSlope + 1;   ///< friction of the knob, N m
+  static constexpr std::size_t kBrakeGap = kCoulomb + 1;   ///< capacity less its target, N m
+  static constexpr std::size_t kCapacity = kBrakeGap + 1;  ///< target and drag of the brake, N m
+  static constexpr std::size_t kSize = kShafts > 1 ? kCapacity + 1 : kCoulomb + 1;
+
+  using Vector = std::array<double, kSize>;
+
+  explicit Chain(const PlantModel& model_in)
+      : model(model_in),
+        motor_rate(model.motor_time_constant_s > 0.0 ? 1.0 / model.motor_time_constant_s : 0.0),
+        brake_rate(model.brake_time_constant_s > 0.0 ? 1.0 / model.brake_time_constant_s : 0.0) {}
+
+  const PlantModel& model;
+  double motor_rate;  ///< 1/s; 0 when there is no lag, as the gap is 0 then
+  double brake_rate;
+
+  [[nodiscard]] double stiffness(std::size_t spring, const Regime& regime) const {
+    if (spring > 0) return model.belt_stiffness_nm_per_rad;
+    return model.shaft_spring[static_cast<std::size_t>(regime.spring_piece)].stiffness_nm_per_rad;
+  }
+
+  /// Torque that a spring, its damping included, passes on to the shaft after it.
+  [[nodiscard]] double link(const Vector& z, std::size_t spring, const Regime& regime) const {
+    return stiffness(spring, regime) * z[kTwist + spring] +
+           model.damping_nm_s_per_rad[spring] * (z[kSpeed + spring] - z[kSpeed + spring + 1]);
+  }
+
+  /// All torque on the knob but its Coulomb friction.
+  [[nodiscard]] double knob_demand(const Vector& z, const Regime& regime) const {
+    double torque = z[kForce] + z[kMotorGap] - model.viscous_nm_s_per_rad[0] * z[kSpeed];
+    if constexpr (kShafts > 1) torque -= link(z, 0, regime);
+    return torque;
+  }
+
+  /// All torque on the last shaft but the brake's.
+  [[nodiscard]] double brake_demand(const Vector& z, const Regime& regime) const
+      requires(kShafts > 1) {
+    return link(z, kSprings - 1, regime) - model.viscous_nm_s_per_rad[kShafts - 1] * z[kLast];
+  }
+
+  [[nodiscard]] double capacity(const Vector& z) const requires(kShafts > 1) {
+    return z[kCapacity] + z[kBrakeGap];
+  }
+
+  /// M z.
+  [[nodiscard]] Vector rates(const Vector& z, const Regime& regime) const {
+    Vector rate{};
+    for (std::size_t i = 0; i < kSprings; ++i) {
+      rate[kTwist + i] = z[kSpeed + i] - z[kSpeed + i + 1];
+    }
+    if (regime.knob != Slip::held) {
+      rate[kSpeed] =
+          (knob_demand(z, regime) - sign_of(regime.knob) * z[kCoulomb]) / model.inertia_kg_m2[0];
+    }
+    if constexpr (kShafts > 2) {
+      rate[kSpeed + 1] = (link(z, 0, regime) - link(z, 1, regime) -
+                          model.viscous_nm_s_per_rad[1] * z[kSpeed + 1]) /
+                         model.inertia_kg_m2[1];
+    }
+    if constexpr (kShafts > 1) {
+      if (regime.brake != Slip::held) {
+        rate[kLast] = (brake_demand(z, regime) - sign_of(regime.brake) * capacity(z)) /
+                      model.inertia_kg_m2[kShafts - 1];
+      }
+      rate[kBrakeGap] = -brake_rate * z[kBrakeGap];
+    }
+    rate[kTravel] = z[kSpeed];
+    rate[kMotorGap] = -motor_rate * z[kMotorGap];
+    rate[kForce] = z[kSlope] - knob_stiffness(regime) * z[kSpeed];
+    return rate;
+  }
+
+  /// Stiffness of everything that ties the knob to the ground.
+  [[nodiscard]] double knob_stiffness(const Regime& regime) const {
+    return model.hand_stiffness_nm_per_rad - regime.cogging.slope_nm_per_rad;
+  }
+
+  /// An upper bound, of the right size, of how fast anything oscillates, rad/s, ...
+  [[nodiscard]] double fastest_oscillation() const {
+    double steepest = model.hand_stiffness_nm_per_rad;
+    for (std::size_t i = 0; i < model.cogging_nm.size(); ++i) {
+      const double rise = model.cogging_nm[(i + 1) % model.cogging_nm.size()] - model.cogging_nm[i];
+      const double width = model.cogging_period_rad / static_cast<double>(model.cogging_nm.size());
+      steepest = std::max(steepest, model.hand_stiffness_nm_per_rad + std::abs(rise) / width);
+    }
+    double sum = steepest / model.inertia_kg_m2[0];
+    for (std::size_t i = 0; i < kSprings; ++i) {
+      double stiffest = model.belt_stiffness_nm_per_rad;
+      if (i == 0) {
+        stiffest = 0.0;
+        for (const SpringPiece& piece : model.shaft_spring) {
+          stiffest = std::max(stiffest, piece.stiffness_nm_per_rad);
+        }
+      }
+      sum += stiffest * (1.0 / model.inertia_kg_m2[i] + 1.0 / model.inertia_kg_m2[i + 1]);
+    }
+    return std::sqrt(sum);
+  }
+
+  /// ... or decays, 1/s.
+  [[nodiscard]] double fastest_decay() const {
+    double sum = motor_rate + brake_rate;
+    for (std::size_t i = 0; i < kShafts; ++i) {
+      sum += model.viscous_nm_s_per_rad[i] / model.inertia_kg_m2[i];
+    }
+    for (std::size_t i = 0; i < kSprings; ++i) {
+      sum += model.damping_nm_s_per_rad[i] *
+             (1.0 / model.inertia_kg_m2[i] + 1.0 / model.inertia_kg_m2[i + 1]);
+    }
+    return sum;
+  }
+};
+
+}  // namespace torsio::emulator
