@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
-COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "clean")
+COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "docs", "clean")
 
 
 def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:
