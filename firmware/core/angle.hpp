@@ -39,7 +39,8 @@ constexpr Origin make_origin(std::int64_t angle_turns_q32, std::uint32_t counts_
 
 /// Angle from an origin to a position, rad. The difference is taken in integers; further away than
 /// 2^30 counts it holds.
-constexpr float offset_rad(std::int64_t position_counts, const Origin& origin, float rad_per_count) {
+constexpr float offset_rad(std::int64_t position_counts, const Origin& origin,
+                           float rad_per_count) {
   constexpr std::int64_t limit = std::int64_t{1} << 30;
   std::int64_t difference = position_counts - origin.counts;
   if (difference > limit) difference = limit;
@@ -66,8 +67,8 @@ constexpr Pattern make_pattern(std::int64_t angle_turns_q32, std::uint64_t per_t
   return pattern;
 }
 
-/// 2^96 / divisor, for 2^32 < divisor <= 2^63, by long division: prepares patterns that are given by
-/// their length.
+/// 2^96 / divisor, for 2^32 < divisor <= 2^63, by long division: prepares patterns that are given
+/// by their length.
 constexpr std::uint64_t divide_2_96(std::uint64_t divisor) {
   std::uint64_t remainder = std::uint64_t{1} << 32;  // 2^32 < divisor: the first digits are zeros
   std::uint64_t quotient = 0;

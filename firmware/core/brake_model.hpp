@@ -7,9 +7,9 @@
 namespace torsio::core {
 
 struct BrakeParams {
-  float decay = 0;          // exp(-period / time constant)
-  float floor_nm = 3.3e-3F; // lets the sensed torque change when the brake is off
-  float drag_nm = 0;        // counted on top, if the law wants it
+  float decay = 0;           // exp(-period / time constant)
+  float floor_nm = 3.3e-3F;  // lets the sensed torque change when the brake is off
+  float drag_nm = 0;         // counted on top, if the law wants it
 };
 
 struct BrakeState {

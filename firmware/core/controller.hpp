@@ -38,21 +38,21 @@ struct ControllerState {
 
 struct ControllerInputs {
   std::uint32_t encoder_count = 0;
-  const Scene* scene = nullptr;        // nullptr: nothing plays
-  const LocalModel* local = nullptr;   // nullptr: nothing is streamed
-  float scene_gain = 1;                // 0 to 1, for a soft start
+  const Scene* scene = nullptr;       // nullptr: nothing plays
+  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
+  float scene_gain = 1;               // 0 to 1, for a soft start
 };
 
 struct ControllerOutputs {
   Motion motion;
   float desired_torque_nm = 0;
-  float motor_torque_nm = 0;     // command
-  float brake_command_nm = 0;    // command
-  float brake_torque_nm = 0;     // what the brake is taken to hold now
-  float spring_torque_nm = 0;    // sensed
+  float motor_torque_nm = 0;   // command
+  float brake_command_nm = 0;  // command
+  float brake_torque_nm = 0;   // what the brake is taken to hold now
+  float spring_torque_nm = 0;  // sensed
   bool motor_saturated = false;
   bool brake_saturated = false;
-  bool numeric_error = false;    // the desired torque was not finite: commands are zero
+  bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
 /// Senses, decides and limits. With scene and local both absent the commands are zero, while motion

@@ -20,8 +20,8 @@ struct LimitState {
 constexpr float limit_motor(LimitState& state, const LimitParams& params, float motor_nm) {
   float allowed_nm = clamp_symmetric(motor_nm, params.motor_torque_nm);
   if (params.motor_step_nm_per_tick > 0.0F) {
-    allowed_nm = state.motor_torque_nm + clamp_symmetric(allowed_nm - state.motor_torque_nm,
-                                                         params.motor_step_nm_per_tick);
+    allowed_nm = state.motor_torque_nm +
+                 clamp_symmetric(allowed_nm - state.motor_torque_nm, params.motor_step_nm_per_tick);
   }
   state.motor_torque_nm = allowed_nm;
   return allowed_nm;

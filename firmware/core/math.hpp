@@ -37,11 +37,12 @@ constexpr float sin_phase(std::uint32_t phase) {
   if (phase + 0x40000000U > 0x80000000U) phase = 0x80000000U - phase;
   const float x = static_cast<float>(static_cast<std::int32_t>(phase)) * 0x1p-30F;
   const float y = x * x;
-  return x * (1.57079637F +
-              y * (-0.645963788F + y * (0.0796899274F + y * (-0.00467415759F + y * 1.51678527e-4F))));
+  return x * (1.57079637F + y * (-0.645963788F +
+                                 y * (0.0796899274F + y * (-0.00467415759F + y * 1.51678527e-4F))));
 }
 
-/// exp(-x) for x >= 0; relative error below 3e-7. Used where parameters are prepared, not in a tick.
+/// exp(-x) for x >= 0; relative error below 3e-7. Used where parameters are prepared, not in a
+/// tick.
 constexpr float exp_negative(float x) {
   if (!(x < 87.0F)) return 0.0F;
   const float halvings = static_cast<float>(static_cast<std::int32_t>(x * 1.44269504F + 0.5F));
@@ -50,8 +51,8 @@ constexpr float exp_negative(float x) {
   const float series =
       1.0F +
       r * (-1.0F +
-           r * (0.5F +
-                r * (-0.166664153F + r * (0.0416660830F + r * (-0.00837512873F + r * 0.00139560562F)))));
+           r * (0.5F + r * (-0.166664153F +
+                            r * (0.0416660830F + r * (-0.00837512873F + r * 0.00139560562F)))));
   const auto exponent = static_cast<std::uint32_t>(127 - static_cast<std::int32_t>(halvings));
   return series * std::bit_cast<float>(exponent << 23);
 }

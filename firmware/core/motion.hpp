@@ -43,13 +43,14 @@ constexpr MotionParams make_motion_params(const Resolution& resolution, std::uin
           (1.0F - pole) * (1.0F - pole)};
 }
 
-/// One tick. The counter may wrap at its width; between two ticks it must not move by half its range
-/// or more. The first tick only learns where the counter is.
+/// One tick. The counter may wrap at its width; between two ticks it must not move by half its
+/// range or more. The first tick only learns where the counter is.
 constexpr Motion track_motion(MotionState& state, const MotionParams& params,
                               std::uint32_t encoder_count) {
   const std::uint32_t count = encoder_count << params.counter_shift;
   std::int32_t delta =
-      state.primed ? static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift : 0;
+      state.primed ? static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift
+                   : 0;
   if (params.reversed) delta = -delta;
   state.last_count = count;
   state.primed = true;

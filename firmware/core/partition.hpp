@@ -18,9 +18,9 @@ enum class Law : std::uint8_t {
 
 struct PartitionParams {
   Law law = Law::paper;
-  float beta = 0.5F;               // the brake's share, 0 to 1
-  float motor_torque_max_nm = 0;   // >= 0
-  float brake_torque_max_nm = 0;   // >= 0
+  float beta = 0.5F;              // the brake's share, 0 to 1
+  float motor_torque_max_nm = 0;  // >= 0
+  float brake_torque_max_nm = 0;  // >= 0
 };
 
 struct Shares {

@@ -171,7 +171,8 @@ float torque_nm(const Curve& curve, const Moment& now) {
 template <std::size_t... Index>
 float dispatch(const Effect& effect, const Moment& now, std::index_sequence<Index...>) {
   float result = 0.0F;
-  (void)((effect.index() == Index && (result = torque_nm(*std::get_if<Index>(&effect), now), true)) ||
+  (void)((effect.index() == Index &&
+          (result = torque_nm(*std::get_if<Index>(&effect), now), true)) ||
          ...);
   return result;
 }
@@ -193,8 +194,8 @@ float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion
     const std::uint8_t slot = scene.order[i];
     const Moment now{scene, motion, resolution, tick - state.start_tick[slot],
                      state.twist_rad[slot]};
-    sum_nm += dispatch(scene.effect[slot], now,
-                       std::make_index_sequence<std::variant_size_v<Effect>>{});
+    sum_nm +=
+        dispatch(scene.effect[slot], now, std::make_index_sequence<std::variant_size_v<Effect>>{});
   }
   return sum_nm;
 }

@@ -21,8 +21,10 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
   const float period_s = resolution.period_s;
-  const float motor_max_nm = core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
-  const float brake_max_nm = core::smaller(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
+  const float motor_max_nm =
+      core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
+  const float brake_max_nm =
+      core::smaller(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
   const auto law = static_cast<core::Law>(control.law);
 
   LoopConfig loop;

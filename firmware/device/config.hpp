@@ -21,8 +21,8 @@ struct LoopConfig {
   std::uint32_t watchdog_ticks = 1;      // 0: none, plays on without a host
   std::uint32_t passive_ramp_ticks = 0;  // also the length of the soft start
   float passive_brake_nm = 0;
-  float speed_limit_rad_s = 0;           // 0: none
-  std::int32_t jump_limit_counts = 0;    // more in one tick is an encoder fault
+  float speed_limit_rad_s = 0;         // 0: none
+  std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
 };
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);
@@ -30,8 +30,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
 
-/// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a half
-/// times what motor and brake can give together.
+/// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a
+/// half times what motor and brake can give together.
 float torque_step_nm(const protocol::ActuatorConfig& config);
 
 }  // namespace torsio::device

@@ -29,7 +29,9 @@ std::uint32_t get_u32(const SlotBytes& bytes, std::size_t at) {
   return value;
 }
 
-std::uint32_t checksum(const SlotBytes& bytes) { return crc32(std::span(bytes).first(kChecksumAt)); }
+std::uint32_t checksum(const SlotBytes& bytes) {
+  return crc32(std::span(bytes).first(kChecksumAt));
+}
 
 std::optional<Config> read_slot(const SlotBytes& bytes) {
   if (get_u32(bytes, 0) != kMagic || get_u32(bytes, kLayoutAt) != protocol::fingerprint() ||

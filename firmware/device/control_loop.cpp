@@ -52,12 +52,9 @@ void ControlLoop::take_order() {
   }
   if (order->acknowledged || !verdict.ok()) {
     Answer answer;
-    answer.acknowledgement = {order->sequence,
-                              order->report,
-                              static_cast<std::uint8_t>(verdict.status),
-                              verdict.field,
-                              state_,
-                              controller_.tick};
+    answer.acknowledgement = {
+        order->sequence, order->report, static_cast<std::uint8_t>(verdict.status),
+        verdict.field,   state_,        controller_.tick};
     // The main loop gives an order only when there is room for its answers.
     (void)answers.push(answer);
   }
@@ -242,10 +239,14 @@ void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& 
   if (out.brake_saturated) flags |= flag::brake_saturated;
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
-  const LoopSample sample{controller_.tick - 1,     out.motion.position_counts,
-                          out.motion.speed_rad_s,   out.desired_torque_nm,
-                          given.motor_torque_nm,    out.brake_torque_nm,
-                          out.spring_torque_nm,     flags,
+  const LoopSample sample{controller_.tick - 1,
+                          out.motion.position_counts,
+                          out.motion.speed_rad_s,
+                          out.desired_torque_nm,
+                          given.motor_torque_nm,
+                          out.brake_torque_nm,
+                          out.spring_torque_nm,
+                          flags,
                           decimation_};
   if (!samples.push(sample)) ++snapshot_.samples_dropped;
 }

@@ -53,12 +53,12 @@ struct Order {
   std::uint8_t report = 0;
   std::uint16_t sequence = 0;
   protocol::Verdict verdict;
-  std::uint8_t decimation = 0;           // stream
-  SceneBuilder::Commit commit;           // play
-  core::LocalModel local_model;          // local_model
-  std::uint32_t deadline_ticks = 0;      // local_model; 0 ends it
-  const LoopConfig* config = nullptr;    // configure
-  bool clears_scene = false;             // configure
+  std::uint8_t decimation = 0;         // stream
+  SceneBuilder::Commit commit;         // play
+  core::LocalModel local_model;        // local_model
+  std::uint32_t deadline_ticks = 0;    // local_model; 0 ends it
+  const LoopConfig* config = nullptr;  // configure
+  bool clears_scene = false;           // configure
 };
 
 struct Answer {
@@ -111,7 +111,6 @@ class ControlLoop {
   Snapshot snapshot() const;
 
  private:
-
   void take_order();
   protocol::Status execute(const Order& order);
   protocol::Status arm();

@@ -131,8 +131,7 @@ Order Device::read(const Incoming& incoming) {
   // Every report that the host sends begins with its id and its sequence number, so that even what
   // cannot be read can be answered.
   order.report = incoming.length > 0 ? bytes[0] : 0;
-  order.sequence =
-      incoming.length > 2 ? static_cast<std::uint16_t>(bytes[1] | (bytes[2] << 8)) : 0;
+  order.sequence = incoming.length > 2 ? static_cast<std::uint16_t>(bytes[1] | (bytes[2] << 8)) : 0;
   return order;
 }
 
@@ -196,8 +195,7 @@ Order Device::order_for(const protocol::LocalModel& model) {
 
 Order Device::order_for(const protocol::CurvePoints& points) {
   if (points.first_point + points.points > protocol::curve_pool_points) {
-    return refusal(
-        {Status::inconsistent, protocol::field_index<protocol::CurvePoints>("points")});
+    return refusal({Status::inconsistent, protocol::field_index<protocol::CurvePoints>("points")});
   }
   scene_.put_points(points.first_point, std::span(points.torque_nm).first(points.points));
   return order_of(Order::Kind::acknowledge);
@@ -224,8 +222,7 @@ Order Device::configure(const Config& config) {
   // Only an order can arm, and none is on its way now: what is true here is true in the loop.
   if (armed()) return refusal({Status::not_disarmed});
   // A scene is prepared for one encoder.
-  const bool clears_scene =
-      config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
+  const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
   loop_config_ = make_loop_config(config_, board_.control_period_ns);
   if (clears_scene) scene_.clear();
@@ -272,10 +269,10 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
           protocol::Clock{now.tick, now.tick * board_.control_period_ns, now.position_counts});
       return Status::ok;
     case Layout<protocol::Health>::id:
-      report = protocol::encode(protocol::Health{
-          now.state, now.faults, now.reports_accepted, now.reports_refused + stalled_,
-          now.samples_dropped, now.tick_overruns, now.tick_time_ns, now.tick_time_max_ns,
-          store_.saves()});
+      report = protocol::encode(
+          protocol::Health{now.state, now.faults, now.reports_accepted,
+                           now.reports_refused + stalled_, now.samples_dropped, now.tick_overruns,
+                           now.tick_time_ns, now.tick_time_max_ns, store_.saves()});
       return Status::ok;
     case Layout<protocol::ActuatorConfig>::id:
       report = protocol::encode(config_.actuator);

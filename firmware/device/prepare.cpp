@@ -49,8 +49,8 @@ Verdict prepare_timing(const protocol::Timing& in, const Resolution& r, core::Ti
   return {};
 }
 
-core::Wall make_wall(std::int64_t angle_turns_q32, bool solid_above, float stiffness,
-                     float damping, const Resolution& r) {
+core::Wall make_wall(std::int64_t angle_turns_q32, bool solid_above, float stiffness, float damping,
+                     const Resolution& r) {
   return {core::make_origin(angle_turns_q32, r.counts_per_rev), solid_above ? -1.0F : 1.0F,
           stiffness, damping};
 }
@@ -116,8 +116,7 @@ Verdict prepare(const protocol::Periodic& in, const Resolution& r, core::Effect&
   periodic.amplitude_nm = in.amplitude_nm;
   periodic.offset_nm = in.offset_nm;
   // A whole turn is no phase at all, and 2^32 does not fit.
-  periodic.start_phase =
-      in.phase_turns < 1.0F ? core::round_to_u32(in.phase_turns * 0x1p32F) : 0;
+  periodic.start_phase = in.phase_turns < 1.0F ? core::round_to_u32(in.phase_turns * 0x1p32F) : 0;
   periodic.phase_per_tick = core::round_to_u32(cycles_per_tick * 0x1p32F);
   effect = periodic;
   return {};
@@ -127,9 +126,9 @@ Verdict prepare(const protocol::Detents& in, const Resolution& r, core::Effect& 
   if (in.per_turn_q32 > static_cast<std::uint64_t>(r.counts_per_rev) << 31) {
     return {Status::out_of_range, field_index<protocol::Detents>("per_turn_q32")};
   }
-  effect = core::Detents{core::make_pattern(in.angle_turns_q32, in.per_turn_q32, r.counts_per_rev),
-                         in.torque_nm, static_cast<core::DetentProfile>(in.profile),
-                         2.0F / in.width};
+  effect =
+      core::Detents{core::make_pattern(in.angle_turns_q32, in.per_turn_q32, r.counts_per_rev),
+                    in.torque_nm, static_cast<core::DetentProfile>(in.profile), 2.0F / in.width};
   return {};
 }
 

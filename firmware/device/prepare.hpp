@@ -11,9 +11,11 @@
 namespace torsio::device {
 
 /// Prepares an effect whose fields are each in range.
-/// @returns inconsistent or out_of_range with the field, if the fields do not fit each other or this
+/// @returns inconsistent or out_of_range with the field, if the fields do not fit each other or
+/// this
 ///          encoder and rate; `effect` is then untouched
-protocol::Verdict prepare(const protocol::Wall& in, const core::Resolution& r, core::Effect& effect);
+protocol::Verdict prepare(const protocol::Wall& in, const core::Resolution& r,
+                          core::Effect& effect);
 protocol::Verdict prepare(const protocol::Spring& in, const core::Resolution& r,
                           core::Effect& effect);
 protocol::Verdict prepare(const protocol::Damper& in, const core::Resolution& r,
@@ -24,7 +26,8 @@ protocol::Verdict prepare(const protocol::Inertia& in, const core::Resolution& r
                           core::Effect& effect);
 protocol::Verdict prepare(const protocol::Constant& in, const core::Resolution& r,
                           core::Effect& effect);
-protocol::Verdict prepare(const protocol::Ramp& in, const core::Resolution& r, core::Effect& effect);
+protocol::Verdict prepare(const protocol::Ramp& in, const core::Resolution& r,
+                          core::Effect& effect);
 protocol::Verdict prepare(const protocol::Periodic& in, const core::Resolution& r,
                           core::Effect& effect);
 protocol::Verdict prepare(const protocol::Detents& in, const core::Resolution& r,

@@ -19,10 +19,10 @@ using ReportBytes = std::array<std::uint8_t, report_size>;
 namespace detail {
 
 template <std::size_t Size>
-using UnsignedOf =
-    std::conditional_t<Size == 1, std::uint8_t,
-                       std::conditional_t<Size == 2, std::uint16_t,
-                                          std::conditional_t<Size == 4, std::uint32_t, std::uint64_t>>>;
+using UnsignedOf = std::conditional_t<
+    Size == 1, std::uint8_t,
+    std::conditional_t<Size == 2, std::uint16_t,
+                       std::conditional_t<Size == 4, std::uint32_t, std::uint64_t>>>;
 
 /// Finite by its bits, so that no compiler option can remove the question.
 constexpr bool is_finite(float value) {

@@ -378,8 +378,7 @@ struct Layout<Curve> {
       number("span_turns_q32", &Curve::span_turns_q32, "2^-32 turn", 1U << 16, max_span_turns_q32,
              "from the first point to the last; at least two of the encoder's counts"),
       choice("ends", &Curve::ends, ""),
-      number("first_point", &Curve::first_point, "", 0, curve_pool_points - 2,
-             "index in the pool"),
+      number("first_point", &Curve::first_point, "", 0, curve_pool_points - 2, "index in the pool"),
       number("points", &Curve::points, "", 2, curve_pool_points, ""),
   };
 };

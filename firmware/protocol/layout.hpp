@@ -63,7 +63,7 @@ struct Field {
                                    typename ArrayTraits<T>::Element, std::uint8_t>;
 
   std::string_view name;
-  T Owner::*member;
+  T Owner::* member;
   std::string_view unit;
   Bound min;
   Bound max;
@@ -72,7 +72,7 @@ struct Field {
 
 /// A number, or an array of numbers, within [min, max].
 template <class Owner, class T>
-consteval Field<Owner, T> number(std::string_view name, T Owner::*member, std::string_view unit,
+consteval Field<Owner, T> number(std::string_view name, T Owner::* member, std::string_view unit,
                                  std::type_identity_t<typename Field<Owner, T>::Bound> min,
                                  std::type_identity_t<typename Field<Owner, T>::Bound> max,
                                  std::string_view doc) {
@@ -81,21 +81,21 @@ consteval Field<Owner, T> number(std::string_view name, T Owner::*member, std::s
 
 /// A number of which every (finite) value has a meaning.
 template <class Owner, class T>
-consteval Field<Owner, T> any_number(std::string_view name, T Owner::*member, std::string_view unit,
-                                     std::string_view doc) {
+consteval Field<Owner, T> any_number(std::string_view name, T Owner::* member,
+                                     std::string_view unit, std::string_view doc) {
   using Limits = std::numeric_limits<typename Field<Owner, T>::Bound>;
   return {name, member, unit, Limits::lowest(), Limits::max(), doc};
 }
 
 /// One value of an enumeration.
 template <class Owner, Enumeration T>
-consteval Field<Owner, T> choice(std::string_view name, T Owner::*member, std::string_view doc) {
+consteval Field<Owner, T> choice(std::string_view name, T Owner::* member, std::string_view doc) {
   return {name, member, "", 0, static_cast<std::uint8_t>(Enumerators<T>::names.size() - 1), doc};
 }
 
 /// A structure, or an array of structures, with fields of its own.
 template <class Owner, class T>
-consteval Field<Owner, T> group(std::string_view name, T Owner::*member, std::string_view doc) {
+consteval Field<Owner, T> group(std::string_view name, T Owner::* member, std::string_view doc) {
   return {name, member, "", 0, 0, doc};
 }
 

@@ -66,8 +66,7 @@ class Hash {
     } else if constexpr (Structure<T>) {
       std::apply(
           [&](const auto&... field) {
-            ((add(field.name),
-              add_type<typename std::remove_cvref_t<decltype(field)>::Value>()),
+            ((add(field.name), add_type<typename std::remove_cvref_t<decltype(field)>::Value>()),
              ...);
           },
           Layout<T>::fields);

@@ -192,7 +192,8 @@ struct Layout<ActuatorConfig> {
   static constexpr std::uint8_t id = 0x04;
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "actuator_config";
-  static constexpr std::string_view doc = "The actuator as built. Set only while disarmed; another encoder empties the scene.";
+  static constexpr std::string_view doc =
+      "The actuator as built. Set only while disarmed; another encoder empties the scene.";
   static constexpr std::tuple fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
@@ -376,7 +377,8 @@ struct Layout<Sample> {
   static constexpr std::tuple fields{
       any_number("offset_counts", &Sample::offset_counts, "count", "position behind the base"),
       any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
-      any_number("desired_torque", &Sample::desired_torque, "torque_step_nm", "what the scene asks"),
+      any_number("desired_torque", &Sample::desired_torque, "torque_step_nm",
+                 "what the scene asks"),
       any_number("motor_torque", &Sample::motor_torque, "torque_step_nm", "commanded"),
       any_number("brake_torque", &Sample::brake_torque, "torque_step_nm",
                  "what the brake can hold, estimated"),

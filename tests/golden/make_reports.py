@@ -234,7 +234,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         {
             "target": TARGET,
             "angle_turns_q32": -0x0000000060000007,
-            "span_rad": 3.25,
+            "span_turns_q32": 0x2222111100,
             "ends": "repeat",
             "first_point": 0x0102,
             "points": 0x0203,

@@ -122,7 +122,7 @@ REPORTS = {
         _report(
             "curve",
             0x2B,
-            f"{_TARGET}, q angle_turns_q32, f span_rad, B ends, H first_point, H points",
+            f"{_TARGET}, q angle_turns_q32, Q span_turns_q32, B ends, H first_point, H points",
         ),
         _report("curve_points", 0x2F, "H sequence, B axis, H first_point, B points, 13f torque_nm"),
         _report(

@@ -1,0 +1,106 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+
+#include "core/controller.hpp"
+
+namespace core = torsio::core;
+using doctest::Approx;
+
+namespace {
+
+core::ControllerParams reference_actuator() {
+  core::ControllerParams params;
+  params.motion = core::make_motion_params(core::make_resolution(8192, 1'000'000), 32, false, 100);
+  params.brake = core::make_brake_params(0.06F, 1e-3F, 3.3e-3F, 0.0F);
+  params.partition = {core::Law::paper, 0.5F, 0.085F, 0.110F};
+  params.limits = {0.085F, 0.110F, 0.0F};
+  return params;
+}
+
+std::unique_ptr<core::Scene> wall_at_zero(float stiffness) {
+  auto scene = std::make_unique<core::Scene>();
+  scene->effect[0] = core::Wall{core::make_origin(0, 8192), -1.0F, stiffness, 0.0F};
+  scene->active = 1;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("a tick follows the equations of the law in their order") {
+  // The same recursion in double precision, written from the equations.
+  const core::ControllerParams params = reference_actuator();
+  const auto scene = wall_at_zero(1.432F);
+  core::ControllerState state;
+  double brake = 0.0, command = 0.0, spring = 0.0;
+  const double per_count = 2.0 * M_PI / 8192.0;
+  int count = 0;
+  for (int i = 0; i < 600; ++i) {
+    const int delta = i == 0    ? 0
+                      : i < 250 ? (i % 4 == 0 ? 1 : 0)
+                      : i < 500 ? -(i % 4 == 0 ? 1 : 0)
+                                : 0;
+    count += delta;
+    const auto out = core::control(state, params,
+                                   {static_cast<std::uint32_t>(count), scene.get(), nullptr, 1.0F});
+
+    brake = command + (brake - command) * std::exp(-1e-3 / 0.06);
+    const double capacity = std::max(brake, 3.3e-3);
+    spring = std::clamp(spring - 2.873 * delta * per_count, -capacity, capacity);
+    const double desired = count > 0 ? -1.432 * count * per_count : 0.0;
+    double motor = 0.0;
+    command = 0.0;
+    if (desired != 0.0) {
+      const bool helps = desired * spring >= 0.0;
+      motor = std::clamp(helps ? desired - spring : desired, -0.085, 0.085);
+      command = helps ? std::min(0.5 * std::abs(desired), 0.110) : 0.0;
+    }
+    CHECK(out.desired_torque_nm == Approx(desired).epsilon(1e-5).scale(0.05));
+    CHECK(out.spring_torque_nm == Approx(spring).epsilon(1e-4).scale(0.05));
+    CHECK(out.motor_torque_nm == Approx(motor).epsilon(1e-4).scale(0.05));
+    CHECK(out.brake_command_nm == Approx(command).epsilon(1e-4).scale(0.05));
+    CHECK(out.brake_torque_nm == Approx(brake).epsilon(1e-4).scale(0.05));
+  }
+}
+
+TEST_CASE("without a scene nothing is commanded while motion and sensor go on") {
+  core::ControllerState state;
+  const core::ControllerParams params = reference_actuator();
+  (void)core::control(state, params, {0, nullptr, nullptr, 1.0F});
+  const auto out = core::control(state, params, {1, nullptr, nullptr, 1.0F});
+  CHECK(out.motor_torque_nm == 0.0F);
+  CHECK(out.brake_command_nm == 0.0F);
+  CHECK(out.motion.position_counts == 1);
+  CHECK(out.spring_torque_nm == Approx(-2.873 * 2.0 * M_PI / 8192.0).epsilon(1e-5));
+}
+
+TEST_CASE("a torque that is not finite is told, commands nothing and leaves no trace") {
+  const core::ControllerParams params = reference_actuator();
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    core::ControllerState state;
+    auto scene = std::make_unique<core::Scene>();
+    scene->effect[0] = core::Constant{bad, {}};
+    scene->active = 1;
+    const auto out = core::control(state, params, {5, scene.get(), nullptr, 1.0F});
+    CHECK(out.numeric_error);
+    CHECK(out.motor_torque_nm == 0.0F);
+    CHECK(out.brake_command_nm == 0.0F);
+    scene->effect[0] = core::Constant{0.01F, {}};
+    const auto next = core::control(state, params, {5, scene.get(), nullptr, 1.0F});
+    CHECK_FALSE(next.numeric_error);
+    CHECK(next.motor_torque_nm == Approx(0.01));
+  }
+}
+
+TEST_CASE("the gain scales what the scene and the local model ask for") {
+  const core::ControllerParams params = reference_actuator();
+  core::ControllerState state;
+  const core::LocalModel local{0.04F, {}, 0.0F, 0.0F};
+  CHECK(core::control(state, params, {0, nullptr, &local, 0.25F}).desired_torque_nm ==
+        Approx(0.01));
+}
