@@ -1,0 +1,115 @@
+"""Torsio: a USB knob that pushes back.
+
+>>> import torsio
+>>> with torsio.open("emulated", seed=1) as knob:
+...     knob.play(torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4))
+...     knob.arm()
+...     log = knob.record(duration_s=0.5)
+>>> len(log)
+500
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import version as _version
+
+from torsio import core, emulator, protocol, telemetry
+from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.errors import (
+    Closed,
+    DeviceBusy,
+    DeviceNotFound,
+    Disconnected,
+    Error,
+    InvalidArgument,
+    MalformedReport,
+    PermissionDenied,
+    ProtocolMismatch,
+    Refused,
+    Timeout,
+)
+from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.knob import (
+    Clock,
+    DeviceInfo,
+    Emulator,
+    Health,
+    Knob,
+    LinkStatistics,
+    ListedDevice,
+    list_devices,
+    open,
+)
+from torsio.scenes import (
+    Constant,
+    Curve,
+    Damper,
+    Detents,
+    Effect,
+    EndStops,
+    Friction,
+    Inertia,
+    Periodic,
+    Ramp,
+    Scene,
+    Spring,
+    Texture,
+    Timing,
+    Wall,
+)
+from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
+
+__version__ = _version("torsio")
+
+__all__ = [
+    "TELEMETRY_DTYPE",
+    "TRUTH_DTYPE",
+    "ActuatorConfig",
+    "Clock",
+    "Closed",
+    "Constant",
+    "ControlConfig",
+    "Curve",
+    "Damper",
+    "Detents",
+    "DeviceBusy",
+    "DeviceInfo",
+    "DeviceNotFound",
+    "Disconnected",
+    "Effect",
+    "Emulator",
+    "EndStops",
+    "Error",
+    "Friction",
+    "Hand",
+    "Health",
+    "ImpedanceHand",
+    "Inertia",
+    "InvalidArgument",
+    "Knob",
+    "LinkStatistics",
+    "ListedDevice",
+    "MalformedReport",
+    "NoHand",
+    "Periodic",
+    "PermissionDenied",
+    "PlantParams",
+    "PrescribedMotion",
+    "ProtocolMismatch",
+    "Ramp",
+    "Refused",
+    "Scene",
+    "Spring",
+    "Texture",
+    "Timeout",
+    "Timing",
+    "TorqueHand",
+    "Wall",
+    "__version__",
+    "core",
+    "emulator",
+    "list_devices",
+    "open",
+    "protocol",
+    "telemetry",
+]

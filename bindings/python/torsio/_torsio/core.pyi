@@ -1,0 +1,116 @@
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+_Floats = npt.NDArray[np.float32]
+_Law = Literal["paper", "compensated", "parallel", "motor_only"]
+
+class MotionParams:
+    def __init__(
+        self,
+        *,
+        counts_per_rev: int = 8192,
+        period_ns: int = 1_000_000,
+        counter_bits: int = 32,
+        reversed: bool = False,
+        speed_bandwidth_hz: float = 100.0,
+    ) -> None: ...
+
+class MotionState:
+    position_counts: int
+    def __init__(self) -> None: ...
+
+class Motion:
+    @property
+    def position_counts(self) -> int: ...
+    @property
+    def delta_counts(self) -> int: ...
+    @property
+    def delta_rad(self) -> float: ...
+    @property
+    def speed_rad_s(self) -> float: ...
+    @property
+    def acceleration_rad_s2(self) -> float: ...
+
+def track_motion(state: MotionState, params: MotionParams, encoder_count: int) -> Motion: ...
+def track_motion_record(
+    state: MotionState, params: MotionParams, encoder_count: npt.ArrayLike
+) -> npt.NDArray[np.void]: ...
+
+class BrakeParams:
+    def __init__(
+        self,
+        *,
+        time_constant_s: float = 60e-3,
+        period_s: float = 1e-3,
+        floor_nm: float = 3.3e-3,
+        drag_nm: float = 0.0,
+    ) -> None: ...
+    @property
+    def decay(self) -> float: ...
+    @property
+    def floor_nm(self) -> float: ...
+    @property
+    def drag_nm(self) -> float: ...
+
+class BrakeState:
+    torque_nm: float
+    def __init__(self, *, torque_nm: float = 0.0) -> None: ...
+
+def model_brake(state: BrakeState, params: BrakeParams, held_command_nm: float) -> float: ...
+def model_brake_record(
+    state: BrakeState, params: BrakeParams, held_command_nm: npt.ArrayLike
+) -> _Floats: ...
+
+class SoftSensorState:
+    spring_torque_nm: float
+    def __init__(self, *, spring_torque_nm: float = 0.0) -> None: ...
+
+def sense_spring(
+    state: SoftSensorState,
+    delta_rad: float,
+    capacity_nm: float,
+    *,
+    stiffness_nm_per_rad: float = 2.873,
+) -> float: ...
+def sense_spring_record(
+    state: SoftSensorState,
+    delta_rad: npt.ArrayLike,
+    capacity_nm: npt.ArrayLike,
+    *,
+    stiffness_nm_per_rad: float = 2.873,
+) -> _Floats: ...
+
+class PartitionParams:
+    def __init__(
+        self,
+        *,
+        law: _Law = "paper",
+        beta: float = 0.5,
+        motor_torque_max_nm: float = 85e-3,
+        brake_torque_max_nm: float = 110e-3,
+    ) -> None: ...
+    @property
+    def law(self) -> _Law: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def motor_torque_max_nm(self) -> float: ...
+    @property
+    def brake_torque_max_nm(self) -> float: ...
+
+class Shares:
+    @property
+    def motor_torque_nm(self) -> float: ...
+    @property
+    def brake_torque_nm(self) -> float: ...
+    @property
+    def motor_saturated(self) -> bool: ...
+    @property
+    def brake_saturated(self) -> bool: ...
+
+def partition(params: PartitionParams, desired_nm: float, spring_nm: float) -> Shares: ...
+def partition_record(
+    params: PartitionParams, desired_nm: npt.ArrayLike, spring_nm: npt.ArrayLike
+) -> tuple[_Floats, _Floats]: ...

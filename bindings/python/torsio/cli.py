@@ -1,0 +1,268 @@
+"""The `torsio` command."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any, ParamSpec, TypeVar
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import torsio
+from torsio.demos import wall
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+app = typer.Typer(
+    help="A USB knob that pushes back.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
+app.add_typer(demo_app, name="demo")
+
+out = Console()
+err = Console(stderr=True)
+
+Device = Annotated[
+    str,
+    typer.Option(
+        "--device", metavar="DEVICE", help="Path, serial number, or 'emulated'; see `torsio list`."
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+
+def _plainly(command: Callable[P, T]) -> Callable[P, T]:
+    """Turn what can go wrong into one sentence and an exit status."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return command(*args, **kwargs)
+        except KeyboardInterrupt:
+            err.print("torsio: interrupted; the knob is disarmed", highlight=False)
+            raise typer.Exit(130) from None
+        except (torsio.Error, wall.WallNotReachedError, OSError) as error:
+            err.print(f"torsio: error: {error}", highlight=False, markup=False, soft_wrap=True)
+            raise typer.Exit(1) from None
+
+    return run
+
+
+def _print_json(value: Any) -> None:
+    # Not through rich, which would wrap and colour it.
+    sys.stdout.write(json.dumps(value, indent=2) + "\n")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        sys.stdout.write(f"torsio {torsio.__version__}\n")
+        raise typer.Exit
+
+
+@app.callback()
+def main(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Find, ask and feel Torsio knobs: USB knobs that push back."""
+
+
+@app.command("list")
+@_plainly
+def list_command(as_json: AsJson = False) -> None:
+    """List the knobs that can be opened; the emulated one is always there."""
+    devices = torsio.list_devices()
+    if as_json:
+        _print_json([asdict(device) for device in devices])
+        return
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("device", "serial", "product", "board", "transport", "ready"):
+        table.add_column(column, overflow="fold")
+    for device in devices:
+        table.add_row(
+            device.path,
+            device.serial,
+            device.product,
+            device.board,
+            device.transport,
+            device.problem or "yes",
+        )
+    out.print(table)
+
+
+@app.command("info")
+@_plainly
+def info_command(device: Device = "emulated", as_json: AsJson = False) -> None:
+    """Show who a knob is, how it is, and how it is configured."""
+    with torsio.open(device) as knob:
+        groups = {
+            "info": asdict(knob.info),
+            "health": asdict(knob.health()),
+            "clock": asdict(knob.clock()),
+            "actuator_config": asdict(knob.actuator_config()),
+            "control_config": asdict(knob.control_config()),
+        }
+    if as_json:
+        _print_json(groups)
+        return
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column()
+    table.add_column()
+    for name, values in groups.items():
+        table.add_row(f"[bold]{name.replace('_', ' ')}[/bold]")
+        for key, value in values.items():
+            table.add_row(f"  {key}", _value_text(key, value))
+    out.print(table)
+
+
+def _value_text(key: str, value: Any) -> str:
+    if key == "fingerprint":
+        return f"0x{value:08x}"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, tuple | list):
+        return ", ".join(value) or "none"
+    return str(value)
+
+
+@demo_app.command("wall")
+@_plainly
+def demo_wall(
+    device: Device = "emulated",
+    seed: Annotated[int, typer.Option(min=0, help="Of the emulated knob.")] = 1,
+    paced: Annotated[
+        bool, typer.Option("--paced", help="Let the emulated knob take real time.")
+    ] = False,
+    out_folder: Annotated[
+        Path, typer.Option("--out", metavar="FOLDER", help="Where the picture goes.")
+    ] = Path("out"),
+    json_file: Annotated[
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Numbers; FOLDER/virtual_wall.json if unset."),
+    ] = None,
+) -> None:
+    """Push the knob into a virtual wall, and see how well it pushes back."""
+    png_file = out_folder / "virtual_wall.png"
+    json_file = json_file or out_folder / "virtual_wall.json"
+    for file in (png_file, json_file):
+        file.parent.mkdir(parents=True, exist_ok=True)
+
+    with torsio.open(device, seed=seed, paced=paced, log_truth=True) as knob:
+        if not knob.is_emulated:
+            _prompt_user()
+        visit = _run_with_progress(knob)
+    measures = wall.measure(visit)
+    json_file.write_text(json.dumps(measures.as_dict(), indent=2) + "\n")
+
+    # Only here: it takes a second that list and info need not wait for.
+    from torsio.demos.wall_figure import save_figure
+
+    save_figure(visit, measures, png_file)
+    _print_measures(measures)
+    out.print(f"\npicture  {png_file}\nnumbers  {json_file}", highlight=False, soft_wrap=True)
+
+
+def _prompt_user() -> None:
+    out.print(
+        "The knob will feel a wall "
+        f"{math.degrees(wall.WALL_ANGLE_RAD):.0f} degrees from where it is now, in the direction "
+        "of positive angle.\nTurn it into the wall, hold for a moment, and come out again, "
+        f"within {wall.HARDWARE_DURATION_S:.0f} seconds."
+    )
+    typer.confirm("Ready?", abort=True, default=True)
+
+
+def _run_with_progress(knob: torsio.Knob) -> wall.WallVisit:
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TimeElapsedColumn(),
+        console=out,
+    ) as progress:
+        task = progress.add_task("visiting the wall", total=1.0)
+        visit = wall.run(knob, lambda share: progress.update(task, completed=share))
+        progress.update(task, completed=1.0)
+    return visit
+
+
+def _print_measures(measures: wall.WallMeasures) -> None:
+    stiffness = measures.wall_stiffness_nm_per_rad * 1e3 * math.pi / 180
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("what")
+    table.add_column("value", justify="right")
+    table.add_column("in plain words")
+    table.add_row("wall", f"{stiffness:.1f} mN·m/deg", "how fast the torque grows inside it")
+    table.add_row(
+        "peak torque", f"{1e3 * measures.peak_torque_nm:.1f} mN·m", "how hard it was pressed"
+    )
+    table.add_row(
+        "tracking, way in",
+        f"{100 * measures.tracking_rms_in:.1f} %",
+        _verdict(measures.tracking_rms_in, 0.07),
+    )
+    table.add_row(
+        "tracking, way out",
+        f"{100 * measures.tracking_rms_out:.1f} %",
+        _verdict(measures.tracking_rms_out, 0.09),
+    )
+    table.add_row(
+        "torque gap",
+        f"{1e3 * measures.torque_gap_nm:.1f} mN·m",
+        "most that was missing while the brake let go",
+    )
+    if measures.sensor_rms_nm is not None:
+        table.add_row(
+            "sensor error",
+            f"{1e3 * measures.sensor_rms_nm:.1f} mN·m",
+            "sensed against true torque of the shaft, RMS",
+        )
+    table.add_row(
+        "left the wall",
+        f"{math.degrees(measures.final_angle_rad):.1f} deg",
+        "yes, nothing stuck" if measures.left_wall else "no: the knob is still in the wall",
+    )
+    table.add_row(
+        "samples",
+        f"{measures.samples}",
+        "none lost" if measures.samples_lost == 0 else f"{measures.samples_lost} lost",
+    )
+    table.add_row(
+        "speed", f"{measures.realtime_factor:.3g} x", "seconds of the knob in a second of yours"
+    )
+    out.print()
+    out.print(table, highlight=False)
+    good = (
+        measures.tracking_rms_in <= 0.07
+        and measures.tracking_rms_out <= 0.09
+        and measures.left_wall
+        and measures.samples_lost == 0
+    )
+    out.print(
+        "\n[bold]It feels like a wall:[/bold] firm on the way in, and it lets go on the way out."
+        if good
+        else "\n[bold]Not as it should be:[/bold] see the rows above.",
+        highlight=False,
+    )
+
+
+def _verdict(share: float, limit: float) -> str:
+    word = "good" if share <= limit else "poor"
+    return f"{word}: felt against wanted torque, RMS of the peak (good: up to {100 * limit:.0f} %)"
+
+
+if __name__ == "__main__":
+    app()

@@ -1,0 +1,100 @@
+"""Configuration of the device, and parameters of an emulated one. Defaults: reference actuator."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Literal
+
+from torsio import _torsio
+
+__all__ = ["ActuatorConfig", "ControlConfig", "PlantParams"]
+
+
+@dataclass(frozen=True)
+class ActuatorConfig:
+    """The actuator as built, as the device knows it.
+
+    Attributes
+    ----------
+    brake_torque_min_nm
+        Floor of the brake's torque in the sensor.
+    brake_drag_nm
+        What the brake holds with no current.
+    spring_stiffness_nm_per_rad
+        Of the shaft between knob and brake.
+    counter_bits
+        Width at which the encoder's counter wraps, 8 to 32.
+    """
+
+    _: KW_ONLY
+    motor_torque_max_nm: float = 85e-3
+    brake_torque_max_nm: float = 110e-3
+    brake_torque_min_nm: float = 3.3e-3
+    brake_drag_nm: float = 2e-3
+    brake_time_constant_s: float = 60e-3
+    spring_stiffness_nm_per_rad: float = 2.873
+    counts_per_rev: int = 8192
+    counter_bits: int = 32
+    encoder_reversed: bool = False
+
+
+@dataclass(frozen=True)
+class ControlConfig:
+    """How the device controls, and what it does when the host goes silent.
+
+    Attributes
+    ----------
+    law
+        How the desired torque is shared between motor and brake.
+    beta
+        The brake's share of the desired torque, 0 to 1.
+    motor_torque_cap_nm, brake_torque_cap_nm
+        The user's limits, below the actuator's.
+    motor_slew_nm_per_s
+        Largest rate of the motor's torque; 0 is no limit.
+    speed_limit_rad_s
+        Faster is a fault; 0 is no limit.
+    watchdog_s
+        Silence of the host that disarms, 0.01 to 60.
+    passive_ramp_s, passive_brake_nm
+        The motor's way to zero when the host is lost, and the brake's torque on that way.
+    autonomous
+        No watchdog: plays on without a host.
+    """
+
+    _: KW_ONLY
+    law: Literal["paper", "compensated", "parallel", "motor_only"] = "paper"
+    beta: float = 0.5
+    speed_bandwidth_hz: float = 100.0
+    motor_torque_cap_nm: float = 100.0
+    brake_torque_cap_nm: float = 100.0
+    motor_slew_nm_per_s: float = 0.0
+    speed_limit_rad_s: float = 0.0
+    watchdog_s: float = 0.25
+    passive_ramp_s: float = 0.05
+    passive_brake_nm: float = 0.0
+    autonomous: bool = False
+
+
+@dataclass(frozen=True)
+class PlantParams:
+    """Motor, knob, shaft spring and brake of an emulated knob. Torques are seen at the knob."""
+
+    _: KW_ONLY
+    knob_inertia_kg_m2: float = 6e-5
+    knob_viscous_nm_s_per_rad: float = 2.6e-5
+    knob_coulomb_nm: float = 6e-3
+    brake_inertia_kg_m2: float = 4e-5
+    brake_viscous_nm_s_per_rad: float = 2e-6
+    brake_drag_nm: float = 2e-3
+    shaft_stiffness_nm_per_rad: float = 2.873
+    shaft_damping_nm_s_per_rad: float = 2e-4
+    brake_time_constant_s: float = 60e-3
+    motor_time_constant_s: float = 0.1e-3
+    motor_limit_nm: float = 85e-3
+    brake_limit_nm: float = 110e-3
+    counts_per_rev: int = 8192
+
+    def matching_config(self) -> ActuatorConfig:
+        """Give the configuration of a device that was calibrated perfectly to this plant."""
+        return ActuatorConfig(**_torsio.matching_config(self))

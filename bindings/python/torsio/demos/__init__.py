@@ -1,0 +1,1 @@
+"""Demonstrations: what `torsio demo NAME` runs."""

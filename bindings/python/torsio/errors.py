@@ -1,0 +1,100 @@
+"""What the library raises. Every message says what was wrong and what to do about it.
+
+Each class also derives from the fitting class of Python's own, so that code which knows nothing of
+torsio can handle it.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "Closed",
+    "DeviceBusy",
+    "DeviceNotFound",
+    "Disconnected",
+    "Error",
+    "InvalidArgument",
+    "MalformedReport",
+    "PermissionDenied",
+    "ProtocolMismatch",
+    "Refused",
+    "Timeout",
+]
+
+
+class Error(Exception):
+    """Base of everything that the library raises on purpose."""
+
+    # Without this OSError's own text ("[Errno ...]") could come first in the classes below.
+    def __str__(self) -> str:
+        """Give the message."""
+        return str(self.args[0]) if self.args else ""
+
+
+class InvalidArgument(Error, ValueError):
+    """A value that the device would refuse. Nothing was sent; what plays goes on."""
+
+
+class DeviceNotFound(Error, FileNotFoundError):
+    """There is no such device, or no device, or more than one to choose from."""
+
+
+class PermissionDenied(Error, PermissionError):
+    """The device is there, but this user may not open it."""
+
+
+class DeviceBusy(Error, OSError):
+    """Somebody, maybe this very program, has opened the device already."""
+
+
+class ProtocolMismatch(Error, ConnectionError):
+    """Firmware and library were built from different report layouts."""
+
+
+class Refused(Error, RuntimeError):
+    """The device said no. What plays goes on.
+
+    Attributes
+    ----------
+    status : str
+        Why, in one word: "not_armed", "out_of_range" ...
+    report : str
+        Name of the refused report: "wall", "command" ...
+    field : str
+        Name of the offending field; empty if no field in particular.
+    """
+
+    def __init__(self, message: str, status: str = "", report: str = "", field: str = "") -> None:
+        super().__init__(message)
+        self.status = status
+        self.report = report
+        self.field = field
+
+    def __reduce__(self) -> tuple[type[Refused], tuple[str, str, str, str]]:
+        """Keep the attributes when pickled."""
+        return type(self), (str(self), self.status, self.report, self.field)
+
+
+class MalformedReport(InvalidArgument):
+    """Bytes that are no valid report; `status`, `report` and `field` as in `Refused`."""
+
+    def __init__(self, message: str, status: str = "", report: str = "", field: str = "") -> None:
+        super().__init__(message)
+        self.status = status
+        self.report = report
+        self.field = field
+
+    def __reduce__(self) -> tuple[type[MalformedReport], tuple[str, str, str, str]]:
+        """Keep the attributes when pickled."""
+        return type(self), (str(self), self.status, self.report, self.field)
+
+
+class Timeout(Error, TimeoutError):
+    """The device did not answer in time."""
+
+
+class Disconnected(Error, ConnectionError):
+    """The device was unplugged or lost its power. Open it again once it is back."""
+
+
+class Closed(Error, RuntimeError):
+    """The knob was closed."""

@@ -1,0 +1,538 @@
+"""The knob: open it, arm it, play scenes on it, record what happens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Literal, TypeAlias
+
+from torsio import _torsio
+from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.errors import Error, Timeout
+from torsio.hands import Hand
+from torsio.scenes import Scene
+from torsio.telemetry import Record
+
+__all__ = [
+    "Clock",
+    "DeviceInfo",
+    "Emulator",
+    "Health",
+    "Knob",
+    "LinkStatistics",
+    "ListedDevice",
+    "State",
+    "list_devices",
+    "open",
+]
+
+State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
+
+
+@dataclass(frozen=True)
+class ListedDevice:
+    """A device that could be opened.
+
+    Attributes
+    ----------
+    path
+        What `open` takes.
+    board
+        Empty if the device could not be asked.
+    transport
+        "hid" or "emulated".
+    problem
+        Why it cannot be opened now; empty if it can.
+    """
+
+    path: str
+    serial: str
+    product: str
+    board: str
+    transport: str
+    problem: str
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """Who the device is and what it can do."""
+
+    path: str
+    serial: str
+    product: str
+    board: str
+    firmware_version: str
+    transport: str
+    protocol_version: int
+    fingerprint: int
+    axes: int
+    effects: int
+    curve_points: int
+    control_rate_hz: float
+    counts_per_rev: int
+    torque_step_nm: float
+    speed_step_rad_s: float
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The device's time and position, both exact."""
+
+    tick: int
+    time_s: float
+    position_counts: int
+    angle_rad: float
+
+
+@dataclass(frozen=True)
+class Health:
+    """State and counters of the device since its power-up.
+
+    Attributes
+    ----------
+    faults
+        Names of the latched faults: "over_speed" ...
+    samples_dropped
+        Telemetry that the host did not fetch in time.
+    tick_time_s, tick_time_max_s
+        Time that the last control tick took, and the longest one so far.
+    """
+
+    state: State
+    faults: tuple[str, ...]
+    reports_accepted: int
+    reports_refused: int
+    samples_dropped: int
+    tick_overruns: int
+    tick_time_s: float
+    tick_time_max_s: float
+    saves: int
+
+
+@dataclass(frozen=True)
+class LinkStatistics:
+    """Counters of this end of the cable, since the knob was opened.
+
+    Attributes
+    ----------
+    samples_lost
+        Never arrived, or not read before the ring was full.
+    last_refusal
+        Of a local model, in words.
+    """
+
+    reports_sent: int
+    reports_received: int
+    reports_undecodable: int
+    samples_received: int
+    samples_lost: int
+    local_models_refused: int
+    last_refusal: str
+
+
+class Emulator:
+    """The world round an emulated knob: who holds it, what really happens, what goes wrong."""
+
+    def __init__(self, knob: _torsio.Knob) -> None:
+        self._knob = knob
+
+    def set_hand(self, hand: Hand) -> None:
+        """Give the knob into another hand at the next control tick, time 0 of its profiles."""
+        self._knob.set_hand(hand)
+
+    @property
+    def time_s(self) -> float:
+        """Device time."""
+        return self._knob.emulator_time_s()
+
+    def advance(self, duration_s: float) -> None:
+        """Let time pass, like `Knob.sleep`."""
+        self._knob.advance(duration_s)
+
+    def truth(self) -> Record:
+        """Take what no sensor sees, one row a control tick since the last call.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TRUTH_DTYPE`; empty unless opened with ``log_truth=True``.
+        """
+        return self._knob.take_truth()
+
+    def unplug(self) -> None:
+        """Pull the plug. As with hardware the knob must be opened again."""
+        self._knob.unplug()
+
+    def set_emergency_stop(self, *, pressed: bool) -> None:
+        """Press or release the emergency stop."""
+        self._knob.set_emergency_stop(pressed)
+
+    def set_actuator_fault(self, *, present: bool) -> None:
+        """Make the power stage report an error, or stop doing so."""
+        self._knob.set_actuator_fault(present)
+
+    def freeze_encoder(self, *, frozen: bool) -> None:
+        """Let the encoder's counter stand still."""
+        self._knob.freeze_encoder(frozen)
+
+    def jump_encoder(self, *, counts: int) -> None:
+        """Make the encoder's counter wrong from now on."""
+        self._knob.jump_encoder(counts)
+
+    def skip_ticks(self, *, count: int) -> None:
+        """Let the control loop come that many ticks late."""
+        self._knob.skip_ticks(count)
+
+    def set_link_faults(
+        self,
+        *,
+        drop_output: float = 0.0,
+        corrupt_output: float = 0.0,
+        drop_input: float = 0.0,
+        corrupt_input: float = 0.0,
+    ) -> None:
+        """Damage reports on the way, each with a probability. Output is from host to device."""
+        self._knob.set_link_faults(
+            drop_output=drop_output,
+            corrupt_output=corrupt_output,
+            drop_input=drop_input,
+            corrupt_input=corrupt_input,
+        )
+
+    def cut_power_in_next_save(self, *, after_bytes: int) -> None:
+        """Make the device vanish in the middle of its next save."""
+        self._knob.cut_power_in_next_save(after_bytes)
+
+
+class Knob:
+    """An open knob, made by `torsio.open`. Use it in a ``with`` statement.
+
+    Every method may be called from any thread, and every method that waits lets other threads run
+    and can be interrupted with Ctrl-C. Besides what is named, methods raise `Disconnected` once the
+    device is unplugged, `Closed` after `close`, and `Timeout` when the device does not answer.
+
+    Durations count in the device's time: the wall clock, or the virtual clock of an emulated device
+    that is not paced.
+    """
+
+    def __init__(self, knob: _torsio.Knob) -> None:
+        self._knob = knob
+        self._info = DeviceInfo(**knob.info())
+
+    def __enter__(self) -> Knob:
+        """Give the knob itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the knob."""
+        self.close()
+
+    def __repr__(self) -> str:
+        """Say which device it is and what state it is in."""
+        state = self.state if self.is_open else "closed"
+        return f"<torsio.Knob {self._info.path!r} {state}>"
+
+    def close(self) -> None:
+        """Disarm, unless told to be autonomous, and let go. Closing twice is fine."""
+        self._knob.close()
+
+    @property
+    def is_open(self) -> bool:
+        """False once closed."""
+        return self._knob.is_open
+
+    # What it is -----------------------------------------------------------------------------
+
+    @property
+    def info(self) -> DeviceInfo:
+        """Who the device is."""
+        return self._info
+
+    @property
+    def state(self) -> State:
+        """As last heard of; costs nothing."""
+        return self._knob.state
+
+    @property
+    def is_emulated(self) -> bool:
+        """True if there is an `emulator`."""
+        return self._knob.is_emulated
+
+    @property
+    def emulator(self) -> Emulator:
+        """The world round an emulated knob. Raises `Error` on real hardware."""
+        if not self._knob.is_emulated:
+            raise Error("this knob is real hardware: it has no emulated world")
+        return Emulator(self._knob)
+
+    def health(self) -> Health:
+        """Ask the device for its state, faults and counters."""
+        return Health(**self._knob.health())
+
+    def clock(self) -> Clock:
+        """Ask the device for its time and position."""
+        return Clock(**self._knob.clock())
+
+    def position_rad(self) -> float:
+        """Ask the device for its angle."""
+        return self._knob.position_rad()
+
+    def statistics(self) -> LinkStatistics:
+        """Give the counters of this end of the cable."""
+        return LinkStatistics(**self._knob.statistics())
+
+    # What it does ---------------------------------------------------------------------------
+
+    def arm(self) -> None:
+        """Torque on. Raises `Refused` while a fault is latched."""
+        self._knob.arm()
+
+    def disarm(self) -> None:
+        """Torque off; the scene stays."""
+        self._knob.disarm()
+
+    def stop(self) -> None:
+        """Torque off, and the scene is emptied."""
+        self._knob.stop()
+
+    def zero(self) -> None:
+        """Make this position angle 0. Raises `Refused` unless disarmed."""
+        self._knob.zero()
+
+    def relax(self) -> None:
+        """Tell the sensor that the shaft is relaxed now. Raises `Refused` unless disarmed."""
+        self._knob.relax()
+
+    def clear_fault(self) -> None:
+        """Forget latched faults. Raises `Refused` while their cause is there."""
+        self._knob.clear_fault()
+
+    def play(self, scene: Scene) -> None:
+        """Play a scene in place of the one before, all of it from the same tick on.
+
+        Parameters
+        ----------
+        scene
+            One effect, or an iterable of up to 16. The place in the list is an effect's identity:
+            one that stands at the same place with the same values as before goes on playing, any
+            other starts anew. The knob must be armed to be felt.
+
+        Raises
+        ------
+        InvalidArgument
+            Names effect, field, value and range; nothing was sent and the old scene goes on.
+        Refused
+            The device said no; the old scene goes on.
+        """
+        self._knob.play(scene)
+
+    def stream_local_model(
+        self,
+        *,
+        torque_nm: float = 0.0,
+        angle_rad: float = 0.0,
+        stiffness_nm_per_rad: float = 0.0,
+        damping_nm_s_per_rad: float = 0.0,
+        deadline_s: float = 0.02,
+    ) -> None:
+        """Send a torque, a spring and a damper for the device to render at its own rate.
+
+        They act on top of the scene until the next ones come. Does not wait for the device; past
+        the deadline the device fails passive. A deadline of 0 ends the stream in good order.
+        """
+        self._knob.stream_local_model(
+            torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s
+        )
+
+    # Configuration --------------------------------------------------------------------------
+
+    def actuator_config(self) -> ActuatorConfig:
+        """Ask the device for the actuator as it knows it."""
+        return ActuatorConfig(**self._knob.actuator_config())
+
+    def control_config(self) -> ControlConfig:
+        """Ask the device how it controls."""
+        return ControlConfig(**self._knob.control_config())
+
+    def configure(self, config: ActuatorConfig | ControlConfig) -> None:
+        """Set a configuration while disarmed; an `ActuatorConfig` also empties the scene.
+
+        Raises
+        ------
+        InvalidArgument
+            Names field, value and range.
+        Refused
+            Unless disarmed.
+        """
+        if isinstance(config, ActuatorConfig):
+            self._knob.set_actuator_config(config)
+        elif isinstance(config, ControlConfig):
+            self._knob.set_control_config(config)
+        else:
+            raise TypeError(f"not a configuration: {config!r}")
+
+    def save(self) -> None:
+        """Keep the configuration over power-off. Returns when it is safe."""
+        self._knob.save()
+
+    def load_defaults(self) -> None:
+        """Take the configuration of a new device. Raises `Refused` unless disarmed."""
+        self._knob.load_defaults()
+
+    # Telemetry ------------------------------------------------------------------------------
+
+    def start_telemetry(self, *, rate_hz: float | None = None) -> float:
+        """Start telemetry, or change its rate, and forget what was not read.
+
+        Parameters
+        ----------
+        rate_hz
+            Highest rate wanted; None takes the highest that the cable carries.
+
+        Returns
+        -------
+        float
+            The true rate: the device sends every n-th control tick.
+        """
+        return self._knob.start_telemetry(0.0 if rate_hz is None else rate_hz)
+
+    def stop_telemetry(self) -> None:
+        """Stop telemetry."""
+        self._knob.stop_telemetry()
+
+    def read(self, *, max_samples: int = 4096, timeout_s: float = 1.0) -> Record:
+        """Take samples, oldest first; wait until there is one or the time is over.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
+        """
+        return self._knob.read(max_samples, timeout_s)
+
+    def record(self, *, duration_s: float, rate_hz: float | None = None) -> Record:
+        """Let time pass and give every sample of that span.
+
+        Starts telemetry if it does not run, or if a rate is given.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
+        """
+        if rate_hz is not None:
+            self._knob.start_telemetry(rate_hz)
+        return self._knob.record(duration_s)
+
+    def telemetry(
+        self,
+        *,
+        duration_s: float | None = None,
+        rate_hz: float | None = None,
+        max_samples: int = 4096,
+        timeout_s: float = 1.0,
+    ) -> Iterator[Record]:
+        """Iterate over telemetry as it comes, in arrays of one sample or more.
+
+        Parameters
+        ----------
+        duration_s
+            None goes on for ever.
+        rate_hz
+            As in `start_telemetry`, which this calls.
+        max_samples
+            Longest array.
+        timeout_s
+            `Timeout` is raised when nothing has come for so long.
+        """
+        rate_hz = self.start_telemetry(rate_hz=rate_hz)
+        left = None if duration_s is None else round(duration_s * rate_hz)
+        while left is None or left > 0:
+            size = max_samples if left is None else min(max_samples, left)
+            samples = self._knob.read(size, timeout_s)
+            if len(samples) == 0:
+                raise Timeout(f"no telemetry for {timeout_s} s")
+            if left is not None:
+                left -= len(samples)
+            yield samples
+
+    # Waiting --------------------------------------------------------------------------------
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass."""
+        self._knob.sleep(duration_s)
+
+    def wait_for(self, state: State, *, timeout_s: float = 1.0) -> bool:
+        """Wait until the device is in a state. Returns False if it is not so in time."""
+        return self._knob.wait_for(state, timeout_s)
+
+
+def open(
+    selector: str = "",
+    *,
+    seed: int = 0,
+    control_rate_hz: float = 1000.0,
+    plant: PlantParams | None = None,
+    hand: Hand | None = None,
+    serial: str = "",
+    actuator: ActuatorConfig | None = None,
+    control: ControlConfig | None = None,
+    paced: bool = False,
+    log_truth: bool = False,
+    command_timeout_s: float = 1.0,
+    ring_samples: int = 65536,
+) -> Knob:
+    """Open a knob. It is as it was left: look at its `state` to see whether it is armed.
+
+    Parameters
+    ----------
+    selector
+        Path, serial number, "emulated", "emulated:NAME", or empty for the only real device. A named
+        emulated device keeps its saved configuration while the process lives.
+    command_timeout_s
+        Longest wait for an answer of the device.
+    ring_samples
+        Telemetry kept until it is read; the oldest goes first.
+    seed
+        Of everything random in an emulated device; likewise emulated only are those below.
+    control_rate_hz
+        1,000 to 20,000.
+    plant, hand
+        The simulated actuator and who holds it.
+    serial
+        At most 16 ASCII characters.
+    actuator, control
+        Configuration at power-up, in place of the defaults.
+    paced
+        False: time is virtual and passes only inside calls that wait, as fast as it can be
+        computed; the same calls with the same seed give the same bytes. True: the wall clock's.
+    log_truth
+        Record what no sensor sees, for `Emulator.truth`.
+
+    Raises
+    ------
+    DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
+    """
+    emulator = {
+        "seed": seed,
+        "control_rate_hz": control_rate_hz,
+        "plant": plant,
+        "hand": hand,
+        "serial": serial,
+        "actuator": actuator,
+        "control": control,
+        "paced": paced,
+        "log_truth": log_truth,
+    }
+    return Knob(_torsio.open_knob(selector, emulator, command_timeout_s, ring_samples))
+
+
+def list_devices() -> list[ListedDevice]:
+    """List all knobs that are plugged in, and the emulated one, which is always last."""
+    return [ListedDevice(**device) for device in _torsio.list_devices()]

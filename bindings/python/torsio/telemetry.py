@@ -1,0 +1,67 @@
+"""What the device measures, as NumPy structured arrays.
+
+Records are arrays of shape (n_samples,) with the columns below: ``log["angle_rad"]`` is an array of
+angles, ``log[0]`` the first sample.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "FLAG_BRAKE_SATURATED",
+    "FLAG_LOCAL_MODEL",
+    "FLAG_MOTOR_SATURATED",
+    "FLAG_PASSIVE",
+    "FLAG_STATE_MASK",
+    "TELEMETRY_DTYPE",
+    "TRUTH_DTYPE",
+    "Record",
+]
+
+Record: TypeAlias = npt.NDArray[np.void]
+"""A structured array."""
+
+TELEMETRY_DTYPE: Final[np.dtype[Any]] = np.dtype(
+    [
+        ("tick", "<u8"),  # control periods since power-up
+        ("time_s", "<f8"),  # tick times the control period
+        ("position_counts", "<i8"),  # from the device's zero, never wraps
+        ("angle_rad", "<f8"),  # the same as an angle
+        ("speed_rad_s", "<f4"),  # estimated
+        ("desired_torque_nm", "<f4"),  # what the scene asks
+        ("motor_torque_nm", "<f4"),  # commanded
+        ("brake_torque_nm", "<f4"),  # what the brake can hold, estimated
+        ("spring_torque_nm", "<f4"),  # of the shaft on the knob, sensed
+        ("flags", "u1"),  # see FLAG_..., of this sample or a neighbour in the same report
+    ],
+    align=True,
+)
+"""One moment of the control loop. Torques are on the knob; padding bytes are zero."""
+
+TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
+    [
+        ("time_s", "<f8"),
+        ("angle_rad", "<f8"),  # of the knob
+        ("brake_angle_rad", "<f8"),  # of the far side of the shaft spring
+        ("speed_rad_s", "<f8"),  # of the knob
+        ("spring_torque_nm", "<f8"),  # of the shaft spring
+        ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
+        ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
+        ("motor_torque_nm", "<f8"),  # after the motor's lag
+        ("hand_torque_nm", "<f8"),
+    ]
+)
+"""What no sensor of an emulated knob sees, at the start of a control tick."""
+
+FLAG_STATE_MASK: Final = 0x03
+"""The two lowest bits: 0 disarmed, 1 armed, 2 fault."""
+FLAG_MOTOR_SATURATED: Final = 1 << 2
+FLAG_BRAKE_SATURATED: Final = 1 << 3
+FLAG_LOCAL_MODEL: Final = 1 << 4
+"""A streamed local model is in force."""
+FLAG_PASSIVE: Final = 1 << 5
+"""Fading out after silence of the host or a missed deadline."""

@@ -1,0 +1,103 @@
+/// @file
+/// Reads the attributes of a Python object, with errors that say which one is wrong.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "torsio/error.hpp"
+
+namespace torsio::bindings {
+
+class Attributes {
+ public:
+  explicit Attributes(pybind11::handle source)
+      : source_(source),
+        class_name_(pybind11::str(pybind11::type::handle_of(source).attr("__name__"))) {}
+
+  [[nodiscard]] const std::string& class_name() const { return class_name_; }
+
+  [[nodiscard]] pybind11::object get(const char* name) const { return source_.attr(name); }
+
+  [[nodiscard]] double number(const char* name) const { return as_number(get(name), name); }
+
+  [[nodiscard]] std::optional<double> optional_number(const char* name) const {
+    const pybind11::object value = get(name);
+    if (value.is_none()) return std::nullopt;
+    return as_number(value, name);
+  }
+
+  /// A whole number of any C++ integer type.
+  template <class T>
+  [[nodiscard]] T integer(const char* name) const {
+    const pybind11::object value = get(name);
+    const auto whole = pybind11::reinterpret_steal<pybind11::object>(PyNumber_Index(value.ptr()));
+    if (!whole) refuse_type(name, "a whole number", value);
+    int overflow = 0;
+    const long long wide = PyLong_AsLongLongAndOverflow(whole.ptr(), &overflow);
+    if (overflow != 0 || wide < static_cast<long long>(std::numeric_limits<T>::min()) ||
+        wide > static_cast<long long>(std::numeric_limits<T>::max())) {
+      refuse(name, "must be from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
+                       std::to_string(std::numeric_limits<T>::max()) + ", is " + repr(value));
+    }
+    return static_cast<T>(wide);
+  }
+
+  [[nodiscard]] bool boolean(const char* name) const {
+    const pybind11::object value = get(name);
+    const int truth = PyObject_IsTrue(value.ptr());
+    if (truth < 0) throw pybind11::error_already_set();
+    return truth != 0;
+  }
+
+  /// An enumeration that counts from 0, given by the name of its value.
+  template <class Enum, std::size_t N>
+  [[nodiscard]] Enum choice(const char* name, const std::array<std::string_view, N>& names) const {
+    const pybind11::object value = get(name);
+    if (pybind11::isinstance<pybind11::str>(value)) {
+      const auto text = value.cast<std::string>();
+      for (std::size_t i = 0; i < N; ++i) {
+        if (names[i] == text) return static_cast<Enum>(i);
+      }
+    }
+    std::string allowed;
+    for (const std::string_view known : names) {
+      allowed += (allowed.empty() ? "'" : ", '") + std::string(known) + "'";
+    }
+    refuse(name, "must be one of " + allowed + ", is " + repr(value));
+  }
+
+  [[noreturn]] void refuse(const char* name, const std::string& why) const {
+    throw InvalidArgument(class_name_ + "." + name + " " + why);
+  }
+
+  [[noreturn]] void refuse_type(const char* name, const std::string& wanted,
+                                const pybind11::handle& value) const {
+    PyErr_Clear();
+    throw pybind11::type_error(class_name_ + "." + name + " must be " + wanted + ", is " +
+                               repr(value));
+  }
+
+  [[nodiscard]] double as_number(const pybind11::handle& value, const char* name) const {
+    const double number = PyFloat_AsDouble(value.ptr());
+    if (number == -1.0 && PyErr_Occurred() != nullptr) refuse_type(name, "a number", value);
+    return number;
+  }
+
+ private:
+  static std::string repr(const pybind11::handle& value) {
+    return pybind11::repr(value).cast<std::string>();
+  }
+
+  pybind11::handle source_;
+  std::string class_name_;
+};
+
+}  // namespace torsio::bindings

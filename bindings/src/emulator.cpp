@@ -1,0 +1,344 @@
+// torsio._torsio.emulator: the emulated device and its parts, each on its own: the plant, profiles
+// and hands, the encoder, and the whole device at the level of report bytes.
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "convert.hpp"
+#include "emulator/emulated_device.hpp"
+#include "emulator/encoder.hpp"
+#include "emulator/plant.hpp"
+#include "module.hpp"
+
+namespace py = pybind11;
+using py::arg;
+
+namespace torsio::bindings {
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Release = py::call_guard<py::gil_scoped_release>;
+
+constexpr std::array<std::string_view, 4> method_names{"exact", "trapezoid", "semi_implicit",
+                                                       "regularised"};
+
+emulator::Method method_from_name(const std::string& name) {
+  for (std::size_t i = 0; i < method_names.size(); ++i) {
+    if (method_names[i] == name) return static_cast<emulator::Method>(i);
+  }
+  throw py::value_error(
+      "method must be 'exact', 'trapezoid', 'semi_implicit' or 'regularised', is '" + name + "'");
+}
+
+emulator::Profile profile(const Profile& from) {
+  std::vector<emulator::ProfileKnot> knots;
+  knots.reserve(from.size());
+  for (const Knot& knot : from) {
+    if (!std::isfinite(knot.time_s) || std::abs(knot.time_s) > 9e9) {
+      throw std::invalid_argument("profile: every time_s must be finite and below 9e9");
+    }
+    knots.push_back({std::llround(knot.time_s * 1e9), knot.value});
+  }
+  return emulator::Profile(std::move(knots));
+}
+
+struct HandConverter {
+  emulator::Hand operator()(const NoHand&) const { return emulator::NoHand{}; }
+  emulator::Hand operator()(const TorqueHand& hand) const {
+    return emulator::TorqueHand{profile(hand.torque_nm)};
+  }
+  emulator::Hand operator()(const ImpedanceHand& hand) const {
+    return emulator::ImpedanceHand{hand.inertia_kg_m2, hand.stiffness_nm_per_rad,
+                                   hand.damping_nm_s_per_rad, profile(hand.intended_angle_rad)};
+  }
+  emulator::Hand operator()(const PrescribedMotion& hand) const {
+    return emulator::PrescribedMotion{profile(hand.angle_rad)};
+  }
+};
+
+emulator::Hand hand(const py::object& source) {
+  return std::visit(HandConverter{}, hand_from_python(source));
+}
+
+emulator::PlantParams plant_params(const py::object& source) {
+  emulator::PlantParams params;
+  if (source.is_none()) return params;
+  const PlantParams from = plant_from_python(source);
+  params.knob_inertia_kg_m2 = from.knob_inertia_kg_m2;
+  params.knob_viscous_nm_s_per_rad = from.knob_viscous_nm_s_per_rad;
+  params.knob_coulomb_nm = from.knob_coulomb_nm;
+  params.brake_inertia_kg_m2 = from.brake_inertia_kg_m2;
+  params.brake_viscous_nm_s_per_rad = from.brake_viscous_nm_s_per_rad;
+  params.brake_drag_nm = from.brake_drag_nm;
+  params.shaft_stiffness_nm_per_rad = from.shaft_stiffness_nm_per_rad;
+  params.shaft_damping_nm_s_per_rad = from.shaft_damping_nm_s_per_rad;
+  params.brake_time_constant_s = from.brake_time_constant_s;
+  params.motor_time_constant_s = from.motor_time_constant_s;
+  params.motor_limit_nm = from.motor_limit_nm;
+  params.brake_limit_nm = from.brake_limit_nm;
+  return params;
+}
+
+// State and truth of the plant side by side; one row of a record.
+struct PlantRow {
+  double time_s;
+  double angle_rad;
+  double brake_angle_rad;
+  double speed_rad_s;
+  double brake_speed_rad_s;
+  double spring_torque_nm;
+  double motor_torque_nm;
+  double brake_torque_nm;
+  double brake_capacity_nm;
+  double hand_torque_nm;
+  double knob_friction_torque_nm;
+  bool knob_sticks;
+  bool brake_sticks;
+};
+
+PlantRow plant_row(const emulator::Plant& plant) {
+  const emulator::PlantState& state = plant.state();
+  const emulator::Truth truth = plant.truth();
+  return {1e-9 * static_cast<double>(state.time_ns),
+          state.knob_angle_rad(),
+          state.brake_angle_rad(),
+          state.knob_speed_rad_s(),
+          state.brake_speed_rad_s(),
+          truth.spring_torque_nm,
+          truth.motor_torque_nm,
+          truth.brake_torque_nm,
+          truth.brake_capacity_nm,
+          truth.hand_torque_nm,
+          truth.knob_friction_torque_nm,
+          truth.knob_sticks,
+          truth.brake_sticks};
+}
+
+std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::object& held_by,
+                                            const std::optional<std::string>& method,
+                                            const std::optional<std::int64_t>& step_ns,
+                                            bool spring_and_brake) {
+  emulator::PlantParams plant = plant_params(params);
+  if (method) plant.integration.method = method_from_name(*method);
+  if (step_ns) plant.integration.step_ns = *step_ns;
+  plant.spring_and_brake = spring_and_brake;
+  return std::make_unique<emulator::Plant>(plant, hand(held_by));
+}
+
+py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_torque_nm,
+                                   const Doubles& brake_torque_nm, std::int64_t period_ns) {
+  if (motor_torque_nm.ndim() != 1 || brake_torque_nm.ndim() != 1 ||
+      motor_torque_nm.size() != brake_torque_nm.size()) {
+    throw py::value_error("the commands must have one dimension and the same length");
+  }
+  const py::ssize_t size = motor_torque_nm.size();
+  py::array_t<PlantRow> rows(size);
+  const double* motor = motor_torque_nm.data();
+  const double* brake = brake_torque_nm.data();
+  PlantRow* row = rows.mutable_data();
+  // Padding between the flags and the next row would otherwise be whatever was in memory.
+  std::fill_n(reinterpret_cast<unsigned char*>(row),
+              sizeof(PlantRow) * static_cast<std::size_t>(size), static_cast<unsigned char>(0));
+  const py::gil_scoped_release release;
+  for (py::ssize_t i = 0; i < size; ++i) {
+    row[i] = plant_row(plant);
+    plant.set_command({motor[i], brake[i]});
+    plant.advance(period_ns);
+  }
+  return rows;
+}
+
+py::dict plant_state(const emulator::Plant& plant) {
+  const PlantRow row = plant_row(plant);
+  py::dict dict;
+  dict["time_s"] = row.time_s;
+  dict["angle_rad"] = row.angle_rad;
+  dict["brake_angle_rad"] = row.brake_angle_rad;
+  dict["speed_rad_s"] = row.speed_rad_s;
+  dict["brake_speed_rad_s"] = row.brake_speed_rad_s;
+  dict["spring_torque_nm"] = row.spring_torque_nm;
+  dict["motor_torque_nm"] = row.motor_torque_nm;
+  dict["brake_torque_nm"] = row.brake_torque_nm;
+  dict["brake_capacity_nm"] = row.brake_capacity_nm;
+  dict["hand_torque_nm"] = row.hand_torque_nm;
+  dict["knob_friction_torque_nm"] = row.knob_friction_torque_nm;
+  dict["knob_sticks"] = row.knob_sticks;
+  dict["brake_sticks"] = row.brake_sticks;
+  return dict;
+}
+
+void bind_plant(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(PlantRow, time_s, angle_rad, brake_angle_rad, speed_rad_s, brake_speed_rad_s,
+                       spring_torque_nm, motor_torque_nm, brake_torque_nm, brake_capacity_nm,
+                       hand_torque_nm, knob_friction_torque_nm, knob_sticks, brake_sticks);
+  module.attr("PLANT_DTYPE") = py::dtype::of<PlantRow>();
+  py::class_<emulator::Plant>(module, "Plant",
+                              "Motor, knob, shaft spring, brake and hand under a virtual clock.")
+      .def(py::init(&make_plant), arg("params") = py::none(), arg("hand") = py::none(),
+           py::kw_only(), arg("method") = py::none(), arg("step_ns") = py::none(),
+           arg("spring_and_brake") = true)
+      .def(
+          "set_command",
+          [](emulator::Plant& plant, double motor_torque_nm, double brake_torque_nm) {
+            plant.set_command({motor_torque_nm, brake_torque_nm});
+          },
+          py::kw_only(), arg("motor_torque_nm") = 0.0, arg("brake_torque_nm") = 0.0,
+          "Set what is held from now on.")
+      .def(
+          "set_hand",
+          [](emulator::Plant& plant, const py::object& source) { plant.set_hand(hand(source)); },
+          arg("hand"), "Another hand takes over; times of its profiles are plant time.")
+      .def("advance", &emulator::Plant::advance, arg("duration_ns"), Release(), "Let time pass.")
+      .def_property_readonly("time_ns",
+                             [](const emulator::Plant& plant) { return plant.state().time_ns; })
+      .def_property_readonly("state", &plant_state, "Where the plant is; keys as PLANT_DTYPE.")
+      .def("record", &plant_record, arg("motor_torque_nm"), arg("brake_torque_nm"), py::kw_only(),
+           arg("period_ns") = 1'000'000,
+           "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.");
+}
+
+void bind_profile_and_encoder(py::module_& module) {
+  py::class_<emulator::Profile>(module, "Profile", "Piecewise-linear function of time.")
+      .def(py::init([](const py::object& knots) { return profile(profile_from_python(knots)); }),
+           arg("knots"))
+      .def("value", &emulator::Profile::value, arg("time_ns"))
+      .def("slope_per_s", &emulator::Profile::slope_per_s, arg("time_ns"));
+
+  py::class_<emulator::Encoder>(module, "Encoder", "Incremental encoder on the knob's shaft.")
+      .def(
+          py::init([](std::uint32_t counts_per_rev, const std::string& rounding, int direction,
+                      double phase_counts, double noise_counts, std::uint64_t seed) {
+            if (rounding != "floor" && rounding != "nearest") {
+              throw py::value_error("rounding must be 'floor' or 'nearest', is '" + rounding + "'");
+            }
+            return emulator::Encoder(
+                {counts_per_rev,
+                 rounding == "floor" ? emulator::Rounding::floor : emulator::Rounding::nearest,
+                 static_cast<std::int8_t>(direction), phase_counts, noise_counts, seed});
+          }),
+          py::kw_only(), arg("counts_per_rev") = 8192, arg("rounding") = "floor",
+          arg("direction") = 1, arg("phase_counts") = 0.0, arg("noise_counts") = 0.0,
+          arg("seed") = 0)
+      .def(
+          "sample",
+          [](emulator::Encoder& encoder, double angle_rad) {
+            return encoder.sample(emulator::Angle::from_rad(angle_rad));
+          },
+          arg("angle_rad"), "The 32-bit counter at an angle.")
+      .def(
+          "sample_record",
+          [](emulator::Encoder& encoder, const Doubles& angle_rad) {
+            py::array_t<std::uint32_t> counts(angle_rad.size());
+            for (py::ssize_t i = 0; i < angle_rad.size(); ++i) {
+              counts.mutable_data()[i] =
+                  encoder.sample(emulator::Angle::from_rad(angle_rad.data()[i]));
+            }
+            return counts;
+          },
+          arg("angle_rad"), "sample over an array of angles.");
+}
+
+protocol::ReportBytes report_bytes(const py::bytes& data) {
+  const std::string_view view = data;
+  if (view.size() != protocol::report_size) {
+    throw py::value_error("a report has 64 bytes, not " + std::to_string(view.size()));
+  }
+  protocol::ReportBytes report{};
+  for (std::size_t i = 0; i < view.size(); ++i) report[i] = static_cast<std::uint8_t>(view[i]);
+  return report;
+}
+
+py::bytes to_bytes(const protocol::ReportBytes& report) {
+  return {reinterpret_cast<const char*>(report.data()), report.size()};
+}
+
+std::unique_ptr<emulator::EmulatedDevice> make_device(std::uint64_t seed,
+                                                      std::int64_t control_period_ns,
+                                                      const py::object& plant,
+                                                      const py::object& held_by,
+                                                      const std::string& serial) {
+  emulator::EmulatedDeviceOptions options;
+  options.seed = seed;
+  options.control_period_ns = control_period_ns;
+  options.plant = plant_params(plant);
+  options.hand = hand(held_by);
+  options.serial = serial;
+  return std::make_unique<emulator::EmulatedDevice>(std::move(options));
+}
+
+void bind_device(py::module_& module) {
+  using emulator::EmulatedDevice;
+  py::class_<EmulatedDevice>(module, "EmulatedDevice",
+                             "A whole knob without hardware, at the level of report bytes.")
+      .def(py::init(&make_device), py::kw_only(), arg("seed") = 0,
+           arg("control_period_ns") = 1'000'000, arg("plant") = py::none(),
+           arg("hand") = py::none(), arg("serial") = "EMULATED")
+      .def("advance", &EmulatedDevice::advance, arg("duration_ns"), Release(), "Let time pass.")
+      .def_property_readonly("time_ns", &EmulatedDevice::time_ns)
+      .def_property_readonly("connected", &EmulatedDevice::connected)
+      .def(
+          "write",
+          [](EmulatedDevice& device, const py::bytes& report) {
+            return device.write(report_bytes(report));
+          },
+          arg("report"), "Queue an output report; False if the host's queue is full.")
+      .def(
+          "read",
+          [](EmulatedDevice& device) -> py::object {
+            protocol::ReportBytes report{};
+            if (!device.read(report)) return py::none();
+            return to_bytes(report);
+          },
+          "Take the oldest input report, or None.")
+      .def(
+          "set_feature",
+          [](EmulatedDevice& device, const py::bytes& report) {
+            const std::string_view view = report;
+            const protocol::Verdict verdict = device.set_feature(
+                {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()});
+            return std::pair(static_cast<int>(verdict.status), static_cast<int>(verdict.field));
+          },
+          arg("report"), "Send a feature report of any length: status code and field index.")
+      .def(
+          "get_feature",
+          [](EmulatedDevice& device, std::uint8_t id) -> py::object {
+            protocol::ReportBytes report{};
+            if (device.get_feature(id, report) != protocol::Status::ok) return py::none();
+            return to_bytes(report);
+          },
+          arg("report_id"), "Ask for a feature report; None if the device stalls.")
+      .def(
+          "set_hand",
+          [](EmulatedDevice& device, const py::object& source) { device.set_hand(hand(source)); },
+          arg("hand"), "The hand takes over at the next tick; its times are device time.")
+      .def_property_readonly(
+          "plant_state", [](const EmulatedDevice& device) { return plant_state(device.plant()); },
+          "Where the plant is; keys as PLANT_DTYPE.")
+      .def("set_plugged", &EmulatedDevice::set_plugged, arg("plugged"))
+      .def("set_powered", &EmulatedDevice::set_powered, arg("powered"))
+      .def("set_emergency_stop", &EmulatedDevice::set_emergency_stop, arg("pressed"));
+}
+
+}  // namespace
+
+void bind_emulator(py::module_& parent) {
+  py::module_ module =
+      parent.def_submodule("emulator", "The emulated device and its parts, each on its own.");
+  bind_plant(module);
+  bind_profile_and_encoder(module);
+  bind_device(module);
+}
+
+}  // namespace torsio::bindings

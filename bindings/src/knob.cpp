@@ -1,0 +1,392 @@
+// torsio._torsio.Knob: the SDK's knob. The Python package wraps it into a class with documentation;
+// here are the calls, the lock and the arrays.
+//
+// Every call that may wait lets go of the interpreter's lock, so that other Python threads run, and
+// asks for signals while it waits, so that Ctrl-C ends it at once.
+#include "torsio/knob.hpp"
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "convert.hpp"
+#include "module.hpp"
+
+namespace py = pybind11;
+using py::arg;
+using Release = py::call_guard<py::gil_scoped_release>;
+
+namespace torsio::bindings {
+namespace {
+
+constexpr std::array<std::string_view, 4> state_names{"disarmed", "armed", "fault", "disconnected"};
+
+std::string state_name(State state) {
+  return std::string(state_names[static_cast<std::size_t>(state)]);
+}
+
+State state_from_name(const std::string& name) {
+  for (std::size_t i = 0; i < state_names.size(); ++i) {
+    if (state_names[i] == name) return static_cast<State>(i);
+  }
+  throw InvalidArgument("state must be 'disarmed', 'armed', 'fault' or 'disconnected', is '" +
+                        name + "'");
+}
+
+/// Runs Python's signal handlers; what they raise (KeyboardInterrupt) ends the waiting call.
+bool check_signals() {
+  const py::gil_scoped_acquire acquire;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  return false;
+}
+
+/// The samples as a NumPy array that owns the vector's memory: no copy.
+template <class Sample>
+py::array_t<Sample> as_array(std::vector<Sample>&& samples) {
+  auto owner = std::make_unique<std::vector<Sample>>(std::move(samples));
+  const auto size = static_cast<py::ssize_t>(owner->size());
+  const Sample* data = owner->data();
+  const py::capsule base(owner.release(),
+                         [](void* vector) { delete static_cast<std::vector<Sample>*>(vector); });
+  return py::array_t<Sample>(size, data, base);
+}
+
+/// Bytes between and behind the fields are zero, so that equal records have equal bytes.
+std::vector<TelemetrySample> without_padding(std::vector<TelemetrySample>&& samples) {
+  constexpr std::size_t end = offsetof(TelemetrySample, flags) + sizeof(TelemetrySample::flags);
+  static_assert(std::is_trivially_copyable_v<TelemetrySample>);
+  for (TelemetrySample& sample : samples) {
+    std::memset(reinterpret_cast<unsigned char*>(&sample) + end, 0, sizeof(TelemetrySample) - end);
+  }
+  return std::move(samples);
+}
+
+/// Closing waits for the device, so the lock must be free whichever way the knob goes.
+class PyKnob {
+ public:
+  explicit PyKnob(Knob&& knob) : knob_(std::make_unique<Knob>(std::move(knob))) {}
+  PyKnob(PyKnob&&) = default;
+  PyKnob(const PyKnob&) = delete;
+  PyKnob& operator=(const PyKnob&) = delete;
+  ~PyKnob() {
+    if (!knob_) return;
+    const py::gil_scoped_release release;
+    knob_.reset();
+  }
+
+  Knob& operator*() const { return *knob_; }
+  Knob* operator->() const { return knob_.get(); }
+
+ private:
+  std::unique_ptr<Knob> knob_;
+};
+
+EmulatorOptions emulator_options(const py::dict& options) {
+  EmulatorOptions result;
+  const auto given = [&](const char* name) {
+    return options.contains(name) && !options[name].is_none();
+  };
+  if (given("seed")) result.seed = options["seed"].cast<std::uint64_t>();
+  if (given("control_rate_hz")) result.control_rate_hz = options["control_rate_hz"].cast<double>();
+  if (given("plant")) result.plant = plant_from_python(options["plant"]);
+  if (given("hand")) result.hand = hand_from_python(options["hand"]);
+  if (given("serial")) result.serial = options["serial"].cast<std::string>();
+  if (given("actuator")) result.actuator = actuator_config_from_python(options["actuator"]);
+  if (given("control")) result.control = control_config_from_python(options["control"]);
+  if (given("paced")) result.paced = options["paced"].cast<bool>();
+  if (given("log_truth")) result.log_truth = options["log_truth"].cast<bool>();
+  return result;
+}
+
+PyKnob open_knob(const std::string& selector, const py::dict& emulator, double command_timeout_s,
+                 std::size_t ring_samples) {
+  OpenOptions options;
+  options.emulator = emulator_options(emulator);
+  options.command_timeout_s = command_timeout_s;
+  options.ring_samples = ring_samples;
+  options.interrupted = &check_signals;
+  const py::gil_scoped_release release;
+  return PyKnob(Knob::open(selector, options));
+}
+
+py::list list_all() {
+  std::vector<ListedDevice> devices;
+  {
+    const py::gil_scoped_release release;
+    devices = list_devices();
+  }
+  py::list list;
+  for (const ListedDevice& device : devices) {
+    py::dict dict;
+    dict["path"] = device.path;
+    dict["serial"] = device.serial;
+    dict["product"] = device.product;
+    dict["board"] = device.board;
+    dict["transport"] = device.transport;
+    dict["problem"] = device.problem;
+    list.append(dict);
+  }
+  return list;
+}
+
+py::dict info(const PyKnob& knob) {
+  const DeviceInfo& info = knob->info();
+  py::dict dict;
+  dict["path"] = info.path;
+  dict["serial"] = info.serial;
+  dict["product"] = info.product;
+  dict["board"] = info.board;
+  dict["firmware_version"] = info.firmware_version;
+  dict["transport"] = info.transport;
+  dict["protocol_version"] = info.protocol_version;
+  dict["fingerprint"] = info.fingerprint;
+  dict["axes"] = info.axes;
+  dict["effects"] = info.effects;
+  dict["curve_points"] = info.curve_points;
+  dict["control_rate_hz"] = info.control_rate_hz;
+  dict["counts_per_rev"] = info.counts_per_rev;
+  dict["torque_step_nm"] = info.torque_step_nm;
+  dict["speed_step_rad_s"] = info.speed_step_rad_s;
+  return dict;
+}
+
+py::dict health(const PyKnob& knob) {
+  Health health;
+  {
+    const py::gil_scoped_release release;
+    health = knob->health();
+  }
+  py::dict dict;
+  dict["state"] = state_name(health.state);
+  dict["faults"] = py::tuple(py::cast(health.faults));
+  dict["reports_accepted"] = health.reports_accepted;
+  dict["reports_refused"] = health.reports_refused;
+  dict["samples_dropped"] = health.samples_dropped;
+  dict["tick_overruns"] = health.tick_overruns;
+  dict["tick_time_s"] = health.tick_time_s;
+  dict["tick_time_max_s"] = health.tick_time_max_s;
+  dict["saves"] = health.saves;
+  return dict;
+}
+
+py::dict clock(const PyKnob& knob) {
+  Clock clock;
+  {
+    const py::gil_scoped_release release;
+    clock = knob->clock();
+  }
+  py::dict dict;
+  dict["tick"] = clock.tick;
+  dict["time_s"] = clock.time_s;
+  dict["position_counts"] = clock.position_counts;
+  dict["angle_rad"] = clock.angle_rad;
+  return dict;
+}
+
+py::dict statistics(const PyKnob& knob) {
+  const LinkStatistics statistics = knob->statistics();
+  py::dict dict;
+  dict["reports_sent"] = statistics.reports_sent;
+  dict["reports_received"] = statistics.reports_received;
+  dict["reports_undecodable"] = statistics.reports_undecodable;
+  dict["samples_received"] = statistics.samples_received;
+  dict["samples_lost"] = statistics.samples_lost;
+  dict["local_models_refused"] = statistics.local_models_refused;
+  dict["last_refusal"] = statistics.last_refusal;
+  return dict;
+}
+
+void play(const PyKnob& knob, const py::object& source) {
+  const Scene scene = scene_from_python(source);
+  const py::gil_scoped_release release;
+  knob->play(scene);
+}
+
+py::array_t<TelemetrySample> read(const PyKnob& knob, std::size_t max_samples, double timeout_s) {
+  std::vector<TelemetrySample> samples;
+  {
+    const py::gil_scoped_release release;
+    samples = without_padding(knob->read(max_samples, timeout_s));
+  }
+  return as_array(std::move(samples));
+}
+
+py::array_t<TelemetrySample> record(const PyKnob& knob, double duration_s) {
+  std::vector<TelemetrySample> samples;
+  {
+    const py::gil_scoped_release release;
+    samples = without_padding(knob->record(duration_s));
+  }
+  return as_array(std::move(samples));
+}
+
+Emulator& emulator(const PyKnob& knob) {
+  Emulator* emulator = knob->emulator();
+  if (emulator == nullptr) throw Error("this knob is real hardware: it has no emulated world");
+  return *emulator;
+}
+
+void bind_emulator_calls(py::class_<PyKnob>& knob) {
+  knob.def_property_readonly("is_emulated",
+                             [](const PyKnob& self) { return self->emulator() != nullptr; });
+  knob.def("set_hand", [](const PyKnob& self, const py::object& source) {
+    const Hand hand = hand_from_python(source);
+    const py::gil_scoped_release release;
+    emulator(self).set_hand(hand);
+  });
+  knob.def("take_truth", [](const PyKnob& self) {
+    std::vector<TruthSample> samples;
+    {
+      const py::gil_scoped_release release;
+      samples = emulator(self).take_truth();
+    }
+    return as_array(std::move(samples));
+  });
+  knob.def(
+      "emulator_time_s", [](const PyKnob& self) { return emulator(self).time_s(); }, Release());
+  knob.def(
+      "advance", [](const PyKnob& self, double duration_s) { emulator(self).advance(duration_s); },
+      Release());
+  knob.def("unplug", [](const PyKnob& self) { emulator(self).unplug(); }, Release());
+  knob.def(
+      "set_emergency_stop",
+      [](const PyKnob& self, bool pressed) { emulator(self).set_emergency_stop(pressed); },
+      Release());
+  knob.def(
+      "set_actuator_fault",
+      [](const PyKnob& self, bool present) { emulator(self).set_actuator_fault(present); },
+      Release());
+  knob.def(
+      "freeze_encoder",
+      [](const PyKnob& self, bool frozen) { emulator(self).freeze_encoder(frozen); }, Release());
+  knob.def(
+      "jump_encoder",
+      [](const PyKnob& self, std::int32_t counts) { emulator(self).jump_encoder(counts); },
+      Release());
+  knob.def(
+      "skip_ticks",
+      [](const PyKnob& self, std::uint32_t count) { emulator(self).skip_ticks(count); }, Release());
+  knob.def(
+      "set_link_faults",
+      [](const PyKnob& self, double drop_output, double corrupt_output, double drop_input,
+         double corrupt_input) {
+        emulator(self).set_link_faults({drop_output, corrupt_output, drop_input, corrupt_input});
+      },
+      py::kw_only(), arg("drop_output"), arg("corrupt_output"), arg("drop_input"),
+      arg("corrupt_input"), Release());
+  knob.def(
+      "cut_power_in_next_save",
+      [](const PyKnob& self, std::uint32_t bytes) { emulator(self).cut_power_in_next_save(bytes); },
+      Release());
+}
+
+void bind_orders(py::class_<PyKnob>& knob) {
+  knob.def("arm", [](const PyKnob& self) { self->arm(); }, Release());
+  knob.def("disarm", [](const PyKnob& self) { self->disarm(); }, Release());
+  knob.def("stop", [](const PyKnob& self) { self->stop(); }, Release());
+  knob.def("zero", [](const PyKnob& self) { self->zero(); }, Release());
+  knob.def("relax", [](const PyKnob& self) { self->relax(); }, Release());
+  knob.def("clear_fault", [](const PyKnob& self) { self->clear_fault(); }, Release());
+  knob.def("save", [](const PyKnob& self) { self->save(); }, Release());
+  knob.def("load_defaults", [](const PyKnob& self) { self->load_defaults(); }, Release());
+  knob.def("play", &play);
+  knob.def(
+      "stream_local_model",
+      [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
+         double damping_nm_s_per_rad, double deadline_s) {
+        self->stream_local_model(
+            {torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s});
+      },
+      arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
+      arg("deadline_s"), Release());
+  knob.def("actuator_config", [](const PyKnob& self) {
+    ActuatorConfig config;
+    {
+      const py::gil_scoped_release release;
+      config = self->actuator_config();
+    }
+    return to_python(config);
+  });
+  knob.def("control_config", [](const PyKnob& self) {
+    ControlConfig config;
+    {
+      const py::gil_scoped_release release;
+      config = self->control_config();
+    }
+    return to_python(config);
+  });
+  knob.def("set_actuator_config", [](const PyKnob& self, const py::object& source) {
+    const ActuatorConfig config = actuator_config_from_python(source);
+    const py::gil_scoped_release release;
+    self->set_actuator_config(config);
+  });
+  knob.def("set_control_config", [](const PyKnob& self, const py::object& source) {
+    const ControlConfig config = control_config_from_python(source);
+    const py::gil_scoped_release release;
+    self->set_control_config(config);
+  });
+}
+
+void bind_telemetry(py::class_<PyKnob>& knob) {
+  knob.def(
+      "start_telemetry",
+      [](const PyKnob& self, double rate_hz) { return self->start_telemetry(rate_hz); },
+      arg("rate_hz"), Release());
+  knob.def("stop_telemetry", [](const PyKnob& self) { self->stop_telemetry(); }, Release());
+  knob.def("read", &read, arg("max_samples"), arg("timeout_s"));
+  knob.def("record", &record, arg("duration_s"));
+  knob.def(
+      "sleep", [](const PyKnob& self, double duration_s) { self->sleep(duration_s); },
+      arg("duration_s"), Release());
+  knob.def("wait_for", [](const PyKnob& self, const std::string& name, double timeout_s) {
+    const State state = state_from_name(name);
+    const py::gil_scoped_release release;
+    return self->wait_for(state, timeout_s);
+  });
+}
+
+}  // namespace
+
+void bind_knob(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(TelemetrySample, tick, time_s, position_counts, angle_rad, speed_rad_s,
+                       desired_torque_nm, motor_torque_nm, brake_torque_nm, spring_torque_nm,
+                       flags);
+  PYBIND11_NUMPY_DTYPE(TruthSample, time_s, angle_rad, brake_angle_rad, speed_rad_s,
+                       spring_torque_nm, brake_torque_nm, brake_capacity_nm, motor_torque_nm,
+                       hand_torque_nm);
+  module.attr("TELEMETRY_DTYPE") = py::dtype::of<TelemetrySample>();
+  module.attr("TRUTH_DTYPE") = py::dtype::of<TruthSample>();
+
+  module.def("list_devices", &list_all);
+  module.def("matching_config", [](const py::object& plant) {
+    return to_python(matching_config(plant_from_python(plant)));
+  });
+
+  py::class_<PyKnob> knob(module, "Knob");
+  module.def("open_knob", &open_knob, arg("selector"), arg("emulator"), arg("command_timeout_s"),
+             arg("ring_samples"));
+  knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
+  knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
+  knob.def_property_readonly("state", [](const PyKnob& self) { return state_name(self->state()); });
+  knob.def("info", &info);
+  knob.def("health", &health);
+  knob.def("clock", &clock);
+  knob.def("statistics", &statistics);
+  knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());
+  bind_orders(knob);
+  bind_telemetry(knob);
+  bind_emulator_calls(knob);
+}
+
+}  // namespace torsio::bindings

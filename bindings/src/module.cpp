@@ -1,0 +1,11 @@
+#include "module.hpp"
+
+PYBIND11_MODULE(_torsio, module) {
+  using namespace torsio::bindings;
+  module.doc() = "The C++ side of the torsio package. Use the package, not this module.";
+  bind_errors(module);
+  bind_protocol(module);
+  bind_core(module);
+  bind_emulator(module);
+  bind_knob(module);
+}

@@ -1,0 +1,15 @@
+/// @file
+/// What the files of the extension module share: one function per area, called in order of need.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace torsio::bindings {
+
+void bind_errors(pybind11::module_& module);
+void bind_protocol(pybind11::module_& module);
+void bind_core(pybind11::module_& module);
+void bind_emulator(pybind11::module_& module);
+void bind_knob(pybind11::module_& module);
+
+}  // namespace torsio::bindings
