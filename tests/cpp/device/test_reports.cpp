@@ -1,0 +1,290 @@
+// What the host says and what the device answers.
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <random>
+
+#include "device/rig.hpp"
+
+using namespace torsio::protocol;
+using doctest::Approx;
+using torsio::test::Rig;
+
+TEST_CASE("every refused report says why and leaves the scene as it was") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);
+  const float held = rig.outputs.motor_torque_nm;
+
+  Wall bad;
+  bad.stiffness_nm_per_rad = std::numeric_limits<float>::quiet_NaN();
+  const Acknowledgement nan = rig.send(bad);
+  CHECK(nan.status == static_cast<std::uint8_t>(Status::not_finite));
+  CHECK(nan.field == field_index<Wall>("stiffness_nm_per_rad"));
+  CHECK(nan.report == Layout<Wall>::id);
+
+  Wall other_axis;
+  other_axis.target.axis = 1;
+  CHECK(rig.send_status(other_axis) == Status::bad_axis);
+  Ramp endless;
+  CHECK(rig.send_status(endless) == Status::inconsistent);
+  EndStops crossed;
+  crossed.lower_turns_q32 = 1;
+  CHECK(rig.send_status(crossed) == Status::inconsistent);
+  Periodic fast;
+  fast.frequency_hz = 501.0F;  // above half the rate
+  CHECK(rig.send_status(fast) == Status::out_of_range);
+  Detents fine;
+  fine.per_turn_q32 = (std::uint64_t{4096} << 32) + 1;
+  CHECK(rig.send_status(fine) == Status::out_of_range);
+  Texture grainy;
+  grainy.grains_per_turn = 4097;
+  CHECK(rig.send_status(grainy) == Status::out_of_range);
+  Curve beyond;
+  beyond.first_point = 1000;
+  beyond.points = 25;
+  CHECK(rig.send_status(beyond) == Status::inconsistent);
+  CurvePoints points;
+  points.first_point = 1020;
+  points.points = 5;
+  CHECK(rig.send_status(points) == Status::inconsistent);
+  Constant fading;
+  fading.timing.fade_s = 1.0F;
+  CHECK(rig.send_status(fading) == Status::inconsistent);
+  fading.timing.duration_s = 1.5F;
+  fading.timing.attack_s = 1.0F;
+  CHECK(rig.send_status(fading) == Status::inconsistent);
+  CHECK(rig.send_status(Commit{5, 0, 0x8001}) == Status::empty_slot);
+
+  const ReportBytes wall = encode(Wall{});
+  CHECK(rig.status(rig.send_bytes(std::span(wall).first(20))) == Status::bad_length);
+  CHECK(rig.status(rig.send_bytes(std::array<std::uint8_t, 100>{Layout<Wall>::id})) ==
+        Status::bad_length);
+  CHECK(rig.status(rig.send_bytes(std::array<std::uint8_t, 64>{0x77})) == Status::unknown_report);
+  // A feature report on the output pipe, and an input report.
+  CHECK(rig.send_status(ActuatorConfig{}) == Status::unknown_report);
+  CHECK(rig.status(rig.send_bytes(encode(Event{}))) == Status::unknown_report);
+
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.outputs.motor_torque_nm == held);
+}
+
+TEST_CASE("acknowledgements carry the sequence number, even of what cannot be read") {
+  Rig rig;
+  Wall wall;
+  wall.target.sequence = 0xBEEF;
+  CHECK(rig.send(wall).sequence == 0xBEEF);
+  const ReportBytes bytes = encode(wall);
+  CHECK(rig.send_bytes(std::span(bytes).first(30)).sequence == 0xBEEF);
+}
+
+TEST_CASE("a commit changes the whole scene between two ticks") {
+  Rig rig;
+  ControlConfig config;
+  config.law = Law::motor_only;
+  config.passive_ramp_s = 0.0F;
+  REQUIRE(rig.set(config).ok());
+  const auto put = [&](std::uint8_t slot, float torque_nm) {
+    Constant constant;
+    constant.target = {1, 0, slot};
+    constant.torque_nm = torque_nm;
+    REQUIRE(rig.send_status(constant) == Status::ok);
+  };
+  put(0, 0.01F);
+  put(1, 0.02F);
+  REQUIRE(rig.send_status(Commit{2, 0, 3}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.03));
+  put(0, -0.04F);
+  put(1, -0.02F);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.03));  // written, not committed
+  REQUIRE(rig.device->receive(encode(Commit{3, 0, 3})));
+  while (rig.outputs.motor_torque_nm > 0.0F) rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == Approx(-0.06));  // never -0.02 or -0.01
+  // A change of one effect keeps the other.
+  put(1, 0.0F);
+  REQUIRE(rig.send_status(Commit{4, 0, 3}) == Status::ok);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == Approx(-0.04));
+  REQUIRE(rig.send_status(Commit{5, 0, 0}) == Status::ok);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}
+
+TEST_CASE("effects that were not written again go on, those that were begin anew") {
+  Rig rig;
+  ControlConfig config;
+  config.law = Law::motor_only;
+  config.passive_ramp_s = 0.0F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  Ramp ramp;
+  ramp.end_torque_nm = 0.05F;
+  ramp.timing.duration_s = 0.1F;
+  Constant constant;
+  constant.target.slot = 1;
+  REQUIRE(rig.send_status(ramp) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  rig.tick(50);
+  const float middle = rig.outputs.motor_torque_nm;
+  CHECK(middle == Approx(0.025).epsilon(0.05));
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 3}) == Status::ok);
+  CHECK(rig.outputs.motor_torque_nm > middle);  // went on
+  REQUIRE(rig.send_status(ramp) == Status::ok);
+  REQUIRE(rig.send_status(Commit{3, 0, 3}) == Status::ok);
+  CHECK(rig.outputs.motor_torque_nm < 0.2F * middle);  // began anew
+}
+
+TEST_CASE("a curve is uploaded in pieces and played") {
+  Rig rig;
+  ControlConfig config;
+  config.law = Law::motor_only;
+  config.passive_ramp_s = 0.0F;
+  REQUIRE(rig.set(config).ok());
+  for (std::uint16_t first = 0; first < 26; first = static_cast<std::uint16_t>(first + 13)) {
+    CurvePoints points{1, 0, first, 13, {}};
+    for (unsigned i = 0; i < 13; ++i) points.torque_nm[i] = 0.001F * static_cast<float>(first + i);
+    REQUIRE(rig.send_status(points) == Status::ok);
+  }
+  Curve curve;
+  curve.points = 26;
+  REQUIRE(rig.send_status(curve) == Status::ok);  // over one turn
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  for (int i = 0; i < 4; ++i) {
+    rig.inputs.encoder_count += 1024;
+    rig.tick();
+  }
+  rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.0125).epsilon(1e-4));  // half a turn
+}
+
+TEST_CASE("zero and relax act only while disarmed") {
+  Rig rig;
+  rig.tick();
+  rig.inputs.encoder_count = 100;
+  rig.tick();
+  CHECK(rig.get<Clock>().position_counts == 100);
+  CHECK(rig.command(Op::zero) == Status::ok);
+  CHECK(rig.get<Clock>().position_counts == 0);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  CHECK(rig.command(Op::zero) == Status::not_disarmed);
+  CHECK(rig.command(Op::relax) == Status::not_disarmed);
+  CHECK(rig.command(Op::load_defaults) == Status::not_disarmed);
+  CHECK(rig.command(Op::save) == Status::not_disarmed);
+  CHECK(rig.command(Op::bootloader) == Status::unsupported);
+}
+
+TEST_CASE("configuration is set while disarmed, read back and refused when it makes no sense") {
+  Rig rig;
+  ActuatorConfig config;
+  config.sequence = 77;
+  config.counts_per_rev = 4000;
+  CHECK(rig.set(config).ok());
+  CHECK(rig.acknowledgements.back().sequence == 77);
+  CHECK(rig.acknowledgements.back().report == Layout<ActuatorConfig>::id);
+  CHECK(rig.get<ActuatorConfig>().counts_per_rev == 4000);
+  CHECK(rig.get<Identity>().counts_per_rev == 4000);
+
+  config.brake_torque_min_nm = 0.2F;  // above the maximum
+  CHECK(rig.set(config) ==
+        Verdict{Status::inconsistent, field_index<ActuatorConfig>("brake_torque_min_nm")});
+  config.brake_torque_min_nm = -1.0F;
+  CHECK(rig.set(config).status == Status::out_of_range);
+  CHECK(rig.set(Identity{}).status == Status::unknown_report);
+  CHECK(rig.device->set_feature(std::array<std::uint8_t, 10>{}).status == Status::bad_length);
+  ReportBytes bytes;
+  CHECK(rig.device->get_feature(Layout<Wall>::id, bytes) == Status::unknown_report);
+
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  CHECK(rig.set(ControlConfig{}).status == Status::not_disarmed);
+  CHECK(rig.get<ActuatorConfig>().brake_torque_min_nm == 3.3e-3F);
+}
+
+TEST_CASE("a setting behind an arm command in the same frame is refused, not half taken") {
+  Rig rig;
+  ControlConfig config;
+  config.beta = 0.125F;
+  REQUIRE(rig.device->receive(encode(Command{1, 0, Op::arm})));
+  CHECK(rig.device->set_feature(encode(config)).ok());  // still disarmed
+  rig.tick(4);
+  CHECK(rig.status(rig.acknowledgements.back()) == Status::not_disarmed);
+  CHECK(rig.get<ControlConfig>().beta == 0.5F);
+}
+
+TEST_CASE("telemetry samples come at equal distances and hold what was measured") {
+  Rig rig;
+  REQUIRE(rig.send_status(Stream{1, 0, 3}) == Status::ok);
+  rig.telemetry.clear();
+  for (int i = 0; i < 300; ++i) {
+    rig.inputs.encoder_count += 5;
+    rig.tick();
+  }
+  std::uint64_t next = 0;
+  int samples = 0;
+  for (const Telemetry& report : rig.telemetry) {
+    CHECK(report.decimation == 3);
+    if (next != 0) CHECK(report.tick == next);
+    const int count = samples_of(report.axis_samples);
+    next = report.tick + 3U * static_cast<std::uint64_t>(count);
+    for (int i = 1; i < count; ++i) {
+      CHECK(report.sample[static_cast<std::size_t>(i)].offset_counts == 15 * i);
+    }
+    samples += count;
+  }
+  CHECK(samples >= 96);
+  // 5 counts a tick: 3.83 rad/s, in steps of 0.01 rad/s.
+  const float step = rig.get<Identity>().speed_step_rad_s;
+  CHECK(rig.telemetry.back().sample[0].speed * step ==
+        Approx(5 * 2.0 * M_PI / 8192 * 1000).epsilon(5e-3));
+}
+
+TEST_CASE("a host that does not read loses samples, which are counted, and no acknowledgement") {
+  Rig rig;
+  REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);
+  for (int i = 0; i < 500; ++i) {
+    rig.device->service();
+    rig.outputs = rig.device->tick(rig.inputs);
+  }
+  CHECK(rig.get<Health>().samples_dropped > 400);
+  rig.telemetry.clear();
+  CHECK(rig.command(Op::arm) == Status::ok);
+  rig.tick(20);
+  bool gap = false;
+  for (std::size_t i = 1; i < rig.telemetry.size(); ++i) {
+    gap |= rig.telemetry[i].tick >
+           rig.telemetry[i - 1].tick + samples_of(rig.telemetry[i - 1].axis_samples);
+  }
+  CHECK(gap);
+}
+
+TEST_CASE("the clock counts on past 32 bits") {
+  torsio::device::BoardInfo board;
+  board.control_period_ns = 50'000;
+  Rig rig(board);
+  for (int i = 0; i < 3; ++i) {
+    rig.inputs.missed_ticks = 0xFFFFFFF0U;
+    rig.tick();
+  }
+  CHECK(rig.get<Clock>().tick == 3 * (std::uint64_t{0xFFFFFFF0U} + 1));
+  CHECK(rig.get<Clock>().time_ns == 3 * (std::uint64_t{0xFFFFFFF0U} + 1) * 50'000);
+}
+
+TEST_CASE("random reports never arm, never move and never stop the device") {
+  Rig rig;
+  std::mt19937_64 random(6);
+  for (int i = 0; i < 20'000; ++i) {
+    ReportBytes bytes;
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+    if (i % 2 == 0) bytes[0] = static_cast<std::uint8_t>(0x10 + random() % 0x20);
+    const auto length = static_cast<std::size_t>(i % 3 == 0 ? random() % 65 : report_size);
+    (void)rig.device->receive(std::span(bytes).first(length));
+    (void)rig.device->set_feature(std::span(bytes).first(length));
+    rig.tick();
+    REQUIRE_FALSE(rig.outputs.enabled);
+  }
+  CHECK(rig.get<Clock>().tick == 20'000);
+  CHECK(rig.get<Health>().reports_accepted == 0);
+}

@@ -1,0 +1,251 @@
+// States, faults, watchdog and deadlines: what must be safe.
+#include <cmath>
+#include <initializer_list>
+
+#include "device/rig.hpp"
+
+using namespace torsio::protocol;
+using doctest::Approx;
+using torsio::test::Rig;
+
+TEST_CASE("a device boots disarmed and gives no torque before it is armed") {
+  Rig rig;
+  Constant constant;
+  constant.torque_nm = 0.02F;
+  CHECK(rig.send_status(constant) == Status::ok);
+  CHECK(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  rig.tick(100);
+  CHECK(rig.state() == State::disarmed);
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.brake_torque_nm == 0.0F);
+}
+
+TEST_CASE("arming starts softly: no step in torque") {
+  Rig rig;
+  ControlConfig config;
+  config.passive_ramp_s = 0.05F;
+  config.law = Law::motor_only;
+  REQUIRE(rig.set(config).ok());
+  Constant constant;
+  constant.torque_nm = 0.05F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  float last = rig.outputs.motor_torque_nm;
+  for (int i = 0; i < 60; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.001F * 0.05F / 50);
+    last = rig.outputs.motor_torque_nm;
+  }
+  CHECK(last == 0.05F);
+}
+
+TEST_CASE("disarm and stop cut the torque in the same tick; stop forgets the scene") {
+  for (const Op op : {Op::disarm, Op::stop}) {
+    Rig rig;
+    rig.arm_with_constant(0.03F);
+    REQUIRE(rig.outputs.motor_torque_nm != 0.0F);
+    CHECK(rig.command(op) == Status::ok);
+    CHECK(rig.outputs.motor_torque_nm == 0.0F);
+    CHECK_FALSE(rig.outputs.enabled);
+    CHECK(rig.command(Op::arm) == Status::ok);
+    rig.tick(40);
+    if (op == Op::stop) {
+      CHECK(rig.outputs.motor_torque_nm == 0.0F);
+      CHECK(rig.send_status(Commit{3, 0, 1}) == Status::empty_slot);
+    } else {
+      CHECK(rig.outputs.motor_torque_nm != 0.0F);
+    }
+  }
+}
+
+TEST_CASE("silence of the host makes the motor ramp down, then disarms") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);  // watchdog 0.1 s, ramp 0.02 s
+  const float held = rig.outputs.motor_torque_nm;
+  REQUIRE(rig.send_status(Stream{1, 0, 0}) == Status::ok);  // the last sign of life
+  rig.tick(100);
+  CHECK(rig.outputs.motor_torque_nm == held);
+  rig.events.clear();
+  rig.tick(3);
+  REQUIRE(rig.events.size() == 1);
+  CHECK(rig.events[0].kind == EventKind::watchdog);
+  float last = held;
+  int ticks = 0;
+  while (rig.outputs.enabled) {
+    CHECK(rig.outputs.motor_torque_nm <= last);
+    CHECK(last - rig.outputs.motor_torque_nm <= 3.01F * held / 20);
+    last = rig.outputs.motor_torque_nm;
+    rig.tick();
+    REQUIRE(++ticks < 30);
+  }
+  CHECK(last == Approx(0.0).scale(1e-3));
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.events.back().state == State::disarmed);
+}
+
+TEST_CASE("keep_alive feeds the watchdog and is not acknowledged; garbage does not feed it") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);
+  const std::size_t acknowledged = rig.acknowledgements.size();
+  for (int i = 0; i < 10; ++i) {
+    REQUIRE(rig.device->receive(encode(Command{9, 0, Op::keep_alive})));
+    rig.tick(80);
+  }
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.acknowledgements.size() == acknowledged);
+  for (int i = 0; i < 10 && rig.state() == State::armed; ++i) {
+    ReportBytes garbage{};
+    garbage[0] = 0x77;
+    REQUIRE(rig.device->receive(garbage));
+    rig.tick(80);
+  }
+  CHECK(rig.state() == State::disarmed);
+}
+
+TEST_CASE("an autonomous device plays on without a host or a bus") {
+  Rig rig;
+  ControlConfig config;
+  config.autonomous = Toggle::on;
+  config.watchdog_s = 0.05F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.device->set_connected(false);
+  rig.tick(1000);
+  CHECK(rig.state() == State::armed);
+}
+
+TEST_CASE("losing the bus fails passive at once, with the brake as configured") {
+  Rig rig;
+  ControlConfig config;
+  config.passive_brake_nm = 0.04F;
+  config.passive_ramp_s = 0.02F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.device->set_connected(false);
+  rig.tick();
+  CHECK(rig.outputs.enabled);
+  CHECK(rig.outputs.brake_torque_nm == 0.04F);
+  rig.tick(25);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.outputs.brake_torque_nm == 0.0F);
+}
+
+TEST_CASE("faults cut the torque in the same tick, latch, and clear only without their cause") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);
+  rig.inputs.emergency_stop = true;
+  rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.command(Op::arm) == Status::fault_latched);
+  CHECK(rig.command(Op::clear_fault) == Status::fault_persists);
+  rig.inputs.emergency_stop = false;
+  rig.tick(2);
+  CHECK(rig.state() == State::fault);
+  CHECK(rig.get<Health>().faults == fault::emergency_stop);
+  CHECK(rig.command(Op::clear_fault) == Status::ok);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.get<Health>().faults == 0);
+  CHECK(rig.command(Op::arm) == Status::ok);
+}
+
+TEST_CASE("each cause sets its bit") {
+  {
+    Rig rig;
+    rig.inputs.actuator_fault = true;
+    rig.tick();
+    CHECK(rig.get<Health>().faults == fault::actuator);
+  }
+  {
+    Rig rig;
+    rig.tick();
+    rig.inputs.encoder_count += 3000;  // more than a quarter of a turn in a tick
+    rig.tick();
+    CHECK(rig.get<Health>().faults == fault::encoder);
+  }
+  {
+    Rig rig;
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    rig.inputs.missed_ticks = 20;
+    rig.tick();
+    CHECK(rig.get<Health>().faults == fault::overrun);
+    CHECK(rig.get<Health>().tick_overruns == 20);
+  }
+  {
+    Rig rig;
+    ControlConfig config;
+    config.speed_limit_rad_s = 20.0F;
+    REQUIRE(rig.set(config).ok());
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    for (int i = 0; i < 50; ++i) {
+      rig.inputs.encoder_count += 40;  // 30.7 rad/s
+      rig.tick();
+    }
+    CHECK(rig.get<Health>().faults == fault::over_speed);
+  }
+}
+
+TEST_CASE("missed ticks count as time") {
+  Rig rig;
+  rig.tick(10);
+  rig.inputs.missed_ticks = 5;
+  rig.tick();
+  CHECK(rig.get<Clock>().tick == 16);
+  CHECK(rig.get<Clock>().time_ns == 16'000'000);
+}
+
+TEST_CASE("a local model holds until its deadline, then the device fails passive") {
+  Rig rig;
+  ControlConfig config;
+  config.law = Law::motor_only;
+  config.passive_ramp_s = 0.0F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  LocalModel model;
+  model.sequence = 1;
+  model.torque_nm = 0.02F;
+  model.stiffness_nm_per_rad = 1.0F;
+  model.deadline_s = 0.02F;
+  REQUIRE(rig.device->receive(encode(model)));
+  rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.02));
+  rig.inputs.encoder_count += 10;
+  rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.02 - 10 * 2.0 * M_PI / 8192).epsilon(1e-4));
+  rig.tick(18);
+  CHECK(rig.state() == State::armed);
+  rig.tick(2);
+  CHECK(rig.state() == State::disarmed);
+  bool missed = false;
+  for (const Event& event : rig.events) missed |= event.kind == EventKind::deadline_missed;
+  CHECK(missed);
+}
+
+TEST_CASE("local models: newest wins, stale ones are refused, a zero deadline ends the stream") {
+  Rig rig;
+  ControlConfig config;
+  config.law = Law::motor_only;
+  config.passive_ramp_s = 0.0F;
+  REQUIRE(rig.set(config).ok());
+  LocalModel model;
+  model.sequence = 0xFFFF;
+  model.torque_nm = 0.01F;
+  CHECK(rig.send_status(model) == Status::not_armed);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  REQUIRE(rig.device->receive(encode(model)));
+  rig.tick();
+  CHECK(rig.send_status(model) == Status::stale);
+  model.sequence = 0;  // newer than 0xFFFF
+  model.torque_nm = 0.03F;
+  REQUIRE(rig.device->receive(encode(model)));
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.03));
+  model.sequence = 1;
+  model.deadline_s = 0.0F;
+  REQUIRE(rig.device->receive(encode(model)));
+  rig.tick(100);
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}
