@@ -109,8 +109,8 @@ struct LinkFaults {
 /// from any thread. After close() its calls throw Closed.
 class Emulator {
  public:
-  /// @throws InvalidArgument that names the field; the old hand then stays
   /// The hand takes over at the next control tick, which is time 0 of its profiles.
+  /// @throws InvalidArgument that names the field; the old hand then stays
   void set_hand(const Hand& hand);
 
   /// Device time.
