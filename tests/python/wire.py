@@ -6,6 +6,7 @@ with the C++ field lists. Format characters are those of ``struct``; little endi
 
 from __future__ import annotations
 
+import itertools
 import struct
 from dataclasses import dataclass
 from typing import Any
@@ -165,8 +166,8 @@ def _find(values: Any, path: str) -> Any:
 
 
 def _store(values: Any, path: str, value: Any) -> None:
-    *parents, last = path.split(".")
-    for key, following in zip(parents, [*parents[1:], last], strict=True):
+    keys = path.split(".")
+    for key, following in itertools.pairwise(keys):
         empty: Any = [] if following.isdigit() else {}
         if key.isdigit():
             if len(values) == int(key):
@@ -174,7 +175,7 @@ def _store(values: Any, path: str, value: Any) -> None:
             values = values[int(key)]
         else:
             values = values.setdefault(key, empty)
-    values[last] = value
+    values[keys[-1]] = value
 
 
 def encode(name: str, values: Values) -> bytes:
