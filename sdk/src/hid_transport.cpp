@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "device_lock.hpp"
@@ -73,7 +74,7 @@ std::string last_error(hid_device* device) {
 
 class HidTransport final : public Transport {
  public:
-  explicit HidTransport(const std::string& path) : path_(path), lock_(path) {
+  explicit HidTransport(const std::string& path) : path_(path), lock_(std::in_place, path) {
     const std::lock_guard guard(hidapi_mutex());
     writer_.reset(hid_open_path(path.c_str()));
     if (writer_ == nullptr) throw_cannot_open(path);
@@ -87,6 +88,7 @@ class HidTransport final : public Transport {
     const std::lock_guard guard(mutex_);
     reader_.reset();
     writer_.reset();
+    lock_.reset();
   }
 
   bool write(const ReportBytes& report) override {
@@ -145,7 +147,7 @@ class HidTransport final : public Transport {
   }
 
   const std::string path_;
-  const DeviceLock lock_;
+  std::optional<DeviceLock> lock_;
   std::mutex mutex_;  // one call at a time on writer_
   HidDevice writer_;
   HidDevice reader_;

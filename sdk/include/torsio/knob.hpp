@@ -37,7 +37,7 @@ struct OpenOptions {
   std::size_t ring_samples = 65536;  ///< telemetry kept until it is read; the oldest goes first
   /// Asked at least every 20 ms of real time in every call that waits, never under a lock. If it
   /// returns true the call throws Interrupted; what it throws leaves the call as it is.
-  std::function<bool()> interrupted;
+  std::function<bool()> interrupted{};
 };
 
 /// An open knob. Movable, not copyable.
