@@ -14,6 +14,8 @@ enum class Slip : int { backward = -1, held = 0, forward = 1 };
 
 constexpr double sign_of(Slip slip) { return static_cast<double>(static_cast<int>(slip)); }
 
+constexpr Slip direction_of(double value) { return value > 0.0 ? Slip::forward : Slip::backward; }
+
 /// The laws that hold between two events: the plant is linear while they stay.
 struct Regime {
   Slip knob = Slip::held;  ///< a knob on a prescribed path counts as held

@@ -50,15 +50,17 @@ class ExactStepper final : public Stepper {
   void load(const PlantState& state, const HeldInputs& inputs);
   void store(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) const;
 
-  /// The rungs of the present regime, made when it is met for the first time.
-  [[nodiscard]] std::span<const Rung<kShafts>> ladder();
+  /// The ladder of the present regime, made when it is met for the first time.
+  [[nodiscard]] std::span<Rung<kShafts>> ladder();
 
   /// How far a watch is from its event, in its own unit; < 0 beyond it.
   [[nodiscard]] double room(Watch watch, const Vector& z) const;
-  [[nodiscard]] bool watches(Watch watch) const;
+  [[nodiscard]] bool watches(Watch watch) const {
+    return watches_[static_cast<std::size_t>(watch)];
+  }
 
-  /// Takes one rung if that certainly holds no event.
-  [[nodiscard]] bool climb(const Rung<kShafts>& rung);
+  /// Takes the first of `rungs` if that certainly holds no event.
+  [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs);
 
   /// Goes along the Taylor series for `step_s`, or up to the first event.
   [[nodiscard]] Outcome creep(double step_s);
@@ -70,10 +72,10 @@ class ExactStepper final : public Stepper {
 
   PlantModel model_;
   Chain<kShafts> chain_;
+  std::array<bool, kWatches> watches_{};
   std::size_t rungs_ = 1;
   double finest_s_;
   std::vector<Rung<kShafts>> ladders_;  // of all regimes, one after the other
-  std::vector<char> built_;
   std::vector<SquareMatrix<C::kSize>> scratch_;
 
   // Of the step under way:
@@ -106,23 +108,23 @@ ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
   }
   const std::size_t pieces = std::max<std::size_t>(1, model_.cogging_nm.size());
   const std::size_t regimes = pieces * std::max<std::size_t>(1, model_.shaft_spring.size()) * 9;
-  ladders_.resize(regimes * rungs_);
-  built_.resize(regimes, 0);
-  scratch_.resize(rungs_ + 4);
+  ladders_.resize(regimes * (rungs_ + kFiner));
+  scratch_.resize(rungs_ + kFiner);
+  watches_ = {!model_.knob_is_driven(), kShafts > 1, model_.shaft_spring.size() > 1,
+              !model_.cogging_nm.empty()};
 }
 
 template <int kShafts>
-std::span<const Rung<kShafts>> ExactStepper<kShafts>::ladder() {
+std::span<Rung<kShafts>> ExactStepper<kShafts>::ladder() {
   const int springs = static_cast<int>(std::max<std::size_t>(1, model_.shaft_spring.size()));
-  const auto index =
-      static_cast<std::size_t>(((regime_.cogging.index * springs + regime_.spring_piece) * 3 +
-                                static_cast<int>(regime_.knob) + 1) *
-                                   3 +
-                               static_cast<int>(regime_.brake) + 1);
-  const std::span<Rung<kShafts>> rungs{&ladders_[index * rungs_], rungs_};
-  if (!built_[index]) {
-    build_ladder<kShafts>(chain_, regime_, finest_s_, rungs, scratch_);
-    built_[index] = 1;
+  const int regime = ((regime_.cogging.index * springs + regime_.spring_piece) * 3 +
+                      static_cast<int>(regime_.knob) + 1) *
+                         3 +
+                     static_cast<int>(regime_.brake) + 1;
+  const std::size_t length = rungs_ + kFiner;
+  const std::span rungs{&ladders_[static_cast<std::size_t>(regime) * length], length};
+  if (rungs[0].step_s == 0.0) {
+    build_ladder<kShafts>(chain_, regime_, finest_s_ / kSamples, rungs, scratch_);
   }
   return rungs;
 }
@@ -153,12 +155,12 @@ void ExactStepper<kShafts>::load(const PlantState& state, const HeldInputs& inpu
     if (chain_.brake_rate > 0.0) {
       z_[C::kBrakeGap] = state.brake_capacity_nm - state.brake_target_nm;
     }
-    regime_.brake = brake_at_rest();
-    if (z_[C::kLast] != 0.0) regime_.brake = z_[C::kLast] > 0.0 ? Slip::forward : Slip::backward;
+    const double speed = z_[C::kLast];
+    regime_.brake = speed == 0.0 ? brake_at_rest() : direction_of(speed);
   }
   if (model_.knob_is_driven()) return;
-  regime_.knob = knob_at_rest();
-  if (z_[C::kSpeed] != 0.0) regime_.knob = z_[C::kSpeed] > 0.0 ? Slip::forward : Slip::backward;
+  const double speed = z_[C::kSpeed];
+  regime_.knob = speed == 0.0 ? knob_at_rest() : direction_of(speed);
 }
 
 template <int kShafts>
@@ -182,7 +184,7 @@ template <int kShafts>
 Slip ExactStepper<kShafts>::knob_at_rest() const {
   const double demand = chain_.knob_demand(z_, regime_);
   if (std::abs(demand) <= z_[C::kCoulomb]) return Slip::held;
-  return demand > 0.0 ? Slip::forward : Slip::backward;
+  return direction_of(demand);
 }
 
 template <int kShafts>
@@ -190,24 +192,9 @@ Slip ExactStepper<kShafts>::brake_at_rest() const {
   if constexpr (kShafts > 1) {
     const double demand = chain_.brake_demand(z_, regime_);
     if (std::abs(demand) <= chain_.capacity(z_)) return Slip::held;
-    return demand > 0.0 ? Slip::forward : Slip::backward;
+    return direction_of(demand);
   }
   return Slip::held;
-}
-
-template <int kShafts>
-bool ExactStepper<kShafts>::watches(Watch watch) const {
-  switch (watch) {
-    case Watch::knob:
-      return !model_.knob_is_driven();
-    case Watch::brake:
-      return kShafts > 1;
-    case Watch::twist:
-      return model_.shaft_spring.size() > 1;
-    case Watch::travel:
-      return !model_.cogging_nm.empty();
-  }
-  return false;
 }
 
 template <int kShafts>
@@ -237,25 +224,25 @@ double ExactStepper<kShafts>::room(Watch watch, const Vector& z) const {
 }
 
 template <int kShafts>
-bool ExactStepper<kShafts>::climb(const Rung<kShafts>& rung) {
-  std::array<double, kWatches> bend{};
-  for (const Watch watch : {Watch::knob, Watch::brake, Watch::twist, Watch::travel}) {
-    if (!watches(watch)) continue;
-    const auto w = static_cast<std::size_t>(watch);
-    for (std::size_t j = 0; j < C::kSize; ++j) bend[w] += rung.bend[w][j] * std::abs(z_[j]);
-    if (room(watch, z_) < bend[w]) return false;
-  }
+bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
+  Rung<kShafts>& rung = rungs[0];
+  if (!rung.bends_known) find_bends<kShafts>(chain_, regime_, rungs);
   Vector next = z_;
+  std::array<double, kWatches> bend{};
   for (std::size_t j = 0; j < C::kSize; ++j) {
     if (j == C::kTravel) continue;  // moves nothing
-    for (std::size_t i = 0; i < C::kMoving; ++i) next[i] += rung.change[j][i] * z_[j];
+    const auto& column = rung.columns[j];
+    for (std::size_t i = 0; i < C::kMoving; ++i) next[i] += column.change[i] * z_[j];
+    for (std::size_t i = 0; i < kWatches; ++i) bend[i] += column.bend[i] * std::abs(z_[j]);
   }
   next[C::kMotorGap] += rung.motor_change * z_[C::kMotorGap];
   next[C::kForce] += z_[C::kSlope] * rung.step_s -
                      chain_.knob_stiffness(regime_) * (next[C::kTravel] - z_[C::kTravel]);
   if constexpr (kShafts > 1) next[C::kBrakeGap] += rung.brake_change * z_[C::kBrakeGap];
   for (const Watch watch : {Watch::knob, Watch::brake, Watch::twist, Watch::travel}) {
-    if (watches(watch) && room(watch, next) < bend[static_cast<std::size_t>(watch)]) return false;
+    if (!watches(watch)) continue;
+    const double needed = bend[static_cast<std::size_t>(watch)];
+    if (room(watch, z_) < needed || room(watch, next) < needed) return false;
   }
   z_ = next;
   return true;
@@ -372,7 +359,7 @@ void ExactStepper<kShafts>::take(Event event) {
       break;
     case Event::knob:
       if (regime_.knob == Slip::held) {
-        regime_.knob = chain_.knob_demand(z_, regime_) > 0.0 ? Slip::forward : Slip::backward;
+        regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
       } else {
         z_[C::kSpeed] = 0.0;
         regime_.knob = knob_at_rest();
@@ -381,7 +368,7 @@ void ExactStepper<kShafts>::take(Event event) {
     case Event::brake:
       if constexpr (kShafts > 1) {
         if (regime_.brake == Slip::held) {
-          regime_.brake = chain_.brake_demand(z_, regime_) > 0.0 ? Slip::forward : Slip::backward;
+          regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
         } else {
           z_[C::kLast] = 0.0;
           regime_.brake = brake_at_rest();
@@ -418,21 +405,21 @@ void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
   std::size_t rung = 0;
   while (remaining_s > 0.0) {
     const auto rungs = ladder();
-    while (rung < rungs.size() && (rungs[rung].step_s > remaining_s || !climb(rungs[rung]))) {
+    while (rung < rungs_ && (rungs[rung].step_s > remaining_s || !climb(rungs.subspan(rung)))) {
       ++rung;
     }
-    if (rung < rungs.size()) {
+    if (rung < rungs_) {
       remaining_s -= rungs[rung].step_s;
       if (rung > 0) --rung;
       continue;
     }
     const Outcome outcome = creep(std::min(finest_s_, remaining_s));
     remaining_s -= outcome.elapsed_s;
-    rung = rungs.size() - 1;
+    rung = rungs_ - 1;
     if (outcome.event != Event::none) {
       stalled_ = outcome.elapsed_s > 1e-6 * finest_s_ ? 0 : stalled_ + 1;
       take(outcome.event);
-      rung = rungs.size();  // close to an event the bounds are of no use
+      rung = rungs_;  // close to an event the bounds are of no use
     }
   }
   store(state, inputs, duration_ns);
