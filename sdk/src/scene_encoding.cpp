@@ -50,19 +50,19 @@ std::uint64_t per_turn_q32(const Detents& in, const protocol::Identity& device) 
   const bool by_pitch = in.pitch_rad.has_value();
   const long double given = by_pitch ? *in.pitch_rad : *in.per_turn;
   const long double per_turn = by_pitch ? kTurnRad / given : given;
-  const long double most = device.counts_per_rev / 2.0L;
-  const auto allowed = [&](std::string_view name, long double low, long double high,
-                           std::string_view unit) {
-    refuse(std::string(name) + " is " + number_text(static_cast<double>(given)) + ", allowed are " +
-           number_text(static_cast<double>(low)) + " to " + number_text(static_cast<double>(high)) +
-           std::string(unit) + " (a notch takes at least two counts of this encoder)");
-  };
+  // Rounded before it is compared, so that the pitch of two counts is one of the allowed ones.
+  const long double q32 = std::round(per_turn * 0x1p32L);
+  const long double most_q32 = device.counts_per_rev * 0x1p31L;
   // The comparison is also false for NaN.
-  if (!(per_turn >= 0x1p-32L && per_turn <= most)) {
-    if (by_pitch) allowed("pitch_rad", kTurnRad / most, kTurnRad * 0x1p32L, " rad");
-    allowed("per_turn", 0x1p-32L, most, "");
+  if (!(q32 >= 1.0L && q32 <= most_q32)) {
+    const long double most = most_q32 / 0x1p32L;
+    const auto text = [](long double value) { return number_text(static_cast<double>(value)); };
+    refuse((by_pitch ? "pitch_rad is " : "per_turn is ") + text(given) + ", allowed are " +
+           (by_pitch ? text(kTurnRad / most) + " to " + text(kTurnRad * 0x1p32L) + " rad"
+                     : text(0x1p-32L) + " to " + text(most)) +
+           " (a notch takes at least two counts of this encoder)");
   }
-  return static_cast<std::uint64_t>(std::llround(per_turn * 0x1p32L));
+  return static_cast<std::uint64_t>(q32);
 }
 
 /// Effects to reports. Curve points go into a common pool on the way.

@@ -1,4 +1,4 @@
-#include "fake_hidapi.hpp"
+#include "sdk/fake_hidapi.hpp"
 
 #include <hidapi/hidapi.h>
 

@@ -6,35 +6,19 @@
 #include <string>
 #include <thread>
 
-#include "fake_hidapi.hpp"
+#include "sdk/errors.hpp"
+#include "sdk/fake_hidapi.hpp"
 #include "torsio/knob.hpp"
 
 using namespace torsio;
 using namespace std::chrono_literals;
+using test::contains;
 using test::FakeBus;
-using test::FakePort;
+using test::message_of;
 
 namespace {
 
 const std::string kPath = "/dev/hidraw-fake0";
-
-/// Runs `call` and returns what its error says; fails if it throws nothing or something else.
-template <class Expected, class Call>
-std::string message_of(Call&& call) {
-  try {
-    call();
-  } catch (const Expected& error) {
-    return error.what();
-  } catch (const std::exception& error) {
-    FAIL("another error: ", error.what());
-  }
-  FAIL("no error");
-  return {};
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 }  // namespace
 
