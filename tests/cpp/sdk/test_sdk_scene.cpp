@@ -147,9 +147,8 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
       {Curve{.torque_nm = {0, 1}, .span_rad = 1000}, {"span_rad is 1000"}},
   };
   for (const Case& bad : cases) {
-    const std::string message = message_of<InvalidArgument>([&] {
-      knob.play(Scene{good, bad.effect});
-    });
+    const std::string message =
+        message_of<InvalidArgument>([&] { knob.play(Scene{good, bad.effect}); });
     CAPTURE(message);
     CHECK(contains(message, "effect 1"));
     for (const std::string& part : bad.says) CHECK_MESSAGE(contains(message, part), part);
