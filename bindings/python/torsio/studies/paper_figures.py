@@ -43,18 +43,22 @@ def scenario_1(
             "brake render the spring well, the swinging dies away within a few bounces. Beyond some "
             "stiffness the control loop feeds it instead.",
         )
-        left, right = figure.subplots(1, 2, width_ratios=(1, 1.25))
-        figure.subplots_adjust(left=0.055, right=0.985, top=0.79, bottom=0.24, wspace=0.17)
-        for (stiffness, rows), color in zip(examples.items(), (BLUE, RED), strict=True):
+        grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
+        figure.subplots_adjust(
+            left=0.055, right=0.985, top=0.78, bottom=0.22, wspace=0.17, hspace=0.3
+        )
+        right = figure.add_subplot(grid[:, 1])
+        for row, ((stiffness, rows), color) in enumerate(
+            zip(examples.items(), (BLUE, RED), strict=True)
+        ):
+            left = figure.add_subplot(grid[row, 0])
             left.plot(rows["time_s"], np.degrees(rows["angle_rad"]), color=color, lw=1.4)
-            at = 0.34 if color == BLUE else 0.60
-            height = 0.9 if color == BLUE else 3.5
-            word = "comes to rest" if color == BLUE else "never stops"
-            label(left, at, height, f"{stiffness:g} N·m/rad: {word}", color)
-        left.set_xlim(0, 1)
-        left.set_title("Two of the runs")
+            word = "never stops" if row else "comes to rest"
+            left.set_title(f"A spring of {stiffness:g} N·m/rad: the knob {word}")
+            left.set_xlim(0, 1)
+            left.set_ylim(-6, 12)
+            left.set_ylabel("angle (degrees)")
         left.set_xlabel("time after the release (s)")
-        left.set_ylabel("knob angle (degrees)")
         caption(left, "The paper's law, at 1 kHz. Angle 0 is the middle of the spring.", width=70)
 
         right.set_title("How often the knob goes through the middle in 1 s")
@@ -95,7 +99,7 @@ def scenario_2(study: Study, visits: Mapping[float, tuple[Record, runs.Push]]) -
         )
         axes = figure.subplots(2, 3).ravel()
         figure.subplots_adjust(
-            left=0.055, right=0.985, top=0.84, bottom=0.115, wspace=0.16, hspace=0.42
+            left=0.055, right=0.985, top=0.84, bottom=0.145, wspace=0.16, hspace=0.42
         )
         for panel, (stiffness, (rows, push)) in zip(axes, visits.items(), strict=False):
             _mirrored(panel, stiffness, rows, push)
@@ -118,7 +122,7 @@ def scenario_2(study: Study, visits: Mapping[float, tuple[Record, runs.Push]]) -
             ncols=4,
             frameon=False,
             fontsize=11,
-            bbox_to_anchor=(0.5, 0.035),
+            bbox_to_anchor=(0.5, 0.045),
         )
         figure.text(
             0.05,
@@ -158,7 +162,7 @@ def _mirrored(panel: Axes, stiffness: float, rows: Record, push: runs.Push) -> N
 
 def _round_ticks(top: float) -> list[float]:
     step = next(s for s in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0) if top / s < 4.5)
-    return [round(step * i, 3) for i in range(int(top / step) + 1)]
+    return [round(step * i, 3) for i in range(int(top / step) + 1) if step * i < top - 0.35 * step]
 
 
 def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffness: float) -> None:
@@ -173,11 +177,10 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
         )
         left, right = figure.subplots(1, 2)
         figure.subplots_adjust(left=0.055, right=0.985, top=0.79, bottom=0.22, wspace=0.15)
-        places = {"paper": -0.3, "compensated": -0.9, "parallel": 0.2, "motor_only": -3.0}
         names = {
             "paper": "the paper's law",
-            "compensated": "'compensated' law",
-            "parallel": "brake and motor, no sensor: stuck",
+            "compensated": "the law 'compensated'",
+            "parallel": "brake and motor without sensor: stuck",
             "motor_only": "motor alone: thrown out",
         }
         left.set_title("Where the knob is")
@@ -187,9 +190,8 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
             time = 1e3 * (rows["time_s"] - runs.CUT_S)
             depth = np.degrees(rows["angle_rad"] - runs.WALL_RAD)
             left.plot(time, depth, color=LAW_COLOR[law])
-            at = 122.0
-            level = float(np.interp(at, time, depth))
-            label(left, at, level + places[law] * 0 + 0.16, names[law], LAW_COLOR[law])
+            level = float(np.interp(240.0, time, depth))
+            label(left, 246, level + 0.22, names[law], LAW_COLOR[law], ha="right")
         left.set_xlim(-30, 250)
         left.set_ylim(-3.4, 2.6)
         left.set_xlabel("time after the cut (ms)")
@@ -215,15 +217,15 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
         right.legend(frameon=False, fontsize=10, loc="upper right")
         caption(
             right,
-            "The spring throws the knob back. As soon as the sensor sees it pull the wrong way the "
-            "brake is let go, before the speed alone could tell, and the motor does the rest.",
-            width=92,
+            "The shaft's spring throws the knob back and swings over. The sensor sees it pull the "
+            "wrong way and lets the brake go, which takes its 60 ms, while the motor pushes out.",
+            width=82,
         )
         caption(
             left,
             "Without the sensor the brake goes on holding half of the torque, and the knob sticks "
             "deep in the wall.",
-            width=92,
+            width=82,
         )
 
 
@@ -278,20 +280,18 @@ def wall_events(study: Study, rows: Record, push: runs.Push, stiffness: float) -
     out = slice(push.out_begin, push.last + 1)
     empty = push.out_begin + int(np.flatnonzero(rows["sensed_spring_torque_nm"][out] > 0)[0])
     released = empty + int(np.flatnonzero(rows["brake_capacity_nm"][empty:] < 5e-3)[0])
-    reached = np.flatnonzero(np.abs(rows["speed_rad_s"]) > 1e-3)
     turn = push.out_begin
     middle = int(0.5 * (push.first + push.in_end))
     events = (
         (int(0.45 * push.first), "the knob moves freely; only\nthe brake's drag winds the shaft"),
         (push.first, "it meets the wall: the brake\nis switched on, and lags"),
         (middle, "the motor makes up for what\nthe shaft does not carry yet"),
-        (int(0.5 * (push.in_end + turn)), "at rest: motor and shaft\ncarry half each"),
+        (int(0.5 * (push.in_end + turn)), "at rest: motor and shaft\ncarry about half each"),
         (turn, "the hand turns round: the shaft\nunwinds faster than the wall,\nthe motor fills up"),
         (empty, "the shaft is empty: the sensor\nsees it, the brake is let go"),
         (released, "the brake has let go: the\nmotor alone pushes out"),
         (push.last, "out of the wall: no torque"),
     )
-    del reached
     with study.figure("wall_events", size=(13.5, 8.6)) as figure:
         headline(
             figure,
@@ -380,13 +380,21 @@ def torque_diagrams(study: Study, panels: Sequence[tuple[float, Record]], beta: 
                 for way, dashes in ways:
                     keep = inside[way]
                     panel.plot(depth[way][keep], torque[way][keep], color=color, ls=dashes, lw=1.8)
-                where = int(0.72 * turn)
-                label(panel, depth[where], torque[where] + 5, text, color, ha="right")
+                where = int(0.6 * turn)
+                if ratio < 1 and name == "motor_torque_nm":
+                    out = turn + int(0.12 * turn)
+                    label(panel, depth[out], torque[out] + 5, "motor, out", color)
+                elif ratio < 1 and name == "spring_torque_nm":
+                    label(panel, depth[where], torque[where] - 6, "motor and spring, in", color)
+                    out = turn + int(0.18 * turn)
+                    label(panel, depth[out] + 1.5, torque[out] - 6, "spring, out", color)
+                else:
+                    label(panel, depth[where], torque[where] + 5, text, color, ha="right")
             panel.axhline(1e3 * runs.MOTOR_NM, color=ORANGE, lw=0.9, ls=":")
             panel.axhline(0, color=GREY, lw=0.8)
             label(panel, 0.02 * depth.max(), 1e3 * runs.MOTOR_NM + 4, "limit of the motor", ORANGE, bold=False)
             panel.set_xlim(0, 1.04 * float(depth.max()))
-            panel.set_ylim(-8, 190)
+            panel.set_ylim(-8, 140)
             panel.set_xlabel("depth in the wall (mrad)")
             which = "stiffer" if ratio > 1 else "softer"
             panel.set_title(f"Wall {which} than the shaft ({ratio:.1f} times)")
@@ -471,7 +479,7 @@ def better(study: Study, rows: Sequence[Mapping[str, Any]]) -> None:
         names = [str(row["variant"]) for row in rows]
         places = np.arange(len(names))[::-1]
         columns = (
-            ("tracking_rms_out", 100, "error on the way out (% of the peak)", BLUE),
+            ("tracking_rms_out", 100, "error, way out (% of the peak)", BLUE),
             ("torque_gap_nm", 1e3, "largest missing torque (mN·m)", ORANGE),
             ("sensor_rms_nm", 1e3, "error of the sensor (mN·m)", GREEN),
         )
