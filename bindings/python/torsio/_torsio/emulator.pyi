@@ -101,3 +101,9 @@ def simulate_many(
     threads: int,
     on_progress: Callable[[int], None] | None,
 ) -> list[npt.NDArray[np.void]]: ...
+
+REPLAY_DTYPE: Final[np.dtype[Any]]
+
+def replay(
+    options: LoopOptions, counts: npt.NDArray[np.uint32], wide: bool
+) -> npt.NDArray[np.void]: ...
