@@ -41,7 +41,7 @@ def _turning(axes: Axes) -> None:
     axes.loglog(hours, 1e3 * np.maximum(errors[:, 0], 1e-9), color=RED)
     axes.loglog(hours, 1e3 * np.maximum(errors[:, 1], 1e-9), color=BLUE)
     axes.axhline(1e3 * runs.SHAFT_NM_PER_RAD * runs.COUNT_RAD, color=GREY, lw=1, ls=":")
-    label(axes, 20, 1.0, "one count of the encoder", GREY, bold=False)
+    label(axes, 2.0, 0.6, "one count of encoder", GREY, bold=False)
     label(axes, 3.0, 120, "float angle", RED)
     label(axes, 0.3, 3e-5, "integer counts", BLUE)
     axes.set_xlabel("hours at 10 turns a second")
