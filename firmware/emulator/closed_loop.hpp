@@ -1,0 +1,93 @@
+/// @file
+/// The device's controller, unchanged, in closed loop with the plant, without protocol, states and
+/// cable between them: for studies of many runs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/controller.hpp"
+#include "emulator/closed_loop_options.hpp"
+#include "emulator/encoder.hpp"
+#include "emulator/plant.hpp"
+#include "emulator/replay.hpp"
+
+namespace torsio::emulator {
+
+/// One control tick: the truth when it samples the encoder, and what it decides then. Torques are
+/// on the knob, positive along positive angle.
+struct LoopRow {
+  double time_s;
+  double angle_rad;        ///< of the knob
+  double brake_angle_rad;  ///< of the brake's shaft
+  double speed_rad_s;
+  double brake_speed_rad_s;
+  double spring_torque_nm;         ///< true, of the shaft spring
+  double motor_torque_nm;          ///< true, after the motor's lag
+  double brake_torque_nm;          ///< what the brake transmits, drag included
+  double brake_capacity_nm;        ///< what it could transmit, drag included
+  double hand_torque_nm;           ///< of the hand
+  double knob_friction_torque_nm;  ///< Coulomb friction on the knob
+  std::int64_t position_counts;    ///< measured, from the device's zero
+  float estimated_speed_rad_s;     ///< measured
+  float desired_torque_nm;         ///< what the scene asks
+  float motor_command_nm;
+  float brake_command_nm;
+  float sensed_spring_torque_nm;
+  float sensed_brake_torque_nm;  ///< what the brake is taken to hold, drag not included
+  bool knob_sticks;
+  bool brake_sticks;
+  bool motor_saturated;
+  bool brake_saturated;
+  bool numeric_error;  ///< the scene's torque was not finite
+};
+
+/// Controller, plant, encoder and hand under one virtual clock. What the device does around the
+/// controller is left out: arming and its soft start, the watchdog, faults.
+class ClosedLoop {
+ public:
+  /// Does the spin-up too, if there is one.
+  /// @throws std::invalid_argument that names what is out of its range
+  /// @throws std::runtime_error if the spin-up does not reach its speed
+  explicit ClosedLoop(const ClosedLoopOptions& options);
+
+  ClosedLoop(const ClosedLoop&) = delete;
+  ClosedLoop& operator=(const ClosedLoop&) = delete;
+
+  /// Goes on for so many ticks. Allocates nothing.
+  /// @param rows of the ticks 0, every, 2 every ... of this call, as far as there is room
+  void run(std::uint64_t ticks, std::span<LoopRow> rows, std::uint32_t every = 1);
+
+  /// From now on the actuators get this instead of what the law decides. The controller knows of it
+  /// and goes on sensing, without a scene.
+  void hold_command(const Command& command) { held_ = command; }
+  /// Ends hold_command().
+  void release_command() { held_.reset(); }
+
+  /// Another hand takes over; times of its profiles are plant time.
+  void set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
+
+  [[nodiscard]] const Plant& plant() const { return plant_; }
+  [[nodiscard]] const core::ControllerState& controller() const { return controller_; }
+  [[nodiscard]] std::int64_t control_period_ns() const { return period_ns_; }
+
+ private:
+  void spin_up(const SpinUp& spin_up);
+  void tick(LoopRow* row);
+  void give(const Command& command);
+
+  std::int64_t period_ns_;
+  ControlSetup setup_;
+  core::ControllerState controller_;
+  Plant plant_;
+  Encoder encoder_;
+  std::optional<Command> held_;
+  std::vector<Command> late_;  // commands on their way to the actuators, a ring
+  std::size_t next_late_ = 0;
+};
+
+}  // namespace torsio::emulator
