@@ -47,8 +47,6 @@ constexpr std::array part_fields{
     std::pair{"beta", &Parts::beta},
     std::pair{"sensor_threshold_nm", &Parts::sensor_threshold_nm},
     std::pair{"force_gain", &Parts::force_gain},
-    std::pair{"force_damping_s", &Parts::force_damping_s},
-    std::pair{"force_bandwidth_hz", &Parts::force_bandwidth_hz},
     std::pair{"source_speed_rad_s", &Parts::source_speed_rad_s},
     std::pair{"source_acceleration_rad_s2", &Parts::source_acceleration_rad_s2},
     std::pair{"source_gear_ratio", &Parts::source_gear_ratio},

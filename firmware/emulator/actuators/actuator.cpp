@@ -47,8 +47,8 @@ MachineParams machine_params(Kind kind, const Parts& parts) {
                     parts.rotor_coulomb_nm};
   const Shaft brake{parts.brake_inertia_kg_m2, parts.brake_viscous_nm_s_per_rad, 0.0};
   const auto together = [](const Shaft& a, const Shaft& b) {
-    return Shaft{a.inertia_kg_m2 + b.inertia_kg_m2,
-                 a.viscous_nm_s_per_rad + b.viscous_nm_s_per_rad, a.coulomb_nm + b.coulomb_nm};
+    return Shaft{a.inertia_kg_m2 + b.inertia_kg_m2, a.viscous_nm_s_per_rad + b.viscous_nm_s_per_rad,
+                 a.coulomb_nm + b.coulomb_nm};
   };
 
   MachineParams machine;
@@ -116,11 +116,10 @@ LawOf::LawOf(Kind kind, const Parts& parts, std::uint32_t counts_per_rev, double
       period_s_(period_s) {
   const bool compensated = kind == Kind::soft_sensor_compensated;
   const bool sensed = compensated || kind == Kind::soft_sensor_paper;
-  brake_params_ = core::make_brake_params(static_cast<float>(parts.brake_time_constant_s),
-                                          static_cast<float>(period_s),
-                                          sensed ? static_cast<float>(parts.brake_floor_nm) : 0.0F,
-                                          compensated ? static_cast<float>(parts.brake_drag_nm)
-                                                      : 0.0F);
+  brake_params_ = core::make_brake_params(
+      static_cast<float>(parts.brake_time_constant_s), static_cast<float>(period_s),
+      sensed ? static_cast<float>(parts.brake_floor_nm) : 0.0F,
+      compensated ? static_cast<float>(parts.brake_drag_nm) : 0.0F);
 }
 
 /// Two counts, so that a hand at rest on the border between two counts is no motion.
@@ -136,8 +135,8 @@ void LawOf::notice_direction(std::int64_t counts) {
 
 /// What the brake can hold now, after the last command was held for a period.
 double LawOf::model_brake(double command_nm) {
-  const double now = core::model_brake(brake_state_, brake_params_,
-                                       static_cast<float>(held_brake_nm_));
+  const double now =
+      core::model_brake(brake_state_, brake_params_, static_cast<float>(held_brake_nm_));
   held_brake_nm_ = std::min(command_nm, parts_.brake_limit_nm);
   return now;
 }
@@ -168,25 +167,14 @@ MachineCommand LawOf::soft_sensor(const Senses& senses, core::Law law) {
   return both_ways(shares.motor_torque_nm, shares.brake_torque_nm);
 }
 
-/// Torque control of the spring by the motor behind it: feedforward, proportional and derivative.
-MachineCommand LawOf::series_elastic(double desired_nm, double spring_nm) {
-  const double weight =
-      -std::expm1(-2.0 * std::numbers::pi * parts_.force_bandwidth_hz * period_s_);
-  spring_rate_nm_s_ +=
-      weight * ((spring_nm - last_spring_nm_) / period_s_ - spring_rate_nm_s_);
-  last_spring_nm_ = spring_nm;
-  return both_ways(desired_nm + parts_.force_gain * (desired_nm - spring_nm) -
-                       parts_.force_damping_s * spring_rate_nm_s_,
-                   0.0);
-}
-
-/// The motor takes over what changes slowly; the rest is the brake's if it can give it, which is
-/// when it resists the motion that there is.
-MachineCommand LawOf::hand_over(double desired_nm) {
-  handed_over_nm_ +=
-      -std::expm1(-period_s_ / parts_.handover_time_constant_s) * (desired_nm - handed_over_nm_);
+/// While the hand presses, the brake answers at once and the motor takes over by and by; otherwise
+/// the motor gives all.
+MachineCommand LawOf::hand_over(double desired_nm, bool pressing) {
+  const double weight = pressing ? -std::expm1(-period_s_ / parts_.handover_time_constant_s) : 1.0;
+  handed_over_nm_ += weight * (desired_nm - handed_over_nm_);
   const double rest_nm = desired_nm - handed_over_nm_;
-  return both_ways(handed_over_nm_, rest_nm * direction_ < 0.0 ? std::abs(rest_nm) : 0.0);
+  // A brake cannot give what would be a push.
+  return both_ways(handed_over_nm_, rest_nm * desired_nm > 0.0 ? std::abs(rest_nm) : 0.0);
 }
 
 MachineCommand LawOf::operator()(const Senses& senses) {
@@ -202,14 +190,23 @@ MachineCommand LawOf::operator()(const Senses& senses) {
                         static_cast<double>(senses.knob_counts - senses.far_counts);
   MachineCommand command;
   switch (kind_) {
-    case Kind::motor_only: command = both_ways(desired, 0.0); break;
-    case Kind::brake_only: command = both_ways(0.0, pressing ? std::abs(desired) : 0.0); break;
-    case Kind::parallel: command = share(desired, pressing); break;
-    case Kind::parallel_torque_sensor:
-      command = share(desired, senses.hand_torque_nm * desired < 0.0 &&
-                                   std::abs(senses.hand_torque_nm) > parts_.sensor_threshold_nm);
+    case Kind::motor_only:
+      command = both_ways(desired, 0.0);
       break;
-    case Kind::series_elastic_motor: command = series_elastic(desired, spring); break;
+    case Kind::brake_only:
+      command = both_ways(0.0, pressing ? std::abs(desired) : 0.0);
+      break;
+    case Kind::parallel:
+      command = share(desired, pressing);
+      break;
+    case Kind::parallel_torque_sensor:
+      // Pressing harder than the torque that is wanted: the knob is about to go in.
+      command = share(desired, -sign(desired) * senses.hand_torque_nm >
+                                   std::abs(desired) + parts_.sensor_threshold_nm);
+      break;
+    case Kind::series_elastic_motor:
+      command = both_ways(desired + parts_.force_gain * (desired - spring), 0.0);
+      break;
     case Kind::series_elastic_brake:
       command = both_ways(0.0, desired * spring >= 0.0 ? std::abs(desired) : 0.0);
       break;
@@ -218,9 +215,13 @@ MachineCommand LawOf::operator()(const Senses& senses) {
       command.source_speed_rad_s = sign(desired) * parts_.source_speed_rad_s;
       break;
     case Kind::soft_spring:
-      command = both_ways(desired - spring, desired * spring >= 0.0 ? std::abs(desired) : 0.0);
+      // With nothing wanted the motor cancels the drag that the spring shows.
+      command = desired * spring >= 0.0 ? both_ways(desired - spring, std::abs(desired))
+                                        : both_ways(desired, 0.0);
       break;
-    case Kind::soft_sensor_paper: command = soft_sensor(senses, core::Law::paper); break;
+    case Kind::soft_sensor_paper:
+      command = soft_sensor(senses, core::Law::paper);
+      break;
     case Kind::soft_sensor_compensated:
       command = soft_sensor(senses, core::Law::compensated);
       break;
@@ -228,7 +229,9 @@ MachineCommand LawOf::operator()(const Senses& senses) {
       command = share(desired, pressing);
       (desired < 0.0 ? command.brake_backward_nm : command.brake_forward_nm) = 0.0;
       break;
-    case Kind::transfer_function: command = hand_over(desired); break;
+    case Kind::transfer_function:
+      command = hand_over(desired, pressing);
+      break;
   }
   last_counts_ = senses.knob_counts;
   return command;

@@ -14,13 +14,13 @@ namespace torsio::emulator::actuators {
 enum class Kind : std::uint8_t {
   motor_only,
   brake_only,
-  parallel,                ///< (a) brake and motor on one shaft
-  parallel_torque_sensor,  ///< (b) the same, with the user's torque measured
-  series_elastic_motor,    ///< (c) top
-  series_elastic_brake,    ///< (c) bottom
-  differential_clutch,     ///< (d)
-  soft_spring,             ///< (e) two encoders
-  soft_sensor_paper,       ///< (f) as published
+  parallel,                 ///< (a) brake and motor on one shaft
+  parallel_torque_sensor,   ///< (b) the same, with the user's torque measured
+  series_elastic_motor,     ///< (c) top
+  series_elastic_brake,     ///< (c) bottom
+  differential_clutch,      ///< (d)
+  soft_spring,              ///< (e) two encoders
+  soft_sensor_paper,        ///< (f) as published
   soft_sensor_compensated,  ///< (f) with the law `compensated`
   one_way_brakes,           ///< two brakes, each behind a one-way bearing, and a motor
   transfer_function,        ///< brake first, motor after, by a filter
@@ -32,9 +32,9 @@ inline constexpr int kKinds = 12;
 /// @throws std::invalid_argument that lists the names
 [[nodiscard]] Kind kind_from_name(std::string_view name);
 
-/// What all actuators are built from, so that the comparison is one of arrangements and laws. Motor,
-/// brake, stiff spring and encoder are those of the default plant; its shaft A is here split into
-/// the knob on its bearing and the motor's rotor.
+/// What all actuators are built from, so that the comparison is one of arrangements and laws.
+/// Motor, brake, stiff spring and encoder are those of the default plant; its shaft A is here split
+/// into the knob on its bearing and the motor's rotor.
 struct Parts {
   double knob_inertia_kg_m2 = 2e-5;
   double knob_coulomb_nm = 1e-3;
@@ -51,15 +51,13 @@ struct Parts {
   double motor_limit_nm = 85e-3;
   double brake_time_constant_s = 60e-3;
   double brake_limit_nm = 110e-3;
-  double brake_floor_nm = 3.3e-3;    ///< of the soft sensor
-  double beta = 0.5;                 ///< the brake's share, where a law has one
+  double brake_floor_nm = 3.3e-3;     ///< of the soft sensor
+  double beta = 0.5;                  ///< the brake's share, where a law has one
   double sensor_threshold_nm = 3e-3;  ///< of the torque sensor of (b), against its noise
-  double force_gain = 2.0;           ///< of the series elastic motor's torque loop
-  double force_damping_s = 5e-3;     ///< derivative gain over proportional unit, of the same
-  double force_bandwidth_hz = 150.0; ///< of that derivative's filter
-  double source_speed_rad_s = 30.0;  ///< at which the clutch's motor runs
+  double force_gain = 1.0;            ///< of the series elastic motor's torque loop
+  double source_speed_rad_s = 30.0;   ///< at which the clutch's motor runs
   double source_acceleration_rad_s2 = 3000.0;
-  double source_gear_ratio = 4.0;       ///< torque at the clutch over torque of its motor
+  double source_gear_ratio = 4.0;         ///< torque at the clutch over torque of its motor
   double handover_time_constant_s = 0.1;  ///< of the transfer function
 };
 
@@ -89,8 +87,7 @@ class LawOf {
   [[nodiscard]] double model_brake(double command_nm);
   [[nodiscard]] MachineCommand share(double desired_nm, bool pressing);
   [[nodiscard]] MachineCommand soft_sensor(const Senses& senses, core::Law law);
-  [[nodiscard]] MachineCommand series_elastic(double desired_nm, double spring_nm);
-  [[nodiscard]] MachineCommand hand_over(double desired_nm);
+  [[nodiscard]] MachineCommand hand_over(double desired_nm, bool pressing);
 
   Kind kind_;
   Parts parts_;
@@ -104,8 +101,6 @@ class LawOf {
   core::BrakeState brake_state_;
   double held_brake_nm_ = 0.0;
   core::SoftSensorState sensor_;
-  double last_spring_nm_ = 0.0;
-  double spring_rate_nm_s_ = 0.0;
   double handed_over_nm_ = 0.0;
 };
 

@@ -37,7 +37,10 @@ double Machine::Lag::follow(double& value, double target) const {
 }
 
 Machine::Machine(const MachineParams& params, const Hand& hand, std::int64_t step_ns)
-    : params_(params), hand_(hand), step_ns_(step_ns), step_s_(1e-9 * static_cast<double>(step_ns)) {
+    : params_(params),
+      hand_(hand),
+      step_ns_(step_ns),
+      step_s_(1e-9 * static_cast<double>(step_ns)) {
   require(step_ns > 0, "actuator: the step must be > 0");
   validate(hand);
   require(!std::holds_alternative<PrescribedMotion>(hand),
@@ -102,10 +105,10 @@ double Machine::rendered_torque_nm() const {
 }
 
 void Machine::refresh_matrix() {
-  const double link = params_.damping_nm_s_per_rad + kTheta * step_s_ * params_.stiffness_nm_per_rad;
-  damping_[0] = {params_.knob.viscous_nm_s_per_rad + hand_damping_ +
-                     kTheta * step_s_ * hand_stiffness_,
-                 0.0};
+  const double link =
+      params_.damping_nm_s_per_rad + kTheta * step_s_ * params_.stiffness_nm_per_rad;
+  damping_[0] = {
+      params_.knob.viscous_nm_s_per_rad + hand_damping_ + kTheta * step_s_ * hand_stiffness_, 0.0};
   damping_[1] = {0.0, 0.0};
   if (params_.has_far_shaft) {
     damping_[0][0] += link;
@@ -156,10 +159,9 @@ Machine::Pair Machine::solve_friction(Pair& speed, const Pair& lowest, const Pai
 }
 
 void Machine::step() {
-  const double spring = params_.has_far_shaft
-                            ? params_.stiffness_nm_per_rad *
-                                  (state_.angle_rad[0] - state_.angle_rad[1])
-                            : 0.0;
+  const double spring = params_.has_far_shaft ? params_.stiffness_nm_per_rad *
+                                                    (state_.angle_rad[0] - state_.angle_rad[1])
+                                              : 0.0;
   Pair rhs{-spring, spring};
   // The hand's own stiffness and damping against motion are in the matrix.
   if (std::holds_alternative<TorqueHand>(hand_)) {

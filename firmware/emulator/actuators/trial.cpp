@@ -50,8 +50,8 @@ std::vector<TrialRow> run_trial(const TrialParams& params) {
     const double angle_rad = state.angle_rad[0];
     require(std::isfinite(angle_rad), "actuator: the simulation diverged; take a smaller step");
     const std::int64_t knob_counts = counts(angle_rad);
-    const double desired_nm = environment_torque_nm(
-        params.environment, static_cast<double>(knob_counts) * rad_per_count);
+    const double desired_nm =
+        environment_torque_nm(params.environment, static_cast<double>(knob_counts) * rad_per_count);
     rows.push_back({1e-9 * static_cast<double>(state.time_ns), angle_rad, state.speed_rad_s[0],
                     environment_torque_nm(params.environment, angle_rad), desired_nm,
                     machine.rendered_torque_nm(), machine.hand_torque_nm(), state.motor_torque_nm,

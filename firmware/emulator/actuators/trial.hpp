@@ -37,9 +37,9 @@ struct TrialRow {
   double desired_torque_nm;   ///< ... at the angle that the encoder shows
   double rendered_torque_nm;  ///< Machine::rendered_torque_nm()
   double hand_torque_nm;
-  double motor_torque_nm;   ///< on its shaft
-  double motor_load_nm;     ///< that heats the motor
-  double brake_torque_nm;   ///< on its shaft
+  double motor_torque_nm;    ///< on its shaft
+  double motor_load_nm;      ///< that heats the motor
+  double brake_torque_nm;    ///< on its shaft
   double brake_capacity_nm;  ///< against motion forward
 };
 
