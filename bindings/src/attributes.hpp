@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "torsio/error.hpp"
 
@@ -42,8 +43,7 @@ class Attributes {
     if (!whole) refuse_type(name, "a whole number", value);
     int overflow = 0;
     const long long wide = PyLong_AsLongLongAndOverflow(whole.ptr(), &overflow);
-    if (overflow != 0 || wide < static_cast<long long>(std::numeric_limits<T>::min()) ||
-        wide > static_cast<long long>(std::numeric_limits<T>::max())) {
+    if (overflow != 0 || !std::in_range<T>(wide)) {
       refuse(name, "must be from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
                        std::to_string(std::numeric_limits<T>::max()) + ", is " + repr(value));
     }

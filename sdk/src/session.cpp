@@ -358,9 +358,9 @@ void Session::dispatch(const protocol::ReportBytes& report) {
 }
 
 void Session::dispatch(const protocol::Telemetry& report) {
-  const std::uint64_t end_tick =
-      report.tick + std::uint64_t{report.decimation} * protocol::samples_of(report.axis_samples);
-  if (end_tick <= stream_from_tick_) return;
+  const std::uint64_t samples = protocol::samples_of(report.axis_samples);
+  const std::uint64_t last_tick = report.tick + report.decimation * (samples - 1);
+  if (last_tick < stream_from_tick_) return;
   const auto take = [&](const TelemetrySample& sample) {
     if (sample.tick < stream_from_tick_) return;
     if (!ring_.push(sample)) ++statistics_.samples_lost;
@@ -454,8 +454,8 @@ std::size_t Session::read(std::span<TelemetrySample> out, std::int64_t timeout_n
 std::vector<TelemetrySample> Session::collect(std::uint64_t first_tick, std::uint64_t end_tick,
                                               unsigned decimation, std::int64_t timeout_ns) {
   std::vector<TelemetrySample> collected;
-  constexpr std::uint64_t kReserveAtMost = 1U
-                                           << 20U;  // somebody may record until he is interrupted
+  constexpr std::uint64_t kReserveAtMost =
+      1U << 20U;  // some recordings last until they are interrupted
   collected.reserve(std::min((end_tick - first_tick) / decimation + 1, kReserveAtMost));
   const auto take = [&] {
     TelemetrySample sample;

@@ -28,8 +28,9 @@ struct FakePort {
   std::function<void(protocol::ReportBytes&)> on_get_feature{};
 };
 
-/// The bus. Tests run one after the other, so there is one for all of them; each test starts with
-/// an empty one.
+/// The bus. Tests of one process run one after the other, so there is one for all of them; each
+/// test starts with an empty one. Lock files go to a directory of their own meanwhile, because
+/// tests of several processes run side by side.
 class FakeBus {
  public:
   FakeBus();
@@ -41,6 +42,9 @@ class FakeBus {
   void unplug(const std::string& path);
   void set_emergency_stop(const std::string& path, bool pressed);
   [[nodiscard]] int open_handles(const std::string& path) const;
+
+ private:
+  std::string lock_directory_;
 };
 
 }  // namespace torsio::test

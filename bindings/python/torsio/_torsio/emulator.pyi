@@ -1,8 +1,10 @@
+from collections.abc import Callable
 from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from torsio.closed_loop import LoopOptions
 from torsio.config import PlantParams
 from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
@@ -82,3 +84,39 @@ class EmulatedDevice:
     def set_plugged(self, plugged: bool) -> None: ...
     def set_powered(self, powered: bool) -> None: ...
     def set_emergency_stop(self, pressed: bool) -> None: ...
+
+LOOP_DTYPE: Final[np.dtype[Any]]
+
+class ClosedLoop:
+    def __init__(self, options: LoopOptions) -> None: ...
+    def run(self, ticks: int, every: int) -> npt.NDArray[np.void]: ...
+    def hold_command(self, motor_torque_nm: float, brake_torque_nm: float) -> None: ...
+    def release_command(self) -> None: ...
+    def set_hand(self, hand: Hand) -> None: ...
+
+def simulate_many(
+    options: list[LoopOptions],
+    ticks: list[int],
+    every: int,
+    threads: int,
+    on_progress: Callable[[int], None] | None,
+) -> list[npt.NDArray[np.void]]: ...
+
+TRIAL_DTYPE: Final[np.dtype[Any]]
+ACTUATORS: Final[tuple[str, ...]]
+
+def actuator_parts() -> dict[str, float]: ...
+def run_actuator(
+    actuator: str,
+    *,
+    hand: Hand,
+    duration_ns: int,
+    parts: dict[str, float] = ...,
+    stiffness_nm_per_rad: float = 0.0,
+    angle_rad: float = 0.0,
+    both_ways: bool = False,
+    initial_speed_rad_s: float = 0.0,
+    counts_per_rev: int = 8192,
+    period_ns: int = 1_000_000,
+    step_ns: int = 20_000,
+) -> npt.NDArray[np.void]: ...
