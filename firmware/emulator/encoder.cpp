@@ -23,6 +23,13 @@ double next_uniform(std::uint64_t& state) {
   return (static_cast<double>(next_random(state) >> 11) + 0.5) * 0x1p-53;
 }
 
+/// The largest integer that is not above the value. std::floor is a call into the mathematics
+/// library on plain x86-64 and takes longer than all the rest of a sample.
+std::int64_t floor_to_integer(double value) {
+  const auto truncated = static_cast<std::int64_t>(value);
+  return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
+}
+
 }  // namespace
 
 void validate(const EncoderParams& params) {
@@ -49,13 +56,6 @@ double Encoder::draw_noise_counts() {
   const double radius = std::sqrt(-2.0 * std::log(next_uniform(noise_state_)));
   return params_.noise_counts * radius *
          std::cos(2.0 * std::numbers::pi * next_uniform(noise_state_));
-}
-
-/// The largest integer that is not above the value. std::floor is a call into the mathematics
-/// library on plain x86-64 and takes longer than all the rest of a sample.
-std::int64_t floor_to_integer(double value) {
-  const auto truncated = static_cast<std::int64_t>(value);
-  return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
 }
 
 std::uint32_t Encoder::sample(const Angle& angle) {

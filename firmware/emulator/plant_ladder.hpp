@@ -131,6 +131,47 @@ typename Chain<kShafts>::Vector carried(const Chain<kShafts>& chain, const Regim
   return result;
 }
 
+/// |y|, where y is z with the force on the knob replaced by the net torque there, and the capacity
+/// of a brake that slips by the net torque on its shaft. It tells as much as z does, but torques
+/// that balance each other have left it, and how much a curve bends depends on the net torques
+/// only.
+template <int kShafts>
+typename Chain<kShafts>::Vector sizes(const Chain<kShafts>& chain, const Regime& regime,
+                                      const typename Chain<kShafts>::Vector& z) {
+  using C = Chain<kShafts>;
+  typename C::Vector size;
+  for (std::size_t j = 0; j < C::kSize; ++j) size[j] = std::abs(z[j]);
+  size[C::kForce] = std::abs(chain.knob_net(z, regime));
+  if constexpr (kShafts > 1) {
+    if (regime.brake != Slip::held) size[C::kCapacity] = std::abs(chain.brake_net(z, regime));
+  }
+  return size;
+}
+
+/// A row over z, written as a row over the y of sizes().
+template <int kShafts>
+typename Chain<kShafts>::Vector over_net_torques(const Chain<kShafts>& chain, const Regime& regime,
+                                                 const typename Chain<kShafts>::Vector& row) {
+  using C = Chain<kShafts>;
+  auto result = row;
+  for (std::size_t j = 0; j < C::kSize; ++j) {
+    typename C::Vector unit{};
+    unit[j] = 1.0;
+    // The force, and below the capacity, that keep the net torques at 0.
+    if (j != C::kForce) result[j] -= row[C::kForce] * chain.knob_net(unit, regime);
+    if constexpr (kShafts > 1) {
+      if (regime.brake == Slip::held) continue;
+      const double sign = sign_of(regime.brake);
+      if (j == C::kCapacity) {
+        result[j] = -sign * row[j];
+      } else {
+        result[j] += row[C::kCapacity] * sign * chain.brake_net(unit, regime);
+      }
+    }
+  }
+  return result;
+}
+
 /// Works out the bends of rung 0 of `rungs` from the finer rungs after it.
 template <int kShafts>
 void find_bends(const Chain<kShafts>& chain, const Regime& regime, std::span<Rung<kShafts>> rungs) {
@@ -150,6 +191,7 @@ void find_bends(const Chain<kShafts>& chain, const Regime& regime, std::span<Run
     for (std::size_t i = 0; i < kSamples; ++i) {
       rows[i + 1] = carried(chain, regime, rungs[kFiner], rows[i]);
     }
+    for (Vector& row : rows) row = over_net_torques(chain, regime, row);
     for (std::size_t j = 0; j < C::kSize; ++j) {
       double largest = 0.0;
       for (std::size_t i = 1; i < kSamples; ++i) {

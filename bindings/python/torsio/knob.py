@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 from torsio import _torsio
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
-from torsio.errors import Error, Timeout
+from torsio.errors import Error, InvalidArgument, Timeout
 from torsio.hands import Hand
 from torsio.scenes import Scene
 from torsio.telemetry import Record
@@ -26,6 +26,9 @@ __all__ = [
     "list_devices",
     "open",
 ]
+
+# Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
+_MAX_SAMPLES = 2**24
 
 State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
 
@@ -275,6 +278,10 @@ class Knob:
         """Ask the device for its state, faults and counters."""
         return Health(**self._knob.health())
 
+    def faults(self) -> tuple[str, ...]:
+        """Ask the device for the names of its latched faults: "over_speed" ..."""
+        return self._knob.faults()
+
     def clock(self) -> Clock:
         """Ask the device for its time and position."""
         return Clock(**self._knob.clock())
@@ -414,6 +421,8 @@ class Knob:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
+        if not 0 <= max_samples <= _MAX_SAMPLES:
+            raise InvalidArgument(f"max_samples is {max_samples}, allowed are 0 to {_MAX_SAMPLES}")
         return self._knob.read(max_samples, timeout_s)
 
     def record(self, *, duration_s: float, rate_hz: float | None = None) -> Record:
@@ -519,18 +528,26 @@ def open(
     ------
     DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
     """
-    emulator = {
-        "seed": seed,
-        "control_rate_hz": control_rate_hz,
-        "plant": plant,
-        "hand": hand,
-        "serial": serial,
-        "actuator": actuator,
-        "control": control,
-        "paced": paced,
-        "log_truth": log_truth,
-    }
-    return Knob(_torsio.open_knob(selector, emulator, command_timeout_s, ring_samples))
+    if not 0 <= seed < 2**64:
+        raise InvalidArgument(f"seed is {seed}, allowed are 0 to 2**64 - 1")
+    if not 1 <= ring_samples <= _MAX_SAMPLES:
+        raise InvalidArgument(f"ring_samples is {ring_samples}, allowed are 1 to {_MAX_SAMPLES}")
+    return Knob(
+        _torsio.open_knob(
+            selector,
+            seed=seed,
+            control_rate_hz=control_rate_hz,
+            plant=plant,
+            hand=hand,
+            serial=serial,
+            actuator=actuator,
+            control=control,
+            paced=paced,
+            log_truth=log_truth,
+            command_timeout_s=command_timeout_s,
+            ring_samples=ring_samples,
+        )
+    )
 
 
 def list_devices() -> list[ListedDevice]:
