@@ -37,8 +37,8 @@ Kind kind_from_name(std::string_view name) {
   const auto* found = std::find(kNames.begin(), kNames.end(), name);
   if (found != kNames.end()) return static_cast<Kind>(found - kNames.begin());
   std::string message = "actuator must be one of";
-  for (const std::string_view known : kNames) message += " " + std::string(known);
-  throw std::invalid_argument(message + "; is '" + std::string(name) + "'");
+  for (const std::string_view known : kNames) message.append(" ").append(known);
+  throw std::invalid_argument(message.append("; is '").append(name).append("'"));
 }
 
 MachineParams machine_params(Kind kind, const Parts& parts) {
