@@ -43,6 +43,7 @@ SOFTEST_NM_PER_RAD = 0.1
 FREE_RAD_S = 5.0
 PRESS_WALL_MNM_PER_DEG = 10.0
 PRESS_TO_NM = 0.4
+PRESS_S = 10.0
 MOTOR_LIMIT_NM = 85e-3
 
 
@@ -221,8 +222,8 @@ def press_hard(actuator: str, **options: Any) -> Record:
     deepest_rad = PRESS_TO_NM * (1 + 1 / stiffness)
     return simulate(
         actuator,
-        hand=_fingers([(0.0, 0.0), (4.0, deepest_rad)]),
-        duration_s=4.0,
+        hand=_fingers([(0.0, 0.0), (PRESS_S, deepest_rad)]),
+        duration_s=PRESS_S,
         stiffness_nm_per_rad=stiffness,
         **options,
     )

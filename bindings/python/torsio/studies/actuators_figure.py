@@ -86,7 +86,7 @@ COLUMNS: Final = (
         more_is_better=True,
     ),
     Column(
-        "motor heat\nin the wall", lambda r: 100 * r.motor_heat, lambda v: f"{v:.0f} %", 10, 25
+        "motor heat\nin the wall", lambda r: 100 * r.motor_heat, lambda v: f"{v:.0f} %", 10, 30
     ),
 )
 
@@ -199,7 +199,7 @@ def _wall(axes: Axes, actuator: Actuator, stiffness_nm_per_rad: float) -> None:
     axes.plot(degrees[: top + 1], felt[: top + 1], color=BLUE, lw=1.8)
     axes.plot(degrees[leave:], felt[leave:], color=ORANGE, lw=1.8)
     axes.set_xlim(0, 7.2)
-    axes.set_ylim(-105, 105)
+    axes.set_ylim(-95, 105)
     own = actuator.letter == "f"
     axes.set_title(name(actuator), fontsize=11, fontweight="bold" if own else "normal")
 
@@ -211,23 +211,25 @@ def string(figure: Figure, rows: Sequence[Measures]) -> None:
         "Let go: does it leave the wall by itself?",
         "A weight holds the knob in a wall of 25 mN·m per degree; at time 0 its string is cut. What "
         "does not come out by itself feels sticky in the hand. Depths differ at first, because "
-        "motor, brake, friction and springs carry the weight in different shares.",
+        "motor, brake, friction and springs carry the weight in different shares; (d) swings all "
+        "the time, because its slow brake is all that it has.",
         top=0.955,
     )
-    axes_pair = figure.subplots(1, 2, sharey=True)
-    figure.subplots_adjust(left=0.06, right=0.83, top=0.76, bottom=0.1, wspace=0.5)
     leaving = [row for row in rows if row.exit_time_s is not None]
     staying = [row for row in rows if row.exit_time_s is None]
-    _paths(axes_pair[0], leaving, "These leave", (-0.03, 0.12))
-    _paths(axes_pair[1], staying, "These stay in the wall", (-0.1, 0.6))
+    left = figure.add_axes((0.06, 0.1, 0.33, 0.64))
+    right = figure.add_axes((0.65, 0.1, 0.17, 0.64))
+    _paths(left, leaving, "These leave", (-0.02, 0.08))
+    _paths(right, staying, "These stay", (-0.1, 0.4))
+    left.set_ylabel("depth in the wall (degrees)")
 
 
 def _paths(
     axes: Axes, rows: Sequence[Measures], title: str, limits: tuple[float, float]
 ) -> None:
-    colours = [BLUE, ORANGE, "#009E73", "#9b4f86", "#56B4E9", "#E69F00", "#5a5a5a", "#b07d00"]
+    colours = [BLUE, ORANGE, "#009E73", "#9b4f86", "#56B4E9", "#E69F00", "#5a5a5a", "#b07d00", "#003f6b"]
     ends = []
-    for row, colour in zip(rows, colours * 2, strict=False):
+    for row, colour in zip(rows, colours, strict=False):
         log = actuators.cut_string(row.actuator)
         time, degrees = log["time_s"] - actuators.CUT_S, np.degrees(log["angle_rad"])
         shown = (time >= limits[0]) & (time <= limits[1])
@@ -240,11 +242,9 @@ def _paths(
     axes.axhline(0, color=BLACK, lw=1.4)
     axes.axvline(0, color=GREY, lw=0.8)
     axes.set_xlabel("time after the cut (s)")
-    axes.set_ylabel("depth in the wall (degrees)")
-    axes.tick_params(labelleft=True)
     # Names at the ends of the lines, pushed apart so that none covers another.
     ends.sort(key=lambda end: end[0])
-    height = max(-2.6, -math.inf)
+    height = -2.9
     for value, row, colour in ends:
         height = max(min(max(value, -2.5), 3.0), height + 0.28)
         axes.annotate(
