@@ -89,7 +89,8 @@ class Measures:
     Attributes
     ----------
     stable_stiffness_nm_per_rad
-        Of the softest virtual spring that keeps swinging; the stiffest tried if none does.
+        Of the softest virtual spring that keeps swinging after a spin; the stiffest tried if none
+        does.
     critical_torque_nm
         Largest torque that the device presses and releases, in a wall of 30 mN m/deg, with a motor
         that never saturates; found by simulation.
@@ -164,13 +165,21 @@ def _run(options: LoopOptions, duration_s: float) -> Record:
     return simulate(options, duration_s=duration_s, record_every=every)
 
 
-def _comes_to_rest(design: Design, law: Law, stiffness_nm_per_rad: float) -> bool:
+def _is_stable(design: Design, law: Law, stiffness_nm_per_rad: float) -> bool:
+    return all(
+        _comes_to_rest(design, law, stiffness_nm_per_rad, speed) for speed in actuators.SPINS_RAD_S
+    )
+
+
+def _comes_to_rest(
+    design: Design, law: Law, stiffness_nm_per_rad: float, speed_rad_s: float
+) -> bool:
     options = _options(
         design,
         law,
         scene=Spring(stiffness_nm_per_rad=stiffness_nm_per_rad),
         hand=NoHand(),
-        initial=InitialState(speed_rad_s=actuators.SPIN_RAD_S),
+        initial=InitialState(speed_rad_s=speed_rad_s),
     )
     return actuators.comes_to_rest(_run(options, actuators.SPIN_S))
 
@@ -246,7 +255,7 @@ def evaluate(design: Design, law: Law = "paper") -> Measures:
     """Simulate one device in all scenes."""
     begin = time.perf_counter()
     limit = actuators.stable_limit(
-        lambda stiffness: _comes_to_rest(design, law, stiffness),
+        lambda stiffness: _is_stable(design, law, stiffness),
         softest=SOFTEST_NM_PER_RAD,
         stiffest=STIFFEST_NM_PER_RAD,
         coarse_steps=15,

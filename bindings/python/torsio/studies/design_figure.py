@@ -144,7 +144,7 @@ def maps(figure: Figure, tables: dict[str, Table], side: int) -> None:
         165,
     )
     for i, panel in enumerate(_PANELS):
-        axes = figure.add_axes((0.055 + i * 0.325, 0.2, 0.275, 0.5))
+        axes = figure.add_axes((0.055 + i * 0.325, 0.2, 0.275, 0.56))
         _draw_map(figure, axes, panel, tables[panel.name], side)
 
 
@@ -207,7 +207,7 @@ def influence(figure: Figure, sample: Table) -> None:
         "Green is a change for the better, orange for the worse.",
         150,
     )
-    axes = figure.add_axes((0.03, 0.03, 0.94, 0.72))
+    axes = figure.add_axes((0.045, 0.03, 0.93, 0.77))
     axes.set_axis_off()
     axes.set_xlim(0, 1)
     axes.set_ylim(len(SPACE), -0.9)
@@ -224,7 +224,7 @@ def influence(figure: Figure, sample: Table) -> None:
         )
     for r, row in enumerate(influences(sample)):
         span = SPACE[row["parameter"]]
-        axes.text(0.0, r + 0.4, f"more {span.title}", va="center", fontweight="bold")
+        axes.text(0.0, r + 0.4, span.title, va="center", fontweight="bold")
         axes.text(0.0, r + 0.7, _range_text(row["parameter"]), va="center", fontsize=9, color=GREY)
         for i, (outcome, (_, more_is_better)) in enumerate(OUTCOMES.items()):
             value = row[outcome]
@@ -253,6 +253,5 @@ def _range_text(name: str) -> str:
         "counts_per_rev": (1.0, " a turn"),
         "knob_inertia_kg_m2": (1e7, " g cm²"),
     }[name]
-    return f"{scale * span.low:.3g} to {scale * span.high:,.3g}{unit}".replace(
-        f"{scale * span.high:,.3g}", f"{scale * span.high:,.5g}"
-    )
+    low, high = (f"{v:,.0f}" if v >= 10 else f"{v:.3g}" for v in (scale * span.low, scale * span.high))
+    return f"{low} to {high}{unit}"
