@@ -205,7 +205,7 @@ def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
     monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
     folder = tmp_path / "design"
     earlier = Store(folder, {"evaluation": 1, "law": "paper", "batch_size": 4})
-    first = next(iter(design.batches(DEVICES, 4, "paper", 4)))
+    first = next(iter(design.batches(DEVICES, 3, "paper", 4)))
     row = asdict(Design()) | dict.fromkeys(design.columns()[7:], 1.0)
     earlier.write(first, [row] * 4)
     kept = earlier.path(first).read_bytes()
@@ -320,14 +320,14 @@ def test_study_killed_in_the_middle_goes_on_where_it_was(tmp_path: Path) -> None
 
     subprocess.run(_study(tmp_path), check=True, capture_output=True)
     results = json.loads((tmp_path / "d.json").read_text())
-    total = DEVICES + 2 * 16
+    total = DEVICES + 2 * 9
     assert results["devices"] == total
     assert 0 < results["computed_now"] <= total - 4 * len(kept)
     for path, data in kept.items():
         assert path.read_bytes() == data
 
     # What was resumed equals what is computed in one go.
-    work = list(design.batches(DEVICES, 4, "paper", 4))
+    work = list(design.batches(DEVICES, 3, "paper", 4))
     settings = {"evaluation": design.EVALUATION, "law": "paper", "batch_size": 4}
     rows = Store(folder, settings).read(work[:1])["sample"]
     again = design.evaluate_batch(work[0])

@@ -335,7 +335,7 @@ def run(study: Study) -> Results:
     settings = study.settings
     devices = int(settings.get("devices") or (24 if study.quick else 2000))
     law: Law = settings.get("law", "paper")
-    side = 4 if study.quick else 13
+    side = 3 if study.quick else 13
     size = 4 if study.quick else 16
     if devices < 8:
         raise StudyError(f"at least 8 devices make a sample, not {devices}")

@@ -111,7 +111,7 @@ def _check_workers(client: Any, address: str) -> int:
 def _from_cluster(distributed: Any, client: Any, batches: Sequence[Batch]) -> Results:
     futures = dict(zip(client.map(evaluate_batch, batches, pure=False), batches, strict=True))
     try:
-        for future in distributed.as_completed(list(futures)):
+        for future in distributed.as_completed(list(futures), loop=client.loop):
             yield futures[future], future.result()
     except (OSError, distributed.CancelledError, distributed.KilledWorker) as error:
         raise StudyError(
