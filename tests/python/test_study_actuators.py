@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import torsio
+from torsio import _torsio
 from torsio.config import ControlConfig
 from torsio.emulator import LoopOptions
 from torsio.emulator import simulate as simulate_loop
@@ -63,7 +64,7 @@ def test_motor_only_becomes_unstable_at_the_sampled_data_limit(viscous: float) -
     }
 
     def decays(stiffness: float) -> bool:
-        log = actuators._emulator.run_actuator(
+        log = _torsio.emulator.run_actuator(
             "motor_only",
             hand=torsio.NoHand(),
             duration_ns=1_000_000_000,
@@ -163,9 +164,10 @@ def test_soft_sensor_tracks_a_wall_within_the_limits_of_the_paper() -> None:
         wall = _wall("soft_sensor_paper", stiffness)
         assert wall.tracking_in <= 0.07
         assert wall.tracking_out <= 0.09
-    assert _wall("soft_sensor_compensated").torque_gap_nm < 0.5 * _wall(
-        "soft_sensor_paper"
-    ).torque_gap_nm
+    assert (
+        _wall("soft_sensor_compensated").torque_gap_nm
+        < 0.5 * _wall("soft_sensor_paper").torque_gap_nm
+    )
 
 
 def test_parallel_brake_is_far_off_on_the_way_out() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import importlib
 import json
 import math
 import os
@@ -46,6 +47,11 @@ def _without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float]]:
 def _done(batches: tuple[Batch, ...], **where: Any) -> dict[int, list[dict[str, float]]]:
     with design_run.spread(batches, **where) as (_, results):
         return {batch.index: _without_seconds(rows) for batch, rows in results}
+
+
+def _local_cluster(**options: Any) -> Any:
+    distributed = importlib.import_module("distributed")
+    return distributed.LocalCluster(dashboard_address=None, **options)
 
 
 @pytest.fixture(scope="module")
@@ -170,11 +176,7 @@ def test_two_processes_give_the_same_numbers(
 def test_dask_cluster_of_two_workers_gives_the_same_numbers(
     reference: dict[int, list[dict[str, float]]],
 ) -> None:
-    from distributed import LocalCluster
-
-    with LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
-    ) as cluster:
+    with _local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
         with design_run.spread(BATCHES, scheduler=cluster.scheduler_address) as (workers, results):
             done = {batch.index: _without_seconds(rows) for batch, rows in results}
         assert workers == 2
@@ -182,10 +184,8 @@ def test_dask_cluster_of_two_workers_gives_the_same_numbers(
 
 
 def test_scheduler_without_workers_is_refused() -> None:
-    from distributed import LocalCluster
-
     with (
-        LocalCluster(n_workers=0, dashboard_address=None) as cluster,
+        _local_cluster(n_workers=0) as cluster,
         pytest.raises(StudyError, match=r"has no workers: start some with dask worker tcp://"),
         design_run.spread(BATCHES, scheduler=cluster.scheduler_address),
     ):

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
-from torsio._torsio import emulator as _emulator
 
+from torsio._torsio import emulator as _emulator
 from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
 from torsio.telemetry import Record
 
@@ -189,7 +189,9 @@ def visit_wall(actuator: str, stiffness_nm_per_rad: float, **options: Any) -> Re
 
 def cut_string(actuator: str, **options: Any) -> Record:
     """Hang a weight on the knob, in a wall from angle 0 on, and cut its string."""
-    weight = TorqueHand(torque_nm=[(0, 0), (0.5, CUT_TORQUE_NM), (CUT_S, CUT_TORQUE_NM), (CUT_S, 0)])
+    weight = TorqueHand(
+        torque_nm=[(0, 0), (0.5, CUT_TORQUE_NM), (CUT_S, CUT_TORQUE_NM), (CUT_S, 0)]
+    )
     return simulate(
         actuator,
         hand=weight,
@@ -362,7 +364,7 @@ def measure(actuator: Actuator, *, coarse_steps: int = 34, **options: Any) -> Me
 
 
 def step_error() -> float:
-    """Give the largest change of a tracking error, as a share of the peak, when steps are halved."""
+    """Give the largest change of a tracking error, in shares of the peak, when steps are halved."""
     stiffness = WALLS_MNM_PER_DEG[1] / NM_PER_RAD
     worst = 0.0
     for actuator in ACTUATORS:

@@ -85,9 +85,7 @@ COLUMNS: Final = (
         80,
         more_is_better=True,
     ),
-    Column(
-        "motor heat\nin the wall", lambda r: 100 * r.motor_heat, lambda v: f"{v:.0f} %", 10, 30
-    ),
+    Column("motor heat\nin the wall", lambda r: 100 * r.motor_heat, lambda v: f"{v:.0f} %", 10, 30),
 )
 
 
@@ -127,9 +125,9 @@ def scoreboard(figure: Figure, rows: Sequence[Measures]) -> None:
     _headline(
         figure,
         "Twelve ways to build a knob that pushes back",
-        "The same motor, brake, encoder and virtual wall (30 mN·m per degree) for all; what differs "
-        "is how the parts are put together and controlled. Green is good, orange is poor. Letters "
-        "are those of the paper's Fig. 1.",
+        "The same motor, brake, encoder and virtual wall (30 mN·m per degree) for all; what "
+        "differs is how the parts are put together and controlled. Green is good, orange is poor. "
+        "Letters are those of the paper's Fig. 1.",
         top=0.965,
         width=165,
     )
@@ -209,8 +207,8 @@ def string(figure: Figure, rows: Sequence[Measures]) -> None:
     _headline(
         figure,
         "Let go: does it leave the wall by itself?",
-        "A weight holds the knob in a wall of 25 mN·m per degree; at time 0 its string is cut. What "
-        "does not come out by itself feels sticky in the hand. Depths differ at first, because "
+        "A weight holds the knob in a wall of 25 mN·m per degree; at time 0 its string is cut. "
+        "What does not come out by itself feels sticky in the hand. Depths differ at first, as "
         "motor, brake, friction and springs carry the weight in different shares; (d) swings all "
         "the time, because its slow brake is all that it has.",
         top=0.955,
@@ -224,10 +222,18 @@ def string(figure: Figure, rows: Sequence[Measures]) -> None:
     left.set_ylabel("depth in the wall (degrees)")
 
 
-def _paths(
-    axes: Axes, rows: Sequence[Measures], title: str, limits: tuple[float, float]
-) -> None:
-    colours = [BLUE, ORANGE, "#009E73", "#9b4f86", "#56B4E9", "#E69F00", "#5a5a5a", "#b07d00", "#003f6b"]
+def _paths(axes: Axes, rows: Sequence[Measures], title: str, limits: tuple[float, float]) -> None:
+    colours = [
+        BLUE,
+        ORANGE,
+        "#009E73",
+        "#9b4f86",
+        "#56B4E9",
+        "#E69F00",
+        "#5a5a5a",
+        "#b07d00",
+        "#003f6b",
+    ]
     ends = []
     for row, colour in zip(rows, colours, strict=False):
         log = actuators.cut_string(row.actuator)

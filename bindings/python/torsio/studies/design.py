@@ -8,6 +8,7 @@ keys of the results.
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.scenes import Spring, Wall
 from torsio.studies import actuators
 from torsio.studies.common import StudyError
+from torsio.studies.paper_runs import critical_torque
 from torsio.telemetry import Record
 
 if TYPE_CHECKING:
@@ -67,7 +69,7 @@ class Range:
     def at(self, share: float) -> float:
         """Give the value at a share of the way, 0 to 1."""
         if self.logarithmic:
-            return self.low * (self.high / self.low) ** share
+            return self.low * math.exp(share * math.log(self.high / self.low))
         return self.low + share * (self.high - self.low)
 
 
@@ -103,7 +105,7 @@ class Measures:
     exit_time_s
         From the cut of a string until the knob has left a wall; NaN if it stays.
     seconds
-        That it took to find all this, on one core.
+        Of one core that it took to find all this.
     """
 
     stable_stiffness_nm_per_rad: float
@@ -129,19 +131,13 @@ class Batch:
 
 def critical_torque_nm(design: Design, wall_nm_per_rad: float) -> float:
     """Give the largest torque that motor and brake can render, by docs/theory.md."""
-    beta, stiffness = design.beta, design.shaft_stiffness_nm_per_rad
-    motor, brake = design.motor_limit_nm, design.brake_limit_nm
-    most = motor + brake
-    if wall_nm_per_rad <= stiffness:
-        left = 1 - beta * wall_nm_per_rad / stiffness
-        torque = motor / left if left > 0 else math.inf
-        if beta * torque > brake:
-            torque = motor + wall_nm_per_rad * brake / stiffness
-    elif beta * wall_nm_per_rad <= stiffness:
-        torque = motor / (1 - beta) if beta < 1 else math.inf
-    else:
-        torque = motor * wall_nm_per_rad / (wall_nm_per_rad - stiffness)
-    return min(torque, most)
+    return critical_torque(
+        wall_nm_per_rad,
+        design.beta,
+        shaft=design.shaft_stiffness_nm_per_rad,
+        motor=design.motor_limit_nm,
+        brake=design.brake_limit_nm,
+    )
 
 
 def _options(design: Design, law: Law, **scene: Any) -> LoopOptions:
@@ -253,7 +249,7 @@ def _exit_time(design: Design, law: Law) -> float:
 
 def evaluate(design: Design, law: Law = "paper") -> Measures:
     """Simulate one device in all scenes."""
-    begin = time.perf_counter()
+    begin = time.thread_time()  # what others do on this core does not count
     limit = actuators.stable_limit(
         lambda stiffness: _is_stable(design, law, stiffness),
         softest=SOFTEST_NM_PER_RAD,
@@ -271,7 +267,7 @@ def evaluate(design: Design, law: Law = "paper") -> Measures:
         torque_gap_nm=wall.torque_gap_nm,
         sensor_rms_nm=sensor_rms,
         exit_time_s=_exit_time(design, law),
-        seconds=time.perf_counter() - begin,
+        seconds=time.thread_time() - begin,
     )
 
 
@@ -289,18 +285,22 @@ def sample_design(index: int) -> Design:
     root = 1.0
     for _ in range(60):
         root = (1.0 + root) ** (1.0 / (len(SPACE) + 1))
-    values: dict[str, Any] = {}
+    values: dict[str, float] = {}
     for power, (name, span) in enumerate(SPACE.items(), start=1):
         values[name] = span.at(math.fmod(0.5 + (index + 1) * root**-power, 1.0))
-    values["counts_per_rev"] = round(values["counts_per_rev"])
-    return Design(**values)
+    return _design(**values)
+
+
+def _design(**values: float) -> Design:
+    counts = round(values.pop("counts_per_rev", Design.counts_per_rev))
+    return Design(**values, counts_per_rev=counts)
 
 
 def map_designs(x: str, y: str, side: int) -> list[Design]:
     """Give a grid of two parameters, row by row of `y`, the others at their defaults."""
     shares = np.linspace(0.0, 1.0, side)
     return [
-        Design(**{x: SPACE[x].at(float(a)), y: SPACE[y].at(float(b))})
+        _design(**{x: SPACE[x].at(float(a)), y: SPACE[y].at(float(b))})
         for b in shares
         for a in shares
     ]
@@ -383,8 +383,8 @@ def run(study: Study) -> Results:
 def cost_by_rate(sample: dict[str, Array]) -> list[dict[str, float]]:
     """Give the seconds of one core per device, in bands of the control rate."""
     rows = []
-    edges = np.geomspace(*(getattr(SPACE["control_rate_hz"], end) for end in ("low", "high")), 6)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    span = SPACE["control_rate_hz"]
+    for low, high in itertools.pairwise(np.geomspace(span.low, span.high, 6)):
         rate = sample["control_rate_hz"]
         chosen = (rate >= low) & (rate <= high)
         if np.any(chosen):

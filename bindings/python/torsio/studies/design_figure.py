@@ -119,7 +119,7 @@ _PANELS = (
         "beta",
         "critical_torque_nm",
         "How much torque is true?",
-        "mN·m pressed and released, motor never at its limit",
+        "mN·m with the motor below its limit",
         1e3,
         lambda v: f"{v:.0f}",
         False,
@@ -127,7 +127,10 @@ _PANELS = (
 )
 
 _AXES = {
-    "shaft_stiffness_nm_per_rad": ("stiffness of the shaft (mN·m per degree)", actuators.NM_PER_RAD),
+    "shaft_stiffness_nm_per_rad": (
+        "stiffness of the shaft (mN·m per degree)",
+        actuators.NM_PER_RAD,
+    ),
     "control_rate_hz": ("control rate (kHz)", 1e-3),
     "beta": ("brake's share of the torque, β", 1.0),
 }
@@ -168,10 +171,13 @@ def _draw_map(figure: Figure, axes: Axes, panel: _Map, table: Table, side: int) 
     )
     axes.grid(False)
     axes.set_title(panel.title)
-    for name, axis in ((x_name, axes.xaxis), (y_name, axes.yaxis)):
+    for name, axis, set_scale in (
+        (x_name, axes.xaxis, axes.set_xscale),
+        (y_name, axes.yaxis, axes.set_yscale),
+    ):
         axis.set_label_text(_AXES[name][0])
         if SPACE[name].logarithmic:
-            axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+            set_scale("log")
             axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
             axis.set_minor_formatter(NullFormatter())
     axes.set_xticks([10, 20, 50, 100, 200])
@@ -181,7 +187,7 @@ def _draw_map(figure: Figure, axes: Axes, panel: _Map, table: Table, side: int) 
     axes.plot(*own, "o", ms=11, mfc="none", mec="white", mew=2.2)
     bar_axes = figure.add_axes((axes.get_position().x0, 0.075, axes.get_position().width, 0.022))
     bar = figure.colorbar(image, cax=bar_axes, orientation="horizontal")
-    bar.outline.set_visible(False)
+    bar_axes.spines[:].set_visible(False)
     bar.set_label(panel.unit)
     if panel.logarithmic:
         bar.set_ticks([20, 50, 100, 200, 500, 1000, 2000])
@@ -194,7 +200,7 @@ def _edges(centres: Array, logarithmic: bool) -> Array:
     middles = 0.5 * (values[1:] + values[:-1])
     first, last = 2 * values[0] - middles[0], 2 * values[-1] - middles[-1]
     edges = np.concatenate([[first], middles, [last]])
-    return np.exp(edges) if logarithmic else edges
+    return np.asarray(np.exp(edges) if logarithmic else edges)
 
 
 def influence(figure: Figure, sample: Table) -> None:
@@ -253,5 +259,7 @@ def _range_text(name: str) -> str:
         "counts_per_rev": (1.0, " a turn"),
         "knob_inertia_kg_m2": (1e7, " g cm²"),
     }[name]
-    low, high = (f"{v:,.0f}" if v >= 10 else f"{v:.3g}" for v in (scale * span.low, scale * span.high))
+    low, high = (
+        f"{v:,.0f}" if v >= 10 else f"{v:.3g}" for v in (scale * span.low, scale * span.high)
+    )
     return f"{low} to {high}{unit}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import multiprocessing
 import os
 from collections.abc import Iterator, Sequence
@@ -73,7 +74,7 @@ def worker_version() -> str:
 @contextlib.contextmanager
 def _on_cluster(batches: Sequence[Batch], address: str) -> Iterator[tuple[int, Results]]:
     try:
-        import distributed
+        distributed: Any = importlib.import_module("distributed")
     except ImportError:
         raise StudyError(
             "a scheduler needs the package distributed: pip install 'torsio[cluster]'"
@@ -91,7 +92,7 @@ def _on_cluster(batches: Sequence[Batch], address: str) -> Iterator[tuple[int, R
 
 
 def _check_workers(client: Any, address: str) -> int:
-    cores = sum(client.nthreads().values())
+    cores = int(sum(client.nthreads().values()))
     if cores == 0:
         raise StudyError(
             f"the scheduler at {address} has no workers: start some with dask worker {address}"
