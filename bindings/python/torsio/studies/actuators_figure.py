@@ -69,10 +69,10 @@ COLUMNS: Final = (
         100,
     ),
     Column(
-        "stiffest wall\nbefore it buzzes",
+        "stiffest wall\nwithout buzz",
         _stable,
         lambda v: f"{v:.0f} mN·m/°" if math.isfinite(v) else "never buzzes",
-        150,
+        120,
         50,
         more_is_better=True,
     ),

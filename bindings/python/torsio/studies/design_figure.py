@@ -23,7 +23,7 @@ Table = dict[str, Array]
 
 #: measure: what it is called, and whether more of it is better
 OUTCOMES: Final = {
-    "stable_stiffness_nm_per_rad": ("stiffest wall\nbefore it buzzes", True),
+    "stable_stiffness_nm_per_rad": ("stiffest wall\nwithout buzz", True),
     "critical_torque_nm": ("largest\ntrue torque", True),
     "tracking_in": ("error\ngoing in", False),
     "tracking_out": ("error\ncoming out", False),
