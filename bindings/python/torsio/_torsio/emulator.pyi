@@ -107,3 +107,22 @@ REPLAY_DTYPE: Final[np.dtype[Any]]
 def replay(
     options: LoopOptions, counts: npt.NDArray[np.uint32], wide: bool
 ) -> npt.NDArray[np.void]: ...
+
+TRIAL_DTYPE: Final[np.dtype[Any]]
+ACTUATORS: Final[tuple[str, ...]]
+
+def actuator_parts() -> dict[str, float]: ...
+def run_actuator(
+    actuator: str,
+    *,
+    hand: Hand,
+    duration_ns: int,
+    parts: dict[str, float] = ...,
+    stiffness_nm_per_rad: float = 0.0,
+    angle_rad: float = 0.0,
+    both_ways: bool = False,
+    initial_speed_rad_s: float = 0.0,
+    counts_per_rev: int = 8192,
+    period_ns: int = 1_000_000,
+    step_ns: int = 20_000,
+) -> npt.NDArray[np.void]: ...

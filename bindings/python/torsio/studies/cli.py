@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,6 +23,15 @@ Out = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the pi
 Quick = Annotated[
     bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")
 ]
+
+
+class DesignLaw(str, Enum):
+    """Laws that the study of designs knows."""
+
+    paper = "paper"
+    compensated = "compensated"
+    parallel = "parallel"
+    motor_only = "motor_only"
 
 
 def run(
@@ -57,4 +67,39 @@ def _add(name: str, about: str) -> None:
 
 # A study with options of its own has its command below instead, and passes them as settings.
 for _name, _about in STUDIES.items():
-    _add(_name, _about)
+    if _name != "design":
+        _add(_name, _about)
+
+
+@app.command("design", help=STUDIES["design"])
+def design(
+    json_file: Json = None,
+    out: Out = Path("out"),
+    quick: Quick = False,
+    devices: Annotated[
+        int | None, typer.Option("--devices", min=8, help="Size of the sample; 2000 if unset.")
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option("--results", metavar="FOLDER", help="Parquet files; OUT/design if unset."),
+    ] = None,
+    law: Annotated[
+        DesignLaw, typer.Option("--law", help="How motor and brake share the torque.")
+    ] = DesignLaw.paper,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes; one per core if unset.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Dask, such as tcp://host:8786."),
+    ] = None,
+) -> None:
+    """Run the study of designs; an interrupted one goes on where it was."""
+    settings = {
+        "devices": devices,
+        "results": results,
+        "law": law.value,
+        "workers": workers,
+        "scheduler": scheduler,
+    }
+    run("design", json_file, out, quick, settings)

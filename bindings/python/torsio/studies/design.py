@@ -1,0 +1,448 @@
+"""What each choice of a designer is worth, from thousands of simulated devices.
+
+Two maps on regular grids, and a sample that fills the space of all seven parameters evenly. Every
+device is simulated on its own, so that the work can be spread and interrupted as one likes:
+`design_store` keeps what is done, `design_run` spreads the rest. docs/studies/design.md has the
+keys of the results.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import KW_ONLY, asdict, dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio.closed_loop import InitialState, LoopOptions, simulate
+from torsio.config import ControlConfig, PlantParams
+from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.scenes import Spring, Wall
+from torsio.studies import actuators
+from torsio.studies.common import StudyError
+from torsio.studies.paper_runs import critical_torque
+from torsio.telemetry import Record
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from torsio.studies.common import Results, Study
+
+Array = npt.NDArray[np.float64]
+Law = Literal["paper", "compensated", "parallel", "motor_only"]
+
+WALL_NM_PER_RAD = 30.0 / actuators.NM_PER_RAD
+SOFTEST_NM_PER_RAD, STIFFEST_NM_PER_RAD = 0.5, 200.0
+FRICTION_NM = 8e-3  # of the knob and the released brake, in every device here
+EVALUATION: Final = 1
+"""Raise it when `evaluate` gives other numbers: results of different ones are never mixed."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a designer chooses. Everything else is the default device."""
+
+    _: KW_ONLY
+    beta: float = 0.5
+    motor_limit_nm: float = 85e-3
+    brake_limit_nm: float = 110e-3
+    shaft_stiffness_nm_per_rad: float = 2.873
+    control_rate_hz: float = 1000.0
+    counts_per_rev: int = 8192
+    knob_inertia_kg_m2: float = 6e-5
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where the sample takes a parameter from."""
+
+    title: str
+    low: float
+    high: float
+    logarithmic: bool
+
+    def at(self, share: float) -> float:
+        """Give the value at a share of the way, 0 to 1."""
+        if self.logarithmic:
+            return self.low * math.exp(share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+
+SPACE: Final = {
+    "beta": Range("brake's share β", 0.0, 1.0, False),
+    "motor_limit_nm": Range("motor torque", 30e-3, 200e-3, True),
+    "brake_limit_nm": Range("brake torque", 30e-3, 300e-3, True),
+    "shaft_stiffness_nm_per_rad": Range("shaft stiffness", 0.5, 20.0, True),
+    "control_rate_hz": Range("control rate", 500.0, 10_000.0, True),
+    "counts_per_rev": Range("encoder counts", 1024, 65_536, True),
+    "knob_inertia_kg_m2": Range("knob inertia", 2e-5, 5e-4, True),
+}
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What a device can do.
+
+    Attributes
+    ----------
+    stable_stiffness_nm_per_rad
+        Of the softest virtual spring that keeps swinging after a spin; the stiffest tried if none
+        does.
+    critical_torque_nm
+        Largest torque that the device presses and releases, in a wall of 30 mN m/deg, with a motor
+        that never saturates; found by simulation.
+    critical_formula_nm
+        The same from the formula of docs/theory.md.
+    tracking_in, tracking_out
+        RMS error in that wall, as a share of the peak.
+    sensor_rms_nm
+        RMS error of the sensed torque of the shaft there.
+    exit_time_s
+        From the cut of a string until the knob has left a wall; NaN if it stays.
+    seconds
+        Of one core that it took to find all this.
+    """
+
+    stable_stiffness_nm_per_rad: float
+    critical_torque_nm: float
+    critical_formula_nm: float
+    tracking_in: float
+    tracking_out: float
+    torque_gap_nm: float
+    sensor_rms_nm: float
+    exit_time_s: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Designs that are computed and stored together."""
+
+    group: str
+    index: int
+    designs: tuple[Design, ...]
+    law: Law = "paper"
+
+
+def critical_torque_nm(design: Design, wall_nm_per_rad: float) -> float:
+    """Give the largest torque that motor and brake can render, by docs/theory.md."""
+    return critical_torque(
+        wall_nm_per_rad,
+        design.beta,
+        shaft=design.shaft_stiffness_nm_per_rad,
+        motor=design.motor_limit_nm,
+        brake=design.brake_limit_nm,
+    )
+
+
+def _options(design: Design, law: Law, **scene: Any) -> LoopOptions:
+    return LoopOptions(
+        plant=PlantParams(
+            knob_inertia_kg_m2=design.knob_inertia_kg_m2,
+            shaft_stiffness_nm_per_rad=design.shaft_stiffness_nm_per_rad,
+            motor_limit_nm=design.motor_limit_nm,
+            brake_limit_nm=design.brake_limit_nm,
+            counts_per_rev=design.counts_per_rev,
+        ),
+        control=ControlConfig(law=law, beta=design.beta),
+        control_period_ns=round(1e9 / design.control_rate_hz),
+        **scene,
+    )
+
+
+def _run(options: LoopOptions, duration_s: float) -> Record:
+    """Simulate, with about a row a millisecond."""
+    every = max(1, round(1_000_000 / options.control_period_ns))
+    return simulate(options, duration_s=duration_s, record_every=every)
+
+
+def _is_stable(design: Design, law: Law, stiffness_nm_per_rad: float) -> bool:
+    return all(
+        _comes_to_rest(design, law, stiffness_nm_per_rad, speed) for speed in actuators.SPINS_RAD_S
+    )
+
+
+def _comes_to_rest(
+    design: Design, law: Law, stiffness_nm_per_rad: float, speed_rad_s: float
+) -> bool:
+    options = _options(
+        design,
+        law,
+        scene=Spring(stiffness_nm_per_rad=stiffness_nm_per_rad),
+        hand=NoHand(),
+        initial=InitialState(speed_rad_s=speed_rad_s),
+    )
+    return actuators.comes_to_rest(_run(options, actuators.SPIN_S))
+
+
+def _saturates(design: Design, law: Law, peak_nm: float) -> bool:
+    deepest_rad = peak_nm / WALL_NM_PER_RAD
+    path = [(0.0, 0.0), (0.75, deepest_rad), (0.85, deepest_rad), (1.6, 0.0)]
+    options = _options(
+        design,
+        law,
+        scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=WALL_NM_PER_RAD),
+        hand=PrescribedMotion(angle_rad=path),
+    )
+    return bool(np.any(simulate(options, duration_s=1.6)["motor_saturated"]))
+
+
+def _critical_torque(design: Design, law: Law) -> float:
+    low, high = 0.0, 1.25 * (design.motor_limit_nm + design.brake_limit_nm)
+    for _ in range(7):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _saturates(design, law, middle) else (middle, high)
+    return low
+
+
+def _visit_wall(design: Design, law: Law) -> tuple[actuators.WallMeasures, float]:
+    depth_rad = actuators.PEAK_NM / WALL_NM_PER_RAD
+    deepest_rad = actuators.WALL_ANGLE_RAD + depth_rad + actuators.PEAK_NM + 6e-3
+    options = _options(
+        design,
+        law,
+        scene=Wall(angle_rad=actuators.WALL_ANGLE_RAD, stiffness_nm_per_rad=WALL_NM_PER_RAD),
+        hand=ImpedanceHand(
+            intended_angle_rad=[(0.0, 0.0), (1.0, deepest_rad), (1.2, deepest_rad), (2.2, 0.0)],
+            stiffness_nm_per_rad=1.0,
+            damping_nm_s_per_rad=10e-3,
+            inertia_kg_m2=1e-4,
+        ),
+    )
+    log = _run(options, 2.4)
+    depth = np.maximum(log["angle_rad"] - actuators.WALL_ANGLE_RAD, 0.0)
+    felt = log["spring_torque_nm"] + log["motor_torque_nm"]
+    as_trial = {
+        "ideal_torque_nm": -WALL_NM_PER_RAD * depth,
+        "rendered_torque_nm": felt,
+        "time_s": log["time_s"],
+    }
+    sensor_error = log["sensed_spring_torque_nm"] - log["spring_torque_nm"]
+    return (
+        actuators.measure_wall(as_trial, WALL_NM_PER_RAD),
+        float(np.sqrt(np.mean(np.square(sensor_error)))),
+    )
+
+
+def _exit_time(design: Design, law: Law) -> float:
+    wall = actuators.CUT_WALL_MNM_PER_DEG / actuators.NM_PER_RAD
+    weight = actuators.CUT_TORQUE_NM
+    options = _options(
+        design,
+        law,
+        scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=wall),
+        hand=TorqueHand(torque_nm=[(0, 0), (0.5, weight), (1, weight), (1, 0)]),
+    )
+    log = _run(options, 2.0)
+    ideal = -wall * np.maximum(log["angle_rad"], 0.0)
+    resolution_nm = wall * 2 * math.pi / design.counts_per_rev
+    left, _ = actuators.measure_exit(
+        {"ideal_torque_nm": ideal, "time_s": log["time_s"]}, FRICTION_NM, resolution_nm
+    )
+    return math.nan if left is None else left
+
+
+def evaluate(design: Design, law: Law = "paper") -> Measures:
+    """Simulate one device in all scenes."""
+    begin = time.thread_time()  # what others do on this core does not count
+    limit = actuators.stable_limit(
+        lambda stiffness: _is_stable(design, law, stiffness),
+        softest=SOFTEST_NM_PER_RAD,
+        stiffest=STIFFEST_NM_PER_RAD,
+        coarse_steps=15,
+        tolerance=0.06,
+    )
+    wall, sensor_rms = _visit_wall(design, law)
+    return Measures(
+        stable_stiffness_nm_per_rad=STIFFEST_NM_PER_RAD if limit is None else limit,
+        critical_torque_nm=_critical_torque(design, law),
+        critical_formula_nm=critical_torque_nm(design, WALL_NM_PER_RAD),
+        tracking_in=wall.tracking_in,
+        tracking_out=wall.tracking_out,
+        torque_gap_nm=wall.torque_gap_nm,
+        sensor_rms_nm=sensor_rms,
+        exit_time_s=_exit_time(design, law),
+        seconds=time.thread_time() - begin,
+    )
+
+
+def evaluate_batch(batch: Batch) -> list[dict[str, float]]:
+    """Simulate the devices of a batch; a row each, parameters and measures."""
+    return [asdict(design) | asdict(evaluate(design, batch.law)) for design in batch.designs]
+
+
+def sample_design(index: int) -> Design:
+    """Give device `index` of the sample.
+
+    Each depends on its number only, and the first n fill the space evenly for every n: the additive
+    sequence of Roberts (2018), whose steps are powers of the root of x**8 = x + 1.
+    """
+    root = 1.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (len(SPACE) + 1))
+    values: dict[str, float] = {}
+    for power, (name, span) in enumerate(SPACE.items(), start=1):
+        values[name] = span.at(math.fmod(0.5 + (index + 1) * root**-power, 1.0))
+    return _design(**values)
+
+
+def _design(**values: float) -> Design:
+    counts = round(values.pop("counts_per_rev", Design.counts_per_rev))
+    return Design(**values, counts_per_rev=counts)
+
+
+def map_designs(x: str, y: str, side: int) -> list[Design]:
+    """Give a grid of two parameters, row by row of `y`, the others at their defaults."""
+    shares = np.linspace(0.0, 1.0, side)
+    return [
+        _design(**{x: SPACE[x].at(float(a)), y: SPACE[y].at(float(b))})
+        for b in shares
+        for a in shares
+    ]
+
+
+MAPS: Final = {
+    "rate": ("shaft_stiffness_nm_per_rad", "control_rate_hz"),
+    "beta": ("shaft_stiffness_nm_per_rad", "beta"),
+}
+
+
+def batches(devices: int, side: int, law: Law, size: int) -> Iterator[Batch]:
+    """Cut all the work into batches of at most `size` devices."""
+    groups = {"sample": [sample_design(i) for i in range(devices)]}
+    for name, (x, y) in MAPS.items():
+        groups[f"map_{name}_{side}"] = map_designs(x, y, side)
+    for group, designs in groups.items():
+        for begin in range(0, len(designs), size):
+            yield Batch(group, begin // size, tuple(designs[begin : begin + size]), law)
+
+
+def columns() -> list[str]:
+    """Give the columns of the results, in order."""
+    return [field.name for kind in (Design, Measures) for field in fields(kind) if field.init]
+
+
+def run(study: Study) -> Results:
+    """Run the study; what an earlier run has left in the results folder is not computed again."""
+    from torsio.studies import design_figure, design_run
+    from torsio.studies.design_store import Store
+
+    settings = study.settings
+    devices = int(settings.get("devices") or (24 if study.quick else 2000))
+    law: Law = settings.get("law", "paper")
+    side = 3 if study.quick else 13
+    size = 4 if study.quick else 16
+    if devices < 8:
+        raise StudyError(f"at least 8 devices make a sample, not {devices}")
+    folder = settings.get("results") or (study.out or Path("out")) / "design"
+    store = Store(Path(folder), {"evaluation": EVALUATION, "law": law, "batch_size": size})
+    work = list(batches(devices, side, law, size))
+    kept = store.intact(work)
+    todo = [batch for batch in work if batch not in kept]
+
+    begin = time.perf_counter()
+    growth: list[dict[str, float]] = []
+    total = sum(len(batch.designs) for batch in work)
+    done = total - sum(len(batch.designs) for batch in todo)
+    report = study.counter(f"{total} devices, {done} of them from before", total)
+    report(done)
+    computed = 0
+    with design_run.spread(
+        todo, scheduler=settings.get("scheduler"), workers=settings.get("workers")
+    ) as (workers, results):
+        for batch, rows in results:
+            store.write(batch, rows)
+            computed += len(rows)
+            report(done + computed)
+            growth.append({"devices": computed, "seconds": time.perf_counter() - begin})
+
+    table = store.read(work)
+    merged = store.merge(work, store.folder.parent / f"{store.folder.name}.parquet")
+    design_figure.draw(study, table, side)
+    sample = table["sample"]
+    return {
+        "rows": design_figure.influences(sample),
+        "devices": total,
+        "computed_now": computed,
+        "law": law,
+        "workers": workers,
+        "parquet": str(merged),
+        "columns": columns(),
+        "space": {name: asdict(span) for name, span in SPACE.items()},
+        "cost_by_rate": cost_by_rate(sample),
+        "cost_by_devices": cost_by_devices(growth),
+        "formula_error": formula_error(sample),
+    }
+
+
+def cost_by_rate(sample: dict[str, Array]) -> list[dict[str, float]]:
+    """Give the seconds of one core per device, in bands of the control rate."""
+    rows = []
+    span = SPACE["control_rate_hz"]
+    for low, high in itertools.pairwise(np.geomspace(span.low, span.high, 6)):
+        rate = sample["control_rate_hz"]
+        chosen = (rate >= low) & (rate <= high)
+        if np.any(chosen):
+            seconds = float(sample["seconds"][chosen].mean())
+            rows.append(
+                {
+                    "rate_from_hz": float(low),
+                    "rate_to_hz": float(high),
+                    "devices": int(chosen.sum()),
+                    "seconds_per_device": seconds,
+                }
+            )
+    return rows
+
+
+def cost_by_devices(growth: list[dict[str, float]]) -> list[dict[str, float]]:
+    """Give the time on the clock after an eighth, a quarter, half and all of this run's devices."""
+    if not growth:
+        return []
+    total = growth[-1]["devices"]
+    rows = []
+    for share in (0.125, 0.25, 0.5, 1.0):
+        entry = next(entry for entry in growth if entry["devices"] >= share * total)
+        rows.append(entry | {"seconds_per_device": entry["seconds"] / entry["devices"]})
+    return rows
+
+
+def formula_error(sample: dict[str, Array]) -> float:
+    """Give the median of how far the simulated critical torque is from the formula's."""
+    relative = sample["critical_torque_nm"] / sample["critical_formula_nm"] - 1
+    return float(np.median(np.abs(relative)))
+
+
+def show(results: Results, console: Console) -> None:
+    """Print what the devices cost, and what matters most."""
+    from rich.table import Table
+
+    console.print(
+        f"{results['devices']} devices, {results['computed_now']} of them computed now by "
+        f"{results['workers']} workers; all are in {results['parquet']}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    cost = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("control rate, Hz", "devices", "ms of one core a device"):
+        cost.add_column(heading, justify="right")
+    for row in results["cost_by_rate"]:
+        cost.add_row(
+            f"{row['rate_from_hz']:.0f} to {row['rate_to_hz']:.0f}",
+            f"{row['devices']}",
+            f"{1e3 * row['seconds_per_device']:.0f}",
+        )
+    console.print(cost, highlight=False)
+    growth = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("devices done", "seconds", "ms a device"):
+        growth.add_column(heading, justify="right")
+    for row in results["cost_by_devices"]:
+        growth.add_row(
+            f"{row['devices']}", f"{row['seconds']:.1f}", f"{1e3 * row['seconds_per_device']:.0f}"
+        )
+    console.print(growth, highlight=False)

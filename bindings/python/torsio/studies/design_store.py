@@ -1,0 +1,143 @@
+"""Results of the study `design` on disk: one small Parquet file a batch.
+
+A file appears whole or not at all, so that a run which is interrupted, by whatever, loses at most
+the batches it was working on, and the next run goes on from there.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio.studies.common import StudyError, write_atomically
+
+if TYPE_CHECKING:
+    from torsio.studies.design import Batch
+
+Array = npt.NDArray[np.float64]
+_KEY = b"torsio_design"
+
+
+def _arrow() -> Any:
+    try:
+        import pyarrow
+        import pyarrow.parquet
+    except ImportError:
+        raise StudyError(
+            "results as Parquet need the package pyarrow: pip install 'torsio[studies]'"
+        ) from None
+    return pyarrow
+
+
+class Store:
+    """A folder of results that belong together.
+
+    Parameters
+    ----------
+    folder
+        Made if it is not there.
+    settings
+        What the numbers depend on, apart from the designs; results of others are refused.
+
+    Raises
+    ------
+    StudyError
+        If the folder cannot be made.
+    """
+
+    def __init__(self, folder: Path, settings: dict[str, Any]) -> None:
+        self.folder = folder
+        self._key = json.dumps(settings, sort_keys=True).encode()
+        self._arrow = _arrow()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StudyError(f"cannot make {folder}: {error.strerror}") from None
+
+    def path(self, batch: Batch) -> Path:
+        """Give where a batch is kept."""
+        return self.folder / f"{batch.group}-{batch.index:06}.parquet"
+
+    def intact(self, batches: Sequence[Batch]) -> set[Batch]:
+        """Give the batches that are here already, having looked into every one.
+
+        Raises
+        ------
+        StudyError
+            If one is damaged or belongs to other settings; nothing is changed.
+        """
+        return {
+            batch
+            for batch in batches
+            if self.path(batch).exists() and len(self._read(batch)) == len(batch.designs)
+        }
+
+    def write(self, batch: Batch, rows: Sequence[dict[str, float]]) -> None:
+        """Keep a batch, whole or not at all.
+
+        Raises
+        ------
+        StudyError
+            If that fails, for want of space for instance; everything earlier is kept.
+        """
+        table = self._arrow.Table.from_pylist(list(rows))
+        self._write(table, self.path(batch))
+
+    def _write(self, table: Any, path: Path) -> None:
+        table = table.replace_schema_metadata({_KEY: self._key})
+        try:
+            write_atomically(
+                path, lambda partial: self._arrow.parquet.write_table(table, str(partial))
+            )
+        except StudyError as error:
+            raise StudyError(
+                f"{error}; batches already in {self.folder} are kept: run again to go on"
+            ) from None
+
+    def _read(self, batch: Batch) -> Any:
+        path = self.path(batch)
+        try:
+            # As one file, whatever Parquet files lie beside it; memory, so that it is closed again.
+            table = self._arrow.parquet.read_table(self._arrow.BufferReader(path.read_bytes()))
+        except (OSError, self._arrow.ArrowException) as error:
+            if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
+                raise StudyError(f"cannot read {path}: {error.strerror}") from None
+            raise StudyError(
+                f"{path} is damaged: delete it to have it computed again; all others are kept"
+            ) from None
+        if (table.schema.metadata or {}).get(_KEY) != self._key:
+            raise StudyError(
+                f"{path} holds results of other settings or of another version; they are left "
+                "alone: give another folder with --results"
+            )
+        return table
+
+    def read(self, batches: Sequence[Batch]) -> dict[str, dict[str, Array]]:
+        """Give all results: per group, per column, shape (n,)."""
+        tables: dict[str, list[Any]] = {}
+        for batch in batches:
+            tables.setdefault(batch.group, []).append(self._read(batch))
+        joined = {group: self._arrow.concat_tables(parts) for group, parts in tables.items()}
+        return {
+            group: {
+                name: np.asarray(table[name].to_numpy(), dtype=np.float64)
+                for name in table.column_names
+            }
+            for group, table in joined.items()
+        }
+
+    def merge(self, batches: Sequence[Batch], path: Path) -> Path:
+        """Put all results into one file, with the group as first column."""
+        parts = []
+        for batch in batches:
+            table = self._read(batch)
+            group = self._arrow.array([batch.group] * len(table), self._arrow.string())
+            parts.append(table.add_column(0, "group", group))
+        self._write(self._arrow.concat_tables(parts), path)
+        return path

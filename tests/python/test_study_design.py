@@ -1,0 +1,346 @@
+"""The study of designs: its formulas, and that it can be spread, interrupted and resumed."""
+
+from __future__ import annotations
+
+import errno
+import importlib
+import json
+import math
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import spearmanr
+
+from torsio.studies import design, design_figure, design_run
+from torsio.studies.common import StudyError, execute
+from torsio.studies.design import SPACE, Batch, Design
+from torsio.studies.design_store import Store
+
+DEVICES = 8
+KEY = {"evaluation": 1}
+# Light devices, so that the tests are quick.
+FAST = tuple(
+    Design(beta=beta, control_rate_hz=500.0, knob_inertia_kg_m2=inertia)
+    for beta in (0.0, 0.5)
+    for inertia in (4e-5, 6e-5)
+)
+BATCHES = tuple(Batch("sample", i, (one,)) for i, one in enumerate(FAST))
+
+
+def _without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float]]:
+    return [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
+
+
+def _done(batches: tuple[Batch, ...], **where: Any) -> dict[int, list[dict[str, float]]]:
+    with design_run.spread(batches, **where) as (_, results):
+        return {batch.index: _without_seconds(rows) for batch, rows in results}
+
+
+def _local_cluster(**options: Any) -> Any:
+    distributed = importlib.import_module("distributed")
+    return distributed.LocalCluster(dashboard_address=None, **options)
+
+
+@pytest.fixture(scope="module")
+def reference() -> dict[int, list[dict[str, float]]]:
+    return _done(BATCHES, workers=1)
+
+
+# --- formulas and the sample ---------------------------------------------------------------------
+
+
+designs = st.builds(
+    Design,
+    beta=st.floats(0.0, 1.0),
+    motor_limit_nm=st.floats(0.01, 0.5),
+    brake_limit_nm=st.floats(0.01, 0.5),
+    shaft_stiffness_nm_per_rad=st.floats(0.1, 50.0),
+)
+
+
+@given(designs, st.floats(0.01, 100.0))
+def test_critical_torque_is_at_least_the_motors_and_at_most_the_sum(
+    one: Design, wall: float
+) -> None:
+    torque = design.critical_torque_nm(one, wall)
+    most = one.motor_limit_nm + one.brake_limit_nm
+    assert one.motor_limit_nm * (1 - 1e-12) <= torque <= most * (1 + 1e-12)
+
+
+@given(designs)
+def test_critical_torque_has_no_jumps_where_its_branches_meet(one: Design) -> None:
+    stiffness = one.shaft_stiffness_nm_per_rad
+    for border in (stiffness, stiffness / max(one.beta, 1e-3)):
+        below, above = (
+            design.critical_torque_nm(one, border * factor) for factor in (1 - 1e-9, 1 + 1e-9)
+        )
+        assert below == pytest.approx(above, rel=1e-5)
+
+
+@given(designs, st.floats(0.01, 100.0), st.floats(1.0, 3.0))
+def test_critical_torque_grows_with_motor_and_brake(
+    one: Design, wall: float, factor: float
+) -> None:
+    torque = design.critical_torque_nm(one, wall)
+    for name in ("motor_limit_nm", "brake_limit_nm"):
+        stronger = replace(one, **{name: getattr(one, name) * factor})
+        assert design.critical_torque_nm(stronger, wall) >= torque * (1 - 1e-12)
+
+
+def test_critical_torque_of_the_default_device() -> None:
+    wall = math.degrees(30e-3)
+    expected = 85e-3 / (1 - 0.5 * wall / 2.873)
+    assert design.critical_torque_nm(Design(), wall) == pytest.approx(expected)
+    assert design.critical_torque_nm(Design(beta=0.0), wall) == pytest.approx(85e-3)
+
+
+@given(st.integers(0, 10**6))
+def test_sampled_design_lies_in_its_ranges_and_depends_on_its_number_only(index: int) -> None:
+    one = design.sample_design(index)
+    assert one == design.sample_design(index)
+    for name, span in SPACE.items():
+        assert span.low * (1 - 1e-9) <= getattr(one, name) <= span.high * (1 + 1e-9)
+
+
+def test_sample_fills_every_parameter_evenly() -> None:
+    sample = [design.sample_design(i) for i in range(512)]
+    for name, span in SPACE.items():
+        edges = [span.at(share) for share in np.linspace(0, 1, 9)]
+        counts, _ = np.histogram([getattr(one, name) for one in sample], edges)
+        assert counts.min() >= 56, name
+        assert counts.max() <= 72, name
+
+
+@given(st.integers(8, 300), st.integers(2, 8), st.integers(1, 40))
+def test_batches_hold_every_device_once(devices: int, side: int, size: int) -> None:
+    work = list(design.batches(devices, side, "paper", size))
+    assert len(set(work)) == len(work)
+    count = Counter(batch.group for batch in work for _ in batch.designs)
+    assert count == {"sample": devices, f"map_rate_{side}": side**2, f"map_beta_{side}": side**2}
+
+
+@given(st.integers(8, 200), st.integers(0, 200))
+def test_larger_sample_begins_with_the_batches_of_a_smaller_one(devices: int, more: int) -> None:
+    few = list(design.batches(devices, 2, "paper", 16))
+    many = set(design.batches(devices + more, 2, "paper", 16))
+    assert {batch for batch in few if len(batch.designs) == 16} <= many
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 9), st.one_of(st.integers(0, 9), st.just(math.nan))), max_size=30
+    )
+)
+def test_rank_correlation_agrees_with_scipy(pairs: list[tuple[float, float]]) -> None:
+    a, b = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
+    known = np.isfinite(b)
+    found = design_figure.rank_correlation(a, b)
+    if known.sum() < 2 or np.ptp(a[known]) == 0 or np.ptp(b[known]) == 0:
+        assert found == 0.0
+    else:
+        assert found == pytest.approx(float(spearmanr(a[known], b[known]).statistic), abs=1e-9)
+
+
+def test_evaluation_of_the_default_device_is_what_the_theory_says() -> None:
+    measures = design.evaluate(Design())
+    assert 7.0 < measures.stable_stiffness_nm_per_rad < 15.0
+    assert measures.critical_torque_nm == pytest.approx(measures.critical_formula_nm, rel=0.06)
+    assert measures.tracking_in <= 0.07
+    assert measures.tracking_out <= 0.09
+    assert measures.sensor_rms_nm <= 4.5e-3
+    assert measures.exit_time_s < 0.1
+
+
+# --- spreading -----------------------------------------------------------------------------------
+
+
+def test_two_processes_give_the_same_numbers(
+    reference: dict[int, list[dict[str, float]]],
+) -> None:
+    assert _done(BATCHES, workers=2) == reference
+
+
+def test_dask_cluster_of_two_workers_gives_the_same_numbers(
+    reference: dict[int, list[dict[str, float]]],
+) -> None:
+    with _local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
+        with design_run.spread(BATCHES, scheduler=cluster.scheduler_address) as (workers, results):
+            done = {batch.index: _without_seconds(rows) for batch, rows in results}
+        assert workers == 2
+        assert done == reference
+
+
+def test_scheduler_without_workers_is_refused() -> None:
+    with (
+        _local_cluster(n_workers=0) as cluster,
+        pytest.raises(StudyError, match=r"has no workers: start some with dask worker tcp://"),
+        design_run.spread(BATCHES, scheduler=cluster.scheduler_address),
+    ):
+        pass
+
+
+@pytest.fixture
+def silent_port() -> Iterator[int]:
+    with socket.socket() as taken:  # bound but not listening: nobody answers
+        taken.bind(("127.0.0.1", 0))
+        yield taken.getsockname()[1]
+
+
+def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
+    tmp_path: Path, silent_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
+    folder = tmp_path / "design"
+    earlier = Store(folder, {"evaluation": 1, "law": "paper", "batch_size": 4})
+    first = next(iter(design.batches(DEVICES, 3, "paper", 4)))
+    row = asdict(Design()) | dict.fromkeys(design.columns()[7:], 1.0)
+    earlier.write(first, [row] * 4)
+    kept = earlier.path(first).read_bytes()
+    address = f"tcp://127.0.0.1:{silent_port}"
+    with pytest.raises(StudyError, match=f"no Dask scheduler answers at {address}") as caught:
+        execute(
+            "design",
+            out=tmp_path,
+            quick=True,
+            settings={"devices": DEVICES, "scheduler": address},
+        )
+    assert "\n" not in str(caught.value)
+    assert earlier.path(first).read_bytes() == kept
+
+
+def test_address_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
+    with (
+        pytest.raises(StudyError, match="no Dask scheduler answers"),
+        design_run.spread(BATCHES, scheduler="nonsense://here"),
+    ):
+        pass
+
+
+# --- results on disk -----------------------------------------------------------------------------
+
+ROW: dict[str, float] = asdict(Design()) | dict.fromkeys(design.columns()[7:], 0.25)
+
+
+def test_store_gives_back_what_was_written(tmp_path: Path) -> None:
+    store = Store(tmp_path / "r", KEY)
+    store.write(BATCHES[1], [ROW])
+    assert Store(tmp_path / "r", KEY).intact(BATCHES) == {BATCHES[1]}
+    table = store.read([BATCHES[1]])["sample"]
+    assert {name: float(values[0]) for name, values in table.items()} == ROW
+
+
+@given(cut=st.integers(0, 400), flip=st.integers(0, 400))
+@settings(max_examples=30, deadline=None)
+def test_damaged_file_is_named_and_nothing_is_touched(
+    tmp_path_factory: pytest.TempPathFactory, cut: int, flip: int
+) -> None:
+    store = Store(tmp_path_factory.mktemp("r"), KEY)
+    store.write(BATCHES[0], [ROW])
+    store.write(BATCHES[1], [ROW])
+    path = store.path(BATCHES[0])
+    data = bytearray(path.read_bytes()[:cut])
+    if data:
+        data[flip % len(data)] ^= 0x5A
+    path.write_bytes(bytes(data))
+    with pytest.raises(StudyError, match=f"{path.name} is damaged: delete it") as caught:
+        store.intact(BATCHES)
+    assert "all others are kept" in str(caught.value)
+    assert path.read_bytes() == bytes(data)
+    assert store.intact(BATCHES[1:]) == {BATCHES[1]}
+
+
+def test_results_of_other_settings_are_refused_and_left_alone(tmp_path: Path) -> None:
+    store = Store(tmp_path, KEY)
+    store.write(BATCHES[0], [ROW])
+    before = store.path(BATCHES[0]).read_bytes()
+    with pytest.raises(StudyError, match="other settings"):
+        Store(tmp_path, {"evaluation": 2}).intact(BATCHES)
+    assert store.path(BATCHES[0]).read_bytes() == before
+
+
+def test_full_disk_is_a_clear_error_and_earlier_batches_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = Store(tmp_path, KEY)
+    store.write(BATCHES[0], [ROW])
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(StudyError, match=r"the disk is full.*are kept: run again to go on"):
+        store.write(BATCHES[1], [ROW])
+    monkeypatch.undo()
+    assert store.intact(BATCHES) == {BATCHES[0]}
+    assert sorted(path.name for path in tmp_path.iterdir()) == [store.path(BATCHES[0]).name]
+
+
+def test_folder_that_cannot_be_made_is_a_clear_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(StudyError, match="cannot make"):
+        Store(tmp_path / "file" / "r", KEY)
+
+
+# --- the whole study -----------------------------------------------------------------------------
+
+
+def _study(out: Path, *options: str) -> list[str]:
+    program = str(Path(sys.executable).parent / "torsio")
+    where = ["--out", str(out), "--json", str(out / "d.json"), "--workers", "1"]
+    return [program, "study", "design", "--quick", "--devices", str(DEVICES), *where, *options]
+
+
+def test_study_killed_in_the_middle_goes_on_where_it_was(tmp_path: Path) -> None:
+    folder = tmp_path / "design"
+    process = subprocess.Popen(
+        _study(tmp_path), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    deadline = time.monotonic() + 60
+    while len(list(folder.glob("*.parquet"))) < 2 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = {path: path.read_bytes() for path in folder.glob("[!.]*.parquet")}
+    assert kept
+    assert not (tmp_path / "d.json").exists()
+
+    subprocess.run(_study(tmp_path), check=True, capture_output=True)
+    results = json.loads((tmp_path / "d.json").read_text())
+    total = DEVICES + 2 * 9
+    assert results["devices"] == total
+    assert 0 < results["computed_now"] <= total - 4 * len(kept)
+    for path, data in kept.items():
+        assert path.read_bytes() == data
+
+    # What was resumed equals what is computed in one go.
+    work = list(design.batches(DEVICES, 3, "paper", 4))
+    settings = {"evaluation": design.EVALUATION, "law": "paper", "batch_size": 4}
+    rows = Store(folder, settings).read(work[:1])["sample"]
+    again = design.evaluate_batch(work[0])
+    for name in design.columns():
+        if name != "seconds":
+            np.testing.assert_array_equal(rows[name], [row[name] for row in again], err_msg=name)
+
+    assert set(results) >= {"rows", "cost_by_rate", "cost_by_devices", "parquet", "space"}
+    assert {row["parameter"] for row in results["rows"]} == set(SPACE)
+    for name in results["figures"]:
+        assert 20_000 < (tmp_path / name).stat().st_size < 200_000
+
+
+def test_too_small_a_sample_is_refused() -> None:
+    with pytest.raises(StudyError, match="at least 8 devices"):
+        execute("design", settings={"devices": 3})
