@@ -30,6 +30,13 @@ namespace {
 
 constexpr double kEpsilon = 0x1p-52;
 
+// Nominal cost of a step apart from what it does, of trying a rung, and of going along a Taylor
+// series to an event, for 1, 2 and 3 shafts. Fitted to runs with few and with many events on one
+// core of a server of 2023, where they predict the time of a run to 15 %.
+constexpr std::array kStepCostNs{18.0, 26.0, 28.0};
+constexpr std::array kRungCostNs{9.0, 22.0, 25.0};
+constexpr std::array kCreepCostNs{250.0, 370.0, 500.0};
+
 enum class Event { none, knob, brake, twist_low, twist_high, travel_low, travel_high };
 
 template <int kShafts>
@@ -411,18 +418,22 @@ template <int kShafts>
 void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
                                  std::int64_t duration_ns) {
   load(state, inputs);
+  nominal_cost_ns_ += kStepCostNs[kShafts - 1];
   double remaining_s = 1e-9 * static_cast<double>(duration_ns);
   std::size_t rung = 0;
   while (remaining_s > 0.0) {
     const auto rungs = ladder();
+    const std::size_t first_rung = rung;
     while (rung < rungs_ && (rungs[rung].step_s > remaining_s || !climb(rungs.subspan(rung)))) {
       ++rung;
     }
+    nominal_cost_ns_ += kRungCostNs[kShafts - 1] * static_cast<double>(rung - first_rung + 1);
     if (rung < rungs_) {
       remaining_s -= rungs[rung].step_s;
       if (rung > 0) --rung;
       continue;
     }
+    nominal_cost_ns_ += kCreepCostNs[kShafts - 1];
     const Outcome outcome = creep(std::min(finest_s_, remaining_s));
     remaining_s -= outcome.elapsed_s;
     rung = rungs_ - 1;
