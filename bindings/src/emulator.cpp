@@ -20,6 +20,7 @@
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant.hpp"
+#include "emulator_convert.hpp"
 #include "module.hpp"
 
 namespace py = pybind11;
@@ -333,12 +334,17 @@ void bind_device(py::module_& module) {
 
 }  // namespace
 
+emulator::Hand emulator_hand(const py::object& source) { return hand(source); }
+emulator::PlantParams emulator_plant(const py::object& source) { return plant_params(source); }
+emulator::Method emulator_method(const std::string& name) { return method_from_name(name); }
+
 void bind_emulator(py::module_& parent) {
   py::module_ module =
       parent.def_submodule("emulator", "The emulated device and its parts, each on its own.");
   bind_plant(module);
   bind_profile_and_encoder(module);
   bind_device(module);
+  bind_closed_loop(module);
 }
 
 }  // namespace torsio::bindings

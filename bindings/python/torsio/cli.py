@@ -18,6 +18,7 @@ from rich.table import Table
 
 import torsio
 from torsio.demos import wall
+from torsio.studies import cli as studies
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -30,6 +31,7 @@ app = typer.Typer(
 )
 demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
 app.add_typer(demo_app, name="demo")
+app.add_typer(studies.app, name="study")
 
 out = Console()
 err = Console(stderr=True)

@@ -8,4 +8,18 @@ from __future__ import annotations
 
 from torsio._torsio.emulator import PLANT_DTYPE, EmulatedDevice, Encoder, Plant, Profile
 
-__all__ = ["PLANT_DTYPE", "EmulatedDevice", "Encoder", "Plant", "Profile"]
+from torsio.closed_loop import LOOP_DTYPE, ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
+
+__all__ = [
+    "LOOP_DTYPE",
+    "PLANT_DTYPE",
+    "ClosedLoop",
+    "EmulatedDevice",
+    "Encoder",
+    "LoopOptions",
+    "Plant",
+    "Profile",
+    "SpinUp",
+    "simulate",
+    "simulate_many",
+]

@@ -1,8 +1,10 @@
+from collections.abc import Callable
 from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from torsio.closed_loop import LoopOptions
 from torsio.config import PlantParams
 from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
@@ -82,3 +84,20 @@ class EmulatedDevice:
     def set_plugged(self, plugged: bool) -> None: ...
     def set_powered(self, powered: bool) -> None: ...
     def set_emergency_stop(self, pressed: bool) -> None: ...
+
+LOOP_DTYPE: Final[np.dtype[Any]]
+
+class ClosedLoop:
+    def __init__(self, options: LoopOptions) -> None: ...
+    def run(self, ticks: int, every: int) -> npt.NDArray[np.void]: ...
+    def hold_command(self, motor_torque_nm: float, brake_torque_nm: float) -> None: ...
+    def release_command(self) -> None: ...
+    def set_hand(self, hand: Hand) -> None: ...
+
+def simulate_many(
+    options: list[LoopOptions],
+    ticks: list[int],
+    every: int,
+    threads: int,
+    on_progress: Callable[[int], None] | None,
+) -> list[npt.NDArray[np.void]]: ...

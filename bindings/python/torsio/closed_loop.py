@@ -1,0 +1,209 @@
+"""The device's controller in closed loop with the plant, for studies of many runs.
+
+The same control code as in the device, against the same plant, encoder and hand as in the emulated
+one, without what lies between them: protocol, USB frames, arming, watchdog. One run of two seconds
+takes about a millisecond.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Literal
+
+from torsio import _torsio
+from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.hands import Hand, NoHand
+from torsio.scenes import Scene
+from torsio.telemetry import Record
+
+__all__ = [
+    "LOOP_DTYPE",
+    "ClosedLoop",
+    "InitialState",
+    "LoopOptions",
+    "SpinUp",
+    "simulate",
+    "simulate_many",
+]
+
+LOOP_DTYPE = _torsio.emulator.LOOP_DTYPE
+"""One control tick: the truth when it samples the encoder, and what it decides then.
+
+True: ``time_s``, ``angle_rad`` and ``speed_rad_s`` of the knob, ``brake_angle_rad`` and
+``brake_speed_rad_s``, ``spring_torque_nm`` of the shaft on the knob, ``motor_torque_nm`` after its
+lag, ``brake_torque_nm`` that the brake transmits and ``brake_capacity_nm`` that it could (both with
+drag), ``hand_torque_nm``, ``knob_friction_torque_nm``, ``knob_sticks``, ``brake_sticks``.
+
+Measured or decided: ``position_counts`` from the device's zero, ``estimated_speed_rad_s``,
+``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``sensed_spring_torque_nm``,
+``sensed_brake_torque_nm`` (without drag), ``motor_saturated``, ``brake_saturated``,
+``numeric_error``.
+"""
+
+
+@dataclass(frozen=True)
+class SpinUp:
+    """A first phase with the law held off: the motor's torque is prescribed, the brake is off.
+
+    It ends when the knob is fast enough. Where that happens becomes angle 0, and when it happens
+    time 0; the rows begin there.
+
+    Attributes
+    ----------
+    speed_rad_s
+        To be reached in the direction of the torque, > 0.
+    """
+
+    _: KW_ONLY
+    motor_torque_nm: float
+    speed_rad_s: float
+    longest_s: float = 10.0
+
+
+@dataclass(frozen=True)
+class InitialState:
+    """Where the plant begins, if not at rest at angle 0.
+
+    Attributes
+    ----------
+    revolutions, angle_rad
+        Whole turns, exact however many, and the rest.
+    speed_rad_s
+        Of knob and brake together.
+    twist_rad
+        Of the shaft spring: knob minus brake.
+    brake_torque_nm
+        What the brake holds, drag not included.
+    """
+
+    _: KW_ONLY
+    time_s: float = 0.0
+    revolutions: int = 0
+    angle_rad: float = 0.0
+    speed_rad_s: float = 0.0
+    twist_rad: float = 0.0
+    motor_torque_nm: float = 0.0
+    brake_torque_nm: float = 0.0
+
+
+@dataclass(frozen=True)
+class LoopOptions:
+    """Everything that a run depends on.
+
+    Attributes
+    ----------
+    scene
+        One effect or several, which play from the first tick on; None is free space.
+    actuator
+        What the device takes its actuator for; None is what `plant` truly is.
+    control_period_ns
+        1,000 to 1e9.
+    delay_ticks
+        The commands act so many control periods late.
+    encoder_rounding, encoder_phase_counts, encoder_noise_counts, seed
+        How the encoder counts, where in a count angle 0 lies, and its noise (standard deviation)
+        with the seed of it.
+    method, step_ns
+        How the plant is stepped; None is the plant's default with a step a control period.
+    spring_and_brake
+        False takes knob and brake for one rigid body without a brake, for scenes that need none.
+    brake_hysteresis_nm
+        Half-width of the brake's hysteresis; 0 leaves it out.
+    shaft_hardening
+        (knee_rad, factor): the spring is stiffer by the factor beyond the knee.
+    cogging
+        (periods per turn, amplitude in N m) of the motor.
+    """
+
+    _: KW_ONLY
+    scene: Scene | None = None
+    hand: Hand = field(default_factory=NoHand)
+    plant: PlantParams = field(default_factory=PlantParams)
+    actuator: ActuatorConfig | None = None
+    control: ControlConfig = field(default_factory=ControlConfig)
+    control_period_ns: int = 1_000_000
+    delay_ticks: int = 0
+    spin_up: SpinUp | None = None
+    initial: InitialState | None = None
+    encoder_rounding: Literal["floor", "nearest"] = "floor"
+    encoder_phase_counts: float = 0.0
+    encoder_noise_counts: float = 0.0
+    seed: int = 0
+    method: Literal["exact", "trapezoid", "semi_implicit", "regularised"] | None = None
+    step_ns: int | None = None
+    spring_and_brake: bool = True
+    brake_hysteresis_nm: float = 0.0
+    shaft_hardening: tuple[float, float] | None = None
+    cogging: tuple[int, float] | None = None
+
+
+class ClosedLoop:
+    """A closed loop that can be run on and interfered with.
+
+    Raises
+    ------
+    ValueError
+        If an option is out of its range; the message names it.
+    RuntimeError
+        If the spin-up does not reach its speed.
+    """
+
+    def __init__(self, options: LoopOptions) -> None:
+        """Set it up, and do the spin-up if there is one."""
+        self.options = options
+        self._loop = _torsio.emulator.ClosedLoop(options)
+
+    def run(self, *, duration_s: float, record_every: int = 1) -> Record:
+        """Go on; give LOOP_DTYPE rows of every ``record_every``-th tick, shape (n,)."""
+        return self._loop.run(_ticks(self.options, duration_s), record_every)
+
+    def hold_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
+        """Give the actuators this from now on; the law only senses, without a scene."""
+        self._loop.hold_command(motor_torque_nm, brake_torque_nm)
+
+    def release_command(self) -> None:
+        """Let the law act again."""
+        self._loop.release_command()
+
+    def set_hand(self, hand: Hand) -> None:
+        """Let another hand take over; times of its profiles are the rows' times."""
+        self._loop.set_hand(hand)
+
+
+def simulate(options: LoopOptions, *, duration_s: float, record_every: int = 1) -> Record:
+    """Run a closed loop from its beginning; give LOOP_DTYPE rows, shape (n,)."""
+    return ClosedLoop(options).run(duration_s=duration_s, record_every=record_every)
+
+
+def simulate_many(
+    options: Sequence[LoopOptions],
+    *,
+    duration_s: float,
+    record_every: int = 1,
+    threads: int | None = None,
+    on_progress: Callable[[int], None] | None = None,
+) -> list[Record]:
+    """Run many closed loops, several at a time; the results are those of `simulate`.
+
+    Parameters
+    ----------
+    threads
+        How many run at once; None is as many as there are cores.
+    on_progress
+        Called now and then with the number of runs that are done.
+
+    Returns
+    -------
+    list
+        For each of the options LOOP_DTYPE rows, shape (n,): 150 bytes a row, so record less often
+        or hand over fewer at once when there are many.
+    """
+    ticks = [_ticks(one, duration_s) for one in options]
+    return _torsio.emulator.simulate_many(
+        list(options), ticks, record_every, threads or 0, on_progress
+    )
+
+
+def _ticks(options: LoopOptions, duration_s: float) -> int:
+    return round(duration_s * 1e9 / options.control_period_ns)

@@ -1,0 +1,18 @@
+"""Studies: what `torsio study NAME` runs.
+
+A study is a module with a function ``run(study: common.Study) -> dict`` that gives its results, and
+a function ``show(results: dict, console: rich.console.Console) -> None`` that prints them briefly.
+To add one, add its line here.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["STUDIES"]
+
+STUDIES: Final[dict[str, str]] = {
+    "paper": "The paper's experiments and formulas again, each statement beside what came out.",
+    "extremes": "Where numbers break, and what holds there.",
+}
+"""Name of the module in this package: what it is about, in one sentence."""

@@ -1,0 +1,60 @@
+"""`torsio study NAME`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from torsio.errors import Error
+from torsio.studies import STUDIES
+
+app = typer.Typer(
+    help="Find out what the knob can do, and what cannot be trusted.", no_args_is_help=True
+)
+
+Json = Annotated[
+    Path | None, typer.Option("--json", metavar="FILE", help="Where the results go, as JSON.")
+]
+Out = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the pictures go.")]
+Quick = Annotated[
+    bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")
+]
+
+
+def run(
+    name: str, json_file: Path | None, out: Path, quick: bool, settings: dict[str, Any]
+) -> None:
+    """Run a study, and turn what can go wrong into one sentence and an exit status."""
+    from torsio.studies.common import execute
+
+    console = Console()
+    errors = Console(stderr=True)
+    try:
+        results = execute(
+            name, json_file=json_file, out=out, quick=quick, console=console, settings=settings
+        )
+    except KeyboardInterrupt:
+        errors.print("torsio: interrupted; earlier results are kept", highlight=False)
+        raise typer.Exit(130) from None
+    except (Error, OSError) as error:
+        errors.print(f"torsio: error: {error}", highlight=False, markup=False, soft_wrap=True)
+        raise typer.Exit(1) from None
+    where = [str(out / figure) for figure in results["figures"]]
+    if json_file is not None:
+        where.append(str(json_file))
+    console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}", highlight=False)
+
+
+def _add(name: str, about: str) -> None:
+    def command(json_file: Json = None, out: Out = Path("out"), quick: Quick = False) -> None:
+        run(name, json_file, out, quick, {})
+
+    app.command(name, help=about)(command)
+
+
+# A study with options of its own has its command below instead, and passes them as settings.
+for _name, _about in STUDIES.items():
+    _add(_name, _about)

@@ -1,0 +1,23 @@
+/// @file
+/// The Python package's data classes as the emulator's own structures.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <string>
+
+#include "emulator/hand.hpp"
+#include "emulator/plant.hpp"
+
+namespace torsio::bindings {
+
+/// @throws InvalidArgument, TypeError or std::invalid_argument that names what is wrong
+emulator::Hand emulator_hand(const pybind11::object& source);
+
+/// @param source None gives the defaults
+emulator::PlantParams emulator_plant(const pybind11::object& source);
+
+/// @throws ValueError that lists the methods there are
+emulator::Method emulator_method(const std::string& name);
+
+}  // namespace torsio::bindings

@@ -1,0 +1,195 @@
+#include "emulator/closed_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "device/prepare.hpp"
+#include "device/scene_builder.hpp"
+#include "protocol/codec.hpp"
+#include "protocol/registry.hpp"
+
+namespace torsio::emulator {
+namespace {
+
+constexpr std::int64_t kShortestPeriodNs = 1'000;
+constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
+constexpr std::uint32_t kMostDelayTicks = 1000;
+
+void require(bool condition, const std::string& message) {
+  if (!condition) throw std::invalid_argument(message);
+}
+
+std::int64_t checked_period(std::int64_t period_ns) {
+  require(period_ns >= kShortestPeriodNs && period_ns <= kLongestPeriodNs,
+          "control_period_ns must be within 1000 and 1000000000, is " + std::to_string(period_ns));
+  return period_ns;
+}
+
+template <class Report>
+[[noreturn]] void refuse(const protocol::Verdict& verdict) {
+  throw std::invalid_argument(std::string(protocol::Layout<Report>::name) + ": " +
+                              std::string(protocol::field_name<Report>(verdict.field)) +
+                              " is outside what docs/protocol.md allows");
+}
+
+template <class Report>
+void require_valid(const Report& report) {
+  const protocol::Verdict verdict = protocol::check(report);
+  if (!verdict.ok()) refuse<Report>(verdict);
+}
+
+device::LoopConfig loop_config(const ClosedLoopOptions& options) {
+  require_valid(options.actuator);
+  require_valid(options.control);
+  const protocol::Verdict verdict = device::check_consistent(options.actuator);
+  if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
+  return device::make_loop_config({options.actuator, options.control},
+                                  static_cast<std::uint32_t>(options.control_period_ns));
+}
+
+core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution& resolution) {
+  require(options.scene.size() <= core::kMaxEffects, "the scene has more than 16 effects");
+  require(options.curve_torque_nm.size() <= core::kCurvePoolPoints,
+          "the curves have more than 1024 points");
+  core::Scene scene;
+  for (const EffectReport& effect : options.scene) {
+    const std::uint8_t slot = scene.active;
+    std::visit(
+        [&]<class Report>(const Report& report) {
+          require_valid(report);
+          const protocol::Verdict verdict =
+              device::prepare(report, resolution, scene.effect.at(slot));
+          if (!verdict.ok()) refuse<Report>(verdict);
+        },
+        effect);
+    scene.order.at(slot) = slot;
+    ++scene.active;
+  }
+  std::ranges::copy(options.curve_torque_nm, scene.curve_torque_nm.begin());
+  return scene;
+}
+
+PlantParams plant_params(const ClosedLoopOptions& options) {
+  PlantParams params = options.plant;
+  params.integration.step_ns = std::min(params.integration.step_ns, options.control_period_ns);
+  return params;
+}
+
+}  // namespace
+
+ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
+    : period_ns_(checked_period(options.control_period_ns)),
+      config_(loop_config(options)),
+      scene_(make_scene(options, config_.controller.motion.resolution)),
+      plant_(plant_params(options), options.hand),
+      encoder_(options.encoder) {
+  require(options.delay_ticks <= kMostDelayTicks, "delay_ticks must be at most 1000, is " +
+                                                      std::to_string(options.delay_ticks));
+  late_.resize(options.delay_ticks);
+  if (options.initial) plant_.set_state(*options.initial);
+  if (options.spin_up) spin_up(*options.spin_up);
+}
+
+void ClosedLoop::run(std::uint64_t ticks, std::span<LoopRow> rows, std::uint32_t every) {
+  require(every > 0, "every must be > 0");
+  std::uint32_t until_row = 0;
+  std::size_t filled = 0;
+  for (std::uint64_t i = 0; i < ticks; ++i) {
+    LoopRow* row = nullptr;
+    if (until_row == 0 && filled < rows.size()) row = &rows[filled++];
+    until_row = until_row == 0 ? every - 1 : until_row - 1;
+    tick(row);
+  }
+}
+
+void ClosedLoop::spin_up(const SpinUp& spin_up) {
+  const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
+  require(positive(std::abs(spin_up.motor_torque_nm)),
+          "spin_up: motor_torque_nm must be finite and not 0");
+  require(positive(spin_up.speed_rad_s), "spin_up: speed_rad_s must be finite and > 0");
+  require(positive(spin_up.longest_s), "spin_up: longest_s must be finite and > 0");
+  const double direction = spin_up.motor_torque_nm > 0.0 ? 1.0 : -1.0;
+  const double end_ns = 1e9 * spin_up.longest_s + static_cast<double>(plant_.state().time_ns);
+  hold_command({.motor_torque_nm = spin_up.motor_torque_nm});
+  while (direction * plant_.state().knob_speed_rad_s() < spin_up.speed_rad_s) {
+    if (static_cast<double>(plant_.state().time_ns) > end_ns) {
+      throw std::runtime_error("spin_up: the knob does not reach " +
+                               std::to_string(spin_up.speed_rad_s) + " rad/s within " +
+                               std::to_string(spin_up.longest_s) + " s");
+    }
+    tick(nullptr);
+  }
+  release_command();
+
+  // Here and now become 0, for the plant and for the device, which samples here at the next tick.
+  const std::uint32_t here = encoder_.sample(plant_.state().knob_angle);
+  PlantState state = plant_.state();
+  state.knob_angle = {};
+  state.time_ns = 0;
+  plant_.set_state(state);
+  const core::MotionParams& params = config_.controller.motion;
+  core::MotionState& motion = controller_.motion;
+  const std::uint32_t shift = (here - encoder_.sample(state.knob_angle)) << params.counter_shift;
+  const std::uint32_t moved = (here << params.counter_shift) - motion.last_count;
+  const std::int32_t delta = static_cast<std::int32_t>(moved) >> params.counter_shift;
+  motion.last_count -= shift;
+  motion.position_counts = params.reversed ? delta : -delta;
+}
+
+void ClosedLoop::tick(LoopRow* row) {
+  core::ControllerInputs in;
+  in.encoder_count = encoder_.sample(plant_.state().knob_angle);
+  in.scene = held_ ? nullptr : &scene_;
+  const core::ControllerOutputs out = core::control(controller_, config_.controller, in);
+  Command command{.motor_torque_nm = static_cast<double>(out.motor_torque_nm),
+                  .brake_torque_nm = static_cast<double>(out.brake_command_nm)};
+  if (held_) {
+    command = *held_;
+    controller_.limits.motor_torque_nm = static_cast<float>(command.motor_torque_nm);
+    controller_.brake_command_nm = static_cast<float>(command.brake_torque_nm);
+  }
+  if (row != nullptr) {
+    const PlantState& state = plant_.state();
+    const Truth truth = plant_.truth();
+    *row = {.time_s = 1e-9 * static_cast<double>(state.time_ns),
+            .angle_rad = state.knob_angle_rad(),
+            .brake_angle_rad = state.brake_angle_rad(),
+            .speed_rad_s = state.knob_speed_rad_s(),
+            .brake_speed_rad_s = state.brake_speed_rad_s(),
+            .spring_torque_nm = truth.spring_torque_nm,
+            .motor_torque_nm = truth.motor_torque_nm,
+            .brake_torque_nm = truth.brake_torque_nm,
+            .brake_capacity_nm = truth.brake_capacity_nm,
+            .hand_torque_nm = truth.hand_torque_nm,
+            .knob_friction_torque_nm = truth.knob_friction_torque_nm,
+            .position_counts = out.motion.position_counts,
+            .estimated_speed_rad_s = out.motion.speed_rad_s,
+            .desired_torque_nm = out.desired_torque_nm,
+            .motor_command_nm = static_cast<float>(command.motor_torque_nm),
+            .brake_command_nm = static_cast<float>(command.brake_torque_nm),
+            .sensed_spring_torque_nm = out.spring_torque_nm,
+            .sensed_brake_torque_nm = out.brake_torque_nm,
+            .knob_sticks = truth.knob_sticks,
+            .brake_sticks = truth.brake_sticks,
+            .motor_saturated = out.motor_saturated,
+            .brake_saturated = out.brake_saturated,
+            .numeric_error = out.numeric_error};
+  }
+  give(command);
+  plant_.advance(period_ns_);
+}
+
+void ClosedLoop::give(const Command& command) {
+  if (late_.empty()) {
+    plant_.set_command(command);
+    return;
+  }
+  plant_.set_command(late_[next_late_]);
+  late_[next_late_] = command;
+  next_late_ = next_late_ + 1 == late_.size() ? 0 : next_late_ + 1;
+}
+
+}  // namespace torsio::emulator
