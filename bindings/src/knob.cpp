@@ -94,7 +94,8 @@ class PyKnob {
 
 PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control_rate_hz,
                  const py::object& plant, const py::object& hand, const std::string& serial,
-                 const py::object& actuator, const py::object& control, const std::optional<double>& tolerance, bool paced, bool log_truth,
+                 const py::object& actuator, const py::object& control,
+                 const std::optional<double>& tolerance, bool paced, bool log_truth,
                  double command_timeout_s, std::size_t ring_samples) {
   OpenOptions options;
   options.emulator.seed = seed;
@@ -387,8 +388,8 @@ void bind_knob(py::module_& module) {
   py::class_<PyKnob> knob(module, "Knob");
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("seed"),
              arg("control_rate_hz"), arg("plant"), arg("hand"), arg("serial"), arg("actuator"),
-             arg("control"), arg("tolerance"), arg("paced"), arg("log_truth"), arg("command_timeout_s"),
-             arg("ring_samples"));
+             arg("control"), arg("tolerance"), arg("paced"), arg("log_truth"),
+             arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
   knob.def_property_readonly("state", [](const PyKnob& self) { return state_name(self->state()); });

@@ -11,6 +11,7 @@ void bind_protocol(pybind11::module_& module);
 void bind_core(pybind11::module_& module);
 void bind_emulator(pybind11::module_& module);
 void bind_closed_loop(pybind11::module_& emulator);
+void bind_foreign_stepper(pybind11::module_& emulator);
 void bind_knob(pybind11::module_& module);
 
 }  // namespace torsio::bindings

@@ -53,13 +53,14 @@ void FidelityAccount::restart() {
 }
 
 FidelityReport FidelityAccount::report(std::int64_t step_ns) const {
-  return {.tolerance = tolerance_,
-          .method = counts.choice.method,
-          .step_ns = step_ns / counts.choice.substeps,
-          .estimated_error = estimate(),
-          .steps = counts.by_method,
-          .steps_checked = counts.checked,
-          .relative_cost = counts.exact_cost_ns > 0.0 ? counts.cost_ns / counts.exact_cost_ns : 1.0};
+  return {
+      .tolerance = tolerance_,
+      .method = counts.choice.method,
+      .step_ns = step_ns / counts.choice.substeps,
+      .estimated_error = estimate(),
+      .steps = counts.by_method,
+      .steps_checked = counts.checked,
+      .relative_cost = counts.exact_cost_ns > 0.0 ? counts.cost_ns / counts.exact_cost_ns : 1.0};
 }
 
 }  // namespace torsio::emulator

@@ -33,15 +33,15 @@ namespace {
 
 using Defect = FidelityAccount::Defect;
 
-constexpr std::size_t kMostChoices = 8;     // besides exact steps
-constexpr int kDecideEvery = 64;            // steps
-constexpr std::int64_t kSampleOneIn = 16;   // in the long run, ...
+constexpr std::size_t kMostChoices = 8;      // besides exact steps
+constexpr int kDecideEvery = 64;             // steps
+constexpr std::int64_t kSampleOneIn = 16;    // in the long run, ...
 constexpr std::int64_t kSampleExactIn = 64;  // ... and while steps are exact, which costs no error
-constexpr std::int64_t kFewestSamples = 8;  // that a choice is judged by
-constexpr double kSpendable = 0.5;         // of the tolerance, by plan
-constexpr double kExhausted = 0.9;         // of the tolerance, whatever the plan
-constexpr double kLeastSaving = 0.9;       // of the exact cost; a change for less is not worth it
-constexpr double kForget = 1.0 / 32.0;     // weight of the newest sample in a recent mean
+constexpr std::int64_t kFewestSamples = 8;   // that a choice is judged by
+constexpr double kSpendable = 0.5;           // of the tolerance, by plan
+constexpr double kExhausted = 0.9;           // of the tolerance, whatever the plan
+constexpr double kLeastSaving = 0.9;         // of the exact cost; a change for less is not worth it
+constexpr double kForget = 1.0 / 32.0;       // weight of the newest sample in a recent mean
 
 /// Steps of one kind and what samples of them have shown.
 struct Kind {
@@ -111,7 +111,7 @@ class FidelityStepper final : public Stepper {
   std::shared_ptr<FidelityAccount> account_;
   std::int64_t step_ns_;
   std::unique_ptr<Stepper> exact_;
-  std::unique_ptr<Stepper> halves_;  // exact steps of half the length, to check the exact ones
+  std::unique_ptr<Stepper> halves_;      // exact steps of half the length, to check the exact ones
   std::vector<FidelityChoice> choices_;  // the cheap ones
   std::vector<std::unique_ptr<Stepper>> cheap_;
   double torque_per_norm_ = 0.0;

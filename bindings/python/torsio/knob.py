@@ -18,6 +18,7 @@ __all__ = [
     "Clock",
     "DeviceInfo",
     "Emulator",
+    "Fidelity",
     "Health",
     "Knob",
     "LinkStatistics",
@@ -134,6 +135,37 @@ class LinkStatistics:
     last_refusal: str
 
 
+@dataclass(frozen=True)
+class Fidelity:
+    """How the motion of an emulated knob is simulated, and how well.
+
+    Attributes
+    ----------
+    tolerance
+        That was asked for; 0 for none, and then every step is exact.
+    method, step_s
+        In use now: "exact", "trapezoid" or "semi_implicit".
+    estimated_error
+        Relative, the larger one of knob angle and spring torque; 0 without a tolerance.
+    steps_exact, steps_trapezoid, steps_semi_implicit
+        Taken so far; as with the others below, only counted with a tolerance.
+    steps_checked
+        Of all, that were taken exactly as well to estimate the error.
+    relative_cost
+        All work, checks included, over that of exact steps alone, by their nominal cost.
+    """
+
+    tolerance: float
+    method: str
+    step_s: float
+    estimated_error: float
+    steps_exact: int
+    steps_trapezoid: int
+    steps_semi_implicit: int
+    steps_checked: int
+    relative_cost: float
+
+
 class Emulator:
     """The world round an emulated knob: who holds it, what really happens, what goes wrong."""
 
@@ -162,6 +194,10 @@ class Emulator:
             Of `torsio.telemetry.TRUTH_DTYPE`; empty unless opened with ``log_truth=True``.
         """
         return self._knob.take_truth()
+
+    def fidelity(self) -> Fidelity:
+        """Tell how the motion is simulated, and how well."""
+        return Fidelity(**self._knob.fidelity())
 
     def unplug(self) -> None:
         """Pull the plug. As with hardware the knob must be opened again."""
@@ -492,6 +528,7 @@ def open(
     serial: str = "",
     actuator: ActuatorConfig | None = None,
     control: ControlConfig | None = None,
+    tolerance: float | None = None,
     paced: bool = False,
     log_truth: bool = False,
     command_timeout_s: float = 1.0,
@@ -518,6 +555,9 @@ def open(
         At most 16 ASCII characters.
     actuator, control
         Configuration at power-up, in place of the defaults.
+    tolerance
+        Relative error of the simulated motion that is good enough, at least 1e-9: the emulator
+        takes the cheapest way of stepping that keeps it, see `Emulator.fidelity`. None is exact.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
         computed; the same calls with the same seed give the same bytes. True: the wall clock's.
@@ -542,6 +582,7 @@ def open(
             serial=serial,
             actuator=actuator,
             control=control,
+            tolerance=tolerance,
             paced=paced,
             log_truth=log_truth,
             command_timeout_s=command_timeout_s,
