@@ -225,11 +225,22 @@ bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
   // Nearly all of the emulator's time is spent in this loop.
   std::array<double, C::kMoving> change{};
   std::array<double, kFrictions> bend{};
-  const Vector size = sizes(chain_, regime_, z_);
+  // The sizes() of the state, but not put into memory: reading them back in pairs from where they
+  // were written one by one would take longer than all of the sums.
+  const double knob_net = std::abs(chain_.knob_net(z_, regime_));
+  double brake_net = 0.0;
+  if constexpr (kShafts > 1) {
+    brake_net =
+        std::abs(regime_.brake != Slip::held ? chain_.brake_net(z_, regime_) : z_[C::kCapacity]);
+  }
   for (std::size_t j = 0; j < C::kSize; ++j) {
     if (j == C::kTravel) continue;  // moves nothing
-    for (std::size_t i = 0; i < C::kMoving; ++i) change[i] += rung.columns[j].change[i] * z_[j];
-    for (std::size_t i = 0; i < kFrictions; ++i) bend[i] += rung.columns[j].bend[i] * size[j];
+    const double value = z_[j];
+    const double size = j == C::kForce ? knob_net
+                        : kShafts > 1 && j == C::kCapacity ? brake_net
+                                                           : std::abs(value);
+    for (std::size_t i = 0; i < C::kMoving; ++i) change[i] += rung.columns[j].change[i] * value;
+    for (std::size_t i = 0; i < kFrictions; ++i) bend[i] += rung.columns[j].bend[i] * size;
   }
   Vector next;
   for (std::size_t i = 0; i < C::kMoving; ++i) next[i] = z_[i] + change[i];

@@ -17,8 +17,7 @@ namespace {
 std::string lock_path(const std::string& device_path) {
   const char* directory = std::getenv("XDG_RUNTIME_DIR");
   std::string name = device_path;
-  std::ranges::replace_if(
-      name, [](unsigned char c) { return std::isalnum(c) == 0; }, '-');
+  std::ranges::replace_if(name, [](unsigned char c) { return std::isalnum(c) == 0; }, '-');
   return std::string(directory != nullptr && *directory != '\0' ? directory : "/tmp") + "/torsio" +
          (name.starts_with('-') ? "" : "-") + name + ".lock";
 }

@@ -25,10 +25,11 @@ constexpr unsigned short kProductId = 0x0001;
 constexpr unsigned short kUsagePage = 0xFF00;
 constexpr unsigned short kUsage = 0x01;
 
+// The line is that of sdk/60-torsio.rules.
 constexpr const char* kUdevHint =
-    "install the udev rule 60-torsio.rules (./dev udev does it), which says KERNEL==\"hidraw*\", "
-    "ATTRS{idVendor}==\"1209\", ATTRS{idProduct}==\"0001\", TAG+=\"uaccess\", and plug the knob in "
-    "again";
+    "put the udev rule KERNEL==\"hidraw*\", ATTRS{idVendor}==\"1209\", "
+    "ATTRS{idProduct}==\"0001\", TAG+=\"uaccess\" into /etc/udev/rules.d/60-torsio.rules, run "
+    "`udevadm control --reload` as root and plug the knob in again";
 
 // hidapi's functions that take no device share state.
 std::mutex& hidapi_mutex() {

@@ -7,20 +7,19 @@ modes at located events. It is some 10,000 times slower than the emulator's exac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-Mode = tuple[int, int]
 Function = Callable[[float], float]
 
 
 @dataclass(frozen=True, kw_only=True)
 class OraclePlant:
-    """Parameter set P1, and the parts that change the equations."""
+    """Parameter set P1; the knob's inertia includes the hand's."""
 
     knob_inertia_kg_m2: float = 6e-5
     knob_viscous_nm_s_per_rad: float = 2.6e-5
@@ -34,16 +33,6 @@ class OraclePlant:
     motor_time_constant_s: float = 0.1e-3
     hand_stiffness_nm_per_rad: float = 0.0
     hand_damping_nm_s_per_rad: float = 0.0
-    knee_rad: float = np.inf
-    stiffness_factor: float = 1.0
-    cogging_nm: Function = field(default=lambda _angle: 0.0)
-
-    def spring_nm(self, twist_rad: float) -> float:
-        """Torque of the shaft spring that turns the knob back, without damping."""
-        beyond = max(abs(twist_rad) - self.knee_rad, 0.0)
-        inner = abs(twist_rad) - beyond
-        torque = self.shaft_stiffness_nm_per_rad * (inner + self.stiffness_factor * beyond)
-        return float(np.copysign(torque, twist_rad))
 
 
 @dataclass
@@ -67,13 +56,13 @@ class OracleRun:
         """Torque on either shaft apart from its Coulomb friction."""
         p = self.plant
         twist, twisting = y[0] - y[1], y[2] - y[3]
-        spring = p.spring_nm(twist) + p.shaft_damping_nm_s_per_rad * twisting
+        spring = p.shaft_stiffness_nm_per_rad * twist + p.shaft_damping_nm_s_per_rad * twisting
         hand = (
             self.hand_torque_nm(t)
             + p.hand_stiffness_nm_per_rad * (self.hand_angle_rad(t) - y[0])
             + p.hand_damping_nm_s_per_rad * (self.hand_speed_rad_s(t) - y[2])
         )
-        knob = hand + y[4] + p.cogging_nm(y[0]) - spring - p.knob_viscous_nm_s_per_rad * y[2]
+        knob = hand + y[4] - spring - p.knob_viscous_nm_s_per_rad * y[2]
         return knob, spring - p.brake_viscous_nm_s_per_rad * y[3]
 
     def capacities(self, y: NDArray[np.float64]) -> tuple[float, float]:
@@ -82,7 +71,8 @@ class OracleRun:
 
     def spring_torque_on_knob_nm(self) -> float:
         p, y = self.plant, self.y
-        return -p.spring_nm(y[0] - y[1]) - p.shaft_damping_nm_s_per_rad * (y[2] - y[3])
+        spring = p.shaft_stiffness_nm_per_rad * (y[0] - y[1])
+        return float(-spring - p.shaft_damping_nm_s_per_rad * (y[2] - y[3]))
 
     def _settle_modes(self) -> None:
         """Shafts at rest slip if the torque on them is more than friction holds."""
@@ -122,10 +112,6 @@ class OracleRun:
                     functions.append(_stop_event(shaft, mode[shaft]))
                 else:
                     functions.append(_breakaway_event(self, shaft))
-            # A corner in the equations costs the integrator its order; it stops there as well.
-            # The event is armed only when clearly off the corner.
-            for corner in self._corners():
-                functions.append(corner)
             solution = solve_ivp(
                 rates,
                 (self.t, end),
@@ -139,8 +125,9 @@ class OracleRun:
             assert solution.success, solution.message
             self.y = solution.y[:, -1].copy()
             self.t = float(solution.t[-1])
+            times = solution.t_events or []
             for shaft in (0, 1):
-                if solution.t_events[shaft].size:
+                if times[shaft].size:
                     self.events += 1
                     if mode[shaft]:
                         self.mode[shaft] = 0
@@ -149,22 +136,6 @@ class OracleRun:
                         demand = self.demands(self.t, self.y)[shaft]
                         self.mode[shaft] = int(np.sign(demand))
         self.t = end
-
-    def _corners(self) -> Sequence[Callable[[float, NDArray[np.float64]], float]]:
-        if not np.isfinite(self.plant.knee_rad):
-            return []
-        twist = self.y[0] - self.y[1]
-        corners = []
-        for knee in (-self.plant.knee_rad, self.plant.knee_rad):
-            if abs(twist - knee) < 1e-14:
-                continue
-
-            def corner(_t: float, y: NDArray[np.float64], knee: float = knee) -> float:
-                return float(y[0] - y[1] - knee)
-
-            corner.terminal = True  # type: ignore[attr-defined]
-            corners.append(corner)
-        return corners
 
 
 def _stop_event(shaft: int, sign: int) -> Callable[[float, NDArray[np.float64]], float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.python import reference
-from torsio import core
+from torsio import core, protocol
 
 TORQUE = st.floats(-1.0, 1.0, width=32)
 LAWS = ("paper", "compensated", "parallel", "motor_only")
@@ -215,3 +216,56 @@ def test_records_give_the_same_numbers_as_single_ticks() -> None:
 def test_records_of_different_length_are_refused() -> None:
     with pytest.raises(ValueError, match="same length"):
         core.sense_spring_record(core.SoftSensorState(), np.zeros(3), np.zeros(4))
+
+
+# Scene
+
+
+def scene_of(**effects: dict[str, Any]) -> core.Scene:
+    return core.Scene(
+        [
+            protocol.encode(name, {"target": {"slot": slot}, **values})
+            for slot, (name, values) in enumerate(effects.items())
+        ]
+    )
+
+
+def test_scene_over_a_record_is_the_sum_of_its_effects_equations() -> None:
+    quarter_turn = 2**30  # in 2^-32 turns
+    scene = scene_of(
+        wall={"angle_turns_q32": quarter_turn, "stiffness_nm_per_rad": 0.5},
+        spring={"stiffness_nm_per_rad": 0.01},
+        detents={"per_turn_q32": 8 << 32, "torque_nm": 0.02},
+    )
+    assert scene.active == 3
+    counts = np.arange(0, 4096, 5)
+    angle = counts * 2 * np.pi / 8192
+    expected = -0.5 * np.maximum(angle - np.pi / 2, 0) - 0.01 * angle - 0.02 * np.sin(8 * angle)
+    torque = core.evaluate_scene_record(
+        scene, core.SceneState(), core.MotionParams(), core.MotionState(), counts
+    )
+    # The first count is where the motion begins: position 0.
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-6)
+
+
+def test_scene_tick_by_tick_gives_the_same_as_its_record() -> None:
+    scene = scene_of(
+        damper={"damping_nm_s_per_rad": 1e-3},
+        friction={"torque_nm": 0.01, "stiffness_nm_per_rad": 2.0},
+        periodic={"amplitude_nm": 0.01, "frequency_hz": 40.0},
+    )
+    counts = np.cumsum(np.arange(300) % 11)
+    record = core.evaluate_scene_record(
+        scene, core.SceneState(), core.MotionParams(), core.MotionState(), counts
+    )
+    params, motion, state = core.MotionParams(), core.MotionState(), core.SceneState()
+    for tick, count in enumerate(counts.tolist()):
+        moment = core.track_motion(motion, params, count)
+        assert core.evaluate_scene(scene, state, moment, tick) == record[tick]
+
+
+def test_scene_refuses_what_a_device_would_refuse() -> None:
+    with pytest.raises(ValueError, match="wall"):
+        scene_of(wall={"stiffness_nm_per_rad": math.nan})
+    with pytest.raises(ValueError, match="not the report of an effect"):
+        core.Scene([protocol.encode("commit", {})])

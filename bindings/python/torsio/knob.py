@@ -404,7 +404,7 @@ class Knob:
         return ControlConfig(**self._knob.control_config())
 
     def configure(self, config: ActuatorConfig | ControlConfig) -> None:
-        """Set a configuration while disarmed; an `ActuatorConfig` also empties the scene.
+        """Set a configuration while disarmed. Another encoder's also empties the scene.
 
         Raises
         ------

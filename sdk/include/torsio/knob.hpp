@@ -35,8 +35,9 @@ struct OpenOptions {
   EmulatorOptions emulator{};        ///< if the device is an emulated one
   double command_timeout_s = 1.0;    ///< longest wait for an answer of the device
   std::size_t ring_samples = 65536;  ///< telemetry kept until it is read; the oldest goes first
-  /// Asked at least every 20 ms of real time in every call that waits, never under a lock. If it
-  /// returns true the call throws Interrupted; what it throws leaves the call as it is.
+  /// Asked at least every 20 ms of real time in every call that waits, in the thread that waits.
+  /// If it returns true the call throws Interrupted; what it throws leaves the call as it is. It
+  /// must not use the knob itself.
   std::function<bool()> interrupted{};
 };
 

@@ -8,8 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "config_encoding.hpp"
+#include "emulator/plant_params.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
+#include "protocol/reports.hpp"
 #include "scene_encoding.hpp"
 #include "sdk/errors.hpp"
 #include "torsio/knob.hpp"
@@ -84,6 +87,164 @@ TEST_CASE("every field of an effect arrives in its own place") {
   CHECK(stops.damping_nm_s_per_rad == 0.5F);
 }
 
+TEST_CASE("every field of the simple effects arrives in its own place") {
+  const auto wall = wire<protocol::Wall>(
+      Wall{.stiffness_nm_per_rad = 2, .damping_nm_s_per_rad = 0.5, .side = Side::below});
+  CHECK(wall.side == protocol::Side::below);
+  CHECK(wall.stiffness_nm_per_rad == 2.0F);
+  CHECK(wall.damping_nm_s_per_rad == 0.5F);
+
+  const auto spring = wire<protocol::Spring>(Spring{
+      .angle_rad = kTurn, .stiffness_nm_per_rad = 2, .deadband_rad = 0.25, .torque_limit_nm = 0.5});
+  CHECK(spring.angle_turns_q32 == 1LL << 32);
+  CHECK(spring.stiffness_nm_per_rad == 2.0F);
+  CHECK(spring.deadband_rad == 0.25F);
+  CHECK(spring.torque_limit_nm == 0.5F);
+
+  const auto damper =
+      wire<protocol::Damper>(Damper{.damping_nm_s_per_rad = 2, .torque_limit_nm = 0.5});
+  CHECK(damper.damping_nm_s_per_rad == 2.0F);
+  CHECK(damper.torque_limit_nm == 0.5F);
+
+  const auto friction =
+      wire<protocol::Friction>(Friction{.torque_nm = 0.5, .stiffness_nm_per_rad = 2});
+  CHECK(friction.torque_nm == 0.5F);
+  CHECK(friction.stiffness_nm_per_rad == 2.0F);
+
+  const auto inertia = wire<protocol::Inertia>(Inertia{.inertia_kg_m2 = 2, .torque_limit_nm = 0.5});
+  CHECK(inertia.inertia_kg_m2 == 2.0F);
+  CHECK(inertia.torque_limit_nm == 0.5F);
+
+  CHECK(wire<protocol::Constant>(Constant{.torque_nm = -0.5}).torque_nm == -0.5F);
+
+  const auto ramp = wire<protocol::Ramp>(
+      Ramp{.start_torque_nm = -0.5, .end_torque_nm = 0.25, .timing = {.duration_s = 2}});
+  CHECK(ramp.start_torque_nm == -0.5F);
+  CHECK(ramp.end_torque_nm == 0.25F);
+  CHECK(ramp.timing.duration_s == 2.0F);
+
+  const auto detents = wire<protocol::Detents>(Detents{.per_turn = 2.5,
+                                                       .torque_nm = 0.5,
+                                                       .angle_rad = kTurn,
+                                                       .profile = DetentProfile::click,
+                                                       .width = 0.25});
+  CHECK(detents.per_turn_q32 == 5ULL << 31U);
+  CHECK(detents.torque_nm == 0.5F);
+  CHECK(detents.angle_turns_q32 == 1LL << 32);
+  CHECK(detents.profile == protocol::DetentProfile::click);
+  CHECK(detents.width == 0.25F);
+
+  const auto texture = wire<protocol::Texture>(
+      Texture{.grains_per_turn = 7, .torque_nm = 0.5, .grain = Grain::square, .seed = 9});
+  CHECK(texture.grains_per_turn == 7);
+  CHECK(texture.torque_nm == 0.5F);
+  CHECK(texture.grain == protocol::Grain::square);
+  CHECK(texture.seed == 9);
+
+  const auto curve = wire<protocol::Curve>(Curve{
+      .torque_nm = {1, 2, 3}, .angle_rad = -kTurn, .span_rad = 2 * kTurn, .ends = Ends::repeat});
+  CHECK(curve.angle_turns_q32 == -(1LL << 32));
+  CHECK(curve.span_turns_q32 == 1ULL << 33U);
+  CHECK(curve.ends == protocol::Ends::repeat);
+  CHECK(curve.points == 3);
+
+  protocol::LocalModel model;
+  REQUIRE(protocol::decode(encode_local_model({.torque_nm = -0.5,
+                                               .angle_rad = kTurn,
+                                               .stiffness_nm_per_rad = 2,
+                                               .damping_nm_s_per_rad = 0.25,
+                                               .deadline_s = 0.125}),
+                           model)
+              .ok());
+  CHECK(model.torque_nm == -0.5F);
+  CHECK(model.angle_turns_q32 == 1LL << 32);
+  CHECK(model.stiffness_nm_per_rad == 2.0F);
+  CHECK(model.damping_nm_s_per_rad == 0.25F);
+  CHECK(model.deadline_s == 0.125F);
+}
+
+TEST_CASE("every field of the configuration arrives in its own place and comes back") {
+  const protocol::ActuatorConfig actuator = to_wire(ActuatorConfig{.motor_torque_max_nm = 1,
+                                                                   .brake_torque_max_nm = 2,
+                                                                   .brake_torque_min_nm = 0.5,
+                                                                   .brake_drag_nm = 0.25,
+                                                                   .brake_time_constant_s = 4,
+                                                                   .spring_stiffness_nm_per_rad = 8,
+                                                                   .counts_per_rev = 16,
+                                                                   .counter_bits = 24,
+                                                                   .encoder_reversed = true});
+  CHECK(actuator.motor_torque_max_nm == 1.0F);
+  CHECK(actuator.brake_torque_max_nm == 2.0F);
+  CHECK(actuator.brake_torque_min_nm == 0.5F);
+  CHECK(actuator.brake_drag_nm == 0.25F);
+  CHECK(actuator.brake_time_constant_s == 4.0F);
+  CHECK(actuator.spring_stiffness_nm_per_rad == 8.0F);
+  CHECK(actuator.counts_per_rev == 16);
+  CHECK(actuator.counter_bits == 24);
+  CHECK(actuator.encoder_reversed == protocol::Toggle::on);
+  CHECK(protocol::encode(to_wire(from_wire(actuator))) == protocol::encode(actuator));
+
+  const protocol::ControlConfig control = to_wire(ControlConfig{.law = Law::parallel,
+                                                                .beta = 0.25,
+                                                                .speed_bandwidth_hz = 2,
+                                                                .motor_torque_cap_nm = 3,
+                                                                .brake_torque_cap_nm = 4,
+                                                                .motor_slew_nm_per_s = 5,
+                                                                .speed_limit_rad_s = 6,
+                                                                .watchdog_s = 7,
+                                                                .passive_ramp_s = 8,
+                                                                .passive_brake_nm = 9,
+                                                                .autonomous = true});
+  CHECK(control.law == protocol::Law::parallel);
+  CHECK(control.beta == 0.25F);
+  CHECK(control.speed_bandwidth_hz == 2.0F);
+  CHECK(control.motor_torque_cap_nm == 3.0F);
+  CHECK(control.brake_torque_cap_nm == 4.0F);
+  CHECK(control.motor_slew_nm_per_s == 5.0F);
+  CHECK(control.speed_limit_rad_s == 6.0F);
+  CHECK(control.watchdog_s == 7.0F);
+  CHECK(control.passive_ramp_s == 8.0F);
+  CHECK(control.passive_brake_nm == 9.0F);
+  CHECK(control.autonomous == protocol::Toggle::on);
+  CHECK(protocol::encode(to_wire(from_wire(control))) == protocol::encode(control));
+}
+
+TEST_CASE("what is not given is what the device has by default") {
+  CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
+        protocol::encode(protocol::ActuatorConfig{}));
+  CHECK(protocol::encode(to_wire(ControlConfig{})) == protocol::encode(protocol::ControlConfig{}));
+  CHECK(protocol::encode(wire<protocol::Wall>(Wall{})) == protocol::encode(protocol::Wall{}));
+  CHECK(protocol::encode(wire<protocol::Spring>(Spring{})) == protocol::encode(protocol::Spring{}));
+  CHECK(protocol::encode(wire<protocol::Friction>(Friction{})) ==
+        protocol::encode(protocol::Friction{}));
+  CHECK(protocol::encode(wire<protocol::Periodic>(Periodic{})) ==
+        protocol::encode(protocol::Periodic{}));
+  CHECK(protocol::encode(wire<protocol::Detents>(Detents{.per_turn = 24})) ==
+        protocol::encode(protocol::Detents{}));
+  CHECK(protocol::encode(wire<protocol::Texture>(Texture{})) ==
+        protocol::encode(protocol::Texture{}));
+  CHECK(encode_local_model({}) == protocol::encode(protocol::LocalModel{}));
+}
+
+TEST_CASE("the emulated plant is the reference actuator by default, and its configuration fits") {
+  const PlantParams ours;
+  const emulator::PlantParams theirs;
+  CHECK(ours.knob_inertia_kg_m2 == theirs.knob_inertia_kg_m2);
+  CHECK(ours.knob_viscous_nm_s_per_rad == theirs.knob_viscous_nm_s_per_rad);
+  CHECK(ours.knob_coulomb_nm == theirs.knob_coulomb_nm);
+  CHECK(ours.brake_inertia_kg_m2 == theirs.brake_inertia_kg_m2);
+  CHECK(ours.brake_viscous_nm_s_per_rad == theirs.brake_viscous_nm_s_per_rad);
+  CHECK(ours.brake_drag_nm == theirs.brake_drag_nm);
+  CHECK(ours.shaft_stiffness_nm_per_rad == theirs.shaft_stiffness_nm_per_rad);
+  CHECK(ours.shaft_damping_nm_s_per_rad == theirs.shaft_damping_nm_s_per_rad);
+  CHECK(ours.brake_time_constant_s == theirs.brake_time_constant_s);
+  CHECK(ours.motor_time_constant_s == theirs.motor_time_constant_s);
+  CHECK(ours.motor_limit_nm == theirs.motor_limit_nm);
+  CHECK(ours.brake_limit_nm == theirs.brake_limit_nm);
+  CHECK(protocol::encode(to_wire(matching_config(ours))) ==
+        protocol::encode(protocol::ActuatorConfig{}));
+}
+
 TEST_CASE("curves of a scene share the pool one after the other") {
   const Curve first{.torque_nm = std::vector<double>(20, 0.25)};
   const Curve second{.torque_nm = {0.5, 0.75}};
@@ -147,9 +308,8 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
       {Curve{.torque_nm = {0, 1}, .span_rad = 1000}, {"span_rad is 1000"}},
   };
   for (const Case& bad : cases) {
-    const std::string message = message_of<InvalidArgument>([&] {
-      knob.play(Scene{good, bad.effect});
-    });
+    const std::string message =
+        message_of<InvalidArgument>([&] { knob.play(Scene{good, bad.effect}); });
     CAPTURE(message);
     CHECK(contains(message, "effect 1"));
     for (const std::string& part : bad.says) CHECK_MESSAGE(contains(message, part), part);

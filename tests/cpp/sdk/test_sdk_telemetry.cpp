@@ -262,3 +262,44 @@ TEST_CASE("decoder unwraps positions across 32 bits in both directions") {
     CHECK(position(at) == at);
   }
 }
+
+TEST_CASE("decoder gives every field its own value, in SI units") {
+  TelemetryDecoder decoder;
+  protocol::Identity identity;
+  identity.control_period_ns = 100'000;
+  identity.counts_per_rev = 1000;
+  identity.torque_step_nm = 0.5F;
+  identity.speed_step_rad_s = 0.25F;
+  decoder.configure(identity);
+  protocol::Telemetry report;
+  report.axis_samples = protocol::pack_axis_samples(0, 2);
+  report.decimation = 10;
+  report.flags = flag::brake_saturated | 1;
+  report.tick = 2000;
+  report.base_counts = -250;
+  report.sample[0] = {0, 0, 0, 0, 0, 0};
+  report.sample[1] = {-250, -4, 6, -8, 10, -12};
+  std::vector<TelemetrySample> samples;
+  CHECK(decoder.decode(report, [&](const auto& sample) { samples.push_back(sample); }) == 0);
+  REQUIRE(samples.size() == 2);
+  CHECK(samples[0].tick == 2000);
+  CHECK(samples[0].time_s == doctest::Approx(0.2));
+  CHECK(samples[0].position_counts == -250);
+  CHECK(samples[0].angle_rad == doctest::Approx(-std::numbers::pi / 2));
+  CHECK(samples[1].tick == 2010);
+  CHECK(samples[1].time_s == doctest::Approx(0.201));
+  CHECK(samples[1].position_counts == -500);
+  CHECK(samples[1].angle_rad == doctest::Approx(-std::numbers::pi));
+  CHECK(samples[1].speed_rad_s == -1.0F);
+  CHECK(samples[1].desired_torque_nm == 3.0F);
+  CHECK(samples[1].motor_torque_nm == -4.0F);
+  CHECK(samples[1].brake_torque_nm == 5.0F);
+  CHECK(samples[1].spring_torque_nm == -6.0F);
+  CHECK(samples[1].flags == (flag::brake_saturated | 1));
+
+  report.tick = 2050;  // 2020, 2030 and 2040 are missing
+  CHECK(decoder.decode(report, [](const auto&) {}) == 3);
+  decoder.begin_stream();
+  report.tick = 9000;
+  CHECK(decoder.decode(report, [](const auto&) {}) == 0);
+}

@@ -203,6 +203,8 @@ TEST_CASE("input that is not ours is counted and otherwise ignored") {
 
 TEST_CASE("whatever goes wrong, the transport is closed in the end") {
   const auto script = std::make_shared<Script>();
-  { const Knob knob = open(script); }
+  {
+    const Knob knob = open(script);
+  }
   CHECK(script->closed);
 }
