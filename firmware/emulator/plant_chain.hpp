@@ -31,11 +31,12 @@ template <int kShafts>
 struct Chain {
   static constexpr std::size_t kSprings = kShafts - 1;
   // What moves:
-  static constexpr std::size_t kTwist = 0;         ///< of each spring, rad; the first from its rest
-  static constexpr std::size_t kSpeed = kSprings;  ///< of each shaft, rad/s
+  static constexpr std::size_t kSpeed = 0;  ///< of each shaft, rad/s
   static constexpr std::size_t kLast = kSpeed + kShafts - 1;
+  static constexpr std::size_t kTwist =
+      kLast + 1;  ///< of each spring, rad; the first from its rest
   static constexpr std::size_t kTravel =
-      kLast + 1;  ///< of the knob since the begin of the step, rad
+      kTwist + kSprings;  ///< of the knob since the begin of the step, rad
   static constexpr std::size_t kMoving = kTravel + 1;
   // What drives:
   static constexpr std::size_t kMotorGap = kMoving;     ///< motor torque less its command, N m

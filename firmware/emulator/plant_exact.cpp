@@ -236,7 +236,7 @@ bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
   for (std::size_t j = 0; j < C::kSize; ++j) {
     if (j == C::kTravel) continue;  // moves nothing
     const double value = z_[j];
-    const double size = j == C::kForce ? knob_net
+    const double size = j == C::kForce                     ? knob_net
                         : kShafts > 1 && j == C::kCapacity ? brake_net
                                                            : std::abs(value);
     for (std::size_t i = 0; i < C::kMoving; ++i) change[i] += rung.columns[j].change[i] * value;

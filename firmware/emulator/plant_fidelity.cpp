@@ -37,6 +37,8 @@ constexpr std::size_t kMostChoices = 8;      // besides exact steps
 constexpr int kDecideEvery = 64;             // steps
 constexpr std::int64_t kSampleOneIn = 16;    // in the long run, ...
 constexpr std::int64_t kSampleExactIn = 64;  // ... and while steps are exact, which costs no error
+constexpr std::int64_t kSampleShare = 8;     // until then so many to a doubling, nearly
+constexpr std::int64_t kHalvesOneIn = 4;     // samples of exact steps that are checked with halves
 constexpr std::int64_t kFewestSamples = 8;   // that a choice is judged by
 constexpr double kSpendable = 0.5;           // of the tolerance, by plan
 constexpr double kExhausted = 0.9;           // of the tolerance, whatever the plan
@@ -49,6 +51,7 @@ struct Kind {
   std::int64_t sampled_at = 0;  // value of `steps`
   std::int64_t next_sample = 1;
   std::int64_t samples = 0;
+  std::int64_t halved_at = 0;  // value of `steps`
   double exact_cost_ns = 0.0;  // recent mean
   struct Added {
     std::int64_t samples = 0;
@@ -241,7 +244,7 @@ void FidelityStepper::check(Kind& kind, const PlantState& before, const PlantSta
   const auto stands_for = static_cast<double>(kind.steps - kind.sampled_at);
   kind.sampled_at = kind.steps;
   kind.next_sample =
-      kind.steps + std::clamp<std::int64_t>(kind.steps / kSampleOneIn, 1,
+      kind.steps + std::clamp<std::int64_t>(kind.steps / kSampleShare, 1,
                                             chosen == kExact ? kSampleExactIn : kSampleOneIn);
   ++kind.samples;
   ++counts.checked;
@@ -249,14 +252,17 @@ void FidelityStepper::check(Kind& kind, const PlantState& before, const PlantSta
   PlantState exact = after;
   double exact_cost_ns = cost_ns;
   if (chosen == kExact) {
-    // Two exact steps of half the length go other ways through the stepper; what they differ by is
-    // what rounding does.
-    PlantState halves = before;
-    const double halves_before_ns = halves_->nominal_cost_ns();
-    halves_->step(halves, inputs, duration_ns - duration_ns / 2);
-    if (duration_ns > 1) halves_->step(halves, inputs, duration_ns / 2);
-    counts.cost_ns += halves_->nominal_cost_ns() - halves_before_ns;
-    account_->add(between(halves, after), stands_for);
+    if (kind.samples % kHalvesOneIn == 0) {
+      // Two exact steps of half the length go other ways through the stepper; what they differ by
+      // is what rounding does.
+      PlantState halves = before;
+      const double halves_before_ns = halves_->nominal_cost_ns();
+      halves_->step(halves, inputs, duration_ns - duration_ns / 2);
+      if (duration_ns > 1) halves_->step(halves, inputs, duration_ns / 2);
+      counts.cost_ns += halves_->nominal_cost_ns() - halves_before_ns;
+      account_->add(between(halves, after), static_cast<double>(kind.steps - kind.halved_at));
+      kind.halved_at = kind.steps;
+    }
   } else {
     exact = before;
     const double before_ns = exact_->nominal_cost_ns();
