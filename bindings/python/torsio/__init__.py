@@ -28,19 +28,9 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
+from torsio.facts import Clock, DeviceInfo, Fidelity, Health, LinkStatistics, ListedDevice
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
-from torsio.knob import (
-    Clock,
-    DeviceInfo,
-    Emulator,
-    Fidelity,
-    Health,
-    Knob,
-    LinkStatistics,
-    ListedDevice,
-    list_devices,
-    open,
-)
+from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
     Constant,
     Curve,
@@ -79,9 +69,9 @@ __all__ = [
     "Disconnected",
     "Effect",
     "Emulator",
-    "Fidelity",
     "EndStops",
     "Error",
+    "Fidelity",
     "Friction",
     "Hand",
     "Health",

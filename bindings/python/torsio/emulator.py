@@ -7,7 +7,6 @@ the whole device at the level of report bytes.
 from __future__ import annotations
 
 from torsio._torsio.emulator import PLANT_DTYPE, EmulatedDevice, Encoder, Plant, Profile
-
 from torsio.closed_loop import LOOP_DTYPE, ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
 
 __all__ = [

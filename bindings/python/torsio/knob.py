@@ -3,167 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from types import TracebackType
-from typing import Literal, TypeAlias
 
 from torsio import _torsio
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
 from torsio.errors import Error, InvalidArgument, Timeout
+from torsio.facts import (
+    Clock,
+    DeviceInfo,
+    Fidelity,
+    Health,
+    LinkStatistics,
+    ListedDevice,
+    State,
+)
 from torsio.hands import Hand
 from torsio.scenes import Scene
 from torsio.telemetry import Record
 
-__all__ = [
-    "Clock",
-    "DeviceInfo",
-    "Emulator",
-    "Fidelity",
-    "Health",
-    "Knob",
-    "LinkStatistics",
-    "ListedDevice",
-    "State",
-    "list_devices",
-    "open",
-]
+__all__ = ["Emulator", "Knob", "list_devices", "open"]
 
 # Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
 _MAX_SAMPLES = 2**24
-
-State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
-
-
-@dataclass(frozen=True)
-class ListedDevice:
-    """A device that could be opened.
-
-    Attributes
-    ----------
-    path
-        What `open` takes.
-    board
-        Empty if the device could not be asked.
-    transport
-        "hid" or "emulated".
-    problem
-        Why it cannot be opened now; empty if it can.
-    """
-
-    path: str
-    serial: str
-    product: str
-    board: str
-    transport: str
-    problem: str
-
-
-@dataclass(frozen=True)
-class DeviceInfo:
-    """Who the device is and what it can do."""
-
-    path: str
-    serial: str
-    product: str
-    board: str
-    firmware_version: str
-    transport: str
-    protocol_version: int
-    fingerprint: int
-    axes: int
-    effects: int
-    curve_points: int
-    control_rate_hz: float
-    counts_per_rev: int
-    torque_step_nm: float
-    speed_step_rad_s: float
-
-
-@dataclass(frozen=True)
-class Clock:
-    """The device's time and position, both exact."""
-
-    tick: int
-    time_s: float
-    position_counts: int
-    angle_rad: float
-
-
-@dataclass(frozen=True)
-class Health:
-    """State and counters of the device since its power-up.
-
-    Attributes
-    ----------
-    faults
-        Names of the latched faults: "over_speed" ...
-    samples_dropped
-        Telemetry that the host did not fetch in time.
-    tick_time_s, tick_time_max_s
-        Time that the last control tick took, and the longest one so far.
-    """
-
-    state: State
-    faults: tuple[str, ...]
-    reports_accepted: int
-    reports_refused: int
-    samples_dropped: int
-    tick_overruns: int
-    tick_time_s: float
-    tick_time_max_s: float
-    saves: int
-
-
-@dataclass(frozen=True)
-class LinkStatistics:
-    """Counters of this end of the cable, since the knob was opened.
-
-    Attributes
-    ----------
-    samples_lost
-        Never arrived, or not read before the ring was full.
-    last_refusal
-        Of a local model, in words.
-    """
-
-    reports_sent: int
-    reports_received: int
-    reports_undecodable: int
-    samples_received: int
-    samples_lost: int
-    local_models_refused: int
-    last_refusal: str
-
-
-@dataclass(frozen=True)
-class Fidelity:
-    """How the motion of an emulated knob is simulated, and how well.
-
-    Attributes
-    ----------
-    tolerance
-        That was asked for; 0 for none, and then every step is exact.
-    method, step_s
-        In use now: "exact", "trapezoid" or "semi_implicit".
-    estimated_error
-        Relative, the larger one of knob angle and spring torque; 0 without a tolerance.
-    steps_exact, steps_trapezoid, steps_semi_implicit
-        Taken so far; as with the others below, only counted with a tolerance.
-    steps_checked
-        Of all, that were taken exactly as well to estimate the error.
-    relative_cost
-        All work, checks included, over that of exact steps alone, by their nominal cost.
-    """
-
-    tolerance: float
-    method: str
-    step_s: float
-    estimated_error: float
-    steps_exact: int
-    steps_trapezoid: int
-    steps_semi_implicit: int
-    steps_checked: int
-    relative_cost: float
 
 
 class Emulator:

@@ -113,7 +113,6 @@ def simulate_many(
     threads: int,
     on_progress: Callable[[int], None] | None,
 ) -> list[npt.NDArray[np.void]]: ...
-
 def drive_foreign(
     *,
     step: int,

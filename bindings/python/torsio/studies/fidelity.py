@@ -279,9 +279,7 @@ def _fastest(rows: list[dict[str, Any]], number: int, method: str) -> dict[str, 
     good = [
         row
         for row in rows
-        if row["scenario"] == number
-        and row["method"] == method
-        and _error_key(row) <= TARGET_ERROR
+        if row["scenario"] == number and row["method"] == method and _error_key(row) <= TARGET_ERROR
     ]
     return max(good, key=lambda row: float(row["realtime_factor"]), default=None)
 
@@ -305,9 +303,7 @@ def _summary(scenario: Scenario, rows: list[dict[str, Any]], mujoco: _MuJoCo) ->
         return summary
     # Once more in turns, so that what else the machine does meets both alike.
     step_us = round(1e6 * other["step_s"])
-    settings = next(
-        one for one in mujoco.candidates(False) if one.as_text() == other["settings"]
-    )
+    settings = next(one for one in mujoco.candidates(False) if one.as_text() == other["settings"])
     simulation = mujoco.simulation(settings, step_us)
     plant = Plant(hand=scenario.hand, step_ns=round(1e9 * exact["step_s"]))
     times: list[tuple[float, float]] = []

@@ -56,8 +56,7 @@ def _panel(ax: Axes, rows: Rows, summary: dict[str, Any]) -> None:
     )  # fmt: skip
     for method, label, colour, marker in SERIES:
         points = sorted(
-            (row["realtime_factor"], _shown(row["error"]))
-            for row in _front(rows, method)
+            (row["realtime_factor"], _shown(row["error"])) for row in _front(rows, method)
         )
         ax.plot(
             [x for x, _ in points],

@@ -48,9 +48,7 @@ class HandTorque:
         elif after == len(times):
             value, slope = float(values[-1]), 0.0
         else:
-            slope = float(
-                (values[after] - values[after - 1]) / (times[after] - times[after - 1])
-            )
+            slope = float((values[after] - values[after - 1]) / (times[after] - times[after - 1]))
             value = float(values[after - 1]) + slope * (time_s - float(times[after - 1]))
         end = float(times[after]) if after < len(times) else math.inf
         k, c = self.stiffness_nm_per_rad, self.damping_nm_s_per_rad
