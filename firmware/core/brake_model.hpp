@@ -8,7 +8,7 @@ namespace torsio::core {
 
 struct BrakeParams {
   float decay = 0;           // exp(-period / time constant)
-  float floor_nm = 3.3e-3F;  // lets the sensed torque change when the brake is off
+  float floor_nm = 3.3e-3F;  // lets the sensed torque change when the brake is off, drag included
   float drag_nm = 0;         // counted on top, if the law wants it
 };
 
@@ -25,11 +25,11 @@ constexpr BrakeParams make_brake_params(float time_constant_s, float period_s, f
 
 /// One tick of the first order lag, exact for a command that was held over the tick, so that it is
 /// stable for any time constant.
-/// @returns the capacity for the sensor: the lagged torque, not below the floor, plus the drag
+/// @returns the capacity for the sensor: the lagged torque plus the drag, not below the floor
 constexpr float model_brake(BrakeState& state, const BrakeParams& params, float held_command_nm) {
   state.torque_nm =
       flush_tiny(held_command_nm + (state.torque_nm - held_command_nm) * params.decay);
-  return larger(state.torque_nm, params.floor_nm) + params.drag_nm;
+  return larger(state.torque_nm + params.drag_nm, params.floor_nm);
 }
 
 }  // namespace torsio::core

@@ -125,3 +125,9 @@ def drive_foreign(
     friction_nm: npt.ArrayLike,
     steps_per_row: int,
 ) -> npt.NDArray[np.float64]: ...
+
+REPLAY_DTYPE: Final[np.dtype[Any]]
+
+def replay(
+    options: LoopOptions, counts: npt.NDArray[np.uint32], wide: bool
+) -> npt.NDArray[np.void]: ...

@@ -13,7 +13,7 @@ __all__ = ["STUDIES"]
 
 STUDIES: Final[dict[str, str]] = {
     "paper": "The paper's experiments and formulas again, each statement beside what came out.",
-    "fidelity": "Error against speed of every way to simulate the knob, SciPy and MuJoCo beside it.",
+    "fidelity": "Error against speed of every way to simulate the knob, MuJoCo among them.",
     "extremes": "Where numbers break, and what holds there.",
 }
 """Name of the module in this package: what it is about, in one sentence."""

@@ -9,15 +9,17 @@ import json
 import math
 import os
 import tempfile
+import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final, Protocol, TypeVar, cast
+from typing import Any, Final, Literal, Protocol, TypeVar, cast
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.console import Console
@@ -56,8 +58,11 @@ __all__ = [
     "Results",
     "Study",
     "StudyError",
+    "caption",
     "check_replaceable",
     "execute",
+    "headline",
+    "label",
     "load",
     "save",
     "write_atomically",
@@ -135,6 +140,61 @@ class Study:
             path = self.out / f"{self.name}_{name}.png"
             write_atomically(path, lambda partial: figure.savefig(partial, format="png"))
             self.figures.append(path.name)
+
+
+def headline(figure: Figure, title: str, text: str, *, width: int = 150) -> None:
+    """Write what the figure is about over it, within the top 1.15 inches."""
+    inch = 1.0 / figure.get_size_inches()[1]
+    figure.text(0.05, 1 - 0.42 * inch, title, fontsize=19, fontweight="bold", color=BLACK)
+    figure.text(
+        0.05,
+        1 - 0.56 * inch,
+        textwrap.fill(text, width),
+        fontsize=11,
+        color=TEXT,
+        va="top",
+        linespacing=1.4,
+    )
+
+
+def caption(axes: Axes, text: str, *, width: int = 80, below: float = 0.52) -> None:
+    """Write a few lines under the axes, so many inches below them."""
+    height = axes.get_position().height * axes.figure.get_size_inches()[1]
+    axes.text(
+        0.0,
+        -below / height,
+        textwrap.fill(text, width),
+        transform=axes.transAxes,
+        fontsize=9.5,
+        color=TEXT,
+        va="top",
+        linespacing=1.4,
+    )
+
+
+def label(
+    axes: Axes,
+    x: float,
+    y: float,
+    text: str,
+    color: str,
+    *,
+    ha: Literal["left", "center", "right"] = "left",
+    va: Literal["top", "center", "bottom"] = "center",
+    bold: bool = True,
+) -> None:
+    """Name a line where it is."""
+    axes.text(
+        x,
+        y,
+        text,
+        color=color,
+        ha=ha,
+        va=va,
+        fontsize=10,
+        fontweight="bold" if bold else "normal",
+        bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0},
+    )
 
 
 def execute(

@@ -51,8 +51,8 @@ def _panel(ax: Axes, rows: Rows, summary: dict[str, Any]) -> None:
     target = summary["target_error"]
     ax.axhspan(LOWEST, target, color=WALL_FILL, zorder=0)
     ax.text(
-        0.985, target / 1.6, "good enough: error below 0.1 %", transform=ax.get_yaxis_transform(),
-        ha="right", va="top", fontsize=9, color=TEXT,
+        0.015, 3 * LOWEST, "good enough: error below 0.1 %", transform=ax.get_yaxis_transform(),
+        ha="left", va="bottom", fontsize=9, color=TEXT,
     )  # fmt: skip
     for method, label, colour, marker in SERIES:
         points = sorted(
@@ -104,7 +104,7 @@ def _panel(ax: Axes, rows: Rows, summary: dict[str, Any]) -> None:
 
 
 def _shown(error: float | None) -> float:
-    """What is off the scale is shown at its end."""
+    """Put what is off the scale at its end."""
     if error is None or not math.isfinite(error):
         return HIGHEST
     return min(max(error, LOWEST), HIGHEST)
