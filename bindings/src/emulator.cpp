@@ -130,10 +130,14 @@ PlantRow plant_row(const emulator::Plant& plant) {
 std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::object& held_by,
                                             const std::optional<std::string>& method,
                                             const std::optional<std::int64_t>& step_ns,
+                                            const std::optional<double>& tolerance,
+                                            const std::optional<double>& regularisation_rad_s,
                                             bool spring_and_brake) {
   emulator::PlantParams plant = plant_params(params);
   if (method) plant.integration.method = method_from_name(*method);
   if (step_ns) plant.integration.step_ns = *step_ns;
+  plant.integration.tolerance = tolerance;
+  if (regularisation_rad_s) plant.integration.regularisation_rad_s = *regularisation_rad_s;
   plant.spring_and_brake = spring_and_brake;
   return std::make_unique<emulator::Plant>(plant, hand(held_by));
 }
@@ -159,6 +163,46 @@ py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_
     plant.advance(period_ns);
   }
   return rows;
+}
+
+/// As plant_record, but of what costs nothing to look at, so that little but the stepping is timed.
+py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_torque_nm,
+                                const Doubles& brake_torque_nm, std::int64_t period_ns) {
+  if (motor_torque_nm.ndim() != 1 || brake_torque_nm.ndim() != 1 ||
+      motor_torque_nm.size() != brake_torque_nm.size()) {
+    throw py::value_error("the commands must have one dimension and the same length");
+  }
+  const py::ssize_t size = motor_torque_nm.size();
+  py::array_t<double> angles({size, py::ssize_t{2}});
+  const double* motor = motor_torque_nm.data();
+  const double* brake = brake_torque_nm.data();
+  double* row = angles.mutable_data();
+  const py::gil_scoped_release release;
+  for (py::ssize_t i = 0; i < size; ++i) {
+    plant.set_command({motor[i], brake[i]});
+    plant.advance(period_ns);
+    *row++ = plant.state().knob_angle_rad();
+    *row++ = plant.state().brake_angle_rad();
+  }
+  return angles;
+}
+
+py::dict fidelity(const emulator::Plant& plant) {
+  const emulator::FidelityReport report = plant.fidelity();
+  const auto steps = [&](emulator::Method method) {
+    return report.steps[static_cast<std::size_t>(method)];
+  };
+  py::dict dict;
+  dict["tolerance"] = report.tolerance;
+  dict["method"] = std::string(method_names[static_cast<std::size_t>(report.method)]);
+  dict["step_s"] = 1e-9 * static_cast<double>(report.step_ns);
+  dict["estimated_error"] = report.estimated_error;
+  dict["steps_exact"] = steps(emulator::Method::exact);
+  dict["steps_trapezoid"] = steps(emulator::Method::trapezoid);
+  dict["steps_semi_implicit"] = steps(emulator::Method::semi_implicit);
+  dict["steps_checked"] = report.steps_checked;
+  dict["relative_cost"] = report.relative_cost;
+  return dict;
 }
 
 py::dict plant_state(const emulator::Plant& plant) {
@@ -189,6 +233,7 @@ void bind_plant(py::module_& module) {
                               "Motor, knob, shaft spring, brake and hand under a virtual clock.")
       .def(py::init(&make_plant), arg("params") = py::none(), arg("hand") = py::none(),
            py::kw_only(), arg("method") = py::none(), arg("step_ns") = py::none(),
+           arg("tolerance") = py::none(), arg("regularisation_rad_s") = py::none(),
            arg("spring_and_brake") = true)
       .def(
           "set_command",
@@ -207,7 +252,18 @@ void bind_plant(py::module_& module) {
       .def_property_readonly("state", &plant_state, "Where the plant is; keys as PLANT_DTYPE.")
       .def("record", &plant_record, arg("motor_torque_nm"), arg("brake_torque_nm"), py::kw_only(),
            arg("period_ns") = 1'000'000,
-           "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.");
+           "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.")
+      .def("drive", &plant_drive, arg("motor_torque_nm"), arg("brake_torque_nm"), py::kw_only(),
+           arg("period_ns") = 1'000'000,
+           "As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2).")
+      .def(
+          "restart",
+          [](emulator::Plant& plant) {
+            plant.set_command({});
+            plant.set_state({});
+          },
+          "Back to rest at time 0 and angle 0.")
+      .def_property_readonly("fidelity", &fidelity, "How it is stepped; keys as torsio.Fidelity.");
 }
 
 void bind_profile_and_encoder(py::module_& module) {
@@ -346,6 +402,7 @@ void bind_emulator(py::module_& parent) {
   bind_device(module);
   bind_closed_loop(module);
   bind_actuators(module);
+  bind_foreign_stepper(module);
 }
 
 }  // namespace torsio::bindings

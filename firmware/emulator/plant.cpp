@@ -25,11 +25,17 @@ void require(bool condition, const char* message) {
 
 }  // namespace
 
-Plant::Plant(const PlantParams& params, Hand hand) : params_(params) { attach(std::move(hand)); }
+Plant::Plant(const PlantParams& params, Hand hand) : params_(params) {
+  if (params.integration.tolerance) {
+    account_ = std::make_shared<FidelityAccount>(*params.integration.tolerance);
+  }
+  attach(std::move(hand));
+}
 
 void Plant::attach(Hand hand) {
   PlantModel model = make_model(params_, hand);
-  stepper_ = make_stepper(model, params_.integration);
+  stepper_ = account_ ? make_fidelity_stepper(model, params_.integration, account_)
+                      : make_stepper(model, params_.integration);
   model_ = std::move(model);
   hand_ = std::move(hand);
   if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand_)) {
@@ -97,6 +103,12 @@ void Plant::set_state(const PlantState& state) {
   make_consistent();
   refresh_hand_segment();
   start_from_here();
+  if (account_) account_->restart();
+}
+
+FidelityReport Plant::fidelity() const {
+  if (account_) return account_->report(params_.integration.step_ns);
+  return {.method = params_.integration.method, .step_ns = params_.integration.step_ns};
 }
 
 void Plant::advance(std::int64_t duration_ns) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "emulator/fidelity.hpp"
 #include "emulator/hand.hpp"
 #include "emulator/plant_params.hpp"
 #include "emulator/plant_state.hpp"
@@ -35,10 +36,13 @@ class Plant {
   /// Lets time pass.
   /// @param duration_ns >= 0
   /// @throws std::invalid_argument if it is negative or runs past the end of 64-bit time
+  /// @throws std::runtime_error if nothing keeps Integration::tolerance
   void advance(std::int64_t duration_ns);
 
   [[nodiscard]] const PlantState& state() const { return state_; }
   [[nodiscard]] Truth truth() const { return emulator::truth(model_, state_, inputs_); }
+  /// What was chosen to keep Integration::tolerance, and the error that is estimated.
+  [[nodiscard]] FidelityReport fidelity() const;
   [[nodiscard]] const Command& command() const { return command_; }
   [[nodiscard]] const PlantParams& params() const { return params_; }
 
@@ -54,6 +58,7 @@ class Plant {
   Hand hand_ = NoHand{};
   PlantModel model_;
   std::unique_ptr<Stepper> stepper_;
+  std::shared_ptr<FidelityAccount> account_;  // null without a tolerance
   Command command_;
   HeldInputs inputs_{};
   PlantState state_;          // now

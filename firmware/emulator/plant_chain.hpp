@@ -31,11 +31,12 @@ template <int kShafts>
 struct Chain {
   static constexpr std::size_t kSprings = kShafts - 1;
   // What moves:
-  static constexpr std::size_t kTwist = 0;         ///< of each spring, rad; the first from its rest
-  static constexpr std::size_t kSpeed = kSprings;  ///< of each shaft, rad/s
+  static constexpr std::size_t kSpeed = 0;  ///< of each shaft, rad/s
   static constexpr std::size_t kLast = kSpeed + kShafts - 1;
+  static constexpr std::size_t kTwist =
+      kLast + 1;  ///< of each spring, rad; the first from its rest
   static constexpr std::size_t kTravel =
-      kLast + 1;  ///< of the knob since the begin of the step, rad
+      kTwist + kSprings;  ///< of the knob since the begin of the step, rad
   static constexpr std::size_t kMoving = kTravel + 1;
   // What drives:
   static constexpr std::size_t kMotorGap = kMoving;     ///< motor torque less its command, N m
@@ -80,11 +81,14 @@ struct Chain {
 
   /// All torque on the last shaft but the brake's.
   [[nodiscard]] double brake_demand(const Vector& z, const Regime& regime) const
-      requires(kShafts > 1) {
+    requires(kShafts > 1)
+  {
     return link(z, kSprings - 1, regime) - model.viscous_nm_s_per_rad[kShafts - 1] * z[kLast];
   }
 
-  [[nodiscard]] double capacity(const Vector& z) const requires(kShafts > 1) {
+  [[nodiscard]] double capacity(const Vector& z) const
+    requires(kShafts > 1)
+  {
     return z[kCapacity] + z[kBrakeGap];
   }
 
@@ -95,7 +99,8 @@ struct Chain {
 
   /// ... and the same of the last shaft.
   [[nodiscard]] double brake_net(const Vector& z, const Regime& regime) const
-      requires(kShafts > 1) {
+    requires(kShafts > 1)
+  {
     return brake_demand(z, regime) - sign_of(regime.brake) * capacity(z);
   }
 

@@ -2,8 +2,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "emulator/fidelity.hpp"
 
 namespace torsio::emulator {
 namespace {
@@ -88,6 +91,15 @@ void validate(const PlantParams& params) {
     refuse("integration.step_ns", "> 0", static_cast<double>(params.integration.step_ns));
   }
   require_positive("integration.regularisation_rad_s", params.integration.regularisation_rad_s);
+  if (const auto& tolerance = params.integration.tolerance) {
+    require_positive("integration.tolerance", *tolerance);
+    if (*tolerance < kFinestTolerance) {
+      std::ostringstream text;
+      text << "plant: integration.tolerance is " << *tolerance << "; nothing keeps less than "
+           << kFinestTolerance << ", where rounding adds up";
+      throw std::invalid_argument(text.str());
+    }
+  }
 }
 
 }  // namespace torsio::emulator

@@ -20,6 +20,13 @@ class Stepper {
 
   /// Takes `state` forward by `duration_ns` > 0. Allocates nothing.
   virtual void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) = 0;
+
+  /// Work done so far, as nanoseconds of a nominal machine: the same on every machine, so that what
+  /// is decided by it is repeatable. `./dev bench emulator` sets real nanoseconds beside them.
+  [[nodiscard]] double nominal_cost_ns() const { return nominal_cost_ns_; }
+
+ protected:
+  double nominal_cost_ns_ = 0.0;
 };
 
 /// Exact but for rounding: matrix exponentials between located events.
@@ -33,6 +40,9 @@ class Stepper {
 /// Runge-Kutta 4 over friction that is smoothed around rest; see plant_rk4.cpp for what it is for.
 [[nodiscard]] std::unique_ptr<Stepper> make_regularised_stepper(PlantModel model,
                                                                 double smoothing_rad_s);
+
+/// Nominal cost of one step of make_theta_stepper()'s.
+[[nodiscard]] double theta_step_cost_ns(int shafts);
 
 /// The stepper that `integration` names.
 [[nodiscard]] std::unique_ptr<Stepper> make_stepper(PlantModel model,

@@ -220,9 +220,12 @@ void ThetaStepper::step(PlantState& state, const HeldInputs& inputs, std::int64_
   state.motor_torque_nm = inputs.motor_command_nm + motor_gap * motor_lag_.end;
   state.brake_capacity_nm = state.brake_target_nm + brake_gap * brake_lag_.end;
   state.time_ns += duration_ns;
+  nominal_cost_ns_ += theta_step_cost_ns(model_.shafts);
 }
 
 }  // namespace
+
+double theta_step_cost_ns(int shafts) { return shafts == 1 ? 33.0 : 56.0; }
 
 std::unique_ptr<Stepper> make_theta_stepper(PlantModel model, double theta) {
   return std::make_unique<ThetaStepper>(std::move(model), theta);

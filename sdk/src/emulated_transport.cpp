@@ -1,6 +1,7 @@
 #include "emulated_transport.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <chrono>
 #include <cmath>
@@ -158,6 +159,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.stored = stored;
   if (in.actuator) out.actuator = to_wire(*in.actuator);
   if (in.control) out.control = to_wire(*in.control);
+  out.plant.integration.tolerance = in.tolerance;
   out.log_truth = in.log_truth;
   return out;
 }
@@ -205,6 +207,7 @@ class EmulatedWorld {
   auto with_device(Use&& use) const {
     const std::lock_guard lock(mutex_);
     throw_if_closed();
+    throw_if_failed();
     return use(*device_);
   }
 
@@ -214,6 +217,7 @@ class EmulatedWorld {
     std::unique_lock lock(mutex_);
     return news_.wait_for(lock, timeout, [&] {
       throw_if_closed();
+      throw_if_failed();
       return ready(*device_);
     });
   }
@@ -226,13 +230,23 @@ class EmulatedWorld {
     if (closed_) throw Closed("the emulated knob was closed; open it again");
   }
 
+  void throw_if_failed() const {
+    if (!failure_.empty()) throw Error(failure_);
+  }
+
   void run_paced() {
     constexpr auto kFrame = std::chrono::nanoseconds(emulator::UsbLink::kFrameNs);
     constexpr auto kHopelesslyLate = 50ms;
     auto next = steady_clock::now();
     std::unique_lock lock(mutex_);
     while (!closed_) {
-      device_->advance(kFrame.count());
+      try {
+        device_->advance(kFrame.count());
+      } catch (const std::runtime_error& error) {
+        failure_ = error.what();  // for whoever calls next
+        news_.notify_all();
+        return;
+      }
       news_.notify_all();
       next += kFrame;
       // A machine that slept must not make the world race.
@@ -248,6 +262,7 @@ class EmulatedWorld {
   mutable std::condition_variable news_;
   std::unique_ptr<emulator::EmulatedDevice> device_;
   bool closed_ = false;
+  std::string failure_;  // why time does not go on
   std::thread pacer_;
 };
 
@@ -305,7 +320,11 @@ class EmulatedTransport final : public Transport {
 
   void advance_to(std::int64_t time_ns) override {
     world_->with_device([&](emulator::EmulatedDevice& device) {
-      device.advance(std::max<std::int64_t>(time_ns - device.time_ns(), 0));
+      try {
+        device.advance(std::max<std::int64_t>(time_ns - device.time_ns(), 0));
+      } catch (const std::runtime_error& error) {
+        throw Error(error.what());
+      }
     });
   }
 
@@ -374,6 +393,24 @@ std::vector<TruthSample> Emulator::take_truth() {
                      .hand_torque_nm = sample.torque.hand_torque_nm});
   }
   return truth;
+}
+
+Fidelity Emulator::fidelity() const {
+  const emulator::FidelityReport report = impl_->world->with_device(
+      [](emulator::EmulatedDevice& device) { return device.plant().fidelity(); });
+  constexpr std::array names{"exact", "trapezoid", "semi_implicit", "regularised"};
+  const auto steps = [&](emulator::Method method) {
+    return static_cast<std::uint64_t>(report.steps[static_cast<std::size_t>(method)]);
+  };
+  return {.tolerance = report.tolerance,
+          .method = names[static_cast<std::size_t>(report.method)],
+          .step_s = 1e-9 * static_cast<double>(report.step_ns),
+          .estimated_error = report.estimated_error,
+          .steps_exact = steps(emulator::Method::exact),
+          .steps_trapezoid = steps(emulator::Method::trapezoid),
+          .steps_semi_implicit = steps(emulator::Method::semi_implicit),
+          .steps_checked = static_cast<std::uint64_t>(report.steps_checked),
+          .relative_cost = report.relative_cost};
 }
 
 void Emulator::unplug() {

@@ -28,7 +28,7 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
-from torsio.facts import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice
+from torsio.facts import Clock, DeviceInfo, Fidelity, Health, LinkStatistics, ListedDevice
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
@@ -71,6 +71,7 @@ __all__ = [
     "Emulator",
     "EndStops",
     "Error",
+    "Fidelity",
     "Friction",
     "Hand",
     "Health",

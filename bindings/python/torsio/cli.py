@@ -148,6 +148,12 @@ def demo_wall(
     paced: Annotated[
         bool, typer.Option("--paced", help="Let the emulated knob take real time.")
     ] = False,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            help="Relative error of the simulated motion that is good enough; exact if unset."
+        ),
+    ] = None,
     out_folder: Annotated[
         Path, typer.Option("--out", metavar="FOLDER", help="Where the picture goes.")
     ] = Path("out"),
@@ -162,18 +168,26 @@ def demo_wall(
     for file in (png_file, json_file):
         file.parent.mkdir(parents=True, exist_ok=True)
 
-    with torsio.open(device, seed=seed, paced=paced, log_truth=True) as knob:
+    with torsio.open(
+        device, seed=seed, paced=paced, tolerance=tolerance, log_truth=True
+    ) as knob:
         if not knob.is_emulated:
             _prompt_user()
         visit = _run_with_progress(knob)
+        fidelity = knob.emulator.fidelity() if knob.is_emulated else None
     measures = wall.measure(visit)
-    json_file.write_text(json.dumps(measures.as_dict(), indent=2) + "\n")
+    numbers = measures.as_dict()
+    if fidelity is not None:
+        numbers["fidelity"] = asdict(fidelity)
+    json_file.write_text(json.dumps(numbers, indent=2) + "\n")
 
     # Only here: it takes a second that list and info need not wait for.
     from torsio.demos.wall_figure import save_figure
 
     save_figure(visit, measures, png_file)
     _print_measures(measures)
+    if tolerance is not None and fidelity is not None:
+        _print_fidelity(fidelity)
     out.print(f"\npicture  {png_file}\nnumbers  {json_file}", highlight=False, soft_wrap=True)
 
 
@@ -257,6 +271,24 @@ def _print_measures(measures: wall.WallMeasures) -> None:
         "\n[bold]It feels like a wall:[/bold] firm on the way in, and it lets go on the way out."
         if good
         else "\n[bold]Not as it should be:[/bold] see the rows above.",
+        highlight=False,
+    )
+
+
+def _print_fidelity(fidelity: torsio.Fidelity) -> None:
+    counts = {
+        "exact": fidelity.steps_exact,
+        "trapezoid": fidelity.steps_trapezoid,
+        "semi-implicit": fidelity.steps_semi_implicit,
+    }
+    taken = ", ".join(
+        f"{100 * count / sum(counts.values()):.0f} % {name}"
+        for name, count in counts.items()
+        if count
+    )
+    out.print(
+        f"\nFor an error of at most {fidelity.tolerance:g} the steps were {taken}; "
+        f"the error is estimated at {fidelity.estimated_error:.1e}.",
         highlight=False,
     )
 

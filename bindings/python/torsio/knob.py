@@ -8,7 +8,15 @@ from types import TracebackType
 from torsio import _torsio
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
 from torsio.errors import Error, InvalidArgument, Timeout
-from torsio.facts import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice, State
+from torsio.facts import (
+    Clock,
+    DeviceInfo,
+    Fidelity,
+    Health,
+    LinkStatistics,
+    ListedDevice,
+    State,
+)
 from torsio.hands import Hand
 from torsio.scenes import Scene
 from torsio.telemetry import Record
@@ -47,6 +55,10 @@ class Emulator:
             Of `torsio.telemetry.TRUTH_DTYPE`; empty unless opened with ``log_truth=True``.
         """
         return self._knob.take_truth()
+
+    def fidelity(self) -> Fidelity:
+        """Tell how the motion is simulated, and how well."""
+        return Fidelity(**self._knob.fidelity())
 
     def unplug(self) -> None:
         """Pull the plug. As with hardware the knob must be opened again."""
@@ -377,6 +389,7 @@ def open(
     serial: str = "",
     actuator: ActuatorConfig | None = None,
     control: ControlConfig | None = None,
+    tolerance: float | None = None,
     paced: bool = False,
     log_truth: bool = False,
     command_timeout_s: float = 1.0,
@@ -403,6 +416,9 @@ def open(
         At most 16 ASCII characters.
     actuator, control
         Configuration at power-up, in place of the defaults.
+    tolerance
+        Relative error of the simulated motion that is good enough, at least 1e-9: the emulator
+        takes the cheapest way of stepping that keeps it, see `Emulator.fidelity`. None is exact.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
         computed; the same calls with the same seed give the same bytes. True: the wall clock's.
@@ -427,6 +443,7 @@ def open(
             serial=serial,
             actuator=actuator,
             control=control,
+            tolerance=tolerance,
             paced=paced,
             log_truth=log_truth,
             command_timeout_s=command_timeout_s,

@@ -21,6 +21,8 @@ class Plant:
         *,
         method: _Method | None = None,
         step_ns: int | None = None,
+        tolerance: float | None = None,
+        regularisation_rad_s: float | None = None,
         spring_and_brake: bool = True,
     ) -> None: ...
     def set_command(
@@ -39,6 +41,16 @@ class Plant:
         *,
         period_ns: int = 1_000_000,
     ) -> npt.NDArray[np.void]: ...
+    def drive(
+        self,
+        motor_torque_nm: npt.ArrayLike,
+        brake_torque_nm: npt.ArrayLike,
+        *,
+        period_ns: int = 1_000_000,
+    ) -> npt.NDArray[np.float64]: ...
+    def restart(self) -> None: ...
+    @property
+    def fidelity(self) -> dict[str, Any]: ...
 
 class Profile:
     def __init__(self, knots: _Knots) -> None: ...
@@ -101,6 +113,18 @@ def simulate_many(
     threads: int,
     on_progress: Callable[[int], None] | None,
 ) -> list[npt.NDArray[np.void]]: ...
+def drive_foreign(
+    *,
+    step: int,
+    model: int,
+    data: int,
+    torque: int,
+    friction: int,
+    angles: int,
+    torque_nm: npt.ArrayLike,
+    friction_nm: npt.ArrayLike,
+    steps_per_row: int,
+) -> npt.NDArray[np.float64]: ...
 
 REPLAY_DTYPE: Final[np.dtype[Any]]
 
