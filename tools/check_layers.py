@@ -50,6 +50,13 @@ RULES = (
     Rule("firmware/protocol/document.cpp", ("protocol",)),
     Rule("firmware/protocol", ("protocol",), std=FREE_STD),
     Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
+    # The device on TinyUSB's device stack, whatever it runs on.
+    Rule(
+        "firmware/usb",
+        ("core", "protocol", "device", "usb"),
+        std=DEVICE_STD,
+        third_party=r"tusb\.h|device/usbd_pvt\.h",
+    ),
     Rule("firmware/emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(

@@ -1,0 +1,201 @@
+#include "usb/hid_driver.hpp"
+
+#include <tusb.h>
+// Behind tusb.h: the interface for class drivers.
+#include <device/usbd_pvt.h>
+
+#include <array>
+
+#include "device/usb_descriptors.hpp"
+
+namespace torsio::usb {
+namespace {
+
+using device::kEndpointSize;
+
+// HID 1.11, sections 7.1 and 7.2.
+constexpr std::uint8_t kGetDescriptor = 0x06;
+constexpr std::uint8_t kHidType = 0x21;
+constexpr std::uint8_t kReportType = 0x22;
+constexpr std::uint8_t kGetReport = 0x01;
+constexpr std::uint8_t kGetIdle = 0x02;
+constexpr std::uint8_t kSetReport = 0x09;
+constexpr std::uint8_t kSetIdle = 0x0A;
+constexpr std::uint8_t kFeature = 0x03;
+
+struct Interface {
+  HidFunction* function = nullptr;
+  std::uint8_t endpoint_in = 0;  // 0: not open
+  std::uint8_t endpoint_out = 0;
+  bool holding = false;  // an output report waits for room
+  std::uint8_t held_size = 0;
+  alignas(4) std::array<std::uint8_t, kEndpointSize> out{};
+  alignas(4) std::array<std::uint8_t, kEndpointSize> in{};
+};
+
+std::array<Interface, kMaxHidInterfaces> interfaces;
+alignas(4) std::array<std::uint8_t, kEndpointSize> control;
+
+std::uint8_t high_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value >> 8); }
+std::uint8_t low_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value); }
+
+/// Keeps the endpoint's buffer until the report in it has found room.
+void deliver(std::uint8_t port, Interface& interface) {
+  if (interface.holding) {
+    interface.holding =
+        !interface.function->receive(std::span(interface.out).first(interface.held_size));
+  }
+  if (!interface.holding && !usbd_edpt_busy(port, interface.endpoint_out)) {
+    (void)usbd_edpt_xfer(port, interface.endpoint_out, interface.out.data(), kEndpointSize);
+  }
+}
+
+void send(std::uint8_t port, Interface& interface) {
+  if (!tud_ready() || usbd_edpt_busy(port, interface.endpoint_in)) return;
+  const std::size_t size = interface.function->next_input(interface.in);
+  if (size == 0) return;
+  (void)usbd_edpt_xfer(port, interface.endpoint_in, interface.in.data(),
+                       static_cast<std::uint16_t>(size));
+}
+
+// What TinyUSB calls -------------------------------------------------------------------------
+
+void init() {}
+bool deinit() { return true; }
+
+void reset(std::uint8_t) {
+  for (Interface& interface : interfaces) {
+    interface.endpoint_in = 0;
+    interface.endpoint_out = 0;
+    interface.holding = false;
+  }
+}
+
+std::uint16_t open(std::uint8_t port, const tusb_desc_interface_t* descriptor,
+                   std::uint16_t max_size) {
+  const std::uint8_t number = descriptor->bInterfaceNumber;
+  if (descriptor->bInterfaceClass != TUSB_CLASS_HID || number >= interfaces.size()) return 0;
+  Interface& interface = interfaces[number];
+  const auto size = static_cast<std::uint16_t>(
+      sizeof(tusb_desc_interface_t) + device::hid_descriptor(number).size() +
+      descriptor->bNumEndpoints * sizeof(tusb_desc_endpoint_t));
+  if (interface.function == nullptr || max_size < size) return 0;
+
+  const auto* at = reinterpret_cast<const std::uint8_t*>(descriptor);
+  at = tu_desc_next(tu_desc_next(at));  // behind interface and HID descriptor
+  if (!usbd_open_edpt_pair(port, at, descriptor->bNumEndpoints, TUSB_XFER_INTERRUPT,
+                           &interface.endpoint_out, &interface.endpoint_in)) {
+    return 0;
+  }
+  deliver(port, interface);
+  return size;
+}
+
+bool get_descriptor(std::uint8_t port, const tusb_control_request_t& request, std::uint8_t number) {
+  std::span<const std::uint8_t> bytes;
+  if (high_byte(request.wValue) == kHidType) bytes = device::hid_descriptor(number);
+  if (high_byte(request.wValue) == kReportType) {
+    bytes = device::usb_interfaces()[number].report_descriptor;
+  }
+  if (bytes.empty()) return false;
+  // The stack only reads what goes to the host.
+  return tud_control_xfer(port, &request, const_cast<std::uint8_t*>(bytes.data()),
+                          static_cast<std::uint16_t>(bytes.size()));
+}
+
+bool get_report(std::uint8_t port, const tusb_control_request_t& request, Interface& interface) {
+  if (high_byte(request.wValue) != kFeature) return false;
+  const std::size_t size = interface.function->get_feature(low_byte(request.wValue), control);
+  return size != 0 &&
+         tud_control_xfer(port, &request, control.data(), static_cast<std::uint16_t>(size));
+}
+
+bool announce_report(std::uint8_t port, const tusb_control_request_t& request) {
+  if (high_byte(request.wValue) != kFeature) return false;
+  if (request.wLength == 0 || request.wLength > control.size()) return false;
+  // The stack does not say how much came. A host that sends less than it announced leaves these
+  // bytes where a report must be zero.
+  control.fill(0xFF);
+  return tud_control_xfer(port, &request, control.data(), request.wLength);
+}
+
+bool set_report(const tusb_control_request_t& request, Interface& interface) {
+  if (control[0] != low_byte(request.wValue)) return false;
+  return interface.function->set_feature(std::span(control).first(request.wLength));
+}
+
+/// @returns false to stall
+bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_request_t* request) {
+  const std::uint8_t number = low_byte(request->wIndex);
+  if (request->bmRequestType_bit.recipient != TUSB_REQ_RCPT_INTERFACE ||
+      number >= device::usb_interfaces().size() || number >= interfaces.size()) {
+    return false;
+  }
+  Interface& interface = interfaces[number];
+  const bool in = request->bmRequestType_bit.direction == TUSB_DIR_IN;
+
+  if (request->bmRequestType_bit.type == TUSB_REQ_TYPE_STANDARD) {
+    if (stage != CONTROL_STAGE_SETUP) return true;
+    return in && request->bRequest == kGetDescriptor && get_descriptor(port, *request, number);
+  }
+  if (request->bmRequestType_bit.type != TUSB_REQ_TYPE_CLASS) return false;
+  if (stage == CONTROL_STAGE_ACK) return true;
+  if (stage == CONTROL_STAGE_DATA) {
+    return request->bRequest != kSetReport || set_report(*request, interface);
+  }
+  switch (request->bRequest) {
+    case kGetReport:
+      return in && get_report(port, *request, interface);
+    case kSetReport:
+      return !in && announce_report(port, *request);
+    case kGetIdle:
+      control[0] = 0;
+      return in && tud_control_xfer(port, request, control.data(), 1);
+    case kSetIdle:
+      // Reports go when there is something new, which is what a rate of 0 means.
+      return !in && high_byte(request->wValue) == 0 && tud_control_status(port, request);
+    default:
+      return false;
+  }
+}
+
+bool transfer_done(std::uint8_t port, std::uint8_t endpoint, xfer_result_t result,
+                   std::uint32_t size) {
+  for (Interface& interface : interfaces) {
+    if (endpoint == interface.endpoint_out && endpoint != 0) {
+      interface.holding = result == XFER_RESULT_SUCCESS;
+      interface.held_size = static_cast<std::uint8_t>(size);
+      deliver(port, interface);
+      return true;
+    }
+    if (endpoint == interface.endpoint_in && endpoint != 0) {
+      send(port, interface);
+      return true;
+    }
+  }
+  return false;
+}
+
+constexpr usbd_class_driver_t kDriver{"torsio HID",    init,          deinit, reset, open,
+                                      control_request, transfer_done, nullptr};
+
+}  // namespace
+
+void set_hid_function(std::uint8_t interface, HidFunction& function) {
+  interfaces[interface].function = &function;
+}
+
+void poll_hid() {
+  for (Interface& interface : interfaces) {
+    if (interface.endpoint_in == 0) continue;
+    deliver(0, interface);
+    send(0, interface);
+  }
+}
+
+}  // namespace torsio::usb
+
+extern "C" const usbd_class_driver_t* usbd_app_driver_get_cb(std::uint8_t* count) {
+  *count = 1;
+  return &torsio::usb::kDriver;
+}
