@@ -51,10 +51,14 @@ UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
 
 void UsbDevice::poll() {
   tud_task();
+  device_.set_connected(has_host());
+  poll_hid();
+}
+
+bool UsbDevice::has_host() const {
   // Configured and not suspended. Pulling the plug of a device that keeps its power looks like a
   // suspended bus: there are no more start-of-frame packets.
-  device_.set_connected(tud_ready());
-  poll_hid();
+  return tud_ready();
 }
 
 }  // namespace torsio::usb

@@ -36,6 +36,9 @@ class UsbDevice {
   /// One round of the main loop: bus events, reports both ways, and whether there is a host.
   void poll();
 
+  /// A host has configured the device and is awake.
+  bool has_host() const;
+
  private:
   device::Device& device_;
   ControlFunction control_;
