@@ -57,6 +57,12 @@ RULES = (
         std=DEVICE_STD,
         third_party=r"tusb\.h|device/usbd_pvt\.h",
     ),
+    # The boards: the SDK, and what it generates.
+    Rule(
+        "firmware/boards",
+        ("core", "protocol", "device", "usb", "boards"),
+        third_party=r"(hardware|pico)/.*\.h",
+    ),
     Rule("firmware/emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
@@ -84,6 +90,9 @@ def _refusal(rule: Rule, including: Path, include: str) -> str | None:
     name = include[1:-1]
     if include.startswith('"'):
         if "/" not in name and (including.parent / name).exists():
+            return None
+        # Made from a file beside the including one.
+        if "/" not in name and (including.parent / name.removesuffix(".h")).exists():
             return None
         if name.split("/")[0] in rule.layers and "/" in name:
             return None
