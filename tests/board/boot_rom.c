@@ -88,7 +88,7 @@ __asm(
     "  .hword \\first | (\\second << 8), \\function + 1\n"
     ".endm\n"
     ".section .header, \"a\"\n"
-    "  .word 0x20042000, start + 1, lost + 1, lost + 1\n"
+    "  .word 0x20041F00, start + 1, lost + 1, lost + 1\n"
     "  .byte 'M', 'u', 1, 3\n"
     "  .hword functions, no_data, lookup + 1\n"
     "  .align 2\n"

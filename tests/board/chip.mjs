@@ -8,7 +8,10 @@
 //   of 7 cycles, so whole turns of it may be left out.
 // - The share of time in which a PWM pin is high, from the unit's registers: rp2040js does not move
 //   pins in the centred mode.
-import { GPIOPinState, LogLevel, RP2040, SimulationClock } from 'rp2040js';
+import { GPIOPinState, LogLevel, RP2040 } from 'rp2040js';
+
+// The package shows the class of its clock only through a chip.
+const Clock = new RP2040().clock.constructor;
 
 const NS_PER_CYCLE = 1e9 / 120e6;
 const SECTOR = 4096;
@@ -38,13 +41,14 @@ export class Chip {
     this.bootloader = false;
     this.lost = false;
     this.levels = new Map([[11, false]]); // what the world puts on the pins; others are pulled up
-    this.adc = 2048;
-    this.clock = new SimulationClock();
+    this.zero = 2048; // steps of the current sensor without a current
+    this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2 };
+    this.clock = new Clock();
     this.powerUp();
   }
 
   powerUp() {
-    const clock = new SimulationClock();
+    const clock = new Clock();
     clock.nanosCounter = this.clock.nanosCounter; // the world's time goes on
     this.clock = clock;
     const mcu = new RP2040(clock);
@@ -62,7 +66,7 @@ export class Chip {
     this.fitPio();
     this.fitFlashChip();
     this.fitWatchdog();
-    mcu.adc.channelValues[0] = this.adc;
+    this.fitMotor();
     for (let pin = 0; pin < 30; ++pin) this.setPin(pin, this.levels.get(pin) ?? true);
   }
 
@@ -141,6 +145,25 @@ export class Chip {
       cycles = 4 * PIO_LOOP + (cycles % PIO_LOOP);
     }
     for (; cycles > 0; --cycles) pio.step();
+  }
+
+  /** The motor's winding between its PWM pins (6 and 7) and its current sensor. */
+  fitMotor() {
+    const { adc } = this.mcu;
+    this.amperes = 0;
+    let last = this.clock.nanos;
+    const plain = adc.onADCRead;
+    adc.onADCRead = (channel) => {
+      const { ohm, henry, supply, voltsPerAmpere } = this.motor;
+      const seconds = (this.clock.nanos - last) * 1e-9;
+      last = this.clock.nanos;
+      const share = this.mcu.gpio[10].value === GPIOPinState.High ? this.highShare(6) - this.highShare(7) : 0;
+      const end = (supply * share) / ohm;
+      this.amperes = end + (this.amperes - end) * Math.exp((-seconds * ohm) / henry);
+      const steps = Math.round(this.zero + ((this.amperes * voltsPerAmpere) / 3.3) * 4096);
+      adc.channelValues[0] = Math.max(0, Math.min(4095, steps));
+      plain(channel);
+    };
   }
 
   // Flash ---------------------------------------------------------------------------------------

@@ -60,10 +60,9 @@ function control({ setup, data = '', partial = false }) {
 }
 
 const commands = {
-  boot({ rom, image, serial, config = null }) {
+  boot({ rom, image, serial }) {
     const flash = new Uint8Array(2 * 1024 * 1024).fill(0xff);
     for (const [address, page] of Object.entries(image)) flash.set(hex(page), Number(address));
-    if (config) flash.set(hex(config.bytes), config.address);
     chip = new Chip({ rom: new Uint8Array(readFileSync(rom)), flash, serial: hex(serial) });
     return true;
   },
@@ -118,10 +117,14 @@ const commands = {
     }
     return true;
   },
-  current({ steps }) {
-    chip.adc = steps;
-    chip.mcu.adc.channelValues[0] = steps;
+  /** Changes the motor, or the sensor's zero. */
+  motor({ zero = 2048, ...changes }) {
+    Object.assign(chip.motor, changes);
+    chip.zero = zero;
     return true;
+  },
+  amperes() {
+    return chip.amperes;
   },
   cut_flash({ after_bytes }) {
     chip.cutAfterBytes = after_bytes;
@@ -143,11 +146,12 @@ const commands = {
       stack: chip.mcu.core.SP,
     };
   },
-  /** The processor stops here for good, as after a program that has lost its way. */
+  /** From now on the processor does nothing, as a program that has lost its way. */
   hang() {
-    chip.mcu.core.PC = 0x20041000;
-    chip.mcu.sramView.setUint16(0x41000, 0xe7fe, true); // b .
-    chip.mcu.core.PM = true;
+    const loop = 0x20041000;
+    chip.mcu.sramView.setUint16(loop - 0x20000000, 0xe7fe, true); // b .
+    chip.mcu.core.PC = loop;
+    chip.mcu.core.PM = true; // no interrupts
     chip.mcu.core.waiting = false;
     return true;
   },

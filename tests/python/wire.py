@@ -177,7 +177,7 @@ def _find(values: Any, path: str) -> Any:
 
 def _store(values: Any, path: str, value: Any) -> None:
     *parents, last = path.split(".")
-    for key, following in zip(parents, [*parents[1:], last], strict=True):
+    for key, following in zip(parents, [*parents, last][1:], strict=True):
         empty: Any = [] if following.isdigit() else {}
         if key.isdigit():
             if len(values) == int(key):
