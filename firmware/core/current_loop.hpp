@@ -12,6 +12,7 @@ struct CurrentLoopParams {
   float proportional_v_per_a = 0;
   float integral_share = 0;  // 1 - the winding's pole
   float supply_v = 1;        // > 0
+  float share_per_v = 1;     // 1 / supply_v
 };
 
 struct CurrentLoopState {
@@ -31,7 +32,7 @@ constexpr CurrentLoopParams make_current_loop(float resistance_ohm, float induct
   // than the period counts as a resistor, one far slower still needs a number above zero.
   const float settled =
       larger(1.0F - exp_negative(resistance_ohm * period_s / inductance_h), 1e-4F);
-  return {approach * resistance_ohm / settled, settled, supply_v};
+  return {approach * resistance_ohm / settled, settled, supply_v, 1.0F / supply_v};
 }
 
 /// One tick. The integral follows the voltage as the current does: integral_share of the way. It
@@ -44,7 +45,7 @@ constexpr float hold_current(CurrentLoopState& state, const CurrentLoopParams& p
   const float voltage_v = clamp_symmetric(wanted_v, params.supply_v);
   state.integral_v =
       flush_tiny(state.integral_v + params.integral_share * (voltage_v - state.integral_v));
-  return voltage_v / params.supply_v;
+  return voltage_v * params.share_per_v;
 }
 
 }  // namespace torsio::core

@@ -13,7 +13,7 @@ import { GPIOPinState, LogLevel, RP2040 } from 'rp2040js';
 // The package shows the class of its clock only through a chip.
 const Clock = new RP2040().clock.constructor;
 
-const NS_PER_CYCLE = 1e9 / 120e6;
+const NS_PER_CYCLE = 1e9 / 200e6;
 const SECTOR = 4096;
 const ERASE_NS = 45e6; // typical of the Pico's flash chip
 const PROGRAM_NS = 0.4e6;
@@ -59,11 +59,11 @@ export class Chip {
     mcu.core.reset();
     mcu.flash.set(this.flash);
     mcu.onBreak = (code) => this.trap(code);
-    mcu.clkSys = 120e6;
     this.flashBusyUntil = 0;
     this.bootloader = false;
     this.fitUsb();
     this.fitPio();
+    this.fitPwm();
     this.fitFlashChip();
     this.fitWatchdog();
     this.fitMotor();
@@ -119,6 +119,17 @@ export class Chip {
     }
     if (gpio.value === GPIOPinState.High) return 1;
     return gpio.value === GPIOPinState.Low ? 0 : null;
+  }
+
+  /** Units in the centred mode stand still: their pins do not move, and their alarms may hang. */
+  fitPwm() {
+    for (const unit of this.mcu.pwm.channels) {
+      const plain = unit.updateEnable.bind(unit);
+      unit.updateEnable = () => {
+        plain();
+        if (unit.csr & 2) unit.timer.enable = false;
+      };
+    }
   }
 
   fitPio() {
@@ -228,16 +239,12 @@ export class Chip {
   }
 
   fitWatchdog() {
-    const reset = () => {
+    const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    watchdog.onWatchdogTrigger = () => {
+      watchdog.alarm.enable = false; // or it would come again at the same moment, for ever
       this.watchdogResets += 1;
       this.restart = true;
     };
-    for (const { name, peripheral } of Object.values(this.mcu.peripherals).map((peripheral) => ({
-      name: peripheral.name,
-      peripheral,
-    }))) {
-      if (name === 'WATCHDOG_BASE') peripheral.onWatchdogTrigger = reset;
-    }
   }
 
   // USB: what a host sees ------------------------------------------------------------------------

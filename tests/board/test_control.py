@@ -15,7 +15,7 @@ BRAKE_NM_PER_A = 0.44
 BRAKE_OHM = 40
 SUPPLY_V = 12
 MOTOR_MAX_NM = 85e-3
-PWM_STEP = 1 / 1500
+PWM_STEP = 1 / 2500
 
 
 def _position(pico: EmulatedPico) -> int:

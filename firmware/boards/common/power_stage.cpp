@@ -40,7 +40,13 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t contro
       tick_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
                                               control_period_ns / 1'000'000'000U)),
       pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)),
-      amperes_per_step_(kAdcReferenceV / kAdcSteps / config.current_sense_v_per_a) {
+      amperes_per_step_(kAdcReferenceV / kAdcSteps / config.current_sense_v_per_a),
+      amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
+      brake_share_per_nm_(config.brake_resistance_ohm / config.brake_torque_constant_nm_per_a /
+                          config.supply_v),
+      brake_share_max_(core::smaller(
+          config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
+      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
   while (tick_unit_ == motor_unit_ || tick_unit_ == brake_unit_) ++tick_unit_;
 
   output_pins = (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
@@ -106,8 +112,7 @@ void PowerStage::measure_current() {
   current_a_ = (steps - zero_steps_) * amperes_per_step_;
   if (config_.motor_reversed == protocol::Toggle::on) current_a_ = -current_a_;
 
-  const float trip_a = core::larger(kOverCurrentFactor * config_.motor_current_max_a, kLeastTripA);
-  if (core::absolute(current_a_) <= trip_a) {
+  if (core::absolute(current_a_) <= trip_a_) {
     over_current_ticks_ = 0;
   } else if (over_current_ticks_ < kOverCurrentTicks) {
     ++over_current_ticks_;
@@ -121,13 +126,9 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
     return;
   }
   const float target_a =
-      core::clamp_symmetric(outputs.motor_torque_nm / config_.motor_torque_constant_nm_per_a,
-                            config_.motor_current_max_a);
+      core::clamp_symmetric(outputs.motor_torque_nm * amperes_per_nm_, config_.motor_current_max_a);
   set_motor(core::hold_current(loop_, loop_params_, target_a, current_a_));
-  const float brake_a =
-      core::smaller(outputs.brake_torque_nm / config_.brake_torque_constant_nm_per_a,
-                    config_.brake_current_max_a);
-  set_brake(brake_a * config_.brake_resistance_ohm / config_.supply_v);
+  set_brake(core::smaller(outputs.brake_torque_nm * brake_share_per_nm_, brake_share_max_));
   if (!enabled_) {
     gpio_put(config_.enable_pin, true);
     enabled_ = true;
@@ -144,8 +145,7 @@ void PowerStage::set_motor(float share) {
 }
 
 void PowerStage::set_brake(float share) {
-  const auto steps =
-      static_cast<std::uint16_t>(core::smaller(share, 1.0F) * static_cast<float>(pwm_steps_));
+  const auto steps = static_cast<std::uint16_t>(share * static_cast<float>(pwm_steps_));
   pwm_set_both_levels(brake_unit_, 0, steps);
 }
 

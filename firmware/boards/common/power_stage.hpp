@@ -45,7 +45,12 @@ class PowerStage {
   std::uint32_t tick_unit_;
   std::uint32_t tick_cycles_;
   std::uint16_t pwm_steps_;
+  // Prepared, because a tick has no time for divisions.
   float amperes_per_step_;
+  float amperes_per_nm_;
+  float brake_share_per_nm_;
+  float brake_share_max_;
+  float trip_a_;
   float zero_steps_ = 0;
   bool zero_known_ = false;
   float current_a_ = 0;
