@@ -46,8 +46,9 @@ FIRMWARE = ("core", "protocol", "device", "emulator")
 # The first rule whose folder (or file) matches decides, so that exceptions come before the rule.
 RULES = (
     Rule("firmware/core", ("core",), std=FREE_STD),
-    # Writes documentation on the host; no part of the library.
+    # Write documentation on the host; no part of the library.
     Rule("firmware/protocol/document.cpp", ("protocol",)),
+    Rule("firmware/protocol/wiring.cpp", ("protocol",)),
     Rule("firmware/protocol", ("protocol",), std=FREE_STD),
     Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
     # The device on TinyUSB's device stack, whatever it runs on.

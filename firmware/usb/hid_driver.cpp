@@ -13,6 +13,8 @@ namespace {
 
 using device::kEndpointSize;
 
+constexpr std::uint8_t kPort = 0;  // the only one that the device stack has
+
 // HID 1.11, sections 7.1 and 7.2.
 constexpr std::uint8_t kGetDescriptor = 0x06;
 constexpr std::uint8_t kHidType = 0x21;
@@ -29,6 +31,7 @@ struct Interface {
   std::uint8_t endpoint_out = 0;
   bool holding = false;  // an output report waits for room
   std::uint8_t held_size = 0;
+  std::size_t in_size = 0;  // an input report waits for its transfer to start
   alignas(4) std::array<std::uint8_t, kEndpointSize> out{};
   alignas(4) std::array<std::uint8_t, kEndpointSize> in{};
 };
@@ -39,23 +42,34 @@ alignas(4) std::array<std::uint8_t, kEndpointSize> control;
 std::uint8_t high_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value >> 8); }
 std::uint8_t low_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value); }
 
+/// Starts a transfer, unless something has happened on the bus that the stack has not looked at
+/// yet: after a reset the controller's driver has no endpoints any more, while the stack still
+/// believes in them.
+/// @returns false to try again in the next round
+bool submit(std::uint8_t endpoint, std::array<std::uint8_t, kEndpointSize>& bytes,
+            std::size_t size) {
+  usbd_int_set(false);
+  const bool started =
+      !tud_task_event_ready() && !usbd_edpt_busy(kPort, endpoint) &&
+      usbd_edpt_xfer(kPort, endpoint, bytes.data(), static_cast<std::uint16_t>(size));
+  usbd_int_set(true);
+  return started;
+}
+
 /// Keeps the endpoint's buffer until the report in it has found room.
-void deliver(std::uint8_t port, Interface& interface) {
+void take_output(Interface& interface) {
   if (interface.holding) {
     interface.holding =
         !interface.function->receive(std::span(interface.out).first(interface.held_size));
   }
-  if (!interface.holding && !usbd_edpt_busy(port, interface.endpoint_out)) {
-    (void)usbd_edpt_xfer(port, interface.endpoint_out, interface.out.data(), kEndpointSize);
-  }
+  if (!interface.holding) (void)submit(interface.endpoint_out, interface.out, kEndpointSize);
 }
 
-void send(std::uint8_t port, Interface& interface) {
-  if (!tud_ready() || usbd_edpt_busy(port, interface.endpoint_in)) return;
-  const std::size_t size = interface.function->next_input(interface.in);
-  if (size == 0) return;
-  (void)usbd_edpt_xfer(port, interface.endpoint_in, interface.in.data(),
-                       static_cast<std::uint16_t>(size));
+void give_input(Interface& interface) {
+  if (!tud_ready() || usbd_edpt_busy(kPort, interface.endpoint_in)) return;
+  if (interface.in_size == 0) interface.in_size = interface.function->next_input(interface.in);
+  if (interface.in_size == 0) return;
+  if (submit(interface.endpoint_in, interface.in, interface.in_size)) interface.in_size = 0;
 }
 
 // What TinyUSB calls -------------------------------------------------------------------------
@@ -68,6 +82,7 @@ void reset(std::uint8_t) {
     interface.endpoint_in = 0;
     interface.endpoint_out = 0;
     interface.holding = false;
+    interface.in_size = 0;
   }
 }
 
@@ -87,8 +102,7 @@ std::uint16_t open(std::uint8_t port, const tusb_desc_interface_t* descriptor,
                            &interface.endpoint_out, &interface.endpoint_in)) {
     return 0;
   }
-  deliver(port, interface);
-  return size;
+  return size;  // poll_hid() makes the endpoint listen
 }
 
 bool get_descriptor(std::uint8_t port, const tusb_control_request_t& request, std::uint8_t number) {
@@ -159,19 +173,14 @@ bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_r
   }
 }
 
-bool transfer_done(std::uint8_t port, std::uint8_t endpoint, xfer_result_t result,
-                   std::uint32_t size) {
+bool transfer_done(std::uint8_t, std::uint8_t endpoint, xfer_result_t result, std::uint32_t size) {
   for (Interface& interface : interfaces) {
     if (endpoint == interface.endpoint_out && endpoint != 0) {
       interface.holding = result == XFER_RESULT_SUCCESS;
       interface.held_size = static_cast<std::uint8_t>(size);
-      deliver(port, interface);
       return true;
     }
-    if (endpoint == interface.endpoint_in && endpoint != 0) {
-      send(port, interface);
-      return true;
-    }
+    if (endpoint == interface.endpoint_in && endpoint != 0) return true;
   }
   return false;
 }
@@ -188,8 +197,8 @@ void set_hid_function(std::uint8_t interface, HidFunction& function) {
 void poll_hid() {
   for (Interface& interface : interfaces) {
     if (interface.endpoint_in == 0) continue;
-    deliver(0, interface);
-    send(0, interface);
+    take_output(interface);
+    give_input(interface);
   }
 }
 

@@ -144,6 +144,7 @@ const commands = {
       lost: chip.lost,
       address: chip.mcu.usbCtrl.addrEndp & 0x7f,
       stack: chip.mcu.core.SP,
+      pc: chip.mcu.core.PC,
     };
   },
   /** From now on the processor does nothing, as a program that has lost its way. */

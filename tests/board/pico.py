@@ -111,6 +111,7 @@ class EmulatedPico:
         answer = self.do("control", setup=setup.hex(), data=data.hex())
         if answer.get("stall"):
             raise UsbStall
+        assert "timeout" not in answer, "the device does not answer"
         return bytes.fromhex(answer["data"])
 
     def enumerate(self) -> dict[str, bytes]:
@@ -219,16 +220,18 @@ class EmulatedPico:
     def motor(self) -> float | None:
         """Return the share of the supply's voltage on the motor; None while the stage is off."""
         first, second, enable = self.do("high_share", pins=[6, 7, 10])
-        if enable == 0:
-            assert (first, second) == (0, 0)
+        if not enable:
+            assert not first
+            assert not second
             return None
         return float(first - second)
 
     def brake(self) -> float | None:
         """Return the share of the supply's voltage on the brake; None while the stage is off."""
         first, second, enable = self.do("high_share", pins=[8, 9, 10])
-        if enable == 0:
-            assert (first, second) == (0, 0)
+        if not enable:
+            assert not first
+            assert not second
             return None
         return float(first - second)
 

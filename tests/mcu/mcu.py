@@ -15,7 +15,12 @@ FIRMWARE = TREE / "build" / "firmware"
 
 def _output(command: list[str]) -> str:
     result = subprocess.run(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=True, timeout=300
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=True,
+        timeout=300,
     )
     return result.stdout
 
