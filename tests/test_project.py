@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
-COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "docs", "clean")
+COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "firmware", "docs", "clean")
 
 
 def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -36,6 +36,7 @@ def test_dev_help_names_every_command(arguments: tuple[str, ...]) -> None:
         ("check", "--all"),
         ("bench", "no_such_benchmark"),
         ("bench", "../test"),
+        ("firmware", "pico"),
         ("clean", "build"),
     ],
 )

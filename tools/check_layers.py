@@ -46,10 +46,24 @@ FIRMWARE = ("core", "protocol", "device", "emulator")
 # The first rule whose folder (or file) matches decides, so that exceptions come before the rule.
 RULES = (
     Rule("firmware/core", ("core",), std=FREE_STD),
-    # Writes documentation on the host; no part of the library.
+    # Write documentation on the host; no part of the library.
     Rule("firmware/protocol/document.cpp", ("protocol",)),
+    Rule("firmware/protocol/wiring.cpp", ("protocol",)),
     Rule("firmware/protocol", ("protocol",), std=FREE_STD),
     Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
+    # The device on TinyUSB's device stack, whatever it runs on.
+    Rule(
+        "firmware/usb",
+        ("core", "protocol", "device", "usb"),
+        std=DEVICE_STD,
+        third_party=r"tusb\.h|device/usbd_pvt\.h",
+    ),
+    # The boards: the SDK, and what it generates.
+    Rule(
+        "firmware/boards",
+        ("core", "protocol", "device", "usb", "boards"),
+        third_party=r"(hardware|pico)/.*\.h",
+    ),
     Rule("firmware/emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
@@ -77,6 +91,9 @@ def _refusal(rule: Rule, including: Path, include: str) -> str | None:
     name = include[1:-1]
     if include.startswith('"'):
         if "/" not in name and (including.parent / name).exists():
+            return None
+        # Made from a file beside the including one.
+        if "/" not in name and (including.parent / name.removesuffix(".h")).exists():
             return None
         if name.split("/")[0] in rule.layers and "/" in name:
             return None

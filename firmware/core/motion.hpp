@@ -15,6 +15,8 @@ struct MotionParams {
   bool reversed = false;
   float position_gain = 0;  // of the tracking filter, see make_motion_params
   float speed_gain = 0;
+  float speed_scale = 0;         // rad/s for a count per tick
+  float acceleration_scale = 0;  // rad/s^2 for a count per tick, gained in a tick
 };
 
 struct MotionState {
@@ -39,8 +41,14 @@ struct Motion {
 constexpr MotionParams make_motion_params(const Resolution& resolution, std::uint32_t counter_bits,
                                           bool reversed, float speed_bandwidth_hz) {
   const float pole = exp_negative(kTwoPi * speed_bandwidth_hz * resolution.period_s);
-  return {resolution, 32 - counter_bits, reversed, 1.0F - pole * pole,
-          (1.0F - pole) * (1.0F - pole)};
+  const float speed_scale = resolution.rad_per_count / resolution.period_s;
+  return {resolution,
+          32 - counter_bits,
+          reversed,
+          1.0F - pole * pole,
+          (1.0F - pole) * (1.0F - pole),
+          speed_scale,
+          speed_scale / resolution.period_s};
 }
 
 /// One tick. The counter may wrap at its width; between two ticks it must not move by half its
@@ -62,10 +70,8 @@ constexpr Motion track_motion(MotionState& state, const MotionParams& params,
   state.lag_counts = flush_tiny((1.0F - params.position_gain) * innovation);
   state.speed_counts_per_tick = flush_tiny(old_speed + change);
 
-  const float rad_per_count = params.resolution.rad_per_count;
-  const float rate = rad_per_count / params.resolution.period_s;
-  return {state.position_counts, delta, static_cast<float>(delta) * rad_per_count,
-          state.speed_counts_per_tick * rate, change * rate / params.resolution.period_s};
+  return {state.position_counts, delta, static_cast<float>(delta) * params.resolution.rad_per_count,
+          state.speed_counts_per_tick * params.speed_scale, change * params.acceleration_scale};
 }
 
 }  // namespace torsio::core

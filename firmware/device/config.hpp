@@ -13,6 +13,7 @@ namespace torsio::device {
 struct Config {
   protocol::ActuatorConfig actuator;
   protocol::ControlConfig control;
+  protocol::BoardConfig board;
 };
 
 /// Everything that the control loop needs to know, prepared.
@@ -29,6 +30,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);
 
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
+
+/// No pin has two jobs, and what needs a hardware unit of its own gets one.
+protocol::Verdict check_consistent(const protocol::BoardConfig& config);
 
 /// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a
 /// half times what motor and brake can give together.

@@ -10,13 +10,15 @@ namespace {
 
 using protocol::report_size;
 
-// A slot: magic, layout, number of the save, two reports as on the wire, checksum of all before it.
+// A slot: magic, layout, number of the save, three reports as on the wire, checksum of all before
+// it.
 constexpr std::uint32_t kMagic = 0x53524F54;  // "TORS"
 constexpr std::size_t kLayoutAt = 4;
 constexpr std::size_t kSavesAt = 8;
 constexpr std::size_t kActuatorAt = 12;
 constexpr std::size_t kControlAt = kActuatorAt + report_size;
-constexpr std::size_t kChecksumAt = kControlAt + report_size;
+constexpr std::size_t kBoardAt = kControlAt + report_size;
+constexpr std::size_t kChecksumAt = kBoardAt + report_size;
 static_assert(kChecksumAt + 4 <= kSlotSize);
 
 void put_u32(SlotBytes& bytes, std::size_t at, std::uint32_t value) {
@@ -42,7 +44,8 @@ std::optional<Config> read_slot(const SlotBytes& bytes) {
   const std::span all(bytes);
   if (!protocol::decode(all.subspan(kActuatorAt, report_size), config.actuator).ok() ||
       !protocol::decode(all.subspan(kControlAt, report_size), config.control).ok() ||
-      !check_consistent(config.actuator).ok()) {
+      !protocol::decode(all.subspan(kBoardAt, report_size), config.board).ok() ||
+      !check_consistent(config.actuator).ok() || !check_consistent(config.board).ok()) {
     return std::nullopt;
   }
   return config;
@@ -79,8 +82,10 @@ SlotWrite ConfigStore::prepare(const Config& config) const {
   put_u32(write.bytes, kSavesAt, saves_ + 1);
   const protocol::ReportBytes actuator = protocol::encode(config.actuator);
   const protocol::ReportBytes control = protocol::encode(config.control);
+  const protocol::ReportBytes board = protocol::encode(config.board);
   std::copy(actuator.begin(), actuator.end(), write.bytes.begin() + kActuatorAt);
   std::copy(control.begin(), control.end(), write.bytes.begin() + kControlAt);
+  std::copy(board.begin(), board.end(), write.bytes.begin() + kBoardAt);
   put_u32(write.bytes, kChecksumAt, checksum(write.bytes));
   return write;
 }

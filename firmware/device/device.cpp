@@ -211,11 +211,15 @@ Order Device::order_for(const EffectReport& report) {
 }
 
 Order Device::order_for(const protocol::ActuatorConfig& actuator) {
-  return configure({actuator, config_.control});
+  return configure({actuator, config_.control, config_.board});
 }
 
 Order Device::order_for(const protocol::ControlConfig& control) {
-  return configure({config_.actuator, control});
+  return configure({config_.actuator, control, config_.board});
+}
+
+Order Device::order_for(const protocol::BoardConfig& board) {
+  return configure({config_.actuator, config_.control, board});
 }
 
 Order Device::configure(const Config& config) {
@@ -280,6 +284,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
     case Layout<protocol::ControlConfig>::id:
       report = protocol::encode(config_.control);
       return Status::ok;
+    case Layout<protocol::BoardConfig>::id:
+      report = protocol::encode(config_.board);
+      return Status::ok;
     default:
       return Status::unknown_report;
   }
@@ -342,6 +349,13 @@ std::optional<SlotWrite> Device::take_slot_write() {
 void Device::storage_written() {
   if (!save_order_) return;
   store_.written();
+  (void)loop_.orders.push(*save_order_);
+  save_order_.reset();
+}
+
+void Device::storage_failed() {
+  if (!save_order_) return;
+  save_order_->verdict = {Status::busy};
   (void)loop_.orders.push(*save_order_);
   save_order_.reset();
 }

@@ -72,9 +72,17 @@ class Device {
   void set_connected(bool connected);
 
   /// The slot that the board must write now, once per `save`. The board calls storage_written()
-  /// when the bytes are safe; the acknowledgement of `save` waits for that.
+  /// when the bytes are safe; the acknowledgement of `save` waits for that. If they could not be
+  /// written it calls storage_failed(), and `save` is refused with busy.
   [[nodiscard]] std::optional<SlotWrite> take_slot_write();
   void storage_written();
+  void storage_failed();
+
+  /// The state now, for a status light.
+  protocol::State state() const { return loop_.snapshot().state; }
+
+  /// How the board is wired. A board looks once, when it starts.
+  const protocol::BoardConfig& board_config() const { return config_.board; }
 
   /// True once after an accepted `bootloader` command.
   [[nodiscard]] bool take_bootloader_request();
@@ -94,6 +102,7 @@ class Device {
   Order order_for(const protocol::CurvePoints& points);
   Order order_for(const protocol::ActuatorConfig& actuator);
   Order order_for(const protocol::ControlConfig& control);
+  Order order_for(const protocol::BoardConfig& board);
   template <class EffectReport>
   Order order_for(const EffectReport& effect);
 

@@ -24,6 +24,15 @@ float per_tick(float change, std::uint32_t ticks) {
   return ticks == 0 ? 0.0F : change / static_cast<float>(ticks);
 }
 
+/// The nearest float, as static_cast gives it. The compiler's library takes the way over double
+/// precision, which the microcontroller does not have.
+float to_float(std::uint64_t value) {
+  if (value <= 0xFFFFFFFFU) return static_cast<float>(static_cast<std::uint32_t>(value));
+  // Up to 40 bits: the last eight only decide whether there is anything behind the others.
+  const auto upper = static_cast<std::uint32_t>(value >> 8);
+  return static_cast<float>(upper | ((value & 0xFFU) != 0 ? 1U : 0U)) * 256.0F;
+}
+
 /// Within an endless effect nothing fades; within a finite one attack and fade must have room.
 template <class Report>
 Verdict prepare_timing(const protocol::Timing& in, const Resolution& r, core::Timing& timing) {
@@ -168,7 +177,7 @@ Verdict prepare(const protocol::Curve& in, const Resolution& r, core::Effect& ef
   curve.pattern =
       core::make_pattern_of_span(in.angle_turns_q32, in.span_turns_q32, r.counts_per_rev);
   curve.intervals = static_cast<std::uint16_t>(in.points - 1);
-  const float span_rad = static_cast<float>(in.span_turns_q32) * (core::kTwoPi * 0x1p-32F);
+  const float span_rad = to_float(in.span_turns_q32) * (core::kTwoPi * 0x1p-32F);
   curve.intervals_per_rad = static_cast<float>(curve.intervals) / span_rad;
   curve.first_point = in.first_point;
   curve.repeats = in.ends == protocol::Ends::repeat;

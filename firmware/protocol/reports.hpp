@@ -1,5 +1,6 @@
 /// @file
-/// Everything that is not an effect: identity, clock, health, configuration, commands, telemetry.
+/// Everything that is neither an effect nor configuration: identity, clock, health, commands,
+/// telemetry.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "protocol/configuration.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/layout.hpp"
 #include "protocol/status.hpp"
@@ -44,19 +46,6 @@ enum class Board : std::uint8_t { emulated, pico, pico2 };
 template <>
 struct Enumerators<Board> {
   static constexpr std::array<std::string_view, 3> names{"emulated", "pico", "pico2"};
-};
-
-enum class Law : std::uint8_t { paper, compensated, parallel, motor_only };
-template <>
-struct Enumerators<Law> {
-  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
-                                                         "motor_only"};
-};
-
-enum class Toggle : std::uint8_t { off, on };
-template <>
-struct Enumerators<Toggle> {
-  static constexpr std::array<std::string_view, 2> names{"off", "on"};
 };
 
 enum class Op : std::uint8_t {
@@ -170,97 +159,6 @@ struct Layout<Health> {
       any_number("tick_time_ns", &Health::tick_time_ns, "ns", "time the last tick took"),
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
-  };
-};
-
-/// The actuator as built. The defaults are those of the reference actuator.
-struct ActuatorConfig {
-  std::uint16_t sequence = 0;
-  std::uint8_t axis = 0;
-  float motor_torque_max_nm = 85e-3F;
-  float brake_torque_max_nm = 110e-3F;
-  float brake_torque_min_nm = 3.3e-3F;
-  float brake_drag_nm = 2e-3F;
-  float brake_time_constant_s = 60e-3F;
-  float spring_stiffness_nm_per_rad = 2.873F;
-  std::uint32_t counts_per_rev = 8192;
-  std::uint8_t counter_bits = 32;
-  Toggle encoder_reversed = Toggle::off;
-};
-template <>
-struct Layout<ActuatorConfig> {
-  static constexpr std::uint8_t id = 0x04;
-  static constexpr Direction direction = Direction::feature;
-  static constexpr std::string_view name = "actuator_config";
-  static constexpr std::string_view doc =
-      "The actuator as built. Set only while disarmed; another encoder empties the scene.";
-  static constexpr std::tuple fields{
-      any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
-      number("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0, max_torque_nm,
-             "what the motor can give"),
-      number("brake_torque_max_nm", &ActuatorConfig::brake_torque_max_nm, "N m", 0, max_torque_nm,
-             "what the brake can hold"),
-      number("brake_torque_min_nm", &ActuatorConfig::brake_torque_min_nm, "N m", 0, max_torque_nm,
-             "floor of the brake's torque in the sensor"),
-      number("brake_drag_nm", &ActuatorConfig::brake_drag_nm, "N m", 0, max_torque_nm,
-             "what the brake holds with no current"),
-      number("brake_time_constant_s", &ActuatorConfig::brake_time_constant_s, "s", 0, 100, ""),
-      number("spring_stiffness_nm_per_rad", &ActuatorConfig::spring_stiffness_nm_per_rad, "N m/rad",
-             0, max_stiffness_nm_per_rad, "of the shaft between knob and brake"),
-      number("counts_per_rev", &ActuatorConfig::counts_per_rev, "", 4, 1U << 24, ""),
-      number("counter_bits", &ActuatorConfig::counter_bits, "", 8, 32,
-             "width at which the encoder's counter wraps"),
-      choice("encoder_reversed", &ActuatorConfig::encoder_reversed, ""),
-  };
-};
-
-/// How the device controls, and what it does when the host goes silent.
-struct ControlConfig {
-  std::uint16_t sequence = 0;
-  std::uint8_t axis = 0;
-  Law law = Law::paper;
-  float beta = 0.5F;
-  float speed_bandwidth_hz = 100;
-  float motor_torque_cap_nm = max_torque_nm;
-  float brake_torque_cap_nm = max_torque_nm;
-  float motor_slew_nm_per_s = 0;
-  float speed_limit_rad_s = 0;
-  float watchdog_s = 0.25F;
-  float passive_ramp_s = 0.05F;
-  float passive_brake_nm = 0;
-  Toggle autonomous = Toggle::off;
-};
-template <>
-struct Layout<ControlConfig> {
-  static constexpr std::uint8_t id = 0x05;
-  static constexpr Direction direction = Direction::feature;
-  static constexpr std::string_view name = "control_config";
-  static constexpr std::string_view doc =
-      "How the device controls, and what it does when the host goes silent. Set only while "
-      "disarmed.";
-  static constexpr std::tuple fields{
-      any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
-      choice("law", &ControlConfig::law, "partition between motor and brake"),
-      number("beta", &ControlConfig::beta, "", 0, 1, "the brake's share of the desired torque"),
-      number("speed_bandwidth_hz", &ControlConfig::speed_bandwidth_hz, "Hz", 1, 1e4F,
-             "of the speed estimate"),
-      number("motor_torque_cap_nm", &ControlConfig::motor_torque_cap_nm, "N m", 0, max_torque_nm,
-             "the user's limit, below the actuator's"),
-      number("brake_torque_cap_nm", &ControlConfig::brake_torque_cap_nm, "N m", 0, max_torque_nm,
-             "the user's limit, below the actuator's"),
-      number("motor_slew_nm_per_s", &ControlConfig::motor_slew_nm_per_s, "N m/s", 0, 1e6F,
-             "largest rate of the motor's torque; 0 is no limit"),
-      number("speed_limit_rad_s", &ControlConfig::speed_limit_rad_s, "rad/s", 0, 1e4F,
-             "faster is a fault; 0 is no limit"),
-      number("watchdog_s", &ControlConfig::watchdog_s, "s", 0.01F, 60,
-             "silence of the host that disarms"),
-      number("passive_ramp_s", &ControlConfig::passive_ramp_s, "s", 0, 10,
-             "the motor's way to zero when the host is lost"),
-      number("passive_brake_nm", &ControlConfig::passive_brake_nm, "N m", 0, max_torque_nm,
-             "the brake's torque on that way; 0 releases it"),
-      choice("autonomous", &ControlConfig::autonomous, "on: no watchdog, plays on without a host"),
   };
 };
 
@@ -473,8 +371,6 @@ struct Layout<Event> {
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
 static_assert(wire_size<Health>() == 31);
-static_assert(wire_size<ActuatorConfig>() == 33);
-static_assert(wire_size<ControlConfig>() == 41);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
 static_assert(wire_size<Stream>() == 4);

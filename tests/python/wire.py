@@ -77,6 +77,16 @@ REPORTS = {
             "f brake_torque_cap_nm, f motor_slew_nm_per_s, f speed_limit_rad_s, f watchdog_s, "
             "f passive_ramp_s, f passive_brake_nm, B autonomous",
         ),
+        _report(
+            "board_config",
+            0x06,
+            "H sequence, B axis, f supply_v, f motor_torque_constant_nm_per_a, "
+            "f motor_current_max_a, f motor_resistance_ohm, f motor_inductance_h, "
+            "f current_bandwidth_hz, f current_sense_v_per_a, f brake_torque_constant_nm_per_a, "
+            "f brake_current_max_a, f brake_resistance_ohm, B motor_reversed, B encoder_pin, "
+            "B motor_pin, B brake_pin, B enable_pin, B emergency_stop_pin, B driver_fault_pin, "
+            "B current_sense_pin, B light_pin",
+        ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
         _report("stream", 0x12, "H sequence, B axis, B decimation"),
@@ -150,6 +160,7 @@ ENUMERATORS = {
     "board": ("emulated", "pico", "pico2"),
     "law": ("paper", "compensated", "parallel", "motor_only"),
     "encoder_reversed": ("off", "on"),
+    "motor_reversed": ("off", "on"),
     "autonomous": ("off", "on"),
     "op": (
         *("keep_alive", "arm", "disarm", "stop", "zero"),

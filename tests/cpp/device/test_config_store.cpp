@@ -117,3 +117,23 @@ TEST_CASE("save is acknowledged when the board has written, and survives a power
   CHECK(again.command(Op::load_defaults) == Status::ok);
   CHECK(again.get<ControlConfig>().beta == 0.5F);
 }
+
+TEST_CASE("save is refused as busy when the board could not write, and may be tried again") {
+  Rig rig;
+  const auto save = [&](bool works) {
+    REQUIRE(rig.device->receive(encode(Command{3, 0, Op::save})));
+    rig.tick(2);
+    REQUIRE(rig.device->take_slot_write());
+    if (works) {
+      rig.device->storage_written();
+    } else {
+      rig.device->storage_failed();
+    }
+    rig.tick(2);
+    return rig.status(rig.acknowledgements.back());
+  };
+  CHECK(save(false) == Status::busy);
+  CHECK(rig.get<Health>().saves == 0);
+  CHECK(save(true) == Status::ok);
+  CHECK(rig.get<Health>().saves == 1);
+}

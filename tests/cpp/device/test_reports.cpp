@@ -203,6 +203,34 @@ TEST_CASE("configuration is set while disarmed, read back and refused when it ma
   CHECK(rig.get<ActuatorConfig>().brake_torque_min_nm == 3.3e-3F);
 }
 
+TEST_CASE("wiring is read back as it was set, and refused when a pin has two jobs") {
+  Rig rig;
+  BoardConfig wiring;
+  wiring.sequence = 9;
+  wiring.motor_pin = 14;
+  wiring.supply_v = 24;
+  REQUIRE(rig.set(wiring).ok());
+  CHECK(rig.get<BoardConfig>().motor_pin == 14);
+  CHECK(rig.device->board_config().supply_v == 24);
+  CHECK(rig.acknowledgements.back().sequence == 9);
+
+  const auto refused = [&](auto change) {
+    BoardConfig bad = wiring;
+    change(bad);
+    const Verdict verdict = rig.set(bad);
+    CHECK(verdict.status == Status::inconsistent);
+    CHECK(rig.get<BoardConfig>().motor_pin == 14);
+    return field_name<BoardConfig>(verdict.field);
+  };
+  CHECK(refused([](BoardConfig& c) { c.motor_pin = 7; }) == "motor_pin");
+  CHECK(refused([](BoardConfig& c) { c.brake_pin = 9; }) == "brake_pin");
+  // 14 and 30 would share a PWM unit, and so do 4 and 20.
+  CHECK(refused([](BoardConfig& c) { c.motor_pin = 4, c.brake_pin = 20; }) == "brake_pin");
+  CHECK(refused([](BoardConfig& c) { c.enable_pin = 3; }) == "enable_pin");  // encoder B
+  CHECK(refused([](BoardConfig& c) { c.light_pin = 24; }) == "light_pin");
+  CHECK(refused([](BoardConfig& c) { c.encoder_pin = 22; }) == "encoder_pin");
+}
+
 TEST_CASE("a setting behind an arm command in the same frame is refused, not half taken") {
   Rig rig;
   ControlConfig config;

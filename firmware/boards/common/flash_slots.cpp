@@ -1,0 +1,43 @@
+#include "boards/common/flash_slots.hpp"
+
+#include <hardware/flash.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+namespace torsio::boards {
+namespace {
+
+static_assert(device::kSlotSize == FLASH_PAGE_SIZE);
+
+std::uint32_t offset_of(std::uint8_t slot) {
+  return PICO_FLASH_SIZE_BYTES - (2U - slot) * FLASH_SECTOR_SIZE;
+}
+
+/// The bytes in the flash, past the cache.
+std::span<const std::uint8_t, device::kSlotSize> bytes_of(std::uint8_t slot) {
+  const auto address = static_cast<std::uintptr_t>(XIP_NOCACHE_NOALLOC_BASE + offset_of(slot));
+  return std::span<const std::uint8_t, device::kSlotSize>(
+      reinterpret_cast<const std::uint8_t*>(address), device::kSlotSize);
+}
+
+}  // namespace
+
+device::StoredSlots read_slots() {
+  device::StoredSlots slots;
+  for (std::uint8_t slot = 0; slot < 2; ++slot) {
+    const auto bytes = bytes_of(slot);
+    std::copy(bytes.begin(), bytes.end(), slots.slot[slot].begin());
+  }
+  return slots;
+}
+
+bool write_slot(const device::SlotWrite& write) {
+  flash_range_erase(offset_of(write.slot), FLASH_SECTOR_SIZE);
+  flash_range_program(offset_of(write.slot), write.bytes.data(), write.bytes.size());
+  const auto bytes = bytes_of(write.slot);
+  return std::equal(bytes.begin(), bytes.end(), write.bytes.begin());
+}
+
+}  // namespace torsio::boards

@@ -1,0 +1,192 @@
+// Start-up, the control interrupt and the main loop. The interrupt owns encoder, power stage and
+// Device::tick(); the main loop owns everything else.
+#include <hardware/clocks.h>
+#include <hardware/gpio.h>
+#include <hardware/structs/systick.h>
+#include <hardware/sync.h>
+#include <hardware/timer.h>
+#include <hardware/watchdog.h>
+#include <pico/bootrom.h>
+#include <pico/unique_id.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <new>
+#include <optional>
+
+#include "boards/common/board.hpp"
+#include "boards/common/flash_slots.hpp"
+#include "boards/common/power_stage.hpp"
+#include "boards/common/quadrature.hpp"
+#include "boards/common/status_light.hpp"
+#include "device/device.hpp"
+#include "usb/usb_device.hpp"
+
+namespace torsio::boards {
+namespace {
+
+constexpr std::uint32_t kControlPeriodUs = kControlPeriodNs / 1000;
+constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
+constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
+constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
+constexpr std::uint32_t kSysTickOn = 0x5;           // enabled, from the processor's clock
+
+/// Room for an object that is made at start-up and never destroyed.
+template <class T>
+class Lasting {
+ public:
+  template <class... Arguments>
+  T& make(Arguments&&... arguments) {
+    return *new (bytes_) T(arguments...);
+  }
+  T& operator*() { return *std::launder(reinterpret_cast<T*>(bytes_)); }
+  T* operator->() { return &**this; }
+
+ private:
+  alignas(T) unsigned char bytes_[sizeof(T)];
+};
+
+Lasting<device::Device> the_device;
+Lasting<PowerStage> power;
+Lasting<Quadrature> encoder;
+Lasting<usb::UsbDevice> usb_device;
+
+// Control interrupt --------------------------------------------------------------------------
+
+device::TickInputs inputs;
+std::uint8_t emergency_stop_pin;
+std::uint32_t due_us;
+std::uint32_t cycles_to_ns_q16;
+std::atomic<std::uint32_t> ticks_done{0};
+
+std::uint32_t cycles_left() { return systick_hw->cvr; }
+
+/// Whole periods by which this tick is late. The timer and the PWM run from the same crystal.
+std::uint32_t count_missed_ticks() {
+  const std::uint32_t late_us = timer_hw->timerawl - due_us;
+  due_us += kControlPeriodUs;
+  if (static_cast<std::int32_t>(late_us) < 0) return 0;
+  const std::uint32_t missed = late_us < kControlPeriodUs ? 0 : late_us / kControlPeriodUs;
+  due_us += missed * kControlPeriodUs;
+  return missed;
+}
+
+void on_tick() {
+  const std::uint32_t start = cycles_left();
+  power->begin_tick();
+  inputs.encoder_count = encoder->read();
+  inputs.emergency_stop = gpio_get(emergency_stop_pin);
+  inputs.actuator_fault = power->has_fault();
+  inputs.missed_ticks = count_missed_ticks();
+  power->apply(the_device->tick(inputs));
+  ticks_done.store(ticks_done.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  const std::uint32_t cycles = (start - cycles_left()) & kSysTickMask;
+  inputs.tick_time_ns =
+      static_cast<std::uint32_t>((std::uint64_t{cycles} * cycles_to_ns_q16) >> 16);
+}
+
+// Start-up -----------------------------------------------------------------------------------
+
+device::BoardInfo board_info() {
+  device::BoardInfo info;
+  info.board = kBoard;
+  info.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
+  info.control_period_ns = kControlPeriodNs;
+  info.has_bootloader = true;
+  pico_unique_board_id_t id;
+  pico_get_unique_board_id(&id);
+  constexpr char digits[] = "0123456789ABCDEF";
+  static_assert(2 * sizeof(id.id) == sizeof(info.serial));
+  for (std::size_t i = 0; i < info.serial.size(); ++i) {
+    info.serial[i] =
+        static_cast<std::uint8_t>(digits[(id.id[i / 2] >> (i % 2 == 0 ? 4 : 0)) & 0xF]);
+  }
+  return info;
+}
+
+void start_control(const protocol::BoardConfig& config) {
+  encoder.make(config.encoder_pin);
+  power.make(config, kControlPeriodNs);
+  emergency_stop_pin = config.emergency_stop_pin;
+  gpio_init(config.light_pin);
+  gpio_set_dir(config.light_pin, GPIO_OUT);
+
+  systick_hw->rvr = kSysTickMask;
+  systick_hw->csr = kSysTickOn;
+  cycles_to_ns_q16 =
+      static_cast<std::uint32_t>((std::uint64_t{1'000'000'000} << 16) / clock_get_hz(clk_sys));
+  due_us = timer_hw->timerawl + kControlPeriodUs;
+  power->start(on_tick);
+}
+
+// Main loop ----------------------------------------------------------------------------------
+
+void save_when_asked() {
+  const std::optional<device::SlotWrite> write = the_device->take_slot_write();
+  if (!write) return;
+  watchdog_enable(kFlashWatchdogMs, false);
+  const bool intact = write_slot(*write);
+  watchdog_enable(kWatchdogMs, false);
+  if (intact) {
+    the_device->storage_written();
+  } else {
+    the_device->storage_failed();
+  }
+}
+
+void show_state(std::uint8_t pin) {
+  gpio_put(pin, status_light(the_device->state(), usb_device->has_host(),
+                             static_cast<std::uint32_t>(time_us_64() / 1000)));
+}
+
+/// Feeds the watchdog as long as both contexts get on.
+void show_life() {
+  static std::uint32_t last_seen;
+  const std::uint32_t ticks = ticks_done.load(std::memory_order_relaxed);
+  if (ticks != last_seen) watchdog_update();
+  last_seen = ticks;
+}
+
+[[noreturn]] void run(std::uint8_t light_pin) {
+  std::uint32_t bootloader_us = 0;
+  bool leaving = false;
+  watchdog_enable(kWatchdogMs, false);
+  for (;;) {
+    usb_device->poll();
+    the_device->service();
+    save_when_asked();
+    show_state(light_pin);
+    show_life();
+    if (the_device->take_bootloader_request()) {
+      leaving = true;
+      bootloader_us = timer_hw->timerawl;
+    }
+    if (leaving && timer_hw->timerawl - bootloader_us > kGoodbyeUs) {
+      cut_power();
+      rom_reset_usb_boot(0, 0);
+    }
+    __wfi();  // the next tick wakes it at the latest
+  }
+}
+
+}  // namespace
+}  // namespace torsio::boards
+
+/// A program that has lost its way: power off, then the watchdog starts it anew.
+extern "C" [[noreturn]] void torsio_panic(...) {
+  torsio::boards::cut_power();
+  for (;;) {
+  }
+}
+extern "C" [[noreturn]] void isr_hardfault() { torsio_panic(); }
+
+int main() {
+  using namespace torsio::boards;
+  const torsio::device::BoardInfo info = board_info();
+  torsio::device::Device& device = the_device.make(info, read_slots());
+  start_control(device.board_config());
+  usb_device.make(device, info);
+  run(device.board_config().light_pin);
+}

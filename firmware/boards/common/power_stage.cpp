@@ -1,0 +1,168 @@
+#include "boards/common/power_stage.hpp"
+
+#include <hardware/adc.h>
+#include <hardware/clocks.h>
+#include <hardware/gpio.h>
+#include <hardware/irq.h>
+#include <hardware/pwm.h>
+
+#include "boards/common/board.hpp"
+#include "core/math.hpp"
+
+namespace torsio::boards {
+namespace {
+
+constexpr float kAdcReferenceV = 3.3F;
+constexpr float kAdcSteps = 4096;
+constexpr std::uint32_t kFirstAdcPin = 26;
+
+// Follows a sensor's slow drift, not its noise.
+constexpr float kZeroShare = 1.0F / 256;
+
+// Noise makes one high sample, a short circuit makes many.
+constexpr std::uint8_t kOverCurrentTicks = 3;
+constexpr float kOverCurrentFactor = 1.5F;
+constexpr float kLeastTripA = 0.1F;
+
+// For cut_power(), which knows no object.
+std::uint32_t output_pins = 0;
+
+}  // namespace
+
+PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t control_period_ns)
+    : config_(config),
+      loop_params_(core::make_current_loop(
+          config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
+          static_cast<float>(control_period_ns) * 1e-9F, config.supply_v)),
+      motor_unit_(pwm_gpio_to_slice_num(config.motor_pin)),
+      brake_unit_(pwm_gpio_to_slice_num(config.brake_pin)),
+      tick_unit_(0),
+      tick_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
+                                              control_period_ns / 1'000'000'000U)),
+      pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)),
+      amperes_per_step_(kAdcReferenceV / kAdcSteps / config.current_sense_v_per_a),
+      amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
+      brake_share_per_nm_(config.brake_resistance_ohm / config.brake_torque_constant_nm_per_a /
+                          config.supply_v),
+      brake_share_max_(core::smaller(
+          config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
+      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
+  while (tick_unit_ == motor_unit_ || tick_unit_ == brake_unit_) ++tick_unit_;
+
+  output_pins = (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
+  gpio_init_mask(output_pins);  // inputs, with a low output behind them
+  gpio_set_dir_out_masked(output_pins);
+  for (const std::uint8_t pin : {config.emergency_stop_pin, config.driver_fault_pin}) {
+    gpio_init(pin);
+    gpio_pull_up(pin);
+  }
+
+  // Inverted and centred: an input is low for its share of the period, round the moment at which
+  // the counter is 0. With both inputs high the winding is short-circuited, so the voltage is
+  // exactly the share of the time in which one of them is low.
+  pwm_config bridge = pwm_get_default_config();
+  pwm_config_set_phase_correct(&bridge, true);
+  pwm_config_set_output_polarity(&bridge, true, true);
+  pwm_config_set_wrap(&bridge, static_cast<std::uint16_t>(pwm_steps_ - 1));
+  for (const std::uint32_t unit : {motor_unit_, brake_unit_}) pwm_init(unit, &bridge, false);
+
+  pwm_config tick = pwm_get_default_config();
+  pwm_config_set_wrap(&tick, static_cast<std::uint16_t>(tick_cycles_ - 1));
+  pwm_init(tick_unit_, &tick, false);
+
+  switch_off();
+  for (const std::uint8_t pin : {config.motor_pin, config.brake_pin}) {
+    gpio_set_function(pin, GPIO_FUNC_PWM);
+    gpio_set_function(pin + 1U, GPIO_FUNC_PWM);
+  }
+
+  adc_init();
+  adc_gpio_init(config.current_sense_pin);
+  adc_select_input(config.current_sense_pin - kFirstAdcPin);
+}
+
+void PowerStage::start(void (*handler)()) {
+  const std::uint32_t irq = PWM_DEFAULT_IRQ_NUM();
+  irq_set_exclusive_handler(irq, handler);
+  irq_set_priority(irq, PICO_HIGHEST_IRQ_PRIORITY);
+  pwm_clear_irq(tick_unit_);
+  pwm_set_irq_enabled(tick_unit_, true);
+  irq_set_enabled(irq, true);
+  pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << tick_unit_));
+}
+
+void PowerStage::begin_tick() {
+  pwm_clear_irq(tick_unit_);
+  hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+}
+
+bool PowerStage::has_fault() const {
+  return !gpio_get(config_.driver_fault_pin) || over_current_ticks_ >= kOverCurrentTicks;
+}
+
+void PowerStage::measure_current() {
+  while ((adc_hw->cs & ADC_CS_READY_BITS) == 0) {
+    // Two microseconds from begin_tick() on: long over.
+  }
+  const auto steps = static_cast<float>(static_cast<std::int32_t>(adc_hw->result));
+  if (!enabled_) {
+    zero_steps_ = zero_known_ ? zero_steps_ + (steps - zero_steps_) * kZeroShare : steps;
+    zero_known_ = true;
+  }
+  current_a_ = (steps - zero_steps_) * amperes_per_step_;
+  if (config_.motor_reversed == protocol::Toggle::on) current_a_ = -current_a_;
+
+  if (core::absolute(current_a_) <= trip_a_) {
+    over_current_ticks_ = 0;
+  } else if (over_current_ticks_ < kOverCurrentTicks) {
+    ++over_current_ticks_;
+  }
+}
+
+void PowerStage::apply(const device::TickOutputs& outputs) {
+  measure_current();
+  if (!outputs.enabled) {
+    if (enabled_) switch_off();
+    return;
+  }
+  const float target_a =
+      core::clamp_symmetric(outputs.motor_torque_nm * amperes_per_nm_, config_.motor_current_max_a);
+  set_motor(core::hold_current(loop_, loop_params_, target_a, current_a_));
+  set_brake(core::smaller(outputs.brake_torque_nm * brake_share_per_nm_, brake_share_max_));
+  if (!enabled_) {
+    gpio_put(config_.enable_pin, true);
+    enabled_ = true;
+  }
+}
+
+/// @param share of the supply's voltage; positive turns the knob to larger angles
+void PowerStage::set_motor(float share) {
+  if (config_.motor_reversed == protocol::Toggle::on) share = -share;
+  const auto steps =
+      static_cast<std::uint16_t>(core::absolute(share) * static_cast<float>(pwm_steps_));
+  // The second input is low while the first drives.
+  pwm_set_both_levels(motor_unit_, share < 0.0F ? steps : 0, share < 0.0F ? 0 : steps);
+}
+
+void PowerStage::set_brake(float share) {
+  const auto steps = static_cast<std::uint16_t>(share * static_cast<float>(pwm_steps_));
+  pwm_set_both_levels(brake_unit_, 0, steps);
+}
+
+void PowerStage::switch_off() {
+  gpio_put(config_.enable_pin, false);
+  // All inputs low all the time: a bridge without an enable input lets go as well.
+  pwm_set_both_levels(motor_unit_, pwm_steps_, pwm_steps_);
+  pwm_set_both_levels(brake_unit_, pwm_steps_, pwm_steps_);
+  loop_ = {};
+  enabled_ = false;
+}
+
+void cut_power() {
+  gpio_clr_mask(output_pins);
+  for (std::uint32_t pin = 0; pin < NUM_BANK0_GPIOS; ++pin) {
+    if ((output_pins >> pin & 1U) != 0) gpio_set_function(pin, GPIO_FUNC_SIO);
+  }
+}
+
+}  // namespace torsio::boards

@@ -1,0 +1,50 @@
+#include "boards/common/quadrature.hpp"
+
+#include <hardware/gpio.h>
+#include <hardware/pio.h>
+
+#include "quadrature.pio.h"
+
+namespace torsio::boards {
+namespace {
+
+constexpr std::uint32_t kMachine = 0;
+
+// The counter starts a few counts before its wrap: what happens there happens to every knob on
+// every day, and not to one in a year.
+constexpr std::uint32_t kCountsBeforeWrap = 16;
+
+}  // namespace
+
+Quadrature::Quadrature(std::uint8_t pin_a) {
+  for (std::uint8_t pin = pin_a; pin < pin_a + 2; ++pin) {
+    pio_gpio_init(pio0, pin);
+    gpio_set_dir(pin, GPIO_IN);
+    gpio_pull_up(pin);  // encoders often have open collectors
+  }
+  pio_add_program(pio0, &quadrature_program);
+  pio_sm_config config = quadrature_program_get_default_config(0);
+  sm_config_set_in_pins(&config, pin_a);
+  sm_config_set_in_shift(&config, false, false, 32);
+  sm_config_set_out_shift(&config, true, false, 32);
+  sm_config_set_fifo_join(&config, PIO_FIFO_JOIN_NONE);
+  pio_sm_init(pio0, kMachine, quadrature_wrap_target, &config);
+  pio_sm_exec(pio0, kMachine, pio_encode_set(pio_y, kCountsBeforeWrap - 1));
+  pio_sm_exec(pio0, kMachine, pio_encode_mov_not(pio_y, pio_y));
+  // The levels now, or the first round would take them for edges.
+  pio_sm_exec(pio0, kMachine, pio_encode_mov(pio_isr, pio_null));
+  pio_sm_exec(pio0, kMachine, pio_encode_in(pio_pins, 2));
+  pio_sm_exec(pio0, kMachine, pio_encode_mov(pio_osr, pio_isr));
+  pio_sm_set_enabled(pio0, kMachine, true);
+}
+
+std::uint32_t Quadrature::read() const {
+  // What waits in the queue is old; the one behind it was pushed after this call began.
+  std::uint32_t count = 0;
+  for (std::uint32_t left = pio_sm_get_rx_fifo_level(pio0, kMachine) + 1; left != 0; --left) {
+    count = pio_sm_get_blocking(pio0, kMachine);
+  }
+  return count;
+}
+
+}  // namespace torsio::boards

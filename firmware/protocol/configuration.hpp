@@ -1,0 +1,198 @@
+/// @file
+/// What the device is built of and how it controls: the reports that are kept in flash.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <tuple>
+
+#include "protocol/effects.hpp"
+#include "protocol/layout.hpp"
+
+namespace torsio::protocol {
+
+enum class Law : std::uint8_t { paper, compensated, parallel, motor_only };
+template <>
+struct Enumerators<Law> {
+  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
+                                                         "motor_only"};
+};
+
+enum class Toggle : std::uint8_t { off, on };
+template <>
+struct Enumerators<Toggle> {
+  static constexpr std::array<std::string_view, 2> names{"off", "on"};
+};
+
+/// The actuator as built. The defaults are those of the reference actuator.
+struct ActuatorConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float motor_torque_max_nm = 85e-3F;
+  float brake_torque_max_nm = 110e-3F;
+  float brake_torque_min_nm = 3.3e-3F;
+  float brake_drag_nm = 2e-3F;
+  float brake_time_constant_s = 60e-3F;
+  float spring_stiffness_nm_per_rad = 2.873F;
+  std::uint32_t counts_per_rev = 8192;
+  std::uint8_t counter_bits = 32;
+  Toggle encoder_reversed = Toggle::off;
+};
+template <>
+struct Layout<ActuatorConfig> {
+  static constexpr std::uint8_t id = 0x04;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "actuator_config";
+  static constexpr std::string_view doc =
+      "The actuator as built. Set only while disarmed; another encoder empties the scene.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
+      number("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0, max_torque_nm,
+             "what the motor can give"),
+      number("brake_torque_max_nm", &ActuatorConfig::brake_torque_max_nm, "N m", 0, max_torque_nm,
+             "what the brake can hold"),
+      number("brake_torque_min_nm", &ActuatorConfig::brake_torque_min_nm, "N m", 0, max_torque_nm,
+             "floor of the brake's torque in the sensor"),
+      number("brake_drag_nm", &ActuatorConfig::brake_drag_nm, "N m", 0, max_torque_nm,
+             "what the brake holds with no current"),
+      number("brake_time_constant_s", &ActuatorConfig::brake_time_constant_s, "s", 0, 100, ""),
+      number("spring_stiffness_nm_per_rad", &ActuatorConfig::spring_stiffness_nm_per_rad, "N m/rad",
+             0, max_stiffness_nm_per_rad, "of the shaft between knob and brake"),
+      number("counts_per_rev", &ActuatorConfig::counts_per_rev, "", 4, 1U << 24, ""),
+      number("counter_bits", &ActuatorConfig::counter_bits, "", 8, 32,
+             "width at which the encoder's counter wraps"),
+      choice("encoder_reversed", &ActuatorConfig::encoder_reversed, ""),
+  };
+};
+
+/// How the device controls, and what it does when the host goes silent.
+struct ControlConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  Law law = Law::paper;
+  float beta = 0.5F;
+  float speed_bandwidth_hz = 100;
+  float motor_torque_cap_nm = max_torque_nm;
+  float brake_torque_cap_nm = max_torque_nm;
+  float motor_slew_nm_per_s = 0;
+  float speed_limit_rad_s = 0;
+  float watchdog_s = 0.25F;
+  float passive_ramp_s = 0.05F;
+  float passive_brake_nm = 0;
+  Toggle autonomous = Toggle::off;
+};
+template <>
+struct Layout<ControlConfig> {
+  static constexpr std::uint8_t id = 0x05;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "control_config";
+  static constexpr std::string_view doc =
+      "How the device controls, and what it does when the host goes silent. Set only while "
+      "disarmed.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
+      choice("law", &ControlConfig::law, "partition between motor and brake"),
+      number("beta", &ControlConfig::beta, "", 0, 1, "the brake's share of the desired torque"),
+      number("speed_bandwidth_hz", &ControlConfig::speed_bandwidth_hz, "Hz", 1, 1e4F,
+             "of the speed estimate"),
+      number("motor_torque_cap_nm", &ControlConfig::motor_torque_cap_nm, "N m", 0, max_torque_nm,
+             "the user's limit, below the actuator's"),
+      number("brake_torque_cap_nm", &ControlConfig::brake_torque_cap_nm, "N m", 0, max_torque_nm,
+             "the user's limit, below the actuator's"),
+      number("motor_slew_nm_per_s", &ControlConfig::motor_slew_nm_per_s, "N m/s", 0, 1e6F,
+             "largest rate of the motor's torque; 0 is no limit"),
+      number("speed_limit_rad_s", &ControlConfig::speed_limit_rad_s, "rad/s", 0, 1e4F,
+             "faster is a fault; 0 is no limit"),
+      number("watchdog_s", &ControlConfig::watchdog_s, "s", 0.01F, 60,
+             "silence of the host that disarms"),
+      number("passive_ramp_s", &ControlConfig::passive_ramp_s, "s", 0, 10,
+             "the motor's way to zero when the host is lost"),
+      number("passive_brake_nm", &ControlConfig::passive_brake_nm, "N m", 0, max_torque_nm,
+             "the brake's torque on that way; 0 releases it"),
+      choice("autonomous", &ControlConfig::autonomous, "on: no watchdog, plays on without a host"),
+  };
+};
+
+/// What is wired to the board, and the electrical values of motor and brake. The defaults fit the
+/// reference actuator and the wiring in docs/hardware.md.
+struct BoardConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float supply_v = 12;
+  float motor_torque_constant_nm_per_a = 0.05F;
+  float motor_current_max_a = 2;
+  float motor_resistance_ohm = 2.5F;
+  float motor_inductance_h = 1.5e-3F;
+  float current_bandwidth_hz = 500;
+  float current_sense_v_per_a = 0.2F;
+  float brake_torque_constant_nm_per_a = 0.44F;
+  float brake_current_max_a = 0.3F;
+  float brake_resistance_ohm = 40;
+  Toggle motor_reversed = Toggle::off;
+  std::uint8_t encoder_pin = 2;
+  std::uint8_t motor_pin = 6;
+  std::uint8_t brake_pin = 8;
+  std::uint8_t enable_pin = 10;
+  std::uint8_t emergency_stop_pin = 11;
+  std::uint8_t driver_fault_pin = 12;
+  std::uint8_t current_sense_pin = 26;
+  std::uint8_t light_pin = 25;
+};
+template <>
+struct Layout<BoardConfig> {
+  static constexpr std::uint8_t id = 0x06;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "board_config";
+  static constexpr std::string_view doc =
+      "What is wired to the board, and the electrical values of motor and brake. Set only while "
+      "disarmed; save it: it takes effect when the device starts the next time. The emulated "
+      "device keeps it and has no use for it.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &BoardConfig::axis, "", "which axis; 0 is the first"),
+      number("supply_v", &BoardConfig::supply_v, "V", 3, 60, "of both H-bridges"),
+      number("motor_torque_constant_nm_per_a", &BoardConfig::motor_torque_constant_nm_per_a,
+             "N m/A", 1e-4F, 100, "at the knob"),
+      number("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0, 100,
+             "never asked for more; one and a half times as much measured is a fault"),
+      number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 1e-3F, 1e3F,
+             "of the winding"),
+      number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
+             "of the winding"),
+      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 5e3F,
+             "of the current loop; held at a tenth of the control rate"),
+      number("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 1e-3F, 10,
+             "of the current sensor; its zero is measured while the power is off"),
+      number("brake_torque_constant_nm_per_a", &BoardConfig::brake_torque_constant_nm_per_a,
+             "N m/A", 1e-4F, 1e3F, "on the pulley"),
+      number("brake_current_max_a", &BoardConfig::brake_current_max_a, "A", 0, 100, ""),
+      number("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 1e-3F, 1e4F,
+             "of the coil"),
+      choice("motor_reversed", &BoardConfig::motor_reversed,
+             "on: a current into the first motor pin turns the knob to smaller angles"),
+      number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
+      number("motor_pin", &BoardConfig::motor_pin, "", 0, 28,
+             "GPIO of the first input of the motor's bridge, even; the second is the next one"),
+      number("brake_pin", &BoardConfig::brake_pin, "", 0, 28,
+             "GPIO of the first input of the brake's bridge, even; the second is the next one"),
+      number("enable_pin", &BoardConfig::enable_pin, "", 0, 29,
+             "GPIO, high while the power stages are on"),
+      number("emergency_stop_pin", &BoardConfig::emergency_stop_pin, "", 0, 29,
+             "GPIO, low to run; an open wire stops"),
+      number("driver_fault_pin", &BoardConfig::driver_fault_pin, "", 0, 29,
+             "GPIO, low when a bridge reports an error"),
+      number("current_sense_pin", &BoardConfig::current_sense_pin, "", 26, 28,
+             "GPIO of the motor's current sensor"),
+      number("light_pin", &BoardConfig::light_pin, "", 0, 29, "GPIO of the status light"),
+  };
+};
+
+// The sizes as literals: a change of the wire must be seen in a diff.
+static_assert(wire_size<ActuatorConfig>() == 33);
+static_assert(wire_size<ControlConfig>() == 41);
+static_assert(wire_size<BoardConfig>() == 52);
+
+}  // namespace torsio::protocol

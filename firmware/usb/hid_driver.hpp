@@ -1,0 +1,22 @@
+/// @file
+/// A HID class driver for TinyUSB's device stack, for any number of interfaces with an interrupt
+/// endpoint each way. Unlike TinyUSB's own it answers a report only after it was read: a malformed
+/// SET_REPORT is stalled in its status stage, and an output report for which there is no room is
+/// held back, so that the host waits.
+#pragma once
+
+#include <cstdint>
+
+#include "usb/hid_function.hpp"
+
+namespace torsio::usb {
+
+inline constexpr std::uint8_t kMaxHidInterfaces = 2;
+
+/// Says what stands behind an interface. Before the stack starts.
+void set_hid_function(std::uint8_t interface, HidFunction& function);
+
+/// Moves reports both ways as far as there is room. In every round of the main loop.
+void poll_hid();
+
+}  // namespace torsio::usb

@@ -1,0 +1,78 @@
+#include "usb/usb_device.hpp"
+
+#include <tusb.h>
+
+#include <algorithm>
+
+#include "device/usb_descriptors.hpp"
+#include "usb/hid_driver.hpp"
+
+namespace torsio::usb {
+namespace {
+
+// What the stack sends from must stay where it is until the transfer is over.
+std::array<std::uint8_t, device::kDeviceDescriptorSize> device_descriptor;
+std::array<std::uint8_t, 16> serial;
+device::StringDescriptor string;
+
+}  // namespace
+
+std::size_t ControlFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
+  protocol::ReportBytes bytes;
+  if (device_.get_feature(id, bytes) != protocol::Status::ok) return 0;
+  std::copy(bytes.begin(), bytes.end(), report.begin());
+  return bytes.size();
+}
+
+bool ControlFunction::set_feature(std::span<const std::uint8_t> report) {
+  return device_.set_feature(report).ok();
+}
+
+bool ControlFunction::receive(std::span<const std::uint8_t> report) {
+  return device_.receive(report);
+}
+
+std::size_t ControlFunction::next_input(std::span<std::uint8_t> report) {
+  protocol::ReportBytes bytes;
+  if (!device_.next_input(bytes)) return 0;
+  std::copy(bytes.begin(), bytes.end(), report.begin());
+  return bytes.size();
+}
+
+UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
+    : device_(device), control_(device) {
+  device_descriptor = device::device_descriptor(board.firmware_version);
+  serial = board.serial;
+  set_hid_function(device::kControlInterface, control_);
+  device_.set_connected(false);
+  const tusb_rhport_init_t init{TUSB_ROLE_DEVICE, TUSB_SPEED_FULL};
+  (void)tusb_init(0, &init);
+}
+
+void UsbDevice::poll() {
+  tud_task();
+  device_.set_connected(has_host());
+  poll_hid();
+}
+
+bool UsbDevice::has_host() const {
+  // Configured and not suspended. Pulling the plug of a device that keeps its power looks like a
+  // suspended bus: there are no more start-of-frame packets.
+  return tud_ready();
+}
+
+}  // namespace torsio::usb
+
+// Asked by the stack.
+extern "C" const std::uint8_t* tud_descriptor_device_cb() {
+  return torsio::usb::device_descriptor.data();
+}
+
+extern "C" const std::uint8_t* tud_descriptor_configuration_cb(std::uint8_t) {
+  return torsio::device::configuration_descriptor().data();
+}
+
+extern "C" const std::uint16_t* tud_descriptor_string_cb(std::uint8_t index, std::uint16_t) {
+  torsio::usb::string = torsio::device::string_descriptor(index, torsio::usb::serial);
+  return torsio::usb::string.size_bytes == 0 ? nullptr : torsio::usb::string.units.data();
+}

@@ -1,0 +1,47 @@
+/// @file
+/// The device on TinyUSB's device stack. One source for the boards and for the virtual knob; all
+/// of it belongs to the main loop. TinyUSB keeps its state in globals, so there is one USB device
+/// in a process.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "device/device.hpp"
+#include "usb/hid_function.hpp"
+
+namespace torsio::usb {
+
+/// The vendor interface: the protocol's reports, into a device and out of it.
+class ControlFunction final : public HidFunction {
+ public:
+  explicit ControlFunction(device::Device& device) : device_(device) {}
+
+  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
+  bool set_feature(std::span<const std::uint8_t> report) override;
+  bool receive(std::span<const std::uint8_t> report) override;
+  std::size_t next_input(std::span<std::uint8_t> report) override;
+
+ private:
+  device::Device& device_;
+};
+
+class UsbDevice {
+ public:
+  /// Starts the stack; the device appears on the bus. `device` must outlive the stack.
+  UsbDevice(device::Device& device, const device::BoardInfo& board);
+  UsbDevice(const UsbDevice&) = delete;
+  UsbDevice& operator=(const UsbDevice&) = delete;
+
+  /// One round of the main loop: bus events, reports both ways, and whether there is a host.
+  void poll();
+
+  /// A host has configured the device and is awake.
+  bool has_host() const;
+
+ private:
+  device::Device& device_;
+  ControlFunction control_;
+};
+
+}  // namespace torsio::usb

@@ -1,0 +1,307 @@
+// An RP2040 that runs a firmware file: rp2040js, with what it lacks for this project.
+//
+// - A boot ROM of our own (boot_rom.c), whose flash functions end here, and a flash chip that
+//   takes its time, has a serial number and can lose its power in the middle of a write.
+// - A USB controller whose packets move when a host asks for them, as on a real bus: rp2040js
+//   completes an IN transfer at once, and knows no stall.
+// - PIO machines in step with the processor. Between two events of the encoder program is a loop
+//   of 7 cycles, so whole turns of it may be left out.
+// - The share of time in which a PWM pin is high, from the unit's registers: rp2040js does not move
+//   pins in the centred mode.
+import { GPIOPinState, LogLevel, RP2040 } from 'rp2040js';
+
+// The package shows the class of its clock only through a chip.
+const Clock = new RP2040().clock.constructor;
+
+const NS_PER_CYCLE = 1e9 / 200e6;
+const SECTOR = 4096;
+const ERASE_NS = 45e6; // typical of the Pico's flash chip
+const PROGRAM_NS = 0.4e6;
+const PIO_LOOP = 7;
+
+const BUF_AVAILABLE = 1 << 10;
+const BUF_STALL = 1 << 11;
+const BUF_FULL = 1 << 15;
+const BUF_LENGTH = 0x3ff;
+const SIE_SUSPENDED = 1 << 4;
+const SIE_RESUME = 1 << 11;
+const SIE_SETUP = 1 << 17;
+const SIE_RESET = 1 << 19;
+
+export class PowerCut extends Error {}
+
+export class Chip {
+  /** @param {{rom: Uint8Array, flash: Uint8Array, serial: Uint8Array}} parts */
+  constructor({ rom, flash, serial }) {
+    this.rom = rom;
+    this.flash = flash;
+    this.serial = serial;
+    this.cutAfterBytes = null; // power goes after so many bytes of the next flash write
+    this.watchdogResets = 0;
+    this.bootloader = false;
+    this.lost = false;
+    this.levels = new Map([[11, false]]); // what the world puts on the pins; others are pulled up
+    this.zero = 2048; // steps of the current sensor without a current
+    this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2 };
+    this.clock = new Clock();
+    this.powerUp();
+  }
+
+  powerUp() {
+    const clock = new Clock();
+    clock.nanosCounter = this.clock.nanosCounter; // the world's time goes on
+    this.clock = clock;
+    const mcu = new RP2040(clock);
+    this.mcu = mcu;
+    mcu.logger.currentLogLevel = LogLevel.Error;
+    mcu.logger.info = mcu.logger.debug = mcu.logger.warn = () => {};
+    mcu.bootrom.set(new Uint32Array(this.rom.buffer));
+    mcu.core.reset();
+    mcu.flash.set(this.flash);
+    mcu.onBreak = (code) => this.trap(code);
+    this.flashBusyUntil = 0;
+    this.bootloader = false;
+    this.fitUsb();
+    this.fitPio();
+    this.fitPwm();
+    this.fitFlashChip();
+    this.fitWatchdog();
+    this.fitMotor();
+    for (let pin = 0; pin < 30; ++pin) this.setPin(pin, this.levels.get(pin) ?? true);
+  }
+
+  // Time ----------------------------------------------------------------------------------------
+
+  get ns() {
+    return this.clock.nanos;
+  }
+
+  /** Runs until the time has come or `done` says so; returns what `done` said. */
+  runUntil(ns, done = () => false) {
+    while (this.clock.nanos < ns) {
+      const { core } = this.mcu;
+      if (core.waiting) {
+        const sleep = Math.min(this.clock.nanosToNextAlarm, ns - this.clock.nanos);
+        this.pioDebt += sleep / NS_PER_CYCLE;
+        this.clock.tick(Math.max(sleep, 1e-3));
+      } else {
+        const cycles = core.executeInstruction();
+        this.pioDebt += cycles;
+        this.clock.tick(cycles * NS_PER_CYCLE);
+      }
+      if (this.restart) {
+        this.restart = false;
+        this.powerUp();
+      }
+      if (done()) return true;
+    }
+    return done();
+  }
+
+  // Pins ----------------------------------------------------------------------------------------
+
+  setPin(pin, high) {
+    this.catchUp();
+    this.levels.set(pin, high);
+    this.mcu.gpio[pin].setInputValue(high);
+  }
+
+  /** Share of the time in which a pin is driven high, 0 to 1; null if it is not driven. */
+  highShare(pin) {
+    const gpio = this.mcu.gpio[pin];
+    if (gpio.functionSelect === 4) {
+      const unit = this.mcu.pwm.channels[(pin >> 1) & 7];
+      const level = pin & 1 ? unit.cc >>> 16 : unit.cc & 0xffff;
+      const share = Math.min(level / (unit.top + 1), 1);
+      const inverted = unit.csr & (pin & 1 ? 8 : 4);
+      if (!(unit.csr & 1)) return inverted ? 1 : 0;
+      return inverted ? 1 - share : share;
+    }
+    if (gpio.value === GPIOPinState.High) return 1;
+    return gpio.value === GPIOPinState.Low ? 0 : null;
+  }
+
+  /** Units in the centred mode stand still: their pins do not move, and their alarms may hang. */
+  fitPwm() {
+    for (const unit of this.mcu.pwm.channels) {
+      const plain = unit.updateEnable.bind(unit);
+      unit.updateEnable = () => {
+        plain();
+        if (unit.csr & 2) unit.timer.enable = false;
+      };
+    }
+  }
+
+  fitPio() {
+    const pio = this.mcu.pio[0];
+    this.pioDebt = 0;
+    pio.run = () => {
+      this.pioDebt = 0;
+    };
+    for (const name of ['readUint32', 'writeUint32']) {
+      const plain = pio[name].bind(pio);
+      pio[name] = (...words) => {
+        this.catchUp();
+        return plain(...words);
+      };
+    }
+  }
+
+  catchUp() {
+    const pio = this.mcu.pio[0];
+    let cycles = Math.floor(this.pioDebt);
+    this.pioDebt -= cycles;
+    if (pio.stopped) return;
+    if (cycles > 8 * PIO_LOOP) {
+      cycles = 4 * PIO_LOOP + (cycles % PIO_LOOP);
+    }
+    for (; cycles > 0; --cycles) pio.step();
+  }
+
+  /** The motor's winding between its PWM pins (6 and 7) and its current sensor. */
+  fitMotor() {
+    const { adc } = this.mcu;
+    this.amperes = 0;
+    let last = this.clock.nanos;
+    const plain = adc.onADCRead;
+    adc.onADCRead = (channel) => {
+      const { ohm, henry, supply, voltsPerAmpere } = this.motor;
+      const seconds = (this.clock.nanos - last) * 1e-9;
+      last = this.clock.nanos;
+      const share = this.mcu.gpio[10].value === GPIOPinState.High ? this.highShare(6) - this.highShare(7) : 0;
+      const end = (supply * share) / ohm;
+      this.amperes = end + (this.amperes - end) * Math.exp((-seconds * ohm) / henry);
+      const steps = Math.round(this.zero + ((this.amperes * voltsPerAmpere) / 3.3) * 4096);
+      adc.channelValues[0] = Math.max(0, Math.min(4095, steps));
+      plain(channel);
+    };
+  }
+
+  // Flash ---------------------------------------------------------------------------------------
+
+  trap(code) {
+    const r = this.mcu.core.registers;
+    switch (code) {
+      case 1:
+        this.changeFlash(r[0] >>> 0, new Uint8Array(r[1] >>> 0).fill(0xff), ERASE_NS);
+        break;
+      case 2: {
+        const at = (r[1] >>> 0) - 0x20000000;
+        const to = r[0] >>> 0;
+        const data = this.mcu.sram.slice(at, at + (r[2] >>> 0));
+        // Programming can only clear bits.
+        const bytes = data.map((byte, i) => byte & this.flash[to + i]);
+        this.changeFlash(to, bytes, PROGRAM_NS);
+        break;
+      }
+      case 3:
+        r[0] = this.clock.nanos < this.flashBusyUntil ? 1 : 0;
+        break;
+      case 4:
+        this.bootloader = true;
+        break;
+      case 5:
+        this.commandMode = true;
+        this.answers = [];
+        this.sent = [];
+        break;
+      case 6:
+        this.commandMode = false;
+        break;
+      default:
+        this.lost = true;
+    }
+  }
+
+  changeFlash(address, bytes, ns) {
+    const cut = this.cutAfterBytes;
+    const part = cut === null ? bytes : bytes.subarray(0, Math.min(cut, bytes.length));
+    this.flash.set(part, address);
+    this.mcu.flash.set(part, address);
+    this.flashBusyUntil = this.clock.nanos + ns * (bytes.length / (bytes.length > 256 ? SECTOR : 256));
+    if (cut !== null) {
+      this.cutAfterBytes = cut - part.length;
+      if (part.length < bytes.length) throw new PowerCut();
+    }
+  }
+
+  /** Answers the command for the flash chip's serial number, which the SDK asks for directly. */
+  fitFlashChip() {
+    const ssi = this.mcu.peripherals[0x18000];
+    const plain = { read: ssi.readUint32.bind(ssi), write: ssi.writeUint32.bind(ssi) };
+    ssi.writeUint32 = (offset, value) => {
+      if (offset !== 0x60 || !this.commandMode) return plain.write(offset, value);
+      const place = this.sent.push(value & 0xff) - 1;
+      this.answers.push(this.sent[0] === 0x4b && place >= 5 ? this.serial[place - 5] : 0);
+    };
+    ssi.readUint32 = (offset) =>
+      offset === 0x60 && this.commandMode ? (this.answers.shift() ?? 0) : plain.read(offset);
+  }
+
+  fitWatchdog() {
+    const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    watchdog.onWatchdogTrigger = () => {
+      watchdog.alarm.enable = false; // or it would come again at the same moment, for ever
+      this.watchdogResets += 1;
+      this.restart = true;
+    };
+  }
+
+  // USB: what a host sees ------------------------------------------------------------------------
+
+  fitUsb() {
+    const usb = this.mcu.usbCtrl;
+    usb.DPRAMUpdated = () => {}; // buffers move in token()
+    const write = usb.writeUint32.bind(usb);
+    usb.writeUint32 = (offset, value) => {
+      if (offset === 0x50 && usb.rawWriteValue & SIE_SUSPENDED) usb.sieStatus &= ~SIE_SUSPENDED;
+      write(offset, value);
+    };
+  }
+
+  signal(bit) {
+    this.mcu.usbCtrl.sieStatus |= bit;
+    this.mcu.usbCtrl.sieStatusUpdated();
+  }
+  busReset() {
+    this.signal(SIE_RESET);
+  }
+  suspend() {
+    this.signal(SIE_SUSPENDED);
+  }
+  resume() {
+    this.signal(SIE_RESUME);
+  }
+
+  get attached() {
+    return (this.mcu.usbCtrl.sieCtrl & (1 << 16)) !== 0;
+  }
+
+  setup(bytes) {
+    const { usbDPRAM, usbDPRAMView, usbCtrl } = this.mcu;
+    usbCtrl.epStallArm = 0;
+    for (const out of [0, 4]) usbDPRAMView.setUint32(0x80 + out, 0, true);
+    usbDPRAM.set(bytes, 0);
+    this.signal(SIE_SETUP);
+  }
+
+  /** One IN (data === null) or OUT token: 'nak', 'stall', the data read, or true for data taken. */
+  token(endpoint, data) {
+    const { usbDPRAM, usbDPRAMView, usbCtrl } = this.mcu;
+    const out = data !== null;
+    const register = 0x80 + 8 * endpoint + (out ? 4 : 0);
+    const control = usbDPRAMView.getUint32(register, true);
+    const armed = endpoint !== 0 || (usbCtrl.epStallArm & (out ? 2 : 1)) !== 0;
+    if (control & BUF_STALL && armed) return 'stall';
+    if (!(control & BUF_AVAILABLE)) return 'nak';
+    if (out === Boolean(control & BUF_FULL)) return 'nak';
+    const at = usbCtrl.getEndpointBufferOffset(endpoint, out);
+    const length = out ? data.length : control & BUF_LENGTH;
+    if (out) usbDPRAM.set(data, at);
+    const kept = control & ~(BUF_AVAILABLE | BUF_FULL | BUF_LENGTH);
+    usbDPRAMView.setUint32(register, kept | (out ? BUF_FULL : 0) | length, true);
+    const read = usbDPRAM.slice(at, at + length);
+    usbCtrl.indicateBufferReady(endpoint, out);
+    return out ? true : read;
+  }
+}

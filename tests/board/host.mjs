@@ -1,0 +1,175 @@
+// A USB host and a test bench round the emulated chip, told what to do by lines of JSON on standard
+// input, one answer a line: {"do": "...", ...} -> {"ok": ...} or {"error": "..."}.
+import { readFileSync } from 'node:fs';
+import { createInterface } from 'node:readline';
+
+import { Chip, PowerCut } from './chip.mjs';
+
+const FRAME_NS = 1e6;
+const RETRY_NS = 20e3; // a host repeats a token that was not acknowledged
+const STATUS_GAP_NS = 60e3;
+const hex = (text) => Uint8Array.from(Buffer.from(text, 'hex'));
+const text = (bytes) => Buffer.from(bytes).toString('hex');
+
+let chip = null;
+
+/** Repeats a token until it is answered. */
+function transact(endpoint, data, withinNs) {
+  const end = chip.ns + withinNs;
+  for (;;) {
+    const answer = chip.token(endpoint, data);
+    if (answer !== 'nak' || chip.ns >= end) return answer;
+    chip.runUntil(chip.ns + RETRY_NS);
+  }
+}
+
+/** A control transfer: {stall}, {timeout} or {data}. */
+function control({ setup, data = '', partial = false }) {
+  const request = hex(setup);
+  const length = request[6] | (request[7] << 8);
+  const isIn = (request[0] & 0x80) !== 0;
+  const within = 50 * FRAME_NS;
+  chip.setup(request);
+  chip.runUntil(chip.ns + RETRY_NS);
+  const result = [];
+  const fail = (answer) => {
+    chip.runUntil(chip.ns + STATUS_GAP_NS);
+    return answer === 'stall' ? { stall: true } : { timeout: true };
+  };
+  if (isIn) {
+    while (result.length < length) {
+      const answer = transact(0, null, within);
+      if (typeof answer === 'string') return fail(answer);
+      result.push(...answer);
+      if (answer.length < 64) break;
+    }
+    const status = transact(0, new Uint8Array(0), within);
+    if (status !== true) return fail(status);
+  } else {
+    const bytes = hex(data);
+    for (let at = 0; at < bytes.length; at += 64) {
+      const answer = transact(0, bytes.subarray(at, at + 64), within);
+      if (answer !== true) return fail(answer);
+    }
+    const status = transact(0, null, within);
+    if (typeof status === 'string') return fail(status);
+    if (status.length !== 0) return { error: 'data in a status stage' };
+  }
+  chip.runUntil(chip.ns + STATUS_GAP_NS);
+  return { data: text(result) };
+}
+
+const commands = {
+  boot({ rom, image, serial }) {
+    const flash = new Uint8Array(2 * 1024 * 1024).fill(0xff);
+    for (const [address, page] of Object.entries(image)) flash.set(hex(page), Number(address));
+    chip = new Chip({ rom: new Uint8Array(readFileSync(rom)), flash, serial: hex(serial) });
+    return true;
+  },
+  power_cycle() {
+    chip.powerUp();
+    return true;
+  },
+  run({ ns }) {
+    chip.runUntil(chip.ns + ns);
+    return chip.ns;
+  },
+  wait_attached({ within_ns }) {
+    return chip.runUntil(chip.ns + within_ns, () => chip.attached);
+  },
+  bus_reset() {
+    chip.busReset();
+    chip.runUntil(chip.ns + 10 * FRAME_NS);
+    return true;
+  },
+  suspend() {
+    chip.suspend();
+    return true;
+  },
+  resume() {
+    chip.resume();
+    return true;
+  },
+  control,
+  out({ endpoint, data, within_ns }) {
+    const answer = transact(endpoint, hex(data), within_ns);
+    return answer === true ? 'ack' : answer;
+  },
+  in({ endpoint, within_ns }) {
+    const answer = transact(endpoint, null, within_ns);
+    return typeof answer === 'string' ? answer : { data: text(answer) };
+  },
+  pin({ pin, high }) {
+    chip.setPin(pin, high);
+    return true;
+  },
+  high_share({ pins }) {
+    return pins.map((pin) => chip.highShare(pin));
+  },
+  /** Turns the encoder by so many edges, A leading B for positive ones. */
+  turn({ edges, period_ns, pin_a = 2 }) {
+    const levels = [0b00, 0b01, 0b11, 0b10];
+    for (let n = 0; n < Math.abs(edges); ++n) {
+      chip.phase = ((chip.phase ?? 2) + Math.sign(edges) + 4) % 4;
+      chip.setPin(pin_a, (levels[chip.phase] & 1) !== 0);
+      chip.setPin(pin_a + 1, (levels[chip.phase] & 2) !== 0);
+      chip.runUntil(chip.ns + period_ns);
+    }
+    return true;
+  },
+  /** Changes the motor, or the sensor's zero. */
+  motor({ zero = 2048, ...changes }) {
+    Object.assign(chip.motor, changes);
+    chip.zero = zero;
+    return true;
+  },
+  amperes() {
+    return chip.amperes;
+  },
+  cut_flash({ after_bytes }) {
+    chip.cutAfterBytes = after_bytes;
+    return true;
+  },
+  flash({ address, size }) {
+    return text(chip.flash.subarray(address, address + size));
+  },
+  memory({ address, size }) {
+    return text(chip.mcu.sram.subarray(address - 0x20000000, address - 0x20000000 + size));
+  },
+  status() {
+    return {
+      ns: chip.ns,
+      watchdog_resets: chip.watchdogResets,
+      bootloader: chip.bootloader,
+      lost: chip.lost,
+      address: chip.mcu.usbCtrl.addrEndp & 0x7f,
+      stack: chip.mcu.core.SP,
+      pc: chip.mcu.core.PC,
+    };
+  },
+  /** From now on the processor does nothing, as a program that has lost its way. */
+  hang() {
+    const loop = 0x20041000;
+    chip.mcu.sramView.setUint16(loop - 0x20000000, 0xe7fe, true); // b .
+    chip.mcu.core.PC = loop;
+    chip.mcu.core.PM = true; // no interrupts
+    chip.mcu.core.waiting = false;
+    return true;
+  },
+};
+
+for await (const line of createInterface({ input: process.stdin })) {
+  const { do: name, ...details } = JSON.parse(line);
+  let answer;
+  try {
+    answer = { ok: commands[name](details) };
+  } catch (error) {
+    if (!(error instanceof PowerCut)) {
+      answer = { error: `${error.stack}` };
+    } else {
+      chip.cutAfterBytes = null;
+      answer = { ok: 'power cut' };
+    }
+  }
+  process.stdout.write(`${JSON.stringify(answer)}\n`);
+}

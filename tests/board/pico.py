@@ -1,0 +1,272 @@
+"""The firmware of the RP2040 in an emulated RP2040, on a bench with a USB host.
+
+Reports are written and read by ``tests.python.wire``, which shares nothing with the firmware.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from tests.python import wire
+from tools import uf2
+
+TREE = Path(__file__).parent.parent.parent
+FOLDER = TREE / "tests" / "board"
+IMAGE = TREE / "build" / "firmware" / "torsio-pico.uf2"
+BUILD = TREE / "build" / "board-tests"
+ROM = BUILD / "boot_rom.bin"
+
+FLASH_BASE = 0x10000000
+SLOTS_AT = 2 * 1024 * 1024 - 2 * 4096
+SERIAL = bytes.fromhex("E66118604B7A3C2D")
+MS = 1_000_000
+FEATURE = 3
+TICK_NS = 100_000
+
+
+class UsbStall(Exception):
+    """The device stalled a request."""
+
+
+class PowerCut(Exception):
+    """The power went while the flash was being written."""
+
+
+class EmulatedPico:
+    """One board on the bench. Time passes only inside its methods."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [shutil.which("node") or "node", FOLDER / "host.mjs"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self._sequence = 0
+        self.telemetry: list[dict[str, Any]] = []
+        self.events: list[dict[str, Any]] = []
+        self._acknowledgements: list[dict[str, Any]] = []
+
+    def __enter__(self) -> EmulatedPico:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.close()
+        self._process.wait(timeout=30)
+        self._process.stdout.close()
+
+    def do(self, name: str, **details: Any) -> Any:
+        """Give the bench one command and return its answer."""
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(json.dumps({"do": name, **details}) + "\n")
+        self._process.stdin.flush()
+        answer = json.loads(self._process.stdout.readline())
+        if "error" in answer:
+            raise RuntimeError(answer["error"])
+        if answer["ok"] == "power cut":
+            raise PowerCut
+        return answer["ok"]
+
+    # Power and bus ----------------------------------------------------------------------------
+
+    def boot(self) -> None:
+        """Power up with freshly flashed firmware."""
+        pages = uf2.check(IMAGE.read_bytes(), "rp2040")
+        image = {str(address - FLASH_BASE): page.hex() for address, page in pages.items()}
+        self.do("boot", rom=str(ROM), image=image, serial=SERIAL.hex())
+
+    def power_cycle(self) -> None:
+        """Switch off and on again; the flash keeps what it has."""
+        self.do("power_cycle")
+
+    def run(self, ms: float) -> int:
+        """Let time pass and return it, in ns since the first power-up."""
+        return int(self.do("run", ns=ms * MS))
+
+    def status(self) -> dict[str, Any]:
+        """Return what the bench knows without asking the device."""
+        return dict(self.do("status"))
+
+    def control(
+        self, kind: int, request: int, value: int, index: int, length: int, data: bytes = b""
+    ) -> bytes:
+        """Carry out a control transfer; return what the device sent."""
+        setup = struct.pack("<BBHHH", kind, request, value, index, length)
+        answer = self.do("control", setup=setup.hex(), data=data.hex())
+        if answer.get("stall"):
+            raise UsbStall
+        assert "timeout" not in answer, "the device does not answer"
+        return bytes.fromhex(answer["data"])
+
+    def enumerate(self) -> dict[str, bytes]:
+        """Do what a host does with a new device; return the descriptors."""
+        assert self.do("wait_attached", within_ns=500 * MS)
+        self.do("bus_reset")
+        found = {"device": self.control(0x80, 6, 0x0100, 0, 18)}
+        self.control(0x00, 5, 7, 0, 0)
+        self.run(2)  # what USB 2.0, 9.2.6.3 allows a device
+        assert self.status()["address"] == 7
+        (size,) = struct.unpack_from("<H", self.control(0x80, 6, 0x0200, 0, 9), 2)
+        found["configuration"] = self.control(0x80, 6, 0x0200, 0, size)
+        for index, name in enumerate(("languages", "manufacturer", "product", "serial")):
+            found[name] = self.control(0x80, 6, 0x0300 | index, 0x0409 if index else 0, 255)
+        self.control(0x00, 9, 1, 0, 0)
+        self.control(0x21, 0x0A, 0, 0, 0)
+        (size,) = struct.unpack_from("<H", found["configuration"], 9 + 9 + 7)
+        found["report"] = self.control(0x81, 6, 0x2200, 0, size)
+        return found
+
+    # Reports ----------------------------------------------------------------------------------
+
+    def get(self, name: str) -> dict[str, Any]:
+        """Read a feature report."""
+        report = wire.REPORTS[name]
+        data = self.control(0xA1, 0x01, FEATURE << 8 | report.id, 0, wire.REPORT_SIZE)
+        found, values = wire.decode(data)
+        assert found == name
+        return values
+
+    def set_raw(self, report: int, data: bytes) -> None:
+        """Send any bytes as a feature report."""
+        self.control(0x21, 0x09, FEATURE << 8 | report, 0, len(data), data)
+
+    def set(self, name: str, **changes: Any) -> dict[str, Any]:
+        """Change fields of a feature report; return its acknowledgement."""
+        values = {**self.get(name), **changes, "sequence": self._next()}
+        self.set_raw(wire.REPORTS[name].id, wire.encode(name, values))
+        return self.acknowledgement()
+
+    def write(self, data: bytes, within_ms: float = 50) -> str:
+        """Send bytes to the interrupt OUT endpoint: ``ack`` or ``nak``."""
+        return str(self.do("out", endpoint=1, data=data.hex(), within_ns=within_ms * MS))
+
+    def read(self, within_ms: float = 5) -> tuple[str, dict[str, Any]] | None:
+        """Fetch one input report."""
+        answer = self.do("in", endpoint=1, within_ns=within_ms * MS)
+        return None if answer == "nak" else wire.decode(bytes.fromhex(answer["data"]))
+
+    def send(self, name: str, **values: Any) -> dict[str, Any]:
+        """Send an output report and return its acknowledgement."""
+        self.post(name, **values)
+        return self.acknowledgement()
+
+    def post(self, name: str, **values: Any) -> None:
+        """Send an output report that is not acknowledged."""
+        if "slot" in values:
+            target = {"sequence": self._next(), "axis": 0, "slot": values.pop("slot")}
+            full: dict[str, Any] = {"target": target, **values}
+        else:
+            full = {"sequence": self._next(), "axis": 0, **values}
+        assert self.write(wire.encode(name, full)) == "ack"
+
+    def command(self, op: str) -> str:
+        """Give a command and return the name of its status."""
+        return STATUS[self.send("command", op=op)["status"]]
+
+    def acknowledgement(self, reads: int = 400) -> dict[str, Any]:
+        """Return the acknowledgement of the newest report; keep whatever else comes."""
+        for _ in range(reads):
+            self.listen(1)
+            for answer in self._acknowledgements:
+                if answer["sequence"] == self._sequence:
+                    self._acknowledgements.clear()
+                    return answer
+        raise AssertionError("no acknowledgement")
+
+    def listen(self, reads: int) -> None:
+        """Fetch input reports and sort them."""
+        for _ in range(reads):
+            found = self.read()
+            if found is None:
+                continue
+            name, values = found
+            kept = {
+                "telemetry": self.telemetry,
+                "event": self.events,
+                "acknowledgement": self._acknowledgements,
+            }
+            kept[name].append(values)
+
+    def _next(self) -> int:
+        self._sequence = (self._sequence + 1) & 0xFFFF
+        return self._sequence
+
+    # The world around the board ----------------------------------------------------------------
+
+    def turn(self, edges: int, period_us: float = 20) -> None:
+        """Turn the encoder by so many edges."""
+        self.do("turn", edges=edges, period_ns=period_us * 1000)
+
+    def emergency_stop(self, pressed: bool) -> None:
+        """Press or release the button: an open contact stops."""
+        self.do("pin", pin=11, high=pressed)
+
+    def motor(self) -> float | None:
+        """Return the share of the supply's voltage on the motor; None while the stage is off."""
+        first, second, enable = self.do("high_share", pins=[6, 7, 10])
+        if not enable:
+            assert not first
+            assert not second
+            return None
+        return float(first - second)
+
+    def brake(self) -> float | None:
+        """Return the share of the supply's voltage on the brake; None while the stage is off."""
+        first, second, enable = self.do("high_share", pins=[8, 9, 10])
+        if not enable:
+            assert not first
+            assert not second
+            return None
+        return float(first - second)
+
+
+STATUS = (
+    *("ok", "bad_length", "bad_padding", "unknown_report", "not_finite", "out_of_range"),
+    *("inconsistent", "bad_axis", "empty_slot", "not_armed", "not_disarmed", "fault_latched"),
+    *("fault_persists", "stale", "busy", "not_owner", "unsupported"),
+)
+
+
+def make_rom() -> None:
+    """Compile the boot ROM."""
+    BUILD.mkdir(parents=True, exist_ok=True)
+    elf = BUILD / "boot_rom.elf"
+    flags = ["-mcpu=cortex-m0plus", "-mthumb", "-O1", "-ffreestanding", "-nostdlib"]
+    warnings = ["-Wall", "-Wextra", "-Werror"]
+    layout = ["-Wl,--section-start=.header=0", "-Wl,-Ttext=0x100", "-Wl,-e,0x100"]
+    source = str(FOLDER / "boot_rom.c")
+    command = ["arm-none-eabi-gcc", *flags, *warnings, *layout, source, "-o", str(elf)]
+    subprocess.run(command, check=True)
+    part = BUILD / "boot_rom.part"
+    subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", elf, part], check=True)
+    content = part.read_bytes()
+    ROM.write_bytes(content.ljust(16 * 1024, b"\0"))
+
+
+@contextmanager
+def enumerated() -> Iterator[EmulatedPico]:
+    """Give a board that has booted and knows its host."""
+    with EmulatedPico() as pico:
+        pico.boot()
+        pico.enumerate()
+        yield pico
+
+
+if __name__ == "__main__":
+    make_rom()

@@ -1,0 +1,179 @@
+"""Encoder, motor, brake and light: what the pins do."""
+
+from __future__ import annotations
+
+import itertools
+import random
+
+import pytest
+
+from tests.board.pico import EmulatedPico
+
+COUNTS_PER_REV = 8192
+MOTOR_NM_PER_A = 0.05
+BRAKE_NM_PER_A = 0.44
+BRAKE_OHM = 40
+SUPPLY_V = 12
+MOTOR_MAX_NM = 85e-3
+PWM_STEP = 1 / 2500
+
+
+def _position(pico: EmulatedPico) -> int:
+    pico.run(0.3)
+    return int(pico.get("clock")["position_counts"])
+
+
+def _wall(pico: EmulatedPico, side: str = "above", beta: float = 0.5) -> None:
+    """Arm with a wall at angle 0 that is at full strength."""
+    assert pico.set("control_config", beta=beta, passive_ramp_s=0.005)["status"] == 0
+    wall = {"angle_turns_q32": 0, "side": side, "stiffness_nm_per_rad": 2.0}
+    assert pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)["status"] == 0
+    assert pico.send("commit", active=1)["status"] == 0
+    assert pico.command("arm") == "ok"
+    pico.run(6)
+
+
+@pytest.mark.parametrize("edges", [1, -1, 4, 250, -250])
+def test_every_edge_of_the_encoder_is_one_count(pico: EmulatedPico, edges: int) -> None:
+    pico.turn(edges)
+    assert _position(pico) == edges
+
+
+def test_fast_reversals_lose_no_count(pico: EmulatedPico) -> None:
+    # Half a microsecond from edge to edge: 244 turns a second.
+    generator = random.Random(4)
+    position = 0
+    for _ in range(60):
+        edges = generator.choice([-7, -3, -2, -1, 1, 2, 3, 7])
+        pico.turn(edges, period_us=0.5)
+        position += edges
+    assert _position(pico) == position
+
+
+def test_counter_wraps_at_32_bits_in_both_directions_unnoticed(pico: EmulatedPico) -> None:
+    # The counter starts 16 counts before its wrap.
+    pico.turn(40)
+    assert _position(pico) == 40
+    pico.turn(-80)
+    assert _position(pico) == -40
+    pico.turn(40)
+    assert _position(pico) == 0
+
+
+def test_narrow_counter_and_reversed_encoder_are_configuration(pico: EmulatedPico) -> None:
+    pico.set("actuator_config", counts_per_rev=64, counter_bits=8, encoder_reversed="on")
+    before = _position(pico)
+    for _ in range(10):
+        pico.turn(50, period_us=20)
+    assert _position(pico) - before == -500
+
+
+def test_no_torque_before_arming(pico: EmulatedPico) -> None:
+    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 2.0}
+    pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)
+    pico.send("commit", active=1)
+    pico.turn(200)
+    pico.run(5)
+    assert pico.motor() is None
+    assert pico.brake() is None
+
+
+@pytest.mark.parametrize(("side", "direction"), [("above", 1), ("below", -1)])
+def test_wall_makes_the_motor_push_back(pico: EmulatedPico, side: str, direction: int) -> None:
+    _wall(pico, side)
+    assert pico.motor() == pytest.approx(0, abs=2 * PWM_STEP)
+    pico.turn(-20 * direction)
+    pico.run(2)
+    assert pico.motor() == pytest.approx(0, abs=2 * PWM_STEP)  # outside of it
+    pico.turn(40 * direction)
+    pico.run(4)
+    motor = pico.motor()
+    assert motor is not None
+    assert motor * direction < -0.05
+
+
+@pytest.mark.parametrize("beta", [0.25, 0.75])
+def test_brake_voltage_follows_beta(pico: EmulatedPico, beta: float) -> None:
+    _wall(pico, beta=beta)
+    pico.turn(50)
+    pico.run(2)
+    depth_rad = 50 * 2 * 3.14159265 / COUNTS_PER_REV
+    torque_nm = 2.0 * depth_rad
+    wanted = beta * torque_nm / BRAKE_NM_PER_A * BRAKE_OHM / SUPPLY_V
+    assert pico.brake() == pytest.approx(wanted, abs=1.5 * PWM_STEP)
+
+
+@pytest.mark.parametrize("zero", [2048, 1900])
+def test_current_loop_gives_the_motor_its_torque(pico: EmulatedPico, zero: int) -> None:
+    pico.do("motor", zero=zero)
+    pico.run(200)  # the sensor's zero is learned while the power is off
+    _wall(pico)
+    pico.turn(300)
+    pico.run(8)
+    amperes = pico.do("amperes")
+    assert amperes == pytest.approx(-MOTOR_MAX_NM / MOTOR_NM_PER_A, abs=0.02)
+    # A winding of twice the resistance and a lower supply: the current stays.
+    pico.do("motor", zero=zero, ohm=5.0, supply=11)
+    pico.run(15)
+    assert pico.do("amperes") == pytest.approx(-MOTOR_MAX_NM / MOTOR_NM_PER_A, abs=0.02)
+
+
+def test_short_circuit_is_a_fault_and_cuts_the_power(pico: EmulatedPico) -> None:
+    _wall(pico)
+    pico.turn(300)
+    pico.run(3)
+    pico.do("motor", zero=4095)  # the sensor at its end, whatever the voltage
+    pico.run(1)
+    assert pico.motor() is None
+    health = pico.get("health")
+    assert (health["state"], health["faults"]) == ("fault", 1 << 3)
+
+
+def test_emergency_stop_cuts_the_power_within_two_ticks_and_latches(pico: EmulatedPico) -> None:
+    _wall(pico)
+    pico.turn(300)
+    pico.run(2)
+    assert pico.motor() is not None
+    pico.emergency_stop(pressed=True)
+    pico.run(0.21)
+    assert pico.motor() is None
+    assert pico.brake() is None
+    assert pico.get("health")["state"] == "fault"
+    assert pico.command("clear_fault") == "fault_persists"
+    pico.emergency_stop(pressed=False)
+    pico.run(1)
+    assert pico.command("arm") == "fault_latched"
+    assert pico.command("clear_fault") == "ok"
+    assert pico.motor() is None
+    assert pico.command("arm") == "ok"
+
+
+def test_bridge_that_reports_an_error_is_a_fault(pico: EmulatedPico) -> None:
+    _wall(pico)
+    pico.do("pin", pin=12, high=False)
+    pico.run(0.21)
+    assert pico.motor() is None
+    assert pico.get("health")["faults"] == 1 << 3
+
+
+def _light(pico: EmulatedPico, samples: int, step_ms: float) -> list[int]:
+    seen = []
+    for _ in range(samples):
+        pico.run(step_ms)
+        seen.append(round(pico.do("high_share", pins=[25])[0]))
+    return seen
+
+
+def test_light_tells_the_states_apart(pico: EmulatedPico) -> None:
+    disarmed = _light(pico, 40, 25)
+    _wall(pico)
+    armed = []
+    for _ in range(4):
+        pico.post("command", op="keep_alive")
+        armed += _light(pico, 3, 10)
+    pico.emergency_stop(pressed=True)
+    fault = _light(pico, 40, 12.5)
+    changes = [sum(a != b for a, b in itertools.pairwise(s)) for s in (disarmed, fault)]
+    assert set(armed) == {1}
+    assert 1 <= changes[0] <= 3
+    assert changes[1] >= 6

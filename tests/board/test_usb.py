@@ -1,0 +1,197 @@
+"""The firmware as a USB device: what a host sees, and what it cannot break."""
+
+from __future__ import annotations
+
+import itertools
+import struct
+
+import pytest
+
+from tests.board.pico import FEATURE, SERIAL, EmulatedPico, UsbStall, enumerated
+from tests.python import wire
+
+ACTUATOR = wire.REPORTS["actuator_config"].id
+CONTROL = wire.REPORTS["control_config"].id
+
+
+def _text(descriptor: bytes) -> str:
+    assert descriptor[0] == len(descriptor)
+    assert descriptor[1] == 3
+    return descriptor[2:].decode("utf-16-le")
+
+
+def test_firmware_enumerates_as_the_knob() -> None:
+    with EmulatedPico() as pico:
+        pico.boot()
+        found = pico.enumerate()
+    vendor, product = struct.unpack_from("<HH", found["device"], 8)
+    assert (vendor, product) == (0x1209, 0x0001)
+    assert _text(found["manufacturer"]) == "Torsio"
+    assert _text(found["product"]) == "Torsio haptic knob"
+    assert _text(found["serial"]) == SERIAL.hex().upper()
+    # One HID interface without a boot protocol, on two interrupt endpoints of 64 bytes, 1 ms.
+    configuration = found["configuration"]
+    assert configuration[9:18] == bytes([9, 4, 0, 0, 2, 3, 0, 0, 4])
+    assert configuration[27:41] == bytes([7, 5, 0x81, 3, 64, 0, 1, 7, 5, 0x01, 3, 64, 0, 1])
+    assert found["report"].startswith(bytes([0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01]))
+    assert found["report"].endswith(b"\xc0")
+
+
+def test_identity_gives_board_rate_and_the_chips_serial_number(pico: EmulatedPico) -> None:
+    identity = pico.get("identity")
+    assert identity["board"] == "pico"
+    assert identity["control_period_ns"] == 100_000
+    assert bytes(identity["serial"]).decode() == SERIAL.hex().upper()
+
+
+def test_a_second_bus_reset_and_enumeration_work_like_the_first(pico: EmulatedPico) -> None:
+    first = pico.get("identity")
+    pico.enumerate()
+    assert pico.get("identity") == first
+    assert pico.command("disarm") == "ok"
+
+
+def test_effect_commit_arm_and_telemetry_go_through_the_real_endpoints(pico: EmulatedPico) -> None:
+    assert pico.send("stream", decimation=10)["status"] == 0
+    assert pico.send("friction", slot=2, torque_nm=0.02, stiffness_nm_per_rad=2.0)["status"] == 0
+    assert pico.send("commit", active=1 << 2)["status"] == 0
+    assert pico.command("arm") == "ok"
+    pico.telemetry.clear()
+    pico.listen(10)
+    assert len(pico.telemetry) >= 5
+    ticks = [report["tick"] for report in pico.telemetry]
+    assert all(later > earlier for earlier, later in itertools.pairwise(ticks))
+    assert {report["flags"] & 3 for report in pico.telemetry} == {1}
+
+
+def test_acknowledgement_says_why_a_report_was_refused(pico: EmulatedPico) -> None:
+    answer = pico.send("wall", slot=0, angle_turns_q32=0, side="above",
+                       stiffness_nm_per_rad=-1.0, damping_nm_s_per_rad=0.0)  # fmt: skip
+    assert (answer["report"], answer["status"], answer["field"]) == (0x20, 5, 5)
+
+
+@pytest.mark.parametrize(
+    ("kind", "request_", "value", "index", "length"),
+    [
+        (0xA1, 0x01, FEATURE << 8 | 0x7E, 0, 64),  # no such report
+        (0xA1, 0x01, FEATURE << 8 | 0x10, 0, 64),  # an output report
+        (0xA1, 0x01, 0x0140, 0, 64),  # input reports come by themselves
+        (0xA1, 0x01, FEATURE << 8 | 0x01, 1, 64),  # no such interface
+        (0xA1, 0x03, 0, 0, 1),  # GET_PROTOCOL: no boot device
+        (0x21, 0x0B, 0, 0, 0),  # SET_PROTOCOL
+        (0x21, 0x0A, 0x0400, 0, 0),  # an idle rate
+        (0x21, 0x09, 0x0210, 0, 0),  # SET_REPORT without data
+        (0x21, 0x55, 0, 0, 0),  # no such class request
+        (0xC0, 0x01, 0, 0, 64),  # no vendor requests
+        (0x81, 0x06, 0x2300, 0, 64),  # no physical descriptor
+        (0x80, 0x06, 0x0600, 0, 10),  # full speed only: no qualifier
+        (0x80, 0x06, 0x03EE, 0, 64),  # no such string
+        (0x00, 0x03, 0x0007, 0, 0),  # no such feature
+    ],
+)
+def test_unknown_request_stalls_and_the_next_one_works(
+    pico: EmulatedPico, kind: int, request_: int, value: int, index: int, length: int
+) -> None:
+    before = pico.get("identity")
+    with pytest.raises(UsbStall):
+        pico.control(kind, request_, value, index, length)
+    assert pico.get("identity") == before
+
+
+def _valid(pico: EmulatedPico, **changes: object) -> bytes:
+    values = {**pico.get("control_config"), "sequence": 77, "beta": 0.75, **changes}
+    return wire.encode("control_config", values)
+
+
+@pytest.mark.parametrize(
+    "case", ["short", "overlong", "one_byte", "padding", "id", "nan", "range", "read_only"]
+)
+def test_bad_feature_report_stalls_and_changes_nothing(pico: EmulatedPico, case: str) -> None:
+    before = {name: pico.get(name) for name in ("control_config", "actuator_config", "health")}
+    good = _valid(pico)
+    nan = bytearray(good)
+    nan[5:9] = struct.pack("<f", float("nan"))
+    report, data = {
+        "short": (CONTROL, good[:63]),
+        "overlong": (CONTROL, good + b"\0"),
+        "one_byte": (CONTROL, good[:1]),
+        "padding": (CONTROL, good[:63] + b"\1"),
+        "id": (ACTUATOR, good),
+        "nan": (CONTROL, bytes(nan)),
+        "range": (CONTROL, _valid(pico, beta=1.5)),
+        "read_only": (0x01, b"\x01" + good[1:]),
+    }[case]
+    with pytest.raises(UsbStall):
+        pico.set_raw(report, data)
+    pico.listen(3)
+    assert pico.get("control_config") == before["control_config"]
+    assert pico.get("actuator_config") == before["actuator_config"]
+    assert pico.get("health")["reports_accepted"] == before["health"]["reports_accepted"]
+    pico.set_raw(CONTROL, good)
+    pico.listen(3)
+    assert pico.get("control_config")["beta"] == 0.75
+
+
+def test_less_data_than_announced_stalls_and_changes_nothing(pico: EmulatedPico) -> None:
+    good = _valid(pico)
+    with pytest.raises(UsbStall):
+        pico.control(0x21, 0x09, FEATURE << 8 | CONTROL, 0, 64, good[:50])
+    pico.listen(3)
+    assert pico.get("control_config")["beta"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("data", "status"),
+    [
+        (b"\x10\x05", 1),
+        (b"\x10\x05\x00" + bytes(59), 1),
+        (b"\x7f\x05\x00" + bytes(61), 3),
+        (b"\x40\x05\x00" + bytes(61), 3),
+        (b"\x10\x05\x00\x00\x01" + bytes(58) + b"\x01", 2),
+    ],
+    ids=["two_bytes", "short", "unknown", "an_input_report", "padding"],
+)
+def test_bad_output_report_is_refused_and_changes_nothing(
+    pico: EmulatedPico, data: bytes, status: int
+) -> None:
+    assert pico.write(data) == "ack"  # of the bus
+    for _ in range(20):
+        found = pico.read()
+        if found:
+            break
+    assert found
+    name, answer = found
+    assert name == "acknowledgement"
+    assert answer["status"] == status
+    assert pico.get("health")["state"] == "disarmed"
+    assert pico.get("health")["reports_refused"] == 1
+
+
+def test_host_that_reads_nothing_is_made_to_wait_and_loses_no_command(pico: EmulatedPico) -> None:
+    sent = 0
+    command = wire.REPORTS["command"]
+    for sequence in range(100, 200):
+        data = struct.pack(command.format, command.id, sequence, 0, 2).ljust(64, b"\0")
+        if pico.write(data, within_ms=4) == "nak":
+            break
+        sent += 1
+    assert 10 < sent < 60
+    answered = []
+    for _ in range(2 * sent):
+        found = pico.read()
+        if found:
+            answered.append(found[1]["sequence"])
+    assert answered == list(range(100, 100 + sent))
+
+
+def test_time_stamps_repeat_from_run_to_run() -> None:
+    def run() -> list[object]:
+        with enumerated() as pico:
+            pico.send("stream", decimation=7)
+            pico.turn(40, period_us=33)
+            pico.listen(8)
+            return [pico.status()["ns"], pico.get("clock"), *pico.telemetry]
+
+    first, second = run(), run()
+    assert len(first) > 4
+    assert first == second

@@ -1,0 +1,107 @@
+"""The device on the processors it is made for: same numbers, within a budget, no luggage."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.mcu import mcu
+from tools import uf2
+
+BUDGET = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
+MARGIN = 1.10
+
+
+@pytest.fixture(scope="module")
+def measured() -> dict[str, float]:
+    return {f"{cost.scene} {cost.effects}": cost.instructions for cost in mcu.costs()}
+
+
+@pytest.mark.parametrize("scene", BUDGET)
+def test_tick_stays_within_its_instruction_budget(measured: dict[str, float], scene: str) -> None:
+    assert measured[scene] <= BUDGET[scene] * MARGIN
+
+
+def test_every_measured_scene_has_a_budget(measured: dict[str, float]) -> None:
+    assert set(measured) == set(BUDGET)
+
+
+def test_cost_grows_in_a_straight_line_with_the_active_effects(measured: dict[str, float]) -> None:
+    per_effect = (measured["walls 16"] - measured["walls 1"]) / 15
+    for effects in (2, 4, 8):
+        expected = measured["walls 1"] + (effects - 1) * per_effect
+        assert measured[f"walls {effects}"] == pytest.approx(expected, rel=0.02)
+
+
+@pytest.fixture(scope="module")
+def host_replay() -> str:
+    return mcu.on_host("replay")
+
+
+def test_replay_covers_every_kind_of_effect_and_every_law(host_replay: str) -> None:
+    lines = host_replay.splitlines()
+    assert len(lines) == 12 + 4
+    checksums = [line.rsplit(" ", 1)[1] for line in lines]
+    assert len(set(checksums)) == len(checksums)
+
+
+def test_cortex_m33_puts_out_the_same_bits_as_the_host(host_replay: str) -> None:
+    assert mcu.on_m33("replay") == host_replay
+
+
+def test_cortex_m0plus_puts_out_the_same_bits_as_the_host(host_replay: str) -> None:
+    assert mcu.on_m0plus("replay") == host_replay
+
+
+BOARDS = {"pico": 264 * 1024, "pico2": 520 * 1024}
+
+# Symbols of what the firmware must not contain. pico-sdk wraps the double functions into one that
+# panics, under other names.
+FORBIDDEN = {
+    "heap": r"_?malloc(_r)?|calloc|realloc|_sbrk|_Znwj|_Znaj",
+    "exceptions": r"__cxa_throw|__cxa_begin_catch|_Unwind_RaiseException",
+    "rtti": r"_ZTI.*|__dynamic_cast",
+    "printf": r".*printf.*|_dtoa_r|puts|putchar",
+    "double": r"__aeabi_d(add|sub|mul|div|2f|2iz)|__aeabi_f2d|__aeabi_i2d",
+}
+
+
+@pytest.mark.parametrize("board", BOARDS)
+@pytest.mark.parametrize("luggage", FORBIDDEN)
+def test_firmware_contains_no(board: str, luggage: str) -> None:
+    symbols = mcu.sizes(mcu.FIRMWARE / f"torsio-{board}.elf").symbols
+    assert len(symbols) > 100
+    assert [name for name in symbols if re.fullmatch(FORBIDDEN[luggage], name)] == []
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_firmware_calls_no_double_arithmetic(board: str) -> None:
+    # pico-sdk leaves wrappers behind that panic; they call each other, and nobody may call them.
+    elf = mcu.FIRMWARE / f"torsio-{board}.elf"
+    command = ["arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(elf)]
+    listing = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    double = re.compile(r"(__wrap_)?__aeabi_(c?d\w+|f2d|u?i2d|u?l2d)$")
+    caller = ""
+    offenders = []
+    for line in listing.splitlines():
+        if match := re.match(r"[0-9a-f]+ <(.+)>:$", line):
+            caller = match.group(1)
+        elif (call := re.search(r"\bbl?x?\s.*<([^+>]+)>", line)) and double.match(call.group(1)):
+            offenders.append((caller, call.group(1)))
+    assert [pair for pair in offenders if not double.match(pair[0])] == []
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_firmware_leaves_a_third_of_the_ram_free(board: str) -> None:
+    assert mcu.sizes(mcu.FIRMWARE / f"torsio-{board}.elf").ram < BOARDS[board] * 2 / 3
+
+
+@pytest.mark.parametrize(("board", "chip"), [("pico", "rp2040"), ("pico2", "rp2350")])
+def test_uf2_holds_exactly_what_the_elf_loads(board: str, chip: str) -> None:
+    elf = (mcu.FIRMWARE / f"torsio-{board}.elf").read_bytes()
+    image = (mcu.FIRMWARE / f"torsio-{board}.uf2").read_bytes()
+    assert uf2.check(image, chip) == uf2.read_elf(elf)
