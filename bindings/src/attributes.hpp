@@ -18,11 +18,11 @@ namespace torsio::bindings {
 
 class Attributes {
  public:
-  explicit Attributes(pybind11::handle source)
-      : source_(source),
-        class_name_(pybind11::str(pybind11::type::handle_of(source).attr("__name__"))) {}
+  explicit Attributes(pybind11::handle source) : source_(source) {}
 
-  [[nodiscard]] const std::string& class_name() const { return class_name_; }
+  [[nodiscard]] std::string class_name() const {
+    return pybind11::str(pybind11::type::handle_of(source_).attr("__name__"));
+  }
 
   [[nodiscard]] pybind11::object get(const char* name) const { return source_.attr(name); }
 
@@ -62,7 +62,7 @@ class Attributes {
   [[nodiscard]] Enum choice(const char* name, const std::array<std::string_view, N>& names) const {
     const pybind11::object value = get(name);
     if (pybind11::isinstance<pybind11::str>(value)) {
-      const auto text = value.cast<std::string>();
+      const auto text = value.cast<std::string_view>();
       for (std::size_t i = 0; i < N; ++i) {
         if (names[i] == text) return static_cast<Enum>(i);
       }
@@ -75,13 +75,13 @@ class Attributes {
   }
 
   [[noreturn]] void refuse(const char* name, const std::string& why) const {
-    throw InvalidArgument(class_name_ + "." + name + " " + why);
+    throw InvalidArgument(class_name() + "." + name + " " + why);
   }
 
   [[noreturn]] void refuse_type(const char* name, const std::string& wanted,
                                 const pybind11::handle& value) const {
     PyErr_Clear();
-    throw pybind11::type_error(class_name_ + "." + name + " must be " + wanted + ", is " +
+    throw pybind11::type_error(class_name() + "." + name + " must be " + wanted + ", is " +
                                repr(value));
   }
 
@@ -97,7 +97,6 @@ class Attributes {
   }
 
   pybind11::handle source_;
-  std::string class_name_;
 };
 
 }  // namespace torsio::bindings

@@ -99,7 +99,7 @@ Effect curve(const Attributes& from) {
 }
 
 struct Converter {
-  std::string_view class_name;
+  const char* class_name;
   Effect (*convert)(const Attributes&);
 };
 
@@ -118,30 +118,45 @@ constexpr std::array<Converter, 12> converters{{
     {"Curve", curve},
 }};
 
-/// The package's base class of all effects; a class of the same name from elsewhere is none.
-py::handle effect_class() {
+/// The package's classes, in the order of `converters`.
+const std::array<py::handle, converters.size()>& effect_classes() {
   // Kept for the process's life: at exit the interpreter may be gone before static objects are.
-  static const py::handle base =
-      py::object(py::module_::import("torsio.scenes").attr("Effect")).release();
-  return base;
+  static const auto classes = [] {
+    const py::module_ scenes = py::module_::import("torsio.scenes");
+    std::array<py::handle, converters.size()> found;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      found[i] = py::object(scenes.attr(converters[i].class_name)).release();
+    }
+    return found;
+  }();
+  return classes;
+}
+
+/// Index of the effect's class in `converters`; their number if it is none. Subclasses count.
+std::size_t find_converter(const py::handle& source) {
+  const auto& classes = effect_classes();
+  const py::handle type = py::type::handle_of(source);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (type.is(classes[i])) return i;
+  }
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    if (py::isinstance(source, classes[i])) return i;
+  }
+  return classes.size();
 }
 
 }  // namespace
 
 Effect effect_from_python(const py::handle& source) {
-  if (py::isinstance(source, effect_class())) {
-    const Attributes from(source);
-    for (const Converter& converter : converters) {
-      if (converter.class_name == from.class_name()) return converter.convert(from);
-    }
-  }
+  const std::size_t found = find_converter(source);
+  if (found < converters.size()) return converters[found].convert(Attributes(source));
   throw py::type_error("not an effect: " + py::repr(source).cast<std::string>() +
                        " (see torsio.scenes for those that there are)");
 }
 
 Scene scene_from_python(const py::handle& source) {
-  if (py::isinstance(source, effect_class())) return {effect_from_python(source)};
-  if (!py::isinstance<py::iterable>(source)) return {effect_from_python(source)};  // refuses
+  const bool is_one = find_converter(source) < converters.size();
+  if (is_one || !py::isinstance<py::iterable>(source)) return {effect_from_python(source)};
   Scene scene;
   for (const py::handle effect : py::reinterpret_borrow<py::object>(source)) {
     scene.push_back(effect_from_python(effect));

@@ -92,27 +92,20 @@ class PyKnob {
   std::unique_ptr<Knob> knob_;
 };
 
-EmulatorOptions emulator_options(const py::dict& options) {
-  EmulatorOptions result;
-  const auto given = [&](const char* name) {
-    return options.contains(name) && !options[name].is_none();
-  };
-  if (given("seed")) result.seed = options["seed"].cast<std::uint64_t>();
-  if (given("control_rate_hz")) result.control_rate_hz = options["control_rate_hz"].cast<double>();
-  if (given("plant")) result.plant = plant_from_python(options["plant"]);
-  if (given("hand")) result.hand = hand_from_python(options["hand"]);
-  if (given("serial")) result.serial = options["serial"].cast<std::string>();
-  if (given("actuator")) result.actuator = actuator_config_from_python(options["actuator"]);
-  if (given("control")) result.control = control_config_from_python(options["control"]);
-  if (given("paced")) result.paced = options["paced"].cast<bool>();
-  if (given("log_truth")) result.log_truth = options["log_truth"].cast<bool>();
-  return result;
-}
-
-PyKnob open_knob(const std::string& selector, const py::dict& emulator, double command_timeout_s,
-                 std::size_t ring_samples) {
+PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control_rate_hz,
+                 const py::object& plant, const py::object& hand, const std::string& serial,
+                 const py::object& actuator, const py::object& control, bool paced, bool log_truth,
+                 double command_timeout_s, std::size_t ring_samples) {
   OpenOptions options;
-  options.emulator = emulator_options(emulator);
+  options.emulator.seed = seed;
+  options.emulator.control_rate_hz = control_rate_hz;
+  if (!plant.is_none()) options.emulator.plant = plant_from_python(plant);
+  options.emulator.hand = hand_from_python(hand);
+  options.emulator.serial = serial;
+  if (!actuator.is_none()) options.emulator.actuator = actuator_config_from_python(actuator);
+  if (!control.is_none()) options.emulator.control = control_config_from_python(control);
+  options.emulator.paced = paced;
+  options.emulator.log_truth = log_truth;
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
   options.interrupted = &check_signals;
@@ -374,13 +367,23 @@ void bind_knob(py::module_& module) {
   });
 
   py::class_<PyKnob> knob(module, "Knob");
-  module.def("open_knob", &open_knob, arg("selector"), arg("emulator"), arg("command_timeout_s"),
+  module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("seed"),
+             arg("control_rate_hz"), arg("plant"), arg("hand"), arg("serial"), arg("actuator"),
+             arg("control"), arg("paced"), arg("log_truth"), arg("command_timeout_s"),
              arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
   knob.def_property_readonly("state", [](const PyKnob& self) { return state_name(self->state()); });
   knob.def("info", &info);
   knob.def("health", &health);
+  knob.def("faults", [](const PyKnob& self) {
+    std::vector<std::string> faults;
+    {
+      const py::gil_scoped_release release;
+      faults = self->faults();
+    }
+    return py::tuple(py::cast(faults));
+  });
   knob.def("clock", &clock);
   knob.def("statistics", &statistics);
   knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());

@@ -6,6 +6,7 @@ PYBIND11_MODULE(_torsio, module) {
   bind_errors(module);
   bind_protocol(module);
   bind_core(module);
+  bind_scene(module);
   bind_emulator(module);
   bind_knob(module);
 }

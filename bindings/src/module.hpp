@@ -9,6 +9,7 @@ namespace torsio::bindings {
 void bind_errors(pybind11::module_& module);
 void bind_protocol(pybind11::module_& module);
 void bind_core(pybind11::module_& module);
+void bind_scene(pybind11::module_& module);
 void bind_emulator(pybind11::module_& module);
 void bind_knob(pybind11::module_& module);
 

@@ -21,14 +21,14 @@ struct EmulatedDeviceOptions {
   /// Of everything random; the encoder's own seed is added to it for its noise.
   std::uint64_t seed = 0;
   std::int64_t control_period_ns = 1'000'000;  ///< 50,000 to 1,000,000: 20 kHz to 1 kHz
-  PlantParams plant;                           ///< its steps are never longer than a period
-  EncoderParams encoder;
+  PlantParams plant{};                         ///< its steps are never longer than a period
+  EncoderParams encoder{};
   Hand hand = NoHand{};
   std::string serial = "EMULATED";  ///< 1 to 16 printable ASCII characters
   device::StoredSlots stored = device::empty_slots();
   /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
-  std::optional<protocol::ActuatorConfig> actuator;
-  std::optional<protocol::ControlConfig> control;
+  std::optional<protocol::ActuatorConfig> actuator{};
+  std::optional<protocol::ControlConfig> control{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
 };

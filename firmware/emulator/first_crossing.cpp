@@ -31,24 +31,23 @@ constexpr Basis make_basis() {
 }
 constexpr Basis kBasis = make_basis();
 
-double slope(const Polynomial& polynomial, double s) {
-  double result = 0.0;
-  for (std::size_t k = kCount - 1; k > 0; --k) {
-    result = result * s + static_cast<double>(k) * polynomial[k];
-  }
-  return result;
-}
-
-/// The root in (low, high), where the polynomial changes once from positive to negative: Newton,
-/// or a bisection where Newton would leave the bracket.
-double refine(const Polynomial& polynomial, double low, double high) {
-  double s = 0.5 * (low + high);
+/// The root in (low, high), where the polynomial changes once from positive to negative: Newton
+/// from s on, or a bisection where Newton would leave the bracket.
+double refine(const Polynomial& polynomial, double low, double high, double s) {
+  std::size_t degree = kCount - 1;
+  while (degree > 1 && std::abs(polynomial[degree]) <= 1e-18 * std::abs(polynomial[0])) --degree;
+  if (!(s > low && s < high)) s = 0.5 * (low + high);
   for (int iteration = 0; iteration < 100; ++iteration) {
-    const double value = evaluate(polynomial, s);
+    double value = polynomial[degree];
+    double slope = 0.0;
+    for (std::size_t k = degree; k-- > 0;) {
+      slope = slope * s + value;
+      value = value * s + polynomial[k];
+    }
     (value > 0.0 ? low : high) = s;
-    double next = s - value / slope(polynomial, s);
+    double next = s - value / slope;
     if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (std::abs(next - s) <= 1e-16 || next <= low || next >= high) return next;
+    if (std::abs(next - s) <= 1e-15 || next <= low || next >= high) return next;
     s = next;
   }
   return s;
@@ -72,7 +71,7 @@ struct Search {
       }
     }
     if (changes == 0) return std::nullopt;
-    if (changes == 1) return refine(polynomial, begin, begin + width);
+    if (changes == 1) return refine(polynomial, begin, begin + width, begin + 0.5 * width);
     if (width < 1e-15) return begin;
 
     // De Casteljau's scheme gives the coefficients over both halves at once.
@@ -98,9 +97,27 @@ double evaluate(const Polynomial& polynomial, double s) {
 }
 
 std::optional<double> first_crossing(const Polynomial& polynomial, double tolerance) {
-  double swing = 0.0;
-  for (std::size_t k = 1; k < kCount; ++k) swing += std::abs(polynomial[k]);
-  if (polynomial[0] >= swing) return std::nullopt;
+  // Most curves are nearly straight, and simpler bounds than Bernstein's settle them. The first
+  // coefficient that counts decides alone if it outweighs all that follow.
+  double rest = 0.0;
+  double rest_of_slope = 0.0;
+  for (std::size_t k = 1; k < kCount; ++k) rest += std::abs(polynomial[k]);
+  for (std::size_t k = 2; k < kCount; ++k) {
+    rest_of_slope += static_cast<double>(k) * std::abs(polynomial[k]);
+  }
+  for (std::size_t k = 0; k < kCount; ++k) {
+    if (std::abs(polynomial[k]) > tolerance) {
+      if (polynomial[k] < 0.0) return 0.0;
+      if (polynomial[k] >= rest) return std::nullopt;
+      break;
+    }
+    if (k + 1 < kCount) rest -= std::abs(polynomial[k + 1]);
+  }
+  if (polynomial[0] > tolerance && -polynomial[1] > rest_of_slope) {
+    // It falls all the way.
+    if (evaluate(polynomial, 1.0) >= -tolerance) return std::nullopt;
+    return refine(polynomial, 0.0, 1.0, -polynomial[0] / polynomial[1]);
+  }
 
   Bernstein b{};
   for (std::size_t i = 0; i < kCount; ++i) {

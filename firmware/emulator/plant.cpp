@@ -58,7 +58,7 @@ void Plant::make_consistent() {
 }
 
 void Plant::start_from_here() {
-  anchor_ = state_;
+  between_ = false;
   const std::int64_t step_ns = params_.integration.step_ns;
   grid_ns_ = (state_.time_ns / step_ns + 1) * step_ns;
 }
@@ -76,7 +76,7 @@ void Plant::set_command(const Command& command) {
         std::max(0.0, std::clamp(state_.brake_target_nm, target_nm - play_nm, target_nm + play_nm));
   }
   state_.brake_target_nm = target_nm;
-  anchor_ = state_;
+  between_ = false;  // the next step starts from here
 }
 
 void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
@@ -103,23 +103,25 @@ void Plant::advance(std::int64_t duration_ns) {
   require(duration_ns >= 0, "plant: advance needs a duration >= 0");
   require(duration_ns < Profile::kForeverNs - params_.integration.step_ns - state_.time_ns,
           "plant: advance runs past the end of 64-bit time");
+  if (duration_ns == 0) return;
   const std::int64_t target_ns = state_.time_ns + duration_ns;
-  // Steps start from the anchor, which only moves to grid times, corners of the hand's profile and
-  // changes of inputs: never to where a call happens to end.
+  // Steps start at grid times, corners of the hand's profile and changes of inputs, never where a
+  // call happens to end: from there, the next call goes back to the begin of the step.
+  if (between_) state_ = anchor_;
+  between_ = false;
   while (true) {
     const std::int64_t boundary_ns = std::min(grid_ns_, inputs_.hand.end_ns);
     if (boundary_ns > target_ns) break;
-    stepper_->step(anchor_, inputs_, boundary_ns - anchor_.time_ns);
-    if (boundary_ns == grid_ns_) grid_ns_ += params_.integration.step_ns;
-    state_ = anchor_;
-    if (boundary_ns == inputs_.hand.end_ns) {
-      refresh_hand_segment();
-      anchor_ = state_;
+    if (boundary_ns > state_.time_ns) {
+      stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
     }
+    if (boundary_ns == grid_ns_) grid_ns_ += params_.integration.step_ns;
+    if (boundary_ns == inputs_.hand.end_ns) refresh_hand_segment();
   }
   if (target_ns == state_.time_ns) return;
-  state_ = anchor_;
-  stepper_->step(state_, inputs_, target_ns - anchor_.time_ns);
+  anchor_ = state_;
+  between_ = true;
+  stepper_->step(state_, inputs_, target_ns - state_.time_ns);
 }
 
 }  // namespace torsio::emulator

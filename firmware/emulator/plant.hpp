@@ -57,8 +57,9 @@ class Plant {
   Command command_;
   HeldInputs inputs_{};
   PlantState state_;          // now
-  PlantState anchor_;         // the last grid time or change of inputs, which steps start from
-  std::int64_t grid_ns_ = 0;  // the first grid time after the anchor
+  PlantState anchor_;         // where the step under way began, if between_ is set
+  bool between_ = false;      // now is neither a grid time nor a change of inputs
+  std::int64_t grid_ns_ = 0;  // the next grid time
 };
 
 }  // namespace torsio::emulator

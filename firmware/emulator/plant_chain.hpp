@@ -14,6 +14,8 @@ enum class Slip : int { backward = -1, held = 0, forward = 1 };
 
 constexpr double sign_of(Slip slip) { return static_cast<double>(static_cast<int>(slip)); }
 
+constexpr Slip direction_of(double value) { return value > 0.0 ? Slip::forward : Slip::backward; }
+
 /// The laws that hold between two events: the plant is linear while they stay.
 struct Regime {
   Slip knob = Slip::held;  ///< a knob on a prescribed path counts as held
@@ -49,11 +51,14 @@ struct Chain {
   explicit Chain(const PlantModel& model_in)
       : model(model_in),
         motor_rate(model.motor_time_constant_s > 0.0 ? 1.0 / model.motor_time_constant_s : 0.0),
-        brake_rate(model.brake_time_constant_s > 0.0 ? 1.0 / model.brake_time_constant_s : 0.0) {}
+        brake_rate(model.brake_time_constant_s > 0.0 ? 1.0 / model.brake_time_constant_s : 0.0) {
+    for (std::size_t i = 0; i < kShafts; ++i) mobility[i] = 1.0 / model.inertia_kg_m2[i];
+  }
 
   const PlantModel& model;
   double motor_rate;  ///< 1/s; 0 when there is no lag, as the gap is 0 then
   double brake_rate;
+  std::array<double, kShafts> mobility{};  ///< 1 / inertia
 
   [[nodiscard]] double stiffness(std::size_t spring, const Regime& regime) const {
     if (spring > 0) return model.belt_stiffness_nm_per_rad;
@@ -86,6 +91,17 @@ struct Chain {
     return z[kCapacity] + z[kBrakeGap];
   }
 
+  /// Torque that accelerates the knob, or that friction takes up while it holds the knob, ...
+  [[nodiscard]] double knob_net(const Vector& z, const Regime& regime) const {
+    return knob_demand(z, regime) - sign_of(regime.knob) * z[kCoulomb];
+  }
+
+  /// ... and the same of the last shaft.
+  [[nodiscard]] double brake_net(const Vector& z, const Regime& regime) const
+      requires(kShafts > 1) {
+    return brake_demand(z, regime) - sign_of(regime.brake) * capacity(z);
+  }
+
   /// M z.
   [[nodiscard]] Vector rates(const Vector& z, const Regime& regime) const {
     Vector rate{};
@@ -93,18 +109,16 @@ struct Chain {
       rate[kTwist + i] = z[kSpeed + i] - z[kSpeed + i + 1];
     }
     if (regime.knob != Slip::held) {
-      rate[kSpeed] =
-          (knob_demand(z, regime) - sign_of(regime.knob) * z[kCoulomb]) / model.inertia_kg_m2[0];
+      rate[kSpeed] = knob_net(z, regime) * mobility[0];
     }
     if constexpr (kShafts > 2) {
       rate[kSpeed + 1] = (link(z, 0, regime) - link(z, 1, regime) -
-                          model.viscous_nm_s_per_rad[1] * z[kSpeed + 1]) /
-                         model.inertia_kg_m2[1];
+                          model.viscous_nm_s_per_rad[1] * z[kSpeed + 1]) *
+                         mobility[1];
     }
     if constexpr (kShafts > 1) {
       if (regime.brake != Slip::held) {
-        rate[kLast] = (brake_demand(z, regime) - sign_of(regime.brake) * capacity(z)) /
-                      model.inertia_kg_m2[kShafts - 1];
+        rate[kLast] = brake_net(z, regime) * mobility[kShafts - 1];
       }
       rate[kBrakeGap] = -brake_rate * z[kBrakeGap];
     }
@@ -127,7 +141,7 @@ struct Chain {
       const double width = model.cogging_period_rad / static_cast<double>(model.cogging_nm.size());
       steepest = std::max(steepest, model.hand_stiffness_nm_per_rad + std::abs(rise) / width);
     }
-    double sum = steepest / model.inertia_kg_m2[0];
+    double sum = steepest * mobility[0];
     for (std::size_t i = 0; i < kSprings; ++i) {
       double stiffest = model.belt_stiffness_nm_per_rad;
       if (i == 0) {
@@ -136,7 +150,7 @@ struct Chain {
           stiffest = std::max(stiffest, piece.stiffness_nm_per_rad);
         }
       }
-      sum += stiffest * (1.0 / model.inertia_kg_m2[i] + 1.0 / model.inertia_kg_m2[i + 1]);
+      sum += stiffest * (mobility[i] + mobility[i + 1]);
     }
     return std::sqrt(sum);
   }
@@ -145,11 +159,10 @@ struct Chain {
   [[nodiscard]] double fastest_decay() const {
     double sum = motor_rate + brake_rate;
     for (std::size_t i = 0; i < kShafts; ++i) {
-      sum += model.viscous_nm_s_per_rad[i] / model.inertia_kg_m2[i];
+      sum += model.viscous_nm_s_per_rad[i] * mobility[i];
     }
     for (std::size_t i = 0; i < kSprings; ++i) {
-      sum += model.damping_nm_s_per_rad[i] *
-             (1.0 / model.inertia_kg_m2[i] + 1.0 / model.inertia_kg_m2[i + 1]);
+      sum += model.damping_nm_s_per_rad[i] * (mobility[i] + mobility[i + 1]);
     }
     return sum;
   }

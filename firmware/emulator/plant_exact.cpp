@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -41,6 +42,7 @@ class ExactStepper final : public Stepper {
  private:
   using C = Chain<kShafts>;
   using Vector = typename C::Vector;
+  static constexpr std::size_t kFrictions = kShafts > 1 ? 2 : 1;
 
   struct Outcome {
     double elapsed_s;
@@ -50,15 +52,26 @@ class ExactStepper final : public Stepper {
   void load(const PlantState& state, const HeldInputs& inputs);
   void store(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) const;
 
-  /// The rungs of the present regime, made when it is met for the first time.
-  [[nodiscard]] std::span<const Rung<kShafts>> ladder();
+  /// The ladder of the present regime, made when it is met for the first time.
+  [[nodiscard]] std::span<Rung<kShafts>> ladder();
 
-  /// How far a watch is from its event, in its own unit; < 0 beyond it.
-  [[nodiscard]] double room(Watch watch, const Vector& z) const;
-  [[nodiscard]] bool watches(Watch watch) const;
+  /// What is left until friction lets go or catches: of its torque, or of the speed.
+  [[nodiscard]] double knob_room(const Vector& z) const {
+    if (regime_.knob != Slip::held) return sign_of(regime_.knob) * z[C::kSpeed];
+    return z[C::kCoulomb] - std::abs(chain_.knob_demand(z, regime_));
+  }
+  [[nodiscard]] double brake_room(const Vector& z) const requires(kShafts > 1) {
+    if (regime_.brake != Slip::held) return sign_of(regime_.brake) * z[C::kLast];
+    return chain_.capacity(z) - std::abs(chain_.brake_demand(z, regime_));
+  }
+  [[nodiscard]] const SpringPiece& spring_piece() const {
+    return model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
+  }
 
-  /// Takes one rung if that certainly holds no event.
-  [[nodiscard]] bool climb(const Rung<kShafts>& rung);
+  /// Takes the first of `rungs` if that certainly holds no event.
+  [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs);
+  /// Certain that no piece of the spring or the cogging is left on the way to `next`?
+  [[nodiscard]] bool stays_on_pieces(const Rung<kShafts>& rung, const Vector& next) const;
 
   /// Goes along the Taylor series for `step_s`, or up to the first event.
   [[nodiscard]] Outcome creep(double step_s);
@@ -70,23 +83,27 @@ class ExactStepper final : public Stepper {
 
   PlantModel model_;
   Chain<kShafts> chain_;
+  bool pieces_;  // something is linear in pieces only
   std::size_t rungs_ = 1;
   double finest_s_;
   std::vector<Rung<kShafts>> ladders_;  // of all regimes, one after the other
-  std::vector<char> built_;
   std::vector<SquareMatrix<C::kSize>> scratch_;
 
   // Of the step under way:
   Vector z_{};
   Regime regime_;
-  double travel_low_ = 0.0;  // the ends of the cogging's piece
-  double travel_high_ = 0.0;
+  // The ends of the cogging's piece:
+  double travel_low_ = -std::numeric_limits<double>::infinity();
+  double travel_high_ = std::numeric_limits<double>::infinity();
   int stalled_ = 0;  // events in a row without any time between them
 };
 
 template <int kShafts>
 ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
-    : model_(std::move(model)), chain_(model_), finest_s_(1e-9 * static_cast<double>(step_ns)) {
+    : model_(std::move(model)),
+      chain_(model_),
+      pieces_(model_.shaft_spring.size() > 1 || !model_.cogging_nm.empty()),
+      finest_s_(1e-9 * static_cast<double>(step_ns)) {
   // On the longest rung the sampled bounds must resolve every oscillation; on the last one the
   // Taylor series must reach double precision: 0.25^13 / 13! is 2e-18.
   constexpr double kResolved = 2.0;
@@ -106,23 +123,21 @@ ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
   }
   const std::size_t pieces = std::max<std::size_t>(1, model_.cogging_nm.size());
   const std::size_t regimes = pieces * std::max<std::size_t>(1, model_.shaft_spring.size()) * 9;
-  ladders_.resize(regimes * rungs_);
-  built_.resize(regimes, 0);
-  scratch_.resize(rungs_ + 4);
+  ladders_.resize(regimes * (rungs_ + kFiner));
+  scratch_.resize(rungs_ + kFiner);
 }
 
 template <int kShafts>
-std::span<const Rung<kShafts>> ExactStepper<kShafts>::ladder() {
+std::span<Rung<kShafts>> ExactStepper<kShafts>::ladder() {
   const int springs = static_cast<int>(std::max<std::size_t>(1, model_.shaft_spring.size()));
-  const auto index =
-      static_cast<std::size_t>(((regime_.cogging.index * springs + regime_.spring_piece) * 3 +
-                                static_cast<int>(regime_.knob) + 1) *
-                                   3 +
-                               static_cast<int>(regime_.brake) + 1);
-  const std::span<Rung<kShafts>> rungs{&ladders_[index * rungs_], rungs_};
-  if (!built_[index]) {
-    build_ladder<kShafts>(chain_, regime_, finest_s_, rungs, scratch_);
-    built_[index] = 1;
+  const int regime = ((regime_.cogging.index * springs + regime_.spring_piece) * 3 +
+                      static_cast<int>(regime_.knob) + 1) *
+                         3 +
+                     static_cast<int>(regime_.brake) + 1;
+  const std::size_t length = rungs_ + kFiner;
+  const std::span rungs{&ladders_[static_cast<std::size_t>(regime) * length], length};
+  if (rungs[0].step_s == 0.0) {
+    build_ladder<kShafts>(chain_, regime_, finest_s_ / kSamples, rungs, scratch_);
   }
   return rungs;
 }
@@ -148,17 +163,17 @@ void ExactStepper<kShafts>::load(const PlantState& state, const HeldInputs& inpu
   if constexpr (kShafts > 1) {
     regime_.spring_piece = spring_piece_at(model_, state.twist_rad[0]);
     for (std::size_t i = 0; i < C::kSprings; ++i) z_[C::kTwist + i] = state.twist_rad[i];
-    z_[C::kTwist] -= model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)].rest_rad;
+    z_[C::kTwist] -= spring_piece().rest_rad;
     z_[C::kCapacity] = state.brake_target_nm + model_.brake_drag_nm;
     if (chain_.brake_rate > 0.0) {
       z_[C::kBrakeGap] = state.brake_capacity_nm - state.brake_target_nm;
     }
-    regime_.brake = brake_at_rest();
-    if (z_[C::kLast] != 0.0) regime_.brake = z_[C::kLast] > 0.0 ? Slip::forward : Slip::backward;
+    const double speed = z_[C::kLast];
+    regime_.brake = speed == 0.0 ? brake_at_rest() : direction_of(speed);
   }
   if (model_.knob_is_driven()) return;
-  regime_.knob = knob_at_rest();
-  if (z_[C::kSpeed] != 0.0) regime_.knob = z_[C::kSpeed] > 0.0 ? Slip::forward : Slip::backward;
+  const double speed = z_[C::kSpeed];
+  regime_.knob = speed == 0.0 ? knob_at_rest() : direction_of(speed);
 }
 
 template <int kShafts>
@@ -172,8 +187,7 @@ void ExactStepper<kShafts>::store(PlantState& state, const HeldInputs& inputs,
   }
   if constexpr (kShafts > 1) {
     for (std::size_t i = 0; i < C::kSprings; ++i) state.twist_rad[i] = z_[C::kTwist + i];
-    state.twist_rad[0] +=
-        model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)].rest_rad;
+    state.twist_rad[0] += spring_piece().rest_rad;
     state.brake_capacity_nm = state.brake_target_nm + z_[C::kBrakeGap];
   }
 }
@@ -182,7 +196,7 @@ template <int kShafts>
 Slip ExactStepper<kShafts>::knob_at_rest() const {
   const double demand = chain_.knob_demand(z_, regime_);
   if (std::abs(demand) <= z_[C::kCoulomb]) return Slip::held;
-  return demand > 0.0 ? Slip::forward : Slip::backward;
+  return direction_of(demand);
 }
 
 template <int kShafts>
@@ -190,74 +204,60 @@ Slip ExactStepper<kShafts>::brake_at_rest() const {
   if constexpr (kShafts > 1) {
     const double demand = chain_.brake_demand(z_, regime_);
     if (std::abs(demand) <= chain_.capacity(z_)) return Slip::held;
-    return demand > 0.0 ? Slip::forward : Slip::backward;
+    return direction_of(demand);
   }
   return Slip::held;
 }
 
 template <int kShafts>
-bool ExactStepper<kShafts>::watches(Watch watch) const {
-  switch (watch) {
-    case Watch::knob:
-      return !model_.knob_is_driven();
-    case Watch::brake:
-      return kShafts > 1;
-    case Watch::twist:
-      return model_.shaft_spring.size() > 1;
-    case Watch::travel:
-      return !model_.cogging_nm.empty();
-  }
-  return false;
-}
-
-template <int kShafts>
-double ExactStepper<kShafts>::room(Watch watch, const Vector& z) const {
-  switch (watch) {
-    case Watch::knob:
-      if (regime_.knob != Slip::held) return sign_of(regime_.knob) * z[C::kSpeed];
-      return z[C::kCoulomb] - std::abs(chain_.knob_demand(z, regime_));
-    case Watch::brake:
-      if constexpr (kShafts > 1) {
-        if (regime_.brake != Slip::held) return sign_of(regime_.brake) * z[C::kLast];
-        return chain_.capacity(z) - std::abs(chain_.brake_demand(z, regime_));
-      }
-      break;
-    case Watch::twist:
-      if constexpr (kShafts > 1) {
-        const SpringPiece& piece =
-            model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
-        const double twist = z[C::kTwist] + piece.rest_rad;
-        return std::min(twist - piece.begin_rad, piece.end_rad - twist);
-      }
-      break;
-    case Watch::travel:
-      return std::min(z[C::kTravel] - travel_low_, travel_high_ - z[C::kTravel]);
-  }
-  return 0.0;
-}
-
-template <int kShafts>
-bool ExactStepper<kShafts>::climb(const Rung<kShafts>& rung) {
-  std::array<double, kWatches> bend{};
-  for (const Watch watch : {Watch::knob, Watch::brake, Watch::twist, Watch::travel}) {
-    if (!watches(watch)) continue;
-    const auto w = static_cast<std::size_t>(watch);
-    for (std::size_t j = 0; j < C::kSize; ++j) bend[w] += rung.bend[w][j] * std::abs(z_[j]);
-    if (room(watch, z_) < bend[w]) return false;
-  }
-  Vector next = z_;
+bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
+  Rung<kShafts>& rung = rungs[0];
+  if (!rung.bends_known) find_bends<kShafts>(chain_, regime_, rungs);
+  // Nearly all of the emulator's time is spent in this loop.
+  std::array<double, C::kMoving> change{};
+  std::array<double, kFrictions> bend{};
+  const Vector size = sizes(chain_, regime_, z_);
   for (std::size_t j = 0; j < C::kSize; ++j) {
     if (j == C::kTravel) continue;  // moves nothing
-    for (std::size_t i = 0; i < C::kMoving; ++i) next[i] += rung.change[j][i] * z_[j];
+    for (std::size_t i = 0; i < C::kMoving; ++i) change[i] += rung.columns[j].change[i] * z_[j];
+    for (std::size_t i = 0; i < kFrictions; ++i) bend[i] += rung.columns[j].bend[i] * size[j];
   }
-  next[C::kMotorGap] += rung.motor_change * z_[C::kMotorGap];
-  next[C::kForce] += z_[C::kSlope] * rung.step_s -
-                     chain_.knob_stiffness(regime_) * (next[C::kTravel] - z_[C::kTravel]);
-  if constexpr (kShafts > 1) next[C::kBrakeGap] += rung.brake_change * z_[C::kBrakeGap];
-  for (const Watch watch : {Watch::knob, Watch::brake, Watch::twist, Watch::travel}) {
-    if (watches(watch) && room(watch, next) < bend[static_cast<std::size_t>(watch)]) return false;
+  Vector next;
+  for (std::size_t i = 0; i < C::kMoving; ++i) next[i] = z_[i] + change[i];
+  next[C::kMotorGap] = z_[C::kMotorGap] + rung.motor_change * z_[C::kMotorGap];
+  next[C::kForce] = z_[C::kForce] + z_[C::kSlope] * rung.step_s -
+                    chain_.knob_stiffness(regime_) * change[C::kTravel];
+  next[C::kSlope] = z_[C::kSlope];
+  next[C::kCoulomb] = z_[C::kCoulomb];
+  if constexpr (kShafts > 1) {
+    next[C::kBrakeGap] = z_[C::kBrakeGap] + rung.brake_change * z_[C::kBrakeGap];
+    next[C::kCapacity] = z_[C::kCapacity];
+    if (std::min(brake_room(z_), brake_room(next)) < bend[1]) return false;
   }
+  if (!model_.knob_is_driven() && std::min(knob_room(z_), knob_room(next)) < bend[0]) return false;
+  if (pieces_ && !stays_on_pieces(rung, next)) return false;
   z_ = next;
+  return true;
+}
+
+template <int kShafts>
+bool ExactStepper<kShafts>::stays_on_pieces(const Rung<kShafts>& rung, const Vector& next) const {
+  double twist_bend = 0.0;
+  double travel_bend = 0.0;
+  const Vector size = sizes(chain_, regime_, z_);
+  for (std::size_t j = 0; j < C::kSize; ++j) {
+    twist_bend += rung.columns[j].bend[static_cast<std::size_t>(Watch::twist)] * size[j];
+    travel_bend += rung.columns[j].bend[static_cast<std::size_t>(Watch::travel)] * size[j];
+  }
+  for (const Vector* z : {&std::as_const(z_), &next}) {
+    if constexpr (kShafts > 1) {
+      const SpringPiece& piece = spring_piece();
+      const double twist = (*z)[C::kTwist] + piece.rest_rad;
+      if (twist - piece.begin_rad < twist_bend || piece.end_rad - twist < twist_bend) return false;
+    }
+    const double travel = (*z)[C::kTravel];
+    if (travel - travel_low_ < travel_bend || travel_high_ - travel < travel_bend) return false;
+  }
   return true;
 }
 
@@ -291,7 +291,7 @@ typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step
       return 4.0 * kEpsilon *
              (torque * step_s / model_.inertia_kg_m2[shaft] + std::abs(z_[C::kSpeed + shaft]));
     };
-    if (watches(Watch::knob)) {
+    if (!model_.knob_is_driven()) {
       if (regime_.knob != Slip::held) {
         look(
             Event::knob, sign_of(regime_.knob), [](const Vector& z) { return z[C::kSpeed]; }, 0.0,
@@ -323,9 +323,8 @@ typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step
               0.0, 4.0 * kEpsilon * torque);
         }
       }
-      if (watches(Watch::twist)) {
-        const SpringPiece& piece =
-            model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
+      if (pieces_) {
+        const SpringPiece& piece = spring_piece();
         const auto twist = [](const Vector& z) { return z[C::kTwist]; };
         const double tolerance = 4.0 * kEpsilon * (std::abs(z_[C::kTwist]) + piece.rest_rad);
         if (std::isfinite(piece.begin_rad)) {
@@ -336,7 +335,7 @@ typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step
         }
       }
     }
-    if (watches(Watch::travel)) {
+    if (!model_.cogging_nm.empty()) {
       const auto travel = [](const Vector& z) { return z[C::kTravel]; };
       const double tolerance =
           4.0 * kEpsilon * (std::abs(z_[C::kTravel]) + travel_high_ - travel_low_);
@@ -372,7 +371,7 @@ void ExactStepper<kShafts>::take(Event event) {
       break;
     case Event::knob:
       if (regime_.knob == Slip::held) {
-        regime_.knob = chain_.knob_demand(z_, regime_) > 0.0 ? Slip::forward : Slip::backward;
+        regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
       } else {
         z_[C::kSpeed] = 0.0;
         regime_.knob = knob_at_rest();
@@ -381,7 +380,7 @@ void ExactStepper<kShafts>::take(Event event) {
     case Event::brake:
       if constexpr (kShafts > 1) {
         if (regime_.brake == Slip::held) {
-          regime_.brake = chain_.brake_demand(z_, regime_) > 0.0 ? Slip::forward : Slip::backward;
+          regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
         } else {
           z_[C::kLast] = 0.0;
           regime_.brake = brake_at_rest();
@@ -390,9 +389,7 @@ void ExactStepper<kShafts>::take(Event event) {
       break;
     case Event::twist_low:
     case Event::twist_high: {
-      const auto rest = [&] {
-        return model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)].rest_rad;
-      };
+      const auto rest = [&] { return spring_piece().rest_rad; };
       const double twist = z_[C::kTwist] + rest();
       regime_.spring_piece += event == Event::twist_high ? 1 : -1;
       z_[C::kTwist] = twist - rest();
@@ -418,21 +415,21 @@ void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
   std::size_t rung = 0;
   while (remaining_s > 0.0) {
     const auto rungs = ladder();
-    while (rung < rungs.size() && (rungs[rung].step_s > remaining_s || !climb(rungs[rung]))) {
+    while (rung < rungs_ && (rungs[rung].step_s > remaining_s || !climb(rungs.subspan(rung)))) {
       ++rung;
     }
-    if (rung < rungs.size()) {
+    if (rung < rungs_) {
       remaining_s -= rungs[rung].step_s;
       if (rung > 0) --rung;
       continue;
     }
     const Outcome outcome = creep(std::min(finest_s_, remaining_s));
     remaining_s -= outcome.elapsed_s;
-    rung = rungs.size() - 1;
+    rung = rungs_ - 1;
     if (outcome.event != Event::none) {
       stalled_ = outcome.elapsed_s > 1e-6 * finest_s_ ? 0 : stalled_ + 1;
       take(outcome.event);
-      rung = rungs.size();  // close to an event the bounds are of no use
+      rung = rungs_;  // close to an event the bounds are of no use
     }
   }
   store(state, inputs, duration_ns);

@@ -1,5 +1,6 @@
 #include "emulator/plant_stepper.hpp"
 
+#include <stdexcept>
 #include <utility>
 
 namespace torsio::emulator {
@@ -11,9 +12,11 @@ std::unique_ptr<Stepper> make_stepper(PlantModel model, const Integration& integ
     case Method::trapezoid:
       return make_theta_stepper(std::move(model), 0.5);
     case Method::semi_implicit:
-    default:
       return make_theta_stepper(std::move(model), 1.0);
+    case Method::regularised:
+      return make_regularised_stepper(std::move(model), integration.regularisation_rad_s);
   }
+  throw std::invalid_argument("plant: unknown integration.method");
 }
 
 }  // namespace torsio::emulator

@@ -30,6 +30,10 @@ class Stepper {
 /// theta-method with set-valued friction; theta 1 is semi-implicit, 1/2 the trapezoid rule.
 [[nodiscard]] std::unique_ptr<Stepper> make_theta_stepper(PlantModel model, double theta);
 
+/// Runge-Kutta 4 over friction that is smoothed around rest; see plant_rk4.cpp for what it is for.
+[[nodiscard]] std::unique_ptr<Stepper> make_regularised_stepper(PlantModel model,
+                                                                double smoothing_rad_s);
+
 /// The stepper that `integration` names.
 [[nodiscard]] std::unique_ptr<Stepper> make_stepper(PlantModel model,
                                                     const Integration& integration);

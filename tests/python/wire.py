@@ -6,6 +6,7 @@ with the C++ field lists. Format characters are those of ``struct``; little endi
 
 from __future__ import annotations
 
+import itertools
 import struct
 from dataclasses import dataclass
 from typing import Any
@@ -176,8 +177,8 @@ def _find(values: Any, path: str) -> Any:
 
 
 def _store(values: Any, path: str, value: Any) -> None:
-    *parents, last = path.split(".")
-    for key, following in zip(parents, [*parents, last][1:], strict=True):
+    keys = path.split(".")
+    for key, following in itertools.pairwise(keys):
         empty: Any = [] if following.isdigit() else {}
         if key.isdigit():
             if len(values) == int(key):
@@ -185,7 +186,7 @@ def _store(values: Any, path: str, value: Any) -> None:
             values = values[int(key)]
         else:
             values = values.setdefault(key, empty)
-    values[last] = value
+    values[keys[-1]] = value
 
 
 def encode(name: str, values: Values) -> bytes:

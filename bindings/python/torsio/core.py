@@ -2,7 +2,8 @@
 
 Every function works on an explicit state, once per control tick; its ``_record`` twin runs over the
 arrays of a whole record and gives the same numbers. All arithmetic is in 32-bit floats, as on the
-device.
+device. A `Scene` is given as the reports that carry its effects, made with
+`torsio.protocol.encode`.
 """
 
 from __future__ import annotations
@@ -14,8 +15,12 @@ from torsio._torsio.core import (
     MotionParams,
     MotionState,
     PartitionParams,
+    Scene,
+    SceneState,
     Shares,
     SoftSensorState,
+    evaluate_scene,
+    evaluate_scene_record,
     model_brake,
     model_brake_record,
     partition,
@@ -33,8 +38,12 @@ __all__ = [
     "MotionParams",
     "MotionState",
     "PartitionParams",
+    "Scene",
+    "SceneState",
     "Shares",
     "SoftSensorState",
+    "evaluate_scene",
+    "evaluate_scene_record",
     "model_brake",
     "model_brake_record",
     "partition",

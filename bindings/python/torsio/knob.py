@@ -3,132 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from types import TracebackType
-from typing import Literal, TypeAlias
 
 from torsio import _torsio
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
-from torsio.errors import Error, Timeout
+from torsio.errors import Error, InvalidArgument, Timeout
+from torsio.facts import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice, State
 from torsio.hands import Hand
 from torsio.scenes import Scene
 from torsio.telemetry import Record
 
-__all__ = [
-    "Clock",
-    "DeviceInfo",
-    "Emulator",
-    "Health",
-    "Knob",
-    "LinkStatistics",
-    "ListedDevice",
-    "State",
-    "list_devices",
-    "open",
-]
+__all__ = ["Emulator", "Knob", "list_devices", "open"]
 
-State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
-
-
-@dataclass(frozen=True)
-class ListedDevice:
-    """A device that could be opened.
-
-    Attributes
-    ----------
-    path
-        What `open` takes.
-    board
-        Empty if the device could not be asked.
-    transport
-        "hid" or "emulated".
-    problem
-        Why it cannot be opened now; empty if it can.
-    """
-
-    path: str
-    serial: str
-    product: str
-    board: str
-    transport: str
-    problem: str
-
-
-@dataclass(frozen=True)
-class DeviceInfo:
-    """Who the device is and what it can do."""
-
-    path: str
-    serial: str
-    product: str
-    board: str
-    firmware_version: str
-    transport: str
-    protocol_version: int
-    fingerprint: int
-    axes: int
-    effects: int
-    curve_points: int
-    control_rate_hz: float
-    counts_per_rev: int
-    torque_step_nm: float
-    speed_step_rad_s: float
-
-
-@dataclass(frozen=True)
-class Clock:
-    """The device's time and position, both exact."""
-
-    tick: int
-    time_s: float
-    position_counts: int
-    angle_rad: float
-
-
-@dataclass(frozen=True)
-class Health:
-    """State and counters of the device since its power-up.
-
-    Attributes
-    ----------
-    faults
-        Names of the latched faults: "over_speed" ...
-    samples_dropped
-        Telemetry that the host did not fetch in time.
-    tick_time_s, tick_time_max_s
-        Time that the last control tick took, and the longest one so far.
-    """
-
-    state: State
-    faults: tuple[str, ...]
-    reports_accepted: int
-    reports_refused: int
-    samples_dropped: int
-    tick_overruns: int
-    tick_time_s: float
-    tick_time_max_s: float
-    saves: int
-
-
-@dataclass(frozen=True)
-class LinkStatistics:
-    """Counters of this end of the cable, since the knob was opened.
-
-    Attributes
-    ----------
-    samples_lost
-        Never arrived, or not read before the ring was full.
-    last_refusal
-        Of a local model, in words.
-    """
-
-    reports_sent: int
-    reports_received: int
-    reports_undecodable: int
-    samples_received: int
-    samples_lost: int
-    local_models_refused: int
-    last_refusal: str
+# Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
+_MAX_SAMPLES = 2**24
 
 
 class Emulator:
@@ -275,6 +163,10 @@ class Knob:
         """Ask the device for its state, faults and counters."""
         return Health(**self._knob.health())
 
+    def faults(self) -> tuple[str, ...]:
+        """Ask the device for the names of its latched faults: "over_speed" ..."""
+        return self._knob.faults()
+
     def clock(self) -> Clock:
         """Ask the device for its time and position."""
         return Clock(**self._knob.clock())
@@ -361,7 +253,7 @@ class Knob:
         return ControlConfig(**self._knob.control_config())
 
     def configure(self, config: ActuatorConfig | ControlConfig) -> None:
-        """Set a configuration while disarmed; an `ActuatorConfig` also empties the scene.
+        """Set a configuration while disarmed. Another encoder's also empties the scene.
 
         Raises
         ------
@@ -414,6 +306,8 @@ class Knob:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
+        if not 0 <= max_samples <= _MAX_SAMPLES:
+            raise InvalidArgument(f"max_samples is {max_samples}, allowed are 0 to {_MAX_SAMPLES}")
         return self._knob.read(max_samples, timeout_s)
 
     def record(self, *, duration_s: float, rate_hz: float | None = None) -> Record:
@@ -519,18 +413,26 @@ def open(
     ------
     DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
     """
-    emulator = {
-        "seed": seed,
-        "control_rate_hz": control_rate_hz,
-        "plant": plant,
-        "hand": hand,
-        "serial": serial,
-        "actuator": actuator,
-        "control": control,
-        "paced": paced,
-        "log_truth": log_truth,
-    }
-    return Knob(_torsio.open_knob(selector, emulator, command_timeout_s, ring_samples))
+    if not 0 <= seed < 2**64:
+        raise InvalidArgument(f"seed is {seed}, allowed are 0 to 2**64 - 1")
+    if not 1 <= ring_samples <= _MAX_SAMPLES:
+        raise InvalidArgument(f"ring_samples is {ring_samples}, allowed are 1 to {_MAX_SAMPLES}")
+    return Knob(
+        _torsio.open_knob(
+            selector,
+            seed=seed,
+            control_rate_hz=control_rate_hz,
+            plant=plant,
+            hand=hand,
+            serial=serial,
+            actuator=actuator,
+            control=control,
+            paced=paced,
+            log_truth=log_truth,
+            command_timeout_s=command_timeout_s,
+            ring_samples=ring_samples,
+        )
+    )
 
 
 def list_devices() -> list[ListedDevice]:

@@ -11,7 +11,7 @@ sent to the device.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import Literal, TypeAlias
 
 __all__ = [
@@ -263,11 +263,11 @@ class Curve(Effect):
     """
 
     _: KW_ONLY
-    torque_nm: Iterable[float] = field()
+    torque_nm: Iterable[float]
     angle_rad: float = 0.0
     span_rad: float = 1.0
     ends: Literal["hold", "repeat"] = "hold"
 
     def __post_init__(self) -> None:
         """Keep the points as a tuple, so that curves compare and hash by value."""
-        object.__setattr__(self, "torque_nm", tuple(self.torque_nm))
+        object.__setattr__(self, "torque_nm", tuple(float(value) for value in self.torque_nm))

@@ -27,7 +27,7 @@ struct NoHand {};
 
 /// A torque on the knob that does not depend on its motion.
 struct TorqueHand {
-  Profile torque_nm;
+  Profile torque_nm{};
 };
 
 /// A hand that holds the knob and means to move it along a path:
@@ -42,7 +42,7 @@ struct ImpedanceHand {
 
 /// The knob follows the path whatever torque that takes.
 struct PrescribedMotion {
-  Profile angle_rad;  ///< without jumps
+  Profile angle_rad{};  ///< without jumps
 };
 
 using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
@@ -73,10 +73,10 @@ struct EmulatorOptions {
   double control_rate_hz = 1000.0;  ///< 1,000 to 20,000
   PlantParams plant{};
   Hand hand = NoHand{};
-  std::string serial;  ///< at most 16 ASCII characters; empty: derived from the device's name
+  std::string serial{};  ///< at most 16 ASCII characters; empty: derived from the device's name
   /// Configuration at power-up in place of what the device has stored, or of its defaults.
-  std::optional<ActuatorConfig> actuator;
-  std::optional<ControlConfig> control;
+  std::optional<ActuatorConfig> actuator{};
+  std::optional<ControlConfig> control{};
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
@@ -109,8 +109,8 @@ struct LinkFaults {
 /// from any thread. After close() its calls throw Closed.
 class Emulator {
  public:
-  /// @throws InvalidArgument that names the field; the old hand then stays
   /// The hand takes over at the next control tick, which is time 0 of its profiles.
+  /// @throws InvalidArgument that names the field; the old hand then stays
   void set_hand(const Hand& hand);
 
   /// Device time.

@@ -35,18 +35,19 @@ struct OpenOptions {
   EmulatorOptions emulator{};        ///< if the device is an emulated one
   double command_timeout_s = 1.0;    ///< longest wait for an answer of the device
   std::size_t ring_samples = 65536;  ///< telemetry kept until it is read; the oldest goes first
-  /// Asked at least every 20 ms of real time in every call that waits, never under a lock. If it
-  /// returns true the call throws Interrupted; what it throws leaves the call as it is.
-  std::function<bool()> interrupted;
+  /// Asked at least every 20 ms of real time in every call that waits, in the thread that waits.
+  /// If it returns true the call throws Interrupted; what it throws leaves the call as it is. It
+  /// must not use the knob itself.
+  std::function<bool()> interrupted{};
 };
 
 /// An open knob. Movable, not copyable.
 ///
 /// Every member may be called from any thread, except that nobody else may be in a call while the
 /// knob is moved or destroyed; close() is safe at any time and makes waiting calls throw Closed.
-/// Besides the errors that are named, every member but close(), is_open() and state() throws
-/// Disconnected once the device is unplugged, Closed after close(), Timeout when the device does
-/// not answer within `command_timeout_s`, and Interrupted.
+/// Besides the errors that are named, members that talk to the device throw Disconnected once the
+/// device is unplugged, Timeout when the device does not answer within `command_timeout_s`, and
+/// Interrupted; after close() all but close() and is_open() throw Closed.
 ///
 /// Time-outs and durations count in the device's time: the wall clock, or the virtual clock of an
 /// emulated device that is not paced.
@@ -68,7 +69,7 @@ class Knob {
 
   // What it is -------------------------------------------------------------------------------
 
-  [[nodiscard]] const DeviceInfo& info() const;
+  [[nodiscard]] DeviceInfo info() const;
   /// As last heard of; costs nothing. @throws Closed
   [[nodiscard]] State state() const;
   /// Names of the latched faults as the device says now: "over_speed", ...
@@ -105,7 +106,8 @@ class Knob {
 
   [[nodiscard]] ActuatorConfig actuator_config();
   [[nodiscard]] ControlConfig control_config();
-  /// Also empties the scene. @throws InvalidArgument, Refused (not_disarmed)
+  /// A change of counts_per_rev also empties the scene.
+  /// @throws InvalidArgument, Refused (not_disarmed)
   void set_actuator_config(const ActuatorConfig& config);
   void set_control_config(const ControlConfig& config);  ///< @throws InvalidArgument, Refused
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.

@@ -89,10 +89,10 @@ struct Periodic {
 
 /// Notches at equal distances. Give exactly one of `per_turn` and `pitch_rad`.
 struct Detents {
-  std::optional<double> per_turn;   ///< notches in a turn, > 0; need not be whole
-  std::optional<double> pitch_rad;  ///< distance of two notches, > 0
-  double torque_nm = 0.0;           ///< largest torque
-  double angle_rad = 0.0;           ///< where one of the notches is
+  std::optional<double> per_turn{};   ///< notches in a turn, > 0; need not be whole
+  std::optional<double> pitch_rad{};  ///< distance of two notches, > 0
+  double torque_nm = 0.0;             ///< largest torque
+  double angle_rad = 0.0;             ///< where one of the notches is
   DetentProfile profile = DetentProfile::sine;
   double width = 0.5;  ///< share of the pitch, 0.01 to 1; click only
 };
@@ -116,9 +116,9 @@ struct Texture {
 /// A torque over angle, linear between equally spaced points on [angle_rad, angle_rad + span_rad].
 /// Outside it holds its end values or repeats.
 struct Curve {
-  std::vector<double> torque_nm;  ///< at least 2 points; all curves of a scene share 1024
-  double angle_rad = 0.0;         ///< of the first point
-  double span_rad = 1.0;          ///< from the first point to the last
+  std::vector<double> torque_nm{};  ///< at least 2 points; all curves of a scene share 1024
+  double angle_rad = 0.0;           ///< of the first point
+  double span_rad = 1.0;            ///< from the first point to the last
   Ends ends = Ends::hold;
 };
 

@@ -269,6 +269,57 @@ TEST_CASE("telemetry samples come at equal distances and hold what was measured"
         Approx(5 * 2.0 * M_PI / 8192 * 1000).epsilon(5e-3));
 }
 
+TEST_CASE("telemetry tells desired, motor, brake and spring torque with their signs") {
+  Rig rig;
+  ControlConfig config;
+  config.passive_ramp_s = 0.0F;
+  config.watchdog_s = 10.0F;
+  REQUIRE(rig.set(config).ok());
+  Spring spring;
+  spring.stiffness_nm_per_rad = 1.0F;
+  REQUIRE(rig.send_status(spring) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);
+  const float step = rig.get<Identity>().torque_step_nm;
+  for (const int direction : {1, -1}) {
+    CAPTURE(direction);
+    for (int i = 0; i < 40; ++i) {
+      rig.inputs.encoder_count += static_cast<std::uint32_t>(direction);
+      rig.tick();
+    }
+    rig.tick(500);  // the brake has settled
+    const Sample sample = rig.telemetry.back().sample[0];
+    // The brake may hold its share; what the spring lacks the motor gives.
+    const double desired = -40 * direction * 2.0 * M_PI / 8192;
+    CHECK(sample.desired_torque * step == Approx(desired).epsilon(1e-3));
+    CHECK(sample.brake_torque * step == Approx(0.5 * std::abs(desired)).epsilon(2e-3));
+    CHECK(sample.spring_torque * desired > 0);
+    CHECK((sample.spring_torque + sample.motor_torque) * step == Approx(desired).epsilon(1e-3));
+    rig.inputs.encoder_count -= static_cast<std::uint32_t>(40 * direction);
+    rig.tick(500);
+  }
+}
+
+TEST_CASE("a slot that plays again after a pause begins anew") {
+  Rig rig;
+  ControlConfig config;
+  config.law = Law::motor_only;
+  config.passive_ramp_s = 0.0F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  Ramp ramp;
+  ramp.end_torque_nm = 0.05F;
+  ramp.timing.duration_s = 0.1F;
+  REQUIRE(rig.send_status(ramp) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  rig.tick(80);
+  REQUIRE(rig.send_status(Commit{2, 0, 0}) == Status::ok);
+  rig.tick(10);
+  REQUIRE(rig.send_status(Commit{3, 0, 1}) == Status::ok);
+  CHECK(rig.outputs.motor_torque_nm < 0.005F);
+}
+
 TEST_CASE("a host that does not read loses samples, which are counted, and no acknowledgement") {
   Rig rig;
   REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);

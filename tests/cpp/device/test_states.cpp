@@ -123,11 +123,16 @@ TEST_CASE("losing the bus fails passive at once, with the brake as configured") 
   config.passive_ramp_s = 0.02F;
   REQUIRE(rig.set(config).ok());
   REQUIRE(rig.command(Op::arm) == Status::ok);
+  REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);
   rig.device->set_connected(false);
   rig.tick();
   CHECK(rig.outputs.enabled);
   CHECK(rig.outputs.brake_torque_nm == 0.04F);
-  rig.tick(25);
+  rig.tick(20);
+  // The sensor knows of this brake: its model follows what was really commanded.
+  const float step = rig.get<Identity>().torque_step_nm;
+  CHECK(rig.telemetry.back().sample[0].brake_torque * step > 0.005F);
+  rig.tick(5);
   CHECK(rig.state() == State::disarmed);
   CHECK(rig.outputs.brake_torque_nm == 0.0F);
 }

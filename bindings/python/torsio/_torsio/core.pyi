@@ -1,3 +1,4 @@
+from collections.abc import Iterable
 from typing import Literal
 
 import numpy as np
@@ -114,3 +115,28 @@ def partition(params: PartitionParams, desired_nm: float, spring_nm: float) -> S
 def partition_record(
     params: PartitionParams, desired_nm: npt.ArrayLike, spring_nm: npt.ArrayLike
 ) -> tuple[_Floats, _Floats]: ...
+
+class Scene:
+    def __init__(
+        self,
+        reports: Iterable[bytes],
+        *,
+        counts_per_rev: int = 8192,
+        period_ns: int = 1_000_000,
+    ) -> None: ...
+    @property
+    def active(self) -> int: ...
+
+class SceneState:
+    def __init__(self) -> None: ...
+
+def evaluate_scene(scene: Scene, state: SceneState, motion: Motion, tick: int) -> float: ...
+def evaluate_scene_record(
+    scene: Scene,
+    state: SceneState,
+    motion_params: MotionParams,
+    motion_state: MotionState,
+    encoder_count: npt.ArrayLike,
+    *,
+    first_tick: int = 0,
+) -> _Floats: ...

@@ -48,7 +48,7 @@ def save_figure(visit: WallVisit, measures: WallMeasures, path: Path) -> None:
         FigureCanvasAgg(figure)
         axes = figure.subplots(2, 2)
         figure.subplots_adjust(
-            left=0.055, right=0.98, top=0.848, bottom=0.115, wspace=0.15, hspace=0.5
+            left=0.055, right=0.98, top=0.862, bottom=0.115, wspace=0.15, hspace=0.5
         )
         _headline(figure, visit, measures)
         _position(axes[0, 0], visit)
@@ -71,7 +71,7 @@ def _headline(figure: Figure, visit: WallVisit, measures: WallMeasures) -> None:
     figure.text(
         0.055,
         0.942,
-        textwrap.fill(text, 128),
+        textwrap.fill(text, 146),
         fontsize=11.5,
         color=TEXT,
         va="top",
@@ -221,17 +221,13 @@ def _loop(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
     # The torque gap, where it is widest.
     missing = (ideal - felt)[way_out]
     worst = way_out.start + int(np.argmax(missing))
-    _label(
-        axes,
-        float(degrees[worst]) + 0.04 * span[0],
-        float(felt[worst]) - 0.08 * peak,
-        "coming out",
-        ORANGE,
-    )
+    # The texts stay within the panel even if that is at the very bottom of the wall.
+    x = min(float(degrees[worst]) + 0.04 * span[0], wall + 0.76 * span[0])
+    _label(axes, x, float(felt[worst]) - 0.08 * peak, "coming out", ORANGE)
     axes.annotate(
         f"torque gap: {1e3 * measures.torque_gap_nm:.0f} mN·m missing\nwhile the brake lets go",
         xy=(float(degrees[worst]), float(0.5 * (felt[worst] + ideal[worst]))),
-        xytext=(float(degrees[worst]), 0.12 * peak),
+        xytext=(min(float(degrees[worst]), wall + 0.72 * span[0]) - 0.08 * span[0], 0.12 * peak),
         color=BLACK,
         ha="center",
         va="center",
@@ -254,17 +250,13 @@ def _sensor(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
     if visit.truth is not None:
         true = -1e3 * visit.truth.spring_torque_nm
         axes.plot(time, true, color=ORANGE, lw=4.5, alpha=0.45)
-        where = float(time[int(np.argmax(true))])
-        _label(axes, where - 0.28, 1.09 * peak, "true torque in the shaft", ORANGE, ha="center")
+        rising = int(np.argmax(true > 0.75 * true.max()))
+        x, y = float(time[rising]) - 0.04, float(true[rising])
+        _label(axes, x, y, "true shaft torque", ORANGE, ha="right", va="bottom")
     axes.plot(time, sensed, color=PURPLE, lw=1.5)
-    middle = 0.32 * time[-1]
-    _label(
-        axes,
-        middle + 0.05,
-        _at(time, sensed, middle) - 0.16 * peak,
-        "sensed by the knob",
-        PURPLE,
-    )
+    middle = 0.3 * time[-1]
+    x, y = middle + 0.02 * time[-1], _at(time, sensed, middle) - 0.1 * peak
+    _label(axes, x, y, "sensed by the knob", PURPLE, va="top")
     axes.set_xlim(0, time[-1])
     axes.set_ylim(min(float(sensed.min()), 0) - 0.1 * peak, 1.25 * peak)
     axes.set_xlabel("time (s)")

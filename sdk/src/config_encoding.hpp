@@ -1,0 +1,17 @@
+/// @file
+/// Configuration between the user's structures and the protocol's.
+#pragma once
+
+#include "protocol/reports.hpp"
+#include "torsio/config.hpp"
+
+namespace torsio {
+
+/// @throws InvalidArgument that names the field, its value and its range
+protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
+protocol::ControlConfig to_wire(const ControlConfig& config);
+
+ActuatorConfig from_wire(const protocol::ActuatorConfig& config);
+ControlConfig from_wire(const protocol::ControlConfig& config);
+
+}  // namespace torsio

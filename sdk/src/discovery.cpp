@@ -1,0 +1,118 @@
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "emulated_transport.hpp"
+#include "hid_transport.hpp"
+#include "knob_access.hpp"
+#include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
+#include "torsio/error.hpp"
+#include "torsio/knob.hpp"
+
+namespace torsio {
+namespace {
+
+constexpr std::string_view kEmulated = "emulated";
+constexpr std::string_view kEmulatedProduct = "Torsio emulated knob";
+
+std::string board_name(protocol::Board board) {
+  return std::string(
+      protocol::Enumerators<protocol::Board>::names.at(static_cast<std::size_t>(board)));
+}
+
+/// Asks a device what it is, without disturbing whoever has it open.
+ListedDevice describe(const HidListing& hid) {
+  ListedDevice listed{.path = hid.path,
+                      .serial = hid.serial,
+                      .product = hid.product,
+                      .board = {},
+                      .transport = "hid",
+                      .problem = {}};
+  try {
+    const std::unique_ptr<Transport> transport = open_hid(hid.path);
+    protocol::ReportBytes bytes{};
+    protocol::Identity identity;
+    if (transport->get_feature(protocol::Layout<protocol::Identity>::id, bytes) &&
+        protocol::decode(bytes, identity).ok()) {
+      listed.board = board_name(identity.board);
+    }
+  } catch (const Error& error) {
+    listed.problem = error.what();
+  }
+  return listed;
+}
+
+std::string list_text(const std::vector<HidListing>& plugged_in) {
+  if (plugged_in.empty()) {
+    return "no knob is plugged in; \"emulated\" opens one that needs no hardware";
+  }
+  std::string text = "plugged in:";
+  for (const HidListing& hid : plugged_in) {
+    text += " " + hid.path + " (serial number " + hid.serial + ")";
+  }
+  return text;
+}
+
+/// @throws DeviceNotFound if nothing, or more than one thing, is meant
+HidListing choose(std::string_view selector) {
+  const std::vector<HidListing> plugged_in = list_hid();
+  std::vector<HidListing> meant;
+  for (const HidListing& hid : plugged_in) {
+    if (selector.empty() || hid.path == selector || hid.serial == selector) meant.push_back(hid);
+  }
+  if (meant.size() == 1) return meant.front();
+  if (meant.size() > 1) {
+    throw DeviceNotFound("more than one knob is meant; name one by its path: " +
+                         list_text(plugged_in));
+  }
+  if (selector.empty()) throw DeviceNotFound(list_text(plugged_in));
+  // A path may be good although the system does not list it.
+  std::error_code ignored;
+  if (selector.starts_with('/') && std::filesystem::exists(selector, ignored)) {
+    return {std::string(selector), {}, {}};
+  }
+  throw DeviceNotFound("there is no knob with path or serial number \"" + std::string(selector) +
+                       "\"; " + list_text(plugged_in));
+}
+
+}  // namespace
+
+std::vector<ListedDevice> list_devices() {
+  std::vector<ListedDevice> listed;
+  for (const HidListing& hid : list_hid()) listed.push_back(describe(hid));
+  listed.push_back({.path = std::string(kEmulated),
+                    .serial = "EMULATED",
+                    .product = std::string(kEmulatedProduct),
+                    .board = board_name(protocol::Board::emulated),
+                    .transport = std::string(kEmulated),
+                    .problem = {}});
+  return listed;
+}
+
+Knob Knob::open(std::string_view selector, const OpenOptions& options) {
+  Connection connection;
+  const std::string named = std::string(kEmulated) + ":";
+  if (selector == kEmulated || selector.starts_with(named)) {
+    const std::string name(selector == kEmulated ? "" : selector.substr(named.size()));
+    if (selector != kEmulated && name.empty()) {
+      throw InvalidArgument("\"emulated:\" lacks a name; write \"emulated:NAME\" or \"emulated\"");
+    }
+    EmulatedConnection emulated = open_emulated(name, options.emulator);
+    connection.transport = std::move(emulated.transport);
+    connection.world = std::move(emulated.world);
+    connection.path = selector;
+    connection.product = kEmulatedProduct;
+  } else {
+    const HidListing hid = choose(selector);
+    connection.transport = open_hid(hid.path);
+    connection.path = hid.path;
+    connection.product = hid.product;
+  }
+  return KnobAccess::open(std::move(connection), options);
+}
+
+}  // namespace torsio

@@ -1,0 +1,431 @@
+#include "emulated_transport.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "config_encoding.hpp"
+#include "emulator/emulated_device.hpp"
+#include "field_check.hpp"
+#include "session.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio {
+namespace {
+
+using protocol::ReportBytes;
+using std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+// Named devices -----------------------------------------------------------------------------------
+
+struct NamedDevice {
+  bool open = false;
+  device::StoredSlots stored = device::empty_slots();
+};
+
+struct Registry {
+  std::mutex mutex;
+  std::map<std::string, NamedDevice> devices;
+};
+
+Registry& registry() {
+  // Never destroyed: a knob in static storage may be closed after everything else.
+  static Registry& instance = *new Registry;
+  return instance;
+}
+
+/// A named device's claim on its name, while it is open.
+class Claim {
+ public:
+  explicit Claim(std::string name) : name_(std::move(name)) {
+    if (name_.empty()) return;
+    const bool usable = name_.size() <= 16 && std::ranges::all_of(name_, [](unsigned char c) {
+                          return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
+                        });
+    if (!usable) {
+      throw InvalidArgument("\"" + name_ +
+                            "\" cannot name an emulated knob: use 1 to 16 letters, digits, '-', "
+                            "'_' and '.'");
+    }
+    Registry& all = registry();
+    const std::lock_guard lock(all.mutex);
+    if (std::exchange(all.devices[name_].open, true)) {
+      throw DeviceBusy("emulated:" + name_ + " is open already; close it there first");
+    }
+  }
+  Claim(const Claim&) = delete;
+  Claim& operator=(const Claim&) = delete;
+  ~Claim() { release(nullptr); }
+
+  [[nodiscard]] device::StoredSlots stored() const {
+    if (name_.empty()) return device::empty_slots();
+    Registry& all = registry();
+    const std::lock_guard lock(all.mutex);
+    return all.devices[name_].stored;
+  }
+
+  void release(const device::StoredSlots* stored) {
+    if (name_.empty()) return;
+    Registry& all = registry();
+    const std::lock_guard lock(all.mutex);
+    NamedDevice& device = all.devices[name_];
+    device.open = false;
+    if (stored != nullptr) device.stored = *stored;
+    name_.clear();
+  }
+
+ private:
+  std::string name_;
+};
+
+// From the user's structures to the emulator's -------------------------------------------------
+
+emulator::Profile to_emulator(std::string_view name, const Profile& profile,
+                              std::int64_t start_ns) {
+  constexpr double kLongestS = 1e9;
+  std::vector<emulator::ProfileKnot> knots;
+  for (const Knot& knot : profile) {
+    if (!(std::abs(knot.time_s) <= kLongestS)) {
+      throw InvalidArgument(std::string(name) + ": a knot's time_s is " + number_text(knot.time_s) +
+                            ", allowed are -1e9 to 1e9 s");
+    }
+    knots.push_back({start_ns + std::llround(knot.time_s * 1e9), knot.value});
+  }
+  return emulator::Profile(std::move(knots));
+}
+
+struct HandConverter {
+  std::int64_t start_ns;
+
+  emulator::Hand operator()(const NoHand&) const { return emulator::NoHand{}; }
+  emulator::Hand operator()(const TorqueHand& hand) const {
+    return emulator::TorqueHand{to_emulator("torque_nm", hand.torque_nm, start_ns)};
+  }
+  emulator::Hand operator()(const ImpedanceHand& hand) const {
+    return emulator::ImpedanceHand{
+        .inertia_kg_m2 = hand.inertia_kg_m2,
+        .stiffness_nm_per_rad = hand.stiffness_nm_per_rad,
+        .damping_nm_s_per_rad = hand.damping_nm_s_per_rad,
+        .intended_angle_rad = to_emulator("intended_angle_rad", hand.intended_angle_rad, start_ns)};
+  }
+  emulator::Hand operator()(const PrescribedMotion& hand) const {
+    return emulator::PrescribedMotion{to_emulator("angle_rad", hand.angle_rad, start_ns)};
+  }
+};
+
+emulator::PlantParams to_emulator(const PlantParams& in) {
+  emulator::PlantParams out;
+  out.knob_inertia_kg_m2 = in.knob_inertia_kg_m2;
+  out.knob_viscous_nm_s_per_rad = in.knob_viscous_nm_s_per_rad;
+  out.knob_coulomb_nm = in.knob_coulomb_nm;
+  out.brake_inertia_kg_m2 = in.brake_inertia_kg_m2;
+  out.brake_viscous_nm_s_per_rad = in.brake_viscous_nm_s_per_rad;
+  out.brake_drag_nm = in.brake_drag_nm;
+  out.shaft_stiffness_nm_per_rad = in.shaft_stiffness_nm_per_rad;
+  out.shaft_damping_nm_s_per_rad = in.shaft_damping_nm_s_per_rad;
+  out.brake_time_constant_s = in.brake_time_constant_s;
+  out.motor_time_constant_s = in.motor_time_constant_s;
+  out.motor_limit_nm = in.motor_limit_nm;
+  out.brake_limit_nm = in.brake_limit_nm;
+  return out;
+}
+
+std::int64_t control_period_ns(double rate_hz) {
+  if (!(rate_hz >= 1e3 && rate_hz <= 20e3)) {
+    throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) +
+                          ", allowed are 1000 to 20000 Hz");
+  }
+  return std::llround(1e9 / rate_hz);
+}
+
+emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std::string& name,
+                                            const device::StoredSlots& stored) {
+  emulator::EmulatedDeviceOptions out;
+  out.seed = in.seed;
+  out.control_period_ns = control_period_ns(in.control_rate_hz);
+  out.plant = to_emulator(in.plant);
+  out.encoder.counts_per_rev = in.plant.counts_per_rev;
+  out.hand = std::visit(HandConverter{0}, in.hand);
+  out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
+  out.stored = stored;
+  if (in.actuator) out.actuator = to_wire(*in.actuator);
+  if (in.control) out.control = to_wire(*in.control);
+  out.log_truth = in.log_truth;
+  return out;
+}
+
+/// Runs `make`; what the emulator finds wrong is the user's mistake.
+template <class Make>
+auto checked(Make&& make) {
+  try {
+    return make();
+  } catch (const std::invalid_argument& error) {
+    throw InvalidArgument(error.what());
+  }
+}
+
+}  // namespace
+
+// The world ---------------------------------------------------------------------------------------
+
+/// The emulated device and who may touch it when: transport and emulator handle share it.
+class EmulatedWorld {
+ public:
+  EmulatedWorld(const std::string& name, const EmulatorOptions& options)
+      : claim_(name), paced_(options.paced), device_(checked([&] {
+          return std::make_unique<emulator::EmulatedDevice>(
+              to_emulator(options, name, claim_.stored()));
+        })) {
+    if (paced_) pacer_ = std::thread([this] { run_paced(); });
+  }
+  EmulatedWorld(const EmulatedWorld&) = delete;
+  EmulatedWorld& operator=(const EmulatedWorld&) = delete;
+  ~EmulatedWorld() { close(); }
+
+  void close() noexcept {
+    {
+      const std::lock_guard lock(mutex_);
+      if (std::exchange(closed_, true)) return;
+      claim_.release(&device_->stored());
+    }
+    news_.notify_all();
+    if (pacer_.joinable()) pacer_.join();
+  }
+
+  /// Calls `use(device)` while nobody else touches it. @throws Closed
+  template <class Use>
+  auto with_device(Use&& use) const {
+    const std::lock_guard lock(mutex_);
+    throw_if_closed();
+    return use(*device_);
+  }
+
+  /// As above; waits until `ready(device)` or the time is over. @returns false if it is over
+  template <class Ready>
+  bool wait(std::chrono::nanoseconds timeout, Ready&& ready) const {
+    std::unique_lock lock(mutex_);
+    return news_.wait_for(lock, timeout, [&] {
+      throw_if_closed();
+      return ready(*device_);
+    });
+  }
+
+  void notify() const { news_.notify_all(); }
+  [[nodiscard]] bool paced() const { return paced_; }
+
+ private:
+  void throw_if_closed() const {
+    if (closed_) throw Closed("the emulated knob was closed; open it again");
+  }
+
+  void run_paced() {
+    constexpr auto kFrame = std::chrono::nanoseconds(emulator::UsbLink::kFrameNs);
+    constexpr auto kHopelesslyLate = 50ms;
+    auto next = steady_clock::now();
+    std::unique_lock lock(mutex_);
+    while (!closed_) {
+      device_->advance(kFrame.count());
+      news_.notify_all();
+      next += kFrame;
+      // A machine that slept must not make the world race.
+      const auto now = steady_clock::now();
+      if (now - next > kHopelesslyLate) next = now;
+      news_.wait_until(lock, next, [&] { return closed_ || steady_clock::now() >= next; });
+    }
+  }
+
+  Claim claim_;
+  const bool paced_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable news_;
+  std::unique_ptr<emulator::EmulatedDevice> device_;
+  bool closed_ = false;
+  std::thread pacer_;
+};
+
+// The transport -----------------------------------------------------------------------------------
+
+namespace {
+
+class EmulatedTransport final : public Transport {
+ public:
+  explicit EmulatedTransport(std::shared_ptr<EmulatedWorld> world) : world_(std::move(world)) {}
+
+  void close() noexcept override { world_->close(); }
+
+  bool write(const ReportBytes& report) override {
+    bool written = false;
+    const auto try_to_write = [&](emulator::EmulatedDevice& device) {
+      throw_unless_connected(device);
+      return written = device.write(report);
+    };
+    if (!world_->paced()) return world_->with_device(try_to_write);
+    // As a driver does: the caller waits for its turn on the bus.
+    world_->wait(1s, try_to_write);
+    return written;
+  }
+
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    const auto try_to_read = [&](emulator::EmulatedDevice& device) {
+      if (device.read(report)) return true;
+      throw_unless_connected(device);
+      return false;
+    };
+    return world_->paced() ? world_->wait(timeout, try_to_read) : world_->with_device(try_to_read);
+  }
+
+  bool get_feature(std::uint8_t id, ReportBytes& report) override {
+    return world_->with_device([&](emulator::EmulatedDevice& device) {
+      throw_unless_connected(device);
+      return device.get_feature(id, report) == protocol::Status::ok;
+    });
+  }
+
+  bool set_feature(const ReportBytes& report) override {
+    return world_->with_device([&](emulator::EmulatedDevice& device) {
+      throw_unless_connected(device);
+      return device.set_feature(report).ok();
+    });
+  }
+
+  bool time_is_virtual() const override { return !world_->paced(); }
+
+  std::int64_t now_ns() const override {
+    if (world_->paced()) return Transport::now_ns();
+    return world_->with_device([](emulator::EmulatedDevice& device) { return device.time_ns(); });
+  }
+
+  void advance_to(std::int64_t time_ns) override {
+    world_->with_device([&](emulator::EmulatedDevice& device) {
+      device.advance(std::max<std::int64_t>(time_ns - device.time_ns(), 0));
+    });
+  }
+
+ private:
+  static void throw_unless_connected(const emulator::EmulatedDevice& device) {
+    if (device.connected()) return;
+    throw Disconnected(
+        "the emulated knob is gone: it was unplugged or lost its power; open it again");
+  }
+
+  std::shared_ptr<EmulatedWorld> world_;
+};
+
+}  // namespace
+
+EmulatedConnection open_emulated(const std::string& name, const EmulatorOptions& options) {
+  auto world = std::make_shared<EmulatedWorld>(name, options);
+  auto transport = std::make_unique<EmulatedTransport>(world);
+  return {std::move(world), std::move(transport)};
+}
+
+// The user's handle -------------------------------------------------------------------------------
+
+struct Emulator::Impl {
+  std::shared_ptr<EmulatedWorld> world;
+  Session& session;
+};
+
+std::unique_ptr<Emulator> make_emulator(std::shared_ptr<EmulatedWorld> world, Session& session) {
+  return std::make_unique<Emulator>(
+      std::unique_ptr<Emulator::Impl>(new Emulator::Impl{std::move(world), session}));
+}
+
+Emulator::Emulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Emulator::~Emulator() = default;
+
+void Emulator::set_hand(const Hand& hand) {
+  impl_->world->with_device([&](emulator::EmulatedDevice& device) {
+    checked([&] { device.set_hand(std::visit(HandConverter{device.next_tick_ns()}, hand)); });
+  });
+}
+
+double Emulator::time_s() const {
+  return 1e-9 * static_cast<double>(impl_->world->with_device(
+                    [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
+}
+
+void Emulator::advance(double duration_s) {
+  impl_->session.sleep(whole_ns("duration_s", duration_s));
+}
+
+std::vector<TruthSample> Emulator::take_truth() {
+  const std::vector<emulator::TruthSample> log = impl_->world->with_device(
+      [](emulator::EmulatedDevice& device) { return device.take_truth(); });
+  std::vector<TruthSample> truth;
+  truth.reserve(log.size());
+  for (const emulator::TruthSample& sample : log) {
+    truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
+                     .angle_rad = sample.angle_rad,
+                     .brake_angle_rad = sample.brake_angle_rad,
+                     .speed_rad_s = sample.speed_rad_s,
+                     .spring_torque_nm = sample.torque.spring_torque_nm,
+                     .brake_torque_nm = sample.torque.brake_torque_nm,
+                     .brake_capacity_nm = sample.torque.brake_capacity_nm,
+                     .motor_torque_nm = sample.torque.motor_torque_nm,
+                     .hand_torque_nm = sample.torque.hand_torque_nm});
+  }
+  return truth;
+}
+
+void Emulator::unplug() {
+  impl_->world->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
+  impl_->world->notify();
+}
+
+void Emulator::set_emergency_stop(bool pressed) {
+  impl_->world->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
+}
+
+void Emulator::set_actuator_fault(bool present) {
+  impl_->world->with_device([&](auto& device) { device.set_actuator_fault(present); });
+}
+
+void Emulator::freeze_encoder(bool frozen) {
+  impl_->world->with_device([&](auto& device) { device.freeze_encoder(frozen); });
+}
+
+void Emulator::jump_encoder(std::int32_t counts) {
+  impl_->world->with_device([&](auto& device) { device.jump_encoder(counts); });
+}
+
+void Emulator::skip_ticks(std::uint32_t count) {
+  impl_->world->with_device([&](auto& device) { device.skip_ticks(count); });
+}
+
+void Emulator::set_link_faults(const LinkFaults& faults) {
+  impl_->world->with_device([&](auto& device) {
+    checked([&] {
+      device.set_link_faults({.drop_output = faults.drop_output,
+                              .corrupt_output = faults.corrupt_output,
+                              .drop_input = faults.drop_input,
+                              .corrupt_input = faults.corrupt_input});
+    });
+  });
+}
+
+void Emulator::cut_power_in_next_save(std::uint32_t bytes) {
+  impl_->world->with_device([&](auto& device) { device.cut_power_in_next_save(bytes); });
+}
+
+ActuatorConfig matching_config(const PlantParams& plant) {
+  ActuatorConfig config;
+  config.motor_torque_max_nm = plant.motor_limit_nm;
+  config.brake_torque_max_nm = plant.brake_limit_nm;
+  config.brake_torque_min_nm = std::min(config.brake_torque_min_nm, plant.brake_limit_nm);
+  config.brake_drag_nm = plant.brake_drag_nm;
+  config.brake_time_constant_s = plant.brake_time_constant_s;
+  config.spring_stiffness_nm_per_rad = plant.shaft_stiffness_nm_per_rad;
+  config.counts_per_rev = plant.counts_per_rev;
+  return config;
+}
+
+}  // namespace torsio

@@ -1,0 +1,52 @@
+#include "field_check.hpp"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace torsio {
+
+std::string number_text(double value) {
+  if (std::isnan(value)) return "not a number";
+  if (std::isinf(value)) return value > 0 ? "infinite" : "minus infinite";
+  std::array<char, 32> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 7)
+          .ptr;
+  return {text.data(), end};
+}
+
+float narrow(double value) {
+  constexpr auto kLargest = static_cast<double>(std::numeric_limits<float>::max());
+  if (std::abs(value) > kLargest) {
+    return std::copysign(std::numeric_limits<float>::infinity(), value < 0 ? -1.0F : 1.0F);
+  }
+  return static_cast<float>(value);
+}
+
+std::int64_t turns_q32(std::string_view name, double angle_rad) {
+  constexpr long double kTurnRad = 2.0L * std::numbers::pi_v<long double>;
+  constexpr long double kMaxTurns = protocol::max_turns_q32 / 0x1p32L;
+  const long double turns = static_cast<long double>(angle_rad) / kTurnRad;
+  // The comparison is also false for NaN.
+  if (!(std::abs(turns) <= kMaxTurns)) {
+    const std::string limit = number_text(static_cast<double>(kMaxTurns * kTurnRad));
+    throw InvalidArgument(std::string(name) + " is " + number_text(angle_rad) + ", allowed are -" +
+                          limit + " to " + limit + " rad");
+  }
+  return std::llround(turns * 0x1p32L);
+}
+
+std::int64_t whole_ns(std::string_view name, double seconds) {
+  constexpr double kLongestS = 1e9;
+  // The comparison is also false for NaN.
+  if (!(seconds >= 0.0 && seconds <= kLongestS)) {
+    throw InvalidArgument(std::string(name) + " is " + number_text(seconds) +
+                          ", allowed are 0 to 1e9 s");
+  }
+  return std::llround(seconds * 1e9);
+}
+
+}  // namespace torsio

@@ -1,0 +1,72 @@
+/// @file
+/// The protocol's own rules, applied to what the user gave before anything is sent.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "protocol/codec.hpp"
+#include "protocol/registry.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio {
+
+/// "1.5", without zeros at the end; "not a number", "infinite".
+std::string number_text(double value);
+
+/// Double to the float that travels; what no float can hold becomes infinite and is then refused.
+float narrow(double value);
+
+/// Angle to fixed-point turns of 2^-32, rounded to nearest.
+/// @throws InvalidArgument "NAME is ..., allowed are ..."
+std::int64_t turns_q32(std::string_view name, double angle_rad);
+
+/// Seconds to nanoseconds.
+/// @throws InvalidArgument unless 0 <= seconds <= 1e9
+std::int64_t whole_ns(std::string_view name, double seconds);
+
+/// Whole number to the type that travels.
+/// @throws InvalidArgument if it is outside [min, max]
+template <std::integral Wire>
+Wire whole_number(std::string_view name, std::int64_t value, Wire min, Wire max) {
+  if (value < static_cast<std::int64_t>(min) || value > static_cast<std::int64_t>(max)) {
+    throw InvalidArgument(std::string(name) + " is " + std::to_string(value) + ", allowed are " +
+                          std::to_string(min) + " to " + std::to_string(max));
+  }
+  return static_cast<Wire>(value);
+}
+
+/// @throws InvalidArgument that names the field, its value and its range
+template <class Report>
+void check_fields(const Report& report) {
+  const protocol::Verdict verdict = protocol::check(report);
+  if (verdict.ok()) return;
+
+  std::string message(protocol::field_name<Report>(verdict.field));
+  std::uint8_t at = 0;
+  const auto look = [&]<class Self, class S>(const Self& self, const S& structure) -> void {
+    const auto one = [&](const auto& field) {
+      const auto& value = structure.*field.member;
+      using Value = std::remove_cvref_t<decltype(value)>;
+      if constexpr (protocol::Structure<Value>) {
+        self(self, value);
+      } else if (at++ == verdict.field) {
+        const std::string unit = field.unit.empty() ? "" : " " + std::string(field.unit);
+        if constexpr (std::is_arithmetic_v<Value>) {
+          message += " is " + number_text(static_cast<double>(value));
+        } else {
+          message += " has a value that is not allowed";
+        }
+        message += ", allowed are " + number_text(static_cast<double>(field.min)) + " to " +
+                   number_text(static_cast<double>(field.max)) + unit;
+      }
+    };
+    std::apply([&](const auto&... field) { (one(field), ...); }, protocol::Layout<S>::fields);
+  };
+  look(look, report);
+  throw InvalidArgument(message);
+}
+
+}  // namespace torsio

@@ -1,0 +1,27 @@
+/// @file
+/// Knobs on a real USB bus, through hidapi.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "transport.hpp"
+
+namespace torsio {
+
+/// A knob that is plugged in, as the operating system describes it.
+struct HidListing {
+  std::string path;
+  std::string serial;
+  std::string product;
+};
+
+/// @returns the vendor interface of each knob; the system's order
+std::vector<HidListing> list_hid();
+
+/// Opens a device and takes its lock.
+/// @throws DeviceNotFound, PermissionDenied, DeviceBusy, Error
+std::unique_ptr<Transport> open_hid(const std::string& path);
+
+}  // namespace torsio

@@ -1,0 +1,310 @@
+#include "torsio/knob.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <mutex>
+#include <numbers>
+#include <utility>
+
+#include "config_encoding.hpp"
+#include "emulated_transport.hpp"
+#include "field_check.hpp"
+#include "knob_access.hpp"
+#include "protocol/registry.hpp"
+#include "scene_encoding.hpp"
+#include "scene_player.hpp"
+#include "session.hpp"
+#include "words.hpp"
+
+namespace torsio {
+namespace {
+
+// Full speed USB polls once in a millisecond; a tenth is left for acknowledgements and events.
+constexpr double kMaxReportsPerS = 900.0;
+constexpr double kMaxSampleRateHz = kMaxReportsPerS * protocol::samples_per_report;
+
+/// @throws ProtocolMismatch, Error, Disconnected
+protocol::Identity identify(Transport& transport) {
+  protocol::ReportBytes bytes{};
+  if (!transport.get_feature(protocol::Layout<protocol::Identity>::id, bytes)) {
+    throw Error("the device does not say who it is; is it a Torsio knob?");
+  }
+  // Fingerprint and version have their place in every version of the protocol, and only they.
+  const auto byte = [&](std::size_t at) { return static_cast<std::uint32_t>(bytes.at(at)); };
+  const std::uint32_t fingerprint = byte(1) | byte(2) << 8U | byte(3) << 16U | byte(4) << 24U;
+  const std::uint32_t version = byte(5) | byte(6) << 8U;
+  if (fingerprint != protocol::fingerprint()) {
+    throw ProtocolMismatch(
+        "the device speaks protocol version " + std::to_string(version) + " (fingerprint " +
+        hex32(fingerprint) + "), this library version " +
+        std::to_string(protocol::protocol_version) + " (fingerprint " +
+        hex32(protocol::fingerprint()) +
+        "): install firmware and library of the same release, update the older of the two");
+  }
+  protocol::Identity identity;
+  if (!protocol::decode(bytes, identity).ok() || identity.control_period_ns == 0 ||
+      identity.counts_per_rev == 0) {
+    throw Error("the device's identity is damaged; unplug it and plug it in again");
+  }
+  return identity;
+}
+
+DeviceInfo describe(const protocol::Identity& identity, const Connection& connection) {
+  DeviceInfo info;
+  info.path = connection.path;
+  const auto end = std::ranges::find(identity.serial, std::uint8_t{0});
+  info.serial.assign(identity.serial.begin(), end);
+  info.product = connection.product;
+  info.board =
+      protocol::Enumerators<protocol::Board>::names.at(static_cast<std::size_t>(identity.board));
+  for (const std::uint8_t part : identity.firmware_version) {
+    if (!info.firmware_version.empty()) info.firmware_version += ".";
+    info.firmware_version += std::to_string(part);
+  }
+  info.transport = connection.world != nullptr ? "emulated" : "hid";
+  info.protocol_version = identity.version;
+  info.fingerprint = identity.fingerprint;
+  info.axes = identity.axes;
+  info.effects = identity.effects;
+  info.curve_points = identity.curve_points;
+  info.control_rate_hz = 1e9 / identity.control_period_ns;
+  info.counts_per_rev = identity.counts_per_rev;
+  info.torque_step_nm = static_cast<double>(identity.torque_step_nm);
+  info.speed_step_rad_s = static_cast<double>(identity.speed_step_rad_s);
+  return info;
+}
+
+SessionOptions session_options(const OpenOptions& options) {
+  return {.command_timeout_ns = whole_ns("command_timeout_s", options.command_timeout_s),
+          .ring_samples = options.ring_samples,
+          .interrupted = options.interrupted};
+}
+
+}  // namespace
+
+class Knob::Impl {
+ public:
+  Impl(Connection connection, const OpenOptions& options)
+      : identity_(identify(*connection.transport)),
+        info_(describe(identity_, connection)),
+        command_timeout_ns_(session_options(options).command_timeout_ns),
+        session(std::move(connection.transport), session_options(options)),
+        player(session) {
+    if (connection.world != nullptr) emulator = make_emulator(connection.world, session);
+    session.set_identity(identity_);
+    session.note(session.get<protocol::Health>());
+    note(session.get<protocol::ControlConfig>());
+  }
+
+  void command(protocol::Op op) { session.request(protocol::Command{0, 0, op}); }
+
+  [[nodiscard]] protocol::Identity identity() const {
+    const std::lock_guard lock(mutex_);
+    return identity_;
+  }
+  [[nodiscard]] DeviceInfo info() const {
+    const std::lock_guard lock(mutex_);
+    return info_;
+  }
+
+  Clock clock() {
+    const auto clock = session.get<protocol::Clock>();
+    const double turns = static_cast<double>(clock.position_counts) / identity().counts_per_rev;
+    return {clock.tick, 1e-9 * static_cast<double>(clock.time_ns), clock.position_counts,
+            turns * 2.0 * std::numbers::pi};
+  }
+
+  void note(const protocol::ControlConfig& config) {
+    session.set_watchdog(static_cast<double>(config.watchdog_s));
+    autonomous_ = config.autonomous == protocol::Toggle::on;
+  }
+
+  /// The configuration has changed: units may be others, and the scene may be gone.
+  void look_again() {
+    const auto identity = session.get<protocol::Identity>();
+    {
+      const std::lock_guard lock(mutex_);
+      identity_ = identity;
+      info_.counts_per_rev = identity.counts_per_rev;
+      info_.torque_step_nm = static_cast<double>(identity.torque_step_nm);
+    }
+    session.set_identity(identity);
+    note(session.get<protocol::ControlConfig>());
+    player.forget();
+  }
+
+  double start_telemetry(double rate_hz) {
+    const double control_rate_hz = 1e9 / identity().control_period_ns;
+    const double highest_hz = std::min(control_rate_hz, kMaxSampleRateHz);
+    const double lowest_hz = control_rate_hz / 255.0;
+    double ticks = std::ceil(control_rate_hz / highest_hz);
+    if (rate_hz != 0.0) {
+      // The comparison is also false for NaN; a little room for rates that were computed.
+      if (!(rate_hz >= lowest_hz * (1 - 1e-9) && rate_hz <= highest_hz * (1 + 1e-9))) {
+        throw InvalidArgument("rate_hz is " + number_text(rate_hz) + ", allowed are " +
+                              number_text(lowest_hz) + " to " + number_text(highest_hz) +
+                              " Hz, or 0 for the highest");
+      }
+      ticks = std::clamp(std::round(control_rate_hz / rate_hz), ticks, 255.0);
+    }
+    session.set_position(session.get<protocol::Clock>().position_counts);
+    session.stream(static_cast<std::uint8_t>(ticks));
+    decimation_ = static_cast<unsigned>(ticks);
+    return control_rate_hz / ticks;
+  }
+
+  void stop_telemetry() {
+    session.stream(0);
+    decimation_ = 0;
+  }
+
+  std::vector<TelemetrySample> record(double duration_s) {
+    const std::int64_t duration_ns = whole_ns("duration_s", duration_s);
+    const bool starts = decimation_ == 0;
+    if (starts) start_telemetry(0.0);
+    const auto first_tick = session.get<protocol::Clock>().tick;
+    const auto ticks = static_cast<std::uint64_t>(
+        std::llround(static_cast<double>(duration_ns) / identity().control_period_ns));
+    std::vector<TelemetrySample> samples = session.collect(
+        first_tick, first_tick + ticks, decimation_, duration_ns + command_timeout_ns_);
+    if (starts) stop_telemetry();
+    return samples;
+  }
+
+  void close() noexcept { session.close(!autonomous_); }
+
+ private:
+  mutable std::mutex mutex_;  // guards the next two
+  protocol::Identity identity_;
+  DeviceInfo info_;
+  const std::int64_t command_timeout_ns_;
+  std::atomic<bool> autonomous_{false};
+  std::atomic<unsigned> decimation_{0};  // of telemetry; 0: off
+
+ public:
+  Session session;
+  ScenePlayer player;
+  std::unique_ptr<Emulator> emulator;
+};
+
+Knob KnobAccess::open(Connection connection, const OpenOptions& options) {
+  return Knob(std::make_unique<Knob::Impl>(std::move(connection), options));
+}
+
+Knob::Knob(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Knob::Knob(Knob&&) noexcept = default;
+
+Knob& Knob::operator=(Knob&& other) noexcept {
+  if (this != &other) {
+    close();
+    impl_ = std::move(other.impl_);
+  }
+  return *this;
+}
+
+Knob::~Knob() { close(); }
+
+Knob::Impl& Knob::impl() const {
+  if (!is_open()) throw Closed("the knob was closed; open it again");
+  return *impl_;
+}
+
+void Knob::close() noexcept {
+  if (impl_ != nullptr) impl_->close();
+}
+
+bool Knob::is_open() const noexcept { return impl_ != nullptr && impl_->session.is_open(); }
+
+DeviceInfo Knob::info() const { return impl().info(); }
+State Knob::state() const { return impl().session.state(); }
+LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
+Emulator* Knob::emulator() const { return impl().emulator.get(); }
+
+std::vector<std::string> Knob::faults() { return health().faults; }
+
+Health Knob::health() {
+  const auto health = impl().session.get<protocol::Health>();
+  impl().session.note(health);
+  return {.state = static_cast<State>(health.state),
+          .faults = fault_names(health.faults),
+          .reports_accepted = health.reports_accepted,
+          .reports_refused = health.reports_refused,
+          .samples_dropped = health.samples_dropped,
+          .tick_overruns = health.tick_overruns,
+          .tick_time_s = 1e-9 * health.tick_time_ns,
+          .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
+          .saves = health.saves};
+}
+
+Clock Knob::clock() { return impl().clock(); }
+double Knob::position_rad() { return impl().clock().angle_rad; }
+
+void Knob::arm() { impl().command(protocol::Op::arm); }
+void Knob::disarm() { impl().command(protocol::Op::disarm); }
+void Knob::relax() { impl().command(protocol::Op::relax); }
+void Knob::clear_fault() { impl().command(protocol::Op::clear_fault); }
+void Knob::save() { impl().command(protocol::Op::save); }
+
+void Knob::stop() {
+  impl().command(protocol::Op::stop);
+  impl().player.forget();
+}
+
+void Knob::zero() {
+  impl().command(protocol::Op::zero);
+  impl().session.set_position(impl().session.get<protocol::Clock>().position_counts);
+}
+
+void Knob::play(const Scene& scene) { impl().player.play(encode_scene(scene, impl().identity())); }
+
+void Knob::stream_local_model(const LocalModel& model) {
+  impl().session.send(encode_local_model(model));
+}
+
+ActuatorConfig Knob::actuator_config() {
+  return from_wire(impl().session.get<protocol::ActuatorConfig>());
+}
+
+ControlConfig Knob::control_config() {
+  return from_wire(impl().session.get<protocol::ControlConfig>());
+}
+
+void Knob::set_actuator_config(const ActuatorConfig& config) {
+  impl().session.set(to_wire(config));
+  impl().look_again();
+}
+
+void Knob::set_control_config(const ControlConfig& config) {
+  impl().session.set(to_wire(config));
+  impl().look_again();
+}
+
+void Knob::load_defaults() {
+  impl().command(protocol::Op::load_defaults);
+  impl().look_again();
+}
+
+double Knob::start_telemetry(double rate_hz) { return impl().start_telemetry(rate_hz); }
+void Knob::stop_telemetry() { impl().stop_telemetry(); }
+
+std::size_t Knob::read(std::span<TelemetrySample> out, double timeout_s) {
+  return impl().session.read(out, whole_ns("timeout_s", timeout_s));
+}
+
+std::vector<TelemetrySample> Knob::read(std::size_t max, double timeout_s) {
+  std::vector<TelemetrySample> samples(max);
+  samples.resize(read(std::span(samples), timeout_s));
+  return samples;
+}
+
+std::vector<TelemetrySample> Knob::record(double duration_s) { return impl().record(duration_s); }
+
+void Knob::sleep(double duration_s) { impl().session.sleep(whole_ns("duration_s", duration_s)); }
+
+bool Knob::wait_for(State state, double timeout_s) {
+  return impl().session.wait_for(state, whole_ns("timeout_s", timeout_s));
+}
+
+}  // namespace torsio

@@ -1,0 +1,43 @@
+/// @file
+/// Keeps the device's scene in step with the user's, with as few reports as that takes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "protocol/codec.hpp"
+#include "protocol/effects.hpp"
+#include "scene_encoding.hpp"
+#include "session.hpp"
+
+namespace torsio {
+
+/// Remembers what the device has and sends what differs. May be used from any thread.
+class ScenePlayer {
+ public:
+  explicit ScenePlayer(Session& session) : session_(session) {}
+
+  /// Writes what differs, waits until the device has accepted all of it, and commits.
+  /// @throws Refused, and as Session::exchange() does; what plays goes on then
+  void play(const EncodedScene& scene);
+
+  /// The device may have lost its scene: the next play() writes everything.
+  void forget();
+
+ private:
+  static constexpr std::size_t kPieces =
+      (protocol::curve_pool_points + protocol::curve_points_per_report - 1) /
+      protocol::curve_points_per_report;
+
+  void forget_locked();
+
+  Session& session_;
+  std::mutex mutex_;
+  std::array<std::optional<protocol::ReportBytes>, protocol::max_effects> slots_;
+  std::array<std::optional<protocol::ReportBytes>, kPieces> pieces_;
+};
+
+}  // namespace torsio

@@ -1,0 +1,170 @@
+/// @file
+/// The conversation with one device: requests and their acknowledgements, telemetry, signs of life,
+/// and waiting, in real and in virtual time.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
+#include "sample_ring.hpp"
+#include "telemetry_decoder.hpp"
+#include "torsio/telemetry.hpp"
+#include "transport.hpp"
+
+namespace torsio {
+
+struct SessionOptions {
+  std::int64_t command_timeout_ns = 1'000'000'000;
+  std::size_t ring_samples = 65536;
+  std::function<bool()> interrupted;
+};
+
+/// Where time is real one reader thread takes in what the device sends. Where it is virtual the
+/// thread that waits does, frame by frame, so that the same calls always give the same result.
+///
+/// One mutex guards everything that both sides touch; it is held neither while the transport
+/// writes nor while the user's code is called. Every member may be called from any thread.
+class Session {
+ public:
+  Session(std::unique_ptr<Transport> transport, SessionOptions options);
+  ~Session();  ///< as close()
+
+  /// Disarms if `disarm_first` and the device is armed, and lets go of it. Waits for nobody but the
+  /// device, and not long.
+  void close(bool disarm_first) noexcept;
+  [[nodiscard]] bool is_open() const noexcept { return !closed_; }
+
+  // Requests -----------------------------------------------------------------------------------
+
+  /// Sends reports in order and waits until each is acknowledged. Their sequence numbers are
+  /// filled in.
+  /// @returns the acknowledgements in the same order; they may be refusals
+  /// @throws Timeout, Disconnected, Closed, Interrupted
+  std::vector<protocol::Acknowledgement> exchange(std::span<protocol::ReportBytes> reports);
+
+  /// Sends one report and waits. @throws Refused, and as exchange() does
+  template <class Report>
+  void request(const Report& report) {
+    std::array<protocol::ReportBytes, 1> bytes{protocol::encode(report)};
+    throw_if_refused(exchange(bytes).front());
+  }
+
+  /// Sends a report and does not wait for an acknowledgement. Waits while the queue to the device
+  /// is full.
+  void send(protocol::ReportBytes report);
+
+  /// Reads a feature report. @throws Error if the device stalls, Disconnected, Closed
+  template <class Report>
+  Report get() {
+    Report report{};
+    const protocol::ReportBytes bytes = get_feature(protocol::Layout<Report>::id);
+    check_feature(protocol::decode(bytes, report), protocol::Layout<Report>::id);
+    return report;
+  }
+
+  /// Sets a feature report and waits for its acknowledgement. @throws Refused, as exchange() does
+  template <class Report>
+  void set(const Report& report) {
+    set_feature(protocol::encode(report));
+  }
+
+  static void throw_if_refused(const protocol::Acknowledgement& answer);
+
+  // Time ---------------------------------------------------------------------------------------
+
+  /// Lets time pass.
+  void sleep(std::int64_t duration_ns);
+
+  /// Waits for a state. @returns false if it does not come in time
+  bool wait_for(State state, std::int64_t timeout_ns);
+
+  // What is known of the device ------------------------------------------------------------------
+
+  [[nodiscard]] State state();
+  /// Takes over what a health report says.
+  void note(const protocol::Health& health);
+  [[nodiscard]] LinkStatistics statistics() const;
+  /// How often signs of life are due while armed.
+  void set_watchdog(double watchdog_s);
+
+  // Telemetry ------------------------------------------------------------------------------------
+
+  /// Units of telemetry.
+  void set_identity(const protocol::Identity& identity);
+  /// The device's position in full, from now on.
+  void set_position(std::int64_t counts);
+  /// Starts telemetry and forgets what was not read, or stops it (0) and keeps that.
+  void stream(std::uint8_t decimation);
+  /// Waits for samples and takes them. @returns how many; 0 if none came in time
+  std::size_t read(std::span<TelemetrySample> out, std::int64_t timeout_ns);
+  /// Waits for all samples of ticks [first, end) of a stream and takes them; forgets older ones.
+  /// @throws Timeout if they do not come within `timeout_ns`
+  std::vector<TelemetrySample> collect(std::uint64_t first_tick, std::uint64_t end_tick,
+                                       unsigned decimation, std::int64_t timeout_ns);
+
+ private:
+  struct Pending {
+    std::uint16_t sequence;
+    std::optional<protocol::Acknowledgement> answer;
+  };
+  class Expectation;
+
+  template <class Done>
+  bool wait_until(Done done, std::int64_t timeout_ns);
+  void throw_if_gone() const;
+  void write(const protocol::ReportBytes& report);
+  void pass_frame(std::int64_t limit_ns);
+  void take_in_virtual();
+
+  void read_loop();
+  void dispatch(const protocol::ReportBytes& report);
+  void dispatch(const protocol::Telemetry& report);
+  void dispatch(const protocol::Acknowledgement& answer);
+  void dispatch(const protocol::Event& event);
+  void lose(const std::string& why);
+  bool send_keep_alive() noexcept;
+
+  std::uint16_t stamp(protocol::ReportBytes& report);
+  void await(Expectation& expectation);
+  protocol::ReportBytes get_feature(std::uint8_t id);
+  void set_feature(protocol::ReportBytes report);
+  static void check_feature(protocol::Verdict verdict, std::uint8_t id);
+  [[noreturn]] void throw_stalled(std::uint8_t id);
+
+  const std::unique_ptr<Transport> transport_;
+  const SessionOptions options_;
+  std::thread reader_;
+  std::mutex close_mutex_;
+  std::atomic<bool> closed_{false};
+  std::atomic<bool> closing_{false};
+  std::atomic<std::uint16_t> sequence_{0};
+  std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
+  std::atomic<std::uint64_t> reports_sent_{0};
+
+  mutable std::mutex mutex_;  // guards all below
+  std::condition_variable news_;
+  std::string lost_;  // why the device is gone; empty while it is there
+  State state_ = State::disarmed;
+  std::vector<Pending> pending_;
+  TelemetryDecoder decoder_;
+  SampleRing ring_;
+  bool stream_starts_ = false;             // with the next acknowledgement of a stream report
+  std::uint64_t stream_from_tick_ = 0;     // what is older belongs to the stream before
+  std::uint64_t received_until_tick_ = 0;  // of the newest sample, plus one
+  LinkStatistics statistics_;
+};
+
+}  // namespace torsio

@@ -1,0 +1,50 @@
+#include "telemetry_decoder.hpp"
+
+#include <numbers>
+
+namespace torsio {
+
+void TelemetryDecoder::configure(const protocol::Identity& identity) {
+  period_s_ = 1e-9 * identity.control_period_ns;
+  rad_per_count_ = 2.0 * std::numbers::pi / identity.counts_per_rev;
+  torque_step_nm_ = identity.torque_step_nm;
+  speed_step_rad_s_ = identity.speed_step_rad_s;
+}
+
+std::uint64_t TelemetryDecoder::count_missing(const protocol::Telemetry& report) {
+  std::uint64_t missing = 0;
+  if (next_tick_ && report.decimation == decimation_ && report.tick > *next_tick_) {
+    missing = (report.tick - *next_tick_) / decimation_;
+  }
+  // A decimation of 0 would be a damaged report; it must not divide.
+  decimation_ = report.decimation == 0 ? std::uint8_t{1} : report.decimation;
+  next_tick_ = report.tick + std::uint64_t{decimation_} * protocol::samples_of(report.axis_samples);
+  return missing;
+}
+
+std::int64_t TelemetryDecoder::unwrapped(std::int32_t low_bits) const {
+  const auto known = static_cast<std::uint32_t>(position_counts_);
+  const std::uint32_t moved = static_cast<std::uint32_t>(low_bits) - known;
+  return position_counts_ + static_cast<std::int32_t>(moved);
+}
+
+TelemetrySample TelemetryDecoder::sample(const protocol::Telemetry& report, unsigned index) const {
+  const protocol::Sample& in = report.sample[index];
+  const auto torque = [&](std::int16_t steps) {
+    return static_cast<float>(steps) * torque_step_nm_;
+  };
+  TelemetrySample out{};
+  out.tick = report.tick + std::uint64_t{index} * report.decimation;
+  out.time_s = static_cast<double>(out.tick) * period_s_;
+  out.position_counts = position_counts_ + in.offset_counts;
+  out.angle_rad = static_cast<double>(out.position_counts) * rad_per_count_;
+  out.speed_rad_s = static_cast<float>(in.speed) * speed_step_rad_s_;
+  out.desired_torque_nm = torque(in.desired_torque);
+  out.motor_torque_nm = torque(in.motor_torque);
+  out.brake_torque_nm = torque(in.brake_torque);
+  out.spring_torque_nm = torque(in.spring_torque);
+  out.flags = report.flags;
+  return out;
+}
+
+}  // namespace torsio

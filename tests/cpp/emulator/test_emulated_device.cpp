@@ -1,0 +1,320 @@
+// The emulated device as a whole: repeatable, indifferent to how time is cut, and faulty on demand.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "emulator/emulated_device.hpp"
+#include "protocol/registry.hpp"
+
+using namespace torsio;
+using namespace torsio::emulator;
+using protocol::ReportBytes;
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+template <class Report>
+void send(EmulatedDevice& device, const Report& report) {
+  REQUIRE(device.write(protocol::encode(report)));
+}
+
+void command(EmulatedDevice& device, protocol::Op op, std::uint16_t sequence = 1) {
+  send(device, protocol::Command{sequence, 0, op});
+}
+
+std::vector<ReportBytes> read_all(EmulatedDevice& device) {
+  std::vector<ReportBytes> reports;
+  ReportBytes report;
+  while (device.read(report)) reports.push_back(report);
+  return reports;
+}
+
+template <class Report>
+std::vector<Report> only(const std::vector<ReportBytes>& reports) {
+  std::vector<Report> found;
+  Report report{};
+  for (const ReportBytes& bytes : reports) {
+    if (protocol::decode(bytes, report).ok()) found.push_back(report);
+  }
+  return found;
+}
+
+template <class Report>
+Report feature(const EmulatedDevice& device) {
+  ReportBytes bytes;
+  REQUIRE(device.get_feature(protocol::Layout<Report>::id, bytes) == protocol::Status::ok);
+  Report report{};
+  REQUIRE(protocol::decode(bytes, report).ok());
+  return report;
+}
+
+/// Pushes into a wall with everything random switched on, and returns every byte the host saw.
+std::vector<ReportBytes> push_into_wall(std::uint64_t seed, std::int64_t cut_ns) {
+  EmulatedDevice device({.seed = seed,
+                         .control_period_ns = 100'000,
+                         .encoder = {.noise_counts = 0.5},
+                         .hand = TorqueHand{Profile({{0, 0.0}, {50 * kMs, 0.06}})}});
+  device.set_link_faults({.drop_input = 0.05, .corrupt_input = 0.05});
+  command(device, protocol::Op::arm);
+  send(device, protocol::Wall{.target = {2, 0, 0}, .stiffness_nm_per_rad = 1.0F});
+  send(device, protocol::Commit{3, 0, 1});
+  send(device, protocol::Stream{4, 0, 10});
+  std::vector<ReportBytes> reports;
+  for (std::int64_t left = 100 * kMs; left > 0; left -= cut_ns) {
+    device.advance(std::min(left, cut_ns));
+    for (const ReportBytes& report : read_all(device)) reports.push_back(report);
+  }
+  return reports;
+}
+
+}  // namespace
+
+TEST_CASE("emulated device gives the same bytes for the same seed and others for another") {
+  const auto reference = push_into_wall(7, 100 * kMs);
+  CHECK(reference.size() > 20);
+  CHECK(push_into_wall(7, 100 * kMs) == reference);
+  CHECK(push_into_wall(8, 100 * kMs) != reference);
+}
+
+TEST_CASE("emulated device gives the same bytes however a span is cut") {
+  const auto reference = push_into_wall(7, 100 * kMs);
+  for (const std::int64_t cut_ns : {std::int64_t{33'333}, std::int64_t{777'777}, 10 * kMs}) {
+    CAPTURE(cut_ns);
+    CHECK(push_into_wall(7, cut_ns) == reference);
+  }
+}
+
+TEST_CASE("link delivers one report each way in a frame of 1 ms") {
+  EmulatedDevice device;
+  for (std::uint16_t i = 1; i <= 10; ++i) command(device, protocol::Op::disarm, i);
+  std::size_t answered = 0;
+  for (int frame = 0; frame < 15; ++frame) {
+    device.advance(kMs);
+    const std::size_t now = only<protocol::Acknowledgement>(read_all(device)).size();
+    CHECK(now <= 1);
+    answered += now;
+  }
+  CHECK(answered == 10);
+}
+
+TEST_CASE("link pushes back when its output queue is full and loses nothing") {
+  EmulatedDevice device;
+  std::uint16_t sent = 0;
+  const auto report = [&] {
+    return protocol::encode(protocol::Command{sent, 0, protocol::Op::disarm});
+  };
+  while (device.write(report())) ++sent;
+  CHECK(sent == UsbLink::kOutputQueueReports);
+  device.advance(50 * kMs);
+  const auto answers = only<protocol::Acknowledgement>(read_all(device));
+  REQUIRE(answers.size() == sent);
+  for (std::uint16_t i = 0; i < sent; ++i) CHECK(answers[i].sequence == i);
+}
+
+TEST_CASE("link counts input reports that nobody read in time") {
+  EmulatedDevice device({.input_queue_reports = 64});
+  send(device, protocol::Stream{1, 0, 1});
+  device.advance(1000 * kMs);
+  const std::size_t kept = read_all(device).size();
+  CHECK(kept == 64);
+  CHECK(device.link().input_reports_lost() + kept == doctest::Approx(251).epsilon(0.02));
+}
+
+TEST_CASE("telemetry of a prescribed motion is the motion, tick by tick") {
+  // 1 rad/s from rest at angle 0: count n = floor(8192 t / 2 pi), exact by construction.
+  EmulatedDevice device({.hand = PrescribedMotion{Profile({{0, 0.0}, {10'000 * kMs, 10.0}})},
+                         .input_queue_reports = 1000});
+  send(device, protocol::Stream{1, 0, 1});
+  device.advance(500 * kMs);
+  std::size_t samples = 0;
+  for (const auto& report : only<protocol::Telemetry>(read_all(device))) {
+    for (unsigned i = 0; i < protocol::samples_of(report.axis_samples); ++i, ++samples) {
+      const double time_s = 1e-3 * static_cast<double>(report.tick + i);
+      const auto expected =
+          static_cast<std::int64_t>(std::floor(time_s * 8192.0 / (2.0 * std::numbers::pi) + 1e-9));
+      CHECK(report.base_counts + report.sample[i].offset_counts == expected);
+    }
+  }
+  CHECK(samples > 480);
+}
+
+TEST_CASE("truth has one sample a tick, at the tick's time, and costs nothing unasked") {
+  EmulatedDevice device(
+      {.hand = PrescribedMotion{Profile({{0, 0.0}, {1000 * kMs, 1.0}})}, .log_truth = true});
+  device.advance(100 * kMs);
+  const std::vector<TruthSample> truth = device.take_truth();
+  REQUIRE(truth.size() == 100);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    CHECK(truth[i].time_ns == static_cast<std::int64_t>(i) * kMs);
+    CHECK(truth[i].angle_rad == doctest::Approx(1e-3 * static_cast<double>(i)).epsilon(1e-9));
+  }
+  CHECK(device.take_truth().empty());
+
+  EmulatedDevice silent;
+  silent.advance(100 * kMs);
+  CHECK(silent.take_truth().empty());
+}
+
+TEST_CASE("a hand that is set later takes over at the next tick") {
+  EmulatedDevice device({.log_truth = true});
+  device.advance(10 * kMs + 1);
+  CHECK(device.next_tick_ns() == 11 * kMs);
+  device.set_hand(TorqueHand{Profile::constant(0.05)});
+  device.advance(2 * kMs);
+  const std::vector<TruthSample> truth = device.take_truth();
+  CHECK(truth.at(10).torque.hand_torque_nm == 0.0);
+  CHECK(truth.at(11).torque.hand_torque_nm == 0.05);
+}
+
+TEST_CASE("pulling the plug disarms the device and empties the cable") {
+  EmulatedDevice device;
+  command(device, protocol::Op::arm);
+  device.advance(5 * kMs);
+  CHECK(feature<protocol::Health>(device).state == protocol::State::armed);
+
+  device.set_plugged(false);
+  CHECK_FALSE(device.connected());
+  CHECK_FALSE(device.write(protocol::encode(protocol::Command{})));
+  ReportBytes report;
+  CHECK_FALSE(device.read(report));
+  CHECK(device.get_feature(protocol::Layout<protocol::Health>::id, report) != protocol::Status::ok);
+  CHECK_FALSE(device.set_feature(protocol::encode(protocol::ControlConfig{})).ok());
+  device.advance(200 * kMs);
+
+  device.set_plugged(true);
+  CHECK(feature<protocol::Health>(device).state == protocol::State::disarmed);
+}
+
+TEST_CASE("a saved configuration survives a power cycle, an unsaved one does not") {
+  EmulatedDevice device;
+  REQUIRE(device.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.25F})).ok());
+  device.advance(5 * kMs);
+  command(device, protocol::Op::save);
+  device.advance(5 * kMs);
+  REQUIRE(device.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.75F})).ok());
+  device.advance(5 * kMs);
+  device.set_powered(false);
+  CHECK_FALSE(device.connected());
+  device.advance(5 * kMs);
+  device.set_powered(true);
+  CHECK(feature<protocol::ControlConfig>(device).beta == 0.25F);
+
+  const EmulatedDevice next({.stored = device.stored()});
+  CHECK(feature<protocol::ControlConfig>(next).beta == 0.25F);
+}
+
+TEST_CASE("power that fails at any byte of a save leaves the old or the new configuration") {
+  EmulatedDevice first;
+  REQUIRE(first.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.25F})).ok());
+  first.advance(5 * kMs);
+  command(first, protocol::Op::save);
+  first.advance(5 * kMs);
+
+  bool saw_old = false;
+  bool saw_new = false;
+  for (std::size_t bytes = 0; bytes <= device::kSlotSize; ++bytes) {
+    EmulatedDevice device({.stored = first.stored()});
+    REQUIRE(device.set_feature(protocol::encode(protocol::ControlConfig{.beta = 0.75F})).ok());
+    device.advance(5 * kMs);
+    device.cut_power_in_next_save(bytes);
+    command(device, protocol::Op::save, 9);
+    device.advance(5 * kMs);
+    CHECK_FALSE(device.connected());
+    for (const auto& answer : only<protocol::Acknowledgement>(read_all(device))) {
+      CHECK(answer.sequence != 9);  // what is not safe must not be acknowledged
+    }
+    device.set_powered(true);
+    const float beta = feature<protocol::ControlConfig>(device).beta;
+    CHECK((beta == 0.25F || beta == 0.75F));
+    saw_old = saw_old || beta == 0.25F;
+    saw_new = saw_new || beta == 0.75F;
+  }
+  CHECK(saw_old);
+  CHECK(saw_new);
+}
+
+TEST_CASE("an overriding configuration is there from the first moment") {
+  const EmulatedDevice device({.actuator = protocol::ActuatorConfig{.counts_per_rev = 4096},
+                               .control = protocol::ControlConfig{.beta = 0.125F}});
+  CHECK(feature<protocol::Identity>(device).counts_per_rev == 4096);
+  CHECK(feature<protocol::ControlConfig>(device).beta == 0.125F);
+}
+
+TEST_CASE("faults of the world become faults of the device") {
+  const auto faults_after = [](auto&& strike) {
+    EmulatedDevice device;
+    command(device, protocol::Op::arm);
+    device.advance(5 * kMs);
+    strike(device);
+    device.advance(30 * kMs);
+    return feature<protocol::Health>(device).faults;
+  };
+  using Device = EmulatedDevice;
+  CHECK(faults_after([](Device&) {}) == 0);
+  CHECK(faults_after([](Device& d) { d.set_emergency_stop(true); }) ==
+        protocol::fault::emergency_stop);
+  CHECK(faults_after([](Device& d) { d.set_actuator_fault(true); }) == protocol::fault::actuator);
+  CHECK(faults_after([](Device& d) { d.jump_encoder(5000); }) == protocol::fault::encoder);
+  CHECK(faults_after([](Device& d) { d.skip_ticks(20); }) == protocol::fault::overrun);
+}
+
+TEST_CASE("a frozen encoder shows no motion") {
+  EmulatedDevice device({.hand = PrescribedMotion{Profile({{0, 0.0}, {1000 * kMs, 10.0}})}});
+  device.advance(50 * kMs);
+  device.freeze_encoder(true);
+  device.advance(2 * kMs);
+  const std::int64_t frozen = feature<protocol::Clock>(device).position_counts;
+  device.advance(10 * kMs);
+  CHECK(feature<protocol::Clock>(device).position_counts == frozen);
+}
+
+TEST_CASE("ticks that do not happen count as time") {
+  EmulatedDevice device;
+  device.advance(10 * kMs);
+  device.skip_ticks(3);
+  device.advance(10 * kMs);
+  CHECK(feature<protocol::Clock>(device).tick == 20);
+  CHECK(feature<protocol::Health>(device).tick_overruns == 3);
+}
+
+TEST_CASE("reports damaged on the way out are refused, and never obeyed as something else") {
+  EmulatedDevice device({.seed = 3});
+  device.set_link_faults({.corrupt_output = 1.0});
+  for (int i = 0; i < 200; ++i) {
+    (void)device.write(
+        protocol::encode(protocol::Wall{.target = {}, .stiffness_nm_per_rad = 1.0F}));
+    device.advance(3 * kMs);
+    (void)read_all(device);
+  }
+  CHECK(feature<protocol::Health>(device).state == protocol::State::disarmed);
+  CHECK(feature<protocol::Health>(device).reports_refused > 100);
+}
+
+TEST_CASE("emulated device refuses options out of range by name") {
+  const auto message = [](EmulatedDeviceOptions options) -> std::string {
+    try {
+      const EmulatedDevice device(std::move(options));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  CHECK(message({.control_period_ns = 49'999}).find("control_period_ns") != std::string::npos);
+  CHECK(message({.control_period_ns = 1'000'001}).find("control_period_ns") != std::string::npos);
+  CHECK(message({.serial = ""}).find("serial") != std::string::npos);
+  CHECK(message({.serial = "12345678901234567"}).find("serial") != std::string::npos);
+  EmulatedDeviceOptions weightless;
+  weightless.plant.knob_inertia_kg_m2 = -1.0;
+  CHECK(message(weightless).find("knob_inertia") != std::string::npos);
+  CHECK(message({.control = protocol::ControlConfig{.beta = 2.0F}}).find("beta") !=
+        std::string::npos);
+  EmulatedDevice device;
+  CHECK_THROWS_AS(device.advance(-1), std::invalid_argument);
+  CHECK_THROWS_AS(device.set_link_faults({.drop_input = 1.5}), std::invalid_argument);
+}

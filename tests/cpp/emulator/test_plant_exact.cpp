@@ -1,0 +1,328 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include "emulator/plant.hpp"
+#include "emulator/plant_ladder.hpp"
+
+using namespace torsio::emulator;
+
+namespace {
+
+/// Knob angle and spring torque once a millisecond, under commands that change every 10 ms.
+struct Track {
+  std::vector<double> angle_rad;
+  std::vector<double> spring_nm;
+};
+
+Track track(PlantParams params, const Hand& hand, Method method, std::int64_t step_ns,
+            double motor_nm = 0.085, double brake_nm = 0.05) {
+  params.integration.method = method;
+  params.integration.step_ns = step_ns;
+  Plant plant(params, hand);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  Track result;
+  for (int ms = 0; ms < 400; ++ms) {
+    if (ms % 10 == 0) {
+      const double torque = motor_nm * uniform(random);
+      plant.set_command({torque, brake_nm * std::abs(uniform(random))});
+    }
+    plant.advance(1'000'000);
+    result.angle_rad.push_back(plant.state().knob_angle_rad());
+    result.spring_nm.push_back(plant.truth().spring_torque_nm);
+  }
+  return result;
+}
+
+double largest(const std::vector<double>& values) {
+  double result = 0.0;
+  for (const double value : values) result = std::max(result, std::abs(value));
+  return result;
+}
+
+double relative_error(const std::vector<double>& values, const std::vector<double>& reference) {
+  double error = 0.0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    error = std::max(error, std::abs(values[i] - reference[i]));
+  }
+  return error / largest(reference);
+}
+
+double relative_error(const Track& a, const Track& reference) {
+  return std::max(relative_error(a.angle_rad, reference.angle_rad),
+                  relative_error(a.spring_nm, reference.spring_nm));
+}
+
+struct Variant {
+  const char* name;
+  PlantParams params;
+  Hand hand;
+};
+
+/// One plant for every part, and some with all of them.
+std::vector<Variant> variants() {
+  std::vector<Variant> result;
+  const Hand hand = ImpedanceHand{1e-4, 1.0, 5e-3, Profile({{0, 0.0}, {200'000'000, 0.4}})};
+  result.push_back({"plain", {}, NoHand{}});
+  result.push_back({"torque hand", {}, TorqueHand{Profile({{0, 0.0}, {333'333'333, 0.06}})}});
+  result.push_back({"impedance hand", {}, hand});
+  result.push_back({"prescribed",
+                    {},
+                    PrescribedMotion{Profile(
+                        {{0, 0.0}, {100'000'000, 0.3}, {150'500'000, 0.3}, {300'000'000, -0.2}})}});
+  PlantParams params;
+  params.spring_and_brake = false;
+  result.push_back({"rigid", params, hand});
+  params = {};
+  params.shaft_hardening = ShaftHardening{0.008, 2.5};
+  result.push_back({"hardening", params, hand});
+  params = {};
+  params.belt = Belt{};
+  result.push_back({"belt", params, hand});
+  params = {};
+  params.cogging = Cogging::sine(12, 3e-3, 8);
+  result.push_back({"cogging", params, hand});
+  params.belt = Belt{};
+  params.shaft_hardening = ShaftHardening{0.008, 0.5};
+  params.brake_hysteresis = BrakeHysteresis{};
+  result.push_back({"all parts", params, hand});
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("ladder's matrices are the matrix exponential") {
+  PlantModel model = make_model({}, ImpedanceHand{1e-4, 1.0, 0.01, Profile::constant(0.0)});
+  const Chain<2> chain(model);
+  Regime regime;
+  regime.knob = Slip::forward;
+  regime.brake = Slip::forward;
+  std::vector<Rung<2>> rungs(10);
+  std::vector<SquareMatrix<Chain<2>::kSize>> scratch(rungs.size());
+  build_ladder<2>(chain, regime, 1e-3 / 512, rungs, scratch);
+
+  // exp(M 1 ms) of the same equations by mpmath 1.3 with 40 digits, and by SciPy's expm.
+  const double expected[4][10] = {
+      {0.9557242840539544, 0.0009506949527371166, -0.0009820667103553652, 0.0,
+       0.0005378301085260511, 0.0030298710043969927, 1.0190331255541087e-06, -0.0030298710043969927,
+       0.012312360156264636, 0.012381098694887948},
+      {-17.07091624508585, 0.9265948339553054, 0.009893011406083957, 0.0, 0.5841302648619927,
+       6.030183689607799, 0.003053356286132831, -6.030183689607799, -0.08795019017326715,
+       -0.08834023500082203},
+      {70.5369414712741, 0.039572045624335826, 0.9594694898818223, 0.0, 0.020587895515525867,
+       0.08834023500082203, 2.3485281735838414e-05, -0.08834023500082203, -24.434411946452983,
+       -24.640007993884947},
+      {-0.008704819395632562, 0.0009648293903372481, 3.533609400032882e-06, 1.0,
+       0.0005446053424745807, 0.003053356286132831, 1.024003167387765e-06, -0.003053356286132831,
+       -2.3402689653293438e-05, -2.3485281735838414e-05}};
+  CHECK(rungs[0].step_s == doctest::Approx(1e-3).epsilon(1e-15));
+  for (std::size_t row = 0; row < 4; ++row) {
+    for (std::size_t column = 0; column < 10; ++column) {
+      CAPTURE(row);
+      CAPTURE(column);
+      const double value = rungs[0].columns[column].change[row] + (row == column ? 1.0 : 0.0);
+      CHECK(value == doctest::Approx(expected[row][column]).epsilon(1e-13));
+    }
+  }
+}
+
+TEST_CASE("exact stepper gives the same at any step, for every part") {
+  for (const Variant& variant : variants()) {
+    CAPTURE(variant.name);
+    const Track coarse = track(variant.params, variant.hand, Method::exact, 1'000'000);
+    for (const std::int64_t step_ns : {std::int64_t{37'137}, std::int64_t{5'000'000}}) {
+      const Track other = track(variant.params, variant.hand, Method::exact, step_ns);
+      CHECK(relative_error(other, coarse) < 1e-10);
+    }
+  }
+}
+
+TEST_CASE("trapezoid and semi-implicit converge to the exact stepper, for every part") {
+  for (const Variant& variant : variants()) {
+    CAPTURE(variant.name);
+    const Track exact = track(variant.params, variant.hand, Method::exact, 1'000'000);
+    CHECK(relative_error(track(variant.params, variant.hand, Method::trapezoid, 5'000), exact) <
+          2e-3);
+    const double coarse =
+        relative_error(track(variant.params, variant.hand, Method::semi_implicit, 20'000), exact);
+    const double fine =
+        relative_error(track(variant.params, variant.hand, Method::semi_implicit, 2'500), exact);
+    CHECK(fine < 2e-2);
+    CHECK(fine < 0.3 * coarse);
+  }
+}
+
+TEST_CASE("regularised friction creeps where the brake should hold, and the exact one does not") {
+  const Hand hand = TorqueHand{Profile({{0, 0.0}, {100'000'000, 0.04}})};
+  const auto creep_rad = [&](Method method, std::int64_t step_ns) {
+    PlantParams params;
+    params.integration.method = method;
+    params.integration.step_ns = step_ns;
+    Plant plant(params, hand);
+    plant.set_command({0.0, 0.06});
+    plant.advance(1'000'000'000);
+    const double before = plant.state().knob_angle_rad();
+    plant.advance(1'000'000'000);
+    return plant.state().knob_angle_rad() - before;
+  };
+  CHECK(creep_rad(Method::exact, 1'000'000) == 0.0);
+  CHECK(creep_rad(Method::regularised, 10'000) > 1e-3);
+}
+
+TEST_CASE("exact stepper finds the time at which a ramp breaks the knob away") {
+  // The brake holds its pulley; the knob's friction lets go when the ramp passes it.
+  PlantParams params;
+  const double rate_nm_per_s = 0.37;
+  Plant plant(params, TorqueHand{Profile({{0, 0.0}, {1'000'000'000, rate_nm_per_s}})});
+  plant.set_command({0.0, 0.1});
+  const double breakaway_s = params.knob_coulomb_nm / rate_nm_per_s;
+  plant.advance(static_cast<std::int64_t>(breakaway_s * 1e9) - 1);
+  CHECK(plant.state().knob_speed_rad_s() == 0.0);
+  // From then on JA w' = rate t, as long as twist and damping do not matter: 10 us later
+  // they make 3e-3 of it.
+  plant.advance(10'001);
+  const double t = 1e-9 * static_cast<double>(plant.state().time_ns) - breakaway_s;
+  CHECK(plant.state().knob_speed_rad_s() ==
+        doctest::Approx(rate_nm_per_s * t * t / 2.0 / params.knob_inertia_kg_m2).epsilon(1e-4));
+}
+
+TEST_CASE("exact stepper sees a shaft reverse within one step") {
+  // Thrown against a constant torque: it stops and comes back, all within one millisecond.
+  PlantParams params;
+  params.spring_and_brake = false;
+  params.knob_viscous_nm_s_per_rad = 0.0;
+  params.brake_viscous_nm_s_per_rad = 0.0;
+  Plant plant(params, TorqueHand{Profile::constant(-0.05)});
+  PlantState start;
+  start.speed_rad_s[0] = 0.2;
+  plant.set_state(start);
+  plant.advance(1'000'000);
+  const double inertia = 1e-4;
+  const double friction = 8e-3;
+  const double down = (0.05 + friction) / inertia;
+  const double stop_s = 0.2 / down;
+  const double back = (0.05 - friction) / inertia;
+  const double left_s = 1e-3 - stop_s;
+  CHECK(plant.state().knob_speed_rad_s() == doctest::Approx(-back * left_s).epsilon(1e-12));
+  CHECK(plant.state().knob_angle_rad() ==
+        doctest::Approx(0.2 * stop_s / 2.0 - back * left_s * left_s / 2.0).epsilon(1e-10));
+}
+
+TEST_CASE("exact stepper stands a torque that equals the friction exactly") {
+  PlantParams params;
+  Plant plant(params, TorqueHand{Profile::constant(params.knob_coulomb_nm)});
+  plant.advance(1'000'000'000);
+  CHECK(plant.state().knob_angle_rad() == 0.0);
+  CHECK(plant.truth().knob_sticks);
+}
+
+TEST_CASE("exact stepper works without any friction, stiffness or lag") {
+  PlantParams params;
+  params.knob_coulomb_nm = params.brake_drag_nm = 0.0;
+  params.knob_viscous_nm_s_per_rad = params.brake_viscous_nm_s_per_rad = 0.0;
+  params.shaft_damping_nm_s_per_rad = 0.0;
+  params.motor_time_constant_s = params.brake_time_constant_s = 0.0;
+  {
+    // An undamped oscillation of the knob against the brake's shaft.
+    Plant plant(params);
+    PlantState start;
+    start.twist_rad[0] = 0.01;
+    plant.set_state(start);
+    plant.advance(1'000'000'000);
+    const double omega =
+        std::sqrt(params.shaft_stiffness_nm_per_rad *
+                  (1.0 / params.knob_inertia_kg_m2 + 1.0 / params.brake_inertia_kg_m2));
+    CHECK(plant.state().twist_rad[0] == doctest::Approx(0.01 * std::cos(omega)).epsilon(1e-9));
+  }
+  params.shaft_stiffness_nm_per_rad = 0.0;
+  {
+    // A cut shaft: a free mass under a constant torque.
+    Plant plant(params);
+    plant.set_command({0.01, 0.0});
+    plant.advance(100'000'000);
+    CHECK(plant.state().knob_speed_rad_s() ==
+          doctest::Approx(0.01 / params.knob_inertia_kg_m2 * 0.1).epsilon(1e-12));
+    CHECK(plant.state().brake_speed_rad_s() == 0.0);
+  }
+}
+
+TEST_CASE("exact stepper keeps its step-independence at extremes of stiffness and inertia") {
+  const auto check = [](const char* name, auto change) {
+    CAPTURE(name);
+    PlantParams params;
+    change(params);
+    const Track coarse = track(params, NoHand{}, Method::exact, 1'000'000);
+    const Track fine = track(params, NoHand{}, Method::exact, 100'000);
+    CHECK(relative_error(fine.angle_rad, coarse.angle_rad) < 1e-8);
+    CHECK(std::isfinite(largest(coarse.spring_nm)));
+  };
+  check("stiff shaft", [](PlantParams& p) { p.shaft_stiffness_nm_per_rad = 1e5; });
+  check("light knob", [](PlantParams& p) { p.knob_inertia_kg_m2 = 1e-8; });
+  check("heavy knob", [](PlantParams& p) { p.knob_inertia_kg_m2 = 0.4; });
+  check("slow brake", [](PlantParams& p) { p.brake_time_constant_s = 10.0; });
+  check("fast motor", [](PlantParams& p) { p.motor_time_constant_s = 1e-8; });
+}
+
+TEST_CASE("motor weaker than friction never moves the knob") {
+  PlantParams params;
+  params.motor_limit_nm = 5e-3;
+  CHECK(largest(track(params, NoHand{}, Method::exact, 1'000'000).angle_rad) == 0.0);
+}
+
+TEST_CASE("exact stepper refuses a plant too fast for its step") {
+  PlantParams params;
+  params.motor_time_constant_s = 1e-18;
+  CHECK_THROWS_WITH_AS(Plant{params}, doctest::Contains("integration.step_ns"),
+                       std::invalid_argument);
+}
+
+TEST_CASE("brake hysteresis makes the capacity trail the command by the play") {
+  PlantParams params;
+  params.brake_hysteresis = BrakeHysteresis{4e-3};
+  params.brake_time_constant_s = 0.0;
+  Plant plant(params);
+  const auto settle = [&](double command_nm) {
+    plant.set_command({0.0, command_nm});
+    plant.advance(1'000);
+    return plant.state().brake_capacity_nm;
+  };
+  CHECK(settle(0.003) == 0.0);
+  CHECK(settle(0.05) == doctest::Approx(0.046));
+  CHECK(settle(0.045) == doctest::Approx(0.046));
+  CHECK(settle(0.02) == doctest::Approx(0.024));
+  CHECK(settle(0.0) == doctest::Approx(0.004));
+}
+
+TEST_CASE("hardened shaft follows its two slopes") {
+  PlantParams params;
+  params.shaft_hardening = ShaftHardening{0.015, 2.0};
+  const PlantModel model = make_model(params, NoHand{});
+  const double knee_nm = 0.015 * params.shaft_stiffness_nm_per_rad;
+  CHECK(spring_torque_nm(model, 0.01) == doctest::Approx(0.01 * 2.873));
+  CHECK(spring_torque_nm(model, 0.02) == doctest::Approx(knee_nm + 0.005 * 2.0 * 2.873));
+  CHECK(spring_torque_nm(model, -0.02) == doctest::Approx(-knee_nm - 0.005 * 2.0 * 2.873));
+}
+
+TEST_CASE("cogging follows its table round the turn") {
+  PlantParams params;
+  params.cogging = Cogging{4, {0.0, 1e-3, 0.0, -2e-3}};
+  const PlantModel model = make_model(params, NoHand{});
+  const double piece = Angle::kTurnRad / 16.0;
+  const auto torque = [&](double pieces) {
+    return cogging_at(model, Angle::from_rad(pieces * piece)).torque_nm;
+  };
+  CHECK(torque(0.5) == doctest::Approx(0.5e-3));
+  CHECK(torque(1.25) == doctest::Approx(0.75e-3));
+  CHECK(torque(2.5) == doctest::Approx(-1e-3));
+  CHECK(torque(3.5) == doctest::Approx(-1e-3));
+  CHECK(torque(4.5) == doctest::Approx(0.5e-3));
+  CHECK(torque(16.0 * 3 + 0.5) == doctest::Approx(0.5e-3));
+  CHECK(torque(-0.5) == doctest::Approx(-1e-3));
+}

@@ -1,0 +1,448 @@
+// Scenes: what is refused before anything is sent, what is sent, and that bad ones change nothing.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "config_encoding.hpp"
+#include "emulator/plant_params.hpp"
+#include "protocol/codec.hpp"
+#include "protocol/effects.hpp"
+#include "protocol/reports.hpp"
+#include "scene_encoding.hpp"
+#include "sdk/errors.hpp"
+#include "torsio/knob.hpp"
+
+using namespace torsio;
+using test::contains;
+using test::message_of;
+
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+template <class Report>
+Report wire(const Effect& effect) {
+  const EncodedScene scene = encode_scene({effect}, protocol::Identity{});
+  Report report{};
+  REQUIRE(protocol::decode(scene.slots.at(0).report, report).ok());
+  return report;
+}
+
+}  // namespace
+
+TEST_CASE("angles become 2^-32 turns, exact where a fraction of a turn is") {
+  CHECK(wire<protocol::Wall>(Wall{.angle_rad = kTurn / 4}).angle_turns_q32 == 1LL << 30);
+  CHECK(wire<protocol::Wall>(Wall{.angle_rad = -kTurn / 2}).angle_turns_q32 == -(1LL << 31));
+  // 1 rad = 683565275.576... 2^-32 turns.
+  CHECK(wire<protocol::Wall>(Wall{.angle_rad = 1.0}).angle_turns_q32 == 683565276);
+}
+
+TEST_CASE("detents by number and by pitch are the same, and whole numbers are exact") {
+  for (const double per_turn : {1.0, 24.0, 100.0, 4096.0}) {
+    CAPTURE(per_turn);
+    const auto exact = static_cast<std::uint64_t>(per_turn) << 32U;
+    CHECK(wire<protocol::Detents>(Detents{.per_turn = per_turn}).per_turn_q32 == exact);
+    CHECK(wire<protocol::Detents>(Detents{.pitch_rad = kTurn / per_turn}).per_turn_q32 == exact);
+  }
+}
+
+TEST_CASE("every field of an effect arrives in its own place") {
+  const auto periodic = wire<protocol::Periodic>(Periodic{.waveform = Waveform::triangle,
+                                                          .amplitude_nm = 0.5,
+                                                          .offset_nm = -0.25,
+                                                          .frequency_hz = 8,
+                                                          .phase_turns = 0.75,
+                                                          .timing = {.delay_s = 1,
+                                                                     .duration_s = 16,
+                                                                     .attack_level = 0.125,
+                                                                     .attack_s = 2,
+                                                                     .fade_level = 0.0625,
+                                                                     .fade_s = 4}});
+  CHECK(periodic.waveform == protocol::Waveform::triangle);
+  CHECK(periodic.amplitude_nm == 0.5F);
+  CHECK(periodic.offset_nm == -0.25F);
+  CHECK(periodic.frequency_hz == 8.0F);
+  CHECK(periodic.phase_turns == 0.75F);
+  CHECK(periodic.timing.delay_s == 1.0F);
+  CHECK(periodic.timing.duration_s == 16.0F);
+  CHECK(periodic.timing.attack_level == 0.125F);
+  CHECK(periodic.timing.attack_s == 2.0F);
+  CHECK(periodic.timing.fade_level == 0.0625F);
+  CHECK(periodic.timing.fade_s == 4.0F);
+
+  const auto stops = wire<protocol::EndStops>(EndStops{.lower_rad = -kTurn,
+                                                       .upper_rad = 2 * kTurn,
+                                                       .stiffness_nm_per_rad = 3,
+                                                       .damping_nm_s_per_rad = 0.5});
+  CHECK(stops.lower_turns_q32 == -(1LL << 32));
+  CHECK(stops.upper_turns_q32 == 1LL << 33);
+  CHECK(stops.stiffness_nm_per_rad == 3.0F);
+  CHECK(stops.damping_nm_s_per_rad == 0.5F);
+}
+
+TEST_CASE("every field of the simple effects arrives in its own place") {
+  const auto wall = wire<protocol::Wall>(
+      Wall{.stiffness_nm_per_rad = 2, .damping_nm_s_per_rad = 0.5, .side = Side::below});
+  CHECK(wall.side == protocol::Side::below);
+  CHECK(wall.stiffness_nm_per_rad == 2.0F);
+  CHECK(wall.damping_nm_s_per_rad == 0.5F);
+
+  const auto spring = wire<protocol::Spring>(Spring{
+      .angle_rad = kTurn, .stiffness_nm_per_rad = 2, .deadband_rad = 0.25, .torque_limit_nm = 0.5});
+  CHECK(spring.angle_turns_q32 == 1LL << 32);
+  CHECK(spring.stiffness_nm_per_rad == 2.0F);
+  CHECK(spring.deadband_rad == 0.25F);
+  CHECK(spring.torque_limit_nm == 0.5F);
+
+  const auto damper =
+      wire<protocol::Damper>(Damper{.damping_nm_s_per_rad = 2, .torque_limit_nm = 0.5});
+  CHECK(damper.damping_nm_s_per_rad == 2.0F);
+  CHECK(damper.torque_limit_nm == 0.5F);
+
+  const auto friction =
+      wire<protocol::Friction>(Friction{.torque_nm = 0.5, .stiffness_nm_per_rad = 2});
+  CHECK(friction.torque_nm == 0.5F);
+  CHECK(friction.stiffness_nm_per_rad == 2.0F);
+
+  const auto inertia = wire<protocol::Inertia>(Inertia{.inertia_kg_m2 = 2, .torque_limit_nm = 0.5});
+  CHECK(inertia.inertia_kg_m2 == 2.0F);
+  CHECK(inertia.torque_limit_nm == 0.5F);
+
+  CHECK(wire<protocol::Constant>(Constant{.torque_nm = -0.5}).torque_nm == -0.5F);
+
+  const auto ramp = wire<protocol::Ramp>(
+      Ramp{.start_torque_nm = -0.5, .end_torque_nm = 0.25, .timing = {.duration_s = 2}});
+  CHECK(ramp.start_torque_nm == -0.5F);
+  CHECK(ramp.end_torque_nm == 0.25F);
+  CHECK(ramp.timing.duration_s == 2.0F);
+
+  const auto detents = wire<protocol::Detents>(Detents{.per_turn = 2.5,
+                                                       .torque_nm = 0.5,
+                                                       .angle_rad = kTurn,
+                                                       .profile = DetentProfile::click,
+                                                       .width = 0.25});
+  CHECK(detents.per_turn_q32 == 5ULL << 31U);
+  CHECK(detents.torque_nm == 0.5F);
+  CHECK(detents.angle_turns_q32 == 1LL << 32);
+  CHECK(detents.profile == protocol::DetentProfile::click);
+  CHECK(detents.width == 0.25F);
+
+  const auto texture = wire<protocol::Texture>(
+      Texture{.grains_per_turn = 7, .torque_nm = 0.5, .grain = Grain::square, .seed = 9});
+  CHECK(texture.grains_per_turn == 7);
+  CHECK(texture.torque_nm == 0.5F);
+  CHECK(texture.grain == protocol::Grain::square);
+  CHECK(texture.seed == 9);
+
+  const auto curve = wire<protocol::Curve>(Curve{
+      .torque_nm = {1, 2, 3}, .angle_rad = -kTurn, .span_rad = 2 * kTurn, .ends = Ends::repeat});
+  CHECK(curve.angle_turns_q32 == -(1LL << 32));
+  CHECK(curve.span_turns_q32 == 1ULL << 33U);
+  CHECK(curve.ends == protocol::Ends::repeat);
+  CHECK(curve.points == 3);
+
+  protocol::LocalModel model;
+  REQUIRE(protocol::decode(encode_local_model({.torque_nm = -0.5,
+                                               .angle_rad = kTurn,
+                                               .stiffness_nm_per_rad = 2,
+                                               .damping_nm_s_per_rad = 0.25,
+                                               .deadline_s = 0.125}),
+                           model)
+              .ok());
+  CHECK(model.torque_nm == -0.5F);
+  CHECK(model.angle_turns_q32 == 1LL << 32);
+  CHECK(model.stiffness_nm_per_rad == 2.0F);
+  CHECK(model.damping_nm_s_per_rad == 0.25F);
+  CHECK(model.deadline_s == 0.125F);
+}
+
+TEST_CASE("every field of the configuration arrives in its own place and comes back") {
+  const protocol::ActuatorConfig actuator = to_wire(ActuatorConfig{.motor_torque_max_nm = 1,
+                                                                   .brake_torque_max_nm = 2,
+                                                                   .brake_torque_min_nm = 0.5,
+                                                                   .brake_drag_nm = 0.25,
+                                                                   .brake_time_constant_s = 4,
+                                                                   .spring_stiffness_nm_per_rad = 8,
+                                                                   .counts_per_rev = 16,
+                                                                   .counter_bits = 24,
+                                                                   .encoder_reversed = true});
+  CHECK(actuator.motor_torque_max_nm == 1.0F);
+  CHECK(actuator.brake_torque_max_nm == 2.0F);
+  CHECK(actuator.brake_torque_min_nm == 0.5F);
+  CHECK(actuator.brake_drag_nm == 0.25F);
+  CHECK(actuator.brake_time_constant_s == 4.0F);
+  CHECK(actuator.spring_stiffness_nm_per_rad == 8.0F);
+  CHECK(actuator.counts_per_rev == 16);
+  CHECK(actuator.counter_bits == 24);
+  CHECK(actuator.encoder_reversed == protocol::Toggle::on);
+  CHECK(protocol::encode(to_wire(from_wire(actuator))) == protocol::encode(actuator));
+
+  const protocol::ControlConfig control = to_wire(ControlConfig{.law = Law::parallel,
+                                                                .beta = 0.25,
+                                                                .speed_bandwidth_hz = 2,
+                                                                .motor_torque_cap_nm = 3,
+                                                                .brake_torque_cap_nm = 4,
+                                                                .motor_slew_nm_per_s = 5,
+                                                                .speed_limit_rad_s = 6,
+                                                                .watchdog_s = 7,
+                                                                .passive_ramp_s = 8,
+                                                                .passive_brake_nm = 9,
+                                                                .autonomous = true});
+  CHECK(control.law == protocol::Law::parallel);
+  CHECK(control.beta == 0.25F);
+  CHECK(control.speed_bandwidth_hz == 2.0F);
+  CHECK(control.motor_torque_cap_nm == 3.0F);
+  CHECK(control.brake_torque_cap_nm == 4.0F);
+  CHECK(control.motor_slew_nm_per_s == 5.0F);
+  CHECK(control.speed_limit_rad_s == 6.0F);
+  CHECK(control.watchdog_s == 7.0F);
+  CHECK(control.passive_ramp_s == 8.0F);
+  CHECK(control.passive_brake_nm == 9.0F);
+  CHECK(control.autonomous == protocol::Toggle::on);
+  CHECK(protocol::encode(to_wire(from_wire(control))) == protocol::encode(control));
+}
+
+TEST_CASE("what is not given is what the device has by default") {
+  CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
+        protocol::encode(protocol::ActuatorConfig{}));
+  CHECK(protocol::encode(to_wire(ControlConfig{})) == protocol::encode(protocol::ControlConfig{}));
+  CHECK(protocol::encode(wire<protocol::Wall>(Wall{})) == protocol::encode(protocol::Wall{}));
+  CHECK(protocol::encode(wire<protocol::Spring>(Spring{})) == protocol::encode(protocol::Spring{}));
+  CHECK(protocol::encode(wire<protocol::Friction>(Friction{})) ==
+        protocol::encode(protocol::Friction{}));
+  CHECK(protocol::encode(wire<protocol::Periodic>(Periodic{})) ==
+        protocol::encode(protocol::Periodic{}));
+  CHECK(protocol::encode(wire<protocol::Detents>(Detents{.per_turn = 24})) ==
+        protocol::encode(protocol::Detents{}));
+  CHECK(protocol::encode(wire<protocol::Texture>(Texture{})) ==
+        protocol::encode(protocol::Texture{}));
+  CHECK(encode_local_model({}) == protocol::encode(protocol::LocalModel{}));
+}
+
+TEST_CASE("the emulated plant is the reference actuator by default, and its configuration fits") {
+  const PlantParams ours;
+  const emulator::PlantParams theirs;
+  CHECK(ours.knob_inertia_kg_m2 == theirs.knob_inertia_kg_m2);
+  CHECK(ours.knob_viscous_nm_s_per_rad == theirs.knob_viscous_nm_s_per_rad);
+  CHECK(ours.knob_coulomb_nm == theirs.knob_coulomb_nm);
+  CHECK(ours.brake_inertia_kg_m2 == theirs.brake_inertia_kg_m2);
+  CHECK(ours.brake_viscous_nm_s_per_rad == theirs.brake_viscous_nm_s_per_rad);
+  CHECK(ours.brake_drag_nm == theirs.brake_drag_nm);
+  CHECK(ours.shaft_stiffness_nm_per_rad == theirs.shaft_stiffness_nm_per_rad);
+  CHECK(ours.shaft_damping_nm_s_per_rad == theirs.shaft_damping_nm_s_per_rad);
+  CHECK(ours.brake_time_constant_s == theirs.brake_time_constant_s);
+  CHECK(ours.motor_time_constant_s == theirs.motor_time_constant_s);
+  CHECK(ours.motor_limit_nm == theirs.motor_limit_nm);
+  CHECK(ours.brake_limit_nm == theirs.brake_limit_nm);
+  CHECK(protocol::encode(to_wire(matching_config(ours))) ==
+        protocol::encode(protocol::ActuatorConfig{}));
+}
+
+TEST_CASE("curves of a scene share the pool one after the other") {
+  const Curve first{.torque_nm = std::vector<double>(20, 0.25)};
+  const Curve second{.torque_nm = {0.5, 0.75}};
+  const EncodedScene scene = encode_scene({first, second}, protocol::Identity{});
+  REQUIRE(scene.pieces.size() == 2);  // 22 points, 13 in a report
+  protocol::CurvePoints piece;
+  REQUIRE(protocol::decode(scene.pieces[1], piece).ok());
+  CHECK(piece.first_point == 13);
+  CHECK(piece.points == 9);
+  CHECK(piece.torque_nm[6] == 0.25F);
+  CHECK(piece.torque_nm[7] == 0.5F);
+  CHECK(piece.torque_nm[8] == 0.75F);
+  protocol::Curve curve;
+  REQUIRE(protocol::decode(scene.slots[1].report, curve).ok());
+  CHECK(curve.target.slot == 1);
+  CHECK(curve.first_point == 20);
+  CHECK(curve.points == 2);
+}
+
+TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
+  Knob knob = Knob::open("emulated");
+  const Wall good{.stiffness_nm_per_rad = 1.0};
+  struct Case {
+    Effect effect;
+    std::vector<std::string> says;
+  };
+  const std::vector<Case> cases{
+      {Wall{.stiffness_nm_per_rad = -1},
+       {"wall", "stiffness_nm_per_rad is -1", "0 to 1000000 N m"}},
+      {Wall{.stiffness_nm_per_rad = kNan}, {"stiffness_nm_per_rad is not a number"}},
+      {Wall{.stiffness_nm_per_rad = 1e300}, {"stiffness_nm_per_rad", "1000000"}},
+      {Wall{.angle_rad = kInfinite}, {"angle_rad is infinite"}},
+      {Wall{.angle_rad = 1e9}, {"angle_rad is 1e+09", "rad"}},
+      {Wall{.side = static_cast<Side>(7)}, {"side"}},
+      {Spring{.deadband_rad = -1}, {"spring", "deadband_rad"}},
+      {Damper{.damping_nm_s_per_rad = kInfinite}, {"damper", "damping_nm_s_per_rad is infinite"}},
+      {Friction{.stiffness_nm_per_rad = 0}, {"friction", "stiffness_nm_per_rad is 0"}},
+      {Inertia{.inertia_kg_m2 = 11}, {"inertia", "inertia_kg_m2 is 11", "0 to 10 kg m2"}},
+      {Constant{.torque_nm = 101}, {"constant", "torque_nm is 101", "-100 to 100 N m"}},
+      {Constant{.timing = {.attack_level = 2}}, {"attack_level is 2", "0 to 1"}},
+      {Constant{.timing = {.fade_s = 1}}, {"fade_s", "duration"}},
+      {Constant{.timing = {.duration_s = 1, .attack_s = 0.6, .fade_s = 0.6}},
+       {"attack_s", "fade_s"}},
+      {Ramp{.end_torque_nm = 0.1}, {"ramp", "duration_s is 0"}},
+      {Periodic{.frequency_hz = 501}, {"periodic", "frequency_hz is 501", "0 to 500 Hz"}},
+      {Periodic{.phase_turns = 1.5}, {"phase_turns is 1.5"}},
+      {Detents{}, {"detents", "exactly one of per_turn and pitch_rad"}},
+      {Detents{.per_turn = 24, .pitch_rad = 1}, {"exactly one of per_turn and pitch_rad"}},
+      {Detents{.per_turn = 0}, {"per_turn is 0"}},
+      {Detents{.per_turn = 4097}, {"per_turn is 4097", "4096", "two counts"}},
+      {Detents{.pitch_rad = kNan}, {"pitch_rad is not a number"}},
+      {Detents{.per_turn = 24, .width = 0}, {"width is 0"}},
+      {EndStops{.lower_rad = 1, .upper_rad = 0}, {"end_stops", "upper_rad is 0", "lower_rad"}},
+      {EndStops{.lower_rad = kNan}, {"lower_rad is not a number"}},
+      {Texture{.grains_per_turn = 0}, {"texture", "grains_per_turn is 0", "1 to 4096"}},
+      {Texture{.grains_per_turn = -5}, {"grains_per_turn is -5"}},
+      {Curve{.torque_nm = {1.0}}, {"curve", "1 points", "2 to 1024"}},
+      {Curve{.torque_nm = std::vector<double>(1025)}, {"1025 points", "1024"}},
+      {Curve{.torque_nm = {0, kNan, 0}}, {"torque_nm[1] is not a number"}},
+      {Curve{.torque_nm = {0, 1}, .span_rad = 0}, {"span_rad is 0"}},
+      {Curve{.torque_nm = {0, 1}, .span_rad = 1000}, {"span_rad is 1000"}},
+  };
+  for (const Case& bad : cases) {
+    const std::string message =
+        message_of<InvalidArgument>([&] { knob.play(Scene{good, bad.effect}); });
+    CAPTURE(message);
+    CHECK(contains(message, "effect 1"));
+    for (const std::string& part : bad.says) CHECK_MESSAGE(contains(message, part), part);
+  }
+  CHECK(knob.statistics().reports_sent == 0);
+}
+
+TEST_CASE("the whole range of every limit is accepted") {
+  const EncodedScene scene = encode_scene(
+      {Wall{.angle_rad = 4e8, .stiffness_nm_per_rad = 1e6, .damping_nm_s_per_rad = 1e3},
+       Wall{.angle_rad = -4e8, .side = Side::below}, Constant{.torque_nm = -100},
+       Friction{.stiffness_nm_per_rad = 1e-6},
+       Detents{.per_turn = 4096, .torque_nm = 100, .width = 0.01}, Texture{.grains_per_turn = 4096},
+       Periodic{.frequency_hz = 500, .phase_turns = 1},
+       Curve{.torque_nm = std::vector<double>(1024, 100.0), .span_rad = 800}},
+      protocol::Identity{});
+  CHECK(scene.slots.size() == 8);
+  CHECK(scene.pieces.size() == 79);
+}
+
+TEST_CASE("a seventeenth effect is InvalidArgument and sixteen play") {
+  Knob knob = Knob::open("emulated");
+  CHECK(contains(message_of<InvalidArgument>([&] { knob.play(Scene(17, Constant{})); }),
+                 "17 effects"));
+  CHECK(knob.statistics().reports_sent == 0);
+  knob.play(Scene(16, Constant{.torque_nm = 1e-3}));
+  knob.arm();
+  CHECK(knob.record(0.2).back().desired_torque_nm == doctest::Approx(16e-3).epsilon(1e-2));
+}
+
+TEST_CASE("the old scene goes on after a bad one") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  knob.play(Constant{.torque_nm = 0.01});
+  knob.sleep(0.1);
+  CHECK_THROWS_AS(knob.play(Scene{Constant{.torque_nm = 0.02}, Wall{.angle_rad = kNan}}),
+                  InvalidArgument);
+  for (const TelemetrySample& sample : knob.record(0.05)) {
+    CHECK(sample.desired_torque_nm == doctest::Approx(0.01).epsilon(1e-2));
+  }
+}
+
+TEST_CASE("play sends only what changed") {
+  Knob knob = Knob::open("emulated");
+  const auto reports_for = [&](const Scene& scene) {
+    const std::uint64_t before = knob.statistics().reports_sent;
+    knob.play(scene);
+    return knob.statistics().reports_sent - before;
+  };
+  const Wall wall{.stiffness_nm_per_rad = 1.0};
+  const Constant push{.torque_nm = 0.01};
+  const Curve curve{.torque_nm = std::vector<double>(26, 0.01)};
+  CHECK(reports_for({wall, push}) == 3);
+  CHECK(reports_for({wall, push}) == 1);
+  CHECK(reports_for({wall, Constant{.torque_nm = 0.02}}) == 2);
+  CHECK(reports_for({wall}) == 1);
+  CHECK(reports_for({wall, push, curve}) == 1 + 1 + 1 + 2);
+  CHECK(reports_for({wall, push, curve}) == 1);
+  Curve other = curve;
+  other.torque_nm[0] = 0.02;
+  CHECK(reports_for({wall, push, other}) == 1 + 1 + 1);
+  CHECK(reports_for({}) == 1);
+  knob.stop();
+  CHECK(reports_for({wall, push}) == 3);
+}
+
+TEST_CASE("an effect that stays in its place goes on playing, a changed one starts anew") {
+  Knob knob = Knob::open("emulated");
+  ControlConfig config = knob.control_config();
+  config.passive_ramp_s = 0.0;
+  knob.set_control_config(config);
+  knob.arm();
+  const Ramp ramp{.end_torque_nm = 0.02, .timing = {.duration_s = 1.0}};
+  knob.play(Scene{ramp});
+  knob.sleep(0.5);
+  knob.play(Scene{ramp, Constant{}});
+  CHECK(knob.record(0.01).back().desired_torque_nm == doctest::Approx(0.0105).epsilon(0.05));
+  knob.play(Scene{Ramp{.end_torque_nm = 0.04, .timing = {.duration_s = 1.0}}, Constant{}});
+  CHECK(knob.record(0.01).back().desired_torque_nm < 0.001F);
+}
+
+TEST_CASE("each kind of effect is accepted and makes torque where it should") {
+  OpenOptions options;
+  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {1.0, 0.0}, {2.0, 1.0}}};
+  Knob knob = Knob::open("emulated", options);
+  const std::vector<Effect> effects{
+      Wall{.angle_rad = 0.1, .stiffness_nm_per_rad = 1},
+      Spring{.stiffness_nm_per_rad = 1},
+      Damper{.damping_nm_s_per_rad = 0.01},
+      Friction{.torque_nm = 0.02},
+      Inertia{.inertia_kg_m2 = 1e-3},
+      Constant{.torque_nm = 0.02},
+      Ramp{.end_torque_nm = 0.02, .timing = {.duration_s = 100}},
+      Periodic{.amplitude_nm = 0.02, .frequency_hz = 10},
+      Detents{.per_turn = 24, .torque_nm = 0.02},
+      EndStops{.lower_rad = -0.1, .upper_rad = 0.1, .stiffness_nm_per_rad = 1},
+      Texture{.grains_per_turn = 100, .torque_nm = 0.02},
+      Curve{.torque_nm = {0.0, -0.02}},
+  };
+  CHECK(effects.size() == std::variant_size_v<Effect>);
+  knob.arm();
+  for (const Effect& effect : effects) {
+    CAPTURE(effect.index());
+    knob.emulator()->set_hand(PrescribedMotion{{{0.0, 0.0}, {0.1, 0.0}, {0.6, 1.0}}});
+    knob.play(effect);
+    float largest = 0.0F;
+    for (const TelemetrySample& sample : knob.record(0.6)) {
+      largest = std::max(largest, std::abs(sample.desired_torque_nm));
+    }
+    CHECK(largest > 1e-4F);
+    knob.stop();
+    knob.arm();
+  }
+}
+
+TEST_CASE("a bad local model is InvalidArgument, a refused one is counted") {
+  Knob knob = Knob::open("emulated");
+  CHECK(contains(
+      message_of<InvalidArgument>([&] { knob.stream_local_model({.stiffness_nm_per_rad = -1}); }),
+      "local model: stiffness_nm_per_rad is -1"));
+  CHECK(contains(message_of<InvalidArgument>([&] { knob.stream_local_model({.angle_rad = kNan}); }),
+                 "angle_rad"));
+  knob.stream_local_model({.torque_nm = 0.01});  // while disarmed
+  knob.sleep(0.01);
+  CHECK(knob.statistics().local_models_refused == 1);
+  CHECK(contains(knob.statistics().last_refusal, "not_armed"));
+
+  knob.arm();
+  for (int i = 0; i < 20; ++i) {
+    knob.stream_local_model({.torque_nm = 0.01});
+    knob.sleep(0.01);
+  }
+  CHECK(knob.statistics().local_models_refused == 1);
+  CHECK((knob.record(0.01).front().flags & flag::local_model) != 0);
+  CHECK(knob.wait_for(State::disarmed, 0.2));  // past its deadline the device fails passive
+}

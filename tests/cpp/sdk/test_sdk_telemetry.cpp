@@ -1,0 +1,305 @@
+// Telemetry and time: complete, exact, repeatable, and the same however calls cut the time.
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "sample_ring.hpp"
+#include "sdk/errors.hpp"
+#include "telemetry_decoder.hpp"
+#include "torsio/knob.hpp"
+
+using namespace torsio;
+using test::contains;
+using test::message_of;
+
+namespace {
+
+OpenOptions turning(double rate_hz = 1000.0) {
+  OpenOptions options;
+  options.emulator.control_rate_hz = rate_hz;
+  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {1000.0, 1000.0}}};  // 1 rad/s
+  return options;
+}
+
+std::vector<TelemetrySample> wall_in_pieces(std::uint64_t seed, double piece_s) {
+  OpenOptions options;
+  options.emulator.seed = seed;
+  options.emulator.control_rate_hz = 10e3;
+  options.emulator.hand = TorqueHand{{{0.0, 0.0}, {0.5, 0.07}, {1.0, 0.0}}};
+  Knob knob = Knob::open("emulated", options);
+  knob.emulator()->set_link_faults({.drop_input = seed == 0 ? 0.0 : 0.01});
+  knob.arm();
+  knob.play(Wall{.angle_rad = 0.02, .stiffness_nm_per_rad = 1.4});
+  knob.start_telemetry();
+  for (double left_s = 1.0; left_s > 1e-9; left_s -= piece_s) {
+    knob.sleep(std::min(piece_s, left_s));
+  }
+  return knob.read(100'000, 0.0);
+}
+
+}  // namespace
+
+TEST_CASE("record returns every tick of its span, in order, with time and angle that fit") {
+  Knob knob = Knob::open("emulated", turning());
+  const std::vector<TelemetrySample> log = knob.record(1.0);
+  REQUIRE(log.size() == 1000);
+  CHECK(knob.statistics().samples_lost == 0);
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    CHECK(log[i].tick == log[0].tick + i);
+    CHECK(log[i].time_s == doctest::Approx(1e-3 * static_cast<double>(log[i].tick)));
+    // The encoder floors: the angle trails the true one by less than a count.
+    CHECK(log[i].angle_rad <= log[i].time_s + 1e-9);
+    CHECK(log[i].angle_rad > log[i].time_s - 2 * std::numbers::pi / 8192 - 1e-9);
+  }
+}
+
+TEST_CASE("two recordings that follow each other do not overlap") {
+  Knob knob = Knob::open("emulated", turning());
+  knob.start_telemetry();
+  const auto first = knob.record(0.1);
+  const auto second = knob.record(0.1);
+  CHECK(first.size() == 100);
+  CHECK(second.size() == 100);
+  CHECK(second.front().tick > first.back().tick);
+}
+
+TEST_CASE("telemetry runs at the rate asked for, as near as whole ticks allow") {
+  Knob knob = Knob::open("emulated", turning(10e3));
+  CHECK(knob.start_telemetry(1000.0) == 1000.0);
+  CHECK(knob.record(0.5).size() == 500);
+  CHECK(knob.start_telemetry(3000.0) == doctest::Approx(10e3 / 3));
+  CHECK(knob.start_telemetry() == doctest::Approx(10e3 / 3));
+  const auto log = knob.record(0.3);
+  CHECK(log.size() == 1000);
+  CHECK(log[1].tick - log[0].tick == 3);
+  CHECK(knob.statistics().samples_lost == 0);
+  CHECK(knob.health().samples_dropped == 0);
+}
+
+TEST_CASE("a rate that cannot be had is InvalidArgument with the range") {
+  Knob slow = Knob::open("emulated");
+  CHECK(contains(message_of<InvalidArgument>([&] { slow.start_telemetry(2000.0); }),
+                 "rate_hz is 2000, allowed are 3.921569 to 1000 Hz"));
+  CHECK_THROWS_AS(slow.start_telemetry(1.0), InvalidArgument);
+  CHECK_THROWS_AS(slow.start_telemetry(std::numeric_limits<double>::quiet_NaN()), InvalidArgument);
+  CHECK_THROWS_AS((void)slow.record(-1.0), InvalidArgument);
+  CHECK_THROWS_AS((void)slow.record(std::numeric_limits<double>::quiet_NaN()), InvalidArgument);
+}
+
+TEST_CASE("stopping telemetry keeps what was not read, starting forgets it") {
+  Knob knob = Knob::open("emulated", turning());
+  knob.start_telemetry();
+  knob.sleep(0.1);
+  knob.stop_telemetry();
+  knob.sleep(0.1);
+  const auto kept = knob.read(1000, 0.0);
+  CHECK(kept.size() >= 96);
+  CHECK(kept.size() <= 104);
+  CHECK(knob.read(1000, 0.05).empty());
+
+  knob.start_telemetry();
+  knob.sleep(0.1);
+  const std::uint64_t now = knob.clock().tick;
+  knob.start_telemetry(500.0);
+  for (const TelemetrySample& sample : knob.read(1000, 0.1)) CHECK(sample.tick >= now);
+  CHECK(knob.statistics().samples_lost == 0);
+}
+
+TEST_CASE("a full ring loses the oldest samples and counts them") {
+  OpenOptions options = turning();
+  options.ring_samples = 100;
+  Knob knob = Knob::open("emulated", options);
+  knob.start_telemetry();
+  knob.sleep(1.0);
+  const auto kept = knob.read(1000, 0.0);
+  CHECK(kept.size() == 100);
+  CHECK(kept.back().tick > 990);
+  const LinkStatistics statistics = knob.statistics();
+  CHECK(statistics.samples_lost == statistics.samples_received - 100);
+  CHECK(knob.record(1.0).size() == 1000);  // recording takes them out as they come
+}
+
+TEST_CASE("samples that are lost on the way are counted as gaps") {
+  Knob knob = Knob::open("emulated", turning());
+  knob.start_telemetry();
+  knob.emulator()->set_link_faults({.drop_input = 0.2});
+  knob.sleep(1.0);
+  knob.emulator()->set_link_faults({});
+  knob.sleep(0.02);
+  const auto log = knob.read(10'000, 0.0);
+  const std::uint64_t span = log.back().tick - log.front().tick + 1;
+  CHECK(log.size() < span);
+  // Reports lost before the first that arrived cannot be known, so the span begins with that.
+  CHECK(knob.statistics().samples_lost == span - log.size());
+}
+
+TEST_CASE("the same seed gives identical telemetry, another one does not") {
+  const auto reference = wall_in_pieces(1, 1.0);
+  CHECK(reference.size() > 3000);
+  CHECK(wall_in_pieces(1, 1.0) == reference);
+  CHECK(wall_in_pieces(2, 1.0) != reference);
+}
+
+TEST_CASE("telemetry is the same however calls cut the time") {
+  const auto reference = wall_in_pieces(1, 1.0);
+  CHECK(wall_in_pieces(1, 0.1) == reference);
+  CHECK(wall_in_pieces(1, 0.0073) == reference);
+  CHECK(wall_in_pieces(1, 0.00031) == reference);
+}
+
+TEST_CASE("virtual time passes exactly as long as asked, and not in calls that do not wait") {
+  Knob knob = Knob::open("emulated");
+  Emulator& world = *knob.emulator();
+  CHECK(world.time_s() == 0.0);
+  (void)knob.health();
+  (void)knob.clock();
+  (void)knob.control_config();
+  CHECK(world.time_s() == 0.0);
+  knob.sleep(0.0123456);
+  CHECK(world.time_s() == doctest::Approx(0.0123456).epsilon(1e-12));
+  world.advance(1.0);
+  CHECK(world.time_s() == doctest::Approx(1.0123456).epsilon(1e-12));
+  CHECK(knob.read(1, 0.5).empty());
+  CHECK(world.time_s() == doctest::Approx(1.5123456).epsilon(1e-12));
+  CHECK_FALSE(knob.wait_for(State::fault, 0.25));
+  CHECK(world.time_s() == doctest::Approx(1.7623456).epsilon(1e-12));
+  CHECK(knob.clock().time_s == doctest::Approx(1.763));
+}
+
+TEST_CASE("truth fits telemetry tick by tick") {
+  OpenOptions options = turning();
+  options.emulator.log_truth = true;
+  Knob knob = Knob::open("emulated", options);
+  const auto log = knob.record(0.1);
+  const auto truth = knob.emulator()->take_truth();
+  for (const TelemetrySample& sample : log) {
+    const TruthSample& match = truth.at(sample.tick);
+    CHECK(match.time_s == doctest::Approx(sample.time_s));
+    CHECK(std::abs(match.angle_rad - sample.angle_rad) < 2 * std::numbers::pi / 8192 + 1e-9);
+  }
+}
+
+TEST_CASE("every call that waits can be interrupted, and what the callback throws comes through") {
+  OpenOptions options;
+  bool interrupt = false;
+  options.interrupted = [&] { return interrupt; };
+  Knob knob = Knob::open("emulated", options);
+  knob.sleep(1.0);
+  interrupt = true;
+  CHECK_THROWS_AS(knob.sleep(1e6), Interrupted);
+  CHECK_THROWS_AS((void)knob.record(1e6), Interrupted);
+  CHECK_THROWS_AS((void)knob.wait_for(State::fault, 1e6), Interrupted);
+  knob.stop_telemetry();
+  (void)knob.read(100'000, 0.0);
+  CHECK_THROWS_AS((void)knob.read(1, 1e6), Interrupted);
+  interrupt = false;
+  knob.arm();  // and goes on as if nothing had been
+
+  OpenOptions throwing;
+  throwing.interrupted = []() -> bool { throw std::logic_error("mine"); };
+  Knob other = Knob::open("emulated", throwing);
+  CHECK_THROWS_WITH_AS(other.sleep(1e6), "mine", std::logic_error);
+}
+
+TEST_CASE("a waiting call asks at least every 20 ms whether it is interrupted") {
+  using Clock = std::chrono::steady_clock;
+  OpenOptions options;
+  int asked = 0;
+  options.interrupted = [&] { return ++asked == 10; };
+  Knob knob = Knob::open("emulated", options);
+  const auto begin = Clock::now();
+  CHECK_THROWS_AS(knob.sleep(1e6), Interrupted);
+  // Ten times 10 ms, with room for a busy machine.
+  CHECK(Clock::now() - begin < std::chrono::seconds(2));
+}
+
+TEST_CASE("sample ring keeps the newest and says when it lost one") {
+  SampleRing ring(3);
+  const auto at = [](std::uint64_t tick) {
+    TelemetrySample sample{};
+    sample.tick = tick;
+    return sample;
+  };
+  for (std::uint64_t tick = 1; tick <= 3; ++tick) {
+    CHECK(ring.push(at(tick)));
+  }
+  CHECK_FALSE(ring.push(at(4)));
+  CHECK(ring.size() == 3);
+  CHECK(ring.front().tick == 2);
+  std::vector<TelemetrySample> out(5);
+  CHECK(ring.pop(out) == 3);
+  CHECK(out[0].tick == 2);
+  CHECK(out[2].tick == 4);
+  CHECK(ring.size() == 0);
+}
+
+TEST_CASE("decoder unwraps positions across 32 bits in both directions") {
+  TelemetryDecoder decoder;
+  protocol::Identity identity;
+  identity.counts_per_rev = 4;
+  decoder.configure(identity);
+  const auto position = [&](std::int64_t true_counts) {
+    protocol::Telemetry report;
+    report.decimation = 1;
+    report.base_counts = static_cast<std::int32_t>(static_cast<std::uint32_t>(true_counts));
+    std::int64_t counts = 0;
+    decoder.decode(report, [&](const TelemetrySample& sample) { counts = sample.position_counts; });
+    return counts;
+  };
+  const std::int64_t start = 5'000'000'000;
+  decoder.set_position(start);
+  for (std::int64_t at = start; at < start + 10'000'000'000; at += 2'000'000'000) {
+    CHECK(position(at) == at);
+  }
+  for (std::int64_t at = start + 8'000'000'000; at > -10'000'000'000; at -= 2'000'000'000) {
+    CHECK(position(at) == at);
+  }
+}
+
+TEST_CASE("decoder gives every field its own value, in SI units") {
+  TelemetryDecoder decoder;
+  protocol::Identity identity;
+  identity.control_period_ns = 100'000;
+  identity.counts_per_rev = 1000;
+  identity.torque_step_nm = 0.5F;
+  identity.speed_step_rad_s = 0.25F;
+  decoder.configure(identity);
+  protocol::Telemetry report;
+  report.axis_samples = protocol::pack_axis_samples(0, 2);
+  report.decimation = 10;
+  report.flags = flag::brake_saturated | 1;
+  report.tick = 2000;
+  report.base_counts = -250;
+  report.sample[0] = {0, 0, 0, 0, 0, 0};
+  report.sample[1] = {-250, -4, 6, -8, 10, -12};
+  std::vector<TelemetrySample> samples;
+  CHECK(decoder.decode(report, [&](const auto& sample) { samples.push_back(sample); }) == 0);
+  REQUIRE(samples.size() == 2);
+  CHECK(samples[0].tick == 2000);
+  CHECK(samples[0].time_s == doctest::Approx(0.2));
+  CHECK(samples[0].position_counts == -250);
+  CHECK(samples[0].angle_rad == doctest::Approx(-std::numbers::pi / 2));
+  CHECK(samples[1].tick == 2010);
+  CHECK(samples[1].time_s == doctest::Approx(0.201));
+  CHECK(samples[1].position_counts == -500);
+  CHECK(samples[1].angle_rad == doctest::Approx(-std::numbers::pi));
+  CHECK(samples[1].speed_rad_s == -1.0F);
+  CHECK(samples[1].desired_torque_nm == 3.0F);
+  CHECK(samples[1].motor_torque_nm == -4.0F);
+  CHECK(samples[1].brake_torque_nm == 5.0F);
+  CHECK(samples[1].spring_torque_nm == -6.0F);
+  CHECK(samples[1].flags == (flag::brake_saturated | 1));
+
+  report.tick = 2050;  // 2020, 2030 and 2040 are missing
+  CHECK(decoder.decode(report, [](const auto&) {}) == 3);
+  decoder.begin_stream();
+  report.tick = 9000;
+  CHECK(decoder.decode(report, [](const auto&) {}) == 0);
+}

@@ -1,0 +1,159 @@
+// Several threads on one knob, in wall-clock and in virtual time. Worth most under tsan.
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+#include <vector>
+
+#include "torsio/knob.hpp"
+
+using namespace torsio;
+using namespace std::chrono_literals;
+using std::chrono::steady_clock;
+
+namespace {
+
+OpenOptions paced() {
+  OpenOptions options;
+  options.emulator.paced = true;
+  options.emulator.hand = TorqueHand{{{0.0, 0.03}}};
+  return options;
+}
+
+double seconds_since(steady_clock::time_point begin) {
+  return std::chrono::duration<double>(steady_clock::now() - begin).count();
+}
+
+}  // namespace
+
+TEST_CASE("a paced emulated knob keeps to the wall clock") {
+  Knob knob = Knob::open("emulated", paced());
+  const auto begin = steady_clock::now();
+  const double begin_s = knob.emulator()->time_s();
+  knob.sleep(0.2);
+  CHECK(seconds_since(begin) >= 0.2);
+  // The world may fall behind a busy machine but never run ahead.
+  CHECK(knob.emulator()->time_s() - begin_s <= seconds_since(begin) + 0.002);
+  knob.arm();
+  knob.play(Wall{.angle_rad = 0.01, .stiffness_nm_per_rad = 1.0});
+  CHECK(knob.record(0.2).size() == 200);
+  CHECK(knob.statistics().samples_lost == 0);
+}
+
+TEST_CASE("calls of several threads on a paced knob all get their answers") {
+  Knob knob = Knob::open("emulated", paced());
+  knob.arm();
+  std::atomic<bool> go_on = true;
+  std::vector<std::thread> threads;
+  threads.emplace_back([&] {
+    for (int i = 0; go_on; ++i) knob.play(Constant{.torque_nm = 1e-5 * (i % 100)});
+  });
+  threads.emplace_back([&] {
+    while (go_on) {
+      (void)knob.clock();
+      (void)knob.health();
+      (void)knob.state();
+      (void)knob.statistics();
+      (void)knob.info();
+    }
+  });
+  threads.emplace_back([&] {
+    while (go_on) {
+      knob.stream_local_model({.torque_nm = 1e-3, .deadline_s = 1.0});
+      std::this_thread::sleep_for(2ms);
+    }
+  });
+  threads.emplace_back([&] {
+    while (go_on) knob.emulator()->set_hand(TorqueHand{{{0.0, 0.03}}});
+  });
+  CHECK(knob.record(0.5).size() == 500);
+  go_on = false;
+  for (std::thread& thread : threads) thread.join();
+  CHECK(knob.state() == State::armed);
+  CHECK(knob.statistics().samples_lost == 0);
+}
+
+TEST_CASE("calls of several threads in virtual time all get their answers") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  std::atomic<int> done = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 3; ++t) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 20; ++i) knob.play(Constant{.torque_nm = 1e-4 * i});
+      ++done;
+    });
+  }
+  threads.emplace_back([&] {
+    CHECK(knob.record(1.0).size() == 1000);
+    ++done;
+  });
+  for (std::thread& thread : threads) thread.join();
+  CHECK(done == 4);
+  CHECK(knob.state() == State::armed);
+}
+
+TEST_CASE("closing a knob wakes whoever waits on it with Closed") {
+  for (const bool is_paced : {true, false}) {
+    CAPTURE(is_paced);
+    OpenOptions options = paced();
+    options.emulator.paced = is_paced;
+    Knob knob = Knob::open("emulated", options);
+    knob.arm();
+    std::atomic<bool> closed = false;
+    std::thread waiter([&] {
+      try {
+        knob.sleep(1e8);
+      } catch (const Closed&) {
+        closed = true;
+      }
+    });
+    std::this_thread::sleep_for(30ms);
+    const auto begin = steady_clock::now();
+    knob.close();
+    waiter.join();
+    CHECK(closed);
+    CHECK(seconds_since(begin) < 2.0);
+  }
+}
+
+TEST_CASE("unplugging a paced knob wakes a waiting call") {
+  Knob knob = Knob::open("emulated", paced());
+  knob.start_telemetry();
+  std::thread puller([&] {
+    std::this_thread::sleep_for(30ms);
+    knob.emulator()->unplug();
+  });
+  const auto begin = steady_clock::now();
+  CHECK_THROWS_AS(knob.sleep(60.0), Disconnected);
+  CHECK(seconds_since(begin) < 5.0);
+  CHECK(knob.state() == State::disconnected);
+  puller.join();
+}
+
+TEST_CASE("a paced knob can be interrupted while it waits for an answer that never comes") {
+  OpenOptions options = paced();
+  std::atomic<bool> interrupt = false;
+  options.interrupted = [&] { return interrupt.load(); };
+  options.command_timeout_s = 60.0;
+  Knob knob = Knob::open("emulated", options);
+  knob.emulator()->set_link_faults({.drop_output = 1.0});
+  std::thread interrupter([&] {
+    std::this_thread::sleep_for(30ms);
+    interrupt = true;
+  });
+  const auto begin = steady_clock::now();
+  CHECK_THROWS_AS(knob.arm(), Interrupted);
+  CHECK(seconds_since(begin) < 5.0);
+  interrupter.join();
+}
+
+TEST_CASE("a paced knob that nobody talks to stays armed") {
+  OpenOptions options = paced();
+  options.emulator.control = ControlConfig{.watchdog_s = 0.2};
+  Knob knob = Knob::open("emulated", options);
+  knob.arm();
+  std::this_thread::sleep_for(500ms);
+  CHECK(knob.health().state == State::armed);
+}

@@ -1,0 +1,284 @@
+"""What goes wrong gives a specific error, leaves what plays alone, and never hangs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio import (
+    ActuatorConfig,
+    Constant,
+    ControlConfig,
+    Curve,
+    Detents,
+    EndStops,
+    ImpedanceHand,
+    InvalidArgument,
+    Knob,
+    Periodic,
+    PlantParams,
+    PrescribedMotion,
+    Ramp,
+    Spring,
+    Texture,
+    Timing,
+    TorqueHand,
+    Wall,
+    protocol,
+)
+from torsio.emulator import EmulatedDevice
+
+OLD_TORQUE_NM = 0.0123
+
+
+@pytest.fixture
+def playing() -> Iterator[Knob]:
+    """Give an armed knob that plays a constant torque."""
+    with torsio.open("emulated", hand=PrescribedMotion(angle_rad=0.0)) as knob:
+        knob.play(Constant(torque_nm=OLD_TORQUE_NM))
+        knob.arm()
+        knob.sleep(0.1)
+        yield knob
+        assert torque(knob) == pytest.approx(OLD_TORQUE_NM, abs=1e-5), "the old scene must go on"
+        assert knob.state == "armed"
+
+
+def torque(knob: Knob) -> float:
+    return float(knob.record(duration_s=0.05)["desired_torque_nm"][-1])
+
+
+BAD_SCENES: list[tuple[Any, type[Exception], str]] = [
+    (Wall(stiffness_nm_per_rad=math.nan), InvalidArgument, "stiffness_nm_per_rad is not a number"),
+    (Wall(stiffness_nm_per_rad=math.inf), InvalidArgument, "stiffness_nm_per_rad is infinite"),
+    (Wall(stiffness_nm_per_rad=-1.0), InvalidArgument, "stiffness_nm_per_rad is -1"),
+    (Wall(stiffness_nm_per_rad=1.1e6), InvalidArgument, "allowed are 0 to 1000000 N m/rad"),
+    (Wall(stiffness_nm_per_rad=1.0, angle_rad=1e12), InvalidArgument, "angle_rad"),
+    (Wall(stiffness_nm_per_rad=1.0, side="beside"), InvalidArgument, "side"),  # type: ignore[arg-type]
+    (Wall(stiffness_nm_per_rad="stiff"), TypeError, "stiffness_nm_per_rad"),  # type: ignore[arg-type]
+    (Spring(stiffness_nm_per_rad=1.0, torque_limit_nm=101.0), InvalidArgument, "torque_limit_nm"),
+    (Constant(torque_nm=101.0), InvalidArgument, "torque_nm is 101"),
+    (Constant(torque_nm=0.1, timing=Timing(attack_level=2.0)), InvalidArgument, "attack_level"),
+    (Ramp(start_torque_nm=0.0, end_torque_nm=0.1), InvalidArgument, "duration_s"),
+    (Periodic(amplitude_nm=0.1, frequency_hz=501.0), InvalidArgument, "frequency_hz is 501"),
+    (Detents(torque_nm=0.1), InvalidArgument, "exactly one of per_turn and pitch_rad"),
+    (Detents(torque_nm=0.1, per_turn=9, pitch_rad=1.0), InvalidArgument, "exactly one of"),
+    (Detents(torque_nm=0.1, per_turn=0.0), InvalidArgument, "per_turn"),
+    (
+        EndStops(lower_rad=1.0, upper_rad=0.0, stiffness_nm_per_rad=1.0),
+        InvalidArgument,
+        "upper_rad",
+    ),
+    (Texture(torque_nm=0.1, grains_per_turn=0), InvalidArgument, "grains_per_turn"),
+    (Texture(torque_nm=0.1, grains_per_turn=2.5), TypeError, "whole number"),  # type: ignore[arg-type]
+    (Texture(torque_nm=0.1, grains_per_turn=9, seed=-1), InvalidArgument, "seed"),
+    (Curve(torque_nm=[0.1]), InvalidArgument, "has 1 points"),
+    (Curve(torque_nm=np.zeros(1025)), InvalidArgument, "1025"),
+    ([Curve(torque_nm=np.zeros(600))] * 2, InvalidArgument, "1024"),
+    ([Constant(torque_nm=0.1)] * 17, InvalidArgument, "17 effects"),
+    ([Constant(torque_nm=0.1), Wall(stiffness_nm_per_rad=-1.0)], InvalidArgument, "effect 1"),
+    ("wall", TypeError, "not an effect"),
+    (None, TypeError, "not an effect"),
+    ([object()], TypeError, "not an effect"),
+]
+
+
+@pytest.mark.parametrize(("scene", "kind", "message"), BAD_SCENES)
+def test_bad_scene_is_refused_by_name(
+    playing: Knob, scene: Any, kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message):
+        playing.play(scene)
+
+
+BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
+    (lambda k: k.stream_local_model(torque_nm=math.nan), InvalidArgument, "torque_nm"),
+    (lambda k: k.stream_local_model(deadline_s=61.0), InvalidArgument, "deadline_s"),
+    (lambda k: k.start_telemetry(rate_hz=5000.0), InvalidArgument, "rate_hz"),
+    (lambda k: k.start_telemetry(rate_hz=math.nan), InvalidArgument, "rate_hz"),
+    (lambda k: k.record(duration_s=-1.0), InvalidArgument, "duration_s"),
+    (lambda k: k.record(duration_s=math.inf), InvalidArgument, "duration_s"),
+    (lambda k: k.read(max_samples=-1), InvalidArgument, "max_samples"),
+    (lambda k: k.read(timeout_s=math.nan), InvalidArgument, "timeout_s"),
+    (lambda k: k.sleep(-1.0), InvalidArgument, "duration_s"),
+    (lambda k: k.wait_for("asleep"), InvalidArgument, "state"),  # type: ignore[arg-type]
+    (lambda k: k.configure(ControlConfig(beta=1.5)), InvalidArgument, "beta is 1.5"),
+    (lambda k: k.configure(ControlConfig(law="hope")), InvalidArgument, "law"),  # type: ignore[arg-type]
+    (lambda k: k.configure(ActuatorConfig(counter_bits=7)), InvalidArgument, "counter_bits"),
+    (lambda k: k.configure(3), TypeError, "not a configuration"),  # type: ignore[arg-type]
+    (lambda k: k.configure(ControlConfig()), torsio.Refused, "disarm"),
+    (lambda k: k.configure(ActuatorConfig()), torsio.Refused, "disarm"),
+    (lambda k: k.zero(), torsio.Refused, "disarm"),
+    (lambda k: k.relax(), torsio.Refused, "disarm"),
+    (lambda k: k.load_defaults(), torsio.Refused, "disarm"),
+    (lambda k: k.emulator.set_hand(TorqueHand(torque_nm=[])), InvalidArgument, "at least one knot"),
+    (lambda k: k.emulator.set_hand(TorqueHand(torque_nm=math.nan)), InvalidArgument, "finite"),
+    (
+        lambda k: k.emulator.set_hand(
+            ImpedanceHand(intended_angle_rad=[(0, 0), (0, 1)], stiffness_nm_per_rad=1.0)
+        ),
+        InvalidArgument,
+        "jump",
+    ),
+    (
+        lambda k: k.emulator.set_hand(
+            ImpedanceHand(intended_angle_rad=0.0, stiffness_nm_per_rad=-1.0)
+        ),
+        InvalidArgument,
+        "stiffness_nm_per_rad",
+    ),
+    (lambda k: k.emulator.set_hand("firm"), TypeError, "not a hand"),  # type: ignore[arg-type]
+    (lambda k: k.emulator.set_link_faults(drop_input=1.5), InvalidArgument, "probability"),
+]
+
+
+@pytest.mark.parametrize(("call", "kind", "message"), BAD_CALLS)
+def test_bad_call_is_refused_by_name(
+    playing: Knob, call: Callable[[Knob], object], kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message):
+        call(playing)
+
+
+BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
+    ({"control_rate_hz": 999.0}, InvalidArgument, "control_rate_hz is 999"),
+    ({"control_rate_hz": math.nan}, InvalidArgument, "control_rate_hz"),
+    ({"serial": "x" * 17}, InvalidArgument, "serial"),
+    ({"seed": -1}, InvalidArgument, "seed"),
+    ({"ring_samples": 0}, InvalidArgument, "ring_samples"),
+    ({"command_timeout_s": -1.0}, InvalidArgument, "command_timeout_s"),
+    ({"plant": PlantParams(knob_inertia_kg_m2=-1e-5)}, InvalidArgument, "knob_inertia_kg_m2"),
+    ({"plant": PlantParams(counts_per_rev=-1)}, InvalidArgument, "counts_per_rev"),
+    ({"control": ControlConfig(beta=-0.1)}, InvalidArgument, "beta"),
+    ({"actuator": ActuatorConfig(brake_drag_nm=math.nan)}, InvalidArgument, "brake_drag_nm"),
+    ({"hand": TorqueHand(torque_nm=[(1, 0), (0, 0)])}, InvalidArgument, "earlier"),
+]
+
+
+@pytest.mark.parametrize(("options", "kind", "message"), BAD_OPENS)
+def test_bad_option_of_open_is_refused_by_name(
+    options: dict[str, Any], kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message):
+        torsio.open("emulated", **options)
+
+
+@pytest.mark.parametrize("selector", ["/dev/hidraw250", "TS-9999", ""])
+def test_device_that_is_not_there_is_named(selector: str) -> None:
+    with pytest.raises(torsio.DeviceNotFound) as caught:
+        torsio.open(selector)
+    assert isinstance(caught.value, FileNotFoundError)
+    assert selector in str(caught.value)
+    assert "no knob is plugged in" in str(caught.value)
+
+
+def test_second_open_of_the_same_device_is_refused() -> None:
+    with torsio.open("emulated:twice"):
+        with pytest.raises(torsio.DeviceBusy) as caught:
+            torsio.open("emulated:twice")
+        assert "emulated:twice" in str(caught.value)
+    torsio.open("emulated:twice").close()
+
+
+def test_close_may_be_called_twice_and_ends_everything() -> None:
+    knob = torsio.open("emulated")
+    knob.close()
+    knob.close()
+    assert not knob.is_open
+    calls: list[Callable[[], object]] = [
+        knob.arm,
+        knob.clock,
+        lambda: knob.play(Constant(torque_nm=0.0)),
+        lambda: knob.record(duration_s=0.1),
+        lambda: knob.emulator.time_s,
+    ]
+    for call in calls:
+        with pytest.raises(torsio.Closed, match="open it again"):
+            call()
+
+
+def test_unplugged_device_says_so_everywhere() -> None:
+    with torsio.open("emulated", paced=True) as knob:
+        knob.arm()
+        knob.start_telemetry()
+        knob.sleep(0.05)
+        knob.emulator.unplug()
+        assert knob.wait_for("disconnected", timeout_s=1.0)
+        assert len(knob.read()) > 0  # what has arrived can still be read
+        for call in (knob.arm, knob.clock, lambda: knob.record(duration_s=5.0)):
+            with pytest.raises(torsio.Disconnected) as caught:
+                call()
+            assert isinstance(caught.value, ConnectionError)
+
+
+def test_knob_that_loses_answers_times_out() -> None:
+    with torsio.open("emulated", command_timeout_s=0.1) as knob:
+        knob.emulator.set_link_faults(drop_input=1.0)
+        with pytest.raises(torsio.Timeout) as caught:
+            knob.arm()
+        assert isinstance(caught.value, TimeoutError)
+        knob.emulator.set_link_faults()
+
+
+def test_silent_host_disarms_the_device() -> None:
+    """Cut the way to the device: the watchdog must act by itself."""
+    with torsio.open("emulated", hand=PrescribedMotion(angle_rad=0.0)) as knob:
+        knob.play(Constant(torque_nm=0.02))
+        knob.arm()
+        knob.start_telemetry()
+        knob.emulator.set_link_faults(drop_output=1.0)
+        knob.sleep(0.5)
+        log = knob.read()
+        assert knob.state == "disarmed"
+    assert log["motor_torque_nm"][-1] == 0.0
+    armed = np.flatnonzero(log["flags"] & 0x03 == 1)
+    assert log["time_s"][armed[-1]] - log["time_s"][0] < 0.35  # watchdog_s 0.25, ramp 0.05
+
+
+# The device itself, below the SDK: reports that the SDK would never send
+
+
+def acknowledgement(device: EmulatedDevice, report: bytes) -> dict[str, Any]:
+    assert device.write(report)
+    device.advance(5_000_000)
+    while (data := device.read()) is not None:
+        name, values = protocol.decode(data)
+        if name == "acknowledgement":
+            return values
+    raise AssertionError("no acknowledgement")
+
+
+@pytest.mark.parametrize(
+    ("report", "status"),
+    [
+        (protocol.encode("wall", {"stiffness_nm_per_rad": math.nan}), "not_finite"),
+        (protocol.encode("wall", {"stiffness_nm_per_rad": -1.0}), "out_of_range"),
+        (protocol.encode("wall", {"target": {"slot": 16}}), "out_of_range"),
+        (protocol.encode("wall", {"target": {"axis": 1}}), "bad_axis"),
+        (protocol.encode("commit", {"active": 1}), "empty_slot"),
+        (protocol.encode("command", {"op": "arm"})[:-1] + b"\1", "bad_padding"),
+        (bytes([0x66]).ljust(64, b"\0"), "unknown_report"),
+        (protocol.encode("local_model", {"torque_nm": 0.1}), "not_armed"),
+    ],
+)
+def test_device_answers_a_bad_report_with_its_status(report: bytes, status: str) -> None:
+    answer = acknowledgement(EmulatedDevice(), report)
+    assert protocol.STATUS_NAMES[answer["status"]] == status
+    assert answer["report"] == report[0]
+
+
+@pytest.mark.parametrize("length", [0, 1, 63, 65, 4096])
+def test_device_refuses_feature_reports_of_another_length(length: int) -> None:
+    device = EmulatedDevice()
+    before = device.get_feature(0x05)
+    status, _ = device.set_feature(protocol.encode("control_config", {}).ljust(5000)[:length])
+    assert protocol.STATUS_NAMES[status] == "bad_length"
+    assert device.get_feature(0x05) == before
+
+
+def test_device_stalls_unknown_feature_requests() -> None:
+    assert EmulatedDevice().get_feature(0x77) is None

@@ -1,0 +1,177 @@
+"""The whole emulated knob against the second implementation of law and plant, in closed loop.
+
+The second implementation has 64-bit floats, SciPy's integrator and located friction events. Closed
+loops with friction and counts are sensitive: a count that flips one tick earlier shifts what
+follows. The bounds say how far apart two right answers may be.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import torsio
+from tests.python import reference
+
+WALL_RAD = 0.05
+COUNT_RAD = 2 * math.pi / 8192
+
+
+def device_record(
+    hand: torsio.Hand, *, stiffness: float, beta: float, duration: float, plant: Any = None
+) -> tuple[dict[str, np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
+    """Give telemetry as the reference names it, and the truth, both from the hand's beginning."""
+    with torsio.open(
+        "emulated",
+        control=torsio.ControlConfig(law="paper", beta=beta),
+        plant=plant,
+        log_truth=True,
+    ) as knob:
+        knob.play(torsio.Wall(angle_rad=WALL_RAD, stiffness_nm_per_rad=stiffness))
+        knob.arm()
+        knob.sleep(0.1)
+        knob.start_telemetry()
+        knob.emulator.truth()
+        knob.emulator.set_hand(hand)
+        log = knob.record(duration_s=duration)
+        truth = knob.emulator.truth()
+    # Where the hand took over is where the truth begins.
+    first = round(truth["time_s"][0] * 1e3)
+    log = log[log["tick"] >= first]
+    rows = truth[: len(log)]
+    assert round(rows["time_s"][-1] * 1e3) == log["tick"][-1]
+    return {
+        "count": log["position_counts"],
+        "desired": log["desired_torque_nm"],
+        "motor": log["motor_torque_nm"],
+        "sensed": log["spring_torque_nm"],
+        "angle": rows["angle_rad"],
+        "spring": rows["spring_torque_nm"],
+    }, truth
+
+
+@pytest.mark.parametrize("wall_mnm_per_deg", [10.0, 25.0, 50.0])
+@pytest.mark.parametrize("beta", [0.3, 0.5])
+def test_visit_to_a_wall_matches_the_second_implementation(
+    wall_mnm_per_deg: float, beta: float
+) -> None:
+    stiffness = math.degrees(1e-3 * wall_mnm_per_deg)
+    deepest = WALL_RAD + 0.05 / stiffness + 0.06
+    path = [(0.0, 0.0), (0.5, deepest), (0.6, deepest), (1.1, 0.0)]
+    got, _ = device_record(
+        torsio.ImpedanceHand(
+            intended_angle_rad=path,
+            stiffness_nm_per_rad=1.0,
+            damping_nm_s_per_rad=0.01,
+            inertia_kg_m2=1e-4,
+        ),
+        stiffness=stiffness,
+        beta=beta,
+        duration=1.2,
+    )
+    expected = reference.run_wall(
+        reference.Actuator(),
+        reference.Hand(inertia=1e-4, stiffness=1.0, damping=0.01, path=reference.piecewise(path)),
+        surface=WALL_RAD,
+        stiffness=stiffness,
+        beta=beta,
+        duration=1.2,
+    )
+    size = min(len(got["count"]), len(expected["count"]))
+    assert size > 1150
+
+    def error(name: str) -> np.ndarray[Any, Any]:
+        return np.abs(got[name][:size] - expected[name][:size])
+
+    assert error("count").max() <= 2
+    assert error("angle").max() <= 1.5 * COUNT_RAD
+    for name in ("desired", "motor", "sensed", "spring"):
+        # One count of the spring is 2.2 mN m, and it may be counted a tick earlier or later.
+        assert error(name).max() <= 7e-3, name
+        assert np.sqrt(np.mean(error(name) ** 2)) <= 0.5e-3, name
+
+
+def test_string_cut_frees_the_knob_as_in_the_second_implementation() -> None:
+    """A weight of 50 mN m on a string presses the knob into the wall; the string is cut."""
+    stiffness = math.degrees(25e-3)
+    jump = [(0.0, 0.0), (0.5, 0.05), (0.8, 0.05), (0.8, 0.0)]
+    got, _ = device_record(
+        torsio.TorqueHand(torque_nm=jump), stiffness=stiffness, beta=0.5, duration=1.5
+    )
+    expected = reference.run_wall(
+        reference.Actuator(),
+        reference.Hand(torque=lambda t: 0.1 * t if t < 0.5 else 0.05 if t < 0.8 - 1e-9 else 0.0),
+        surface=WALL_RAD,
+        stiffness=stiffness,
+        beta=0.5,
+        duration=1.5,
+    )
+    # Where it rests at the end: out of the wall, or where friction holds it.
+    friction = 6e-3 + 2e-3
+    for angle in (got["angle"][-1], expected["angle"][-1]):
+        assert stiffness * (angle - WALL_RAD) <= friction + stiffness * COUNT_RAD
+    before = 790
+    assert got["angle"][before] == pytest.approx(expected["angle"][before], abs=2 * COUNT_RAD)
+
+
+def test_static_characterisation_shows_the_spring() -> None:
+    """Brake full, motor ramp: slope K within 1 %, offset the knob's dry friction."""
+    plant = torsio.emulator.Plant()
+    ramp = np.linspace(0.0, 0.085, 4000)
+    plant.record(np.zeros(500), np.full(500, 0.11))
+    rows = plant.record(ramp, np.full_like(ramp, 0.11))
+    part = (ramp > 0.02) & (rows["angle_rad"] < 0.015)
+    slope, offset = np.polyfit(rows["angle_rad"][part], ramp[part], 1)
+    assert slope == pytest.approx(2.873, rel=0.01)
+    assert offset == pytest.approx(6e-3, rel=0.05)
+
+
+def test_plant_alone_matches_the_second_implementation() -> None:
+    """Open loop, stick and slip under commands that jump."""
+    rng = np.random.default_rng(5)
+    motor = np.repeat(rng.uniform(-0.06, 0.06, 40), 25)
+    brake = np.repeat(rng.uniform(0.0, 0.08, 40), 25)
+    rows = torsio.emulator.Plant().record(motor, brake)
+    plant = reference.Plant(reference.Actuator(), reference.Hand())
+    angles, springs = [], []
+    for command in zip(motor.tolist(), brake.tolist(), strict=True):
+        angles.append(plant.state[0])
+        springs.append(plant.spring(plant.state))
+        plant.command = command
+        plant.advance(1e-3)
+    travel = np.ptp(angles)
+    assert travel > 0.1
+    np.testing.assert_allclose(rows["angle_rad"], angles, rtol=0, atol=1e-4 * travel)
+    np.testing.assert_allclose(rows["spring_torque_nm"], springs, rtol=0, atol=2e-4)
+
+
+def test_sensor_is_within_its_bound_in_the_wall() -> None:
+    hand = torsio.ImpedanceHand(
+        intended_angle_rad=[(0.0, 0.0), (1.0, 0.18), (1.2, 0.18), (2.2, 0.0)],
+        stiffness_nm_per_rad=1.0,
+        damping_nm_s_per_rad=0.01,
+        inertia_kg_m2=1e-4,
+    )
+    got, _ = device_record(hand, stiffness=math.degrees(25e-3), beta=0.5, duration=2.4)
+    error = got["sensed"] - got["spring"]
+    assert np.sqrt(np.mean(error**2)) <= 4.5e-3
+
+
+def test_sensor_crosses_zero_inside_a_soft_wall() -> None:
+    """At thc (1 - beta Kve / K) of the depth thc, by theory; drag and lag shift it a little."""
+    stiffness, beta = math.degrees(25e-3), 0.5
+    hand = torsio.ImpedanceHand(
+        intended_angle_rad=[(0.0, 0.0), (1.0, 0.18), (1.4, 0.18), (4.4, 0.0)],
+        stiffness_nm_per_rad=1.0,
+        damping_nm_s_per_rad=0.01,
+        inertia_kg_m2=1e-4,
+    )
+    got, _ = device_record(hand, stiffness=stiffness, beta=beta, duration=4.5)
+    depth = got["count"] * COUNT_RAD - WALL_RAD
+    deepest = depth.max()
+    leaving = 1400 + int(np.argmax(got["sensed"][1400:] >= 0.0))
+    expected = deepest * (1 - beta * stiffness / 2.873)
+    assert depth[leaving] == pytest.approx(expected, rel=0.1)

@@ -1,0 +1,102 @@
+"""The numbers and the picture of the wall demonstration, from records made by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio.demos import wall, wall_figure
+
+STIFFNESS = 1.5
+SURFACE_RAD = 0.05
+
+
+def visit(*, missing_on_way_out_nm: float = 0.0, gain: float = 1.0) -> wall.WallVisit:
+    """Give a triangular visit to 0.05 rad depth, 75 mN m, whose torque is rendered as told."""
+    time_s: wall.Array = np.arange(2001, dtype=np.float64) * 1e-3
+    angle = SURFACE_RAD + 0.05 - 0.1 * np.abs(time_s - 1.0)
+    ideal = -STIFFNESS * np.maximum(angle - SURFACE_RAD, 0.0)
+    felt = gain * ideal
+    out = (time_s > 1.0) & (ideal < 0)
+    felt[out] += np.minimum(missing_on_way_out_nm, -felt[out])
+    spring, motor = 0.4 * felt, 0.6 * felt
+    return wall.WallVisit(
+        device="TS-0001",
+        law="paper",
+        control_rate_hz=1000.0,
+        wall_angle_rad=SURFACE_RAD,
+        wall_stiffness_nm_per_rad=STIFFNESS,
+        beta=0.5,
+        time_s=time_s,
+        angle_rad=angle,
+        desired_torque_nm=ideal,
+        motor_torque_nm=motor,
+        brake_torque_nm=np.abs(spring),
+        spring_torque_nm=spring + 1e-3,
+        truth=wall.Truth(
+            angle_rad=angle,
+            spring_torque_nm=spring,
+            motor_torque_nm=motor,
+            brake_capacity_nm=np.abs(spring),
+        ),
+        samples_lost=0,
+        realtime_factor=1.0,
+    )
+
+
+def test_measure_of_a_perfect_wall_is_zero() -> None:
+    measures = wall.measure(visit())
+    assert measures.peak_torque_nm == pytest.approx(75e-3)
+    assert measures.tracking_rms_in == pytest.approx(0.0, abs=1e-12)
+    assert measures.tracking_rms_out == pytest.approx(0.0, abs=1e-12)
+    assert measures.torque_gap_nm == pytest.approx(0.0, abs=1e-12)
+    assert measures.sensor_rms_nm == pytest.approx(1e-3)
+    assert measures.left_wall
+
+
+def test_measure_finds_the_torque_that_is_missing_on_the_way_out() -> None:
+    measures = wall.measure(visit(missing_on_way_out_nm=6e-3))
+    assert measures.tracking_rms_in == pytest.approx(0.0, abs=1e-3)
+    # 6 of 75 mN m are missing nearly all the way.
+    assert measures.tracking_rms_out == pytest.approx(0.08, rel=0.05)
+    assert measures.torque_gap_nm == pytest.approx(6e-3)
+
+
+def test_measure_of_a_soft_wall_is_the_rms_of_a_ramp() -> None:
+    """A wall that is 10 % too soft errs by 10 % of a ramp, whose RMS is peak / sqrt(3)."""
+    measures = wall.measure(visit(gain=0.9))
+    assert measures.tracking_rms_in == pytest.approx(0.1 / np.sqrt(3), rel=0.03)
+
+
+def test_measure_says_when_the_wall_was_never_reached() -> None:
+    away = replace(visit(), desired_torque_nm=np.zeros(2001))
+    with pytest.raises(wall.WallNotReachedError, match="never reached the wall"):
+        wall.measure(away)
+
+
+@pytest.mark.parametrize("on_hardware", [False, True])
+def test_figure_is_drawn_with_and_without_the_truth(tmp_path: Path, on_hardware: bool) -> None:
+    seen = visit(missing_on_way_out_nm=6e-3)
+    if on_hardware:
+        seen = replace(seen, truth=None)
+    measures = wall.measure(seen)
+    assert (measures.sensor_rms_nm is None) == on_hardware
+    wall_figure.save_figure(seen, measures, tmp_path / "wall.png")
+    assert (tmp_path / "wall.png").stat().st_size > 50_000
+
+
+def test_run_leaves_the_knob_disarmed_and_configured_as_before() -> None:
+    control = torsio.ControlConfig(law="motor_only", beta=0.1)
+    with torsio.open("emulated", control=control, log_truth=True) as knob:
+        shares: list[float] = []
+        seen = wall.run(knob, shares.append)
+        assert knob.state == "disarmed"
+        assert knob.control_config().law == "motor_only"
+        assert knob.control_config().beta == pytest.approx(0.1)
+    assert seen.law == "paper"
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)

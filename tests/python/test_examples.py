@@ -1,0 +1,35 @@
+"""Every Python example runs on the emulated knob and says what it promises."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TREE = Path(__file__).parents[2]
+EXAMPLES = sorted((TREE / "examples" / "python").glob("*.py"))
+PROMISED = {
+    "detents": "notch 5:",
+    "feel_a_wall": "pushed back with 4",  # 50 mN m less friction
+    "stream_local_model": "0 models refused",
+}
+
+
+def test_every_example_is_known() -> None:
+    assert {example.stem for example in EXAMPLES} == set(PROMISED)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_example_runs(example: Path) -> None:
+    result = subprocess.run(
+        [sys.executable, "-W", "error", str(example)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    assert PROMISED[example.stem] in result.stdout
+    assert result.stderr == ""

@@ -1,0 +1,61 @@
+"""Ctrl-C ends a waiting call at once and leaves the knob disarmed."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+PROGRAM = """
+import sys, torsio
+with torsio.open("emulated", paced=True) as knob:
+    knob.play(torsio.Wall(stiffness_nm_per_rad=1.0))
+    knob.arm()
+    print("ready", flush=True)
+    try:
+        {call}
+    except KeyboardInterrupt:
+        print("interrupted", knob.state, flush=True)
+        raise
+"""
+
+CALLS = {
+    "record": "knob.record(duration_s=60.0)",
+    "read": "knob.read(timeout_s=60.0)",
+    "sleep": "knob.sleep(60.0)",
+    "wait_for": "knob.wait_for('fault', timeout_s=60.0)",
+    "telemetry": "list(knob.telemetry(duration_s=60.0))",
+    "advance": "knob.emulator.advance(60.0)",
+    "play": "[knob.play(torsio.Wall(stiffness_nm_per_rad=1.0 + n)) for n in range(10**6)]",
+    "stream": "[knob.stream_local_model() for n in range(10**7)]",
+    "unpaced": "torsio.open('emulated').sleep(1e7)",
+    "opening": "[torsio.open('emulated').close() for n in range(10**6)]",
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_interrupt_ends_call_at_once(call: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", PROGRAM.format(call=CALLS[call])],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.3)
+        begin = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        output, errors = process.communicate(timeout=20)
+        elapsed = time.monotonic() - begin
+    finally:
+        process.kill()
+    assert "KeyboardInterrupt" in errors
+    assert output.startswith("interrupted armed")  # closing then disarms
+    assert process.returncode == -signal.SIGINT
+    # Closing disarms, a few milliseconds of real time; the rest is the interpreter's end.
+    assert elapsed < 3.0

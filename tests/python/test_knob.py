@@ -1,0 +1,409 @@
+"""What the knob does for a user: scenes, states, telemetry, configuration, waiting."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import FrozenInstanceError, replace
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio import ControlConfig, ImpedanceHand, Knob, PrescribedMotion, TorqueHand, Wall
+from torsio.telemetry import FLAG_STATE_MASK, TELEMETRY_DTYPE, TRUTH_DTYPE
+
+WALL = Wall(angle_rad=0.02, stiffness_nm_per_rad=1.4)
+
+
+@pytest.fixture
+def knob() -> Iterator[Knob]:
+    with torsio.open("emulated", seed=1, log_truth=True) as opened:
+        yield opened
+
+
+def turned_to(angle_rad: float) -> PrescribedMotion:
+    """Give a hand that turns the knob to an angle in 0.1 s and keeps it there."""
+    return PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, angle_rad)])
+
+
+def settled(knob: Knob) -> np.void:
+    knob.sleep(0.3)
+    sample: np.void = knob.record(duration_s=0.05)[-1]
+    return sample
+
+
+# Effects: the torque at rest against the closed form of each
+
+
+def scene_cases() -> list[tuple[torsio.Effect, float, float]]:
+    angle = 0.1
+    return [
+        (Wall(angle_rad=0.05, stiffness_nm_per_rad=0.5), angle, -0.025),
+        (Wall(angle_rad=0.05, stiffness_nm_per_rad=0.5, side="below"), angle, 0.0),
+        (Wall(angle_rad=0.15, stiffness_nm_per_rad=0.5, side="below"), angle, 0.025),
+        (torsio.Spring(angle_rad=0.2, stiffness_nm_per_rad=0.3), angle, 0.03),
+        (torsio.Spring(stiffness_nm_per_rad=0.3, deadband_rad=0.04), angle, -0.018),
+        (torsio.Spring(stiffness_nm_per_rad=0.3, torque_limit_nm=0.01), angle, -0.01),
+        (torsio.Damper(damping_nm_s_per_rad=0.01), angle, 0.0),
+        (torsio.Friction(torque_nm=0.02, stiffness_nm_per_rad=5.0), angle, -0.02),
+        (torsio.Inertia(inertia_kg_m2=1e-4), angle, 0.0),
+        (torsio.Constant(torque_nm=-0.03), angle, -0.03),
+        (torsio.EndStops(lower_rad=-0.05, upper_rad=0.06, stiffness_nm_per_rad=1.0), angle, -0.04),
+        (torsio.Detents(torque_nm=0.03, pitch_rad=0.4), angle, -0.03),
+        (torsio.Detents(torque_nm=0.03, pitch_rad=0.4, profile="linear"), angle, -0.015),
+        (torsio.Detents(torque_nm=0.03, pitch_rad=0.4, profile="click", width=0.2), angle, -0.03),
+        (torsio.Texture(torque_nm=0.02, grains_per_turn=4, grain="square"), angle, 0.02),
+        (torsio.Curve(torque_nm=[0.0, 0.04], angle_rad=0.0, span_rad=0.2), angle, 0.02),
+        (torsio.Curve(torque_nm=[0.01, 0.03], angle_rad=0.2, span_rad=0.2), angle, 0.01),
+    ]
+
+
+@pytest.mark.parametrize(("effect", "angle", "torque"), scene_cases(), ids=repr)
+def test_effect_asks_for_the_torque_of_its_equation(
+    knob: Knob, effect: torsio.Effect, angle: float, torque: float
+) -> None:
+    knob.play(effect)
+    knob.arm()
+    knob.emulator.set_hand(turned_to(angle))
+    sample = settled(knob)
+    # One count of angle is 0.77 mrad; the stiffest of these makes 0.8 mN m of it.
+    assert sample["desired_torque_nm"] == pytest.approx(torque, abs=1.2e-3)
+
+
+@pytest.mark.parametrize(
+    ("waveform", "values"),
+    [
+        ("sine", [math.sqrt(0.5), math.sqrt(0.5), -math.sqrt(0.5), -math.sqrt(0.5)]),
+        ("square", [1.0, 1.0, -1.0, -1.0]),
+        ("triangle", [0.5, 0.5, -0.5, -0.5]),
+        ("sawtooth_up", [-0.75, -0.25, 0.25, 0.75]),
+        ("sawtooth_down", [0.75, 0.25, -0.25, -0.75]),
+    ],
+)
+def test_periodic_effect_follows_its_waveform(waveform: str, values: list[float]) -> None:
+    with torsio.open("emulated") as knob:
+        knob.emulator.set_hand(turned_to(0.0))
+        knob.arm()
+        knob.sleep(0.2)  # the torque after arming comes softly
+        knob.play(
+            torsio.Periodic(
+                amplitude_nm=0.02,
+                frequency_hz=31.25,
+                waveform=waveform,  # type: ignore[arg-type]
+            )
+        )
+        torque = knob.record(duration_s=0.4)["desired_torque_nm"]
+    # 31.25 Hz at 1 kHz has 32 samples a period. Wherever it began, some sample is an eighth of a
+    # period in, and it and those a quarter apart have known values in all ten periods.
+    quarters = np.tile(0.02 * np.array(values), 10)
+    errors = [np.abs(torque[n:][::8][:40] - quarters).max() for n in range(32)]
+    assert min(errors) < 1.5e-5  # telemetry's step is 1e-5
+
+
+def test_effects_of_a_scene_add_up(knob: Knob) -> None:
+    knob.play([torsio.Constant(torque_nm=0.01), torsio.Constant(torque_nm=0.02)] * 8)
+    knob.arm()
+    knob.emulator.set_hand(turned_to(0.0))
+    assert settled(knob)["desired_torque_nm"] == pytest.approx(0.24, abs=1e-4)
+
+
+def test_stop_disarms_and_empties_the_scene(knob: Knob) -> None:
+    knob.play(torsio.Constant(torque_nm=0.02))
+    knob.arm()
+    knob.stop()
+    assert knob.state == "disarmed"
+    knob.arm()
+    assert settled(knob)["desired_torque_nm"] == 0.0
+
+
+def test_disarm_keeps_the_scene(knob: Knob) -> None:
+    knob.emulator.set_hand(turned_to(0.0))
+    knob.play(torsio.Constant(torque_nm=0.02))
+    knob.arm()
+    knob.disarm()
+    assert settled(knob)["motor_torque_nm"] == 0.0
+    knob.arm()
+    assert settled(knob)["desired_torque_nm"] == pytest.approx(0.02, abs=1e-5)
+
+
+def test_local_model_pulls_toward_its_reference(knob: Knob) -> None:
+    knob.emulator.set_hand(turned_to(0.0))
+    knob.arm()
+    knob.sleep(0.3)
+    knob.start_telemetry()
+    for _ in range(20):
+        knob.stream_local_model(angle_rad=0.1, stiffness_nm_per_rad=0.4)
+        knob.sleep(0.005)
+    log = knob.read()
+    assert log["desired_torque_nm"].max() == pytest.approx(0.04, abs=1e-3)
+    knob.stream_local_model(deadline_s=0.0)
+    assert knob.state == "armed"
+
+
+# Telemetry
+
+
+def test_record_gives_every_tick_of_the_span_once(knob: Knob) -> None:
+    log = knob.record(duration_s=1.0)
+    assert log.dtype == TELEMETRY_DTYPE
+    assert log.shape == (1000,)
+    assert np.all(np.diff(log["tick"]) == 1)
+    np.testing.assert_allclose(log["time_s"], log["tick"] * 1e-3, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(log["angle_rad"], log["position_counts"] * 2 * math.pi / 8192)
+    assert knob.statistics().samples_lost == 0
+
+
+def test_record_at_a_rate_takes_every_nth_tick(knob: Knob) -> None:
+    log = knob.record(duration_s=1.0, rate_hz=100.0)
+    assert len(log) == 100
+    assert np.all(np.diff(log["tick"]) == 10)
+
+
+def test_telemetry_iterator_gives_what_was_asked(knob: Knob) -> None:
+    chunks = list(knob.telemetry(duration_s=0.5, max_samples=64))
+    assert max(len(chunk) for chunk in chunks) <= 64
+    assert np.all(np.diff(np.concatenate(chunks)["tick"]) == 1)
+    assert sum(len(chunk) for chunk in chunks) == 500
+
+
+def test_telemetry_flags_tell_the_state(knob: Knob) -> None:
+    assert set(knob.record(duration_s=0.1)["flags"] & FLAG_STATE_MASK) == {0}
+    knob.arm()
+    assert settled(knob)["flags"] & FLAG_STATE_MASK == 1
+
+
+def test_samples_lost_counts_what_a_slow_reader_missed() -> None:
+    with torsio.open("emulated", ring_samples=100) as knob:
+        knob.start_telemetry()
+        knob.sleep(1.0)
+        got = len(knob.read())
+        statistics = knob.statistics()
+    assert got <= 100
+    assert statistics.samples_lost >= 850
+    assert statistics.samples_received >= 950
+
+
+def test_truth_and_telemetry_share_their_clock(knob: Knob) -> None:
+    knob.emulator.truth()
+    knob.emulator.set_hand(turned_to(0.2))
+    log = knob.record(duration_s=0.4)
+    truth = knob.emulator.truth()
+    assert truth.dtype == TRUTH_DTYPE
+    rows = truth[np.isin(np.round(truth["time_s"] * 1e3), log["tick"])]
+    assert len(rows) == len(log)
+    count = 2 * math.pi / 8192
+    assert np.all(rows["angle_rad"] - log["angle_rad"] >= -1e-9)
+    assert np.all(rows["angle_rad"] - log["angle_rad"] <= count + 1e-9)
+
+
+def test_same_seed_gives_the_same_bytes() -> None:
+    def run(seed: int) -> tuple[bytes, bytes]:
+        hand = ImpedanceHand(
+            intended_angle_rad=[(0, 0), (0.3, 0.15), (0.6, -0.1)], stiffness_nm_per_rad=1.0
+        )
+        with torsio.open("emulated", seed=seed, hand=hand, log_truth=True) as knob:
+            knob.play([WALL, torsio.Texture(torque_nm=0.01, grains_per_turn=500)])
+            knob.arm()
+            knob.start_telemetry()
+            knob.emulator.set_link_faults(drop_input=0.05)
+            log = knob.record(duration_s=0.7)
+            return log.tobytes(), knob.emulator.truth().tobytes()
+
+    assert run(7) == run(7)
+    assert run(7) != run(8)  # other reports are dropped
+
+
+@pytest.mark.parametrize("cut_s", [0.001, 0.007, 0.05, 0.3])
+def test_result_does_not_depend_on_how_time_is_cut(cut_s: float) -> None:
+    def run(cut_s: float) -> tuple[bytes, bytes]:
+        with torsio.open("emulated", seed=1, log_truth=True) as knob:
+            knob.play(WALL)
+            knob.arm()
+            knob.start_telemetry()
+            knob.emulator.set_hand(turned_to(0.06))
+            begin = knob.clock().tick
+            while knob.clock().tick < begin + 600:
+                knob.sleep(min(cut_s, (begin + 600 - knob.clock().tick) * 1e-3))
+            log = knob.read(max_samples=500)
+            return log.tobytes(), knob.emulator.truth()[:550].tobytes()
+
+    assert run(cut_s) == run(0.6)
+
+
+def test_ten_kilohertz_device_controls_at_ten_kilohertz() -> None:
+    with torsio.open("emulated", control_rate_hz=10_000) as knob:
+        assert knob.info.control_rate_hz == 10_000
+        rate_hz = knob.start_telemetry()
+        log = knob.record(duration_s=0.2)
+    ticks = np.diff(log["tick"])
+    assert np.all(ticks == ticks[0])
+    assert rate_hz == pytest.approx(10_000 / ticks[0])
+
+
+# States and configuration
+
+
+def test_configuration_comes_back_as_it_was_set(knob: Knob) -> None:
+    control = ControlConfig(law="compensated", beta=0.25, watchdog_s=0.5, autonomous=True)
+    knob.configure(control)
+    assert knob.control_config() == control
+    actuator = replace(knob.actuator_config(), brake_time_constant_s=0.5, counts_per_rev=4096)
+    knob.configure(actuator)
+    assert knob.actuator_config() == actuator
+
+
+def test_named_emulated_device_keeps_what_it_saved() -> None:
+    with torsio.open("emulated:keeps") as knob:
+        knob.configure(ControlConfig(beta=0.75))
+        knob.save()
+        assert knob.health().saves >= 1
+    with torsio.open("emulated:keeps") as knob:
+        assert knob.control_config().beta == 0.75
+        knob.load_defaults()
+        assert knob.control_config().beta == 0.5
+
+
+def test_matching_config_is_the_default_for_the_default_plant() -> None:
+    assert torsio.PlantParams().matching_config() == torsio.ActuatorConfig()
+
+
+def test_emergency_stop_is_a_latched_fault(knob: Knob) -> None:
+    knob.arm()
+    knob.emulator.set_emergency_stop(pressed=True)
+    assert knob.wait_for("fault", timeout_s=0.1)
+    assert knob.faults() == knob.health().faults == ("emergency_stop",)
+    with pytest.raises(torsio.Refused) as caught:
+        knob.arm()
+    assert (caught.value.status, caught.value.report) == ("fault_latched", "command")
+    with pytest.raises(torsio.Refused) as caught:
+        knob.clear_fault()
+    assert caught.value.status == "fault_persists"
+    knob.emulator.set_emergency_stop(pressed=False)
+    knob.sleep(0.002)  # the device looks once a tick
+    knob.clear_fault()
+    knob.arm()
+    assert knob.state == "armed"
+
+
+@pytest.mark.parametrize(
+    ("cause", "fault"),
+    [
+        (lambda e: e.set_actuator_fault(present=True), "actuator"),
+        (lambda e: e.jump_encoder(counts=4000), "encoder"),
+        (lambda e: e.skip_ticks(count=50), "overrun"),
+    ],
+)
+def test_fault_is_named(knob: Knob, cause: object, fault: str) -> None:
+    knob.arm()
+    cause(knob.emulator)  # type: ignore[operator]
+    assert knob.wait_for("fault", timeout_s=0.2)
+    assert fault in knob.faults()
+
+
+def test_zero_makes_this_position_the_origin(knob: Knob) -> None:
+    knob.emulator.set_hand(turned_to(0.5))
+    knob.sleep(0.3)
+    assert knob.position_rad() == pytest.approx(0.5, abs=1e-3)
+    knob.zero()
+    assert knob.position_rad() == 0.0
+
+
+def test_torque_hand_turns_the_free_knob(knob: Knob) -> None:
+    knob.emulator.set_hand(TorqueHand(torque_nm=0.02))
+    knob.sleep(0.3)
+    assert knob.clock().angle_rad > 0.5
+
+
+# Threads
+
+
+def test_waiting_lets_other_threads_run() -> None:
+    with torsio.open("emulated", paced=True) as knob:
+        count = 0
+        done = threading.Event()
+
+        def work() -> None:
+            nonlocal count
+            while not done.is_set():
+                count += 1
+                time.sleep(0.001)
+
+        thread = threading.Thread(target=work)
+        thread.start()
+        knob.record(duration_s=0.5)
+        done.set()
+        thread.join()
+    # Had the call kept the interpreter's lock, the count would stand still for half a second.
+    assert count > 50
+
+
+def test_close_from_another_thread_ends_a_waiting_call() -> None:
+    knob = torsio.open("emulated", paced=True)
+    timer = threading.Timer(0.2, knob.close)
+    timer.start()
+    begin = time.monotonic()
+    with pytest.raises(torsio.Closed):
+        knob.record(duration_s=30.0)
+    timer.join()
+    assert time.monotonic() - begin < 5.0
+
+
+def test_paced_device_takes_real_time() -> None:
+    with torsio.open("emulated", paced=True) as knob:
+        begin = time.monotonic()
+        log = knob.record(duration_s=0.3)
+        elapsed = time.monotonic() - begin
+    assert len(log) == 300
+    assert elapsed >= 0.29
+
+
+# Values
+
+
+def test_scene_classes_compare_show_and_hash_by_value() -> None:
+    one, same = (torsio.Curve(torque_nm=np.array([0.0, 0.5])) for _ in range(2))
+    assert one == same
+    assert hash(one) == hash(same)
+    assert repr(one).startswith("Curve(torque_nm=(0.0, 0.5)")
+    assert repr(WALL) == (
+        "Wall(stiffness_nm_per_rad=1.4, angle_rad=0.02, damping_nm_s_per_rad=0.0, side='above')"
+    )
+    assert replace(WALL, angle_rad=0.5) != WALL
+    with pytest.raises(FrozenInstanceError):
+        WALL.angle_rad = 1.0  # type: ignore[misc]
+    with pytest.raises(TypeError):
+        Wall(1.0)  # type: ignore[misc]
+
+
+def test_profiles_may_be_arrays_and_numbers() -> None:
+    from_array = TorqueHand(torque_nm=np.array([[0.0, 0.1], [1.0, 0.2]]))
+    assert from_array == TorqueHand(torque_nm=[(0.0, 0.1), (1.0, 0.2)])
+    assert TorqueHand(torque_nm=0.1).torque_nm == ((0.0, 0.1),)
+
+
+def test_errors_keep_their_attributes_when_pickled() -> None:
+    error = pickle.loads(pickle.dumps(torsio.Refused("no", "stale", "wall", "slot")))
+    assert (str(error), error.status, error.report, error.field) == ("no", "stale", "wall", "slot")
+
+
+def test_documented_dtypes_are_those_of_the_extension() -> None:
+    from torsio import _torsio
+
+    assert _torsio.TELEMETRY_DTYPE == TELEMETRY_DTYPE
+    assert _torsio.TRUTH_DTYPE == TRUTH_DTYPE
+
+
+def test_knob_says_who_and_how_it_is(knob: Knob) -> None:
+    assert repr(knob) == "<torsio.Knob 'emulated' disarmed>"
+    assert knob.info.fingerprint == torsio.protocol.fingerprint()
+    assert knob.info.transport == "emulated"
+    knob.close()
+    assert repr(knob) == "<torsio.Knob 'emulated' closed>"
+
+
+def test_emulated_device_is_always_listed_last() -> None:
+    assert torsio.list_devices()[-1].path == "emulated"

@@ -1,0 +1,202 @@
+"""The codec against a second one written with ``struct``, and against garbage."""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.golden import make_reports
+from tests.python import wire
+from torsio import protocol
+from torsio.errors import MalformedReport
+
+GOLDEN = Path(__file__).parents[1] / "golden" / "reports.json"
+ROWS: list[dict[str, Any]] = json.loads(GOLDEN.read_text())
+ROW_IDS = [f"{row['report']}-{n}" for n, row in enumerate(ROWS)]
+DESCRIPTIONS = {report["name"]: report for report in protocol.reports()}
+
+
+def test_golden_file_is_what_the_struct_codec_makes() -> None:
+    assert GOLDEN.read_text() == make_reports.reports_json()
+
+
+def test_golden_file_covers_every_report() -> None:
+    assert {row["report"] for row in ROWS} == set(DESCRIPTIONS) == set(wire.REPORTS)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=ROW_IDS)
+def test_encode_gives_the_golden_bytes(row: dict[str, Any]) -> None:
+    assert protocol.encode(row["report"], row["values"]).hex() == row["hex"]
+
+
+@pytest.mark.parametrize("row", ROWS, ids=ROW_IDS)
+def test_decode_gives_the_golden_values(row: dict[str, Any]) -> None:
+    assert protocol.decode(bytes.fromhex(row["hex"])) == (row["report"], row["values"])
+
+
+@pytest.mark.parametrize("row", ROWS, ids=ROW_IDS)
+def test_struct_decoder_gives_the_golden_values(row: dict[str, Any]) -> None:
+    assert wire.decode(bytes.fromhex(row["hex"])) == (row["report"], row["values"])
+
+
+@pytest.mark.parametrize("name", wire.REPORTS)
+def test_report_has_the_id_and_size_of_the_struct_codec(name: str) -> None:
+    report = wire.REPORTS[name]
+    assert DESCRIPTIONS[name]["id"] == report.id
+    assert 1 + DESCRIPTIONS[name]["wire_size"] == struct.calcsize(report.format)
+
+
+# Values that are in range, by the description of each field.
+
+
+def _scalar(field: dict[str, Any]) -> st.SearchStrategy[Any]:
+    if "choices" in field:
+        return st.sampled_from(field["choices"])
+    if field["type"] == "f32":
+        return st.floats(field["min"], field["max"], width=32, allow_nan=False).map(
+            lambda value: value + 0.0  # no negative zero: it would decode to another repr
+        )
+    return st.integers(field["min"], field["max"])
+
+
+def _field(field: dict[str, Any]) -> st.SearchStrategy[Any]:
+    element = _fields(field["fields"]) if "fields" in field else _scalar(field)
+    if field["count"] == 1:
+        return element
+    return st.lists(element, min_size=field["count"], max_size=field["count"])
+
+
+def _fields(fields: list[dict[str, Any]]) -> st.SearchStrategy[dict[str, Any]]:
+    return st.fixed_dictionaries({field["name"]: _field(field) for field in fields})
+
+
+@st.composite
+def reports_in_range(draw: st.DrawFn) -> tuple[str, dict[str, Any]]:
+    name = draw(st.sampled_from(sorted(DESCRIPTIONS)))
+    return name, draw(_fields(DESCRIPTIONS[name]["fields"]))
+
+
+@given(reports_in_range())
+def test_codec_round_trips_and_agrees_with_struct(report: tuple[str, dict[str, Any]]) -> None:
+    name, values = report
+    data = protocol.encode(name, values)
+    assert data == wire.encode(name, values)
+    assert protocol.decode(data) == (name, values)
+
+
+@given(st.binary(min_size=0, max_size=80))
+def test_decode_accepts_only_64_bytes(data: bytes) -> None:
+    if len(data) != 64:
+        with pytest.raises(MalformedReport) as caught:
+            protocol.decode(data)
+        assert caught.value.status == "bad_length"
+
+
+@given(st.sampled_from(sorted(wire.REPORTS)), st.binary(min_size=63, max_size=63))
+def test_decode_accepts_random_bytes_only_if_every_field_is_in_range(
+    name: str, payload: bytes
+) -> None:
+    report = wire.REPORTS[name]
+    length = struct.calcsize(report.format)
+    # Half of the time with proper padding, so that the fields are looked at as well.
+    if payload[-1] % 2:
+        payload = payload[: length - 1].ljust(63, b"\0")
+    data = bytes([report.id]) + payload
+    allowed = not any(data[length:])
+    if allowed:
+        try:
+            _, values = wire.decode(data)
+        except IndexError:  # no such enumerator
+            allowed = False
+        else:
+            allowed = _in_range(DESCRIPTIONS[name]["fields"], values)
+    if allowed:
+        assert protocol.decode(data)[0] == name
+    else:
+        with pytest.raises(MalformedReport) as caught:
+            protocol.decode(data)
+        assert caught.value.status in {"bad_padding", "not_finite", "out_of_range"}
+
+
+def _in_range(fields: list[dict[str, Any]], values: dict[str, Any]) -> bool:
+    for field in fields:
+        value = values[field["name"]]
+        for element in value if isinstance(value, list) else [value]:
+            if "fields" in field:
+                if not _in_range(field["fields"], element):
+                    return False
+            elif "choices" not in field and not (
+                math.isfinite(element) and field["min"] <= element <= field["max"]
+            ):
+                return False
+    return True
+
+
+def test_decode_names_the_unknown_report() -> None:
+    with pytest.raises(MalformedReport) as caught:
+        protocol.decode(bytes([0x7F]).ljust(64, b"\0"))
+    assert caught.value.status == "unknown_report"
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_decode_refuses_values_that_are_not_finite(value: float) -> None:
+    with pytest.raises(MalformedReport) as caught:
+        protocol.decode(protocol.encode("wall", {"stiffness_nm_per_rad": value}))
+    assert caught.value.status == "not_finite"
+    assert caught.value.field == "5"  # sequence, axis, slot, angle, side, stiffness
+
+
+@pytest.mark.parametrize(
+    ("report", "values", "message"),
+    [
+        ("anvil", {}, "no report 'anvil'"),
+        ("wall", {"colour": 1}, "colour"),
+        ("wall", {"side": "beside"}, "side"),
+        ("wall", {"target": {"slot": 256}}, "slot"),
+        ("wall", {"target": 1}, "target"),
+        ("curve_points", {"torque_nm": [0.0]}, "13 values"),
+        ("commit", {"active": -1}, "active"),
+    ],
+)
+def test_encode_refuses_what_does_not_fit(
+    report: str, values: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        protocol.encode(report, values)
+
+
+def test_fingerprint_is_a_hash_of_ids_names_and_types() -> None:
+    """FNV-1a over the layouts as they are described, computed here once more."""
+    text = bytearray()
+    for report in protocol.reports():
+        text.append(report["id"])
+        text.append(("input", "output", "feature").index(report["direction"]))
+        text += report["name"].encode() + b"\0"
+        text += _layout(report["fields"])
+    value = 2166136261
+    for byte in text:
+        value = (value ^ byte) * 16777619 % 2**32
+    assert protocol.fingerprint() == value
+
+
+def _layout(fields: list[dict[str, Any]]) -> bytes:
+    text = b""
+    for field in fields:
+        text += field["name"].encode() + b"\0"
+        # The description gives an array of one element as its element; no report has one.
+        if field["count"] > 1:
+            text += bytes([field["count"]])
+        if "fields" in field:
+            text += _layout(field["fields"])
+        else:
+            text += field["type"].encode() + b"\0"
+            for name in field.get("choices", ()):
+                text += name.encode() + b"\0"
+    return text
