@@ -124,11 +124,12 @@ ClosedLoopOptions read_options(const py::object& source) {
       read_config<protocol::ControlConfig>(control_config_from_python(from.get("control")));
   options.plant = emulator_plant(plant_source);
   read_parts(from, options.plant);
-  options.encoder = {.counts_per_rev = plant.counts_per_rev,
-                     .rounding = from.choice<emulator::Rounding>("encoder_rounding", rounding_names),
-                     .phase_counts = from.number("encoder_phase_counts"),
-                     .noise_counts = from.number("encoder_noise_counts"),
-                     .seed = from.integer<std::uint64_t>("seed")};
+  options.encoder = {
+      .counts_per_rev = plant.counts_per_rev,
+      .rounding = from.choice<emulator::Rounding>("encoder_rounding", rounding_names),
+      .phase_counts = from.number("encoder_phase_counts"),
+      .noise_counts = from.number("encoder_noise_counts"),
+      .seed = from.integer<std::uint64_t>("seed")};
   options.hand = emulator_hand(from.get("hand"));
   if (const py::object initial = from.get("initial"); !initial.is_none()) {
     options.initial = read_initial(initial);
@@ -239,7 +240,8 @@ py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>
     results.append(rows);
   }
   if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
-  threads = std::min<unsigned>(threads, static_cast<unsigned>(std::max<std::size_t>(1, ticks.size())));
+  threads =
+      std::min<unsigned>(threads, static_cast<unsigned>(std::max<std::size_t>(1, ticks.size())));
   Batch batch(std::move(options), ticks, std::move(spans), every);
   const py::gil_scoped_release release;
   batch.run(threads, [&](std::size_t done) {

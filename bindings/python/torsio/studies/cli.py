@@ -19,9 +19,7 @@ Json = Annotated[
     Path | None, typer.Option("--json", metavar="FILE", help="Where the results go, as JSON.")
 ]
 Out = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the pictures go.")]
-Quick = Annotated[
-    bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")
-]
+Quick = Annotated[bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")]
 
 
 def run(

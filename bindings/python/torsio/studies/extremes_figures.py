@@ -19,7 +19,8 @@ def overview(study: Study) -> None:
         headline(
             figure,
             "Where numbers break",
-            "Red: how it is usually written. Blue: how the device and its emulator do it. Each panel "
+            "Red: how it is usually written. Blue: how the device and its emulator do "
+            "it. Each panel "
             "is one extreme; the study has more of them, with numbers.",
         )
         axes = figure.subplots(2, 3)
@@ -71,7 +72,8 @@ def _wrap(axes: Axes) -> None:
     label(axes, 1.28, -26, "modulo 2^16", BLUE)
     caption(
         axes,
-        "The plain difference jumps by 65,536 counts: the sensor believes that the spring pulls the "
+        "The plain difference jumps by 65,536 counts: the sensor believes that the "
+        "spring pulls the "
         "other way, as hard as the brake holds just then.",
         width=52,
     )
