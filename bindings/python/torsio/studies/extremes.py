@@ -5,7 +5,8 @@ Keys of the results, besides those that all studies have:
 ``rows``
     per case: ``extreme``, ``case``, ``measure`` (what is measured, in which unit; small is good),
     ``naive`` (a plain implementation's value, "not finite", or null where there is none to compare
-    with), ``guarded`` (this one's), ``bound`` (up to here is good), ``naive_breaks``, ``holds``, ``guard`` (what makes it hold).
+    with), ``guarded`` (this one's), ``bound`` (up to here is good), ``naive_breaks``, ``holds``,
+    ``guard`` (what makes it hold).
 ``all_hold``
     whether every case is within its bound.
 """

@@ -22,7 +22,8 @@ Keys of the results, besides those that all studies have:
 ``better``
     ``rows``: per variant of law, rate and encoder, the measures of scenario 2 at 30 mN m/deg.
 ``statements``
-    per statement of the paper: where, paper, found, verdict ("holds", "partly", "wrong", "not found").
+    per statement of the paper: where, paper, found, verdict ("holds", "partly", "wrong",
+    "not found").
 """
 
 from __future__ import annotations

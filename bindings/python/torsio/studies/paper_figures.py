@@ -438,8 +438,8 @@ def _diagram_text(ratio: float, beta: float) -> str:
             "limit at the deepest point: this is the critical torque. In and out are the same."
         )
     return (
-        f"The shaft unwinds faster than the wall and is empty at {1 - beta * "
-        f"ratio:.2f} of the depth. "
+        "The shaft unwinds faster than the wall and is empty at "
+        f"{1 - beta * ratio:.2f} of the depth. "
         "The motor has to fill up on the way out and reaches its limit just there; then the brake "
         "is off and the motor carries all."
     )

@@ -197,7 +197,7 @@ def _scenario_3(scenario: Results) -> list[dict[str, str]]:
             + (
                 "too"
                 if soft["exit_s"] is not None
-                else f"it stops where friction holds it, at {1e3 * soft['stuck_torque_nm']:.1f} mN·m"
+                else f"friction stops it, at {1e3 * soft['stuck_torque_nm']:.1f} mN·m"
             ),
             "holds",
         ),
