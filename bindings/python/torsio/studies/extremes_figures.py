@@ -15,7 +15,7 @@ RED = "#c0392b"
 
 def overview(study: Study) -> None:
     """Draw six extremes, naive in red, guarded in blue."""
-    with study.figure("overview", size=(13.5, 10.4), dpi=90) as figure:
+    with study.figure("overview", size=(13.5, 10.4), dpi=78) as figure:
         headline(
             figure,
             "Where numbers break",
