@@ -34,8 +34,8 @@ core::Scene one(const core::Effect& effect) {
 /// Plays the scene for 50 ticks of motion; every output must be finite and within its limit.
 /// Afterwards, with a good scene, everything must be as if nothing had happened.
 void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain) {
-  for (const core::Law law : {core::Law::paper, core::Law::compensated, core::Law::parallel,
-                              core::Law::motor_only}) {
+  for (const core::Law law :
+       {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
     const core::ControllerParams p = params(law);
     core::ControllerState state;
     core::ControllerState clean;

@@ -22,13 +22,12 @@ constexpr std::int64_t kMs = 1'000'000;
 
 /// A hand that waits for the device to be armed, pushes into the wall and comes out.
 Hand pushing_hand() {
-  return ImpedanceHand{.inertia_kg_m2 = 1e-4,
-                       .stiffness_nm_per_rad = 1.0,
-                       .damping_nm_s_per_rad = 0.01,
-                       .intended_angle_rad = Profile({{20 * kMs, 0.0},
-                                                      {320 * kMs, 0.16},
-                                                      {400 * kMs, 0.16},
-                                                      {700 * kMs, 0.0}})};
+  return ImpedanceHand{
+      .inertia_kg_m2 = 1e-4,
+      .stiffness_nm_per_rad = 1.0,
+      .damping_nm_s_per_rad = 0.01,
+      .intended_angle_rad =
+          Profile({{20 * kMs, 0.0}, {320 * kMs, 0.16}, {400 * kMs, 0.16}, {700 * kMs, 0.0}})};
 }
 
 protocol::Wall soft_wall() {
@@ -104,8 +103,10 @@ TEST_CASE("closed loop does not depend on how a run is cut or how often it is re
   std::vector<LoopRow> every(60);
   sparse.run(600, every, 10);
   const std::vector<LoopRow> rest = run(cut, 477);
-  for (std::size_t i = 0; i < rest.size(); ++i) REQUIRE(rest[i].angle_rad == rows[123 + i].angle_rad);
-  for (std::size_t i = 0; i < every.size(); ++i) REQUIRE(every[i].angle_rad == rows[10 * i].angle_rad);
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    REQUIRE(rest[i].angle_rad == rows[123 + i].angle_rad);
+  for (std::size_t i = 0; i < every.size(); ++i)
+    REQUIRE(every[i].angle_rad == rows[10 * i].angle_rad);
 }
 
 TEST_CASE("a spin-up ends at angle and time 0 with the speed that was asked") {
@@ -184,7 +185,8 @@ TEST_CASE("replay decides as the closed loop did, and in 64 bits the same but fo
     ClosedLoop loop(options);
     const std::vector<LoopRow> rows = run(loop, 800);
     std::vector<std::uint32_t> counts;
-    for (const LoopRow& row : rows) counts.push_back(static_cast<std::uint32_t>(row.position_counts));
+    for (const LoopRow& row : rows)
+      counts.push_back(static_cast<std::uint32_t>(row.position_counts));
     std::vector<ReplayRow> single(rows.size());
     std::vector<ReplayRow> wide(rows.size());
     replay(options, counts, single);

@@ -159,7 +159,7 @@ def headline(figure: Figure, title: str, text: str, *, width: int = 150) -> None
 
 def caption(axes: Axes, text: str, *, width: int = 80, below: float = 0.52) -> None:
     """Write a few lines under the axes, so many inches below them."""
-    height = axes.get_position().height * axes.figure.get_size_inches()[1]
+    height = axes.get_position().height * axes.get_figure(root=True).get_size_inches()[1]
     axes.text(
         0.0,
         -below / height,
@@ -332,7 +332,7 @@ def _umask() -> int:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON knows: NumPy's numbers and arrays as plain ones, what is not finite as null."""
+    """Give what JSON knows: plain numbers and lists, and null for what is not finite."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

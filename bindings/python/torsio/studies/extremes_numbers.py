@@ -14,7 +14,6 @@ from torsio import core, hands, scenes
 from torsio.closed_loop import InitialState, LoopOptions, replay, simulate
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
 from torsio.studies import paper_runs as runs
-from torsio.telemetry import Record
 
 Array = npt.NDArray[np.float64]
 COUNTS = 8192
@@ -71,7 +70,7 @@ REVS_PER_S = 10
 
 
 def _sensed(delta_rad: Array) -> Array:
-    """The sensor in 64 bits, from given differences."""
+    """Run the sensor in 64 bits on given differences."""
     torque = 0.0
     out = np.empty(len(delta_rad))
     for i, delta in enumerate(delta_rad):
@@ -144,9 +143,7 @@ def far_plant_speed_error_rad_s(hours: float) -> float:
     turns = round(REVS_PER_S * 3600 * hours)
     hand = hands.TorqueHand(torque_nm=[(0, 0), (0.5, 60e-3), (1.0, 0)])
     near = simulate(LoopOptions(hand=hand), duration_s=1.2)
-    far = simulate(
-        LoopOptions(hand=hand, initial=InitialState(revolutions=turns)), duration_s=1.2
-    )
+    far = simulate(LoopOptions(hand=hand, initial=InitialState(revolutions=turns)), duration_s=1.2)
     return float(np.abs(near["speed_rad_s"] - far["speed_rad_s"]).max())
 
 
@@ -182,9 +179,9 @@ def wrap_traces(bits: int) -> tuple[Array, Array, Array]:
 
 def wrap_errors_nm(bits: int) -> tuple[float, float]:
     """Largest error of the sensed torque against a run whose counter does not wrap."""
-    plain = simulate(
-        runs.push_options(runs.per_degree(30)), duration_s=runs.PUSH_DURATION_S
-    )["sensed_spring_torque_nm"].astype(np.float64)
+    plain = simulate(runs.push_options(runs.per_degree(30)), duration_s=runs.PUSH_DURATION_S)[
+        "sensed_spring_torque_nm"
+    ].astype(np.float64)
     _, naive, guarded = wrap_traces(bits)
     return float(np.abs(naive - plain).max()), float(np.abs(guarded - plain).max())
 
@@ -196,9 +193,7 @@ def clock_errors(first_tick: int) -> tuple[float, float]:
     """
     frequency, amplitude = 5.0, 50e-3
     options = LoopOptions(
-        scene=scenes.Periodic(
-            waveform="sine", amplitude_nm=amplitude, frequency_hz=frequency
-        ),
+        scene=scenes.Periodic(waveform="sine", amplitude_nm=amplitude, frequency_hz=frequency),
         control=ControlConfig(law="motor_only"),
         first_tick=first_tick,
     )
@@ -234,7 +229,7 @@ def subnormal_ticks(seconds: float = 60.0) -> tuple[int, int]:
     value, naive = np.float32(0.1), 0
     for _ in range(ticks):
         value = np.float32(value * decay)
-        naive += 0 < value < tiny
+        naive += int(0 < value < tiny)
     state = core.BrakeState(torque_nm=0.1)
     params = core.BrakeParams(floor_nm=0.0)
     states = core.model_brake_record(state, params, np.zeros(ticks))
@@ -268,7 +263,7 @@ _EFFECTS: tuple[scenes.Effect, ...] = (
 
 
 def _spoiled(source: Any) -> Iterator[Any]:
-    """The same with each of its floating-point fields not finite in turn."""
+    """Give it with each of its floating-point fields not finite in turn."""
     for one in fields(source):
         if isinstance(getattr(source, one.name), float):
             for value in (math.nan, math.inf, -math.inf):
@@ -309,5 +304,5 @@ def not_finite_accepted() -> tuple[int, int]:
 
 
 def naive_nan_torque_nm() -> float:
-    """What a sensor with fmin and fmax makes of one difference that is not a number."""
+    """Give what a sensor with fmin and fmax makes of a difference that is not a number."""
     return float(np.fmin(np.fmax(0.01 - STIFFNESS * math.nan, -HELD_NM), HELD_NM))

@@ -12,7 +12,7 @@ __all__ = ["statements"]
 
 
 def statements(results: Results) -> list[dict[str, str]]:
-    """Give the table's rows: where, paper, found, verdict ("holds", "partly", "wrong", "not found")."""
+    """Give the table's rows; a verdict is "holds", "partly", "wrong" or "not found"."""
     return [
         *_formulas(results),
         *_characterisation(results),
@@ -31,7 +31,9 @@ def _formulas(results: Results) -> list[dict[str, str]]:
     printed = stiff / (stiff - min(runs.SHAFT_NM_PER_RAD, 0.5 * stiff)) * runs.MOTOR_NM
     depth = runs.MOTOR_NM / max(stiff - runs.SHAFT_NM_PER_RAD, 0.5 * stiff)
     as_min = runs.MOTOR_NM / min(stiff - runs.SHAFT_NM_PER_RAD, 0.5 * stiff)
-    zero = max(abs(row["found"] - max(0.0, row["formula"])) for row in results["zero_crossing"]["rows"])
+    zero = max(
+        abs(row["found"] - max(0.0, row["formula"])) for row in results["zero_crossing"]["rows"]
+    )
     error = 100 * results["critical_torque"]["largest_error"]
     return [
         _row(
@@ -56,7 +58,8 @@ def _formulas(results: Results) -> list[dict[str, str]]:
         _row(
             "sec. II-D",
             "no limit from the brake",
-            f"never above {1e3 * (runs.MOTOR_NM + runs.BRAKE_NM):.0f} mN·m, motor and brake together",
+            f"never above {1e3 * (runs.MOTOR_NM + runs.BRAKE_NM):.0f} mN·m, motor and "
+            f"brake together",
             "wrong",
         ),
         _row(
@@ -194,7 +197,7 @@ def _scenario_3(scenario: Results) -> list[dict[str, str]]:
             + (
                 "too"
                 if soft["exit_s"] is not None
-                else f"it stops where friction holds it, at {1e3 * soft['stuck_torque_nm']:.1f} mN·m"
+                else f"friction stops it, at {1e3 * soft['stuck_torque_nm']:.1f} mN·m"
             ),
             "holds",
         ),
