@@ -133,19 +133,23 @@ def test_demo_without_arguments_writes_into_out(tmp_path: Path) -> None:
 
 
 def test_interrupted_demo_has_status_130(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
     process = subprocess.Popen(
-        [COMMAND, "demo", "wall", "--paced", "--out", str(tmp_path)],
+        [COMMAND, "demo", "wall", "--paced", "--out", str(folder)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )
     try:
-        time.sleep(1.5)  # of the 2.4 s that the visit takes, after the start of the interpreter
+        deadline = time.monotonic() + 60
+        while not folder.exists() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.3)  # into the visit, which takes 2.4 s
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=20)
     finally:
         process.kill()
-    assert process.returncode == 130
     assert errors.splitlines() == ["torsio: interrupted; the knob is disarmed"]
-    assert list(tmp_path.iterdir()) == []
+    assert process.returncode == 130
+    assert list(folder.iterdir()) == []

@@ -28,18 +28,9 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
+from torsio.facts import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
-from torsio.knob import (
-    Clock,
-    DeviceInfo,
-    Emulator,
-    Health,
-    Knob,
-    LinkStatistics,
-    ListedDevice,
-    list_devices,
-    open,
-)
+from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
     Constant,
     Curve,

@@ -221,17 +221,13 @@ def _loop(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
     # The torque gap, where it is widest.
     missing = (ideal - felt)[way_out]
     worst = way_out.start + int(np.argmax(missing))
-    _label(
-        axes,
-        float(degrees[worst]) + 0.04 * span[0],
-        float(felt[worst]) - 0.08 * peak,
-        "coming out",
-        ORANGE,
-    )
+    # The texts stay within the panel even if that is at the very bottom of the wall.
+    x = min(float(degrees[worst]) + 0.04 * span[0], wall + 0.76 * span[0])
+    _label(axes, x, float(felt[worst]) - 0.08 * peak, "coming out", ORANGE)
     axes.annotate(
         f"torque gap: {1e3 * measures.torque_gap_nm:.0f} mN·m missing\nwhile the brake lets go",
         xy=(float(degrees[worst]), float(0.5 * (felt[worst] + ideal[worst]))),
-        xytext=(float(degrees[worst]) - 0.08 * span[0], 0.12 * peak),
+        xytext=(min(float(degrees[worst]), wall + 0.72 * span[0]) - 0.08 * span[0], 0.12 * peak),
         color=BLACK,
         ha="center",
         va="center",
