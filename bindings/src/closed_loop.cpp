@@ -10,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <cstdint>
 #include <exception>
@@ -21,6 +22,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -31,6 +33,7 @@
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
 #include "torsio/wire.hpp"
+#include "wide/emulator/replay.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -115,6 +118,7 @@ ClosedLoopOptions read_options(const py::object& source) {
   ClosedLoopOptions options;
   options.control_period_ns = from.integer<std::int64_t>("control_period_ns");
   options.delay_ticks = from.integer<std::uint32_t>("delay_ticks");
+  options.first_tick = from.integer<std::uint64_t>("first_tick");
   options.actuator = read_config<protocol::ActuatorConfig>(actuator);
   options.control =
       read_config<protocol::ControlConfig>(control_config_from_python(from.get("control")));
@@ -246,6 +250,27 @@ py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>
   return results;
 }
 
+using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+using emulator::ReplayRow;
+
+py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts, bool wide) {
+  if (counts.ndim() != 1) throw py::value_error("the counts must have one dimension");
+  const ClosedLoopOptions options = read_options(source);
+  const auto size = static_cast<std::size_t>(counts.size());
+  py::array_t<ReplayRow> rows(counts.size());
+  std::fill_n(reinterpret_cast<unsigned char*>(rows.mutable_data()), sizeof(ReplayRow) * size,
+              static_cast<unsigned char>(0));
+  const std::span<const std::uint32_t> in(counts.data(), size);
+  const std::span<ReplayRow> out(rows.mutable_data(), size);
+  const py::gil_scoped_release release;
+  if (wide) {
+    torsio::wide::emulator::replay(options, in, out);
+  } else {
+    emulator::replay(options, in, out);
+  }
+  return rows;
+}
+
 }  // namespace
 
 void bind_closed_loop(py::module_& module) {
@@ -286,6 +311,10 @@ void bind_closed_loop(py::module_& module) {
             loop.set_hand(emulator_hand(hand));
           },
           arg("hand"));
+  PYBIND11_NUMPY_DTYPE(ReplayRow, position_counts, speed_rad_s, desired_torque_nm, motor_torque_nm,
+                       brake_torque_nm, spring_torque_nm, numeric_error);
+  module.attr("REPLAY_DTYPE") = py::dtype::of<ReplayRow>();
+  module.def("replay", &replay, arg("options"), arg("counts"), arg("wide"));
   module.def("simulate_many", &simulate_many, arg("options"), arg("ticks"), arg("every"),
              arg("threads"), arg("on_progress"));
 }

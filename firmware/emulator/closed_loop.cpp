@@ -4,72 +4,15 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
-#include <string_view>
-
-#include "device/prepare.hpp"
-#include "device/scene_builder.hpp"
-#include "protocol/codec.hpp"
-#include "protocol/registry.hpp"
+#include <utility>
 
 namespace torsio::emulator {
 namespace {
 
-constexpr std::int64_t kShortestPeriodNs = 1'000;
-constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
 constexpr std::uint32_t kMostDelayTicks = 1000;
 
 void require(bool condition, const std::string& message) {
   if (!condition) throw std::invalid_argument(message);
-}
-
-std::int64_t checked_period(std::int64_t period_ns) {
-  require(period_ns >= kShortestPeriodNs && period_ns <= kLongestPeriodNs,
-          "control_period_ns must be within 1000 and 1000000000, is " + std::to_string(period_ns));
-  return period_ns;
-}
-
-template <class Report>
-[[noreturn]] void refuse(const protocol::Verdict& verdict) {
-  throw std::invalid_argument(std::string(protocol::Layout<Report>::name) + ": " +
-                              std::string(protocol::field_name<Report>(verdict.field)) +
-                              " is outside what docs/protocol.md allows");
-}
-
-template <class Report>
-void require_valid(const Report& report) {
-  const protocol::Verdict verdict = protocol::check(report);
-  if (!verdict.ok()) refuse<Report>(verdict);
-}
-
-device::LoopConfig loop_config(const ClosedLoopOptions& options) {
-  require_valid(options.actuator);
-  require_valid(options.control);
-  const protocol::Verdict verdict = device::check_consistent(options.actuator);
-  if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
-  return device::make_loop_config({options.actuator, options.control},
-                                  static_cast<std::uint32_t>(options.control_period_ns));
-}
-
-core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution& resolution) {
-  require(options.scene.size() <= core::kMaxEffects, "the scene has more than 16 effects");
-  require(options.curve_torque_nm.size() <= core::kCurvePoolPoints,
-          "the curves have more than 1024 points");
-  core::Scene scene;
-  for (const EffectReport& effect : options.scene) {
-    const std::uint8_t slot = scene.active;
-    std::visit(
-        [&]<class Report>(const Report& report) {
-          require_valid(report);
-          const protocol::Verdict verdict =
-              device::prepare(report, resolution, scene.effect.at(slot));
-          if (!verdict.ok()) refuse<Report>(verdict);
-        },
-        effect);
-    scene.order.at(slot) = slot;
-    ++scene.active;
-  }
-  std::ranges::copy(options.curve_torque_nm, scene.curve_torque_nm.begin());
-  return scene;
 }
 
 PlantParams plant_params(const ClosedLoopOptions& options) {
@@ -81,14 +24,14 @@ PlantParams plant_params(const ClosedLoopOptions& options) {
 }  // namespace
 
 ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
-    : period_ns_(checked_period(options.control_period_ns)),
-      config_(loop_config(options)),
-      scene_(make_scene(options, config_.controller.motion.resolution)),
+    : period_ns_(options.control_period_ns),
+      setup_(make_control_setup(options)),
       plant_(plant_params(options), options.hand),
       encoder_(options.encoder) {
   require(options.delay_ticks <= kMostDelayTicks, "delay_ticks must be at most 1000, is " +
                                                       std::to_string(options.delay_ticks));
   late_.resize(options.delay_ticks);
+  controller_.tick = options.first_tick;
   if (options.initial) plant_.set_state(*options.initial);
   if (options.spin_up) spin_up(*options.spin_up);
 }
@@ -130,7 +73,7 @@ void ClosedLoop::spin_up(const SpinUp& spin_up) {
   state.knob_angle = {};
   state.time_ns = 0;
   plant_.set_state(state);
-  const core::MotionParams& params = config_.controller.motion;
+  const core::MotionParams& params = setup_.config.controller.motion;
   core::MotionState& motion = controller_.motion;
   const std::uint32_t shift = (here - encoder_.sample(state.knob_angle)) << params.counter_shift;
   const std::uint32_t moved = (here << params.counter_shift) - motion.last_count;
@@ -142,8 +85,8 @@ void ClosedLoop::spin_up(const SpinUp& spin_up) {
 void ClosedLoop::tick(LoopRow* row) {
   core::ControllerInputs in;
   in.encoder_count = encoder_.sample(plant_.state().knob_angle);
-  in.scene = held_ ? nullptr : &scene_;
-  const core::ControllerOutputs out = core::control(controller_, config_.controller, in);
+  in.scene = held_ ? nullptr : &setup_.scene;
+  const core::ControllerOutputs out = core::control(controller_, setup_.config.controller, in);
   Command command{.motor_torque_nm = static_cast<double>(out.motor_torque_nm),
                   .brake_torque_nm = static_cast<double>(out.brake_command_nm)};
   if (held_) {

@@ -8,46 +8,15 @@
 #include <optional>
 #include <span>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "core/controller.hpp"
-#include "device/config.hpp"
+#include "emulator/closed_loop_options.hpp"
 #include "emulator/encoder.hpp"
-#include "emulator/hand.hpp"
 #include "emulator/plant.hpp"
-#include "protocol/effects.hpp"
-#include "protocol/reports.hpp"
+#include "emulator/replay.hpp"
 
 namespace torsio::emulator {
-
-/// An effect of a scene as it would travel to the device.
-using EffectReport =
-    std::variant<protocol::Wall, protocol::Spring, protocol::Damper, protocol::Friction,
-                 protocol::Inertia, protocol::Constant, protocol::Ramp, protocol::Periodic,
-                 protocol::Detents, protocol::EndStops, protocol::Texture, protocol::Curve>;
-
-/// A first phase in which the law is held off: the motor's torque is prescribed and the brake off
-/// until the knob is fast enough. Where that happens becomes angle 0 and when it happens time 0.
-struct SpinUp {
-  double motor_torque_nm = 0.0;  ///< positive or negative, not 0
-  double speed_rad_s = 0.0;      ///< to be reached in that direction, > 0
-  double longest_s = 10.0;       ///< giving up after, > 0
-};
-
-struct ClosedLoopOptions {
-  std::int64_t control_period_ns = 1'000'000;  ///< 1,000 to 1e9; the device itself: 50,000 to 1e6
-  std::uint32_t delay_ticks = 0;  ///< commands act so many ticks late, at most 1000
-  protocol::ActuatorConfig actuator{};
-  protocol::ControlConfig control{};
-  PlantParams plant{};  ///< its steps are never longer than a control period
-  EncoderParams encoder{};
-  Hand hand = NoHand{};
-  std::optional<PlantState> initial{};  ///< where the plant begins, if not at rest at 0
-  std::vector<EffectReport> scene{};   ///< all of it plays from the first tick on; at most 16
-  std::vector<float> curve_torque_nm;  ///< the pool that curves read; at most 1024 points
-  std::optional<SpinUp> spin_up{};
-};
 
 /// One control tick: the truth when it samples the encoder, and what it decides then. Torques are
 /// on the knob, positive along positive angle.
@@ -112,8 +81,7 @@ class ClosedLoop {
   void give(const Command& command);
 
   std::int64_t period_ns_;
-  device::LoopConfig config_;
-  core::Scene scene_;
+  ControlSetup setup_;
   core::ControllerState controller_;
   Plant plant_;
   Encoder encoder_;

@@ -11,6 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Literal
 
+import numpy as np
+import numpy.typing as npt
+
 from torsio import _torsio
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
 from torsio.hands import Hand, NoHand
@@ -22,7 +25,9 @@ __all__ = [
     "ClosedLoop",
     "InitialState",
     "LoopOptions",
+    "REPLAY_DTYPE",
     "SpinUp",
+    "replay",
     "simulate",
     "simulate_many",
 ]
@@ -39,6 +44,12 @@ Measured or decided: ``position_counts`` from the device's zero, ``estimated_spe
 ``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``sensed_spring_torque_nm``,
 ``sensed_brake_torque_nm`` (without drag), ``motor_saturated``, ``brake_saturated``,
 ``numeric_error``.
+"""
+
+REPLAY_DTYPE = _torsio.emulator.REPLAY_DTYPE
+"""What the controller decides from a count: ``position_counts``, ``speed_rad_s``,
+``desired_torque_nm``, ``motor_torque_nm``, ``brake_torque_nm`` (commanded), ``spring_torque_nm``
+(sensed), ``numeric_error``.
 """
 
 
@@ -101,6 +112,8 @@ class LoopOptions:
         1,000 to 1e9.
     delay_ticks
         The commands act so many control periods late.
+    first_tick
+        What the controller's own count of ticks begins with; the effects began when it was 0.
     encoder_rounding, encoder_phase_counts, encoder_noise_counts, seed
         How the encoder counts, where in a count angle 0 lies, and its noise (standard deviation)
         with the seed of it.
@@ -124,6 +137,7 @@ class LoopOptions:
     control: ControlConfig = field(default_factory=ControlConfig)
     control_period_ns: int = 1_000_000
     delay_ticks: int = 0
+    first_tick: int = 0
     spin_up: SpinUp | None = None
     initial: InitialState | None = None
     encoder_rounding: Literal["floor", "nearest"] = "floor"
@@ -202,6 +216,30 @@ def simulate_many(
     ticks = [_ticks(one, duration_s) for one in options]
     return _torsio.emulator.simulate_many(
         list(options), ticks, record_every, threads or 0, on_progress
+    )
+
+
+def replay(
+    options: LoopOptions, counts: npt.ArrayLike, *, precision: Literal["float", "double"] = "float"
+) -> Record:
+    """Run the controller alone over recorded counts of its encoder, one tick each.
+
+    Parameters
+    ----------
+    options
+        Plant, encoder, hand and delay are not looked at, except that `plant` gives the actuator.
+    counts
+        Unsigned 32-bit numbers, shape (n,).
+    precision
+        "double" takes the build of the same sources that has 64 bits in place of 32.
+
+    Returns
+    -------
+    ndarray
+        REPLAY_DTYPE rows, shape (n,).
+    """
+    return _torsio.emulator.replay(
+        options, np.ascontiguousarray(counts, dtype=np.uint32), precision == "double"
     )
 
 

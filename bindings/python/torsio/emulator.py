@@ -7,19 +7,31 @@ the whole device at the level of report bytes.
 from __future__ import annotations
 
 from torsio._torsio.emulator import PLANT_DTYPE, EmulatedDevice, Encoder, Plant, Profile
-
-from torsio.closed_loop import LOOP_DTYPE, ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
+from torsio.closed_loop import (
+    LOOP_DTYPE,
+    REPLAY_DTYPE,
+    ClosedLoop,
+    InitialState,
+    LoopOptions,
+    SpinUp,
+    replay,
+    simulate,
+    simulate_many,
+)
 
 __all__ = [
     "LOOP_DTYPE",
     "PLANT_DTYPE",
+    "REPLAY_DTYPE",
     "ClosedLoop",
     "EmulatedDevice",
     "Encoder",
+    "InitialState",
     "LoopOptions",
     "Plant",
     "Profile",
     "SpinUp",
+    "replay",
     "simulate",
     "simulate_many",
 ]

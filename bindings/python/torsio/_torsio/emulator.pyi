@@ -120,3 +120,9 @@ def run_actuator(
     period_ns: int = 1_000_000,
     step_ns: int = 20_000,
 ) -> npt.NDArray[np.void]: ...
+
+REPLAY_DTYPE: Final[np.dtype[Any]]
+
+def replay(
+    options: LoopOptions, counts: npt.NDArray[np.uint32], wide: bool
+) -> npt.NDArray[np.void]: ...

@@ -58,6 +58,7 @@ def scenario_1(
             left.set_xlim(0, 1)
             left.set_ylim(-6, 12)
             left.set_ylabel("angle (degrees)")
+            left.tick_params(labelbottom=row == 1)
         left.set_xlabel("time after the release (s)")
         caption(left, "The paper's law, at 1 kHz. Angle 0 is the middle of the spring.", width=70)
 
@@ -89,7 +90,7 @@ def scenario_1(
 
 def scenario_2(study: Study, visits: Mapping[float, tuple[Record, runs.Push]]) -> None:
     """Torque over depth, in and out, mirrored at the deepest point, for each stiffness."""
-    with study.figure("scenario_2", size=(13.5, 9.6)) as figure:
+    with study.figure("scenario_2", size=(13.5, 9.6), dpi=80) as figure:
         headline(
             figure,
             "Into virtual walls, and out again",
@@ -385,7 +386,7 @@ def torque_diagrams(study: Study, panels: Sequence[tuple[float, Record]], beta: 
                     out = turn + int(0.12 * turn)
                     label(panel, depth[out], torque[out] + 5, "motor, out", color)
                 elif ratio < 1 and name == "spring_torque_nm":
-                    label(panel, depth[where], torque[where] - 6, "motor and spring, in", color)
+                    label(panel, depth[where], torque[where] - 9, "motor and spring, in", color, ha="center")
                     out = turn + int(0.18 * turn)
                     label(panel, depth[out] + 1.5, torque[out] - 6, "spring, out", color)
                 else:

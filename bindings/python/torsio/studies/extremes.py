@@ -1,0 +1,350 @@
+"""`torsio study extremes`: where numbers break, and what holds there.
+
+Keys of the results, besides those that all studies have:
+
+``rows``
+    per case: ``extreme``, ``case``, ``measure`` (what is measured, in which unit; small is good),
+    ``naive`` (a plain implementation's value, "not finite", or null where there is none to compare
+    with), ``guarded`` (this one's), ``bound`` (up to here is good), ``naive_breaks``, ``holds``, ``guard`` (what makes it hold).
+``all_hold``
+    whether every case is within its bound.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from rich.console import Console
+from rich.table import Table
+
+from torsio.studies import extremes_dynamics as dynamics
+from torsio.studies import extremes_figures as figures
+from torsio.studies import extremes_numbers as numbers
+from torsio.studies import paper_runs as runs
+from torsio.studies.common import Results, Study
+from torsio.studies.extremes_numbers import Case
+
+
+def run(study: Study) -> Results:
+    """Run everything and draw it."""
+    cases: list[Case] = []
+    groups = (
+        _turning(study.quick),
+        _wraps(),
+        _clocks(),
+        _stiffness(),
+        _shares(),
+        _friction(),
+        _brake_lag(),
+        _inertia(),
+        _rounding(),
+        _delay(),
+        _not_finite(),
+        _precision(),
+    )
+    for group in study.track(groups, "extremes"):
+        cases.extend(group)
+    figures.overview(study)
+    return {"rows": [case.as_row() for case in cases], "all_hold": all(case.holds for case in cases)}
+
+
+def _turning(quick: bool) -> Iterator[Case]:
+    measure = "error of the sensed torque (N m)"
+    guard = "positions are integers, only differences become float"
+    for hours in (1.0, 10.0, 1000.0):
+        naive, guarded = numbers.turning_error_nm(hours)
+        yield Case("turning", f"{hours:g} h at 10 rev/s", measure, naive, guarded, 1e-6, guard)
+    hours = 0.1 if quick else 10.0
+    wrong = numbers.turned_in_full(hours)
+    ticks = round(3.6e6 * hours)
+    angle = 2.0 * math.pi * numbers.REVS_PER_S * 3600 * hours
+    naive = _float_step(angle) / runs.COUNT_RAD
+    yield Case(
+        "turning", f"all {ticks} ticks of {hours:g} h", "wrong counts", naive, wrong, 0.0, guard
+    )
+    yield Case(
+        "turning",
+        "a wall 1000 h of turning away",
+        "error of the motor's torque (N m)",
+        runs.per_degree(30) * _float_step(2.0 * math.pi * 3.6e7),
+        numbers.far_wall_error_nm(1000.0),
+        1e-5,
+        "angles travel as 64-bit fixed-point turns",
+    )
+    yield Case(
+        "turning",
+        "the emulated knob itself 1000 h away",
+        "change of its speed (rad/s)",
+        None,
+        numbers.far_plant_speed_error_rad_s(1000.0),
+        1e-9,
+        "the plant's angle is whole turns and a rest",
+    )
+
+
+def _float_step(angle_rad: float) -> float:
+    """Half the distance between neighbouring 32-bit floats there."""
+    return 0.5 * float(2.0 ** (math.floor(math.log2(angle_rad)) - 23))
+
+
+def _wraps() -> Iterator[Case]:
+    for bits in (16, 32):
+        naive, guarded = numbers.wrap_errors_nm(bits)
+        yield Case(
+            "counter wraps",
+            f"{bits}-bit counter, in a wall",
+            "error of the sensed torque (N m)",
+            naive,
+            guarded,
+            1e-9,
+            "differences modulo the counter's width",
+        )
+
+
+def _clocks() -> Iterator[Case]:
+    naive, guarded = numbers.microsecond_error_s()
+    yield Case(
+        "clock wraps",
+        "32-bit microseconds, after 71.6 min",
+        "error of a step of time (s)",
+        naive,
+        guarded,
+        1e-9,
+        "the device counts ticks in 64 bits",
+    )
+    for name, tick in (("2^32 ticks, 50 days", 2**32 - 500), ("1000 h of a sine", 3_600_000_000)):
+        naive, guarded = numbers.clock_errors(tick)
+        yield Case(
+            "clock wraps",
+            name,
+            "error of a periodic torque (share of its amplitude)",
+            naive,
+            guarded,
+            1e-6,
+            "phases are integers that wrap as periods do",
+        )
+
+
+def _stiffness() -> Iterator[Case]:
+    for stiffness in dynamics.STIFFNESSES:
+        naive, guarded = dynamics.stiff_wall_torques_nm(stiffness)
+        yield Case(
+            "stiffness",
+            f"{stiffness:g} N m/rad",
+            "peak torque asked of the motor (N m)",
+            naive,
+            guarded,
+            1.0000001 * runs.MOTOR_NM,
+            "the last step before the motor is its limit",
+        )
+
+
+def _shares() -> Iterator[Case]:
+    cases = ((1.0, 1.0), (0.5, 1.0), (1.5, 1.0), (2.0, 0.5), (0.5, 0.0))
+    for (ratio, beta), (naive, guarded) in zip(
+        cases, dynamics.critical_errors(cases), strict=True
+    ):
+        yield Case(
+            "critical torque",
+            f"beta {beta:g}, Kve = {ratio:g} K",
+            "error of the formula against the experiment (relative)",
+            naive,
+            guarded,
+            0.03,
+            "the brake's own limit removes the poles",
+        )
+    for beta in (0.0, 1.0):
+        yield Case(
+            "beta",
+            f"beta {beta:g} in closed loop",
+            "tracking error into a wall (share of the peak)",
+            None,
+            dynamics.share_error(beta),
+            0.15,
+            "none needed: the law is defined there",
+        )
+
+
+def _friction() -> Iterator[Case]:
+    yield Case(
+        "friction",
+        "motor weaker than friction, string cut",
+        "motion that is left after 1 s (rad)",
+        None,
+        dynamics.weak_motor_motion_rad(),
+        1e-9,
+        "friction holds, and the law does not fight it",
+    )
+    yield Case(
+        "friction",
+        "a torque that friction holds",
+        "speed of the knob (rad/s)",
+        dynamics.creep_rad_s("regularised"),
+        dynamics.creep_rad_s("exact"),
+        0.0,
+        "friction is set-valued: at rest it is what holds",
+    )
+    travel = []
+    for guarded in (False, True):
+        _, angle = dynamics.free_air(guarded)
+        travel.append(float(abs(angle[-1] - angle[len(angle) // 2])))
+    yield Case(
+        "friction",
+        "free air, floor of the sensor above friction and drag",
+        "travel in the second half of a second after a flick (rad)",
+        travel[0],
+        travel[1],
+        1e-3,
+        "no torque is asked: none is given",
+    )
+
+
+def _brake_lag() -> Iterator[Case]:
+    for ratio in (0.1, 1.0, 2.5, 10.0):
+        euler, model, exact = dynamics.brake_step(ratio)
+        yield Case(
+            "brake lag",
+            f"control period {ratio:g} times the time constant",
+            "largest error of the modelled torque (N m)",
+            float(abs(euler - exact).max()),
+            float(abs(model - exact).max()),
+            1e-7,
+            "the exponential is exact for a held command",
+        )
+    for lag in dynamics.TIME_CONSTANTS_S:
+        yield Case(
+            "brake lag",
+            f"time constant {lag:g} s in closed loop",
+            "tracking error into a wall (share of the peak)",
+            None,
+            dynamics.lag_tracking(lag),
+            0.15,
+            "the motor fills up what the brake does not give yet",
+        )
+    yield Case(
+        "brake lag",
+        "10 ms steps, time constant 1 ms, closed loop",
+        "error of the modelled torque (N m)",
+        None,
+        dynamics.long_step_error(10_000_000, 1e-3),
+        1e-7,
+        "the exponential is exact for a held command",
+    )
+
+
+def _inertia() -> Iterator[Case]:
+    for ratio in dynamics.INERTIA_RATIOS:
+        naive = dynamics.energy_error(ratio, "regularised")
+        yield Case(
+            "inertia ratio",
+            f"brake over knob {ratio:g}",
+            "energy that appears from nothing (relative)",
+            naive,
+            dynamics.energy_error(ratio, "exact"),
+            1e-7,
+            "the plant is stepped with the matrix exponential",
+        )
+
+
+def _rounding() -> Iterator[Case]:
+    naive, guarded = numbers.subnormal_ticks()
+    yield Case(
+        "subnormals",
+        "a released brake for 60 s",
+        "ticks with a subnormal state",
+        naive,
+        guarded,
+        0.0,
+        "decaying states end at exactly 0",
+    )
+
+
+def _delay() -> Iterator[Case]:
+    yield Case(
+        "delay",
+        "one tick, virtual spring of 4 N m/rad",
+        "oscillation that is left after 1 s (rad)",
+        dynamics.delay_oscillation_rad("motor_only"),
+        dynamics.delay_oscillation_rad("paper"),
+        runs.AT_REST_RAD,
+        "the brake takes half of the torque, and dissipates",
+    )
+
+
+def _not_finite() -> Iterator[Case]:
+    offered, accepted = numbers.not_finite_accepted()
+    yield Case(
+        "not finite",
+        f"NaN, +inf and -inf in {offered // 3} quantities",
+        "values that were accepted",
+        float(offered),
+        float(accepted),
+        0.0,
+        "every report is checked whole before it has effect",
+    )
+    yield Case(
+        "not finite",
+        "one NaN in a sensor with fmin and fmax",
+        "torque that it reads from then on (N m)",
+        abs(numbers.naive_nan_torque_nm()),
+        0.0,
+        1e-9,
+        "differences of integers are always finite",
+    )
+
+
+def _precision() -> Iterator[Case]:
+    measure = "32 against 64 bits: difference of the motor's torque (N m)"
+    for law in ("paper", "compensated"):
+        options = runs.push_options(runs.per_degree(30), law)  # type: ignore[arg-type]
+        _, difference = numbers.precision_trace(options, runs.PUSH_DURATION_S)
+        yield Case(
+            "precision",
+            f"into a wall and out, law '{law}'",
+            measure,
+            numbers.turning_error_nm(1.0)[0],
+            float(abs(difference).max()),
+            1e-6,
+            "large numbers are integers, floats stay small",
+        )
+    _, difference = numbers.precision_trace(runs.bounce_options(15.0), 1.0)
+    yield Case(
+        "precision",
+        "a virtual spring beyond its limit",
+        measure,
+        numbers.turning_error_nm(1.0)[0],
+        float(abs(difference).max()),
+        1e-6,
+        "large numbers are integers, floats stay small",
+    )
+
+
+def show(results: Results, console: Console) -> None:
+    """Print every case."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("extreme")
+    table.add_column("case", overflow="fold")
+    table.add_column("measure", overflow="fold")
+    table.add_column("naive", justify="right")
+    table.add_column("here", justify="right")
+    table.add_column("bound", justify="right")
+    table.add_column("holds")
+    for row in results["rows"]:
+        table.add_row(
+            row["extreme"],
+            row["case"],
+            row["measure"],
+            _text(row["naive"]),
+            _text(row["guarded"]),
+            _text(row["bound"]),
+            "yes" if row["holds"] else "[bold red]no[/bold red]",
+        )
+    console.print()
+    console.print(table, highlight=False)
+
+
+def _text(value: float | str | None) -> str:
+    if value is None:
+        return "-"
+    return value if isinstance(value, str) else f"{value:.3g}"

@@ -1,0 +1,186 @@
+"""Extremes of the machine: stiffness, shares, lags, inertias, friction, delay."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio import core, emulator, hands, scenes
+from torsio.closed_loop import InitialState, LoopOptions, simulate
+from torsio.config import ControlConfig, PlantParams
+from torsio.studies import paper_runs as runs
+
+Array = npt.NDArray[np.float64]
+STIFFNESSES = (0.0, 1e-3, 1.0, 30.0, 1e3, 1e6)
+TIME_CONSTANTS_S = (0.0, 1e-4, 60e-3, 1.0, 10.0)
+INERTIA_RATIOS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4)
+
+
+def stiff_wall_torques_nm(stiffness: float) -> tuple[float, float]:
+    """Peak torque that a wall asks of the motor, and that the device gives it."""
+    hand = hands.TorqueHand(torque_nm=[(0, 0), (0.5, 60e-3), (1.0, 60e-3), (1.0, 0)])
+    options = LoopOptions(
+        scene=scenes.Wall(angle_rad=0.05, stiffness_nm_per_rad=stiffness), hand=hand
+    )
+    rows = simulate(options, duration_s=1.5)
+    if not all(np.isfinite(rows[name]).all() for name in ("angle_rad", "motor_command_nm")):
+        return math.inf, math.inf
+    asked = np.abs(rows["desired_torque_nm"].astype(np.float64) - rows["sensed_spring_torque_nm"])
+    return float(asked.max()), float(np.abs(rows["motor_command_nm"]).max())
+
+
+def naive_critical_torque(stiffness_ratio: float, beta: float) -> float:
+    """The paper's (8) and (11) as they are printed."""
+    if stiffness_ratio <= 1:
+        rest = 1.0 - beta * stiffness_ratio
+    else:
+        rest = (stiffness_ratio - min(1.0, beta * stiffness_ratio)) / stiffness_ratio
+    return runs.MOTOR_NM / rest if rest != 0 else math.inf
+
+
+def critical_errors(cases: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
+    """Relative errors at (stiffness ratio, beta) of the printed and of the guarded formula."""
+    pairs = [(ratio * runs.SHAFT_NM_PER_RAD, beta) for ratio, beta in cases]
+    found = runs.measured_critical_torque(pairs, halvings=10)
+    return [
+        (
+            abs(naive_critical_torque(ratio, beta) / torque - 1.0),
+            abs(runs.critical_torque(ratio * runs.SHAFT_NM_PER_RAD, beta) / torque - 1.0),
+        )
+        for (ratio, beta), torque in zip(cases, found, strict=True)
+    ]
+
+
+def brake_step(period_over_lag: float, ticks: int = 40) -> tuple[Array, Array, Array]:
+    """A step of the brake's command: explicit Euler, the device's model, the exact answer."""
+    command = 50e-3
+    euler = np.zeros(ticks)
+    with np.errstate(over="ignore"):
+        for i in range(1, ticks):
+            euler[i] = euler[i - 1] + period_over_lag * (command - euler[i - 1])
+    params = core.BrakeParams(time_constant_s=1e-3 / period_over_lag, floor_nm=0.0)
+    record = core.model_brake_record(core.BrakeState(), params, np.full(ticks - 1, command))
+    model = np.concatenate([[0.0], record])
+    exact = command * -np.expm1(-period_over_lag * np.arange(ticks))
+    return euler, model.astype(np.float64), exact
+
+
+def lag_tracking(time_constant_s: float) -> float:
+    """Tracking error on the way into a wall with such a brake (share of the peak)."""
+    plant = PlantParams(brake_time_constant_s=time_constant_s)
+    rows = simulate(
+        runs.push_options(runs.per_degree(30), plant=plant), duration_s=runs.PUSH_DURATION_S
+    )
+    return runs.measure_push(rows, runs.per_degree(30)).tracking_rms_in
+
+
+def energy_error(ratio: float, method: str) -> float:
+    """Relative change of the energy of a free, lossless knob and brake in a tenth of a second.
+
+    Parameters
+    ----------
+    ratio
+        Inertia of the brake over that of the knob.
+    method
+        "exact", or "regularised": Runge-Kutta 4 at the control period.
+    """
+    knob = PlantParams().knob_inertia_kg_m2
+    plant = PlantParams(
+        knob_coulomb_nm=0.0,
+        knob_viscous_nm_s_per_rad=0.0,
+        brake_drag_nm=0.0,
+        brake_viscous_nm_s_per_rad=0.0,
+        shaft_damping_nm_s_per_rad=0.0,
+        brake_inertia_kg_m2=ratio * knob,
+    )
+    options = LoopOptions(
+        plant=plant,
+        initial=InitialState(speed_rad_s=5.0, twist_rad=0.01),
+        method="exact" if method == "exact" else "regularised",
+        step_ns=1_000_000,
+    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        rows = simulate(options, duration_s=0.1)
+        twist = rows["angle_rad"] - rows["brake_angle_rad"]
+        energy = (
+            0.5 * knob * rows["speed_rad_s"] ** 2
+            + 0.5 * ratio * knob * rows["brake_speed_rad_s"] ** 2
+            + 0.5 * runs.SHAFT_NM_PER_RAD * twist**2
+        )
+        error = float(np.abs(energy / energy[0] - 1.0).max())
+    return error if math.isfinite(error) else math.inf
+
+
+def creep_rad_s(method: str) -> float:
+    """Speed of a knob under a torque that its friction holds."""
+    options = LoopOptions(
+        hand=hands.TorqueHand(torque_nm=5e-3),
+        method="exact" if method == "exact" else "regularised",
+        step_ns=1_000_000 if method == "exact" else 10_000,
+    )
+    rows = simulate(options, duration_s=0.5)
+    return float(np.abs(rows["speed_rad_s"][-100:]).max())
+
+
+def weak_motor_motion_rad() -> float:
+    """Motion that is left one second after a cut string, with a motor weaker than friction."""
+    plant = PlantParams(motor_limit_nm=4e-3)
+    rows, _ = runs.run_cut(runs.cut_options(runs.per_degree(25), plant=plant))
+    return float(np.ptp(rows["angle_rad"][-200:]))
+
+
+FLICK_RAD_S = 5.0
+HIGH_FLOOR_NM = 12e-3
+"""A floor of the sensor above friction and drag together, 8 mN m."""
+
+
+def free_air(guarded: bool, duration_s: float = 1.0) -> tuple[Array, Array]:
+    """Time and angle of a knob that is flicked in free air.
+
+    The naive law has no rule for a desired torque of 0: then the motor answers to the sensor.
+    """
+    ticks = round(1000 * duration_s)
+    time, angle = np.arange(ticks) * 1e-3, np.empty(ticks)
+    hand = hands.TorqueHand(torque_nm=[(0, 60e-3), (0.02, 60e-3), (0.02, 0)])
+    plant = emulator.Plant(hand=hand)
+    encoder = emulator.Encoder()
+    motion, motion_params = core.MotionState(), core.MotionParams()
+    sensor = core.SoftSensorState()
+    law = core.PartitionParams(law="paper")
+    for i in range(ticks):
+        angle[i] = plant.state["angle_rad"]
+        moved = core.track_motion(motion, motion_params, encoder.sample(angle[i]))
+        spring = core.sense_spring(sensor, moved.delta_rad, HIGH_FLOOR_NM)
+        torque = core.partition(law, 0.0, spring).motor_torque_nm if guarded else -spring
+        plant.set_command(motor_torque_nm=torque)
+        plant.advance(1_000_000)
+    return time, angle
+
+
+def delay_oscillation_rad(law: runs.Law) -> float:
+    """Oscillation that is left of a bounce at 4 N m/rad with one tick of delay."""
+    rows = simulate(runs.bounce_options(4.0, law, delay_ticks=1), duration_s=1.0)
+    return runs.count_bounces(rows).oscillation_rad
+
+
+def share_error(beta: float) -> float:
+    """Tracking error into a wall for such a share of the brake."""
+    options = runs.push_options(runs.per_degree(30), beta=beta)
+    _, push = runs.run_push(options)
+    return push.tracking_rms_in
+
+
+def long_step_error(period_ns: int, time_constant_s: float) -> float:
+    """Worst error of the modelled brake torque (N m) in a closed loop with steps beyond the lag."""
+    plant = PlantParams(brake_time_constant_s=time_constant_s)
+    options = replace(
+        runs.push_options(0.3, plant=plant),
+        control=ControlConfig(),
+        control_period_ns=period_ns,
+    )
+    rows = simulate(options, duration_s=runs.PUSH_DURATION_S)
+    true = rows["brake_capacity_nm"] - plant.brake_drag_nm
+    return float(np.abs(rows["sensed_brake_torque_nm"] - true).max())

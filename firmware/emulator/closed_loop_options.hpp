@@ -1,0 +1,58 @@
+/// @file
+/// What a closed loop of controller and plant depends on.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "emulator/encoder.hpp"
+#include "emulator/hand.hpp"
+#include "emulator/plant.hpp"
+#include "protocol/effects.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::emulator {
+
+/// An effect of a scene as it would travel to the device.
+using EffectReport =
+    std::variant<protocol::Wall, protocol::Spring, protocol::Damper, protocol::Friction,
+                 protocol::Inertia, protocol::Constant, protocol::Ramp, protocol::Periodic,
+                 protocol::Detents, protocol::EndStops, protocol::Texture, protocol::Curve>;
+
+/// A first phase in which the law is held off: the motor's torque is prescribed and the brake off
+/// until the knob is fast enough. Where that happens becomes angle 0 and when it happens time 0.
+struct SpinUp {
+  double motor_torque_nm = 0.0;  ///< positive or negative, not 0
+  double speed_rad_s = 0.0;      ///< to be reached in that direction, > 0
+  double longest_s = 10.0;       ///< giving up after, > 0
+};
+
+struct ClosedLoopOptions {
+  std::int64_t control_period_ns = 1'000'000;  ///< 1,000 to 1e9; the device itself: 50,000 to 1e6
+  std::uint32_t delay_ticks = 0;  ///< commands act so many ticks late, at most 1000
+  protocol::ActuatorConfig actuator{};
+  protocol::ControlConfig control{};
+  PlantParams plant{};  ///< its steps are never longer than a control period
+  EncoderParams encoder{};
+  Hand hand = NoHand{};
+  std::optional<PlantState> initial{};  ///< where the plant begins, if not at rest at 0
+  std::vector<EffectReport> scene{};   ///< all of it plays from the first tick on; at most 16
+  std::vector<float> curve_torque_nm{};  ///< the pool that curves read; at most 1024 points
+  std::optional<SpinUp> spin_up{};
+  std::uint64_t first_tick = 0;  ///< the controller's own count; effects began when it was 0
+};
+
+/// What the controller decided from a count. Torques in N m, on the knob.
+struct ReplayRow {
+  std::int64_t position_counts;
+  double speed_rad_s;
+  double desired_torque_nm;
+  double motor_torque_nm;
+  double brake_torque_nm;   ///< commanded
+  double spring_torque_nm;  ///< sensed
+  bool numeric_error;
+};
+
+}  // namespace torsio::emulator
