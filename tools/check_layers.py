@@ -60,7 +60,12 @@ RULES = (
     ),
     Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "torsio"), posix=True),
     Rule("sdk/src", ("protocol", "torsio"), posix=True),
-    Rule("bindings/src", (*FIRMWARE, "torsio", "wide"), posix=True, third_party=r"pybind11/.*|Python\.h"),
+    Rule(
+        "bindings/src",
+        (*FIRMWARE, "torsio", "wide"),
+        posix=True,
+        third_party=r"pybind11/.*|Python\.h",
+    ),
     Rule("examples/cpp", ("torsio",)),
 )
 

@@ -28,8 +28,8 @@ ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
       setup_(make_control_setup(options)),
       plant_(plant_params(options), options.hand),
       encoder_(options.encoder) {
-  require(options.delay_ticks <= kMostDelayTicks, "delay_ticks must be at most 1000, is " +
-                                                      std::to_string(options.delay_ticks));
+  require(options.delay_ticks <= kMostDelayTicks,
+          "delay_ticks must be at most 1000, is " + std::to_string(options.delay_ticks));
   late_.resize(options.delay_ticks);
   controller_.tick = options.first_tick;
   if (options.initial) plant_.set_state(*options.initial);

@@ -31,15 +31,15 @@ struct SpinUp {
 
 struct ClosedLoopOptions {
   std::int64_t control_period_ns = 1'000'000;  ///< 1,000 to 1e9; the device itself: 50,000 to 1e6
-  std::uint32_t delay_ticks = 0;  ///< commands act so many ticks late, at most 1000
+  std::uint32_t delay_ticks = 0;               ///< commands act so many ticks late, at most 1000
   protocol::ActuatorConfig actuator{};
   protocol::ControlConfig control{};
   PlantParams plant{};  ///< its steps are never longer than a control period
   EncoderParams encoder{};
   Hand hand = NoHand{};
   std::optional<PlantState> initial{};  ///< where the plant begins, if not at rest at 0
-  std::vector<EffectReport> scene{};   ///< all of it plays from the first tick on; at most 16
-  std::vector<float> curve_torque_nm;  ///< the pool that curves read; at most 1024 points
+  std::vector<EffectReport> scene{};    ///< all of it plays from the first tick on; at most 16
+  std::vector<float> curve_torque_nm;   ///< the pool that curves read; at most 1024 points
   std::optional<SpinUp> spin_up{};
   std::uint64_t first_tick = 0;  ///< the controller's own count; effects began when it was 0
 };

@@ -19,15 +19,13 @@ struct ControlSetup {
 };
 
 /// @throws std::invalid_argument that names what is out of its range
-[[nodiscard]] ControlSetup make_control_setup(
-    const torsio::emulator::ClosedLoopOptions& options);
+[[nodiscard]] ControlSetup make_control_setup(const torsio::emulator::ClosedLoopOptions& options);
 
 /// One tick for each count of the encoder; plant, encoder, hand and delay of the options are not
 /// looked at.
 /// @param rows as many as counts
 /// @throws std::invalid_argument that names what is out of its range
 void replay(const torsio::emulator::ClosedLoopOptions& options,
-            std::span<const std::uint32_t> counts,
-            std::span<torsio::emulator::ReplayRow> rows);
+            std::span<const std::uint32_t> counts, std::span<torsio::emulator::ReplayRow> rows);
 
 }  // namespace torsio::emulator

@@ -22,10 +22,10 @@ from torsio.telemetry import Record
 
 __all__ = [
     "LOOP_DTYPE",
+    "REPLAY_DTYPE",
     "ClosedLoop",
     "InitialState",
     "LoopOptions",
-    "REPLAY_DTYPE",
     "SpinUp",
     "replay",
     "simulate",

@@ -46,7 +46,10 @@ def run(study: Study) -> Results:
     for group in study.track(groups, "extremes"):
         cases.extend(group)
     figures.overview(study)
-    return {"rows": [case.as_row() for case in cases], "all_hold": all(case.holds for case in cases)}
+    return {
+        "rows": [case.as_row() for case in cases],
+        "all_hold": all(case.holds for case in cases),
+    }
 
 
 def _turning(quick: bool) -> Iterator[Case]:
@@ -142,9 +145,7 @@ def _stiffness() -> Iterator[Case]:
 
 def _shares() -> Iterator[Case]:
     cases = ((1.0, 1.0), (0.5, 1.0), (1.5, 1.0), (2.0, 0.5), (0.5, 0.0))
-    for (ratio, beta), (naive, guarded) in zip(
-        cases, dynamics.critical_errors(cases), strict=True
-    ):
+    for (ratio, beta), (naive, guarded) in zip(cases, dynamics.critical_errors(cases), strict=True):
         yield Case(
             "critical torque",
             f"beta {beta:g}, Kve = {ratio:g} K",

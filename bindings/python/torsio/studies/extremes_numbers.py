@@ -14,7 +14,6 @@ from torsio import core, hands, scenes
 from torsio.closed_loop import InitialState, LoopOptions, replay, simulate
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
 from torsio.studies import paper_runs as runs
-from torsio.telemetry import Record
 
 Array = npt.NDArray[np.float64]
 COUNTS = 8192
@@ -144,9 +143,7 @@ def far_plant_speed_error_rad_s(hours: float) -> float:
     turns = round(REVS_PER_S * 3600 * hours)
     hand = hands.TorqueHand(torque_nm=[(0, 0), (0.5, 60e-3), (1.0, 0)])
     near = simulate(LoopOptions(hand=hand), duration_s=1.2)
-    far = simulate(
-        LoopOptions(hand=hand, initial=InitialState(revolutions=turns)), duration_s=1.2
-    )
+    far = simulate(LoopOptions(hand=hand, initial=InitialState(revolutions=turns)), duration_s=1.2)
     return float(np.abs(near["speed_rad_s"] - far["speed_rad_s"]).max())
 
 
@@ -182,9 +179,9 @@ def wrap_traces(bits: int) -> tuple[Array, Array, Array]:
 
 def wrap_errors_nm(bits: int) -> tuple[float, float]:
     """Largest error of the sensed torque against a run whose counter does not wrap."""
-    plain = simulate(
-        runs.push_options(runs.per_degree(30)), duration_s=runs.PUSH_DURATION_S
-    )["sensed_spring_torque_nm"].astype(np.float64)
+    plain = simulate(runs.push_options(runs.per_degree(30)), duration_s=runs.PUSH_DURATION_S)[
+        "sensed_spring_torque_nm"
+    ].astype(np.float64)
     _, naive, guarded = wrap_traces(bits)
     return float(np.abs(naive - plain).max()), float(np.abs(guarded - plain).max())
 
@@ -196,9 +193,7 @@ def clock_errors(first_tick: int) -> tuple[float, float]:
     """
     frequency, amplitude = 5.0, 50e-3
     options = LoopOptions(
-        scene=scenes.Periodic(
-            waveform="sine", amplitude_nm=amplitude, frequency_hz=frequency
-        ),
+        scene=scenes.Periodic(waveform="sine", amplitude_nm=amplitude, frequency_hz=frequency),
         control=ControlConfig(law="motor_only"),
         first_tick=first_tick,
     )

@@ -93,10 +93,7 @@ def _scenario_1(study: Study) -> Results:
         limit = runs.largest_stable(stiffness, outcomes)
         limits.append({**loop, "stable_to_nm_per_rad": limit})
         sweeps.append((name, color, stiffness, outcomes))
-    examples = {
-        k: simulate(runs.bounce_options(k), duration_s=1.0)
-        for k in (4.0, 15.0)
-    }
+    examples = {k: simulate(runs.bounce_options(k), duration_s=1.0) for k in (4.0, 15.0)}
     figures.scenario_1(study, examples, sweeps)
     return {"rows": rows, "limits": limits}
 
@@ -150,12 +147,21 @@ def _scenario_3(study: Study) -> Results:
     for law, plant in study.track(cases, "scenario 3: the string is cut"):
         log, cut = runs.run_cut(runs.cut_options(stiffness, law, plant=plant))
         shaft = plant.shaft_stiffness_nm_per_rad
-        rows.append({"law": law, "shaft_nm_per_rad": shaft, "wall_mnm_per_deg": CUT_WALL, **asdict(cut)})
+        rows.append(
+            {"law": law, "shaft_nm_per_rad": shaft, "wall_mnm_per_deg": CUT_WALL, **asdict(cut)}
+        )
         if plant is not rigid:
             cuts[law] = (log, cut)
     for wall in (10.0, 50.0, 100.0):
         _, cut = runs.run_cut(runs.cut_options(runs.per_degree(wall)))
-        rows.append({"law": "paper", "shaft_nm_per_rad": runs.SHAFT_NM_PER_RAD, "wall_mnm_per_deg": wall, **asdict(cut)})
+        rows.append(
+            {
+                "law": "paper",
+                "shaft_nm_per_rad": runs.SHAFT_NM_PER_RAD,
+                "wall_mnm_per_deg": wall,
+                **asdict(cut),
+            }
+        )
     figures.scenario_3(study, cuts, stiffness)
     return {"rows": rows}
 
@@ -223,7 +229,10 @@ def _critical(study: Study) -> Results:
 
 BETTER: tuple[tuple[str, dict[str, Any]], ...] = (
     ("paper's law", {}),
-    ("'compensated': motor cancels the spring\nboth ways, sensor knows the drag", {"law": "compensated"}),
+    (
+        "'compensated': motor cancels the spring\nboth ways, sensor knows the drag",
+        {"law": "compensated"},
+    ),
     ("... and 10 kHz", {"law": "compensated", "rate_hz": 10_000.0}),
     (
         "... and four times the counts",

@@ -70,7 +70,9 @@ def scenario_1(
             index = int(np.searchsorted(stiffness, limit))
             right.plot(limit, crossings[index], "o", color=color, ms=8)
         right.set_yscale("symlog", linthresh=10)
-        right.set_yticks([0, 2, 5, 10, 20, 50, 100, 200], ["0", "2", "5", "10", "20", "50", "100", "200"])
+        right.set_yticks(
+            [0, 2, 5, 10, 20, 50, 100, 200], ["0", "2", "5", "10", "20", "50", "100", "200"]
+        )
         right.minorticks_off()
         right.axvline(runs.SHAFT_NM_PER_RAD, color=GREY, lw=1, ls=":")
         right.set_xscale("log")
@@ -244,7 +246,10 @@ def characterisation(
         )
         axes = figure.subplots(1, 2, sharey=True)
         figure.subplots_adjust(left=0.055, right=0.985, top=0.78, bottom=0.2, wspace=0.06)
-        titles = ("A shaft with a linear spring", "One that hardens beyond 15 mrad, as in the paper")
+        titles = (
+            "A shaft with a linear spring",
+            "One that hardens beyond 15 mrad, as in the paper",
+        )
         for panel, one, title in zip(axes, (linear, hardened), titles, strict=True):
             half = len(one.torque_nm) // 2
             panel.set_title(title)
@@ -288,7 +293,10 @@ def wall_events(study: Study, rows: Record, push: runs.Push, stiffness: float) -
         (push.first, "it meets the wall: the brake\nis switched on, and lags"),
         (middle, "the motor makes up for what\nthe shaft does not carry yet"),
         (int(0.5 * (push.in_end + turn)), "at rest: motor and shaft\ncarry about half each"),
-        (turn, "the hand turns round: the shaft\nunwinds faster than the wall,\nthe motor fills up"),
+        (
+            turn,
+            "the hand turns round: the shaft\nunwinds faster than the wall,\nthe motor fills up",
+        ),
         (empty, "the shaft is empty: the sensor\nsees it, the brake is let go"),
         (released, "the brake has let go: the\nmotor alone pushes out"),
         (push.last, "out of the wall: no torque"),
@@ -386,14 +394,28 @@ def torque_diagrams(study: Study, panels: Sequence[tuple[float, Record]], beta: 
                     out = turn + int(0.12 * turn)
                     label(panel, depth[out], torque[out] + 5, "motor, out", color)
                 elif ratio < 1 and name == "spring_torque_nm":
-                    label(panel, depth[where], torque[where] - 9, "motor and spring, in", color, ha="center")
+                    label(
+                        panel,
+                        depth[where],
+                        torque[where] - 9,
+                        "motor and spring, in",
+                        color,
+                        ha="center",
+                    )
                     out = turn + int(0.18 * turn)
                     label(panel, depth[out] + 1.5, torque[out] - 6, "spring, out", color)
                 else:
                     label(panel, depth[where], torque[where] + 5, text, color, ha="right")
             panel.axhline(1e3 * runs.MOTOR_NM, color=ORANGE, lw=0.9, ls=":")
             panel.axhline(0, color=GREY, lw=0.8)
-            label(panel, 0.02 * depth.max(), 1e3 * runs.MOTOR_NM + 4, "limit of the motor", ORANGE, bold=False)
+            label(
+                panel,
+                0.02 * depth.max(),
+                1e3 * runs.MOTOR_NM + 4,
+                "limit of the motor",
+                ORANGE,
+                bold=False,
+            )
             panel.set_xlim(0, 1.04 * float(depth.max()))
             panel.set_ylim(-8, 140)
             panel.set_xlabel("depth in the wall (mrad)")

@@ -31,7 +31,9 @@ def _formulas(results: Results) -> list[dict[str, str]]:
     printed = stiff / (stiff - min(runs.SHAFT_NM_PER_RAD, 0.5 * stiff)) * runs.MOTOR_NM
     depth = runs.MOTOR_NM / max(stiff - runs.SHAFT_NM_PER_RAD, 0.5 * stiff)
     as_min = runs.MOTOR_NM / min(stiff - runs.SHAFT_NM_PER_RAD, 0.5 * stiff)
-    zero = max(abs(row["found"] - max(0.0, row["formula"])) for row in results["zero_crossing"]["rows"])
+    zero = max(
+        abs(row["found"] - max(0.0, row["formula"])) for row in results["zero_crossing"]["rows"]
+    )
     error = 100 * results["critical_torque"]["largest_error"]
     return [
         _row(
