@@ -22,7 +22,9 @@ Array = npt.NDArray[np.float64]
 
 def commands(count: int) -> tuple[Array, Array]:
     tick = np.arange(count)
-    return -0.01 - 0.005 * (tick // 40 % 3), 0.03 + 0.01 * (tick // 90 % 4)
+    motor = -0.01 - 0.005 * (tick // 40 % 3)
+    brake = 0.03 + 0.01 * (tick // 90 % 4)
+    return motor.astype(np.float64), brake.astype(np.float64)
 
 
 def relative_error(angles: Array, truth: Array) -> float:
