@@ -168,9 +168,7 @@ def demo_wall(
     for file in (png_file, json_file):
         file.parent.mkdir(parents=True, exist_ok=True)
 
-    with torsio.open(
-        device, seed=seed, paced=paced, tolerance=tolerance, log_truth=True
-    ) as knob:
+    with torsio.open(device, seed=seed, paced=paced, tolerance=tolerance, log_truth=True) as knob:
         if not knob.is_emulated:
             _prompt_user()
         visit = _run_with_progress(knob)

@@ -181,7 +181,7 @@ class Simulation:
         self._step = _step_address(mujoco)
         middle = (np.arange(len(motor_nm) * self._steps) + 0.5) * step_s
         self._torque = _lagged(motor_nm, plant.motor_time_constant_s, self._steps, step_s)
-        self._torque += _hand_force(hand, middle)
+        self._torque += _hand_force(hand, middle.astype(np.float64))
         self._friction = _lagged(brake_nm, plant.brake_time_constant_s, self._steps, step_s)
         self._friction += plant.brake_drag_nm
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -157,10 +158,10 @@ class _Run:
                 def held(t: float, y: Array) -> float:
                     return capacity(shaft, t) - abs(demands(t, y)[shaft])
 
-                event = slipping if mode[shaft] else held
-                event.terminal = True  # type: ignore[attr-defined]
-                event.direction = -1  # type: ignore[attr-defined]
-                return event
+                event: Any = slipping if mode[shaft] else held
+                event.terminal = True
+                event.direction = -1
+                return cast(Callable[[float, Array], float], event)
 
             solution = solve_ivp(
                 rates,
@@ -176,8 +177,9 @@ class _Run:
                 raise RuntimeError(f"SciPy gave up: {solution.message}")
             self.y = solution.y[:, -1].copy()
             self.t = float(solution.t[-1])
+            stops = cast(list[Array], solution.t_events)
             for shaft in (0, 1):
-                if solution.t_events[shaft].size:
+                if stops[shaft].size:
                     self.events += 1
                     if mode[shaft]:
                         self.mode[shaft] = 0
