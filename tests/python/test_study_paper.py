@@ -22,7 +22,7 @@ def bounces(stiffness: float, law: runs.Law = "paper", **options: Any) -> runs.B
 
 
 def limit(law: runs.Law = "paper", *, most: float = 14.0, **options: Any) -> float:
-    stiffness = np.arange(3.0, most, 0.25 if most < 20 else 1.0)
+    stiffness = np.array(np.arange(3.0, most, 0.25 if most < 20 else 1.0), dtype=np.float64)
     loops = [runs.bounce_options(float(k), law, **options) for k in stiffness]
     outcomes = [runs.count_bounces(rows) for rows in simulate_many(loops, duration_s=1.0)]
     return runs.largest_stable(stiffness, outcomes)

@@ -159,10 +159,10 @@ def headline(figure: Figure, title: str, text: str, *, width: int = 150) -> None
 
 def caption(axes: Axes, text: str, *, width: int = 80, below: float = 0.52) -> None:
     """Write a few lines under the axes, so many inches below them."""
-    height = axes.get_position().height * axes.get_figure(root=True).get_size_inches()[1]
+    inches = axes.get_window_extent().height / cast(Figure, axes.figure).dpi
     axes.text(
         0.0,
-        -below / height,
+        -below / inches,
         textwrap.fill(text, width),
         transform=axes.transAxes,
         fontsize=9.5,
