@@ -80,11 +80,14 @@ struct Chain {
 
   /// All torque on the last shaft but the brake's.
   [[nodiscard]] double brake_demand(const Vector& z, const Regime& regime) const
-      requires(kShafts > 1) {
+    requires(kShafts > 1)
+  {
     return link(z, kSprings - 1, regime) - model.viscous_nm_s_per_rad[kShafts - 1] * z[kLast];
   }
 
-  [[nodiscard]] double capacity(const Vector& z) const requires(kShafts > 1) {
+  [[nodiscard]] double capacity(const Vector& z) const
+    requires(kShafts > 1)
+  {
     return z[kCapacity] + z[kBrakeGap];
   }
 
@@ -95,7 +98,8 @@ struct Chain {
 
   /// ... and the same of the last shaft.
   [[nodiscard]] double brake_net(const Vector& z, const Regime& regime) const
-      requires(kShafts > 1) {
+    requires(kShafts > 1)
+  {
     return brake_demand(z, regime) - sign_of(regime.brake) * capacity(z);
   }
 

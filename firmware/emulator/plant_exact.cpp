@@ -60,7 +60,9 @@ class ExactStepper final : public Stepper {
     if (regime_.knob != Slip::held) return sign_of(regime_.knob) * z[C::kSpeed];
     return z[C::kCoulomb] - std::abs(chain_.knob_demand(z, regime_));
   }
-  [[nodiscard]] double brake_room(const Vector& z) const requires(kShafts > 1) {
+  [[nodiscard]] double brake_room(const Vector& z) const
+    requires(kShafts > 1)
+  {
     if (regime_.brake != Slip::held) return sign_of(regime_.brake) * z[C::kLast];
     return chain_.capacity(z) - std::abs(chain_.brake_demand(z, regime_));
   }
