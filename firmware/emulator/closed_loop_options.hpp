@@ -37,9 +37,9 @@ struct ClosedLoopOptions {
   PlantParams plant{};  ///< its steps are never longer than a control period
   EncoderParams encoder{};
   Hand hand = NoHand{};
-  std::optional<PlantState> initial{};  ///< where the plant begins, if not at rest at 0
-  std::vector<EffectReport> scene{};    ///< all of it plays from the first tick on; at most 16
-  std::vector<float> curve_torque_nm;   ///< the pool that curves read; at most 1024 points
+  std::optional<PlantState> initial{};   ///< where the plant begins, if not at rest at 0
+  std::vector<EffectReport> scene{};     ///< all of it plays from the first tick on; at most 16
+  std::vector<float> curve_torque_nm{};  ///< the pool that curves read; at most 1024 points
   std::optional<SpinUp> spin_up{};
   std::uint64_t first_tick = 0;  ///< the controller's own count; effects began when it was 0
 };

@@ -159,10 +159,10 @@ def headline(figure: Figure, title: str, text: str, *, width: int = 150) -> None
 
 def caption(axes: Axes, text: str, *, width: int = 80, below: float = 0.52) -> None:
     """Write a few lines under the axes, so many inches below them."""
-    height = axes.get_position().height * axes.figure.get_size_inches()[1]
+    inches = axes.get_window_extent().height / cast(Figure, axes.figure).dpi
     axes.text(
         0.0,
-        -below / height,
+        -below / inches,
         textwrap.fill(text, width),
         transform=axes.transAxes,
         fontsize=9.5,
@@ -332,7 +332,7 @@ def _umask() -> int:
 
 
 def _plain(value: Any) -> Any:
-    """What JSON knows: NumPy's numbers and arrays as plain ones, what is not finite as null."""
+    """Give what JSON knows: plain numbers and lists, and null for what is not finite."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -5,7 +5,8 @@ Keys of the results, besides those that all studies have:
 ``rows``
     per case: ``extreme``, ``case``, ``measure`` (what is measured, in which unit; small is good),
     ``naive`` (a plain implementation's value, "not finite", or null where there is none to compare
-    with), ``guarded`` (this one's), ``bound`` (up to here is good), ``naive_breaks``, ``holds``, ``guard`` (what makes it hold).
+    with), ``guarded`` (this one's), ``bound`` (up to here is good), ``naive_breaks``, ``holds``,
+    ``guard`` (what makes it hold).
 ``all_hold``
     whether every case is within its bound.
 """
@@ -298,7 +299,7 @@ def _not_finite() -> Iterator[Case]:
 def _precision() -> Iterator[Case]:
     measure = "32 against 64 bits: difference of the motor's torque (N m)"
     for law in ("paper", "compensated"):
-        options = runs.push_options(runs.per_degree(30), law)  # type: ignore[arg-type]
+        options = runs.push_options(runs.per_degree(30), law)
         _, difference = numbers.precision_trace(options, runs.PUSH_DURATION_S)
         yield Case(
             "precision",

@@ -33,7 +33,7 @@ def stiff_wall_torques_nm(stiffness: float) -> tuple[float, float]:
 
 
 def naive_critical_torque(stiffness_ratio: float, beta: float) -> float:
-    """The paper's (8) and (11) as they are printed."""
+    """Give the paper's (8) and (11) as they are printed."""
     if stiffness_ratio <= 1:
         rest = 1.0 - beta * stiffness_ratio
     else:
@@ -55,7 +55,7 @@ def critical_errors(cases: tuple[tuple[float, float], ...]) -> list[tuple[float,
 
 
 def brake_step(period_over_lag: float, ticks: int = 40) -> tuple[Array, Array, Array]:
-    """A step of the brake's command: explicit Euler, the device's model, the exact answer."""
+    """Step the brake's command: explicit Euler, the device's model, the exact answer."""
     command = 50e-3
     euler = np.zeros(ticks)
     with np.errstate(over="ignore"):
@@ -65,7 +65,7 @@ def brake_step(period_over_lag: float, ticks: int = 40) -> tuple[Array, Array, A
     record = core.model_brake_record(core.BrakeState(), params, np.full(ticks - 1, command))
     model = np.concatenate([[0.0], record])
     exact = command * -np.expm1(-period_over_lag * np.arange(ticks))
-    return euler, model.astype(np.float64), exact
+    return euler, model.astype(np.float64), np.asarray(exact, dtype=np.float64)
 
 
 def lag_tracking(time_constant_s: float) -> float:
@@ -143,7 +143,7 @@ def free_air(guarded: bool, duration_s: float = 1.0) -> tuple[Array, Array]:
     The naive law has no rule for a desired torque of 0: then the motor answers to the sensor.
     """
     ticks = round(1000 * duration_s)
-    time, angle = np.arange(ticks) * 1e-3, np.empty(ticks)
+    time, angle = np.linspace(0.0, 1e-3 * (ticks - 1), ticks), np.empty(ticks)
     hand = hands.TorqueHand(torque_nm=[(0, 60e-3), (0.02, 60e-3), (0.02, 0)])
     plant = emulator.Plant(hand=hand)
     encoder = emulator.Encoder()

@@ -15,11 +15,12 @@ RED = "#c0392b"
 
 def overview(study: Study) -> None:
     """Draw six extremes, naive in red, guarded in blue."""
-    with study.figure("overview", size=(13.5, 10.4), dpi=90) as figure:
+    with study.figure("overview", size=(13.5, 10.4), dpi=78) as figure:
         headline(
             figure,
             "Where numbers break",
-            "Red: how it is usually written. Blue: how the device and its emulator do it. Each panel "
+            "Red: how it is usually written. Blue: how the device and its emulator do "
+            "it. Each panel "
             "is one extreme; the study has more of them, with numbers.",
         )
         axes = figure.subplots(2, 3)
@@ -71,7 +72,8 @@ def _wrap(axes: Axes) -> None:
     label(axes, 1.28, -26, "modulo 2^16", BLUE)
     caption(
         axes,
-        "The plain difference jumps by 65,536 counts: the sensor believes that the spring pulls the "
+        "The plain difference jumps by 65,536 counts: the sensor believes that the "
+        "spring pulls the "
         "other way, as hard as the brake holds just then.",
         width=52,
     )

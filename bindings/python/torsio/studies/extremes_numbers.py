@@ -70,7 +70,7 @@ REVS_PER_S = 10
 
 
 def _sensed(delta_rad: Array) -> Array:
-    """The sensor in 64 bits, from given differences."""
+    """Run the sensor in 64 bits on given differences."""
     torque = 0.0
     out = np.empty(len(delta_rad))
     for i, delta in enumerate(delta_rad):
@@ -229,7 +229,7 @@ def subnormal_ticks(seconds: float = 60.0) -> tuple[int, int]:
     value, naive = np.float32(0.1), 0
     for _ in range(ticks):
         value = np.float32(value * decay)
-        naive += 0 < value < tiny
+        naive += int(0 < value < tiny)
     state = core.BrakeState(torque_nm=0.1)
     params = core.BrakeParams(floor_nm=0.0)
     states = core.model_brake_record(state, params, np.zeros(ticks))
@@ -263,7 +263,7 @@ _EFFECTS: tuple[scenes.Effect, ...] = (
 
 
 def _spoiled(source: Any) -> Iterator[Any]:
-    """The same with each of its floating-point fields not finite in turn."""
+    """Give it with each of its floating-point fields not finite in turn."""
     for one in fields(source):
         if isinstance(getattr(source, one.name), float):
             for value in (math.nan, math.inf, -math.inf):
@@ -304,5 +304,5 @@ def not_finite_accepted() -> tuple[int, int]:
 
 
 def naive_nan_torque_nm() -> float:
-    """What a sensor with fmin and fmax makes of one difference that is not a number."""
+    """Give what a sensor with fmin and fmax makes of a difference that is not a number."""
     return float(np.fmin(np.fmax(0.01 - STIFFNESS * math.nan, -HELD_NM), HELD_NM))

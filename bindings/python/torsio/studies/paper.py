@@ -22,7 +22,8 @@ Keys of the results, besides those that all studies have:
 ``better``
     ``rows``: per variant of law, rate and encoder, the measures of scenario 2 at 30 mN m/deg.
 ``statements``
-    per statement of the paper: where, paper, found, verdict ("holds", "partly", "wrong", "not found").
+    per statement of the paper: where, paper, found, verdict ("holds", "partly", "wrong",
+    "not found").
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from torsio.studies import paper_figures as figures
 from torsio.studies import paper_runs as runs
 from torsio.studies.common import Results, Study
 from torsio.studies.paper_statements import statements
+from torsio.telemetry import Record
 
 # name, colour, and what differs from the paper's loop
 BOUNCE_LOOPS: tuple[tuple[str, str, dict[str, Any]], ...] = (
@@ -134,7 +136,8 @@ def _scenario_2(study: Study) -> Results:
 
 
 def _scenario_3(study: Study) -> Results:
-    rows, cuts = [], {}
+    rows = []
+    cuts: dict[str, tuple[Record, runs.Cut]] = {}
     stiffness = runs.per_degree(CUT_WALL)
     rigid = PlantParams(shaft_stiffness_nm_per_rad=50.0)
     cases: tuple[tuple[runs.Law, PlantParams], ...] = (

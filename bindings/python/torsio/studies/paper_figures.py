@@ -40,7 +40,8 @@ def scenario_1(
             figure,
             "How stiff can a virtual spring be?",
             "The knob is spun up to 18 rad/s and let go; a virtual spring catches it. If motor and "
-            "brake render the spring well, the swinging dies away within a few bounces. Beyond some "
+            "brake render the spring well, the swinging dies away within a few "
+            "bounces. Beyond some "
             "stiffness the control loop feeds it instead.",
         )
         grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
@@ -63,11 +64,11 @@ def scenario_1(
         caption(left, "The paper's law, at 1 kHz. Angle 0 is the middle of the spring.", width=70)
 
         right.set_title("How often the knob goes through the middle in 1 s")
-        for name, color, stiffness, bounces in sweeps:
+        for name, color, swept, bounces in sweeps:
             crossings = [one.crossings for one in bounces]
-            right.plot(stiffness, crossings, color=color, lw=1.8, label=name)
-            limit = runs.largest_stable(stiffness, bounces)
-            index = int(np.searchsorted(stiffness, limit))
+            right.plot(swept, crossings, color=color, lw=1.8, label=name)
+            limit = runs.largest_stable(swept, bounces)
+            index = int(np.searchsorted(swept, limit))
             right.plot(limit, crossings[index], "o", color=color, ms=8)
         right.set_yscale("symlog", linthresh=10)
         right.set_yticks(
@@ -84,7 +85,8 @@ def scenario_1(
         caption(
             right,
             "A dot marks the last stiffness up to which every run came to rest. Faster control "
-            "pushes the limit up, a delay of a single sample takes a good part of it away. With the "
+            "pushes the limit up, a delay of a single sample takes a good part of it "
+            "away. With the "
             "motor alone the swinging is damped by friction only: more bounces, and a lower limit.",
             width=98,
         )
@@ -96,8 +98,10 @@ def scenario_2(study: Study, visits: Mapping[float, tuple[Record, runs.Push]]) -
         headline(
             figure,
             "Into virtual walls, and out again",
-            "A hand pushes the knob into a wall until it pushes back with 75 mN·m, holds, and comes "
-            "out. Each panel reads from left to right: deeper and deeper up to the dashed line, then "
+            "A hand pushes the knob into a wall until it pushes back with 75 mN·m, "
+            "holds, and comes "
+            "out. Each panel reads from left to right: deeper and deeper up to the "
+            "dashed line, then "
             "out again. What the hand feels should lie on what a perfect wall would give.",
         )
         axes = figure.subplots(2, 3).ravel()
@@ -174,7 +178,8 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
         headline(
             figure,
             "The string is cut: does the knob come out of the wall by itself?",
-            f"A weight of {1e3 * runs.WEIGHT_NM:.0f} mN·m hangs on the knob and has sunk into a wall "
+            f"A weight of {1e3 * runs.WEIGHT_NM:.0f} mN·m hangs on the knob and has "
+            f"sunk into a wall "
             f"of {1e3 * math.radians(stiffness):.0f} mN·m per degree. At time 0 its string is cut. "
             "A brake can only hold: unless it lets go in time, the knob stays where it is.",
         )
@@ -240,7 +245,8 @@ def characterisation(
         headline(
             figure,
             "Measuring the shaft with the knob's own parts",
-            "The brake holds with all its torque while the motor's torque rises slowly to its limit "
+            "The brake holds with all its torque while the motor's torque rises "
+            "slowly to its limit "
             "and falls again. The encoder counts how far the shaft gives way: the slope is the "
             "stiffness that the sensor needs, the distance between up and down is friction.",
         )
@@ -432,7 +438,8 @@ def _diagram_text(ratio: float, beta: float) -> str:
             "limit at the deepest point: this is the critical torque. In and out are the same."
         )
     return (
-        f"The shaft unwinds faster than the wall and is empty at {1 - beta * ratio:.2f} of the depth. "
+        "The shaft unwinds faster than the wall and is empty at "
+        f"{1 - beta * ratio:.2f} of the depth. "
         "The motor has to fill up on the way out and reaches its limit just there; then the brake "
         "is off and the motor carries all."
     )
@@ -482,8 +489,10 @@ def critical_torques(study: Study, rows: Sequence[Mapping[str, Any]]) -> None:
         axes.legend(frameon=False, loc="upper left", fontsize=10)
         caption(
             axes,
-            "Soft walls are limited on the way out, where the shaft is empty; stiff ones on the way "
-            "in, where the shaft winds too slowly. A large beta is limited by the brake's own torque, "
+            "Soft walls are limited on the way out, where the shaft is empty; stiff "
+            "ones on the way "
+            "in, where the shaft winds too slowly. A large beta is limited by the "
+            "brake's own torque, "
             "which the paper leaves out.",
             width=150,
         )

@@ -153,12 +153,12 @@ class Push:
 
 
 def rendered_nm(rows: Record) -> Array:
-    """What the hand feels: spring and motor together."""
+    """Give what the hand feels: spring and motor together."""
     return np.asarray(rows["spring_torque_nm"] + rows["motor_torque_nm"])
 
 
 def ideal_nm(rows: Record, stiffness: float, surface_rad: float = WALL_RAD) -> Array:
-    """What a perfect wall would give where the knob truly is."""
+    """Give what a perfect wall would where the knob truly is."""
     return np.asarray(-stiffness * np.maximum(rows["angle_rad"] - surface_rad, 0.0))
 
 
@@ -264,8 +264,8 @@ def characterise(hardening: tuple[float, float] | None = None) -> Characterisati
     loop.run(duration_s=0.5)  # until the brake holds
     rows = []
     for share in np.linspace(0, 2, round(1000 * RAMP_S)):
-        torque = float(MOTOR_NM * min(share, 2.0 - share))
-        loop.hold_command(motor_torque_nm=torque, brake_torque_nm=BRAKE_NM)
+        wanted = float(MOTOR_NM * min(share, 2.0 - share))
+        loop.hold_command(motor_torque_nm=wanted, brake_torque_nm=BRAKE_NM)
         rows.append(loop.run(duration_s=1e-3))
     log = np.concatenate(rows)
     counts = log["position_counts"]

@@ -12,7 +12,7 @@ __all__ = ["statements"]
 
 
 def statements(results: Results) -> list[dict[str, str]]:
-    """Give the table's rows: where, paper, found, verdict ("holds", "partly", "wrong", "not found")."""
+    """Give the table's rows; a verdict is "holds", "partly", "wrong" or "not found"."""
     return [
         *_formulas(results),
         *_characterisation(results),
@@ -58,7 +58,8 @@ def _formulas(results: Results) -> list[dict[str, str]]:
         _row(
             "sec. II-D",
             "no limit from the brake",
-            f"never above {1e3 * (runs.MOTOR_NM + runs.BRAKE_NM):.0f} mN·m, motor and brake together",
+            f"never above {1e3 * (runs.MOTOR_NM + runs.BRAKE_NM):.0f} mN·m, motor and "
+            f"brake together",
             "wrong",
         ),
         _row(
@@ -196,7 +197,7 @@ def _scenario_3(scenario: Results) -> list[dict[str, str]]:
             + (
                 "too"
                 if soft["exit_s"] is not None
-                else f"it stops where friction holds it, at {1e3 * soft['stuck_torque_nm']:.1f} mN·m"
+                else f"friction stops it, at {1e3 * soft['stuck_torque_nm']:.1f} mN·m"
             ),
             "holds",
         ),

@@ -1,0 +1,207 @@
+// Controller and plant without the protocol: the same as with it, tick by tick.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "emulator/closed_loop.hpp"
+#include "emulator/emulated_device.hpp"
+#include "emulator/replay.hpp"
+#include "protocol/registry.hpp"
+#include "wide/emulator/replay.hpp"
+
+using namespace torsio;
+using namespace torsio::emulator;
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+/// A hand that waits for the device to be armed, pushes into the wall and comes out.
+Hand pushing_hand() {
+  return ImpedanceHand{
+      .inertia_kg_m2 = 1e-4,
+      .stiffness_nm_per_rad = 1.0,
+      .damping_nm_s_per_rad = 0.01,
+      .intended_angle_rad =
+          Profile({{20 * kMs, 0.0}, {320 * kMs, 0.16}, {400 * kMs, 0.16}, {700 * kMs, 0.0}})};
+}
+
+protocol::Wall soft_wall() {
+  // 0.05 rad in turns of 2^-32.
+  return {.target = {}, .angle_turns_q32 = 34'178'000, .stiffness_nm_per_rad = 1.43F};
+}
+
+std::vector<LoopRow> run(ClosedLoop& loop, std::size_t ticks) {
+  std::vector<LoopRow> rows(ticks);
+  loop.run(ticks, rows);
+  return rows;
+}
+
+ClosedLoopOptions push_into_wall(std::int64_t period_ns, protocol::Law law) {
+  return {.control_period_ns = period_ns,
+          .control = {.law = law},
+          .hand = pushing_hand(),
+          .scene = {soft_wall()}};
+}
+
+std::string refusal(const ClosedLoopOptions& options) {
+  try {
+    const ClosedLoop loop(options);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("closed loop is the emulated device without its protocol") {
+  for (const std::int64_t period_ns : {kMs, kMs / 10}) {
+    for (const protocol::Law law : {protocol::Law::paper, protocol::Law::compensated}) {
+      CAPTURE(period_ns);
+      ClosedLoop loop(push_into_wall(period_ns, law));
+      const auto ticks = static_cast<std::size_t>(800 * kMs / period_ns);
+      const std::vector<LoopRow> rows = run(loop, ticks);
+
+      protocol::ControlConfig control{.law = law, .passive_ramp_s = 0.0F};
+      control.autonomous = protocol::Toggle::on;
+      EmulatedDevice device({.control_period_ns = period_ns,
+                             .hand = pushing_hand(),
+                             .control = control,
+                             .log_truth = true});
+      REQUIRE(device.write(protocol::encode(soft_wall())));
+      REQUIRE(device.write(protocol::encode(protocol::Commit{1, 0, 1})));
+      REQUIRE(device.write(protocol::encode(protocol::Command{2, 0, protocol::Op::arm})));
+      device.advance(800 * kMs);
+      const std::vector<TruthSample> truth = device.take_truth();
+
+      REQUIRE(truth.size() == rows.size());
+      double deepest_rad = 0.0;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        REQUIRE(rows[i].angle_rad == truth[i].angle_rad);
+        REQUIRE(rows[i].spring_torque_nm == truth[i].torque.spring_torque_nm);
+        REQUIRE(rows[i].motor_torque_nm == truth[i].torque.motor_torque_nm);
+        REQUIRE(rows[i].brake_capacity_nm == truth[i].torque.brake_capacity_nm);
+        deepest_rad = std::max(deepest_rad, rows[i].angle_rad);
+      }
+      CHECK(deepest_rad > 0.07);
+    }
+  }
+}
+
+TEST_CASE("closed loop does not depend on how a run is cut or how often it is recorded") {
+  const ClosedLoopOptions options = push_into_wall(kMs, protocol::Law::paper);
+  ClosedLoop whole(options);
+  ClosedLoop cut(options);
+  ClosedLoop sparse(options);
+  const std::vector<LoopRow> rows = run(whole, 600);
+  (void)run(cut, 123);
+  std::vector<LoopRow> every(60);
+  sparse.run(600, every, 10);
+  const std::vector<LoopRow> rest = run(cut, 477);
+  for (std::size_t i = 0; i < rest.size(); ++i)
+    REQUIRE(rest[i].angle_rad == rows[123 + i].angle_rad);
+  for (std::size_t i = 0; i < every.size(); ++i)
+    REQUIRE(every[i].angle_rad == rows[10 * i].angle_rad);
+}
+
+TEST_CASE("a spin-up ends at angle and time 0 with the speed that was asked") {
+  for (const double direction : {1.0, -1.0}) {
+    ClosedLoopOptions options;
+    options.spin_up = SpinUp{.motor_torque_nm = direction * 0.04, .speed_rad_s = 18.0};
+    ClosedLoop loop(options);
+    const LoopRow first = run(loop, 1).front();
+    CHECK(first.time_s == 0.0);
+    CHECK(first.angle_rad == 0.0);
+    CHECK(first.position_counts == 0);
+    CHECK(direction * first.speed_rad_s >= 18.0);
+    CHECK(direction * first.speed_rad_s < 18.5);
+    // The brake's shaft trails by what its drag and its inertia wind the spring.
+    CHECK(direction * (first.angle_rad - first.brake_angle_rad) > 0.0);
+  }
+  ClosedLoopOptions weak;
+  weak.spin_up = SpinUp{.motor_torque_nm = 0.004, .speed_rad_s = 18.0, .longest_s = 0.1};
+  CHECK_THROWS_AS(ClosedLoop{weak}, std::runtime_error);
+}
+
+TEST_CASE("a delay of the commands shifts what the motor gives by so many ticks") {
+  ClosedLoopOptions options;
+  options.plant.motor_time_constant_s = 0.0;
+  options.delay_ticks = 3;
+  options.control.law = protocol::Law::motor_only;
+  options.scene = {protocol::Constant{.target = {}, .torque_nm = 0.02F, .timing = {}}};
+  ClosedLoop loop(options);
+  const std::vector<LoopRow> rows = run(loop, 6);
+  CHECK(rows[0].motor_command_nm == 0.02F);
+  CHECK(rows[3].motor_torque_nm == 0.0);
+  CHECK(rows[4].motor_torque_nm == doctest::Approx(0.02));
+}
+
+TEST_CASE("a held command is given to the actuators and known to the controller") {
+  ClosedLoopOptions options;
+  options.scene = {protocol::Constant{.target = {}, .torque_nm = 0.02F, .timing = {}}};
+  ClosedLoop loop(options);
+  loop.hold_command({.motor_torque_nm = 0.01, .brake_torque_nm = 0.1});
+  const std::vector<LoopRow> held = run(loop, 500);
+  CHECK(held.back().desired_torque_nm == 0.0F);
+  CHECK(held.back().motor_torque_nm == doctest::Approx(0.01));
+  CHECK(held.back().brake_capacity_nm == doctest::Approx(0.102).epsilon(1e-3));
+  CHECK(held.back().sensed_brake_torque_nm == doctest::Approx(0.1).epsilon(1e-3));
+  loop.release_command();
+  CHECK(run(loop, 1).front().desired_torque_nm == 0.02F);
+}
+
+TEST_CASE("closed loop refuses what is out of range by name") {
+  ClosedLoopOptions options;
+  options.control_period_ns = 999;
+  CHECK(refusal(options).find("control_period_ns") != std::string::npos);
+  options = {};
+  options.control.beta = 1.5F;
+  CHECK(refusal(options).find("beta") != std::string::npos);
+  options = {};
+  options.actuator.brake_torque_min_nm = 1.0F;
+  CHECK(refusal(options).find("brake_torque_min_nm") != std::string::npos);
+  options = {};
+  options.scene = {protocol::Wall{.target = {}, .stiffness_nm_per_rad = -1.0F}};
+  CHECK(refusal(options).find("wall: stiffness") != std::string::npos);
+  options = {};
+  options.scene.assign(17, soft_wall());
+  CHECK(refusal(options).find("16 effects") != std::string::npos);
+  options = {};
+  options.plant.brake_inertia_kg_m2 = -1.0;
+  CHECK(refusal(options).find("brake_inertia") != std::string::npos);
+  options = {};
+  options.delay_ticks = 1001;
+  CHECK(refusal(options).find("delay_ticks") != std::string::npos);
+}
+
+TEST_CASE("replay decides as the closed loop did, and in 64 bits the same but for rounding") {
+  for (const protocol::Law law : {protocol::Law::paper, protocol::Law::compensated}) {
+    const ClosedLoopOptions options = push_into_wall(kMs, law);
+    ClosedLoop loop(options);
+    const std::vector<LoopRow> rows = run(loop, 800);
+    std::vector<std::uint32_t> counts;
+    for (const LoopRow& row : rows)
+      counts.push_back(static_cast<std::uint32_t>(row.position_counts));
+    std::vector<ReplayRow> single(rows.size());
+    std::vector<ReplayRow> wide(rows.size());
+    replay(options, counts, single);
+    torsio::wide::emulator::replay(options, counts, wide);
+    bool differs = false;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      REQUIRE(single[i].motor_torque_nm == static_cast<double>(rows[i].motor_command_nm));
+      REQUIRE(single[i].spring_torque_nm == static_cast<double>(rows[i].sensed_spring_torque_nm));
+      REQUIRE(wide[i].position_counts == single[i].position_counts);
+      // 1e-7 N m is 1/20,000 of what the encoder can tell.
+      REQUIRE(std::abs(wide[i].motor_torque_nm - single[i].motor_torque_nm) < 1e-7);
+      REQUIRE(std::abs(wide[i].brake_torque_nm - single[i].brake_torque_nm) < 1e-7);
+      REQUIRE(std::abs(wide[i].spring_torque_nm - single[i].spring_torque_nm) < 1e-7);
+      differs = differs || wide[i].motor_torque_nm != single[i].motor_torque_nm;
+    }
+    CHECK(differs);  // else it would not be another precision
+  }
+}

@@ -1,0 +1,144 @@
+"""The closed loop without the protocol: against a second implementation, and its own promises."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import torsio
+from tests.python import reference
+from torsio.emulator import (
+    LOOP_DTYPE,
+    ClosedLoop,
+    InitialState,
+    LoopOptions,
+    SpinUp,
+    replay,
+    simulate,
+    simulate_many,
+)
+
+COUNT_RAD = 2 * math.pi / 8192
+STIFFNESS = math.degrees(25e-3)
+PATH = [(0.0, 0.0), (0.3, 0.13), (0.4, 0.13), (0.7, 0.0)]
+
+
+def push(law: str = "paper") -> LoopOptions:
+    return LoopOptions(
+        scene=torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=STIFFNESS),
+        hand=torsio.ImpedanceHand(
+            intended_angle_rad=PATH,
+            stiffness_nm_per_rad=1.0,
+            damping_nm_s_per_rad=0.01,
+            inertia_kg_m2=1e-4,
+        ),
+        control=torsio.ControlConfig(law=law),  # type: ignore[arg-type]
+    )
+
+
+def test_simulate_matches_the_second_implementation() -> None:
+    rows = simulate(push(), duration_s=0.8)
+    expected = reference.run_wall(
+        reference.Actuator(),
+        reference.Hand(inertia=1e-4, stiffness=1.0, damping=0.01, path=reference.piecewise(PATH)),
+        surface=0.05,
+        stiffness=STIFFNESS,
+        beta=0.5,
+        duration=0.8,
+    )
+    assert np.abs(rows["position_counts"] - expected["count"]).max() <= 2
+    for ours, theirs in (
+        ("desired_torque_nm", "desired"),
+        ("motor_command_nm", "motor"),
+        ("sensed_spring_torque_nm", "sensed"),
+        ("spring_torque_nm", "spring"),
+    ):
+        error = np.abs(rows[ours] - expected[theirs])
+        # One count of the spring is 2.2 mN m, and it may be counted a tick earlier or later.
+        assert error.max() <= 7e-3, ours
+        assert np.sqrt(np.mean(error**2)) <= 0.5e-3, ours
+
+
+def test_simulate_many_gives_what_simulate_gives_in_order() -> None:
+    options = [
+        replace(push(law), delay_ticks=delay)
+        for law in ("paper", "compensated", "motor_only")
+        for delay in (0, 2)
+    ]
+    seen: list[int] = []
+    many = simulate_many(options, duration_s=0.3, threads=2, on_progress=seen.append)
+    assert seen[-1] == len(options)
+    for rows, one in zip(many, options, strict=True):
+        np.testing.assert_array_equal(rows, simulate(one, duration_s=0.3))
+
+
+def test_simulate_many_says_which_option_is_wrong() -> None:
+    wrong = LoopOptions(plant=torsio.PlantParams(knob_inertia_kg_m2=-1.0))
+    with pytest.raises(ValueError, match="knob_inertia_kg_m2"):
+        simulate_many([push(), wrong, push()], duration_s=0.1)
+
+
+def test_simulate_many_passes_on_what_progress_raises() -> None:
+    def stop(_: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate_many([push()] * 200, duration_s=0.8, on_progress=stop)
+
+
+def test_record_every_thins_the_rows() -> None:
+    every = simulate(push(), duration_s=0.2, record_every=7)
+    np.testing.assert_array_equal(every, simulate(push(), duration_s=0.2)[::7])
+    assert every.dtype == LOOP_DTYPE
+
+
+@pytest.mark.parametrize(
+    ("options", "name"),
+    [
+        (LoopOptions(control_period_ns=10), "control_period_ns"),
+        (LoopOptions(control=torsio.ControlConfig(beta=2.0)), "beta"),
+        (LoopOptions(scene=torsio.Damper(damping_nm_s_per_rad=-1.0)), "damping"),
+        (LoopOptions(actuator=torsio.ActuatorConfig(counter_bits=4)), "counter_bits"),
+        (LoopOptions(step_ns=0), "step_ns"),
+        (LoopOptions(encoder_noise_counts=-1.0), "noise_counts"),
+        (LoopOptions(brake_hysteresis_nm=-1e-3), "half_width_nm"),
+        (LoopOptions(initial=InitialState(brake_torque_nm=-1.0)), "brake_capacity_nm"),
+        (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.0, speed_rad_s=1.0)), "motor_torque_nm"),
+        (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.1, speed_rad_s=-1.0)), "speed_rad_s"),
+        (LoopOptions(method="rk4"), "method"),  # type: ignore[arg-type]
+    ],
+)
+def test_options_out_of_range_are_refused_by_name(options: LoopOptions, name: str) -> None:
+    with pytest.raises(ValueError, match=name):
+        simulate(options, duration_s=0.01)
+
+
+def test_a_spin_up_that_cannot_be_done_is_an_error() -> None:
+    options = LoopOptions(spin_up=SpinUp(motor_torque_nm=1e-3, speed_rad_s=18.0, longest_s=0.1))
+    with pytest.raises(RuntimeError, match="18"):
+        simulate(options, duration_s=0.01)
+
+
+def test_held_commands_act_until_they_are_released() -> None:
+    loop = ClosedLoop(LoopOptions(scene=torsio.Constant(torque_nm=0.02)))
+    loop.hold_command(brake_torque_nm=0.1)
+    held = loop.run(duration_s=0.5)
+    assert held["desired_torque_nm"].max() == 0.0
+    assert held["brake_capacity_nm"][-1] == pytest.approx(0.102, rel=1e-3)
+    loop.release_command()
+    assert loop.run(duration_s=0.01)["desired_torque_nm"][0] == pytest.approx(0.02)
+
+
+def test_replay_in_64_bits_differs_by_rounding_only() -> None:
+    rows = simulate(push(), duration_s=0.8)
+    single = replay(push(), rows["position_counts"])
+    double = replay(push(), rows["position_counts"], precision="double")
+    np.testing.assert_array_equal(
+        single["motor_torque_nm"].astype(np.float32), rows["motor_command_nm"]
+    )
+    for name in ("motor_torque_nm", "brake_torque_nm", "spring_torque_nm", "desired_torque_nm"):
+        difference = np.abs(single[name] - double[name])
+        assert 0 < difference.max() < 1e-7, name

@@ -1,0 +1,89 @@
+"""Studies keep earlier results whatever happens, and say what is wrong."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from torsio.cli import app
+from torsio.studies import STUDIES, common
+from torsio.studies.common import StudyError
+
+
+def results(**own: Any) -> dict[str, Any]:
+    return {"schema": common.SCHEMA, "study": "paper", **own}
+
+
+def test_results_come_back_as_they_were_saved(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "paper.json"
+    common.save(results(value=1.5, nothing=float("nan")), file)
+    assert common.load(file, "paper") == results(value=1.5, nothing=None)
+    assert [path.name for path in file.parent.iterdir()] == ["paper.json"]
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        ('{"schema": 1, "study": "pap', "damaged"),
+        ("", "damaged"),
+        ("[1, 2]", "does not hold"),
+        (json.dumps({"schema": 1, "study": "extremes"}), "does not hold"),
+        (json.dumps({"schema": 99, "study": "paper"}), "schema 99"),
+    ],
+)
+def test_a_damaged_or_foreign_file_is_left_alone(tmp_path: Path, content: str, why: str) -> None:
+    file = tmp_path / "paper.json"
+    file.write_text(content)
+    with pytest.raises(StudyError, match=why):
+        common.execute("paper", json_file=file, quick=True)
+    assert file.read_text() == content
+
+
+def test_a_full_disk_keeps_the_earlier_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "paper.json"
+    common.save(results(value=1), file)
+
+    def full(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(StudyError, match="the disk is full; what was there before is kept"):
+        common.save(results(value=2), file)
+    assert common.load(file, "paper")["value"] == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["paper.json"]
+
+
+def test_a_truly_full_disk_gives_a_clear_error() -> None:
+    with pytest.raises(StudyError, match=r"cannot write /proc/"):
+        common.save(results(), Path("/proc/nowhere/paper.json"))
+
+
+def test_an_unknown_study_is_an_error_that_lists_those_there_are() -> None:
+    with pytest.raises(StudyError, match=r"nonsense.*extremes.*paper"):
+        common.execute("nonsense")
+
+
+def test_every_study_has_its_command_and_its_page() -> None:
+    listed = CliRunner().invoke(app, ["study", "--help"])
+    assert listed.exit_code == 0
+    pages = Path(__file__).parents[2] / "docs" / "studies"
+    for name in STUDIES:
+        assert name in listed.output
+        assert (pages / f"{name}.md").exists()
+
+
+def test_command_ends_with_status_1_and_one_sentence_on_a_damaged_file(tmp_path: Path) -> None:
+    file = tmp_path / "paper.json"
+    file.write_text("{")
+    outcome = CliRunner().invoke(app, ["study", "paper", "--json", str(file), "--quick"])
+    assert outcome.exit_code == 1
+    assert "is damaged" in outcome.output
+    assert "Traceback" not in outcome.output
