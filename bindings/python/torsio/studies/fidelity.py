@@ -173,7 +173,7 @@ def _own_rows(scenario: Scenario, steps_us: tuple[int, ...]) -> Iterator[dict[st
         )
         angles, cpu_s = _plant_run(plant, scenario)
         cpu_s = _best_time(scenario, plant, cpu_s)
-        yield _row(scenario, method, 1e-6 * step_us, angles, cpu_s)
+        yield _row(scenario, method, step_us / 1e6, angles, cpu_s)
 
 
 def _automatic_rows(scenario: Scenario) -> Iterator[dict[str, Any]]:
@@ -217,7 +217,7 @@ class _MuJoCo:
             self._scenario.motor_nm,
             self._scenario.brake_nm,
             period_s=PERIOD_S,
-            step_s=1e-6 * step_us,
+            step_s=step_us / 1e6,
             settings=settings,
         )
 
@@ -227,9 +227,7 @@ class _MuJoCo:
         if repeat and cpu_s < 0.1:
             cpu_s = min(cpu_s, *(simulation.run()[1] for _ in range(3)))
         name = "mujoco_default" if settings.is_default else "mujoco"
-        return _row(
-            self._scenario, name, 1e-6 * step_us, angles, cpu_s, settings=settings.as_text()
-        )
+        return _row(self._scenario, name, step_us / 1e6, angles, cpu_s, settings=settings.as_text())
 
     def candidates(self, quick: bool) -> list[Any]:
         integrators = ["Euler", "implicitfast", "implicit", "RK4"]

@@ -83,11 +83,11 @@ def _panel(ax: Axes, rows: Rows, summary: dict[str, Any]) -> None:
     if summary["ratio"] is not None:
         start, end = summary["mujoco"]["realtime_factor"], summary["exact"]["realtime_factor"]
         ax.annotate(
-            "", xy=(end, 2.5e-6), xytext=(start, 2.5e-6),
+            "", xy=(end, 1e-8), xytext=(start, 1e-8),
             arrowprops={"arrowstyle": "<->", "color": TEXT},
         )  # fmt: skip
         ax.text(
-            math.sqrt(start * end), 1.6e-6, f"{summary['ratio']:,.0f} times as fast",
+            math.sqrt(start * end), 6e-9, f"{summary['ratio']:,.0f} times as fast",
             ha="center", va="top", color=TEXT,
             bbox={"facecolor": WALL_FILL, "edgecolor": "none", "pad": 1.5},
         )  # fmt: skip
