@@ -260,7 +260,8 @@ void Knob::zero() {
 void Knob::play(const Scene& scene) { impl().player.play(encode_scene(scene, impl().identity())); }
 
 void Knob::stream_local_model(const LocalModel& model) {
-  impl().session.send(encode_local_model(model));
+  const protocol::ReportBytes report = encode_local_model(model);
+  impl().session.send_while_armed(report);
 }
 
 ActuatorConfig Knob::actuator_config() {

@@ -98,8 +98,9 @@ class Knob {
   void play(const Scene& scene);
   void play(const Effect& effect) { play(Scene{effect}); }
 
-  /// Sends a local model and does not wait for the device. statistics() counts refusals.
-  /// @throws InvalidArgument
+  /// Sends a local model and does not wait for the device. If state() is not armed nothing is sent;
+  /// what the device refuses later only counts, in statistics().
+  /// @throws InvalidArgument, Refused (not_armed)
   void stream_local_model(const LocalModel& model);
 
   // Configuration ----------------------------------------------------------------------------
