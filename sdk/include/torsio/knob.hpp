@@ -132,7 +132,8 @@ class Knob {
 
   /// Lets `duration_s` pass and returns every sample of that span; starts telemetry at the highest
   /// rate if it does not run. It returns up to 10 ms late, when the last sample has arrived.
-  /// @throws Timeout if telemetry dries up
+  /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
+  /// up
   [[nodiscard]] std::vector<TelemetrySample> record(double duration_s);
 
   // Waiting ----------------------------------------------------------------------------------
