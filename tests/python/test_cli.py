@@ -101,6 +101,8 @@ def test_usage_error_has_status_2(arguments: tuple[str, ...]) -> None:
         (("--out", "taken"), "--out"),
         (("--json", "folder"), "--json"),
         (("--json", "file/numbers.json"), "--json"),
+        (("--json", "/dev/stdout"), "--json"),
+        (("--json", "/dev/null"), "--json"),
     ],
 )
 def test_place_that_cannot_be_written_is_named_before_the_visit(

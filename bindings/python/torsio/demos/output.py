@@ -20,8 +20,9 @@ def check(files: Mapping[Path, str]) -> None:
         The option that each file comes from, for the message.
     """
     for file, option in files.items():
-        if file.exists() and not file.is_file():
-            raise OutputError(f"{option}: {file} exists and is no file; choose another place")
+        # No links either: /dev/stdout is one, and what it leads to must not be replaced.
+        if file.is_symlink() or (file.exists() and not file.is_file()):
+            raise OutputError(f"{option}: {file} exists and is no plain file; choose another place")
         folder = file.parent
         while not folder.exists() and folder != folder.parent:
             folder = folder.parent
@@ -38,13 +39,13 @@ def write(writers: Mapping[Path, Callable[[Path], object]], options: Mapping[Pat
     try:
         for file, writer in writers.items():
             current = options[file]
-            target = file.resolve()  # a link stays a link
-            target.parent.mkdir(parents=True, exist_ok=True)
+            file.parent.mkdir(parents=True, exist_ok=True)
             # The suffix stays, which tells matplotlib the format.
-            parts[target] = target.with_name(f".part-{os.getpid()}-{target.name}")
-            writer(parts[target])
-        for target, part in parts.items():
-            part.replace(target)
+            parts[file] = file.with_name(f".part-{os.getpid()}-{file.name}")
+            writer(parts[file])
+        for file, part in parts.items():
+            current = options[file]
+            part.replace(file)
     except OSError as error:
         raise OutputError(
             f"{current}: cannot write there ({error.strerror or error}); choose another place"
