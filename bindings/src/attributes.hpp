@@ -87,6 +87,11 @@ class Attributes {
 
   [[nodiscard]] double as_number(const pybind11::handle& value, const char* name) const {
     const double number = PyFloat_AsDouble(value.ptr());
+    if (number == -1.0 && PyErr_Occurred() != nullptr &&
+        PyErr_ExceptionMatches(PyExc_OverflowError) != 0) {
+      PyErr_Clear();
+      refuse(name, "is too large");
+    }
     if (number == -1.0 && PyErr_Occurred() != nullptr) refuse_type(name, "a number", value);
     return number;
   }

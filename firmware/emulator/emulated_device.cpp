@@ -24,8 +24,8 @@ EmulatedDeviceOptions checked(EmulatedDeviceOptions options) {
   const bool printable =
       std::ranges::all_of(options.serial, [](char c) { return c > 32 && c < 127; });
   if (options.serial.empty() || options.serial.size() > 16 || !printable) {
-    throw std::invalid_argument("serial must be 1 to 16 printable ASCII characters, is \"" +
-                                options.serial + "\"");
+    throw std::invalid_argument("serial must be 1 to 16 printable ASCII characters, has " +
+                                (printable ? std::to_string(options.serial.size()) : "others"));
   }
   options.encoder.seed += options.seed;
   options.plant.integration.step_ns =

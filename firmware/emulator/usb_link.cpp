@@ -1,7 +1,7 @@
 #include "emulator/usb_link.hpp"
 
-#include <initializer_list>
 #include <stdexcept>
+#include <string>
 
 namespace torsio::emulator {
 
@@ -45,12 +45,17 @@ void UsbLink::clear() {
 }
 
 void UsbLink::set_faults(const LinkFaults& faults) {
-  for (const double probability :
-       {faults.drop_output, faults.corrupt_output, faults.drop_input, faults.corrupt_input}) {
-    if (!(probability >= 0.0 && probability <= 1.0)) {
-      throw std::invalid_argument("link faults: a probability must be within 0 and 1");
-    }
-  }
+  const auto check = [](const char* field, double probability) {
+    // The comparison is also false for NaN.
+    if (probability >= 0.0 && probability <= 1.0) return;
+    throw std::invalid_argument(std::string("link faults: ") + field +
+                                " must be a probability, 0 to 1, is " +
+                                std::to_string(probability));
+  };
+  check("drop_output", faults.drop_output);
+  check("corrupt_output", faults.corrupt_output);
+  check("drop_input", faults.drop_input);
+  check("corrupt_input", faults.corrupt_input);
   faults_ = faults;
 }
 

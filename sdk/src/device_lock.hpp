@@ -16,7 +16,11 @@ class DeviceLock {
   DeviceLock(const DeviceLock&) = delete;
   DeviceLock& operator=(const DeviceLock&) = delete;
 
+  /// Leaves no file behind, for a device that turned out to be of no use. The lock is held on.
+  void remove_file() noexcept;
+
  private:
+  const std::string path_;
   int file_ = -1;
 };
 

@@ -46,6 +46,19 @@ ListedDevice describe(const HidListing& hid) {
   return listed;
 }
 
+/// What is longer than any path element or serial number, or has a NUL, is no name, and echoing it
+/// would not help.
+void check_selector(std::string_view selector) {
+  constexpr std::size_t kLongest = 255;
+  if (selector.size() > kLongest) {
+    throw InvalidArgument("selector has " + std::to_string(selector.size()) +
+                          " characters, allowed are up to " + std::to_string(kLongest));
+  }
+  if (selector.find('\0') != std::string_view::npos) {
+    throw InvalidArgument("selector contains a NUL character; give a path or a serial number");
+  }
+}
+
 std::string list_text(const std::vector<HidListing>& plugged_in) {
   if (plugged_in.empty()) {
     return "no knob is plugged in; \"emulated\" opens one that needs no hardware";
@@ -94,6 +107,7 @@ std::vector<ListedDevice> list_devices() {
 }
 
 Knob Knob::open(std::string_view selector, const OpenOptions& options) {
+  check_selector(selector);
   Connection connection;
   const std::string named = std::string(kEmulated) + ":";
   if (selector == kEmulated || selector.starts_with(named)) {

@@ -1,6 +1,8 @@
 #include "hid_transport.hpp"
 
 #include <hidapi/hidapi.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -58,7 +60,26 @@ bool is_knob(const hid_device_info& info) {
 
 std::string last_error(hid_device* device) {
   const std::string text = narrow_text(hid_error(device));
-  return text.empty() ? "no reason given" : text;
+  // hidapi calls it a success where it has kept no error.
+  return text.empty() || text == "Success" ? "no reason given" : text;
+}
+
+/// hidapi 0.13.1 frees memory that it never set when a file opens but is not a hidraw device, so
+/// such files must not get there. Only hidapi's libusb backend has paths that name no file.
+/// @throws DeviceNotFound
+void refuse_other_files(const std::string& path) {
+  struct stat file{};
+  if (!path.starts_with('/') || ::stat(path.c_str(), &file) != 0) return;
+  if (S_ISCHR(file.st_mode)) {
+    const std::string numbers =
+        std::to_string(major(file.st_rdev)) + ":" + std::to_string(minor(file.st_rdev));
+    std::error_code failed;
+    const auto subsystem =
+        std::filesystem::read_symlink("/sys/dev/char/" + numbers + "/subsystem", failed);
+    if (!failed && subsystem.filename() == "hidraw") return;
+  }
+  throw DeviceNotFound(path +
+                       " is not a HID device; list_devices() and `torsio list` show what is there");
 }
 
 [[noreturn]] void throw_cannot_open(const std::string& path) {
@@ -78,7 +99,10 @@ class HidTransport final : public Transport {
   explicit HidTransport(const std::string& path) : path_(path), lock_(std::in_place, path) {
     const std::lock_guard guard(hidapi_mutex());
     writer_.reset(hid_open_path(path.c_str()));
-    if (writer_ == nullptr) throw_cannot_open(path);
+    if (writer_ == nullptr) {
+      lock_->remove_file();
+      throw_cannot_open(path);
+    }
     // hidapi's handles are not made for two threads: each call replaces the handle's error text.
     // So the reading thread gets one of its own. The libusb backend lets nobody in twice, but it
     // keeps no error text either, so there one handle serves both.
@@ -172,6 +196,7 @@ std::vector<HidListing> list_hid() {
 }
 
 std::unique_ptr<Transport> open_hid(const std::string& path) {
+  refuse_other_files(path);  // before there is a lock file
   return std::make_unique<HidTransport>(path);
 }
 

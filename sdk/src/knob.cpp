@@ -25,6 +25,14 @@ namespace {
 constexpr double kMaxReportsPerS = 900.0;
 constexpr double kMaxSampleRateHz = kMaxReportsPerS * protocol::samples_per_report;
 
+// Of one recording, which is held in memory: a day of samples at 1,000 a second, about 6 GB.
+constexpr double kMaxRecordedSamples = 1e8;
+
+/// Control ticks from sample to sample at the highest rate that the cable carries.
+double fewest_ticks(double control_rate_hz) {
+  return std::ceil(control_rate_hz / std::min(control_rate_hz, kMaxSampleRateHz));
+}
+
 /// @throws ProtocolMismatch, Error, Disconnected
 protocol::Identity identify(Transport& transport) {
   protocol::ReportBytes bytes{};
@@ -139,7 +147,7 @@ class Knob::Impl {
     const double control_rate_hz = 1e9 / identity().control_period_ns;
     const double highest_hz = std::min(control_rate_hz, kMaxSampleRateHz);
     const double lowest_hz = control_rate_hz / 255.0;
-    double ticks = std::ceil(control_rate_hz / highest_hz);
+    double ticks = fewest_ticks(control_rate_hz);
     if (rate_hz != 0.0) {
       // The comparison is also false for NaN; a little room for rates that were computed.
       if (!(rate_hz >= lowest_hz * (1 - 1e-9) && rate_hz <= highest_hz * (1 + 1e-9))) {
@@ -162,7 +170,17 @@ class Knob::Impl {
 
   std::vector<TelemetrySample> record(double duration_s) {
     const std::int64_t duration_ns = whole_ns("duration_s", duration_s);
-    const bool starts = decimation_ == 0;
+    const unsigned decimation = decimation_;
+    const bool starts = decimation == 0;
+    const double control_rate_hz = 1e9 / identity().control_period_ns;
+    const double longest_s = kMaxRecordedSamples *
+                             (starts ? fewest_ticks(control_rate_hz) : decimation) /
+                             control_rate_hz;
+    if (duration_s > longest_s) {
+      throw InvalidArgument("duration_s is " + number_text(duration_s) + ", allowed are 0 to " +
+                            number_text(longest_s) +
+                            " s at this rate; for more take samples with read() as they come");
+    }
     if (starts) start_telemetry(0.0);
     const auto first_tick = session.get<protocol::Clock>().tick;
     const auto ticks = static_cast<std::uint64_t>(
@@ -260,7 +278,8 @@ void Knob::zero() {
 void Knob::play(const Scene& scene) { impl().player.play(encode_scene(scene, impl().identity())); }
 
 void Knob::stream_local_model(const LocalModel& model) {
-  impl().session.send(encode_local_model(model));
+  const protocol::ReportBytes report = encode_local_model(model);
+  impl().session.send_while_armed(report);
 }
 
 ActuatorConfig Knob::actuator_config() {

@@ -197,7 +197,14 @@ void Session::write(const protocol::ReportBytes& report) {
   ++reports_sent_;
 }
 
-void Session::send(protocol::ReportBytes report) {
+void Session::send_while_armed(protocol::ReportBytes report) {
+  // A lost device is no matter of arming: write() finds it.
+  if (const State known = state(); known == State::disarmed || known == State::fault) {
+    protocol::Acknowledgement answer;
+    answer.report = report[0];
+    answer.status = static_cast<std::uint8_t>(protocol::Status::not_armed);
+    throw_if_refused(answer);
+  }
   stamp(report);
   write(report);
 }

@@ -62,9 +62,10 @@ class Session {
     throw_if_refused(exchange(bytes).front());
   }
 
-  /// Sends a report and does not wait for an acknowledgement. Waits while the queue to the device
-  /// is full.
-  void send(protocol::ReportBytes report);
+  /// Sends a report that only an armed device takes and does not wait for an acknowledgement.
+  /// Waits while the queue to the device is full.
+  /// @throws Refused, without asking the device, if it is known not to be armed
+  void send_while_armed(protocol::ReportBytes report);
 
   /// Reads a feature report. @throws Error if the device stalls, Disconnected, Closed
   template <class Report>

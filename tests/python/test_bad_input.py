@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -81,6 +82,8 @@ BAD_SCENES: list[tuple[Any, type[Exception], str]] = [
     ([Curve(torque_nm=np.zeros(600))] * 2, InvalidArgument, "1024"),
     ([Constant(torque_nm=0.1)] * 17, InvalidArgument, "17 effects"),
     ([Constant(torque_nm=0.1), Wall(stiffness_nm_per_rad=-1.0)], InvalidArgument, "effect 1"),
+    (Wall(stiffness_nm_per_rad=10**400), InvalidArgument, "stiffness_nm_per_rad is too large"),
+    (itertools.repeat(Constant(torque_nm=0.1)), InvalidArgument, "17 effects"),
     ("wall", TypeError, "not an effect"),
     (None, TypeError, "not an effect"),
     ([object()], TypeError, "not an effect"),
@@ -133,6 +136,24 @@ BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
     ),
     (lambda k: k.emulator.set_hand("firm"), TypeError, "not a hand"),  # type: ignore[arg-type]
     (lambda k: k.emulator.set_link_faults(drop_input=1.5), InvalidArgument, "probability"),
+    (lambda k: k.emulator.set_link_faults(drop_input="all"), TypeError, "drop_input"),  # type: ignore[arg-type]
+    (lambda k: k.emulator.skip_ticks(count=-1), InvalidArgument, "count is -1"),
+    (lambda k: k.emulator.jump_encoder(counts=2**70), InvalidArgument, "counts"),
+    (lambda k: k.emulator.jump_encoder(counts=10**5000), InvalidArgument, "counts"),
+    (lambda k: k.emulator.cut_power_in_next_save(after_bytes=-1), InvalidArgument, "after_bytes"),
+    (lambda k: k.emulator.freeze_encoder(frozen=1), TypeError, "frozen"),  # type: ignore[arg-type]
+    (lambda k: k.stream_local_model(torque_nm="a"), TypeError, "torque_nm"),  # type: ignore[arg-type]
+    (lambda k: k.stream_local_model(torque_nm=10**400), InvalidArgument, "torque_nm"),
+    (lambda k: k.record(duration_s="1"), TypeError, "duration_s"),  # type: ignore[arg-type]
+    (lambda k: k.record(duration_s=0.1, rate_hz="a"), TypeError, "rate_hz"),  # type: ignore[arg-type]
+    (lambda k: k.read(max_samples=1.5), TypeError, "max_samples must be a whole"),  # type: ignore[arg-type]
+    (lambda k: k.sleep(None), TypeError, "duration_s"),  # type: ignore[arg-type]
+    (lambda k: k.wait_for(3), TypeError, "state"),  # type: ignore[arg-type]
+    (lambda k: k.telemetry(duration_s=math.nan), InvalidArgument, "duration_s is nan"),
+    (lambda k: k.telemetry(duration_s=math.inf), InvalidArgument, "duration_s is inf"),
+    (lambda k: k.telemetry(duration_s=-1), InvalidArgument, "duration_s is -1"),
+    (lambda k: k.telemetry(max_samples=0), InvalidArgument, "max_samples is 0"),
+    (lambda k: k.telemetry(timeout_s=0), InvalidArgument, "timeout_s is 0"),
 ]
 
 
@@ -149,6 +170,16 @@ BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"control_rate_hz": math.nan}, InvalidArgument, "control_rate_hz"),
     ({"serial": "x" * 17}, InvalidArgument, "serial"),
     ({"seed": -1}, InvalidArgument, "seed"),
+    ({"seed": 1.5}, TypeError, "seed must be a whole number, is 1.5"),
+    ({"seed": "a"}, TypeError, "seed"),
+    ({"ring_samples": "a"}, TypeError, "ring_samples"),
+    ({"control_rate_hz": "fast"}, TypeError, "control_rate_hz must be a number"),
+    ({"serial": b"TS-0001"}, TypeError, "serial must be a string"),
+    ({"paced": "yes"}, TypeError, "paced must be True or False"),
+    ({"plant": 3}, TypeError, "plant must be a torsio.PlantParams or None, is 3"),
+    ({"actuator": 3}, TypeError, "actuator"),
+    ({"control": ActuatorConfig()}, TypeError, "control must be a torsio.ControlConfig"),
+    ({"hand": 3}, TypeError, "hand"),
     ({"ring_samples": 0}, InvalidArgument, "ring_samples"),
     ({"command_timeout_s": -1.0}, InvalidArgument, "command_timeout_s"),
     ({"plant": PlantParams(knob_inertia_kg_m2=-1e-5)}, InvalidArgument, "knob_inertia_kg_m2"),
@@ -165,6 +196,44 @@ def test_bad_option_of_open_is_refused_by_name(
 ) -> None:
     with pytest.raises(kind, match=message):
         torsio.open("emulated", **options)
+
+
+@pytest.mark.parametrize("selector", [3, None, b"emulated"])
+def test_selector_of_another_type_is_refused_by_name(selector: Any) -> None:
+    with pytest.raises(TypeError, match="selector must be a string, is"):
+        torsio.open(selector)
+
+
+BAD_VALUES: list[tuple[Callable[[], object], type[Exception], str]] = [
+    (lambda: Constant(torque_nm=0.1, timing=None), TypeError, "timing"),  # type: ignore[arg-type]
+    (lambda: Periodic(amplitude_nm=0.1, frequency_hz=1.0, timing=1.0), TypeError, "timing"),  # type: ignore[arg-type]
+    (lambda: Curve(torque_nm="123"), TypeError, "torque_nm must be several numbers"),  # type: ignore[arg-type]
+    (lambda: Curve(torque_nm=3), TypeError, "torque_nm must be several numbers"),  # type: ignore[arg-type]
+    (lambda: Curve(torque_nm=["a", "b"]), TypeError, "torque_nm must be a number"),  # type: ignore[list-item]
+    (lambda: Curve(torque_nm=np.zeros((2, 2))), TypeError, "torque_nm must be a number"),
+    (lambda: Curve(torque_nm=[10**400, 0]), InvalidArgument, "torque_nm is too large"),
+    (lambda: TorqueHand(torque_nm="a"), TypeError, "torque_nm must be a number or knots"),  # type: ignore[arg-type]
+    (lambda: TorqueHand(torque_nm=None), TypeError, "torque_nm must be a number or knots"),  # type: ignore[arg-type]
+    (lambda: TorqueHand(torque_nm=[1, 2]), TypeError, "torque_nm, a profile's knot,"),  # type: ignore[list-item]
+    (lambda: TorqueHand(torque_nm=[(1, 2, 3)]), InvalidArgument, "must be \\(time_s, value\\)"),
+]
+
+
+@pytest.mark.parametrize(("make", "kind", "message"), BAD_VALUES)
+def test_value_that_no_play_could_use_is_refused_when_made(
+    make: Callable[[], object], kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message) as caught:
+        make()
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    hand = TorqueHand(torque_nm=np.float32(0.5))  # type: ignore[arg-type]
+    assert hand.torque_nm == ((0.0, 0.5),)
+    assert Curve(torque_nm=np.array([0.25, 0.5], np.float32)).torque_nm == (0.25, 0.5)
+    with torsio.open("emulated", seed=np.uint8(3), control_rate_hz=np.float64(2000)) as knob:  # type: ignore[arg-type]
+        assert len(knob.record(duration_s=np.float32(0.5))) > 0  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("selector", ["/dev/hidraw250", "TS-9999", ""])
@@ -195,6 +264,7 @@ def test_close_may_be_called_twice_and_ends_everything() -> None:
         lambda: knob.play(Constant(torque_nm=0.0)),
         lambda: knob.record(duration_s=0.1),
         lambda: knob.emulator.time_s,
+        knob.__enter__,
     ]
     for call in calls:
         with pytest.raises(torsio.Closed, match="open it again"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,3 +101,31 @@ def test_run_leaves_the_knob_disarmed_and_configured_as_before() -> None:
     assert seen.law == "paper"
     assert shares == sorted(shares)
     assert shares[-1] == pytest.approx(1.0)
+
+
+def test_run_without_the_truth_of_an_emulated_knob_says_so() -> None:
+    with torsio.open("emulated") as knob:
+        with pytest.raises(torsio.InvalidArgument, match="open it with log_truth=True"):
+            wall.run(knob)
+        assert knob.state == "disarmed"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, []),
+        ({"tracking_rms_in": 0.0701}, ["way in"]),
+        ({"tracking_rms_in": float("nan")}, ["way in"]),
+        ({"tracking_rms_out": 0.0901}, ["way out"]),
+        ({"left_wall": False}, ["still in the wall"]),
+        ({"samples_lost": 1}, ["1 samples were lost"]),
+        ({"left_wall": False, "samples_lost": 2}, ["still in the wall", "2 samples"]),
+    ],
+)
+def test_shortcomings_name_everything_that_is_not_as_it_should_be(
+    changes: dict[str, Any], words: list[str]
+) -> None:
+    found = replace(wall.measure(visit()), **changes).shortcomings()
+    assert len(found) == len(words)
+    for sentence, word in zip(found, words, strict=True):
+        assert word in sentence

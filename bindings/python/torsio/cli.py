@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from functools import wraps
 from pathlib import Path
@@ -17,7 +18,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 import torsio
-from torsio.demos import wall
+from torsio.demos import output, wall
 from torsio.studies import cli as studies
 
 P = ParamSpec("P")
@@ -39,7 +40,10 @@ err = Console(stderr=True)
 Device = Annotated[
     str,
     typer.Option(
-        "--device", metavar="DEVICE", help="Path, serial number, or 'emulated'; see `torsio list`."
+        "--device",
+        metavar="DEVICE",
+        help="Path, serial number, or 'emulated', which it is unless given, even while a real "
+        "knob is plugged in; see `torsio list`.",
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -53,13 +57,32 @@ def _plainly(command: Callable[P, T]) -> Callable[P, T]:
         try:
             return command(*args, **kwargs)
         except KeyboardInterrupt:
-            err.print("torsio: interrupted; the knob is disarmed", highlight=False)
+            err.print("torsio: interrupted", highlight=False)
             raise typer.Exit(130) from None
-        except (torsio.Error, wall.WallNotReachedError, OSError) as error:
-            err.print(f"torsio: error: {error}", highlight=False, markup=False, soft_wrap=True)
+        except (torsio.Error, wall.WallNotReachedError, output.OutputError, OSError) as error:
+            _complain(str(error))
             raise typer.Exit(1) from None
 
     return run
+
+
+def _complain(sentence: str) -> None:
+    err.print(f"torsio: error: {sentence}", highlight=False, markup=False, soft_wrap=True)
+
+
+@contextmanager
+def _opened(device: str, **options: Any) -> Iterator[torsio.Knob]:
+    is_open = False
+    try:
+        with torsio.open(device, **options) as knob:
+            is_open = True
+            yield knob
+    except KeyboardInterrupt:
+        if not is_open:
+            raise
+        # Closing has disarmed it.
+        err.print("torsio: interrupted; the knob is disarmed", highlight=False)
+        raise typer.Exit(130) from None
 
 
 def _print_json(value: Any) -> None:
@@ -109,7 +132,7 @@ def list_command(as_json: AsJson = False) -> None:
 @_plainly
 def info_command(device: Device = "emulated", as_json: AsJson = False) -> None:
     """Show who a knob is, how it is, and how it is configured."""
-    with torsio.open(device) as knob:
+    with _opened(device) as knob:
         groups = {
             "info": asdict(knob.info),
             "health": asdict(knob.health()),
@@ -144,9 +167,12 @@ def _value_text(key: str, value: Any) -> str:
 @_plainly
 def demo_wall(
     device: Device = "emulated",
-    seed: Annotated[int, typer.Option(min=0, help="Of the emulated knob.")] = 1,
+    seed: Annotated[
+        int | None,
+        typer.Option("--seed", min=0, help="Emulated knob only; 1 if unset.", show_default=False),
+    ] = None,
     paced: Annotated[
-        bool, typer.Option("--paced", help="Let the emulated knob take real time.")
+        bool, typer.Option("--paced", help="Emulated knob only: take real time.")
     ] = False,
     tolerance: Annotated[
         float | None,
@@ -159,53 +185,99 @@ def demo_wall(
     ] = Path("out"),
     json_file: Annotated[
         Path | None,
-        typer.Option("--json", metavar="FILE", help="Numbers; FOLDER/virtual_wall.json if unset."),
+        typer.Option(
+            "--json",
+            metavar="FILE",
+            help="Where the numbers go: '-' is standard output, and everything else then goes to "
+            "standard error; FOLDER/virtual_wall.json if unset.",
+        ),
     ] = None,
 ) -> None:
-    """Push the knob into a virtual wall, and see how well it pushes back."""
-    png_file = out_folder / "virtual_wall.png"
-    json_file = json_file or out_folder / "virtual_wall.json"
-    for file in (png_file, json_file):
-        file.parent.mkdir(parents=True, exist_ok=True)
+    """Push the knob into a virtual wall, and see how well it pushes back.
 
-    with torsio.open(device, seed=seed, paced=paced, tolerance=tolerance, log_truth=True) as knob:
+    The exit status is 0 only if it feels like a wall.
+    """
+    if device != "emulated" and not device.startswith("emulated:"):
+        for option, given in (
+            ("--seed", seed is not None),
+            ("--paced", paced),
+            ("--tolerance", tolerance is not None),
+        ):
+            if given:
+                raise typer.BadParameter("only for the emulated knob", param_hint=option)
+    to_stdout = json_file == Path("-")
+    say = err if to_stdout else out
+    png_file = out_folder / "virtual_wall.png"
+    options = {png_file: "--out"}
+    if not to_stdout:
+        json_option = "--json" if json_file else "--out"
+        json_file = json_file or out_folder / "virtual_wall.json"
+        if json_file.resolve() == png_file.resolve():
+            raise typer.BadParameter("that is where the picture goes", param_hint="--json")
+        options[json_file] = json_option
+    output.check(options)
+
+    with _opened(
+        device,
+        seed=1 if seed is None else seed,
+        paced=paced,
+        tolerance=tolerance,
+        log_truth=True,
+    ) as knob:
+        say.print(f"knob     {knob.info.serial or knob.info.path}", highlight=False, markup=False)
         if not knob.is_emulated:
-            _prompt_user()
-        visit = _run_with_progress(knob)
+            _prompt_user(say)
+        visit = _run_with_progress(knob, say)
         fidelity = knob.emulator.fidelity() if knob.is_emulated else None
     measures = wall.measure(visit)
-    numbers = measures.as_dict()
+    results = measures.as_dict()
     if fidelity is not None:
-        numbers["fidelity"] = asdict(fidelity)
-    json_file.write_text(json.dumps(numbers, indent=2) + "\n")
+        results["fidelity"] = asdict(fidelity)
+    numbers = json.dumps(results, indent=2) + "\n"
 
     # Only here: it takes a second that list and info need not wait for.
     from torsio.demos.wall_figure import save_figure
 
-    save_figure(visit, measures, png_file)
-    _print_measures(measures)
+    writers: dict[Path, Callable[[Path], object]] = {
+        png_file: lambda part: save_figure(visit, measures, part)
+    }
+    if json_file and not to_stdout:
+        writers[json_file] = lambda part: part.write_text(numbers)
+    output.write(writers, options)
+    _print_measures(measures, say)
     if tolerance is not None and fidelity is not None:
-        _print_fidelity(fidelity)
-    out.print(f"\npicture  {png_file}\nnumbers  {json_file}", highlight=False, soft_wrap=True)
+        _print_fidelity(fidelity, say)
+    say.print(f"\npicture  {png_file}", highlight=False, markup=False, soft_wrap=True)
+    if to_stdout:
+        sys.stdout.write(numbers)
+    else:
+        say.print(f"numbers  {json_file}", highlight=False, markup=False, soft_wrap=True)
+    if shortcomings := measures.shortcomings():
+        _complain("it does not feel like a wall: " + "; ".join(shortcomings))
+        raise typer.Exit(1)
 
 
-def _prompt_user() -> None:
-    out.print(
+def _prompt_user(say: Console) -> None:
+    say.print(
         "The knob will feel a wall "
         f"{math.degrees(wall.WALL_ANGLE_RAD):.0f} degrees from where it is now, in the direction "
         "of positive angle.\nTurn it into the wall, hold for a moment, and come out again, "
         f"within {wall.HARDWARE_DURATION_S:.0f} seconds."
     )
-    typer.confirm("Ready?", abort=True, default=True)
+    # Not typer.confirm, for which Ctrl-C is just another way to say no.
+    try:
+        say.input("Press Enter when you are ready, Ctrl-C to leave it. ")
+    except EOFError:
+        raise OSError("nobody pressed Enter: standard input has ended") from None
 
 
-def _run_with_progress(knob: torsio.Knob) -> wall.WallVisit:
+def _run_with_progress(knob: torsio.Knob, say: Console) -> wall.WallVisit:
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
         TimeElapsedColumn(),
-        console=out,
+        console=say,
     ) as progress:
         task = progress.add_task("visiting the wall", total=1.0)
         visit = wall.run(knob, lambda share: progress.update(task, completed=share))
@@ -213,7 +285,7 @@ def _run_with_progress(knob: torsio.Knob) -> wall.WallVisit:
     return visit
 
 
-def _print_measures(measures: wall.WallMeasures) -> None:
+def _print_measures(measures: wall.WallMeasures, say: Console) -> None:
     stiffness = measures.wall_stiffness_nm_per_rad * 1e3 * math.pi / 180
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("what")
@@ -226,12 +298,12 @@ def _print_measures(measures: wall.WallMeasures) -> None:
     table.add_row(
         "tracking, way in",
         f"{100 * measures.tracking_rms_in:.1f} %",
-        _verdict(measures.tracking_rms_in, 0.07),
+        _verdict(measures.tracking_rms_in, wall.GOOD_TRACKING_IN),
     )
     table.add_row(
         "tracking, way out",
         f"{100 * measures.tracking_rms_out:.1f} %",
-        _verdict(measures.tracking_rms_out, 0.09),
+        _verdict(measures.tracking_rms_out, wall.GOOD_TRACKING_OUT),
     )
     table.add_row(
         "torque gap",
@@ -257,23 +329,18 @@ def _print_measures(measures: wall.WallMeasures) -> None:
     table.add_row(
         "speed", f"{measures.realtime_factor:.3g} x", "seconds of the knob in a second of yours"
     )
-    out.print()
-    out.print(table, highlight=False)
-    good = (
-        measures.tracking_rms_in <= 0.07
-        and measures.tracking_rms_out <= 0.09
-        and measures.left_wall
-        and measures.samples_lost == 0
-    )
-    out.print(
-        "\n[bold]It feels like a wall:[/bold] firm on the way in, and it lets go on the way out."
-        if good
-        else "\n[bold]Not as it should be:[/bold] see the rows above.",
+    say.print()
+    say.print(table, highlight=False)
+    say.print(
+        "\n[bold]Not as it should be:[/bold] see the rows above."
+        if measures.shortcomings()
+        else "\n[bold]It feels like a wall:[/bold] firm on the way in, and it lets go on the way "
+        "out.",
         highlight=False,
     )
 
 
-def _print_fidelity(fidelity: torsio.Fidelity) -> None:
+def _print_fidelity(fidelity: torsio.Fidelity, say: Console) -> None:
     counts = {
         "exact": fidelity.steps_exact,
         "trapezoid": fidelity.steps_trapezoid,
@@ -284,7 +351,7 @@ def _print_fidelity(fidelity: torsio.Fidelity) -> None:
         for name, count in counts.items()
         if count
     )
-    out.print(
+    say.print(
         f"\nFor an error of at most {fidelity.tolerance:g} the steps were {taken}; "
         f"the error is estimated at {fidelity.estimated_error:.1e}.",
         highlight=False,

@@ -9,7 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass
+from numbers import Real
 from typing import TypeAlias
+
+from torsio import checks
+from torsio.errors import InvalidArgument
 
 __all__ = ["Hand", "ImpedanceHand", "NoHand", "PrescribedMotion", "Profile", "TorqueHand"]
 
@@ -17,14 +21,15 @@ Profile: TypeAlias = float | Iterable[Sequence[float]]
 """What the fields of hands take; they keep it as a tuple of pairs."""
 
 
-def _knots(profile: Profile) -> tuple[tuple[float, float], ...]:
-    if isinstance(profile, int | float):
+def _knots(name: str, profile: Profile) -> tuple[tuple[float, float], ...]:
+    if isinstance(profile, Real):
         return ((0.0, float(profile)),)
     knots = []
-    for knot in profile:
-        if len(knot) != 2:
-            raise ValueError(f"a profile's knot must be (time_s, value), is {knot!r}")
-        knots.append((float(knot[0]), float(knot[1])))
+    for knot in checks.each(name, profile, "a number or knots (time_s, value)"):
+        values = checks.numbers(f"{name}, a profile's knot,", knot)
+        if len(values) != 2:
+            raise InvalidArgument(f"{name}: a profile's knot must be (time_s, value), is {knot!r}")
+        knots.append((values[0], values[1]))
     return tuple(knots)
 
 
@@ -54,7 +59,7 @@ class TorqueHand(Hand):
 
     def __post_init__(self) -> None:
         """Keep the profile as a tuple of pairs."""
-        object.__setattr__(self, "torque_nm", _knots(self.torque_nm))
+        object.__setattr__(self, "torque_nm", _knots("torque_nm", self.torque_nm))
 
 
 @dataclass(frozen=True)
@@ -78,7 +83,9 @@ class ImpedanceHand(Hand):
 
     def __post_init__(self) -> None:
         """Keep the profile as a tuple of pairs."""
-        object.__setattr__(self, "intended_angle_rad", _knots(self.intended_angle_rad))
+        object.__setattr__(
+            self, "intended_angle_rad", _knots("intended_angle_rad", self.intended_angle_rad)
+        )
 
 
 @dataclass(frozen=True)
@@ -96,4 +103,4 @@ class PrescribedMotion(Hand):
 
     def __post_init__(self) -> None:
         """Keep the profile as a tuple of pairs."""
-        object.__setattr__(self, "angle_rad", _knots(self.angle_rad))
+        object.__setattr__(self, "angle_rad", _knots("angle_rad", self.angle_rad))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sized
+from itertools import islice
 from types import TracebackType
 
-from torsio import _torsio
+from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
-from torsio.errors import Error, InvalidArgument, Timeout
+from torsio.errors import Closed, Error, Timeout
 from torsio.facts import (
     Clock,
     DeviceInfo,
@@ -25,6 +26,10 @@ __all__ = ["Emulator", "Knob", "list_devices", "open"]
 
 # Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
 _MAX_SAMPLES = 2**24
+_MAX_EFFECTS = 16
+
+# Thirty years. A timeout of nothing would end before anything can have come.
+_LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
 
 
 class Emulator:
@@ -44,7 +49,7 @@ class Emulator:
 
     def advance(self, duration_s: float) -> None:
         """Let time pass, like `Knob.sleep`."""
-        self._knob.advance(duration_s)
+        self._knob.advance(checks.number("duration_s", duration_s))
 
     def truth(self) -> Record:
         """Take what no sensor sees, one row a control tick since the last call.
@@ -66,23 +71,23 @@ class Emulator:
 
     def set_emergency_stop(self, *, pressed: bool) -> None:
         """Press or release the emergency stop."""
-        self._knob.set_emergency_stop(pressed)
+        self._knob.set_emergency_stop(checks.flag("pressed", pressed))
 
     def set_actuator_fault(self, *, present: bool) -> None:
         """Make the power stage report an error, or stop doing so."""
-        self._knob.set_actuator_fault(present)
+        self._knob.set_actuator_fault(checks.flag("present", present))
 
     def freeze_encoder(self, *, frozen: bool) -> None:
         """Let the encoder's counter stand still."""
-        self._knob.freeze_encoder(frozen)
+        self._knob.freeze_encoder(checks.flag("frozen", frozen))
 
     def jump_encoder(self, *, counts: int) -> None:
         """Make the encoder's counter wrong from now on."""
-        self._knob.jump_encoder(counts)
+        self._knob.jump_encoder(checks.whole("counts", counts, -(2**31), 2**31 - 1))
 
     def skip_ticks(self, *, count: int) -> None:
         """Let the control loop come that many ticks late."""
-        self._knob.skip_ticks(count)
+        self._knob.skip_ticks(checks.whole("count", count, 0, 2**32 - 1))
 
     def set_link_faults(
         self,
@@ -94,15 +99,15 @@ class Emulator:
     ) -> None:
         """Damage reports on the way, each with a probability. Output is from host to device."""
         self._knob.set_link_faults(
-            drop_output=drop_output,
-            corrupt_output=corrupt_output,
-            drop_input=drop_input,
-            corrupt_input=corrupt_input,
+            drop_output=checks.number("drop_output", drop_output),
+            corrupt_output=checks.number("corrupt_output", corrupt_output),
+            drop_input=checks.number("drop_input", drop_input),
+            corrupt_input=checks.number("corrupt_input", corrupt_input),
         )
 
     def cut_power_in_next_save(self, *, after_bytes: int) -> None:
         """Make the device vanish in the middle of its next save."""
-        self._knob.cut_power_in_next_save(after_bytes)
+        self._knob.cut_power_in_next_save(checks.whole("after_bytes", after_bytes, 0, 2**32 - 1))
 
 
 class Knob:
@@ -121,7 +126,9 @@ class Knob:
         self._info = DeviceInfo(**knob.info())
 
     def __enter__(self) -> Knob:
-        """Give the knob itself."""
+        """Give the knob itself. Raises `Closed` if it is none any more."""
+        if not self.is_open:
+            raise Closed("the knob was closed; open it again")
         return self
 
     def __exit__(
@@ -234,6 +241,9 @@ class Knob:
         Refused
             The device said no; the old scene goes on.
         """
+        if isinstance(scene, Iterable) and not isinstance(scene, Sized):
+            # It may have no end: one effect too many is enough to refuse it.
+            scene = list(islice(scene, _MAX_EFFECTS + 1))
         self._knob.play(scene)
 
     def stream_local_model(
@@ -251,7 +261,11 @@ class Knob:
         the deadline the device fails passive. A deadline of 0 ends the stream in good order.
         """
         self._knob.stream_local_model(
-            torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s
+            checks.number("torque_nm", torque_nm),
+            checks.number("angle_rad", angle_rad),
+            checks.number("stiffness_nm_per_rad", stiffness_nm_per_rad),
+            checks.number("damping_nm_s_per_rad", damping_nm_s_per_rad),
+            checks.number("deadline_s", deadline_s),
         )
 
     # Configuration --------------------------------------------------------------------------
@@ -304,7 +318,9 @@ class Knob:
         float
             The true rate: the device sends every n-th control tick.
         """
-        return self._knob.start_telemetry(0.0 if rate_hz is None else rate_hz)
+        return self._knob.start_telemetry(
+            0.0 if rate_hz is None else checks.number("rate_hz", rate_hz)
+        )
 
     def stop_telemetry(self) -> None:
         """Stop telemetry."""
@@ -318,9 +334,10 @@ class Knob:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
-        if not 0 <= max_samples <= _MAX_SAMPLES:
-            raise InvalidArgument(f"max_samples is {max_samples}, allowed are 0 to {_MAX_SAMPLES}")
-        return self._knob.read(max_samples, timeout_s)
+        return self._knob.read(
+            checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
+            checks.number("timeout_s", timeout_s),
+        )
 
     def record(self, *, duration_s: float, rate_hz: float | None = None) -> Record:
         """Let time pass and give every sample of that span.
@@ -332,8 +349,9 @@ class Knob:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
         """
+        duration_s = checks.number("duration_s", duration_s)
         if rate_hz is not None:
-            self._knob.start_telemetry(rate_hz)
+            self.start_telemetry(rate_hz=rate_hz)
         return self._knob.record(duration_s)
 
     def telemetry(
@@ -351,12 +369,24 @@ class Knob:
         duration_s
             None goes on for ever.
         rate_hz
-            As in `start_telemetry`, which this calls.
+            As in `start_telemetry`, which the first step calls.
         max_samples
             Longest array.
         timeout_s
-            `Timeout` is raised when nothing has come for so long.
+            `Timeout` is raised when nothing has come for so long, 1 ms or more.
         """
+        # Here and not in the generator, which would complain only when it is first asked.
+        if duration_s is not None:
+            duration_s = checks.number("duration_s", duration_s, 0.0, _LONGEST_S)
+        if rate_hz is not None:
+            rate_hz = checks.number("rate_hz", rate_hz)
+        max_samples = checks.whole("max_samples", max_samples, 1, _MAX_SAMPLES)
+        timeout_s = checks.number("timeout_s", timeout_s, _SHORTEST_TIMEOUT_S, _LONGEST_S)
+        return self._telemetry(duration_s, rate_hz, max_samples, timeout_s)
+
+    def _telemetry(
+        self, duration_s: float | None, rate_hz: float | None, max_samples: int, timeout_s: float
+    ) -> Iterator[Record]:
         rate_hz = self.start_telemetry(rate_hz=rate_hz)
         left = None if duration_s is None else round(duration_s * rate_hz)
         while left is None or left > 0:
@@ -372,11 +402,12 @@ class Knob:
 
     def sleep(self, duration_s: float) -> None:
         """Let time pass."""
-        self._knob.sleep(duration_s)
+        self._knob.sleep(checks.number("duration_s", duration_s))
 
     def wait_for(self, state: State, *, timeout_s: float = 1.0) -> bool:
         """Wait until the device is in a state. Returns False if it is not so in time."""
-        return self._knob.wait_for(state, timeout_s)
+        checks.text("state", state)
+        return self._knob.wait_for(state, checks.number("timeout_s", timeout_s))
 
 
 def open(
@@ -400,8 +431,9 @@ def open(
     Parameters
     ----------
     selector
-        Path, serial number, "emulated", "emulated:NAME", or empty for the only real device. A named
-        emulated device keeps its saved configuration while the process lives.
+        Path, serial number, "emulated", "emulated:NAME", or empty for the only real device.
+        "emulated" gives a new knob each time. "emulated:NAME" is one device: it keeps its saved
+        configuration while the process lives, and a second open of it raises `DeviceBusy`.
     command_timeout_s
         Longest wait for an answer of the device.
     ring_samples
@@ -429,25 +461,27 @@ def open(
     ------
     DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
     """
-    if not 0 <= seed < 2**64:
-        raise InvalidArgument(f"seed is {seed}, allowed are 0 to 2**64 - 1")
-    if not 1 <= ring_samples <= _MAX_SAMPLES:
-        raise InvalidArgument(f"ring_samples is {ring_samples}, allowed are 1 to {_MAX_SAMPLES}")
+    for name, value, wanted in (
+        ("plant", plant, PlantParams),
+        ("actuator", actuator, ActuatorConfig),
+        ("control", control, ControlConfig),
+    ):
+        checks.kind(name, value, (wanted, type(None)), f"a torsio.{wanted.__name__} or None")
     return Knob(
         _torsio.open_knob(
-            selector,
-            seed=seed,
-            control_rate_hz=control_rate_hz,
+            checks.text("selector", selector),
+            seed=checks.whole("seed", seed, 0, 2**64 - 1),
+            control_rate_hz=checks.number("control_rate_hz", control_rate_hz),
             plant=plant,
             hand=hand,
-            serial=serial,
+            serial=checks.text("serial", serial),
             actuator=actuator,
             control=control,
-            tolerance=tolerance,
-            paced=paced,
-            log_truth=log_truth,
-            command_timeout_s=command_timeout_s,
-            ring_samples=ring_samples,
+            tolerance=None if tolerance is None else checks.number("tolerance", tolerance),
+            paced=checks.flag("paced", paced),
+            log_truth=checks.flag("log_truth", log_truth),
+            command_timeout_s=checks.number("command_timeout_s", command_timeout_s),
+            ring_samples=checks.whole("ring_samples", ring_samples, 1, _MAX_SAMPLES),
         )
     )
 

@@ -14,6 +14,8 @@ from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
 from typing import Literal, TypeAlias
 
+from torsio import checks
+
 __all__ = [
     "Constant",
     "Curve",
@@ -65,6 +67,16 @@ class Effect:
     """Base class of all effects."""
 
     __slots__ = ()
+
+
+class _Timed(Effect):
+    """Base class of effects that come and go in time."""
+
+    timing: Timing
+
+    def __post_init__(self) -> None:
+        """Ask for a `Timing`, for None is a likely slip."""
+        checks.kind("timing", self.timing, Timing, "a torsio.Timing")
 
 
 Scene: TypeAlias = Effect | Iterable[Effect]
@@ -147,7 +159,7 @@ class Inertia(Effect):
 
 
 @dataclass(frozen=True)
-class Constant(Effect):
+class Constant(_Timed):
     """A constant torque."""
 
     _: KW_ONLY
@@ -156,7 +168,7 @@ class Constant(Effect):
 
 
 @dataclass(frozen=True)
-class Ramp(Effect):
+class Ramp(_Timed):
     """A torque that goes from start to end over `timing.duration_s`, which must not be 0."""
 
     _: KW_ONLY
@@ -166,7 +178,7 @@ class Ramp(Effect):
 
 
 @dataclass(frozen=True)
-class Periodic(Effect):
+class Periodic(_Timed):
     """A torque that repeats in time. The envelope acts on the amplitude, not on the offset.
 
     Attributes
@@ -270,4 +282,4 @@ class Curve(Effect):
 
     def __post_init__(self) -> None:
         """Keep the points as a tuple, so that curves compare and hash by value."""
-        object.__setattr__(self, "torque_nm", tuple(float(value) for value in self.torque_nm))
+        object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))

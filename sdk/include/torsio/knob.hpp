@@ -98,8 +98,9 @@ class Knob {
   void play(const Scene& scene);
   void play(const Effect& effect) { play(Scene{effect}); }
 
-  /// Sends a local model and does not wait for the device. statistics() counts refusals.
-  /// @throws InvalidArgument
+  /// Sends a local model and does not wait for the device. If state() is not armed nothing is sent;
+  /// what the device refuses later only counts, in statistics().
+  /// @throws InvalidArgument, Refused (not_armed)
   void stream_local_model(const LocalModel& model);
 
   // Configuration ----------------------------------------------------------------------------
@@ -131,7 +132,8 @@ class Knob {
 
   /// Lets `duration_s` pass and returns every sample of that span; starts telemetry at the highest
   /// rate if it does not run. It returns up to 10 ms late, when the last sample has arrived.
-  /// @throws Timeout if telemetry dries up
+  /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
+  /// up
   [[nodiscard]] std::vector<TelemetrySample> record(double duration_s);
 
   // Waiting ----------------------------------------------------------------------------------

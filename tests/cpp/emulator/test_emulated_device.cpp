@@ -316,5 +316,17 @@ TEST_CASE("emulated device refuses options out of range by name") {
         std::string::npos);
   EmulatedDevice device;
   CHECK_THROWS_AS(device.advance(-1), std::invalid_argument);
-  CHECK_THROWS_AS(device.set_link_faults({.drop_input = 1.5}), std::invalid_argument);
+  const auto link_message = [&](LinkFaults faults) -> std::string {
+    try {
+      device.set_link_faults(faults);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  CHECK(link_message({.drop_output = -0.1}).find("drop_output") != std::string::npos);
+  CHECK(link_message({.corrupt_output = 2.0}).find("corrupt_output") != std::string::npos);
+  CHECK(link_message({.drop_input = 1.5}).find("drop_input") != std::string::npos);
+  CHECK(link_message({.corrupt_input = std::nan("")}).find("corrupt_input") != std::string::npos);
+  CHECK(link_message({.drop_output = 1.0, .corrupt_input = 0.0}) == "accepted");
 }

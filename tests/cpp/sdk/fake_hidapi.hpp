@@ -42,6 +42,7 @@ class FakeBus {
   void unplug(const std::string& path);
   void set_emergency_stop(const std::string& path, bool pressed);
   [[nodiscard]] int open_handles(const std::string& path) const;
+  [[nodiscard]] const std::string& lock_directory() const { return lock_directory_; }
 
  private:
   std::string lock_directory_;

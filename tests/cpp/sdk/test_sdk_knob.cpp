@@ -155,6 +155,23 @@ TEST_CASE("a named emulated knob keeps what was saved, and only that") {
   CHECK(Knob::open("emulated").control_config().beta == 0.5);
 }
 
+TEST_CASE("a selector or serial number that cannot be one is InvalidArgument, and not echoed") {
+  const std::string longest(255, 'x');
+  CHECK_THROWS_AS((void)Knob::open(longest), DeviceNotFound);
+  const std::string with_nul("TS\0-1", 5);
+  OpenOptions options;
+  for (const std::string& name : {longest + "x", "emulated:" + longest, with_nul}) {
+    const std::string message = message_of<InvalidArgument>([&] { (void)Knob::open(name); });
+    CHECK(contains(message, "selector"));
+    CHECK(message.size() < 100);
+    options.emulator.serial = name;
+    const std::string about_serial =
+        message_of<InvalidArgument>([&] { (void)Knob::open("emulated", options); });
+    CHECK(contains(about_serial, "serial"));
+    CHECK(about_serial.size() < 100);
+  }
+}
+
 TEST_CASE("a named emulated knob can be open once, an unnamed one as often as one likes") {
   Knob first = Knob::open("emulated:once");
   CHECK(contains(message_of<DeviceBusy>([] { (void)Knob::open("emulated:once"); }),

@@ -425,24 +425,55 @@ TEST_CASE("each kind of effect is accepted and makes torque where it should") {
   }
 }
 
-TEST_CASE("a bad local model is InvalidArgument, a refused one is counted") {
+TEST_CASE("a bad local model is InvalidArgument, and one for a knob not armed is refused at once") {
   Knob knob = Knob::open("emulated");
   CHECK(contains(
       message_of<InvalidArgument>([&] { knob.stream_local_model({.stiffness_nm_per_rad = -1}); }),
       "local model: stiffness_nm_per_rad is -1"));
   CHECK(contains(message_of<InvalidArgument>([&] { knob.stream_local_model({.angle_rad = kNan}); }),
                  "angle_rad"));
-  knob.stream_local_model({.torque_nm = 0.01});  // while disarmed
-  knob.sleep(0.01);
-  CHECK(knob.statistics().local_models_refused == 1);
-  CHECK(contains(knob.statistics().last_refusal, "not_armed"));
+  const auto check_refused = [&] {
+    const std::uint64_t sent = knob.statistics().reports_sent;
+    try {
+      knob.stream_local_model({.torque_nm = 0.01});
+      FAIL("no error");
+    } catch (const Refused& refused) {
+      CHECK(refused.status() == "not_armed");
+      CHECK(refused.report() == "local_model");
+      CHECK(refused.field().empty());
+      CHECK(contains(refused.what(), "arm()"));
+    }
+    CHECK(knob.statistics().reports_sent == sent);
+  };
+  check_refused();
+  knob.emulator()->set_emergency_stop(true);
+  REQUIRE(knob.wait_for(State::fault, 0.1));
+  check_refused();
+  knob.emulator()->set_emergency_stop(false);
+  knob.sleep(0.05);
+  knob.clear_fault();
 
   knob.arm();
   for (int i = 0; i < 20; ++i) {
     knob.stream_local_model({.torque_nm = 0.01});
     knob.sleep(0.01);
   }
-  CHECK(knob.statistics().local_models_refused == 1);
   CHECK((knob.record(0.01).front().flags & flag::local_model) != 0);
   CHECK(knob.wait_for(State::disarmed, 0.2));  // past its deadline the device fails passive
+  check_refused();
+  CHECK(knob.statistics().local_models_refused == 0);
+}
+
+TEST_CASE("a local model for a device that stopped unnoticed is counted as refused") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  knob.emulator()->set_link_faults({.drop_input = 1.0});
+  knob.emulator()->set_emergency_stop(true);
+  knob.sleep(0.05);
+  knob.emulator()->set_link_faults({});
+  REQUIRE(knob.state() == State::armed);  // as far as the host has heard
+  knob.stream_local_model({.torque_nm = 0.01});
+  knob.sleep(0.05);
+  CHECK(knob.statistics().local_models_refused == 1);
+  CHECK_FALSE(knob.statistics().last_refusal.empty());
 }

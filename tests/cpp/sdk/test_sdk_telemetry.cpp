@@ -60,6 +60,20 @@ TEST_CASE("record returns every tick of its span, in order, with time and angle 
   }
 }
 
+TEST_CASE("a recording of more samples than memory holds is InvalidArgument at every rate") {
+  Knob knob = Knob::open("emulated");
+  const std::uint64_t sent = knob.statistics().reports_sent;
+  const std::string message = message_of<InvalidArgument>([&] { (void)knob.record(1e9); });
+  CHECK(contains(message, "duration_s is 1e+09, allowed are 0 to 100000 s"));
+  CHECK(contains(message, "read()"));
+  CHECK_THROWS_AS((void)knob.record(100'000.5), InvalidArgument);
+  CHECK(knob.statistics().reports_sent == sent);
+  knob.start_telemetry(100.0);
+  CHECK(contains(message_of<InvalidArgument>([&] { (void)knob.record(1'000'001.0); }),
+                 "0 to 1000000 s"));
+  CHECK(knob.record(0.1).size() == 10);
+}
+
 TEST_CASE("two recordings that follow each other do not overlap") {
   Knob knob = Knob::open("emulated", turning());
   knob.start_telemetry();
@@ -194,7 +208,7 @@ TEST_CASE("every call that waits can be interrupted, and what the callback throw
   knob.sleep(1.0);
   interrupt = true;
   CHECK_THROWS_AS(knob.sleep(1e6), Interrupted);
-  CHECK_THROWS_AS((void)knob.record(1e6), Interrupted);
+  CHECK_THROWS_AS((void)knob.record(1e5), Interrupted);
   CHECK_THROWS_AS((void)knob.wait_for(State::fault, 1e6), Interrupted);
   knob.stop_telemetry();
   (void)knob.read(100'000, 0.0);

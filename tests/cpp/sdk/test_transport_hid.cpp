@@ -3,9 +3,12 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 
+#include "device_lock.hpp"
 #include "sdk/errors.hpp"
 #include "sdk/fake_hidapi.hpp"
 #include "torsio/knob.hpp"
@@ -86,6 +89,49 @@ TEST_CASE("opening a device that vanished meanwhile is DeviceNotFound") {
   FakeBus bus;
   bus.plug_in({.path = kPath, .open_error = "No such file or directory"});
   CHECK_THROWS_AS((void)Knob::open(kPath), DeviceNotFound);
+}
+
+TEST_CASE("a file that is not a hidraw node never reaches hidapi, and leaves no lock file") {
+  FakeBus bus;
+  const std::string file = bus.lock_directory() + "/file";
+  const std::string link = bus.lock_directory() + "/link";
+  std::ofstream(file).close();
+  std::filesystem::create_symlink("/dev/null", link);
+  for (const std::string& path : {std::string("/dev/null"), std::string("/dev"), file, link}) {
+    CAPTURE(path);
+    bus.plug_in({.path = path});  // hidapi would open it
+    const std::string message = message_of<DeviceNotFound>([&] { (void)Knob::open(path); });
+    CHECK(message.starts_with(path + " is not a HID device"));
+    CHECK(contains(message, "list_devices()"));
+  }
+  for (const auto& left : std::filesystem::directory_iterator(bus.lock_directory())) {
+    CHECK(left.path().extension() != ".lock");
+  }
+}
+
+TEST_CASE("a device that cannot be opened leaves no lock file, and no success is its reason") {
+  FakeBus bus;
+  bus.plug_in({.path = kPath, .open_error = "Success"});
+  const std::string message = message_of<DeviceNotFound>([] { (void)Knob::open(kPath); });
+  CHECK(contains(message, "no reason given"));
+  CHECK_FALSE(contains(message, "Success"));
+  CHECK(std::filesystem::is_empty(bus.lock_directory()));
+}
+
+TEST_CASE("the lock of a device is the same by whatever name, and can be had after its removal") {
+  const FakeBus bus;
+  const std::string link = bus.lock_directory() + "/knob";
+  std::filesystem::create_symlink("/dev/null", link);
+  {
+    DeviceLock by_link(link);
+    CHECK(contains(message_of<DeviceBusy>([] { const DeviceLock again("/dev/null"); }),
+                   "/dev/null is open already"));
+    CHECK(std::filesystem::exists(bus.lock_directory() + "/torsio-dev-null.lock"));
+    by_link.remove_file();
+    CHECK_FALSE(std::filesystem::exists(bus.lock_directory() + "/torsio-dev-null.lock"));
+  }
+  const DeviceLock again("/dev/null");
+  CHECK_THROWS_AS(DeviceLock{link}, DeviceBusy);
 }
 
 TEST_CASE("a second open of the same device is DeviceBusy until the first is closed") {

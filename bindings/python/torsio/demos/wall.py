@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from torsio.errors import InvalidArgument
 from torsio.hands import ImpedanceHand
 from torsio.knob import Knob
 from torsio.scenes import Wall
@@ -33,6 +34,9 @@ HAND_STIFFNESS_NM_PER_RAD = 1.0
 HAND_DAMPING_NM_S_PER_RAD = 10e-3
 HAND_INERTIA_KG_M2 = 1e-4
 KNOB_FRICTION_NM = 6e-3
+
+# Tracking up to here feels like a wall, as shares of the peak.
+GOOD_TRACKING_IN, GOOD_TRACKING_OUT = 0.07, 0.09
 
 EMULATED_DURATION_S = PUSH_S + HOLD_S + PULL_S + AFTER_S
 HARDWARE_DURATION_S = 6.0
@@ -123,6 +127,24 @@ class WallMeasures:
         """Give what goes into the JSON file."""
         return asdict(self)
 
+    def shortcomings(self) -> list[str]:
+        """Say what is not as it should be; nothing if it feels like a wall."""
+        found = []
+        for way, share, limit in (
+            ("in", self.tracking_rms_in, GOOD_TRACKING_IN),
+            ("out", self.tracking_rms_out, GOOD_TRACKING_OUT),
+        ):
+            if not share <= limit:
+                found.append(
+                    f"tracking on the way {way} errs by {100 * share:.1f} %, "
+                    f"more than {100 * limit:.0f} %"
+                )
+        if not self.left_wall:
+            found.append("the knob is still in the wall")
+        if self.samples_lost > 0:
+            found.append(f"{self.samples_lost} samples were lost")
+        return found
+
 
 class WallNotReachedError(RuntimeError):
     """The knob was never pushed into the wall, so there is nothing to measure."""
@@ -159,6 +181,11 @@ def run(knob: Knob, on_progress: Callable[[float], None] = lambda _: None) -> Wa
         Disarmed. An emulated one must have been opened with ``log_truth=True``.
     on_progress
         Called with the share that is done, 0 to 1.
+
+    Raises
+    ------
+    InvalidArgument
+        If an emulated knob was opened without ``log_truth=True``.
     """
     before = knob.control_config()
     knob.configure(replace(before, law="paper", beta=BETA))
@@ -182,7 +209,11 @@ def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit
     rate_hz = knob.start_telemetry(rate_hz=RATE_HZ)
     if knob.is_emulated:
         duration_s = EMULATED_DURATION_S
-        knob.emulator.truth()  # forget what was before
+        # This also forgets what was before. There is some: arming has taken time.
+        if len(knob.emulator.truth()) == 0:
+            raise InvalidArgument(
+                "this emulated knob does not log the truth: open it with log_truth=True"
+            )
         knob.emulator.set_hand(hand())
     begin = time.perf_counter()
     chunks: list[Record] = []

@@ -1,0 +1,83 @@
+"""What every call asks of its arguments: one sentence that names the one that is wrong."""
+
+from __future__ import annotations
+
+import math
+import operator
+import reprlib
+from collections.abc import Iterator
+from typing import Any, SupportsFloat, SupportsIndex
+
+import numpy as np
+
+from torsio.errors import InvalidArgument
+
+
+def number(name: str, value: Any, lowest: float = -math.inf, highest: float = math.inf) -> float:
+    """Give a number of any kind as a float, if it lies in the range.
+
+    Without a range nothing is compared: a NaN passes, for those who say more about it.
+    """
+    if type(value) is not float:  # by far the most frequent, and the rest costs microseconds
+        try:
+            if not isinstance(value, SupportsFloat | SupportsIndex):
+                raise TypeError
+            value = float(value)
+        except (TypeError, ValueError):
+            raise TypeError(f"{name} must be a number, is {_show(value)}") from None
+        except OverflowError:
+            raise InvalidArgument(f"{name} is too large for a number: {_show(value)}") from None
+    if (lowest, highest) != (-math.inf, math.inf) and not lowest <= value <= highest:
+        raise InvalidArgument(f"{name} is {value:g}, allowed are {lowest:g} to {highest:g}")
+    return float(value)
+
+
+def numbers(name: str, values: Any) -> tuple[float, ...]:
+    """Give any iterable of numbers as a tuple."""
+    return tuple(number(name, value) for value in each(name, values, "several numbers"))
+
+
+def each(name: str, values: Any, wanted: str) -> Iterator[Any]:
+    """Iterate over what is no text."""
+    try:
+        if isinstance(values, str | bytes):
+            raise TypeError
+        return iter(values)
+    except TypeError:
+        raise TypeError(f"{name} must be {wanted}, is {_show(values)}") from None
+
+
+def whole(name: str, value: Any, lowest: int, highest: int) -> int:
+    """Give a whole number of any kind, if it lies in the range."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a whole number, is {_show(value)}") from None
+    if not lowest <= number <= highest:
+        raise InvalidArgument(f"{name} is {_show(number)}, allowed are {lowest} to {highest}")
+    return number
+
+
+def kind(name: str, value: Any, types: type | tuple[type, ...], wanted: str) -> None:
+    """Ask for an instance of a class."""
+    if not isinstance(value, types):
+        raise TypeError(f"{name} must be {wanted}, is {_show(value)}")
+
+
+def text(name: str, value: Any) -> str:
+    """Ask for a string."""
+    kind(name, value, str, "a string")
+    return str(value)
+
+
+def flag(name: str, value: Any) -> bool:
+    """Ask for True or False."""
+    kind(name, value, (bool, np.bool_), "True or False")
+    return bool(value)
+
+
+def _show(value: Any) -> str:
+    try:
+        return " ".join(reprlib.repr(value).split())
+    except ValueError:  # Python does not write numbers of thousands of digits
+        return "very long"

@@ -1,0 +1,55 @@
+"""Files that a demonstration writes: looked at before it runs, and written wholly or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+
+class OutputError(Exception):
+    """A file cannot be written; the message names the option and says what to do."""
+
+
+def check(files: Mapping[Path, str]) -> None:
+    """Look whether files can be written, and change nothing.
+
+    Parameters
+    ----------
+    files
+        The option that each file comes from, for the message.
+    """
+    for file, option in files.items():
+        # No links either: /dev/stdout is one, and what it leads to must not be replaced.
+        if file.is_symlink() or (file.exists() and not file.is_file()):
+            raise OutputError(f"{option}: {file} exists and is no plain file; choose another place")
+        folder = file.parent
+        while not folder.exists() and folder != folder.parent:
+            folder = folder.parent
+        if not folder.is_dir():
+            raise OutputError(f"{option}: {folder} is a file, not a folder; choose another place")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise OutputError(f"{option}: {folder} is not writable; choose another place")
+
+
+def write(writers: Mapping[Path, Callable[[Path], object]], options: Mapping[Path, str]) -> None:
+    """Write all files beside their places, and put them there when all are complete."""
+    parts: dict[Path, Path] = {}
+    current = ""
+    try:
+        for file, writer in writers.items():
+            current = options[file]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            # The suffix stays, which tells matplotlib the format.
+            parts[file] = file.with_name(f".part-{os.getpid()}-{file.name}")
+            writer(parts[file])
+        for file, part in parts.items():
+            current = options[file]
+            part.replace(file)
+    except OSError as error:
+        raise OutputError(
+            f"{current}: cannot write there ({error.strerror or error}); choose another place"
+        ) from error
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
