@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -25,7 +26,7 @@ def _message(path: str, locks: Path) -> str:
         capture_output=True,
         text=True,
         check=False,
-        env={"XDG_RUNTIME_DIR": str(locks)},
+        env={**os.environ, "XDG_RUNTIME_DIR": str(locks)},
     )
     assert result.returncode == 0, result.stderr
     return result.stdout
