@@ -259,6 +259,12 @@ class Knob:
 
         They act on top of the scene until the next ones come. Does not wait for the device; past
         the deadline the device fails passive. A deadline of 0 ends the stream in good order.
+
+        Raises
+        ------
+        Refused
+            If the knob is known not to be armed. What the device refuses later only counts in
+            :meth:`statistics`.
         """
         self._knob.stream_local_model(
             checks.number("torque_nm", torque_nm),
