@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
-PRESETS = ("dev", "asan-ubsan", "tsan")
+PRESETS = ("asan-ubsan", "tsan")
 
 
 def _ctest(preset: str, *arguments: str) -> subprocess.CompletedProcess[str]:

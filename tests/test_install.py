@@ -23,7 +23,7 @@ def _run(*command: str | Path) -> str:
 def test_find_package_torsio_builds_and_runs_a_program_outside_the_tree(tmp_path: Path) -> None:
     prefix, source, build = tmp_path / "prefix", tmp_path / "source", tmp_path / "build"
     shutil.copytree(TREE / "tests" / "install", source)
-    _run("cmake", "--install", TREE / "build" / "dev", "--prefix", prefix)
+    _run("cmake", "--install", TREE / "build" / "release", "--prefix", prefix)
     # Installed headers must not need anything that was left behind.
     for header in sorted((prefix / "include").rglob("*.hpp")):
         _run("g++", "-std=c++20", "-fsyntax-only", "-I", prefix / "include", "-x", "c++", header)

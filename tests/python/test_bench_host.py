@@ -12,7 +12,7 @@ TREE = Path(__file__).parents[2]
 
 def test_bench_host_prints_a_line_per_command_and_per_sample() -> None:
     # The test suite builds the dev preset; `./dev bench` takes the release build.
-    program = TREE / "build" / "dev" / "tests" / "bench" / "bench_host"
+    program = TREE / "build" / "release" / "tests" / "bench" / "bench_host"
     result = subprocess.run(
         [
             *(sys.executable, "tests/bench/bench_host.py", "--program", str(program)),
