@@ -317,7 +317,9 @@ class Knob:
         Parameters
         ----------
         rate_hz
-            Highest rate wanted; None takes the highest that the cable carries.
+            Highest rate wanted, up to 4,000 Hz. None takes the highest up to 3,600 Hz, which leaves
+            the cable room for answers; above that samples are lost if commands are sent all the
+            time.
 
         Returns
         -------
