@@ -41,12 +41,13 @@ constexpr Origin make_origin(std::int64_t angle_turns_q32, std::uint32_t counts_
 /// 2^30 counts it holds.
 constexpr float offset_rad(std::int64_t position_counts, const Origin& origin,
                            float rad_per_count) {
-  constexpr std::int64_t limit = std::int64_t{1} << 30;
-  std::int64_t difference = position_counts - origin.counts;
-  if (difference > limit) difference = limit;
-  if (difference < -limit) difference = -limit;
+  constexpr std::int32_t limit = std::int32_t{1} << 30;
+  const std::int64_t difference = position_counts - origin.counts;
+  // Compared in 32 bits: nearly every difference fits, and a 64-bit comparison is two.
+  auto near = static_cast<std::int32_t>(difference);
+  if (difference != near || near > limit || near < -limit) near = difference < 0 ? -limit : limit;
   const float fraction = static_cast<float>(origin.fraction_q32 >> 8) * 0x1p-24F;
-  return (static_cast<float>(static_cast<std::int32_t>(difference)) - fraction) * rad_per_count;
+  return (static_cast<float>(near) - fraction) * rad_per_count;
 }
 
 /// A pattern that repeats along the angle.

@@ -16,13 +16,15 @@ constexpr bool is_finite(float value) {
   return (std::bit_cast<std::uint32_t>(value) & 0x7F800000U) != 0x7F800000U;
 }
 
-constexpr float absolute(float value) { return value < 0.0F ? -value : value; }
+/// One instruction where there is floating point, without a comparison.
+constexpr float absolute(float value) { return __builtin_fabsf(value); }
 constexpr float smaller(float a, float b) { return b < a ? b : a; }
 constexpr float larger(float a, float b) { return a < b ? b : a; }
 
 /// @param limit >= 0
 /// @returns value held within [-limit, limit]
 constexpr float clamp_symmetric(float value, float limit) {
+  if (absolute(value) <= limit) return value;  // nearly always, and then it is one comparison
   return value > limit ? limit : value < -limit ? -limit : value;
 }
 

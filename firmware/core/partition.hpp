@@ -56,9 +56,16 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
       brake_nm = 0.0F;
       break;
   }
-  return {clamp_symmetric(motor_nm, params.motor_torque_max_nm),
-          smaller(brake_nm, params.brake_torque_max_nm),
-          absolute(motor_nm) > params.motor_torque_max_nm, brake_nm > params.brake_torque_max_nm};
+  Shares shares{motor_nm, brake_nm};
+  if (absolute(motor_nm) > params.motor_torque_max_nm) {
+    shares.motor_torque_nm = clamp_symmetric(motor_nm, params.motor_torque_max_nm);
+    shares.motor_saturated = true;
+  }
+  if (brake_nm > params.brake_torque_max_nm) {
+    shares.brake_torque_nm = params.brake_torque_max_nm;
+    shares.brake_saturated = true;
+  }
+  return shares;
 }
 
 }  // namespace torsio::core

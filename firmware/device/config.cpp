@@ -44,7 +44,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
                             : core::round_to_u32(control.watchdog_s / period_s) + 1;
   loop.passive_ramp_ticks = core::round_to_u32(control.passive_ramp_s / period_s);
   loop.passive_brake_nm = core::smaller(control.passive_brake_nm, brake_max_nm);
-  loop.speed_limit_rad_s = control.speed_limit_rad_s;
+  if (control.speed_limit_rad_s > 0.0F) loop.speed_limit_rad_s = control.speed_limit_rad_s;
   // A quarter of a turn in one period: no hand does that, a lost encoder signal does.
   loop.jump_limit_counts = static_cast<std::int32_t>(actuator.counts_per_rev / 4);
   return loop;

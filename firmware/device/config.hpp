@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "core/controller.hpp"
 #include "protocol/reports.hpp"
@@ -22,7 +23,7 @@ struct LoopConfig {
   std::uint32_t watchdog_ticks = 1;      // 0: none, plays on without a host
   std::uint32_t passive_ramp_ticks = 0;  // also the length of the soft start
   float passive_brake_nm = 0;
-  float speed_limit_rad_s = 0;         // 0: none
+  float speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
 };
 

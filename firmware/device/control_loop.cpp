@@ -17,48 +17,54 @@ constexpr std::uint32_t kOverrunLimitTicks = 16;
 }  // namespace
 
 TickOutputs ControlLoop::tick(const TickInputs& in) {
-  controller_.tick += in.missed_ticks;
-  take_order();
-  watch_host();
+  if (in.missed_ticks != 0) {
+    controller_.tick += in.missed_ticks;
+    counters_.tick_overruns += in.missed_ticks;
+  }
+  if (const Order* order = orders.front()) {
+    carry_out(*order);
+    orders.pop();
+  }
+  if (plays()) watch_host();
   const core::ControllerOutputs out = run_controller(in.encoder_count);
   find_faults(in, out);
   const TickOutputs given = decide(out);
-  sample(out, given);
-  publish(in);
+  if (decimation_ != 0) sample(out, given);
+  keep_times(in);
   return given;
 }
 
 Snapshot ControlLoop::snapshot() const {
   for (;;) {
-    const std::uint32_t before = snapshot_version_.load(std::memory_order_acquire);
-    const Snapshot copy = snapshot_;
-    std::atomic_signal_fence(std::memory_order_acquire);
-    if (snapshot_version_.load(std::memory_order_relaxed) == before) return copy;
+    const Snapshot copy{controller_.tick, controller_.motion.position_counts, state_, faults_,
+                        counters_};
+    std::atomic_signal_fence(std::memory_order_acq_rel);
+    // An interrupt that came between has counted a tick. A number that was itself read in two
+    // halves is none that comes back.
+    if (controller_.tick == copy.tick) return copy;
+    std::atomic_signal_fence(std::memory_order_acq_rel);
   }
 }
 
-void ControlLoop::take_order() {
-  const Order* order = orders.front();
-  if (order == nullptr) return;
-  protocol::Verdict verdict = order->verdict;
+void ControlLoop::carry_out(const Order& order) {
+  protocol::Verdict verdict = order.verdict;
   if (verdict.ok()) {
-    verdict.status = execute(*order);
+    verdict.status = execute(order);
   }
   if (verdict.ok()) {
     silent_ticks_ = 0;
-    ++snapshot_.reports_accepted;
+    ++counters_.reports_accepted;
   } else {
-    ++snapshot_.reports_refused;
+    ++counters_.reports_refused;
   }
-  if (order->acknowledged || !verdict.ok()) {
+  if (order.acknowledged || !verdict.ok()) {
     Answer answer;
     answer.acknowledgement = {
-        order->sequence, order->report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,   state_,        controller_.tick};
+        order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
+        verdict.field,  state_,       controller_.tick};
     // The main loop gives an order only when there is room for its answers.
     (void)answers.push(answer);
   }
-  orders.pop();
 }
 
 Status ControlLoop::execute(const Order& order) {
@@ -133,7 +139,6 @@ Status ControlLoop::follow_local_model(const Order& order) {
 }
 
 void ControlLoop::watch_host() {
-  if (!armed() || passive_) return;
   if (config_.watchdog_ticks != 0) {
     if (!connected.load(std::memory_order_relaxed) || ++silent_ticks_ > config_.watchdog_ticks) {
       begin_passive(EventKind::watchdog);
@@ -146,17 +151,16 @@ void ControlLoop::watch_host() {
 void ControlLoop::begin_passive(EventKind why) {
   passive_ = true;
   passive_ticks_left_ = config_.passive_ramp_ticks;
-  const float motor_nm = core::absolute(controller_.limits.motor_torque_nm);
-  passive_step_nm_ =
-      passive_ticks_left_ == 0 ? motor_nm : motor_nm / static_cast<float>(passive_ticks_left_);
+  passive_motor_nm_ = controller_.limits.motor_torque_nm;
+  passive_step_nm_ = core::absolute(passive_motor_nm_);
+  if (passive_ticks_left_ != 0) passive_step_nm_ /= static_cast<float>(passive_ticks_left_);
   report_event(why);
 }
 
 core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count) {
   core::ControllerInputs in;
   in.encoder_count = encoder_count;
-  const float held_motor_nm = controller_.limits.motor_torque_nm;
-  if (armed() && !passive_) {
+  if (plays()) {
     in.scene = scene_;
     in.local = local_model_on_ ? &local_model_ : nullptr;
     if (soft_start_ticks_ < config_.passive_ramp_ticks) {
@@ -164,52 +168,48 @@ core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count)
           static_cast<float>(soft_start_ticks_++) / static_cast<float>(config_.passive_ramp_ticks);
     }
   }
-  const core::ControllerOutputs out = core::control(controller_, config_.controller, in);
-  if (passive_) controller_.limits.motor_torque_nm = held_motor_nm;  // fade() goes on from there
-  return out;
+  return core::control(controller_, config_.controller, in);
 }
 
 void ControlLoop::find_faults(const TickInputs& in, const core::ControllerOutputs& out) {
-  causes_ = 0;
-  if (in.emergency_stop) causes_ |= fault::emergency_stop;
-  if (in.actuator_fault) causes_ |= fault::actuator;
-  if (out.numeric_error) causes_ |= fault::numeric;
+  std::uint32_t causes = 0;
+  if (in.emergency_stop) causes |= fault::emergency_stop;
+  if (in.actuator_fault) causes |= fault::actuator;
+  if (out.numeric_error) causes |= fault::numeric;
   const std::int32_t delta = out.motion.delta_counts;
   if (delta > config_.jump_limit_counts || delta < -config_.jump_limit_counts) {
-    causes_ |= fault::encoder;
+    causes |= fault::encoder;
   }
   if (armed()) {
     // These endanger only somebody who feels a torque.
-    if (in.missed_ticks >= kOverrunLimitTicks) causes_ |= fault::overrun;
-    if (config_.speed_limit_rad_s > 0.0F &&
-        core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
-      causes_ |= fault::over_speed;
+    if (in.missed_ticks >= kOverrunLimitTicks) causes |= fault::overrun;
+    if (core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
+      causes |= fault::over_speed;
     }
   }
-  if ((causes_ & ~faults_) == 0) return;
+  causes_ = static_cast<std::uint16_t>(causes);
+  if ((causes & ~faults_) == 0) return;
   faults_ = static_cast<std::uint16_t>(faults_ | causes_);
   set_state(State::fault);
 }
 
 TickOutputs ControlLoop::decide(const core::ControllerOutputs& out) {
-  TickOutputs given;
-  if (armed()) {
-    given = passive_ ? fade() : TickOutputs{out.motor_torque_nm, out.brake_command_nm, true};
-  }
+  if (plays()) return {out.motor_torque_nm, out.brake_command_nm, true};
+  const TickOutputs given = passive_ ? fade() : TickOutputs{};
+  // The controller must know what became of its commands.
   controller_.limits.motor_torque_nm = given.motor_torque_nm;
   controller_.brake_command_nm = given.brake_torque_nm;
   return given;
 }
 
 TickOutputs ControlLoop::fade() {
-  const float held_nm = controller_.limits.motor_torque_nm;
   if (passive_ticks_left_ == 0) {
     set_state(State::disarmed);
     return {};
   }
   --passive_ticks_left_;
-  const float motor_nm = held_nm - core::clamp_symmetric(held_nm, passive_step_nm_);
-  return {motor_nm, config_.passive_brake_nm, true};
+  passive_motor_nm_ -= core::clamp_symmetric(passive_motor_nm_, passive_step_nm_);
+  return {passive_motor_nm_, config_.passive_brake_nm, true};
 }
 
 void ControlLoop::set_state(State state) {
@@ -228,7 +228,6 @@ void ControlLoop::report_event(EventKind kind) {
 }
 
 void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& given) {
-  if (decimation_ == 0) return;
   if (ticks_to_sample_ != 0) {
     --ticks_to_sample_;
     return;
@@ -248,19 +247,12 @@ void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& 
                           out.spring_torque_nm,
                           flags,
                           decimation_};
-  if (!samples.push(sample)) ++snapshot_.samples_dropped;
+  if (!samples.push(sample)) ++counters_.samples_dropped;
 }
 
-void ControlLoop::publish(const TickInputs& in) {
-  snapshot_.tick = controller_.tick;
-  snapshot_.position_counts = controller_.motion.position_counts;
-  snapshot_.state = state_;
-  snapshot_.faults = faults_;
-  snapshot_.tick_overruns += in.missed_ticks;
-  snapshot_.tick_time_ns = in.tick_time_ns;
-  if (in.tick_time_ns > snapshot_.tick_time_max_ns) snapshot_.tick_time_max_ns = in.tick_time_ns;
-  snapshot_version_.store(snapshot_version_.load(std::memory_order_relaxed) + 1,
-                          std::memory_order_release);
+void ControlLoop::keep_times(const TickInputs& in) {
+  counters_.tick_time_ns = in.tick_time_ns;
+  if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
 }
 
 }  // namespace torsio::device

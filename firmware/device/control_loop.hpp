@@ -79,18 +79,22 @@ struct LoopSample {
   std::uint8_t decimation = 1;
 };
 
-/// What the main loop may know of the control loop at any time.
-struct Snapshot {
-  std::uint64_t tick = 0;
-  std::int64_t position_counts = 0;
-  protocol::State state = protocol::State::disarmed;
-  std::uint16_t faults = 0;
+struct LoopCounters {
   std::uint32_t reports_accepted = 0;
   std::uint32_t reports_refused = 0;
   std::uint32_t samples_dropped = 0;
   std::uint32_t tick_overruns = 0;
   std::uint32_t tick_time_ns = 0;
   std::uint32_t tick_time_max_ns = 0;
+};
+
+/// What the main loop may know of the control loop at any time.
+struct Snapshot {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  protocol::State state = protocol::State::disarmed;
+  std::uint16_t faults = 0;
+  LoopCounters counters;
 };
 
 class ControlLoop {
@@ -102,16 +106,11 @@ class ControlLoop {
   // Control interrupt.
   TickOutputs tick(const TickInputs& in);
 
-  // Main loop. An order may be given only while `orders` is empty: what it points to is then no
-  // longer looked at, and every answer is sure of its place.
-  Ring<Order, 2> orders;
-  Ring<Answer, 16> answers;
-  Ring<LoopSample, 64> samples;
-  std::atomic<bool> connected{true};
+  // Main loop. The rings are below.
   Snapshot snapshot() const;
 
  private:
-  void take_order();
+  void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
   protocol::Status clear_fault();
@@ -125,10 +124,12 @@ class ControlLoop {
   void set_state(protocol::State state);
   void report_event(protocol::EventKind kind);
   void sample(const core::ControllerOutputs& out, const TickOutputs& given);
-  void publish(const TickInputs& in);
+  void keep_times(const TickInputs& in);
 
   bool armed() const { return state_ == protocol::State::armed; }
+  bool plays() const { return armed() && !passive_; }
 
+  // Everything that a tick looks at stands together: its loads then need no computed addresses.
   LoopConfig config_;
   core::ControllerState controller_;
   protocol::State state_ = protocol::State::disarmed;
@@ -145,14 +146,21 @@ class ControlLoop {
   std::uint32_t soft_start_ticks_ = 0;  // since arming, up to the length of the soft start
   bool passive_ = false;
   std::uint32_t passive_ticks_left_ = 0;
+  float passive_motor_nm_ = 0;
   float passive_step_nm_ = 0;  // per tick
 
   std::uint8_t decimation_ = 0;
   std::uint8_t ticks_to_sample_ = 0;
 
-  // Written here, read by the main loop, which an interrupt may cut in two.
-  std::atomic<std::uint32_t> snapshot_version_{0};
-  Snapshot snapshot_;
+  LoopCounters counters_;
+
+ public:
+  std::atomic<bool> connected{true};
+  // An order may be given only while `orders` is empty: what it points to is then no longer looked
+  // at, and every answer is sure of its place.
+  Ring<Order, 2> orders;
+  Ring<Answer, 16> answers;
+  Ring<LoopSample, 64> samples;
 };
 
 }  // namespace torsio::device

@@ -274,9 +274,10 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
       return Status::ok;
     case Layout<protocol::Health>::id:
       report = protocol::encode(
-          protocol::Health{now.state, now.faults, now.reports_accepted,
-                           now.reports_refused + stalled_, now.samples_dropped, now.tick_overruns,
-                           now.tick_time_ns, now.tick_time_max_ns, store_.saves()});
+          protocol::Health{now.state, now.faults, now.counters.reports_accepted,
+                           now.counters.reports_refused + stalled_, now.counters.samples_dropped,
+                           now.counters.tick_overruns, now.counters.tick_time_ns,
+                           now.counters.tick_time_max_ns, store_.saves()});
       return Status::ok;
     case Layout<protocol::ActuatorConfig>::id:
       report = protocol::encode(config_.actuator);
