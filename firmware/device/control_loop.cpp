@@ -8,6 +8,7 @@ namespace {
 namespace fault = protocol::fault;
 namespace flag = protocol::flag;
 using protocol::EventKind;
+using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
@@ -19,6 +20,7 @@ constexpr std::uint32_t kOverrunLimitTicks = 16;
 TickOutputs ControlLoop::tick(const TickInputs& in) {
   controller_.tick += in.missed_ticks;
   take_order();
+  if (game.awake() || owner_ == Owner::game) serve_game();
   watch_host();
   const core::ControllerOutputs out = run_controller(in.encoder_count);
   find_faults(in, out);
@@ -54,7 +56,8 @@ void ControlLoop::take_order() {
     Answer answer;
     answer.acknowledgement = {
         order->sequence, order->report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,   state_,        controller_.tick};
+        verdict.field,   state_,        controller_.tick,
+        owner_};
     // The main loop gives an order only when there is room for its answers.
     (void)answers.push(answer);
   }
@@ -106,12 +109,33 @@ Status ControlLoop::execute(const Order& order) {
 Status ControlLoop::arm() {
   if (state_ == State::fault) return Status::fault_latched;
   if (passive_) return Status::busy;
-  if (state_ == State::disarmed) {
-    soft_start_ticks_ = 0;
-    silent_ticks_ = 0;
-    set_state(State::armed);
+  if (owner_ == Owner::sdk) return Status::ok;
+  soft_start_ticks_ = 0;
+  silent_ticks_ = 0;
+  if (owner_ == Owner::game) {
+    // The game's torque fades while the scene's comes up: both in the time of the soft start.
+    game.release(config_.game.release_ticks);
+    owner_ = Owner::sdk;
+    report_event(EventKind::owner_changed);
+  } else {
+    set_state(State::armed, Owner::sdk);
   }
   return Status::ok;
+}
+
+/// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
+/// had nothing to play for a while.
+void ControlLoop::serve_game() {
+  const bool may_play = config_.game.allowed && state_ != State::fault && !passive_ &&
+                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed);
+  const bool started = game.take_orders(config_.game, may_play, controller_.tick);
+  if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
+  if (owner_ != Owner::game || passive_) return;
+  if (game.playing()) {
+    game_idle_ticks_ = 0;
+  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= config_.game.idle_ticks)) {
+    set_state(State::disarmed);
+  }
 }
 
 Status ControlLoop::clear_fault() {
@@ -123,6 +147,7 @@ Status ControlLoop::clear_fault() {
 
 Status ControlLoop::follow_local_model(const Order& order) {
   if (!armed() || passive_) return Status::not_armed;
+  if (owner_ != Owner::sdk) return Status::not_owner;
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (local_model_on_ && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
@@ -134,6 +159,10 @@ Status ControlLoop::follow_local_model(const Order& order) {
 
 void ControlLoop::watch_host() {
   if (!armed() || passive_) return;
+  if (owner_ == Owner::game) {
+    if (!connected.load(std::memory_order_relaxed)) begin_passive(EventKind::watchdog);
+    return;
+  }
   if (config_.watchdog_ticks != 0) {
     if (!connected.load(std::memory_order_relaxed) || ++silent_ticks_ > config_.watchdog_ticks) {
       begin_passive(EventKind::watchdog);
@@ -145,6 +174,7 @@ void ControlLoop::watch_host() {
 
 void ControlLoop::begin_passive(EventKind why) {
   passive_ = true;
+  game.drop();
   passive_ticks_left_ = config_.passive_ramp_ticks;
   const float motor_nm = core::absolute(controller_.limits.motor_torque_nm);
   passive_step_nm_ =
@@ -157,7 +187,8 @@ core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count)
   in.encoder_count = encoder_count;
   const float held_motor_nm = controller_.limits.motor_torque_nm;
   if (armed() && !passive_) {
-    in.scene = scene_;
+    if (game.awake()) in.extra = &game;
+    in.scene = owner_ == Owner::sdk ? scene_ : nullptr;
     in.local = local_model_on_ ? &local_model_ : nullptr;
     if (soft_start_ticks_ < config_.passive_ramp_ticks) {
       in.scene_gain =
@@ -212,8 +243,11 @@ TickOutputs ControlLoop::fade() {
   return {motor_nm, config_.passive_brake_nm, true};
 }
 
-void ControlLoop::set_state(State state) {
+void ControlLoop::set_state(State state, Owner owner) {
   state_ = state;
+  owner_ = owner;
+  game_idle_ticks_ = 0;
+  if (state != State::armed) game.drop();
   passive_ = false;
   local_model_on_ = false;
   report_event(EventKind::state_changed);
@@ -222,7 +256,7 @@ void ControlLoop::set_state(State state) {
 void ControlLoop::report_event(EventKind kind) {
   Answer answer;
   answer.is_event = true;
-  answer.event = {kind, state_, faults_, controller_.tick};
+  answer.event = {kind, state_, faults_, controller_.tick, owner_};
   // With a host that reads nothing the event is lost; the health report still tells the state.
   (void)answers.push(answer);
 }
@@ -239,6 +273,7 @@ void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& 
   if (out.brake_saturated) flags |= flag::brake_saturated;
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
+  if (owner_ == Owner::game) flags |= flag::game;
   const LoopSample sample{controller_.tick - 1,
                           out.motion.position_counts,
                           out.motion.speed_rad_s,
@@ -255,6 +290,7 @@ void ControlLoop::publish(const TickInputs& in) {
   snapshot_.tick = controller_.tick;
   snapshot_.position_counts = controller_.motion.position_counts;
   snapshot_.state = state_;
+  snapshot_.owner = owner_;
   snapshot_.faults = faults_;
   snapshot_.tick_overruns += in.missed_ticks;
   snapshot_.tick_time_ns = in.tick_time_ns;
