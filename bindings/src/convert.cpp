@@ -222,7 +222,24 @@ ActuatorConfig actuator_config_from_python(const py::handle& source) {
           from.number("spring_stiffness_nm_per_rad"),
           from.integer<std::uint32_t>("counts_per_rev"),
           from.integer<int>("counter_bits"),
-          from.boolean("encoder_reversed")};
+          from.boolean("encoder_reversed"),
+          from.number("knob_inertia_kg_m2"),
+          from.number("knob_coulomb_nm"),
+          from.number("knob_viscous_nm_s_per_rad"),
+          from.number("motor_time_constant_s")};
+}
+
+GameConfig game_config_from_python(const py::handle& source) {
+  const Attributes from(source);
+  return {from.boolean("enabled"),
+          from.number("range_deg"),
+          from.number("torque_max_nm"),
+          from.number("gain"),
+          from.number("spring_gain"),
+          from.number("speed_full_rad_s"),
+          from.number("acceleration_full_rad_s2"),
+          from.number("blend_s"),
+          from.number("silence_s")};
 }
 
 ControlConfig control_config_from_python(const py::handle& source) {
@@ -246,6 +263,24 @@ py::dict to_python(const ActuatorConfig& config) {
   dict["counts_per_rev"] = config.counts_per_rev;
   dict["counter_bits"] = config.counter_bits;
   dict["encoder_reversed"] = config.encoder_reversed;
+  dict["knob_inertia_kg_m2"] = config.knob_inertia_kg_m2;
+  dict["knob_coulomb_nm"] = config.knob_coulomb_nm;
+  dict["knob_viscous_nm_s_per_rad"] = config.knob_viscous_nm_s_per_rad;
+  dict["motor_time_constant_s"] = config.motor_time_constant_s;
+  return dict;
+}
+
+py::dict to_python(const GameConfig& config) {
+  py::dict dict;
+  dict["enabled"] = config.enabled;
+  dict["range_deg"] = config.range_deg;
+  dict["torque_max_nm"] = config.torque_max_nm;
+  dict["gain"] = config.gain;
+  dict["spring_gain"] = config.spring_gain;
+  dict["speed_full_rad_s"] = config.speed_full_rad_s;
+  dict["acceleration_full_rad_s2"] = config.acceleration_full_rad_s2;
+  dict["blend_s"] = config.blend_s;
+  dict["silence_s"] = config.silence_s;
   return dict;
 }
 

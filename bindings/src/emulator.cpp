@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "convert.hpp"
+#include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant.hpp"
@@ -397,6 +398,15 @@ emulator::Method emulator_method(const std::string& name) { return method_from_n
 void bind_emulator(py::module_& parent) {
   py::module_ module =
       parent.def_submodule("emulator", "The emulated device and its parts, each on its own.");
+  module.def(
+      "usb_report_descriptor",
+      [](std::uint8_t interface) {
+        const auto interfaces = device::usb_interfaces();
+        if (interface >= interfaces.size()) throw py::value_error("there is no such interface");
+        const auto bytes = interfaces[interface].report_descriptor;
+        return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      },
+      arg("interface"), "HID report descriptor of interface 0 (control) or 1 (game).");
   bind_plant(module);
   bind_profile_and_encoder(module);
   bind_device(module);

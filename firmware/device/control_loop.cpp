@@ -8,6 +8,7 @@ namespace {
 namespace fault = protocol::fault;
 namespace flag = protocol::flag;
 using protocol::EventKind;
+using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
@@ -25,6 +26,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
     carry_out(*order);
     orders.pop();
   }
+  if (game.awake() || owner_ == Owner::game) serve_game();
   if (plays()) watch_host();
   const core::ControllerOutputs out = run_controller(in.encoder_count);
   find_faults(in, out);
@@ -36,8 +38,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
 
 Snapshot ControlLoop::snapshot() const {
   for (;;) {
-    const Snapshot copy{controller_.tick, controller_.motion.position_counts, state_, faults_,
-                        counters_};
+    const Snapshot copy{controller_.tick, controller_.motion.position_counts, state_, owner_,
+                        faults_, counters_};
     std::atomic_signal_fence(std::memory_order_acq_rel);
     // An interrupt that came between has counted a tick. A number that was itself read in two
     // halves is none that comes back.
@@ -61,7 +63,8 @@ void ControlLoop::carry_out(const Order& order) {
     Answer answer;
     answer.acknowledgement = {
         order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,  state_,       controller_.tick};
+        verdict.field,  state_,       controller_.tick,
+        owner_};
     // The main loop gives an order only when there is room for its answers.
     (void)answers.push(answer);
   }
@@ -112,12 +115,33 @@ Status ControlLoop::execute(const Order& order) {
 Status ControlLoop::arm() {
   if (state_ == State::fault) return Status::fault_latched;
   if (passive_) return Status::busy;
-  if (state_ == State::disarmed) {
-    soft_start_ticks_ = 0;
-    silent_ticks_ = 0;
-    set_state(State::armed);
+  if (owner_ == Owner::sdk) return Status::ok;
+  soft_start_ticks_ = 0;
+  silent_ticks_ = 0;
+  if (owner_ == Owner::game) {
+    // The game's torque fades while the scene's comes up: both in the time of the soft start.
+    game.release(config_.game.release_ticks);
+    owner_ = Owner::sdk;
+    report_event(EventKind::owner_changed);
+  } else {
+    set_state(State::armed, Owner::sdk);
   }
   return Status::ok;
+}
+
+/// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
+/// had nothing to play for a while.
+void ControlLoop::serve_game() {
+  const bool may_play = config_.game.allowed && state_ != State::fault && !passive_ &&
+                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed);
+  const bool started = game.take_orders(config_.game, may_play, controller_.tick);
+  if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
+  if (owner_ != Owner::game || passive_) return;
+  if (game.playing()) {
+    game_idle_ticks_ = 0;
+  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= config_.game.idle_ticks)) {
+    set_state(State::disarmed);
+  }
 }
 
 Status ControlLoop::clear_fault() {
@@ -129,6 +153,7 @@ Status ControlLoop::clear_fault() {
 
 Status ControlLoop::follow_local_model(const Order& order) {
   if (!armed() || passive_) return Status::not_armed;
+  if (owner_ != Owner::sdk) return Status::not_owner;
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (local_model_on_ && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
@@ -139,6 +164,10 @@ Status ControlLoop::follow_local_model(const Order& order) {
 }
 
 void ControlLoop::watch_host() {
+  if (owner_ == Owner::game) {
+    if (!connected.load(std::memory_order_relaxed)) begin_passive(EventKind::watchdog);
+    return;
+  }
   if (config_.watchdog_ticks != 0) {
     if (!connected.load(std::memory_order_relaxed) || ++silent_ticks_ > config_.watchdog_ticks) {
       begin_passive(EventKind::watchdog);
@@ -150,6 +179,7 @@ void ControlLoop::watch_host() {
 
 void ControlLoop::begin_passive(EventKind why) {
   passive_ = true;
+  game.drop();
   passive_ticks_left_ = config_.passive_ramp_ticks;
   passive_motor_nm_ = controller_.limits.motor_torque_nm;
   passive_step_nm_ = core::absolute(passive_motor_nm_);
@@ -161,7 +191,8 @@ core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count)
   core::ControllerInputs in;
   in.encoder_count = encoder_count;
   if (plays()) {
-    in.scene = scene_;
+    if (game.awake()) in.extra = &game;
+    in.scene = owner_ == Owner::sdk ? scene_ : nullptr;
     in.local = local_model_on_ ? &local_model_ : nullptr;
     if (soft_start_ticks_ < config_.passive_ramp_ticks) {
       in.scene_gain =
@@ -212,8 +243,11 @@ TickOutputs ControlLoop::fade() {
   return {passive_motor_nm_, config_.passive_brake_nm, true};
 }
 
-void ControlLoop::set_state(State state) {
+void ControlLoop::set_state(State state, Owner owner) {
   state_ = state;
+  owner_ = owner;
+  game_idle_ticks_ = 0;
+  if (state != State::armed) game.drop();
   passive_ = false;
   local_model_on_ = false;
   report_event(EventKind::state_changed);
@@ -222,7 +256,7 @@ void ControlLoop::set_state(State state) {
 void ControlLoop::report_event(EventKind kind) {
   Answer answer;
   answer.is_event = true;
-  answer.event = {kind, state_, faults_, controller_.tick};
+  answer.event = {kind, state_, faults_, controller_.tick, owner_};
   // With a host that reads nothing the event is lost; the health report still tells the state.
   (void)answers.push(answer);
 }
@@ -238,6 +272,7 @@ void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& 
   if (out.brake_saturated) flags |= flag::brake_saturated;
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
+  if (owner_ == Owner::game) flags |= flag::game;
   const LoopSample sample{controller_.tick - 1,
                           out.motion.position_counts,
                           out.motion.speed_rad_s,

@@ -159,6 +159,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.stored = stored;
   if (in.actuator) out.actuator = to_wire(*in.actuator);
   if (in.control) out.control = to_wire(*in.control);
+  if (in.game) out.game = to_wire(*in.game);
   out.plant.integration.tolerance = in.tolerance;
   out.log_truth = in.log_truth;
   return out;
@@ -413,6 +414,26 @@ Fidelity Emulator::fidelity() const {
           .relative_cost = report.relative_cost};
 }
 
+void Emulator::game_write(std::span<const std::uint8_t> report) {
+  impl_->world->with_device([&](auto& device) { (void)device.game_write(report); });
+}
+
+std::vector<std::uint8_t> Emulator::game_read() {
+  return impl_->world->with_device([](auto& device) { return device.game_read(); });
+}
+
+bool Emulator::game_set_feature(std::span<const std::uint8_t> report) {
+  return impl_->world->with_device([&](auto& device) { return device.game_set_feature(report); });
+}
+
+std::vector<std::uint8_t> Emulator::game_get_feature(std::uint8_t id) {
+  return impl_->world->with_device([&](auto& device) { return device.game_get_feature(id); });
+}
+
+void Emulator::set_game_buttons(std::uint8_t pressed) {
+  impl_->world->with_device([&](auto& device) { device.set_buttons(pressed); });
+}
+
 void Emulator::unplug() {
   impl_->world->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
   impl_->world->notify();
@@ -462,6 +483,10 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   config.brake_time_constant_s = plant.brake_time_constant_s;
   config.spring_stiffness_nm_per_rad = plant.shaft_stiffness_nm_per_rad;
   config.counts_per_rev = plant.counts_per_rev;
+  config.knob_inertia_kg_m2 = plant.knob_inertia_kg_m2;
+  config.knob_coulomb_nm = plant.knob_coulomb_nm;
+  config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
+  config.motor_time_constant_s = plant.motor_time_constant_s;
   return config;
 }
 

@@ -267,7 +267,8 @@ Health Knob::health() {
           .tick_overruns = health.tick_overruns,
           .tick_time_s = 1e-9 * health.tick_time_ns,
           .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
-          .saves = health.saves};
+          .saves = health.saves,
+          .owner = static_cast<Owner>(health.owner)};
 }
 
 Clock Knob::clock() { return impl().clock(); }
@@ -304,6 +305,8 @@ ControlConfig Knob::control_config() {
   return from_wire(impl().session.get<protocol::ControlConfig>());
 }
 
+GameConfig Knob::game_config() { return from_wire(impl().session.get<protocol::GameConfig>()); }
+
 void Knob::set_actuator_config(const ActuatorConfig& config) {
   impl().session.set(to_wire(config));
   impl().look_again();
@@ -313,6 +316,8 @@ void Knob::set_control_config(const ControlConfig& config) {
   impl().session.set(to_wire(config));
   impl().look_again();
 }
+
+void Knob::set_game_config(const GameConfig& config) { impl().session.set(to_wire(config)); }
 
 void Knob::load_defaults() {
   impl().command(protocol::Op::load_defaults);

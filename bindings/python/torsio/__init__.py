@@ -14,7 +14,7 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, telemetry
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.config import ActuatorConfig, ControlConfig, GameConfig, PlantParams
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -29,6 +29,7 @@ from torsio.errors import (
     Timeout,
 )
 from torsio.facts import Clock, DeviceInfo, Fidelity, Health, LinkStatistics, ListedDevice
+from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
@@ -73,6 +74,8 @@ __all__ = [
     "Error",
     "Fidelity",
     "Friction",
+    "GameConfig",
+    "GamePort",
     "Hand",
     "Health",
     "ImpedanceHand",

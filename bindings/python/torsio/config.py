@@ -7,7 +7,7 @@ from typing import Literal
 
 from torsio import _torsio
 
-__all__ = ["ActuatorConfig", "ControlConfig", "PlantParams"]
+__all__ = ["ActuatorConfig", "ControlConfig", "GameConfig", "PlantParams"]
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,8 @@ class ActuatorConfig:
         Of the shaft between knob and brake.
     counter_bits
         Width at which the encoder's counter wraps, 8 to 32.
+    knob_inertia_kg_m2, knob_coulomb_nm, knob_viscous_nm_s_per_rad, motor_time_constant_s
+        Of motor and knob; they bound what a game may ask for.
     """
 
     _: KW_ONLY
@@ -36,6 +38,10 @@ class ActuatorConfig:
     counts_per_rev: int = 8192
     counter_bits: int = 32
     encoder_reversed: bool = False
+    knob_inertia_kg_m2: float = 6e-5
+    knob_coulomb_nm: float = 6e-3
+    knob_viscous_nm_s_per_rad: float = 2.6e-5
+    motor_time_constant_s: float = 0.1e-3
 
 
 @dataclass(frozen=True)
@@ -74,6 +80,42 @@ class ControlConfig:
     passive_ramp_s: float = 0.05
     passive_brake_nm: float = 0.0
     autonomous: bool = False
+
+
+@dataclass(frozen=True)
+class GameConfig:
+    """What games may do over the game interface, and how their numbers become torques.
+
+    Attributes
+    ----------
+    enabled
+        False: games see the axis but move nothing.
+    range_deg
+        From one end of the game's axis to the other, round angle 0; 10 to 36,000.
+    torque_max_nm
+        Torque at full level, and the most that all effects together get.
+    gain
+        On top of the game's own gains, 0 to 1.
+    spring_gain
+        1: a full spring reaches full torque at the end of the axis.
+    speed_full_rad_s, acceleration_full_rad_s2
+        Where a full damper, and a full inertia, reaches full torque.
+    blend_s
+        In which a change of an effect, its beginning or its end takes full effect.
+    silence_s
+        Silence of the game that stops forces without end; 0 is never.
+    """
+
+    _: KW_ONLY
+    enabled: bool = True
+    range_deg: float = 900.0
+    torque_max_nm: float = 100.0
+    gain: float = 1.0
+    spring_gain: float = 1.0
+    speed_full_rad_s: float = 20.0
+    acceleration_full_rad_s2: float = 3000.0
+    blend_s: float = 2e-3
+    silence_s: float = 10.0
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,8 @@ class Health:
         Telemetry that the host did not fetch in time.
     tick_time_s, tick_time_max_s
         Time that the last control tick took, and the longest one so far.
+    owner
+        Who has the actuator: "none" unless it is armed.
     """
 
     state: State
@@ -88,6 +90,7 @@ class Health:
     tick_time_s: float
     tick_time_max_s: float
     saves: int
+    owner: Literal["none", "sdk", "game"]
 
 
 @dataclass(frozen=True)

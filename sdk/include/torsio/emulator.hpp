@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -77,6 +78,7 @@ struct EmulatorOptions {
   /// Configuration at power-up in place of what the device has stored, or of its defaults.
   std::optional<ActuatorConfig> actuator{};
   std::optional<ControlConfig> control{};
+  std::optional<GameConfig> game{};
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
@@ -141,6 +143,18 @@ class Emulator {
 
   /// What was chosen to keep EmulatorOptions::tolerance, and the error that is estimated.
   [[nodiscard]] Fidelity fidelity() const;
+
+  // The game interface, for the tests of those who talk to it: reports as bytes, each beginning
+  // with its id; docs/games.md has them all. They take effect at the next control tick.
+  void game_write(std::span<const std::uint8_t> report);
+  /// The next input report; empty if there is nothing new.
+  [[nodiscard]] std::vector<std::uint8_t> game_read();
+  /// @returns false if the device stalls the request
+  [[nodiscard]] bool game_set_feature(std::span<const std::uint8_t> report);
+  /// A feature report; empty if the device stalls the request.
+  [[nodiscard]] std::vector<std::uint8_t> game_get_feature(std::uint8_t id);
+  /// Presses exactly these buttons of the game controller, bit 0 the first.
+  void set_game_buttons(std::uint8_t pressed);
 
   /// Pulls the plug. As with hardware the knob must be opened again.
   void unplug();

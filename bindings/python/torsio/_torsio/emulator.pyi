@@ -13,6 +13,8 @@ PLANT_DTYPE: Final[np.dtype[Any]]
 
 _Method = Literal["exact", "trapezoid", "semi_implicit", "regularised"]
 
+def usb_report_descriptor(interface: int) -> bytes: ...
+
 class Plant:
     def __init__(
         self,
