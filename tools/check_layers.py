@@ -64,6 +64,13 @@ RULES = (
         ("core", "protocol", "device", "usb", "boards"),
         third_party=r"(hardware|pico)/.*\.h",
     ),
+    # The only file of the virtual USB knob that knows TinyUSB: its device controller.
+    Rule(
+        "firmware/emulator/usbip/bus.cpp",
+        (*FIRMWARE, "usb"),
+        third_party=r"tusb\.h|device/dcd\.h",
+    ),
+    Rule("firmware/emulator/usbip", (*FIRMWARE, "usb"), posix=True),
     Rule("firmware/emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(

@@ -72,13 +72,22 @@ EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
   power_up();
 }
 
-void EmulatedDevice::power_up() {
+device::BoardInfo EmulatedDevice::board() const {
   device::BoardInfo board;
   board.board = protocol::Board::emulated;
   std::ranges::copy(options_.serial, board.serial.begin());
   board.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
   board.control_period_ns = static_cast<std::uint32_t>(options_.control_period_ns);
-  device_ = std::make_unique<device::Device>(board, stored_);
+  return board;
+}
+
+device::Device& EmulatedDevice::device() {
+  if (device_ == nullptr) throw std::logic_error("the emulated device has no power");
+  return *device_;
+}
+
+void EmulatedDevice::power_up() {
+  device_ = std::make_unique<device::Device>(board(), stored_);
   device_->set_connected(plugged_);
 }
 

@@ -73,6 +73,12 @@ class EmulatedDevice {
 
   [[nodiscard]] const UsbLink& link() const { return link_; }
 
+  // For a USB stack in place of the cable, which must stay unplugged then: the stack says itself
+  // whether the device is connected.
+  [[nodiscard]] device::BoardInfo board() const;
+  /// @throws std::logic_error while there is no power
+  [[nodiscard]] device::Device& device();
+
   // The world ---------------------------------------------------------------------------------
 
   [[nodiscard]] const Plant& plant() const { return plant_; }
