@@ -75,21 +75,23 @@ def _is_wanted_module(path: str) -> bool:
 def _unpack(package: Path, folder: Path) -> None:
     """Unpack the image, the wanted modules, and the list of what is built in."""
     command = ["dpkg-deb", "--fsys-tarfile", str(package)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as unpacking:
-        with tarfile.open(fileobj=unpacking.stdout, mode="r|") as archive:
-            for member in archive:
-                source = archive.extractfile(member) if member.isfile() else None
-                if source is None:
-                    continue
-                path = Path(member.name)
-                if path.name.startswith("vmlinuz-"):
-                    target = folder / "vmlinuz"
-                elif _is_wanted_module(member.name) or path.name == "modules.builtin":
-                    target = folder / "modules" / path.name
-                else:
-                    continue
-                target.parent.mkdir(parents=True, exist_ok=True)
-                target.write_bytes(source.read())
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE) as unpacking,
+        tarfile.open(fileobj=unpacking.stdout, mode="r|") as archive,
+    ):
+        for member in archive:
+            source = archive.extractfile(member) if member.isfile() else None
+            if source is None:
+                continue
+            path = Path(member.name)
+            if path.name.startswith("vmlinuz-"):
+                target = folder / "vmlinuz"
+            elif _is_wanted_module(member.name) or path.name == "modules.builtin":
+                target = folder / "modules" / path.name
+            else:
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(source.read())
     if unpacking.returncode != 0:
         raise RuntimeError(f"{package.name} cannot be unpacked")
 

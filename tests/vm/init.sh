@@ -7,7 +7,7 @@ export PATH=/bin
 # The device isa-debug-exit ends the machine; QEMU's own status is then 2 n + 1.
 end() {
   sync
-  printf "\\x$(printf %x "$1")" | dd of=/dev/port bs=1 seek=244 2>/dev/null
+  printf %b "\\x$(printf %x "$1")" | dd of=/dev/port bs=1 seek=244 2>/dev/null
   poweroff -f
 }
 

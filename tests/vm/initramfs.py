@@ -96,10 +96,8 @@ def build(kernel: Path) -> bytes:
     busybox = shutil.which("busybox")
     if busybox is None:
         raise LookupError("no busybox; on Debian: apt-get install busybox-static")
-    files: dict[str, tuple[int, bytes]] = {
-        name: (stat.S_IFDIR | 0o755, b"")
-        for name in ("bin", "proc", "sys", "dev", "lower", "upper", "root", "modules")
-    }
+    folders = ("bin", "proc", "sys", "dev", "lower", "upper", "root", "modules")
+    files = dict.fromkeys(folders, (stat.S_IFDIR | 0o755, b""))
     files["bin/busybox"] = (stat.S_IFREG | 0o755, Path(busybox).read_bytes())
     files["init"] = (stat.S_IFREG | 0o755, INIT.read_bytes())
     modules = load_order(kernel / "modules")

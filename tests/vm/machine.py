@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import shutil
 import subprocess
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from tests.vm import initramfs
 
 ACCELERATOR_VARIABLE = "TORSIO_VM_ACCEL"
-_PROCESSORS = {"kvm": "host", "tcg": "qemu64"}
+_PROCESSORS = {"kvm": "qemu64", "tcg": "qemu64"}
 _TCG = "tcg,thread=multi,tb-size=512"
 _BOOT = (
     "console=ttyS0 panic=-1 quiet mitigations=off nokaslr tsc=reliable no_timer_check audit=0 "
@@ -109,11 +107,11 @@ def _folder(tag: str, path: Path, options: str) -> tuple[str, ...]:
     return ("-fsdev", local, "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}")
 
 
-@functools.cache
 def accelerator(kernel: Path) -> str:
-    """Return "kvm" where a machine comes up with it, else "tcg", emulation.
+    """Return "kvm" where a machine comes up with it, else "tcg", which is emulation.
 
-    The environment variable ``TORSIO_VM_ACCEL`` decides without a try.
+    The environment variable ``TORSIO_VM_ACCEL`` decides without a try. What came out of a try is
+    kept in the kernel's folder.
 
     Raises
     ------
@@ -127,8 +125,10 @@ def accelerator(kernel: Path) -> str:
         return chosen
     if not os.access("/dev/kvm", os.R_OK | os.W_OK):
         return "tcg"
-    share = kernel / f"probe-{os.getpid()}-{time.monotonic_ns()}"
-    try:
-        return "kvm" if Machine(kernel, share).probe("kvm") else "tcg"
-    finally:
+    # The file may be there and not work, which takes long to find out: so it is done once.
+    answer = kernel / "accelerator"
+    if not answer.exists():
+        share = kernel / "probe"
+        answer.write_text("kvm" if Machine(kernel, share).probe("kvm") else "tcg")
         shutil.rmtree(share)
+    return answer.read_text()
