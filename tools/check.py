@@ -20,7 +20,7 @@ TREE = Path(__file__).parent.parent
 CPP_FOLDERS = ("firmware", "sdk", "bindings", "examples", "tests")
 PYTHON_FOLDERS = ("bindings", "examples", "tests", "tools")
 MAX_LINES = 40
-SHELL_FILES = ("dev", ".ci/run")
+SHELL_FILES = ("dev", ".ci/run", "tests/vm/init.sh")
 
 # The tools come with the virtual environment, which need not be activated.
 _BIN = Path(sys.executable).parent

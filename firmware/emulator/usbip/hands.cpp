@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -93,7 +94,7 @@ Hand firm_hand(Profile intended_angle_rad) {
                        .intended_angle_rad = std::move(intended_angle_rad)};
 }
 
-Hand read_hand(std::istream& stream, const std::string& name) {
+Hand read_hand(std::istream& stream, const std::string& name, std::int64_t start_ns) {
   Script script;
   std::string text;
   std::size_t count = 0;
@@ -109,6 +110,7 @@ Hand read_hand(std::istream& stream, const std::string& name) {
   if (stream.bad()) fail("cannot be read to its end");
   if (script.knots.empty()) fail("the file ends before its first corner TIME_S VALUE");
 
+  for (ProfileKnot& knot : script.knots) knot.time_ns += start_ns;
   Profile profile(std::move(script.knots));
   if (script.kind == "torque_nm") return TorqueHand{std::move(profile)};
   if (script.kind == "angle_rad") return firm_hand(std::move(profile));
@@ -123,7 +125,15 @@ bool HandCommands::follow(std::string_view line) {
     return angle_rad.has_value();
   }
   Hand hand = NoHand{};
-  if (word == "torque") {
+  if (word == "script") {
+    const std::string path(rest);
+    std::ifstream script(path);
+    try {
+      hand = read_hand(script, path, device_.next_tick_ns());
+    } catch (const BadScript&) {
+      return false;
+    }
+  } else if (word == "torque") {
     const auto torque_nm = number(rest, kLargestNm);
     if (!torque_nm) return false;
     hand = TorqueHand{Profile::constant(*torque_nm)};

@@ -2,6 +2,7 @@
 /// Who holds the virtual knob: hands from a file, and hands that follow commands.
 #pragma once
 
+#include <cstdint>
 #include <istream>
 #include <stdexcept>
 #include <string>
@@ -29,11 +30,12 @@ Hand firm_hand(Profile intended_angle_rad);
 /// further line is one corner of a piecewise-linear path, `TIME_S VALUE`, in device time; two
 /// corners at the same time make a jump, of a torque only. Text behind `#` does not count.
 /// @param name of the file, for messages
+/// @param start_ns time 0 of the script in device time
 /// @throws BadScript
-Hand read_hand(std::istream& script, const std::string& name);
+Hand read_hand(std::istream& script, const std::string& name, std::int64_t start_ns = 0);
 
 /// Moves the hand of a running device, one line at a time: `torque NM`, `angle RAD`, `still`,
-/// `free`.
+/// `free`, `script FILE`, whose time begins with the line.
 class HandCommands {
  public:
   explicit HandCommands(EmulatedDevice& device) : device_(device) {}

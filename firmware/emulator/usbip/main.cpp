@@ -150,6 +150,8 @@ class Program {
       server_.disconnect();
     } else if (line == "plug") {
       knob_.exported().available = true;
+    } else if (line == "emergency_stop pressed" || line == "emergency_stop released") {
+      knob_.device().set_emergency_stop(line.ends_with("pressed"));
     } else if (!hands_.follow(line)) {
       say("warning", "cannot follow \"" + std::string(line.substr(0, 80)) + "\"");
     }

@@ -1,0 +1,81 @@
+"""The bench itself: what it reads, packs and complains about."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.vm import initramfs, kernel_log, results
+
+JUNIT = """<?xml version="1.0" encoding="utf-8"?>
+<testsuites><testsuite name="pytest">
+<testcase classname="tests.vm.guest.test_a" name="test_good" time="0.1" />
+<testcase classname="tests.vm.guest.test_a" name="test_bad[x]" time="0.1">
+<failure message="assert 1 == 2">the whole story</failure></testcase>
+<testcase classname="tests.vm.guest.test_a" name="test_left_out" time="0.1">
+<skipped message="no reason" /></testcase>
+<testcase classname="tests.vm.guest.test_a" name="test_late" time="0.1" />
+<testcase classname="tests.vm.guest.test_a" name="test_late" time="0.1">
+<error message="failed on teardown" /></testcase>
+</testsuite></testsuites>"""
+
+
+def test_junit_gives_each_test_its_problem(tmp_path: Path) -> None:
+    file = tmp_path / "junit.xml"
+    file.write_text(JUNIT)
+    found = results.read_junit(file)
+
+    def problem(name: str) -> str:
+        return found[results.test_key(f"tests/vm/guest/test_a.py::{name}")].problem
+
+    assert problem("test_good") == ""
+    assert problem("test_bad[x]") == "failure\nassert 1 == 2\nthe whole story"
+    assert "skipped" in problem("test_left_out")
+    assert "failed on teardown" in problem("test_late")
+
+
+@pytest.mark.parametrize("text", [None, "", JUNIT[:-40], "<testsuites></testsuites>"])
+def test_results_that_are_missing_or_torn_are_an_error(tmp_path: Path, text: str | None) -> None:
+    file = tmp_path / "junit.xml"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ValueError, match="guest"):
+        results.read_junit(file)
+
+
+def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise() -> None:
+    log = """\
+<6>[    1.0] usb 1-1: new full-speed USB device number 2 using vhci_hcd
+<4>[    0.1] ACPI: no such table
+<3>[    2.0] usb 1-1: device descriptor read/64, error -71
+<4>[    2.1] hid-generic 0003:1209:0001.0001: control queue full
+<6>[    3.0] Call Trace:
+"""
+    assert kernel_log.complaints(log) == [
+        "usb 1-1: device descriptor read/64, error -71",
+        "hid-generic 0003:1209:0001.0001: control queue full",
+        "Call Trace:",
+    ]
+
+
+def test_cpio_is_what_the_tool_of_that_name_unpacks(tmp_path: Path) -> None:
+    files = {"folder": (0o40755, b""), "folder/odd": (0o100640, b"seven b"), "x": (0o100755, b"")}
+    archive = initramfs.cpio(files)
+    listing = subprocess.run(
+        ["busybox", "cpio", "-idv"], cwd=tmp_path, input=archive, capture_output=True, check=True
+    )
+    assert b"folder/odd" in listing.stderr + listing.stdout
+    assert (tmp_path / "folder/odd").read_bytes() == b"seven b"
+    assert (tmp_path / "x").stat().st_mode & 0o777 == 0o755
+
+
+def test_modules_are_loaded_after_what_they_depend_on(tmp_path: Path) -> None:
+    (tmp_path / "modules.builtin").write_text("kernel/lib/in-it.ko\n")
+    (tmp_path / "top.ko").write_bytes(b"\0depends=mid-dle,in_it\0")
+    (tmp_path / "mid-dle.ko").write_bytes(b"\0depends=base\0")
+    (tmp_path / "base.ko").write_bytes(b"\0depends=\0")
+    assert list(initramfs.load_order(tmp_path, ("top",))) == ["base", "mid_dle", "top"]
+    with pytest.raises(LookupError, match="gone"):
+        initramfs.load_order(tmp_path, ("gone",))
