@@ -248,7 +248,7 @@ def test_clock_may_be_as_wrong_as_two_crystals(
 
 
 def test_clock_fit_recovers_offset_drift_and_doubt() -> None:
-    # A clock that is 5 s ahead at 100 s and runs 250 ppm fast; asking takes 2 and 4 ms, a tick 1 ms.
+    # A clock 5 s ahead at 100 s that runs 250 ppm fast; asking takes 2 and 4 ms, a tick 1 ms.
     first = doctor_facts._ClockSample(99.999, 100.001, 105.0)
     last = doctor_facts._ClockSample(101.998, 102.002, 107.0 + 2 * 250e-6)
     fit = doctor_facts.fit_clock(first, last, 1e-3)
