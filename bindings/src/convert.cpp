@@ -300,4 +300,15 @@ py::dict to_python(const ControlConfig& config) {
   return dict;
 }
 
+py::dict to_python(const ListedDevice& device) {
+  py::dict dict;
+  dict["path"] = device.path;
+  dict["serial"] = device.serial;
+  dict["product"] = device.product;
+  dict["board"] = device.board;
+  dict["transport"] = device.transport;
+  dict["problem"] = device.problem;
+  return dict;
+}
+
 }  // namespace torsio::bindings

@@ -124,16 +124,7 @@ py::list list_all() {
     devices = list_devices();
   }
   py::list list;
-  for (const ListedDevice& device : devices) {
-    py::dict dict;
-    dict["path"] = device.path;
-    dict["serial"] = device.serial;
-    dict["product"] = device.product;
-    dict["board"] = device.board;
-    dict["transport"] = device.transport;
-    dict["problem"] = device.problem;
-    list.append(dict);
-  }
+  for (const ListedDevice& device : devices) list.append(to_python(device));
   return list;
 }
 

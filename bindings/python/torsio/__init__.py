@@ -28,9 +28,18 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
-from torsio.facts import Clock, DeviceInfo, Fidelity, Health, LinkStatistics, ListedDevice
+from torsio.facts import (
+    Clock,
+    DeviceEvent,
+    DeviceInfo,
+    Fidelity,
+    Health,
+    LinkStatistics,
+    ListedDevice,
+)
 from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.hotplug import DeviceWatch, watch
 from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
     Constant,
@@ -65,8 +74,10 @@ __all__ = [
     "Damper",
     "Detents",
     "DeviceBusy",
+    "DeviceEvent",
     "DeviceInfo",
     "DeviceNotFound",
+    "DeviceWatch",
     "Disconnected",
     "Effect",
     "Emulator",
@@ -107,4 +118,5 @@ __all__ = [
     "open",
     "protocol",
     "telemetry",
+    "watch",
 ]

@@ -5,7 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-__all__ = ["Clock", "DeviceInfo", "Fidelity", "Health", "LinkStatistics", "ListedDevice", "State"]
+__all__ = [
+    "Clock",
+    "DeviceEvent",
+    "DeviceInfo",
+    "Fidelity",
+    "Health",
+    "LinkStatistics",
+    "ListedDevice",
+    "State",
+]
 
 State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
 
@@ -32,6 +41,21 @@ class ListedDevice:
     board: str
     transport: str
     problem: str
+
+
+@dataclass(frozen=True)
+class DeviceEvent:
+    """A knob was plugged in or pulled out.
+
+    Attributes
+    ----------
+    device
+        As `list_devices` has it, but without `board`: a watch does not open the device, so that it
+        never gets into the way of who opens it.
+    """
+
+    kind: Literal["arrived", "departed"]
+    device: ListedDevice
 
 
 @dataclass(frozen=True)
