@@ -50,7 +50,7 @@ def compile_header(header: str) -> Command:
             *(pybind11.get_include(), sysconfig.get_path("include")),
         ),
         "examples": ("sdk/include",),
-        "tests": ("tests/cpp", "sdk/include", "firmware"),
+        "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "firmware"),
     }
     layer = next(folder for folder in roots if header.startswith(folder + "/"))
     project = [f"-I{root}" for root in roots[layer] if not os.path.isabs(root)]

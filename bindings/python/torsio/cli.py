@@ -20,6 +20,7 @@ from rich.table import Table
 import torsio
 from torsio.demos import output, wall
 from torsio.studies import cli as studies
+from torsio.virtual_knob import cli as virtual_knob
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -151,6 +152,9 @@ def info_command(device: Device = "emulated", as_json: AsJson = False) -> None:
         for key, value in values.items():
             table.add_row(f"  {key}", _value_text(key, value))
     out.print(table)
+
+
+app.command("emulate")(_plainly(virtual_knob.emulate_command))
 
 
 def _value_text(key: str, value: Any) -> str:
