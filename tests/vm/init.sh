@@ -16,6 +16,7 @@ mount -t proc proc /proc
 grep -q torsio.probe /proc/cmdline && end 0
 mount -t sysfs sys /sys
 
+echo "torsio: boot noise ends here" >/dev/kmsg
 while read -r module; do
   insmod "/modules/$module.ko" || { echo "init: cannot load $module"; end 9; }
 done </modules/order

@@ -46,9 +46,10 @@ def test_results_that_are_missing_or_torn_are_an_error(tmp_path: Path, text: str
 
 
 def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise() -> None:
-    log = """\
-<6>[    1.0] usb 1-1: new full-speed USB device number 2 using vhci_hcd
+    log = f"""\
 <4>[    0.1] ACPI: no such table
+<12>[    0.9] {kernel_log.MARK}
+<6>[    1.0] usb 1-1: new full-speed USB device number 2 using vhci_hcd
 <3>[    2.0] usb 1-1: device descriptor read/64, error -71
 <4>[    2.1] hid-generic 0003:1209:0001.0001: control queue full
 <6>[    3.0] Call Trace:

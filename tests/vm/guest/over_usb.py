@@ -97,7 +97,7 @@ def set_hand(plugged: VirtualKnob, hand: torsio.Hand | None) -> None:
         return
     with tempfile.NamedTemporaryFile("w", suffix=".hand", delete=False) as file:
         file.write(kind + "\n")
-        for time_s, value in knots:  # type: ignore[union-attr,misc]
+        for time_s, value in knots:  # type: ignore[union-attr]
             file.write(f"{time_s!r} {value!r}\n")
     plugged.say(f"script {file.name}")
 

@@ -25,7 +25,7 @@ class KernelLog:
 
     def complaints(self) -> list[str]:
         """Return what the kernel has complained about since this was asked last."""
-        lines = []
+        lines: list[str] = []
         while True:
             try:
                 record = os.read(self._file, 8192).decode(errors="replace")

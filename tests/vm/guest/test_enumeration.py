@@ -76,14 +76,14 @@ def test_report_descriptor_is_ours_and_the_kernel_parsed_it(knob: VirtualKnob) -
     parsed = Path("/sys/kernel/debug/hid", hid.name, "rdesc").read_text()
     first = bytes.fromhex(parsed.splitlines()[0])
     assert first == ours
-    # Every report that the protocol has, by direction, and none else.
+    # Number after number as docs/protocol.md has them.
     found = {
         kind: {int(number) for number in re.findall(rf"{kind}\((\d+)\)\[", parsed)}
         for kind in ("INPUT", "OUTPUT", "FEATURE")
     }
-    assert all(found.values())
-    assert 0x01 in found["FEATURE"]  # identity
-    assert 0x40 in found["INPUT"] | found["OUTPUT"] | found["FEATURE"]
+    assert found["FEATURE"] == set(range(0x01, 0x07))
+    assert found["OUTPUT"] == {*range(0x10, 0x14), *range(0x20, 0x2C), 0x2F}
+    assert found["INPUT"] == {0x40, 0x41}
     sizes = set(re.findall(r"Report Size\((\d+)\)", parsed))
     counts = set(re.findall(r"Report Count\((\d+)\)", parsed))
     assert sizes == {"8"}
