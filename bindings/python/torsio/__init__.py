@@ -14,7 +14,15 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, telemetry
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.config import (
+    ActuatorConfig,
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    ControlConfig,
+    PlantParams,
+    ShaftHardening,
+)
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -56,8 +64,11 @@ __all__ = [
     "TELEMETRY_DTYPE",
     "TRUTH_DTYPE",
     "ActuatorConfig",
+    "Belt",
+    "BrakeHysteresis",
     "Clock",
     "Closed",
+    "Cogging",
     "Constant",
     "ControlConfig",
     "Curve",
@@ -91,6 +102,7 @@ __all__ = [
     "Ramp",
     "Refused",
     "Scene",
+    "ShaftHardening",
     "Spring",
     "Texture",
     "Timeout",
