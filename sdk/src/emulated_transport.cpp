@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "config_encoding.hpp"
+#include "emulated_plant.hpp"
 #include "emulator/emulated_device.hpp"
 #include "field_check.hpp"
 #include "session.hpp"
@@ -122,23 +123,6 @@ struct HandConverter {
   }
 };
 
-emulator::PlantParams to_emulator(const PlantParams& in) {
-  emulator::PlantParams out;
-  out.knob_inertia_kg_m2 = in.knob_inertia_kg_m2;
-  out.knob_viscous_nm_s_per_rad = in.knob_viscous_nm_s_per_rad;
-  out.knob_coulomb_nm = in.knob_coulomb_nm;
-  out.brake_inertia_kg_m2 = in.brake_inertia_kg_m2;
-  out.brake_viscous_nm_s_per_rad = in.brake_viscous_nm_s_per_rad;
-  out.brake_drag_nm = in.brake_drag_nm;
-  out.shaft_stiffness_nm_per_rad = in.shaft_stiffness_nm_per_rad;
-  out.shaft_damping_nm_s_per_rad = in.shaft_damping_nm_s_per_rad;
-  out.brake_time_constant_s = in.brake_time_constant_s;
-  out.motor_time_constant_s = in.motor_time_constant_s;
-  out.motor_limit_nm = in.motor_limit_nm;
-  out.brake_limit_nm = in.brake_limit_nm;
-  return out;
-}
-
 std::int64_t control_period_ns(double rate_hz) {
   if (!(rate_hz >= 1e3 && rate_hz <= 20e3)) {
     throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) +
@@ -153,7 +137,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.seed = in.seed;
   out.control_period_ns = control_period_ns(in.control_rate_hz);
   out.plant = to_emulator(in.plant);
-  out.encoder.counts_per_rev = in.plant.counts_per_rev;
+  out.encoder = encoder_of(in.plant);
   out.hand = std::visit(HandConverter{0}, in.hand);
   out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
   out.stored = stored;

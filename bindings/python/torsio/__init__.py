@@ -14,7 +14,16 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, telemetry
-from torsio.config import ActuatorConfig, ControlConfig, GameConfig, PlantParams
+from torsio.config import (
+    ActuatorConfig,
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    ControlConfig,
+    GameConfig,
+    PlantParams,
+    ShaftHardening,
+)
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -66,8 +75,11 @@ __all__ = [
     "TELEMETRY_DTYPE",
     "TRUTH_DTYPE",
     "ActuatorConfig",
+    "Belt",
+    "BrakeHysteresis",
     "Clock",
     "Closed",
+    "Cogging",
     "Constant",
     "ControlConfig",
     "Curve",
@@ -105,6 +117,7 @@ __all__ = [
     "Ramp",
     "Refused",
     "Scene",
+    "ShaftHardening",
     "Spring",
     "Texture",
     "Timeout",

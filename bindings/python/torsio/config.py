@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from math import pi, sin
 from typing import Literal
 
-from torsio import _torsio
+from torsio import _torsio, checks
 
-__all__ = ["ActuatorConfig", "ControlConfig", "GameConfig", "PlantParams"]
+__all__ = [
+    "ActuatorConfig",
+    "Belt",
+    "BrakeHysteresis",
+    "Cogging",
+    "ControlConfig",
+    "GameConfig",
+    "PlantParams",
+    "ShaftHardening",
+]
 
 
 @dataclass(frozen=True)
@@ -119,8 +129,79 @@ class GameConfig:
 
 
 @dataclass(frozen=True)
+class ShaftHardening:
+    """Part of a plant: beyond a knee of twist the shaft spring is stiffer by a factor, > 0."""
+
+    _: KW_ONLY
+    knee_rad: float = 0.015
+    stiffness_factor: float = 2.0
+
+
+@dataclass(frozen=True)
+class BrakeHysteresis:
+    """Part: magnetic hysteresis, a play of this half-width between command and brake torque."""
+
+    _: KW_ONLY
+    half_width_nm: float = 5.5e-3
+
+
+@dataclass(frozen=True)
+class Belt:
+    """Part: a belt that stretches, between the spring's pulley and the brake.
+
+    Attributes
+    ----------
+    pulley_inertia_kg_m2
+        The share of the brake's inertia that lies before the belt.
+    """
+
+    _: KW_ONLY
+    stiffness_nm_per_rad: float = 60.0
+    damping_nm_s_per_rad: float = 1e-3
+    pulley_inertia_kg_m2: float = 1e-5
+
+
+@dataclass(frozen=True)
+class Cogging:
+    """Part: cogging of the motor, a torque on the knob that repeats along the turn.
+
+    Attributes
+    ----------
+    torque_nm
+        2 to 64 torques at equal distances over one period, from angle 0; straight lines between.
+    """
+
+    _: KW_ONLY
+    periods_per_rev: int
+    torque_nm: tuple[float, ...]
+
+    @staticmethod
+    def sine(*, periods_per_rev: int, amplitude_nm: float, points: int = 16) -> Cogging:
+        """Make a sine wave of so many corners a period."""
+        count = checks.whole("points", points, 2, 64)
+        wave = [
+            checks.number("amplitude_nm", amplitude_nm) * sin(2 * pi * i / count)
+            for i in range(count)
+        ]
+        return Cogging(periods_per_rev=periods_per_rev, torque_nm=tuple(wave))
+
+
+@dataclass(frozen=True)
 class PlantParams:
-    """Motor, knob, shaft spring and brake of an emulated knob. Torques are seen at the knob."""
+    """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
+
+    Parts that are not named cost nothing.
+
+    Attributes
+    ----------
+    shaft_stiffness_nm_per_rad
+        0 cuts the shaft.
+    encoder_rounding, encoder_phase_counts, encoder_noise_counts
+        How the encoder counts, where in a count angle 0 lies, and its noise (standard deviation).
+    spring_and_brake
+        False takes knob and brake for one rigid body and the brake as never engaged, for what
+        needs none, such as the law ``motor_only``. The parts below need it, but for `cogging`.
+    """
 
     _: KW_ONLY
     knob_inertia_kg_m2: float = 6e-5
@@ -136,6 +217,14 @@ class PlantParams:
     motor_limit_nm: float = 85e-3
     brake_limit_nm: float = 110e-3
     counts_per_rev: int = 8192
+    encoder_rounding: Literal["floor", "nearest"] = "floor"
+    encoder_phase_counts: float = 0.0
+    encoder_noise_counts: float = 0.0
+    spring_and_brake: bool = True
+    shaft_hardening: ShaftHardening | None = None
+    brake_hysteresis: BrakeHysteresis | None = None
+    belt: Belt | None = None
+    cogging: Cogging | None = None
 
     def matching_config(self) -> ActuatorConfig:
         """Give the configuration of a device that was calibrated perfectly to this plant."""
