@@ -353,6 +353,8 @@ TEST_CASE("data against the direction of its request stalls") {
   Rig rig;
   CHECK(rig.client.control_out(setup_packet(0x80, 6, 0x0100, 0, 18), Bytes(18)).status == kStall);
   CHECK(rig.client.control_in(setup_packet(0x21, 9, 0x0305, 0, 64), 64).status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x00, 0, 0, 0, 2), Bytes(2)).status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x00, 6, 0x0100, 0, 18), Bytes(18)).status == kStall);
   CHECK(rig.client.get_feature(1).status == 0);
 }
 

@@ -117,10 +117,17 @@ class _Show:
 
     def _show_commands(self, line: str) -> None:
         address = Address.from_line(line)
-        self._screen.line(line)
-        for system, command in attach_commands(address).items():
-            self._screen.line(f"  {system + ':':9}{command}")
-        self._screen.line(self._hand.help if self._hand else "Ctrl-C ends")
+        commands = attach_commands(address).items()
+        # At once, so that whoever has read the first line can rely on the rest.
+        self._screen.line(
+            "\n".join(
+                [
+                    line,
+                    *(f"  {system + ':':9}{command}" for system, command in commands),
+                    self._hand.help if self._hand else "Ctrl-C ends",
+                ]
+            )
+        )
 
     def _follow(self, data: bytes) -> None:
         assert self._process.stdin is not None
