@@ -62,9 +62,11 @@ def junit(kernel: str) -> Path:
 
 
 def _command(kernel: str) -> str:
-    run = shlex.join(pytest_command("-v --junitxml=/torsio-share/junit.xml @/torsio-share/tests"))
+    run = shlex.join(
+        pytest_command("-v --color=no --junitxml=/torsio-share/junit.xml @/torsio-share/tests")
+    )
     return f"""\
-export HOME=/tmp PATH=/usr/sbin:/usr/bin:/sbin:/bin {GUEST_VARIABLE}={kernel}
+export HOME=/tmp PYTHONUNBUFFERED=1 PATH=/usr/sbin:/usr/bin:/sbin:/bin {GUEST_VARIABLE}={kernel}
 export LD_LIBRARY_PATH={shlex.quote(os.environ.get("LD_LIBRARY_PATH", ""))}
 cd {shlex.quote(str(TREE))} || exit 2
 {run}

@@ -9,8 +9,11 @@ WARNING = 4  # levels up to this one are warnings and worse
 # init.sh says so before it loads the first module. What is older speaks of the processor and the
 # board that QEMU makes up, differs from one kernel to the next, and never of USB.
 MARK = "torsio: boot noise ends here"
-# What is harmless later, as regular expressions of whole lines. Nothing about USB or HID.
-HARMLESS: tuple[str, ...] = ()
+# What is harmless later, as regular expressions of whole lines, each with the reason.
+HARMLESS = (
+    # The virtual host controller knows high and low speed by name, and says this of full speed.
+    r"vhci_hcd: vhci_device speed not set",
+)
 _HARMLESS = [re.compile(pattern) for pattern in HARMLESS]
 _LINE = re.compile(r"<(\d+)>(?:\[ *[\d.]+\] ?)?(.*)")
 # Said at any level, these mean trouble.

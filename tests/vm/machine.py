@@ -89,17 +89,18 @@ class Machine:
             *_folder("root", Path("/"), "readonly=on,"),
             *_folder("share", self.share, ""),
         ]
-        try:
-            return subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=console.open("ab"),
-                timeout=limit_s,
-                check=False,
-            ).returncode
-        except subprocess.TimeoutExpired:
-            return None
+        with console.open("ab") as errors:
+            try:
+                return subprocess.run(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=errors,
+                    timeout=limit_s,
+                    check=False,
+                ).returncode
+            except subprocess.TimeoutExpired:
+                return None
 
 
 def _folder(tag: str, path: Path, options: str) -> tuple[str, ...]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.vm import initramfs, kernel_log, results
+from tests.vm import guests, initramfs, kernel_log, results
+from tests.vm.machine import GuestFailed, Machine
 
 JUNIT = """<?xml version="1.0" encoding="utf-8"?>
 <testsuites><testsuite name="pytest">
@@ -80,3 +83,54 @@ def test_modules_are_loaded_after_what_they_depend_on(tmp_path: Path) -> None:
     assert list(initramfs.load_order(tmp_path, ("top",))) == ["base", "mid_dle", "top"]
     with pytest.raises(LookupError, match="gone"):
         initramfs.load_order(tmp_path, ("gone",))
+
+
+@pytest.fixture
+def fake_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Give a way to say what QEMU does; the console is where it always is."""
+
+    def behave(script: str) -> None:
+        program = tmp_path / "bin/qemu-system-x86_64"
+        program.parent.mkdir(exist_ok=True)
+        program.write_text(f"#!/bin/sh\n{script}\n")
+        program.chmod(0o755)
+
+    monkeypatch.setenv("PATH", f"{tmp_path}/bin", prepend=os.pathsep)
+    monkeypatch.setenv("TORSIO_VM_ACCEL", "tcg")
+    monkeypatch.setattr(initramfs, "build", lambda _: b"")
+    monkeypatch.setattr(guests, "share", lambda kernel: tmp_path / kernel)
+    monkeypatch.setattr(guests, "junit", lambda kernel: tmp_path / f"out/{kernel}.xml")
+    return behave
+
+
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        ("echo Kernel panic >&2", "died: panic or reset"),
+        ("exit 19", "ended with status 9"),
+        ("exec sleep 60", "did not end in 5 s"),
+    ],
+)
+def test_machine_that_ends_badly_is_told_with_its_console(
+    tmp_path: Path, fake_machine: Callable[[str], None], script: str, reason: str
+) -> None:
+    fake_machine(f"echo the last words >&2; {script}")
+    with pytest.raises(GuestFailed, match=reason) as caught:
+        Machine(tmp_path, tmp_path / "share").run("true", limit_s=5)
+    assert "the last words" in str(caught.value)
+
+
+def test_guest_without_results_has_failed_though_its_machine_ended_well(
+    fake_machine: Callable[[str], None],
+) -> None:
+    fake_machine("echo all is well >&2; exit 1")
+    assert "no readable results" in guests.run_guest("6.1", ["a test"])
+
+
+def test_guest_with_results_has_not_failed(
+    tmp_path: Path, fake_machine: Callable[[str], None]
+) -> None:
+    (tmp_path / "junit").write_text(JUNIT)
+    fake_machine(f"cp {tmp_path}/junit {tmp_path}/6.1/junit.xml; exit 1")
+    assert guests.run_guest("6.1", ["a test"]) == ""
+    assert len(results.read_junit(guests.junit("6.1"))) == 4

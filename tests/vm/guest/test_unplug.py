@@ -103,21 +103,13 @@ def test_knob_that_was_unplugged_while_armed_disarms(knob: VirtualKnob) -> None:
 
 @pytest.mark.kernel("6.12")
 def test_two_hundred_plug_cycles(bus: VirtualBus) -> None:
-    """Five knobs at a time, as the kernel takes a third of a second to get to know each."""
-    knobs = [bus.plug(f"KNOB-{n}", wait=False) for n in range(5)]
-    for cycle in range(40):
+    """Two knobs in turn: the kernel takes a third of a second to get to know each of them."""
+    knobs = [bus.plug(f"KNOB-{n}") for n in range(2)]
+    for _ in range(100):
         for knob in knobs:
-            if not knob.is_plugged:
-                knob.plug(wait=False)
-        for knob in knobs:
-            knob.wait_plugged()
-        if cycle == 39:
-            assert len(torsio.list_devices()) == 6  # the one in the process is the sixth
-        for knob in knobs:
-            knob.unplug(wait=False)
-        for knob in knobs:
-            knob.wait_unplugged()
-    assert len(torsio.list_devices()) == 1
+            knob.unplug()
+            knob.plug()
+    assert [device.serial for device in torsio.list_devices()] == ["KNOB-0", "KNOB-1", "EMULATED"]
 
 
 def test_knob_without_permission_says_what_to_do(knob: VirtualKnob) -> None:
