@@ -9,6 +9,7 @@
 #include <string>
 
 #include "client.hpp"
+#include "device/usb_descriptors.hpp"
 #include "emulator/usbip/server.hpp"
 
 using namespace usbip_test;
