@@ -24,10 +24,11 @@ def report_descriptor(device: Path) -> bytes:
     file = os.open(device, os.O_RDWR)
     try:
         size = struct.unpack("i", fcntl.ioctl(file, _GET_SIZE, bytes(4)))[0]
-        answer = fcntl.ioctl(file, _GET_DESCRIPTOR, struct.pack("I", size) + bytes(4096))
+        answer = bytearray(struct.pack("I", size) + bytes(4096))
+        fcntl.ioctl(file, _GET_DESCRIPTOR, answer)
     finally:
         os.close(file)
-    return answer[4 : 4 + size]
+    return bytes(answer[4 : 4 + size])
 
 
 def test_device_is_what_the_board_is(knob: VirtualKnob) -> None:
