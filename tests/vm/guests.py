@@ -22,7 +22,7 @@ GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
 # a guest that hangs must not hang the tests.
 LIMIT_S = 900.0
 # What runs there: tests of its own, and those of the Python API, over USB.
-PATHS = "tests/vm/guest tests/python/test_knob.py tests/python/test_bad_input.py"
+PATHS = "tests/vm/guest tests/python/test_knob.py"
 _PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovider"
 
 

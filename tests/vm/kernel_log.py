@@ -13,6 +13,9 @@ MARK = "torsio: boot noise ends here"
 HARMLESS = (
     # The virtual host controller knows high and low speed by name, and says this of full speed.
     r"vhci_hcd: vhci_device speed not set",
+    # EPIPE: it was about to send a request, 48 bytes or with an output report 112, into the cable
+    # that was pulled.
+    r"vhci_hcd: sendmsg failed!, ret=-32 for (?:48|112)",
 )
 _HARMLESS = [re.compile(pattern) for pattern in HARMLESS]
 _LINE = re.compile(r"<(\d+)>(?:\[ *[\d.]+\] ?)?(.*)")

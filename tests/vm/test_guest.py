@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import json
+from pathlib import Path
 
 import pytest
 
@@ -31,7 +32,7 @@ def failures(request: pytest.FixtureRequest) -> dict[str, str]:
     wanted: dict[str, list[str]] = {}
     for item in request.session.items:
         parameters = getattr(getattr(item, "callspec", None), "params", {})
-        if item.path == request.path and "kernel" in parameters:
+        if item.path == Path(__file__) and "kernel" in parameters:
             tests = wanted.setdefault(parameters["kernel"], [])
             if "node_id" in parameters:
                 tests.append(parameters["node_id"])

@@ -22,12 +22,17 @@ FOLDER = "tests/python/"
 
 _WORLD = "tells a world what only the one inside the process can do"
 _NO_DEVICE = "uses no device"
+_SLOW = "counts on real time, which an emulated processor cannot keep"
 # What cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
     "test_truth_and_telemetry_share_their_clock": _WORLD,
     "test_same_seed_gives_the_same_bytes": _WORLD,
     "test_result_does_not_depend_on_how_time_is_cut": "is about virtual time",
     "test_fault_is_named": _WORLD,
+    "test_periodic_effect_follows_its_waveform": _SLOW,
+    "test_local_model_pulls_toward_its_reference": _SLOW,
+    "test_ten_kilohertz_device_controls_at_ten_kilohertz": _SLOW,
+    "test_paced_device_takes_real_time": _SLOW,
     "test_matching_config_is_the_default_for_the_default_plant": _NO_DEVICE,
     "test_scene_classes_compare_show_and_hash_by_value": _NO_DEVICE,
     "test_profiles_may_be_arrays_and_numbers": _NO_DEVICE,
@@ -35,23 +40,7 @@ NOT_OVER_USB = {
     "test_documented_dtypes_are_those_of_the_extension": _NO_DEVICE,
     "test_knob_says_who_and_how_it_is": "expects the emulated transport's path",
     "test_emulated_device_is_always_listed_last": _NO_DEVICE,
-    "test_bad_option_of_open_is_refused_by_name": "is about the options themselves",
-    "test_selector_of_another_type_is_refused_by_name": "is about the options themselves",
-    "test_value_that_no_play_could_use_is_refused_when_made": _NO_DEVICE,
-    "test_device_that_is_not_there_is_named": "expects that nothing is plugged in",
-    "test_second_open_of_the_same_device_is_refused": "expects the emulated transport's path",
-    "test_knob_that_loses_answers_times_out": "damages reports on the way",
-    "test_silent_host_disarms_the_device": "damages reports on the way",
-    "test_device_answers_a_bad_report_with_its_status": _NO_DEVICE,
-    "test_device_refuses_feature_reports_of_another_length": _NO_DEVICE,
-    "test_device_stalls_unknown_feature_requests": _NO_DEVICE,
 }
-
-
-def _tells_world(item: pytest.Item) -> bool:
-    """Tell whether a test's parameter is a call of the emulated world."""
-    call = getattr(getattr(item, "callspec", None), "params", {}).get("call")
-    return "emulator" in getattr(getattr(call, "__code__", None), "co_names", ())
 
 
 @pytest.hookimpl(tryfirst=True)  # before what a mark rules out goes
@@ -60,7 +49,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if not item.nodeid.startswith(FOLDER):
             continue
         item.add_marker(pytest.mark.kernel("6.12"))
-        if getattr(item, "originalname", "") in NOT_OVER_USB or _tells_world(item):
+        if getattr(item, "originalname", "") in NOT_OVER_USB:
             items.remove(item)
 
 
@@ -133,6 +122,8 @@ class Pool:
         return knob
 
     def _take(self, kind: tuple[Any, ...]) -> VirtualKnob:
+        if any(not knob.is_open for _, _, knob in self.busy):
+            self.give_back()
         for entry in self.idle:
             if entry[0] == kind:
                 self.idle.remove(entry)
@@ -142,14 +133,14 @@ class Pool:
         return plugged
 
     def give_back(self) -> None:
-        """Take back what a test has closed; end what it has unplugged."""
-        for kind, plugged, knob in self.busy:
-            knob.close()
+        """Take back what has been closed; end what has been unplugged."""
+        for entry in [entry for entry in self.busy if not entry[2].is_open]:
+            self.busy.remove(entry)
+            kind, plugged, _ = entry
             if plugged.is_plugged:
                 self.idle.append((kind, plugged))
             else:
                 plugged.end()
-        self.busy.clear()
 
     def end(self) -> None:
         for _, plugged in self.idle:
@@ -172,4 +163,6 @@ def _over_usb(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(torsio, "open", pool.open)
     monkeypatch.setattr(torsio.Knob, "emulator", property(lambda knob: knob._world))
     yield
+    for _, _, knob in pool.busy:
+        knob.close()
     pool.give_back()

@@ -24,10 +24,11 @@ def report_descriptor(device: Path) -> bytes:
     file = os.open(device, os.O_RDWR)
     try:
         size = struct.unpack("i", fcntl.ioctl(file, _GET_SIZE, bytes(4)))[0]
-        answer = fcntl.ioctl(file, _GET_DESCRIPTOR, struct.pack("I", size) + bytes(4096))
+        answer = bytearray(struct.pack("I", size) + bytes(4096))
+        fcntl.ioctl(file, _GET_DESCRIPTOR, answer)
     finally:
         os.close(file)
-    return answer[4 : 4 + size]
+    return bytes(answer[4 : 4 + size])
 
 
 def test_device_is_what_the_board_is(knob: VirtualKnob) -> None:
@@ -83,7 +84,7 @@ def test_report_descriptor_is_ours_and_the_kernel_parsed_it(knob: VirtualKnob) -
     }
     assert found["FEATURE"] == set(range(0x01, 0x07))
     assert found["OUTPUT"] == {*range(0x10, 0x14), *range(0x20, 0x2C), 0x2F}
-    assert found["INPUT"] == {0x40, 0x41}
+    assert found["INPUT"] == {0x40, 0x41, 0x42}
     sizes = set(re.findall(r"Report Size\((\d+)\)", parsed))
     counts = set(re.findall(r"Report Count\((\d+)\)", parsed))
     assert sizes == {"8"}
