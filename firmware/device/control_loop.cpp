@@ -105,6 +105,7 @@ Status ControlLoop::execute(const Order& order) {
       return Status::ok;
     case Order::Kind::configure:
       config_ = *order.config;
+      game_params_ = *order.game;
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;
       return Status::ok;
@@ -120,7 +121,7 @@ Status ControlLoop::arm() {
   silent_ticks_ = 0;
   if (owner_ == Owner::game) {
     // The game's torque fades while the scene's comes up: both in the time of the soft start.
-    game.release(config_.game.release_ticks);
+    game.release(game_params_.release_ticks);
     owner_ = Owner::sdk;
     report_event(EventKind::owner_changed);
   } else {
@@ -132,14 +133,14 @@ Status ControlLoop::arm() {
 /// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
 /// had nothing to play for a while.
 void ControlLoop::serve_game() {
-  const bool may_play = config_.game.allowed && state_ != State::fault && !passive_ &&
+  const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
                         owner_ != Owner::sdk && connected.load(std::memory_order_relaxed);
-  const bool started = game.take_orders(config_.game, may_play, controller_.tick);
+  const bool started = game.take_orders(game_params_, may_play, controller_.tick);
   if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
   if (owner_ != Owner::game || passive_) return;
   if (game.playing()) {
     game_idle_ticks_ = 0;
-  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= config_.game.idle_ticks)) {
+  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
     set_state(State::disarmed);
   }
 }

@@ -54,12 +54,13 @@ struct Order {
   std::uint8_t report = 0;
   std::uint16_t sequence = 0;
   protocol::Verdict verdict;
-  std::uint8_t decimation = 0;         // stream
-  SceneBuilder::Commit commit;         // play
-  core::LocalModel local_model;        // local_model
-  std::uint32_t deadline_ticks = 0;    // local_model; 0 ends it
-  const LoopConfig* config = nullptr;  // configure
-  bool clears_scene = false;           // configure
+  std::uint8_t decimation = 0;              // stream
+  SceneBuilder::Commit commit;              // play
+  core::LocalModel local_model;             // local_model
+  std::uint32_t deadline_ticks = 0;         // local_model; 0 ends it
+  const LoopConfig* config = nullptr;       // configure
+  const game::ForceParams* game = nullptr;  // configure
+  bool clears_scene = false;                // configure
 };
 
 struct Answer {
@@ -101,7 +102,8 @@ struct Snapshot {
 
 class ControlLoop {
  public:
-  explicit ControlLoop(const LoopConfig& config) : config_(config) {}
+  ControlLoop(const LoopConfig& config, const game::ForceParams& game_params)
+      : config_(config), game_params_(game_params) {}
   ControlLoop(const ControlLoop&) = delete;
   ControlLoop& operator=(const ControlLoop&) = delete;
 
@@ -134,6 +136,7 @@ class ControlLoop {
 
   // Everything that a tick looks at stands together: its loads then need no computed addresses.
   LoopConfig config_;
+  game::ForceParams game_params_;
   core::ControllerState controller_;
   protocol::State state_ = protocol::State::disarmed;
   protocol::Owner owner_ = protocol::Owner::none;  // none unless armed

@@ -77,7 +77,8 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
       store_(stored),
       config_(store_.loaded().value_or(Config{})),
       loop_config_(make_loop_config(config_, board.control_period_ns)),
-      loop_(loop_config_),
+      game_params_(game::make_force_params(config_, board.control_period_ns)),
+      loop_(loop_config_, game_params_),
       game_(loop_.game, config_, board.control_period_ns) {}
 
 core::Resolution Device::resolution() const { return loop_config_.controller.motion.resolution; }
@@ -234,10 +235,12 @@ Order Device::configure(const Config& config) {
   const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
   loop_config_ = make_loop_config(config_, board_.control_period_ns);
+  game_params_ = game::make_force_params(config_, board_.control_period_ns);
   game_.configure(config_);
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;
+  order.game = &game_params_;
   order.clears_scene = clears_scene;
   return order;
 }

@@ -15,6 +15,7 @@
 #include "core/controller.hpp"
 #include "device/config_store.hpp"
 #include "device/control_loop.hpp"
+#include "device/game_config.hpp"
 #include "device/pid_engine.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
@@ -122,6 +123,7 @@ class Device {
   ConfigStore store_;
   Config config_;
   LoopConfig loop_config_;
+  game::ForceParams game_params_;
   ControlLoop loop_;
   game::PidEngine game_;
   SceneBuilder scene_;

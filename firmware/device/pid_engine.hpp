@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <span>
 
-#include "device/config.hpp"
+#include "device/game_config.hpp"
 #include "device/game_forces.hpp"
 #include "device/game_reports.hpp"
 

@@ -1,0 +1,30 @@
+/// @file
+/// What the configuration says about games, prepared for the two sides of the game interface.
+#pragma once
+
+#include <cstdint>
+
+#include "device/config.hpp"
+#include "device/game_forces.hpp"
+
+namespace torsio::device::game {
+
+/// What a game's numbers mean on this device.
+struct GameScale {
+  float period_s = 1e-3F;
+  float torque_nm = 0;       // at full level
+  float gain = 1;            // of the user, on top of the game's
+  float half_range_rad = 1;  // from the middle of the axis to its end
+  float stiffness_nm_per_rad = 0;
+  float speed_rad_s = 1;
+  float acceleration_rad_s2 = 1;
+  StableLimits most;
+  std::int64_t axis_per_count_q32 = 0;
+  std::uint64_t silence_ticks = 0;  // 0: no limit
+};
+
+GameScale make_game_scale(const Config& config, std::uint32_t period_ns);
+
+ForceParams make_force_params(const Config& config, std::uint32_t period_ns);
+
+}  // namespace torsio::device::game

@@ -1,0 +1,124 @@
+// Any bytes over the game interface. An input is a row of steps: one byte that says what to do, one
+// with a length, and so many bytes of report.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <span>
+
+#include "device/device.hpp"
+#include "protocol/codec.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
+
+namespace {
+
+using namespace torsio;
+
+constexpr float kCapNm = 0.05F;
+
+void require_that(bool holds, const char* what) {
+  if (holds) return;
+  std::fprintf(stderr, "fuzz: does not hold: %s\n", what);
+  std::abort();
+}
+
+/// A device whose motor gives what is asked for, so that the cap can be seen on it.
+class GameBench {
+ public:
+  GameBench() : device_({}, device::empty_slots()) {
+    protocol::ControlConfig control;
+    control.law = protocol::Law::motor_only;
+    require_that(device_.set_feature(protocol::encode(control)).ok(), "configured");
+    tick(3);
+    protocol::GameConfig game;
+    game.torque_max_nm = kCapNm;
+    require_that(device_.set_feature(protocol::encode(game)).ok(), "configured");
+    tick(3);
+  }
+
+  device::game::PidEngine& game() { return device_.game(); }
+
+  void tick(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      device_.service();
+      outputs_ = device_.tick(inputs_);
+      require_that(std::isfinite(outputs_.motor_torque_nm), "a finite torque");
+      require_that(std::abs(outputs_.motor_torque_nm) <= kCapNm * 1.0001F, "within the cap");
+      protocol::ReportBytes ignored;
+      while (device_.next_input(ignored)) {
+      }
+    }
+  }
+  void turn(std::int8_t counts) { inputs_.encoder_count += static_cast<std::uint32_t>(counts); }
+  void connect(bool connected) { device_.set_connected(connected); }
+  float torque_nm() const { return outputs_.motor_torque_nm; }
+  protocol::State state() const { return device_.state(); }
+
+ private:
+  device::Device device_;
+  device::TickInputs inputs_;
+  device::TickOutputs outputs_;
+};
+
+void step(GameBench& bench, std::uint8_t what, std::span<const std::uint8_t> report) {
+  std::array<std::uint8_t, device::game::kLongestReport> answer{};
+  const std::uint8_t first = report.empty() ? 0 : report[0];
+  switch (what % 8) {
+    case 0:
+    case 1:
+    case 2:
+      bench.game().receive(report);
+      break;
+    case 3:
+      (void)bench.game().set_feature(report);
+      break;
+    case 4: {
+      const std::size_t size = bench.game().get_feature(first, answer);
+      require_that(size <= answer.size(), "an answer of known length");
+      require_that(first != 0x22 || (size == 5 && answer[1] <= 40), "a block that exists");
+      break;
+    }
+    case 5:
+      for (int n = 0; n < 100 && bench.game().next_input(answer) != 0; ++n) {
+        require_that(answer[0] == 1 || answer[0] == 2, "an input report");
+      }
+      break;
+    case 6:
+      bench.turn(static_cast<std::int8_t>(first));
+      bench.tick(1 + first % 16);
+      break;
+    default:
+      if (first < 8) {
+        bench.connect(first % 2 == 0);
+      } else {
+        bench.game().set_buttons(first);
+      }
+      break;
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  GameBench bench;
+  std::span<const std::uint8_t> rest(data, size);
+  while (rest.size() >= 2) {
+    const std::uint8_t what = rest[0];
+    const std::size_t length = std::min<std::size_t>(rest[1] % 33, rest.size() - 2);
+    step(bench, what, rest.subspan(2, length));
+    rest = rest.subspan(2 + length);
+  }
+  // Whatever it was, it can be stopped, and it stays stopped.
+  const std::array<std::uint8_t, 2> stop_all{0x1C, 3};
+  bench.game().set_buttons(0);
+  bench.game().receive(stop_all);
+  bench.tick(100);  // past every fade
+  require_that(bench.torque_nm() == 0.0F, "no torque after stop all");
+  bench.connect(false);
+  bench.tick(100);
+  require_that(bench.state() != protocol::State::armed, "nobody there: not armed");
+  return 0;
+}

@@ -1,0 +1,225 @@
+"""The game interface's report descriptor, read by hid-tools, against what drivers ask of it.
+
+Linux's hid-pidff is the strictest reader there is; each requirement here is one of its checks, in
+kernel 6.1 or since 6.12. The fields' bytes are those that docs/games.md tabulates.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+
+import pytest
+from hidtools.hid import ReportDescriptor
+
+from torsio._torsio import emulator
+
+PID, DESKTOP, BUTTON = 0x0F << 16, 0x01 << 16, 0x09 << 16
+EFFECT_TYPES = [PID | u for u in (0x26, 0x27, *range(0x30, 0x35), *range(0x40, 0x44))]
+
+
+@dataclass(frozen=True)
+class Field:
+    kind: str  # "Input", "Output" or "Feature"
+    report: int
+    logical: tuple[int, ...]  # usages of the logical collections round it, outermost first
+    usages: tuple[int, ...]
+    variable: bool
+    constant: bool
+    minimum: int
+    maximum: int
+    exponent: int
+    bits: int
+    count: int
+
+
+def _fields() -> list[Field]:
+    """Apply the rules of HID 1.11, 6.2.2 to the items that hid-tools finds."""
+    descriptor = ReportDescriptor.from_bytes(emulator.usb_report_descriptor(1))
+    state: dict[str, int] = {"Physical Maximum": 0, "Unit": 0, "Unit Exponent": 0}
+    usages: list[int] = []
+    collections: list[tuple[int, int]] = []
+    fields = []
+    for item in descriptor.rdesc_items:
+        if item.item == "Usage":
+            usages.append((state["Usage Page"] << 16) | item.value)
+        elif item.item == "Collection":
+            collections.append((item.value, usages[-1]))
+            usages = []
+        elif item.item == "End Collection":
+            collections.pop()
+        elif item.item in ("Input", "Output", "Feature"):
+            exponent = state["Unit Exponent"] & 0x0F
+            fields.append(
+                Field(
+                    kind=item.item,
+                    report=state["Report ID"],
+                    logical=tuple(usage for kind, usage in collections if kind == 2),
+                    usages=tuple(usages),
+                    variable=bool(item.value & 2),
+                    constant=bool(item.value & 1),
+                    minimum=state["Logical Minimum"],
+                    maximum=state["Logical Maximum"],
+                    exponent=exponent - 16 if exponent > 7 else exponent,
+                    bits=state["Report Size"],
+                    count=state["Report Count"],
+                )
+            )
+            usages = []
+        else:
+            state[item.item] = item.value
+    assert collections == []
+    return fields
+
+
+FIELDS = _fields()
+
+
+def _report(kind: str, usage: int) -> list[Field]:
+    """Find the fields of the report whose logical collection has this usage, as hid-pidff does."""
+    ids = {f.report for f in FIELDS if f.kind == kind and f.logical[:1] == (PID | usage,)}
+    assert len(ids) == 1, hex(usage)
+    return [f for f in FIELDS if f.kind == kind and f.report in ids and not f.constant]
+
+
+def _value(fields: list[Field], usage: int) -> Field:
+    (found,) = [f for f in fields if PID | usage in f.usages and f.variable]
+    assert found.count == len(found.usages)  # else hid-pidff does not look at it
+    return found
+
+
+def _array(fields: list[Field], usage: int) -> Field:
+    (found,) = [f for f in fields if f.logical[-1:] == (PID | usage,) and not f.variable]
+    assert found.count == 1
+    assert found.minimum == 1
+    assert found.maximum == len(found.usages)
+    return found
+
+
+def test_first_collection_is_a_joystick_application() -> None:
+    items = ReportDescriptor.from_bytes(emulator.usb_report_descriptor(1)).rdesc_items
+    assert [(i.item, i.value) for i in items[:3]] == [
+        ("Usage Page", 0x01),
+        ("Usage", 0x04),
+        ("Collection", 1),
+    ]
+    applications = [i for i in items if i.item == "Collection" and i.value == 1]
+    assert len(applications) == 1
+
+
+def test_first_input_is_axis_and_two_buttons() -> None:
+    inputs = [f for f in FIELDS if f.kind == "Input" and not f.constant]
+    axis, *others = inputs
+    assert axis.usages == (DESKTOP | 0x30,)
+    assert (axis.minimum, axis.maximum, axis.bits) == (-32767, 32767, 16)
+    buttons = [u for f in others for u in f.usages if u & 0xFFFF0000 == BUTTON]
+    assert buttons == [BUTTON | 1, BUTTON | 2]
+
+
+@pytest.mark.parametrize(
+    ("kind", "usage", "values"),
+    [
+        ("Output", 0x21, (0x22, 0x50, 0x52, 0x53, 0x54, 0x56, 0xA7)),
+        ("Output", 0x77, (0x22, 0x7C)),
+        ("Output", 0x7D, (0x7E,)),
+        ("Output", 0x90, (0x22,)),
+        ("Output", 0x5A, (0x22, 0x5B, 0x5C, 0x5D, 0x5E)),
+        ("Output", 0x5F, (0x22, 0x23, 0x60, 0x61, 0x62, 0x63, 0x64, 0x65)),
+        ("Output", 0x6E, (0x22, 0x70, 0x6F, 0x71, 0x72)),
+        ("Output", 0x73, (0x22, 0x70)),
+        ("Output", 0x74, (0x22, 0x75, 0x76)),
+        ("Feature", 0x7F, (0x80, 0x83, 0xA9)),
+        ("Feature", 0x89, (0x22, 0xAC)),
+    ],
+)
+def test_report_has_every_value_that_the_driver_looks_for(
+    kind: str, usage: int, values: tuple[int, ...]
+) -> None:
+    fields = _report(kind, usage)
+    for value in values:
+        _value(fields, value)
+
+
+def test_effect_types_are_the_same_in_set_effect_and_create_new_effect() -> None:
+    set_effect = _array(_report("Output", 0x21), 0x25)
+    create = _array(_report("Feature", 0xAB), 0x25)
+    assert list(set_effect.usages) == EFFECT_TYPES
+    assert create.usages == set_effect.usages
+
+
+def test_arrays_have_every_choice_and_count_from_one() -> None:
+    operation = _array(_report("Output", 0x77), 0x78)
+    assert operation.usages == (PID | 0x79, PID | 0x7A, PID | 0x7B)
+    status = _array(_report("Feature", 0x89), 0x8B)
+    assert status.usages == (PID | 0x8C, PID | 0x8D, PID | 0x8E)
+    control = _array(_report("Output", 0x96), 0x96)
+    assert control.usages == tuple(PID | u for u in range(0x97, 0x9D))
+
+
+def test_direction_stands_in_a_collection_of_its_own() -> None:
+    (direction,) = [f for f in _report("Output", 0x21) if f.logical[-1] == PID | 0x57]
+    assert direction.count == len(direction.usages) == 2
+    assert direction.minimum == 0
+    # Linux multiplies it with 65535 in 32 bits.
+    assert direction.maximum * 0xFFFF < 2**31
+
+
+def test_block_index_counts_forty_blocks_from_one() -> None:
+    indices = [f for f in FIELDS if PID | 0x22 in f.usages]
+    assert len(indices) == 10
+    assert {(f.minimum, f.maximum, f.bits) for f in indices} == {(1, 40, 8)}
+
+
+def test_times_are_milliseconds_of_sixteen_bits() -> None:
+    times = (0x50, 0x54, 0xA7, 0x5C, 0x5E, 0x72)
+    found = [f for f in FIELDS for u in times if PID | u in f.usages and f.kind == "Output"]
+    assert len(found) == len(times)
+    assert {(f.minimum, f.maximum, f.bits, f.exponent) for f in found} == {(0, 32767, 16, -3)}
+    others = [f for f in FIELDS if f not in found]
+    assert {f.exponent for f in others} == {0}
+
+
+def test_logical_limits_fit_sixteen_signed_bits_and_their_field() -> None:
+    for field in FIELDS:
+        assert -32767 <= field.minimum < field.maximum <= 32767 or field.constant
+        span = field.maximum - min(field.minimum, 0)
+        assert field.constant or span < 2**field.bits
+
+
+def test_every_report_has_one_kind_and_whole_bytes() -> None:
+    for report in {f.report for f in FIELDS}:
+        fields = [f for f in FIELDS if f.report == report]
+        assert len({f.kind for f in fields}) == 1
+        assert sum(f.bits * f.count for f in fields) % 8 == 0
+    sizes = {
+        report: 1 + sum(f.bits * f.count for f in FIELDS if f.report == report) // 8
+        for report in sorted({f.report for f in FIELDS})
+    }
+    assert sizes == {
+        **{0x01: 4, 0x02: 4, 0x11: 17, 0x12: 10, 0x13: 15, 0x14: 10, 0x15: 4, 0x16: 6},
+        **{0x1A: 4, 0x1B: 2, 0x1C: 2, 0x1D: 3, 0x21: 4, 0x22: 5, 0x23: 5},
+    }
+
+
+def test_hid_tools_sees_the_same_reports() -> None:
+    descriptor = ReportDescriptor.from_bytes(emulator.usb_report_descriptor(1))
+    assert sorted(descriptor.input_reports) == [0x01, 0x02]
+    assert sorted(descriptor.output_reports) == [*range(0x11, 0x17), *range(0x1A, 0x1E)]
+    assert sorted(descriptor.feature_reports) == [0x21, 0x22, 0x23]
+
+
+def test_vendor_interface_has_no_game_in_it() -> None:
+    items = ReportDescriptor.from_bytes(emulator.usb_report_descriptor(0)).rdesc_items
+    assert (items[0].item, items[0].value) == ("Usage Page", 0xFF00)
+    with pytest.raises(ValueError, match="no such interface"):
+        emulator.usb_report_descriptor(2)
+
+
+def test_descriptor_bytes_change_only_on_purpose() -> None:
+    # Drivers keep what they learnt of a device; a new descriptor is a new device to them.
+    descriptor = emulator.usb_report_descriptor(1)
+    assert descriptor.startswith(bytes.fromhex("05010904a10185010930160180"))
+    assert (
+        hashlib.sha256(descriptor).hexdigest()
+        == "25714f20af4185e7426b7b5b2095ce12898bf82391922fe6e2af7aba5637dce2"
+    )
