@@ -134,3 +134,20 @@ def test_guest_with_results_has_not_failed(
     fake_machine(f"cp {tmp_path}/junit {tmp_path}/6.1/junit.xml; exit 1")
     assert guests.run_guest("6.1", ["a test"]) == ""
     assert len(results.read_junit(guests.junit("6.1"))) == 4
+
+
+@pytest.mark.parametrize("counts_instructions", [False, True])
+def test_time_is_counted_in_instructions_only_where_that_is_asked_for(
+    tmp_path: Path, fake_machine: Callable[[str], None], counts_instructions: bool
+) -> None:
+    fake_machine('echo "$@" >&2; exit 1')
+    share = tmp_path / "share"
+    machine = Machine(tmp_path, share, counts_instructions=counts_instructions)
+    machine.run("true", limit_s=60)
+    words = (share / "console").read_text().split()
+    # QEMU counts instructions on one thread only.
+    expected = ["shift=0,sleep=off", "tcg,thread=single,tb-size=512"]
+    found = [words[words.index("-icount") + 1]] if "-icount" in words else []
+    assert found + [words[words.index("-accel") + 1]] == (
+        expected if counts_instructions else ["tcg,thread=multi,tb-size=512"]
+    )
