@@ -1,20 +1,30 @@
-"""What the USB side costs beside raw hidapi, with a knob that is plugged in: one JSON line each.
+"""What the USB side costs beside raw hidapi: one JSON line each.
 
 Round trips: a command that changes nothing (`disarm` of a disarmed knob) and its answer, by hidapi
 in C, by the SDK in C++ and by the Python package, in turns. Telemetry: at 4,000 samples a second,
 read in C++ and in Python; samples that are missing, and the CPU time of the whole reading process.
 
-Keys: `benchmark` "usb"; `what` "round_trip" or "telemetry"; `client` "raw", "cpp" or "python".
-A round trip has `median_ms`, `p99_ms`, `trips`, and but for raw `median_ratio` and `p99_ratio` to
-raw with `goal_median_ratio`. Telemetry has `rate_hz`, `duration_s`, `samples`, `samples_lost`
-(missing in the readers' ticks), `samples_dropped` (of these, by the knob), `reader_cpu_share` (CPU
-seconds a second) and `goal_samples_lost`.
+Without `--device` this boots a virtual machine and measures a virtual knob in its kernel. Time is
+counted in instructions there, 1 ns each, so that the figures do not depend on what else the
+computer does. With `--device PATH` it measures a knob that is plugged into this computer, by the
+clock; `--device virtual` plugs in a virtual one, which needs root and the module vhci_hcd.
+
+Keys: `benchmark` "usb"; `what` "round_trip" or "telemetry"; `client` "raw", "cpp" or "python";
+`kernel` its release; `time` "instructions" or "clock". A round trip has `median_ms`, `p99_ms`,
+`trips`, and but for raw `median_ratio` and `p99_ratio` to raw with `goal_median_ratio`. Telemetry
+has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing in the readers' ticks),
+`samples_dropped` (of these, by the knob), `reader_cpu_s`, `reader_cpu_share` (CPU seconds a second)
+and `goal_samples_lost`.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
+import os
+import platform
+import shlex
 import statistics
 import subprocess
 import sys
@@ -28,6 +38,13 @@ import numpy as np
 import torsio
 
 TREE = Path(__file__).parents[2]
+sys.path.insert(0, str(TREE))  # this file is also run as a program
+from tests.vm import guests  # noqa: E402
+from tests.vm.guest.virtual_bus import VirtualKnob  # noqa: E402
+from tests.vm.machine import GuestFailed, Machine  # noqa: E402
+
+KERNEL = "6.12"
+LIMIT_S = 3600.0  # a busy host may take its time
 GOAL_MEDIAN_RATIO = {"cpp": 1.05, "python": 1.3}
 WARM_UP = 20
 
@@ -119,7 +136,9 @@ def measure(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
     for _ in range(arguments.rounds):
         for client, run in clients.items():
             times_s[client] += run(programs, path, arguments.trips)
-    yield from round_trip_lines(times_s)
+    where = {"kernel": platform.release(), "time": "clock"}
+    for line in round_trip_lines(times_s):
+        yield line | where
 
     for client, read in (("cpp", cpp_telemetry), ("python", python_telemetry)):
         dropped = _dropped(path)
@@ -135,8 +154,10 @@ def measure(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
             "samples": samples,
             "samples_lost": lost,
             "samples_dropped": _dropped(path) - dropped,
+            "reader_cpu_s": round(cpu_s, 4),
             "reader_cpu_share": round(cpu_s / duration_s, 4),
             "goal_samples_lost": 0,
+            **where,
         }
 
 
@@ -145,17 +166,57 @@ def _dropped(path: str) -> int:
         return knob.health().samples_dropped
 
 
+@contextlib.contextmanager
+def virtual_knob(rate_hz: float) -> Iterator[str]:
+    """Plug a virtual knob into this computer, and give its path."""
+    knob = VirtualKnob("BENCH", round(rate_hz), "free")
+    try:
+        knob.plug()
+        yield str(knob.hidraw)
+    finally:
+        knob.end()
+
+
+def measure_in_virtual_machine(words: list[str]) -> Iterator[dict[str, Any]]:
+    """Measure a virtual knob in a virtual machine, with these further words on the command line."""
+    share = guests.share("bench")
+    share.mkdir(parents=True, exist_ok=True)
+    run = shlex.join([sys.executable, __file__, "--device", "virtual", *words])
+    machine = Machine(guests.KERNELS / KERNEL, share, counts_instructions=True)
+    machine.run(
+        f"""\
+export HOME=/tmp PATH=/usr/sbin:/usr/bin:/sbin:/bin
+export LD_LIBRARY_PATH={shlex.quote(os.environ.get("LD_LIBRARY_PATH", ""))}
+cd {shlex.quote(str(TREE))} && {run} >/torsio-share/lines
+""",
+        limit_s=LIMIT_S,
+    )
+    for line in (share / "lines").read_text().splitlines():
+        yield json.loads(line) | {"time": "instructions"}
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--device", required=True, help="path of the knob, see `torsio list`")
+    parser.add_argument("--device", help="path of a knob, see `torsio list`, or `virtual`")
     parser.add_argument("--rounds", type=int, default=5, help="turns of the three clients")
     parser.add_argument("--trips", type=int, default=400, help="round trips in a turn")
     parser.add_argument("--rate-hz", type=float, default=4000.0, help="of telemetry")
     parser.add_argument("--seconds", type=float, default=60.0, help="of telemetry")
     parser.add_argument("--programs", type=Path, default=TREE / "build/release/tests/bench")
-    for line in measure(parser.parse_args()):
-        print(json.dumps(line), flush=True)
+    arguments = parser.parse_args()
+    if arguments.device is None:
+        try:
+            for line in measure_in_virtual_machine(sys.argv[1:]):
+                print(json.dumps(line), flush=True)
+        except GuestFailed as failure:
+            sys.exit(f"bench_usb: {failure}")
+        return
+    with contextlib.ExitStack() as stack:
+        if arguments.device == "virtual":
+            arguments.device = stack.enter_context(virtual_knob(arguments.rate_hz))
+        for line in measure(arguments):
+            print(json.dumps(line), flush=True)
 
 
 if __name__ == "__main__":
