@@ -52,6 +52,8 @@ def test_header_compiles_alone(header: str) -> None:
         ("sdk/src/planted.cpp", "#include PLANTED"),
         ("bindings/python/torsio/planted.py", "from tests.python import wire"),
         ("examples/cpp/planted.cpp", '#include "emulator/plant.hpp"'),
+        ("examples/game/planted.cpp", '#include "torsio/knob.hpp"'),
+        ("examples/game/lock.cpp", "#include <SDL.h>"),
         ("examples/python/planted.py", "from torsio import _torsio"),
     ],
 )

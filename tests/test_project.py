@@ -10,7 +10,10 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
-COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "firmware", "udev", "docs", "clean")
+COMMANDS = (
+    *("setup", "build", "test", "check", "demo", "game", "bench", "firmware", "udev"),
+    *("docs", "clean"),
+)
 
 
 def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:

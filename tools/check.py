@@ -6,6 +6,7 @@ the formatters would change.
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
@@ -39,6 +40,13 @@ def headers() -> list[str]:
     return cpp_files(".hpp")
 
 
+@functools.cache
+def _sdl_include() -> tuple[str, ...]:
+    command = ["pkg-config", "--variable=includedir", "sdl2"]
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    return (f"{result.stdout.strip()}/SDL2",)
+
+
 def compile_header(header: str) -> Command:
     """Return the command that compiles one header alone, on the include path of its layer."""
     roots: dict[str, tuple[str, ...]] = {
@@ -49,7 +57,7 @@ def compile_header(header: str) -> Command:
             *("sdk/include", "firmware", "bindings/src"),
             *(pybind11.get_include(), sysconfig.get_path("include")),
         ),
-        "examples": ("sdk/include",),
+        "examples": ("examples", "sdk/include", *_sdl_include()),
         "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "firmware"),
     }
     layer = next(folder for folder in roots if header.startswith(folder + "/"))

@@ -90,6 +90,10 @@ RULES = (
         third_party=r"pybind11/.*|Python\.h",
     ),
     Rule("examples/cpp", ("torsio",)),
+    # A game knows nothing of Torsio, and the lock in it nothing of SDL.
+    Rule("examples/game/lock.cpp", ("game",)),
+    Rule("examples/game/lock.hpp", ("game",)),
+    Rule("examples/game", ("game",), third_party=r"SDL\.h"),
 )
 
 

@@ -38,8 +38,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
 
 Snapshot ControlLoop::snapshot() const {
   for (;;) {
-    const Snapshot copy{controller_.tick, controller_.motion.position_counts, state_, owner_,
-                        faults_, counters_};
+    const Snapshot copy{
+        controller_.tick, controller_.motion.position_counts, state_, owner_, faults_, counters_};
     std::atomic_signal_fence(std::memory_order_acq_rel);
     // An interrupt that came between has counted a tick. A number that was itself read in two
     // halves is none that comes back.

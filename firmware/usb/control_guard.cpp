@@ -1,7 +1,7 @@
 // TinyUSB 0.18 does not look at the direction of the standard requests that read. A host that sends
-// GET_DESCRIPTOR, GET_STATUS ... with data *to* the device would have the stack write that data where
-// it meant to read its answer from: over a descriptor, or into a stack frame that is gone. The linker
-// puts this function in front of the one that starts every control transfer (--wrap).
+// GET_DESCRIPTOR, GET_STATUS ... with data *to* the device would have the stack write that data
+// where it meant to read its answer from: over a descriptor, or into a stack frame that is gone.
+// The linker puts this function in front of the one that starts every control transfer (--wrap).
 #include <tusb.h>
 
 #include <cstdint>

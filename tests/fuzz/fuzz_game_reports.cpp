@@ -4,14 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <span>
 
 #include "device/device.hpp"
+#include "fuzz.hpp"
 #include "protocol/codec.hpp"
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace {
 
@@ -19,23 +16,17 @@ using namespace torsio;
 
 constexpr float kCapNm = 0.05F;
 
-void require_that(bool holds, const char* what) {
-  if (holds) return;
-  std::fprintf(stderr, "fuzz: does not hold: %s\n", what);
-  std::abort();
-}
-
 /// A device whose motor gives what is asked for, so that the cap can be seen on it.
 class GameBench {
  public:
   GameBench() : device_({}, device::empty_slots()) {
     protocol::ControlConfig control;
     control.law = protocol::Law::motor_only;
-    require_that(device_.set_feature(protocol::encode(control)).ok(), "configured");
+    fuzz::require(device_.set_feature(protocol::encode(control)).ok(), "configured");
     tick(3);
     protocol::GameConfig game;
     game.torque_max_nm = kCapNm;
-    require_that(device_.set_feature(protocol::encode(game)).ok(), "configured");
+    fuzz::require(device_.set_feature(protocol::encode(game)).ok(), "configured");
     tick(3);
   }
 
@@ -45,8 +36,8 @@ class GameBench {
     for (int i = 0; i < ticks; ++i) {
       device_.service();
       outputs_ = device_.tick(inputs_);
-      require_that(std::isfinite(outputs_.motor_torque_nm), "a finite torque");
-      require_that(std::abs(outputs_.motor_torque_nm) <= kCapNm * 1.0001F, "within the cap");
+      fuzz::require(std::isfinite(outputs_.motor_torque_nm), "a finite torque");
+      fuzz::require(std::abs(outputs_.motor_torque_nm) <= kCapNm * 1.0001F, "within the cap");
       protocol::ReportBytes ignored;
       while (device_.next_input(ignored)) {
       }
@@ -77,13 +68,13 @@ void step(GameBench& bench, std::uint8_t what, std::span<const std::uint8_t> rep
       break;
     case 4: {
       const std::size_t size = bench.game().get_feature(first, answer);
-      require_that(size <= answer.size(), "an answer of known length");
-      require_that(first != 0x22 || (size == 5 && answer[1] <= 40), "a block that exists");
+      fuzz::require(size <= answer.size(), "an answer of known length");
+      fuzz::require(first != 0x22 || (size == 5 && answer[1] <= 40), "a block that exists");
       break;
     }
     case 5:
       for (int n = 0; n < 100 && bench.game().next_input(answer) != 0; ++n) {
-        require_that(answer[0] == 1 || answer[0] == 2, "an input report");
+        fuzz::require(answer[0] == 1 || answer[0] == 2, "an input report");
       }
       break;
     case 6:
@@ -116,9 +107,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   bench.game().set_buttons(0);
   bench.game().receive(stop_all);
   bench.tick(100);  // past every fade
-  require_that(bench.torque_nm() == 0.0F, "no torque after stop all");
+  fuzz::require(bench.torque_nm() == 0.0F, "no torque after stop all");
   bench.connect(false);
   bench.tick(100);
-  require_that(bench.state() != protocol::State::armed, "nobody there: not armed");
+  fuzz::require(bench.state() != protocol::State::armed, "nobody there: not armed");
   return 0;
 }

@@ -35,9 +35,9 @@ std::shared_ptr<VirtualKnob> start(const std::string& name, const EmulatorOption
   const std::string serial = !options.serial.empty() ? options.serial
                              : name.empty()          ? "EMULATED"
                                                      : name;
-  return std::make_shared<VirtualKnob>(std::vector<std::string>{
-      "--rate-hz", number_text(options.control_rate_hz), "--seed", std::to_string(options.seed),
-      "--serial", serial});
+  return std::make_shared<VirtualKnob>(
+      std::vector<std::string>{"--rate-hz", number_text(options.control_rate_hz), "--seed",
+                               std::to_string(options.seed), "--serial", serial});
 }
 
 /// A named knob goes on running when it is closed, and so keeps what it saved.
