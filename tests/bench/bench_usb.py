@@ -12,9 +12,9 @@ clock; `--device virtual` plugs in a virtual one, which needs root and the modul
 Keys: `benchmark` "usb"; `what` "round_trip" or "telemetry"; `client` "raw", "cpp" or "python";
 `kernel` its release; `time` "instructions" or "clock". A round trip has `median_ms`, `p99_ms`,
 `trips`, and but for raw `median_ratio` and `p99_ratio` to raw with `goal_median_ratio`. Telemetry
-has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing in the readers' ticks),
-`samples_dropped` (of these, by the knob), `reader_cpu_s`, `reader_cpu_share` (CPU seconds a second)
-and `goal_samples_lost`.
+has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing between those that were read),
+`samples_dropped` (by the knob, also between the last read and the end of the stream),
+`reader_cpu_s`, `reader_cpu_share` (CPU seconds a second) and `goal_samples_lost`.
 """
 
 from __future__ import annotations
