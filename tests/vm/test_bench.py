@@ -148,6 +148,6 @@ def test_time_is_counted_in_instructions_only_where_that_is_asked_for(
     # QEMU counts instructions on one thread only.
     expected = ["shift=0,sleep=off", "tcg,thread=single,tb-size=512"]
     found = [words[words.index("-icount") + 1]] if "-icount" in words else []
-    assert found + [words[words.index("-accel") + 1]] == (
+    assert [*found, words[words.index("-accel") + 1]] == (
         expected if counts_instructions else ["tcg,thread=multi,tb-size=512"]
     )
