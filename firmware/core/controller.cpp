@@ -25,7 +25,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
 
   const Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
   out.motor_torque_nm = limit_motor(state.limits, params.limits, shares.motor_torque_nm);
-  out.brake_command_nm = smaller(shares.brake_torque_nm, params.limits.brake_torque_nm);
+  out.brake_command_nm = shares.brake_torque_nm;
   out.motor_saturated = shares.motor_saturated;
   out.brake_saturated = shares.brake_saturated;
 
