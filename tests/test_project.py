@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
-COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "firmware", "docs", "clean")
+COMMANDS = ("setup", "build", "test", "check", "demo", "bench", "firmware", "udev", "docs", "clean")
 
 
 def _dev(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -37,6 +37,8 @@ def test_dev_help_names_every_command(arguments: tuple[str, ...]) -> None:
         ("bench", "no_such_benchmark"),
         ("bench", "../test"),
         ("firmware", "pico"),
+        ("udev", "--force"),
+        ("udev", "--remove", "now"),
         ("clean", "build"),
     ],
 )

@@ -20,7 +20,7 @@ TREE = Path(__file__).parent.parent
 CPP_FOLDERS = ("firmware", "sdk", "bindings", "examples", "tests")
 PYTHON_FOLDERS = ("bindings", "examples", "tests", "tools")
 MAX_LINES = 40
-SHELL_FILES = ("dev", ".ci/run")
+SHELL_FILES = ("dev", ".ci/run", "tests/vm/init.sh")
 
 # The tools come with the virtual environment, which need not be activated.
 _BIN = Path(sys.executable).parent
@@ -50,7 +50,7 @@ def compile_header(header: str) -> Command:
             *(pybind11.get_include(), sysconfig.get_path("include")),
         ),
         "examples": ("sdk/include",),
-        "tests": ("tests/cpp", "sdk/include", "firmware"),
+        "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "firmware"),
     }
     layer = next(folder for folder in roots if header.startswith(folder + "/"))
     project = [f"-I{root}" for root in roots[layer] if not os.path.isabs(root)]

@@ -64,6 +64,13 @@ RULES = (
         ("core", "protocol", "device", "usb", "boards"),
         third_party=r"(hardware|pico)/.*\.h",
     ),
+    # The only file of the virtual USB knob that knows TinyUSB: its device controller.
+    Rule(
+        "firmware/emulator/usbip/bus.cpp",
+        (*FIRMWARE, "usb"),
+        third_party=r"tusb\.h|device/dcd\.h",
+    ),
+    Rule("firmware/emulator/usbip", (*FIRMWARE, "usb"), posix=True),
     Rule("firmware/emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
@@ -72,11 +79,13 @@ RULES = (
         posix=True,
         third_party=r"(hidapi/)?hidapi(_libusb)?\.h",
     ),
+    Rule("sdk/src/emulated_plant.hpp", (*FIRMWARE, "torsio")),
+    Rule("sdk/src/emulated_plant.cpp", (*FIRMWARE, "torsio")),
     Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "torsio"), posix=True),
     Rule("sdk/src", ("protocol", "torsio"), posix=True),
     Rule(
         "bindings/src",
-        (*FIRMWARE, "torsio", "wide"),
+        (*FIRMWARE, "sdk", "torsio", "wide"),
         posix=True,
         third_party=r"pybind11/.*|Python\.h",
     ),

@@ -42,6 +42,7 @@ constexpr std::array part_fields{
     std::pair{"motor_time_constant_s", &Parts::motor_time_constant_s},
     std::pair{"motor_limit_nm", &Parts::motor_limit_nm},
     std::pair{"brake_time_constant_s", &Parts::brake_time_constant_s},
+    std::pair{"clutch_time_constant_s", &Parts::clutch_time_constant_s},
     std::pair{"brake_limit_nm", &Parts::brake_limit_nm},
     std::pair{"brake_floor_nm", &Parts::brake_floor_nm},
     std::pair{"beta", &Parts::beta},

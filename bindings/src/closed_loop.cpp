@@ -32,6 +32,7 @@
 #include "module.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
+#include "sdk/src/emulated_plant.hpp"
 #include "torsio/wire.hpp"
 #include "wide/emulator/replay.hpp"
 
@@ -44,8 +45,6 @@ namespace {
 using emulator::ClosedLoopOptions;
 using emulator::LoopRow;
 using Rows = py::array_t<LoopRow>;
-
-constexpr std::array<std::string_view, 2> rounding_names{"floor", "nearest"};
 
 /// The scene and the configuration go through the wire's own bytes, so that they are rounded and
 /// checked as on their way to a device.
@@ -72,37 +71,14 @@ Config read_config(const Source& source) {
   return config;
 }
 
-emulator::PlantState read_initial(const py::object& source) {
-  const Attributes from(source);
-  emulator::PlantState state;
-  state.time_ns = static_cast<std::int64_t>(std::llround(1e9 * from.number("time_s")));
-  state.knob_angle = emulator::Angle::from_rad(from.number("angle_rad"));
-  state.knob_angle.revolutions += from.integer<std::int64_t>("revolutions");
-  state.speed_rad_s.fill(from.number("speed_rad_s"));
-  state.twist_rad[0] = from.number("twist_rad");
-  state.motor_torque_nm = from.number("motor_torque_nm");
-  state.brake_capacity_nm = from.number("brake_torque_nm");
-  state.brake_target_nm = state.brake_capacity_nm;
-  return state;
-}
-
-void read_parts(const Attributes& from, emulator::PlantParams& plant) {
+void read_integration(const Attributes& from, emulator::PlantParams& plant) {
   const py::object method = from.get("method");
   if (!method.is_none()) plant.integration.method = emulator_method(method.cast<std::string>());
   if (!from.get("step_ns").is_none()) {
     plant.integration.step_ns = from.integer<std::int64_t>("step_ns");
   }
-  if (!from.boolean("spring_and_brake")) plant.spring_and_brake = false;
-  if (const double half_width_nm = from.number("brake_hysteresis_nm"); half_width_nm != 0.0) {
-    plant.brake_hysteresis = emulator::BrakeHysteresis{half_width_nm};
-  }
-  if (const py::object given = from.get("shaft_hardening"); !given.is_none()) {
-    const auto [knee_rad, factor] = given.cast<std::pair<double, double>>();
-    plant.shaft_hardening = emulator::ShaftHardening{knee_rad, factor};
-  }
-  if (const py::object given = from.get("cogging"); !given.is_none()) {
-    const auto [periods, amplitude_nm] = given.cast<std::pair<int, double>>();
-    plant.cogging = emulator::Cogging::sine(periods, amplitude_nm);
+  if (const py::object given = from.get("tolerance"); !given.is_none()) {
+    plant.integration.tolerance = from.number("tolerance");
   }
 }
 
@@ -122,17 +98,13 @@ ClosedLoopOptions read_options(const py::object& source) {
   options.actuator = read_config<protocol::ActuatorConfig>(actuator);
   options.control =
       read_config<protocol::ControlConfig>(control_config_from_python(from.get("control")));
-  options.plant = emulator_plant(plant_source);
-  read_parts(from, options.plant);
-  options.encoder = {
-      .counts_per_rev = plant.counts_per_rev,
-      .rounding = from.choice<emulator::Rounding>("encoder_rounding", rounding_names),
-      .phase_counts = from.number("encoder_phase_counts"),
-      .noise_counts = from.number("encoder_noise_counts"),
-      .seed = from.integer<std::uint64_t>("seed")};
+  options.plant = to_emulator(plant);
+  read_integration(from, options.plant);
+  options.encoder = encoder_of(plant);
+  options.encoder.seed = from.integer<std::uint64_t>("seed");
   options.hand = emulator_hand(from.get("hand"));
   if (const py::object initial = from.get("initial"); !initial.is_none()) {
-    options.initial = read_initial(initial);
+    options.initial = initial_state_from_python(initial);
   }
   if (const py::object scene = from.get("scene"); !scene.is_none()) {
     const auto period_ns = static_cast<std::uint32_t>(
@@ -275,6 +247,20 @@ py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts, bo
 
 }  // namespace
 
+emulator::PlantState initial_state_from_python(const py::object& source) {
+  const Attributes from(source);
+  emulator::PlantState state;
+  state.time_ns = static_cast<std::int64_t>(std::llround(1e9 * from.number("time_s")));
+  state.knob_angle = emulator::Angle::from_rad(from.number("angle_rad"));
+  state.knob_angle.revolutions += from.integer<std::int64_t>("revolutions");
+  state.speed_rad_s.fill(from.number("speed_rad_s"));
+  state.twist_rad[0] = from.number("twist_rad");
+  state.motor_torque_nm = from.number("motor_torque_nm");
+  state.brake_capacity_nm = from.number("brake_torque_nm");
+  state.brake_target_nm = state.brake_capacity_nm;
+  return state;
+}
+
 void bind_closed_loop(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(LoopRow, time_s, angle_rad, brake_angle_rad, speed_rad_s, brake_speed_rad_s,
                        spring_torque_nm, motor_torque_nm, brake_torque_nm, brake_capacity_nm,
@@ -312,7 +298,10 @@ void bind_closed_loop(py::module_& module) {
           [](emulator::ClosedLoop& loop, const py::object& hand) {
             loop.set_hand(emulator_hand(hand));
           },
-          arg("hand"));
+          arg("hand"))
+      .def_property_readonly("fidelity", [](const emulator::ClosedLoop& loop) {
+        return fidelity_to_python(loop.plant().fidelity());
+      });
   PYBIND11_NUMPY_DTYPE(ReplayRow, position_counts, speed_rad_s, desired_torque_nm, motor_torque_nm,
                        brake_torque_nm, spring_torque_nm, numeric_error);
   module.attr("REPLAY_DTYPE") = py::dtype::of<ReplayRow>();

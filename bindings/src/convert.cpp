@@ -193,6 +193,40 @@ Hand hand_from_python(const py::handle& source) {
                        " (see torsio.hands for those that there are)");
 }
 
+namespace {
+
+void read_parts(const Attributes& from, PlantParams& plant) {
+  plant.spring_and_brake = from.boolean("spring_and_brake");
+  const auto given = [&](const char* name) { return !from.get(name).is_none(); };
+  if (given("shaft_hardening")) {
+    const py::object source = from.get("shaft_hardening");
+    const Attributes part(source);
+    plant.shaft_hardening = {part.number("knee_rad"), part.number("stiffness_factor")};
+  }
+  if (given("brake_hysteresis")) {
+    const py::object source = from.get("brake_hysteresis");
+    plant.brake_hysteresis = {Attributes(source).number("half_width_nm")};
+  }
+  if (given("belt")) {
+    const py::object source = from.get("belt");
+    const Attributes part(source);
+    plant.belt = {part.number("stiffness_nm_per_rad"), part.number("damping_nm_s_per_rad"),
+                  part.number("pulley_inertia_kg_m2")};
+  }
+  if (given("cogging")) {
+    const py::object source = from.get("cogging");
+    const Attributes part(source);
+    Cogging cogging{part.integer<int>("periods_per_rev"), {}};
+    const py::object table = part.get("torque_nm");
+    for (const py::handle point : table) {
+      cogging.torque_nm.push_back(part.as_number(point, "torque_nm"));
+    }
+    plant.cogging = std::move(cogging);
+  }
+}
+
+}  // namespace
+
 PlantParams plant_from_python(const py::handle& source) {
   const Attributes from(source);
   PlantParams plant;
@@ -209,6 +243,11 @@ PlantParams plant_from_python(const py::handle& source) {
   plant.motor_limit_nm = from.number("motor_limit_nm");
   plant.brake_limit_nm = from.number("brake_limit_nm");
   plant.counts_per_rev = from.integer<std::uint32_t>("counts_per_rev");
+  constexpr std::array<std::string_view, 2> rounding_names{"floor", "nearest"};
+  plant.encoder_rounding = from.choice<EncoderRounding>("encoder_rounding", rounding_names);
+  plant.encoder_phase_counts = from.number("encoder_phase_counts");
+  plant.encoder_noise_counts = from.number("encoder_noise_counts");
+  read_parts(from, plant);
   return plant;
 }
 
@@ -222,7 +261,24 @@ ActuatorConfig actuator_config_from_python(const py::handle& source) {
           from.number("spring_stiffness_nm_per_rad"),
           from.integer<std::uint32_t>("counts_per_rev"),
           from.integer<int>("counter_bits"),
-          from.boolean("encoder_reversed")};
+          from.boolean("encoder_reversed"),
+          from.number("knob_inertia_kg_m2"),
+          from.number("knob_coulomb_nm"),
+          from.number("knob_viscous_nm_s_per_rad"),
+          from.number("motor_time_constant_s")};
+}
+
+GameConfig game_config_from_python(const py::handle& source) {
+  const Attributes from(source);
+  return {from.boolean("enabled"),
+          from.number("range_deg"),
+          from.number("torque_max_nm"),
+          from.number("gain"),
+          from.number("spring_gain"),
+          from.number("speed_full_rad_s"),
+          from.number("acceleration_full_rad_s2"),
+          from.number("blend_s"),
+          from.number("silence_s")};
 }
 
 ControlConfig control_config_from_python(const py::handle& source) {
@@ -246,6 +302,24 @@ py::dict to_python(const ActuatorConfig& config) {
   dict["counts_per_rev"] = config.counts_per_rev;
   dict["counter_bits"] = config.counter_bits;
   dict["encoder_reversed"] = config.encoder_reversed;
+  dict["knob_inertia_kg_m2"] = config.knob_inertia_kg_m2;
+  dict["knob_coulomb_nm"] = config.knob_coulomb_nm;
+  dict["knob_viscous_nm_s_per_rad"] = config.knob_viscous_nm_s_per_rad;
+  dict["motor_time_constant_s"] = config.motor_time_constant_s;
+  return dict;
+}
+
+py::dict to_python(const GameConfig& config) {
+  py::dict dict;
+  dict["enabled"] = config.enabled;
+  dict["range_deg"] = config.range_deg;
+  dict["torque_max_nm"] = config.torque_max_nm;
+  dict["gain"] = config.gain;
+  dict["spring_gain"] = config.spring_gain;
+  dict["speed_full_rad_s"] = config.speed_full_rad_s;
+  dict["acceleration_full_rad_s2"] = config.acceleration_full_rad_s2;
+  dict["blend_s"] = config.blend_s;
+  dict["silence_s"] = config.silence_s;
   return dict;
 }
 
@@ -262,6 +336,17 @@ py::dict to_python(const ControlConfig& config) {
   dict["passive_ramp_s"] = config.passive_ramp_s;
   dict["passive_brake_nm"] = config.passive_brake_nm;
   dict["autonomous"] = config.autonomous;
+  return dict;
+}
+
+py::dict to_python(const ListedDevice& device) {
+  py::dict dict;
+  dict["path"] = device.path;
+  dict["serial"] = device.serial;
+  dict["product"] = device.product;
+  dict["board"] = device.board;
+  dict["transport"] = device.transport;
+  dict["problem"] = device.problem;
   return dict;
 }
 

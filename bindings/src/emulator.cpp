@@ -17,11 +17,13 @@
 #include <vector>
 
 #include "convert.hpp"
+#include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant.hpp"
 #include "emulator_convert.hpp"
 #include "module.hpp"
+#include "sdk/src/emulated_plant.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -74,22 +76,7 @@ emulator::Hand hand(const py::object& source) {
 }
 
 emulator::PlantParams plant_params(const py::object& source) {
-  emulator::PlantParams params;
-  if (source.is_none()) return params;
-  const PlantParams from = plant_from_python(source);
-  params.knob_inertia_kg_m2 = from.knob_inertia_kg_m2;
-  params.knob_viscous_nm_s_per_rad = from.knob_viscous_nm_s_per_rad;
-  params.knob_coulomb_nm = from.knob_coulomb_nm;
-  params.brake_inertia_kg_m2 = from.brake_inertia_kg_m2;
-  params.brake_viscous_nm_s_per_rad = from.brake_viscous_nm_s_per_rad;
-  params.brake_drag_nm = from.brake_drag_nm;
-  params.shaft_stiffness_nm_per_rad = from.shaft_stiffness_nm_per_rad;
-  params.shaft_damping_nm_s_per_rad = from.shaft_damping_nm_s_per_rad;
-  params.brake_time_constant_s = from.brake_time_constant_s;
-  params.motor_time_constant_s = from.motor_time_constant_s;
-  params.motor_limit_nm = from.motor_limit_nm;
-  params.brake_limit_nm = from.brake_limit_nm;
-  return params;
+  return source.is_none() ? emulator::PlantParams{} : to_emulator(plant_from_python(source));
 }
 
 // State and truth of the plant side by side; one row of a record.
@@ -131,14 +118,12 @@ std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::
                                             const std::optional<std::string>& method,
                                             const std::optional<std::int64_t>& step_ns,
                                             const std::optional<double>& tolerance,
-                                            const std::optional<double>& regularisation_rad_s,
-                                            bool spring_and_brake) {
+                                            const std::optional<double>& regularisation_rad_s) {
   emulator::PlantParams plant = plant_params(params);
   if (method) plant.integration.method = method_from_name(*method);
   if (step_ns) plant.integration.step_ns = *step_ns;
   plant.integration.tolerance = tolerance;
   if (regularisation_rad_s) plant.integration.regularisation_rad_s = *regularisation_rad_s;
-  plant.spring_and_brake = spring_and_brake;
   return std::make_unique<emulator::Plant>(plant, hand(held_by));
 }
 
@@ -187,24 +172,6 @@ py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_tor
   return angles;
 }
 
-py::dict fidelity(const emulator::Plant& plant) {
-  const emulator::FidelityReport report = plant.fidelity();
-  const auto steps = [&](emulator::Method method) {
-    return report.steps[static_cast<std::size_t>(method)];
-  };
-  py::dict dict;
-  dict["tolerance"] = report.tolerance;
-  dict["method"] = std::string(method_names[static_cast<std::size_t>(report.method)]);
-  dict["step_s"] = 1e-9 * static_cast<double>(report.step_ns);
-  dict["estimated_error"] = report.estimated_error;
-  dict["steps_exact"] = steps(emulator::Method::exact);
-  dict["steps_trapezoid"] = steps(emulator::Method::trapezoid);
-  dict["steps_semi_implicit"] = steps(emulator::Method::semi_implicit);
-  dict["steps_checked"] = report.steps_checked;
-  dict["relative_cost"] = report.relative_cost;
-  return dict;
-}
-
 py::dict plant_state(const emulator::Plant& plant) {
   const PlantRow row = plant_row(plant);
   py::dict dict;
@@ -233,8 +200,7 @@ void bind_plant(py::module_& module) {
                               "Motor, knob, shaft spring, brake and hand under a virtual clock.")
       .def(py::init(&make_plant), arg("params") = py::none(), arg("hand") = py::none(),
            py::kw_only(), arg("method") = py::none(), arg("step_ns") = py::none(),
-           arg("tolerance") = py::none(), arg("regularisation_rad_s") = py::none(),
-           arg("spring_and_brake") = true)
+           arg("tolerance") = py::none(), arg("regularisation_rad_s") = py::none())
       .def(
           "set_command",
           [](emulator::Plant& plant, double motor_torque_nm, double brake_torque_nm) {
@@ -257,13 +223,22 @@ void bind_plant(py::module_& module) {
            arg("period_ns") = 1'000'000,
            "As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2).")
       .def(
+          "set_state",
+          [](emulator::Plant& plant, const py::object& state) {
+            plant.set_state(initial_state_from_python(state));
+          },
+          arg("state"), "Put it into a torsio.emulator.InitialState, its time included.")
+      .def(
           "restart",
           [](emulator::Plant& plant) {
             plant.set_command({});
             plant.set_state({});
           },
           "Back to rest at time 0 and angle 0.")
-      .def_property_readonly("fidelity", &fidelity, "How it is stepped; keys as torsio.Fidelity.");
+      .def_property_readonly(
+          "fidelity",
+          [](const emulator::Plant& plant) { return fidelity_to_python(plant.fidelity()); },
+          "How it is stepped; keys as torsio.Fidelity.");
 }
 
 void bind_profile_and_encoder(py::module_& module) {
@@ -330,6 +305,7 @@ std::unique_ptr<emulator::EmulatedDevice> make_device(std::uint64_t seed,
   options.seed = seed;
   options.control_period_ns = control_period_ns;
   options.plant = plant_params(plant);
+  if (!plant.is_none()) options.encoder = encoder_of(plant_from_python(plant));
   options.hand = hand(held_by);
   options.serial = serial;
   return std::make_unique<emulator::EmulatedDevice>(std::move(options));
@@ -391,12 +367,37 @@ void bind_device(py::module_& module) {
 }  // namespace
 
 emulator::Hand emulator_hand(const py::object& source) { return hand(source); }
-emulator::PlantParams emulator_plant(const py::object& source) { return plant_params(source); }
+py::dict fidelity_to_python(const emulator::FidelityReport& report) {
+  const auto steps = [&](emulator::Method method) {
+    return report.steps[static_cast<std::size_t>(method)];
+  };
+  py::dict dict;
+  dict["tolerance"] = report.tolerance;
+  dict["method"] = std::string(method_names[static_cast<std::size_t>(report.method)]);
+  dict["step_s"] = 1e-9 * static_cast<double>(report.step_ns);
+  dict["estimated_error"] = report.estimated_error;
+  dict["steps_exact"] = steps(emulator::Method::exact);
+  dict["steps_trapezoid"] = steps(emulator::Method::trapezoid);
+  dict["steps_semi_implicit"] = steps(emulator::Method::semi_implicit);
+  dict["steps_checked"] = report.steps_checked;
+  dict["relative_cost"] = report.relative_cost;
+  return dict;
+}
+
 emulator::Method emulator_method(const std::string& name) { return method_from_name(name); }
 
 void bind_emulator(py::module_& parent) {
   py::module_ module =
       parent.def_submodule("emulator", "The emulated device and its parts, each on its own.");
+  module.def(
+      "usb_report_descriptor",
+      [](std::uint8_t interface) {
+        const auto interfaces = device::usb_interfaces();
+        if (interface >= interfaces.size()) throw py::value_error("there is no such interface");
+        const auto bytes = interfaces[interface].report_descriptor;
+        return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+      },
+      arg("interface"), "HID report descriptor of interface 0 (control) or 1 (game).");
   bind_plant(module);
   bind_profile_and_encoder(module);
   bind_device(module);

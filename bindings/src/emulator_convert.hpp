@@ -14,8 +14,11 @@ namespace torsio::bindings {
 /// @throws InvalidArgument, TypeError or std::invalid_argument that names what is wrong
 emulator::Hand emulator_hand(const pybind11::object& source);
 
-/// @param source None gives the defaults
-emulator::PlantParams emulator_plant(const pybind11::object& source);
+/// Keys as torsio.Fidelity.
+pybind11::dict fidelity_to_python(const emulator::FidelityReport& report);
+
+/// @param source an InitialState of the package
+emulator::PlantState initial_state_from_python(const pybind11::object& source);
 
 /// @throws ValueError that lists the methods there are
 emulator::Method emulator_method(const std::string& name);

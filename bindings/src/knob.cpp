@@ -14,6 +14,7 @@
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -94,7 +95,7 @@ class PyKnob {
 
 PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control_rate_hz,
                  const py::object& plant, const py::object& hand, const std::string& serial,
-                 const py::object& actuator, const py::object& control,
+                 const py::object& actuator, const py::object& control, const py::object& game,
                  const std::optional<double>& tolerance, bool paced, bool log_truth,
                  double command_timeout_s, std::size_t ring_samples) {
   OpenOptions options;
@@ -105,6 +106,7 @@ PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control
   options.emulator.serial = serial;
   if (!actuator.is_none()) options.emulator.actuator = actuator_config_from_python(actuator);
   if (!control.is_none()) options.emulator.control = control_config_from_python(control);
+  if (!game.is_none()) options.emulator.game = game_config_from_python(game);
   options.emulator.tolerance = tolerance;
   options.emulator.paced = paced;
   options.emulator.log_truth = log_truth;
@@ -122,16 +124,7 @@ py::list list_all() {
     devices = list_devices();
   }
   py::list list;
-  for (const ListedDevice& device : devices) {
-    py::dict dict;
-    dict["path"] = device.path;
-    dict["serial"] = device.serial;
-    dict["product"] = device.product;
-    dict["board"] = device.board;
-    dict["transport"] = device.transport;
-    dict["problem"] = device.problem;
-    list.append(dict);
-  }
+  for (const ListedDevice& device : devices) list.append(to_python(device));
   return list;
 }
 
@@ -172,6 +165,8 @@ py::dict health(const PyKnob& knob) {
   dict["tick_time_s"] = health.tick_time_s;
   dict["tick_time_max_s"] = health.tick_time_max_s;
   dict["saves"] = health.saves;
+  constexpr std::array owner_names{"none", "sdk", "game"};
+  dict["owner"] = owner_names.at(static_cast<std::size_t>(health.owner));
   return dict;
 }
 
@@ -226,6 +221,15 @@ py::array_t<TelemetrySample> record(const PyKnob& knob, double duration_s) {
   return as_array(std::move(samples));
 }
 
+std::span<const std::uint8_t> bytes_of(const py::bytes& bytes) {
+  const std::string_view view = bytes;
+  return {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()};
+}
+
+py::bytes to_bytes(const std::vector<std::uint8_t>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 Emulator& emulator(const PyKnob& knob) {
   Emulator* emulator = knob->emulator();
   if (emulator == nullptr) throw Error("this knob is real hardware: it has no emulated world");
@@ -269,6 +273,19 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
     dict["steps_checked"] = fidelity.steps_checked;
     dict["relative_cost"] = fidelity.relative_cost;
     return dict;
+  });
+  knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
+    emulator(self).game_write(bytes_of(report));
+  });
+  knob.def("game_read", [](const PyKnob& self) { return to_bytes(emulator(self).game_read()); });
+  knob.def("game_set_feature", [](const PyKnob& self, const py::bytes& report) {
+    return emulator(self).game_set_feature(bytes_of(report));
+  });
+  knob.def("game_get_feature", [](const PyKnob& self, std::uint8_t id) {
+    return to_bytes(emulator(self).game_get_feature(id));
+  });
+  knob.def("set_game_buttons", [](const PyKnob& self, std::uint8_t pressed) {
+    emulator(self).set_game_buttons(pressed);
   });
   knob.def("unplug", [](const PyKnob& self) { emulator(self).unplug(); }, Release());
   knob.def(
@@ -338,6 +355,19 @@ void bind_orders(py::class_<PyKnob>& knob) {
     }
     return to_python(config);
   });
+  knob.def("game_config", [](const PyKnob& self) {
+    GameConfig config;
+    {
+      const py::gil_scoped_release release;
+      config = self->game_config();
+    }
+    return to_python(config);
+  });
+  knob.def("set_game_config", [](const PyKnob& self, const py::object& source) {
+    const GameConfig config = game_config_from_python(source);
+    const py::gil_scoped_release release;
+    self->set_game_config(config);
+  });
   knob.def("set_actuator_config", [](const PyKnob& self, const py::object& source) {
     const ActuatorConfig config = actuator_config_from_python(source);
     const py::gil_scoped_release release;
@@ -388,7 +418,7 @@ void bind_knob(py::module_& module) {
   py::class_<PyKnob> knob(module, "Knob");
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("seed"),
              arg("control_rate_hz"), arg("plant"), arg("hand"), arg("serial"), arg("actuator"),
-             arg("control"), arg("tolerance"), arg("paced"), arg("log_truth"),
+             arg("control"), arg("game"), arg("tolerance"), arg("paced"), arg("log_truth"),
              arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });

@@ -9,4 +9,5 @@ PYBIND11_MODULE(_torsio, module) {
   bind_scene(module);
   bind_emulator(module);
   bind_knob(module);
+  bind_watch(module);
 }

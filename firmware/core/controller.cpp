@@ -20,6 +20,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
     desired_nm += evaluate_local_model(*in.local, out.motion, resolution);
   }
   desired_nm *= in.scene_gain;
+  if (in.extra != nullptr) desired_nm += in.extra->torque_nm(out.motion, resolution, state.tick);
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 

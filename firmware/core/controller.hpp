@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "core/brake_model.hpp"
+#include "core/force_source.hpp"
 #include "core/limits.hpp"
 #include "core/motion.hpp"
 #include "core/partition.hpp"
@@ -41,6 +42,7 @@ struct ControllerInputs {
   const Scene* scene = nullptr;       // nullptr: nothing plays
   const LocalModel* local = nullptr;  // nullptr: nothing is streamed
   float scene_gain = 1;               // 0 to 1, for a soft start
+  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
 };
 
 struct ControllerOutputs {
@@ -55,8 +57,8 @@ struct ControllerOutputs {
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
-/// Senses, decides and limits. With scene and local both absent the commands are zero, while motion
-/// and sensor go on.
+/// Senses, decides and limits. With scene, local model and extra force absent the commands are
+/// zero, while motion and sensor go on.
 ControllerOutputs control(ControllerState& state, const ControllerParams& params,
                           const ControllerInputs& in);
 

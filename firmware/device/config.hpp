@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/controller.hpp"
+#include "device/game_forces.hpp"
 #include "protocol/reports.hpp"
 #include "protocol/status.hpp"
 
@@ -15,6 +16,7 @@ struct Config {
   protocol::ActuatorConfig actuator;
   protocol::ControlConfig control;
   protocol::BoardConfig board;
+  protocol::GameConfig game;
 };
 
 /// Everything that the control loop needs to know, prepared.
@@ -25,9 +27,26 @@ struct LoopConfig {
   float passive_brake_nm = 0;
   float speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
+  game::ForceParams game;
 };
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);
+
+/// What a game's numbers mean on this device.
+struct GameScale {
+  float period_s = 1e-3F;
+  float torque_nm = 0;       // at full level
+  float gain = 1;            // of the user, on top of the game's
+  float half_range_rad = 1;  // from the middle of the axis to its end
+  float stiffness_nm_per_rad = 0;
+  float speed_rad_s = 1;
+  float acceleration_rad_s2 = 1;
+  game::StableLimits most;
+  std::int64_t axis_per_count_q32 = 0;
+  std::uint64_t silence_ticks = 0;  // 0: no limit
+};
+
+GameScale make_game_scale(const Config& config, std::uint32_t period_ns);
 
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);

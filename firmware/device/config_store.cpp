@@ -1,6 +1,7 @@
 #include "device/config_store.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
@@ -8,18 +9,33 @@
 namespace torsio::device {
 namespace {
 
-using protocol::report_size;
-
-// A slot: magic, layout, number of the save, three reports as on the wire, checksum of all before
-// it.
+// A slot: magic, layout, number of the save, the configuration's reports as on the wire but for
+// their padding, checksum of all before it.
 constexpr std::uint32_t kMagic = 0x53524F54;  // "TORS"
 constexpr std::size_t kLayoutAt = 4;
 constexpr std::size_t kSavesAt = 8;
-constexpr std::size_t kActuatorAt = 12;
-constexpr std::size_t kControlAt = kActuatorAt + report_size;
-constexpr std::size_t kBoardAt = kControlAt + report_size;
-constexpr std::size_t kChecksumAt = kBoardAt + report_size;
-static_assert(kChecksumAt + 4 <= kSlotSize);
+constexpr std::size_t kReportsAt = 12;
+constexpr std::size_t kChecksumAt = kSlotSize - 4;
+
+template <class Report>
+constexpr std::size_t kStored = 1 + protocol::wire_size<Report>();
+static_assert(kReportsAt + kStored<protocol::ActuatorConfig> + kStored<protocol::ControlConfig> +
+                  kStored<protocol::BoardConfig> + kStored<protocol::GameConfig> <=
+              kChecksumAt);
+
+/// Reads or writes the reports of a slot one after the other.
+template <class Config, class Visit>
+void for_each_part(Config& config, Visit&& visit) {
+  std::size_t at = kReportsAt;
+  const auto one = [&]<class Report>(Report& report) {
+    visit(report, at);
+    at += kStored<std::remove_const_t<Report>>;
+  };
+  one(config.actuator);
+  one(config.control);
+  one(config.board);
+  one(config.game);
+}
 
 void put_u32(SlotBytes& bytes, std::size_t at, std::uint32_t value) {
   for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
@@ -41,11 +57,13 @@ std::optional<Config> read_slot(const SlotBytes& bytes) {
     return std::nullopt;
   }
   Config config;
-  const std::span all(bytes);
-  if (!protocol::decode(all.subspan(kActuatorAt, report_size), config.actuator).ok() ||
-      !protocol::decode(all.subspan(kControlAt, report_size), config.control).ok() ||
-      !protocol::decode(all.subspan(kBoardAt, report_size), config.board).ok() ||
-      !check_consistent(config.actuator).ok() || !check_consistent(config.board).ok()) {
+  bool good = true;
+  for_each_part(config, [&]<class Report>(Report& report, std::size_t at) {
+    protocol::ReportBytes padded{};
+    std::copy_n(bytes.begin() + at, kStored<Report>, padded.begin());
+    good = good && protocol::decode(padded, report).ok();
+  });
+  if (!good || !check_consistent(config.actuator).ok() || !check_consistent(config.board).ok()) {
     return std::nullopt;
   }
   return config;
@@ -80,12 +98,10 @@ SlotWrite ConfigStore::prepare(const Config& config) const {
   put_u32(write.bytes, 0, kMagic);
   put_u32(write.bytes, kLayoutAt, protocol::fingerprint());
   put_u32(write.bytes, kSavesAt, saves_ + 1);
-  const protocol::ReportBytes actuator = protocol::encode(config.actuator);
-  const protocol::ReportBytes control = protocol::encode(config.control);
-  const protocol::ReportBytes board = protocol::encode(config.board);
-  std::copy(actuator.begin(), actuator.end(), write.bytes.begin() + kActuatorAt);
-  std::copy(control.begin(), control.end(), write.bytes.begin() + kControlAt);
-  std::copy(board.begin(), board.end(), write.bytes.begin() + kBoardAt);
+  for_each_part(config, [&]<class Report>(const Report& report, std::size_t at) {
+    const protocol::ReportBytes bytes = protocol::encode(report);
+    std::copy_n(bytes.begin(), kStored<Report>, write.bytes.begin() + at);
+  });
   put_u32(write.bytes, kChecksumAt, checksum(write.bytes));
   return write;
 }

@@ -8,6 +8,7 @@ namespace {
 namespace fault = protocol::fault;
 namespace flag = protocol::flag;
 using protocol::EventKind;
+using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
@@ -25,8 +26,9 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
     carry_out(*order);
     orders.pop();
   }
+  core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
   const bool playing = plays() && host_is_there();
-  const core::ControllerOutputs out = run_controller(in.encoder_count, playing);
+  const core::ControllerOutputs out = run_controller(in.encoder_count, playing, game_force);
   TickOutputs given{out.motor_torque_nm, out.brake_command_nm, true};
   if (!is_sound(in, out) || !playing) given = hold_back();
   if (decimation_ != 0) sample(out, given);
@@ -36,8 +38,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
 
 Snapshot ControlLoop::snapshot() const {
   for (;;) {
-    const Snapshot copy{controller_.tick, controller_.motion.position_counts, state_, faults_,
-                        counters_};
+    const Snapshot copy{controller_.tick, controller_.motion.position_counts, state_, owner_,
+                        faults_, counters_};
     std::atomic_signal_fence(std::memory_order_acq_rel);
     // An interrupt that came between has counted a tick. A number that was itself read in two
     // halves is none that comes back.
@@ -61,7 +63,8 @@ void ControlLoop::carry_out(const Order& order) {
     Answer answer;
     answer.acknowledgement = {
         order.sequence, order.report, static_cast<std::uint8_t>(verdict.status),
-        verdict.field,  state_,       controller_.tick};
+        verdict.field,  state_,       controller_.tick,
+        owner_};
     // The main loop gives an order only when there is room for its answers.
     (void)answers.push(answer);
   }
@@ -112,11 +115,35 @@ Status ControlLoop::execute(const Order& order) {
 Status ControlLoop::arm() {
   if (state_ == State::fault) return Status::fault_latched;
   if (passive_) return Status::busy;
-  if (state_ == State::disarmed) {
-    soft_start_ticks_left_ = config_.passive_ramp_ticks;
-    set_state(State::armed);
+  if (owner_ == Owner::sdk) return Status::ok;
+  soft_start_ticks_left_ = config_.passive_ramp_ticks;
+  if (owner_ == Owner::game) {
+    // The game's torque fades while the scene's comes up: both in the time of the soft start.
+    game.release(config_.game.release_ticks);
+    owner_ = Owner::sdk;
+    report_event(EventKind::owner_changed);
+  } else {
+    set_state(State::armed, Owner::sdk);
   }
   return Status::ok;
+}
+
+/// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
+/// had nothing to play for a while.
+core::ForceSource* ControlLoop::serve_game() {
+  const bool may_play = config_.game.allowed && state_ != State::fault && !passive_ &&
+                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed) != 0;
+  const bool started = game.take_orders(config_.game, may_play, controller_.tick);
+  if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
+  if (owner_ == Owner::game && !passive_) {
+    if (game.playing()) {
+      game_idle_ticks_ = 0;
+    } else if (!game.fading() &&
+               (!game.enabled() || ++game_idle_ticks_ >= config_.game.idle_ticks)) {
+      set_state(State::disarmed);
+    }
+  }
+  return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
 }
 
 Status ControlLoop::clear_fault() {
@@ -128,6 +155,7 @@ Status ControlLoop::clear_fault() {
 
 Status ControlLoop::follow_local_model(const Order& order) {
   if (!armed() || passive_) return Status::not_armed;
+  if (owner_ != Owner::sdk) return Status::not_owner;
   const auto ahead = static_cast<std::int16_t>(order.sequence - local_model_sequence_);
   if (local_model_on_ && ahead <= 0) return Status::stale;
   local_model_sequence_ = order.sequence;
@@ -138,8 +166,13 @@ Status ControlLoop::follow_local_model(const Order& order) {
 }
 
 bool ControlLoop::host_is_there() {
-  if (silent_ticks_left_ != 0 && connected.load(std::memory_order_relaxed)) [[likely]] {
+  if (silent_ticks_left_ != 0 && connected.load(std::memory_order_relaxed) != 0) [[likely]] {
     --silent_ticks_left_;
+  } else if (owner_ == Owner::game) {
+    // A game says nothing for as long as nothing changes.
+    if (connected.load(std::memory_order_relaxed) != 0) return true;
+    begin_passive(EventKind::watchdog);
+    return false;
   } else if (config_.watchdog_ticks != 0) {
     begin_passive(EventKind::watchdog);
     return false;
@@ -153,6 +186,7 @@ bool ControlLoop::host_is_there() {
 
 void ControlLoop::begin_passive(EventKind why) {
   passive_ = true;
+  game.drop();
   passive_ticks_left_ = config_.passive_ramp_ticks;
   passive_motor_nm_ = controller_.limits.motor_torque_nm;
   passive_step_nm_ = core::absolute(passive_motor_nm_);
@@ -160,11 +194,16 @@ void ControlLoop::begin_passive(EventKind why) {
   report_event(why);
 }
 
-core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count, bool playing) {
+core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count, bool playing,
+                                                    core::ForceSource* game_force) {
   core::ControllerInputs in;
   in.encoder_count = encoder_count;
   if (playing) {
     in.scene = scene_;
+    if (game_force != nullptr) [[unlikely]] {
+      in.extra = game_force;
+      if (owner_ == Owner::game) in.scene = nullptr;
+    }
     in.local = local_model_on_ ? &local_model_ : nullptr;
     if (soft_start_ticks_left_ != 0) [[unlikely]] {
       in.scene_gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
@@ -218,8 +257,11 @@ TickOutputs ControlLoop::fade() {
   return {passive_motor_nm_, config_.passive_brake_nm, true};
 }
 
-void ControlLoop::set_state(State state) {
+void ControlLoop::set_state(State state, Owner owner) {
   state_ = state;
+  owner_ = owner;
+  game_idle_ticks_ = 0;
+  if (state != State::armed) game.drop();
   passive_ = false;
   local_model_on_ = false;
   report_event(EventKind::state_changed);
@@ -228,7 +270,7 @@ void ControlLoop::set_state(State state) {
 void ControlLoop::report_event(EventKind kind) {
   Answer answer;
   answer.is_event = true;
-  answer.event = {kind, state_, faults_, controller_.tick};
+  answer.event = {kind, state_, faults_, controller_.tick, owner_};
   // With a host that reads nothing the event is lost; the health report still tells the state.
   (void)answers.push(answer);
 }
@@ -244,6 +286,7 @@ void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& 
   if (out.brake_saturated) flags |= flag::brake_saturated;
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
+  if (owner_ == Owner::game) flags |= flag::game;
   const LoopSample sample{controller_.tick - 1,
                           out.motion.position_counts,
                           out.motion.speed_rad_s,

@@ -9,6 +9,7 @@
 
 #include "core/controller.hpp"
 #include "device/config.hpp"
+#include "device/game_forces.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "protocol/reports.hpp"
@@ -93,6 +94,7 @@ struct Snapshot {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
   protocol::State state = protocol::State::disarmed;
+  protocol::Owner owner = protocol::Owner::none;
   std::uint16_t faults = 0;
   LoopCounters counters;
 };
@@ -113,15 +115,17 @@ class ControlLoop {
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
+  core::ForceSource* serve_game();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
   bool host_is_there();
   void begin_passive(protocol::EventKind why);
-  core::ControllerOutputs run_controller(std::uint32_t encoder_count, bool playing);
+  core::ControllerOutputs run_controller(std::uint32_t encoder_count, bool playing,
+                                         core::ForceSource* game_force);
   bool is_sound(const TickInputs& in, const core::ControllerOutputs& out);
   TickOutputs hold_back();
   TickOutputs fade();
-  void set_state(protocol::State state);
+  void set_state(protocol::State state, protocol::Owner owner = protocol::Owner::none);
   void report_event(protocol::EventKind kind);
   void sample(const core::ControllerOutputs& out, const TickOutputs& given);
   void keep_times(const TickInputs& in);
@@ -133,6 +137,8 @@ class ControlLoop {
   LoopConfig config_;
   core::ControllerState controller_;
   protocol::State state_ = protocol::State::disarmed;
+  protocol::Owner owner_ = protocol::Owner::none;  // none unless armed
+  std::uint32_t game_idle_ticks_ = 0;
   std::uint16_t faults_ = 0;
   std::uint16_t causes_ = 0;  // faults whose cause is present now
   const core::Scene* scene_ = nullptr;
@@ -161,6 +167,7 @@ class ControlLoop {
   Ring<Order, 2> orders;
   Ring<Answer, 16> answers;
   Ring<LoopSample, 64> samples;
+  game::Forces game;
 };
 
 }  // namespace torsio::device

@@ -77,7 +77,8 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
       store_(stored),
       config_(store_.loaded().value_or(Config{})),
       loop_config_(make_loop_config(config_, board.control_period_ns)),
-      loop_(loop_config_) {}
+      loop_(loop_config_),
+      game_(loop_.game, config_, board.control_period_ns) {}
 
 core::Resolution Device::resolution() const { return loop_config_.controller.motion.resolution; }
 
@@ -211,15 +212,19 @@ Order Device::order_for(const EffectReport& report) {
 }
 
 Order Device::order_for(const protocol::ActuatorConfig& actuator) {
-  return configure({actuator, config_.control, config_.board});
+  return configure({actuator, config_.control, config_.board, config_.game});
 }
 
 Order Device::order_for(const protocol::ControlConfig& control) {
-  return configure({config_.actuator, control, config_.board});
+  return configure({config_.actuator, control, config_.board, config_.game});
 }
 
 Order Device::order_for(const protocol::BoardConfig& board) {
-  return configure({config_.actuator, config_.control, board});
+  return configure({config_.actuator, config_.control, board, config_.game});
+}
+
+Order Device::order_for(const protocol::GameConfig& game) {
+  return configure({config_.actuator, config_.control, config_.board, game});
 }
 
 Order Device::configure(const Config& config) {
@@ -229,6 +234,7 @@ Order Device::configure(const Config& config) {
   const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
   loop_config_ = make_loop_config(config_, board_.control_period_ns);
+  game_.configure(config_);
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;
@@ -277,7 +283,7 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
           protocol::Health{now.state, now.faults, now.counters.reports_accepted,
                            now.counters.reports_refused + stalled_, now.counters.samples_dropped,
                            now.counters.tick_overruns, now.counters.tick_time_ns,
-                           now.counters.tick_time_max_ns, store_.saves()});
+                           now.counters.tick_time_max_ns, store_.saves(), now.owner});
       return Status::ok;
     case Layout<protocol::ActuatorConfig>::id:
       report = protocol::encode(config_.actuator);
@@ -287,6 +293,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
       return Status::ok;
     case Layout<protocol::BoardConfig>::id:
       report = protocol::encode(config_.board);
+      return Status::ok;
+    case Layout<protocol::GameConfig>::id:
+      report = protocol::encode(config_.game);
       return Status::ok;
     default:
       return Status::unknown_report;
@@ -320,6 +329,10 @@ void Device::gather_telemetry() {
 // Main loop ----------------------------------------------------------------------------------
 
 void Device::service() {
+  const Snapshot now = loop_.snapshot();
+  game_.service({now.tick, now.position_counts, now.owner == protocol::Owner::game,
+                 now.owner == protocol::Owner::sdk,
+                 (now.faults & protocol::fault::emergency_stop) != 0});
   // One order at a time, and only when its answer and an event have room: see ControlLoop::orders.
   if (!loop_.orders.empty() || save_order_) return;
   if (commit_given_) {
@@ -340,6 +353,7 @@ void Device::service() {
 }
 
 void Device::set_connected(bool connected) {
+  if (!connected && loop_.connected.load(std::memory_order_relaxed)) game_.disconnect();
   loop_.connected.store(connected, std::memory_order_relaxed);
 }
 

@@ -15,6 +15,7 @@
 #include "core/controller.hpp"
 #include "device/config_store.hpp"
 #include "device/control_loop.hpp"
+#include "device/pid_engine.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "device/telemetry_batch.hpp"
@@ -64,6 +65,9 @@ class Device {
   /// @returns false if there is none
   [[nodiscard]] bool next_input(protocol::ReportBytes& report);
 
+  /// The game interface, for its own reports.
+  game::PidEngine& game() { return game_; }
+
   /// Work that may take its time: reads the inbox, gathers telemetry. Call it in every round.
   void service();
 
@@ -103,6 +107,7 @@ class Device {
   Order order_for(const protocol::ActuatorConfig& actuator);
   Order order_for(const protocol::ControlConfig& control);
   Order order_for(const protocol::BoardConfig& board);
+  Order order_for(const protocol::GameConfig& game);
   template <class EffectReport>
   Order order_for(const EffectReport& effect);
 
@@ -118,6 +123,7 @@ class Device {
   Config config_;
   LoopConfig loop_config_;
   ControlLoop loop_;
+  game::PidEngine game_;
   SceneBuilder scene_;
   bool commit_given_ = false;
   TelemetryBatch batch_;

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "device/game_descriptor.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
@@ -13,7 +14,14 @@ namespace {
 using protocol::Direction;
 using protocol::Layout;
 
-enum StringIndex : std::uint8_t { languages, manufacturer, product, serial_number, control_name };
+enum StringIndex : std::uint8_t {
+  languages,
+  manufacturer,
+  product,
+  serial_number,
+  control_name,
+  game_name
+};
 
 constexpr std::uint8_t kDeviceType = 0x01;
 constexpr std::uint8_t kConfigurationType = 0x02;
@@ -90,8 +98,9 @@ constexpr auto kControlReportDescriptor = make_control_report_descriptor();
 // To add an interface, add a line.
 constexpr std::array kInterfaces{
     HidInterface{0x81, 0x01, control_name, kControlReportDescriptor},
+    HidInterface{0x82, 0x02, game_name, game::kReportDescriptor},
 };
-static_assert(kInterfaces.size() > kControlInterface);
+static_assert(kInterfaces.size() > kControlInterface && kInterfaces.size() > kGameInterface);
 
 constexpr std::size_t kConfigurationSize = 9 + kInterfaces.size() * kInterfaceBlockSize;
 
@@ -184,6 +193,8 @@ StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint
     }
     case control_name:
       return make_string("Torsio control");
+    case game_name:
+      return make_string("Torsio game controller");
     default:
       return {};
   }

@@ -32,6 +32,7 @@ struct HidInterface {
 };
 
 inline constexpr std::uint8_t kControlInterface = 0;  // the vendor interface that the SDK talks to
+inline constexpr std::uint8_t kGameInterface = 1;     // joystick with force feedback
 
 /// Every interface of the configuration, by number.
 std::span<const HidInterface> usb_interfaces();

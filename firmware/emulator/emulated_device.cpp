@@ -1,6 +1,7 @@
 #include "emulator/emulated_device.hpp"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -48,13 +49,15 @@ void check_override(const std::optional<Config>& config) {
 
 /// The storage as if the overriding configuration had been saved there.
 device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
-  if (!options.actuator && !options.control) return options.stored;
+  if (!options.actuator && !options.control && !options.game) return options.stored;
   check_override(options.actuator);
   check_override(options.control);
+  check_override(options.game);
   const device::ConfigStore store(options.stored);
   device::Config config = store.loaded().value_or(device::Config{});
   config.actuator = options.actuator.value_or(config.actuator);
   config.control = options.control.value_or(config.control);
+  config.game = options.game.value_or(config.game);
   const device::SlotWrite write = store.prepare(config);
   device::StoredSlots slots = options.stored;
   slots.slot.at(write.slot) = write.bytes;
@@ -72,13 +75,22 @@ EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
   power_up();
 }
 
-void EmulatedDevice::power_up() {
+device::BoardInfo EmulatedDevice::board() const {
   device::BoardInfo board;
   board.board = protocol::Board::emulated;
   std::ranges::copy(options_.serial, board.serial.begin());
   board.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
   board.control_period_ns = static_cast<std::uint32_t>(options_.control_period_ns);
-  device_ = std::make_unique<device::Device>(board, stored_);
+  return board;
+}
+
+device::Device& EmulatedDevice::device() {
+  if (device_ == nullptr) throw std::logic_error("the emulated device has no power");
+  return *device_;
+}
+
+void EmulatedDevice::power_up() {
+  device_ = std::make_unique<device::Device>(board(), stored_);
   device_->set_connected(plugged_);
 }
 
@@ -164,6 +176,32 @@ protocol::Verdict EmulatedDevice::set_feature(std::span<const std::uint8_t> repo
 protocol::Status EmulatedDevice::get_feature(std::uint8_t id, protocol::ReportBytes& report) const {
   if (!connected()) return protocol::Status::unsupported;
   return device_->get_feature(id, report);
+}
+
+bool EmulatedDevice::game_write(std::span<const std::uint8_t> report) {
+  if (!connected()) return false;
+  device_->game().receive(report);
+  return true;
+}
+
+std::vector<std::uint8_t> EmulatedDevice::game_read() {
+  std::array<std::uint8_t, device::game::kLongestReport> bytes{};
+  const std::size_t size = connected() ? device_->game().next_input(bytes) : 0;
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+bool EmulatedDevice::game_set_feature(std::span<const std::uint8_t> report) {
+  return connected() && device_->game().set_feature(report);
+}
+
+std::vector<std::uint8_t> EmulatedDevice::game_get_feature(std::uint8_t id) {
+  std::array<std::uint8_t, device::game::kLongestReport> bytes{};
+  const std::size_t size = connected() ? device_->game().get_feature(id, bytes) : 0;
+  return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+void EmulatedDevice::set_buttons(std::uint8_t pressed) {
+  if (device_ != nullptr) device_->game().set_buttons(pressed);
 }
 
 void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }

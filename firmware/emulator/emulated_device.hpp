@@ -29,6 +29,7 @@ struct EmulatedDeviceOptions {
   /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
   std::optional<protocol::ActuatorConfig> actuator{};
   std::optional<protocol::ControlConfig> control{};
+  std::optional<protocol::GameConfig> game{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
 };
@@ -72,6 +73,26 @@ class EmulatedDevice {
   [[nodiscard]] protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report) const;
 
   [[nodiscard]] const UsbLink& link() const { return link_; }
+
+  // For a USB stack in place of the cable, which must stay unplugged then: the stack says itself
+  // whether the device is connected.
+  [[nodiscard]] device::BoardInfo board() const;
+  /// @throws std::logic_error while there is no power
+  [[nodiscard]] device::Device& device();
+
+  // The game interface. Its reports have different lengths; they take no time on the cable, as it
+  // is what a game does that is to be tested here, not the bus.
+
+  /// @returns false if nothing is connected
+  bool game_write(std::span<const std::uint8_t> report);
+  /// @returns nothing if there is nothing new
+  [[nodiscard]] std::vector<std::uint8_t> game_read();
+  /// @returns false: the device stalled the request, or nothing is connected
+  [[nodiscard]] bool game_set_feature(std::span<const std::uint8_t> report);
+  /// @returns nothing if the device stalled the request, or nothing is connected
+  [[nodiscard]] std::vector<std::uint8_t> game_get_feature(std::uint8_t id);
+  /// Presses exactly these buttons, bit 0 the first.
+  void set_buttons(std::uint8_t pressed);
 
   // The world ---------------------------------------------------------------------------------
 

@@ -8,21 +8,6 @@
 namespace torsio::emulator {
 namespace {
 
-/// SplitMix64 (Steele, Lea, Flood 2014): the same sequence with every compiler and library, which
-/// the distributions of <random> do not promise.
-std::uint64_t next_random(std::uint64_t& state) {
-  state += 0x9e3779b97f4a7c15u;
-  std::uint64_t z = state;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-  return z ^ (z >> 31);
-}
-
-/// Uniform in (0, 1), never an end.
-double next_uniform(std::uint64_t& state) {
-  return (static_cast<double>(next_random(state) >> 11) + 0.5) * 0x1p-53;
-}
-
 /// The largest integer that is not above the value. std::floor is a call into the mathematics
 /// library on plain x86-64 and takes longer than all the rest of a sample.
 std::int64_t floor_to_integer(double value) {
@@ -47,15 +32,15 @@ void validate(const EncoderParams& params) {
   }
 }
 
-Encoder::Encoder(const EncoderParams& params) : params_(params), noise_state_(params.seed) {
+Encoder::Encoder(const EncoderParams& params) : params_(params), random_(params.seed) {
   validate(params);
 }
 
 double Encoder::draw_noise_counts() {
   // Box and Muller; the second value of the pair is dropped to keep the state a single number.
-  const double radius = std::sqrt(-2.0 * std::log(next_uniform(noise_state_)));
-  return params_.noise_counts * radius *
-         std::cos(2.0 * std::numbers::pi * next_uniform(noise_state_));
+  // 1 - u lies in (0, 1], where the logarithm is finite.
+  const double radius = std::sqrt(-2.0 * std::log(1.0 - random_.uniform()));
+  return params_.noise_counts * radius * std::cos(2.0 * std::numbers::pi * random_.uniform());
 }
 
 std::uint32_t Encoder::sample(const Angle& angle) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "emulator/plant_state.hpp"
+#include "emulator/random.hpp"
 
 namespace torsio::emulator {
 
@@ -37,7 +38,7 @@ class Encoder {
   [[nodiscard]] double draw_noise_counts();
 
   EncoderParams params_;
-  std::uint64_t noise_state_;
+  Random random_;
 };
 
 }  // namespace torsio::emulator

@@ -49,6 +49,18 @@ struct Chain {
 
   using Vector = std::array<double, kSize>;
 
+  // Drives: what every change of the state comes from. At rest, in balance and with lags that have
+  // died away all of them are 0, however large the torques that hold each other.
+  static constexpr std::size_t kNet = 0;  ///< torque on each shaft, N m
+  static constexpr std::size_t kNetLast = kNet + kShafts - 1;
+  static constexpr std::size_t kTwisting = kNetLast + 1;         ///< of each spring, rad/s
+  static constexpr std::size_t kForcing = kTwisting + kSprings;  ///< rate of kForce, N m/s
+  static constexpr std::size_t kMotorDrive = kForcing + 1;       ///< kMotorGap, N m
+  static constexpr std::size_t kBrakeDrive = kMotorDrive + 1;    ///< kBrakeGap, N m
+  static constexpr std::size_t kDrives = kShafts > 1 ? kBrakeDrive + 1 : kMotorDrive + 1;
+
+  using Drives = std::array<double, kDrives>;
+
   explicit Chain(const PlantModel& model_in)
       : model(model_in),
         motor_rate(model.motor_time_constant_s > 0.0 ? 1.0 / model.motor_time_constant_s : 0.0),
@@ -104,29 +116,48 @@ struct Chain {
     return brake_demand(z, regime) - sign_of(regime.brake) * capacity(z);
   }
 
-  /// M z.
-  [[nodiscard]] Vector rates(const Vector& z, const Regime& regime) const {
-    Vector rate{};
+  [[nodiscard]] Drives drives(const Vector& z, const Regime& regime) const {
+    Drives drive{};
+    if (regime.knob != Slip::held) drive[kNet] = knob_net(z, regime);
     for (std::size_t i = 0; i < kSprings; ++i) {
-      rate[kTwist + i] = z[kSpeed + i] - z[kSpeed + i + 1];
-    }
-    if (regime.knob != Slip::held) {
-      rate[kSpeed] = knob_net(z, regime) * mobility[0];
+      drive[kTwisting + i] = z[kSpeed + i] - z[kSpeed + i + 1];
     }
     if constexpr (kShafts > 2) {
-      rate[kSpeed + 1] = (link(z, 0, regime) - link(z, 1, regime) -
-                          model.viscous_nm_s_per_rad[1] * z[kSpeed + 1]) *
-                         mobility[1];
+      drive[kNet + 1] =
+          link(z, 0, regime) - link(z, 1, regime) - model.viscous_nm_s_per_rad[1] * z[kSpeed + 1];
     }
     if constexpr (kShafts > 1) {
-      if (regime.brake != Slip::held) {
-        rate[kLast] = brake_net(z, regime) * mobility[kShafts - 1];
-      }
-      rate[kBrakeGap] = -brake_rate * z[kBrakeGap];
+      if (regime.brake != Slip::held) drive[kNetLast] = brake_net(z, regime);
+      drive[kBrakeDrive] = z[kBrakeGap];
     }
+    drive[kForcing] = z[kSlope] - knob_stiffness(regime) * z[kSpeed];
+    drive[kMotorDrive] = z[kMotorGap];
+    return drive;
+  }
+
+  /// The rates of the state that one unit of a drive makes; the knob's travel is not counted.
+  [[nodiscard]] Vector rates_of(std::size_t drive) const {
+    Vector rate{};
+    if (drive <= kNetLast) rate[kSpeed + drive] = mobility[drive];
+    if (drive >= kTwisting && drive < kForcing) rate[kTwist + drive - kTwisting] = 1.0;
+    if (drive == kForcing) rate[kForce] = 1.0;
+    if (drive == kMotorDrive) rate[kMotorGap] = -motor_rate;
+    if constexpr (kShafts > 1) {
+      if (drive == kBrakeDrive) rate[kBrakeGap] = -brake_rate;
+    }
+    return rate;
+  }
+
+  /// M z.
+  [[nodiscard]] Vector rates(const Vector& z, const Regime& regime) const {
+    const Drives drive = drives(z, regime);
+    Vector rate{};
+    for (std::size_t i = 0; i < kShafts; ++i) rate[kSpeed + i] = drive[kNet + i] * mobility[i];
+    for (std::size_t i = 0; i < kSprings; ++i) rate[kTwist + i] = drive[kTwisting + i];
     rate[kTravel] = z[kSpeed];
-    rate[kMotorGap] = -motor_rate * z[kMotorGap];
-    rate[kForce] = z[kSlope] - knob_stiffness(regime) * z[kSpeed];
+    rate[kMotorGap] = -motor_rate * drive[kMotorDrive];
+    rate[kForce] = drive[kForcing];
+    if constexpr (kShafts > 1) rate[kBrakeGap] = -brake_rate * drive[kBrakeDrive];
     return rate;
   }
 

@@ -77,10 +77,14 @@ class ExactStepper final : public Stepper {
     return model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
   }
 
-  /// Takes the first of `rungs` if that certainly holds no event.
+  /// Takes the first of `rungs` if that certainly holds no event; if it does not, reach_ tells what
+  /// part of its step may lie before one.
   [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs);
+  template <Moving kMoving>
+  [[nodiscard]] bool climb_with(const Rung<kShafts>& rung);
   /// Certain that no piece of the spring or the cogging is left on the way to `next`?
-  [[nodiscard]] bool stays_on_pieces(const Rung<kShafts>& rung, const Vector& next) const;
+  [[nodiscard]] bool stays_on_pieces(const Rung<kShafts>& rung, const Vector& next,
+                                     const typename C::Drives& drive) const;
 
   /// Goes along the Taylor series for `step_s`, or up to the first event.
   [[nodiscard]] Outcome creep(double step_s);
@@ -96,7 +100,6 @@ class ExactStepper final : public Stepper {
   std::size_t rungs_ = 1;
   double finest_s_;
   std::vector<Rung<kShafts>> ladders_;  // of all regimes, one after the other
-  std::vector<SquareMatrix<C::kSize>> scratch_;
 
   // Of the step under way:
   Vector z_{};
@@ -104,6 +107,7 @@ class ExactStepper final : public Stepper {
   // The ends of the cogging's piece:
   double travel_low_ = -std::numeric_limits<double>::infinity();
   double travel_high_ = std::numeric_limits<double>::infinity();
+  double reach_ = 1.0;
   int stalled_ = 0;  // events in a row without any time between them
 };
 
@@ -133,7 +137,6 @@ ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
   const std::size_t pieces = std::max<std::size_t>(1, model_.cogging_nm.size());
   const std::size_t regimes = pieces * std::max<std::size_t>(1, model_.shaft_spring.size()) * 9;
   ladders_.resize(regimes * (rungs_ + kFiner));
-  scratch_.resize(rungs_ + kFiner);
 }
 
 template <int kShafts>
@@ -146,7 +149,7 @@ std::span<Rung<kShafts>> ExactStepper<kShafts>::ladder() {
   const std::size_t length = rungs_ + kFiner;
   const std::span rungs{&ladders_[static_cast<std::size_t>(regime) * length], length};
   if (rungs[0].step_s == 0.0) {
-    build_ladder<kShafts>(chain_, regime_, finest_s_ / kSamples, rungs, scratch_);
+    build_ladder<kShafts>(chain_, regime_, finest_s_ / kSamples, rungs);
   }
   return rungs;
 }
@@ -220,55 +223,48 @@ Slip ExactStepper<kShafts>::brake_at_rest() const {
 
 template <int kShafts>
 bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
-  Rung<kShafts>& rung = rungs[0];
-  if (!rung.bends_known) find_bends<kShafts>(chain_, regime_, rungs);
-  // Nearly all of the emulator's time is spent in this loop.
-  std::array<double, C::kMoving> change{};
-  std::array<double, kFrictions> bend{};
-  // The sizes() of the state, but not put into memory: reading them back in pairs from where they
-  // were written one by one would take longer than all of the sums.
-  const double knob_net = std::abs(chain_.knob_net(z_, regime_));
-  double brake_net = 0.0;
+  if (!rungs[0].bends_known) find_bends<kShafts>(chain_, regime_, rungs);
+  if constexpr (kShafts == 2) {
+    const bool knob = regime_.knob != Slip::held || model_.knob_is_driven();
+    if (regime_.brake == Slip::held) {
+      return knob ? climb_with<Moving{true, false}>(rungs[0])
+                  : climb_with<Moving{false, false}>(rungs[0]);
+    }
+    if (!knob) return climb_with<Moving{false, true}>(rungs[0]);
+  }
+  return climb_with<kAllMove>(rungs[0]);
+}
+
+// Nearly all of the emulator's time is spent here.
+template <int kShafts>
+template <Moving kMoving>
+[[gnu::flatten]] bool ExactStepper<kShafts>::climb_with(const Rung<kShafts>& rung) {
+  const auto drive = chain_.drives(z_, regime_);
+  const Vector next = advanced<kShafts, kMoving>(chain_, regime_, rung, z_, drive);
+  reach_ = 1.0;
+  bool certain = true;
+  // Between its ends a curve is nowhere lower than the lower end less the bend.
+  const auto look = [&](double begin, double end, double bend) {
+    if (std::min(begin, end) >= bend) return;
+    certain = false;
+    if (end < 0.0) reach_ = std::min(reach_, begin / (begin - end));
+  };
+  if (!model_.knob_is_driven()) {
+    look(knob_room(z_), knob_room(next), bend_of<kShafts>(Watch::knob, rung, drive));
+  }
   if constexpr (kShafts > 1) {
-    brake_net =
-        std::abs(regime_.brake != Slip::held ? chain_.brake_net(z_, regime_) : z_[C::kCapacity]);
+    look(brake_room(z_), brake_room(next), bend_of<kShafts>(Watch::brake, rung, drive));
   }
-  for (std::size_t j = 0; j < C::kSize; ++j) {
-    if (j == C::kTravel) continue;  // moves nothing
-    const double value = z_[j];
-    const double size = j == C::kForce                     ? knob_net
-                        : kShafts > 1 && j == C::kCapacity ? brake_net
-                                                           : std::abs(value);
-    for (std::size_t i = 0; i < C::kMoving; ++i) change[i] += rung.columns[j].change[i] * value;
-    for (std::size_t i = 0; i < kFrictions; ++i) bend[i] += rung.columns[j].bend[i] * size;
-  }
-  Vector next;
-  for (std::size_t i = 0; i < C::kMoving; ++i) next[i] = z_[i] + change[i];
-  next[C::kMotorGap] = z_[C::kMotorGap] + rung.motor_change * z_[C::kMotorGap];
-  next[C::kForce] = z_[C::kForce] + z_[C::kSlope] * rung.step_s -
-                    chain_.knob_stiffness(regime_) * change[C::kTravel];
-  next[C::kSlope] = z_[C::kSlope];
-  next[C::kCoulomb] = z_[C::kCoulomb];
-  if constexpr (kShafts > 1) {
-    next[C::kBrakeGap] = z_[C::kBrakeGap] + rung.brake_change * z_[C::kBrakeGap];
-    next[C::kCapacity] = z_[C::kCapacity];
-    if (std::min(brake_room(z_), brake_room(next)) < bend[1]) return false;
-  }
-  if (!model_.knob_is_driven() && std::min(knob_room(z_), knob_room(next)) < bend[0]) return false;
-  if (pieces_ && !stays_on_pieces(rung, next)) return false;
+  if (!certain || (pieces_ && !stays_on_pieces(rung, next, drive))) return false;
   z_ = next;
   return true;
 }
 
 template <int kShafts>
-bool ExactStepper<kShafts>::stays_on_pieces(const Rung<kShafts>& rung, const Vector& next) const {
-  double twist_bend = 0.0;
-  double travel_bend = 0.0;
-  const Vector size = sizes(chain_, regime_, z_);
-  for (std::size_t j = 0; j < C::kSize; ++j) {
-    twist_bend += rung.columns[j].bend[static_cast<std::size_t>(Watch::twist)] * size[j];
-    travel_bend += rung.columns[j].bend[static_cast<std::size_t>(Watch::travel)] * size[j];
-  }
+bool ExactStepper<kShafts>::stays_on_pieces(const Rung<kShafts>& rung, const Vector& next,
+                                            const typename C::Drives& drive) const {
+  const double twist_bend = bend_of<kShafts>(Watch::twist, rung, drive);
+  const double travel_bend = bend_of<kShafts>(Watch::travel, rung, drive);
   for (const Vector* z : {&std::as_const(z_), &next}) {
     if constexpr (kShafts > 1) {
       const SpringPiece& piece = spring_piece();
@@ -436,11 +432,18 @@ void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
   std::size_t rung = 0;
   while (remaining_s > 0.0) {
     const auto rungs = ladder();
-    const std::size_t first_rung = rung;
-    while (rung < rungs_ && (rungs[rung].step_s > remaining_s || !climb(rungs.subspan(rung)))) {
+    int tries = 1;
+    while (rung < rungs_) {
+      if (rungs[rung].step_s <= remaining_s) {
+        if (climb(rungs.subspan(rung))) break;
+        ++tries;
+        // What is as long as the way to the event is not worth a try.
+        const double reach_s = reach_ * rungs[rung].step_s;
+        while (rung + 1 < rungs_ && rungs[rung + 1].step_s > reach_s) ++rung;
+      }
       ++rung;
     }
-    nominal_cost_ns_ += kRungCostNs[kShafts - 1] * static_cast<double>(rung - first_rung + 1);
+    nominal_cost_ns_ += kRungCostNs[kShafts - 1] * tries;
     if (rung < rungs_) {
       remaining_s -= rungs[rung].step_s;
       if (rung > 0) --rung;

@@ -6,29 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
+#include <utility>
 
 #include "emulator/first_crossing.hpp"
 #include "emulator/plant_chain.hpp"
 
 namespace torsio::emulator {
-
-template <std::size_t kSize>
-using SquareMatrix = std::array<std::array<double, kSize>, kSize>;  // [row][column]
-
-/// exp(2 A) - 1 from x = exp(A) - 1. Keeping the 1 apart saves the digits of slow motions, which
-/// repeated squaring would lose where other parts of the matrix are fast.
-template <std::size_t kSize>
-SquareMatrix<kSize> doubled(const SquareMatrix<kSize>& x) {
-  SquareMatrix<kSize> result{};
-  for (std::size_t i = 0; i < kSize; ++i) {
-    for (std::size_t k = 0; k < kSize; ++k) {
-      if (x[i][k] == 0.0) continue;  // most rows are of constants, which do not change
-      for (std::size_t j = 0; j < kSize; ++j) result[i][j] += x[i][k] * x[k][j];
-    }
-    for (std::size_t j = 0; j < kSize; ++j) result[i][j] += 2.0 * x[i][j];
-  }
-  return result;
-}
 
 /// Terms of the Taylor series of z(t) over t/step in [0, 1].
 template <int kShafts>
@@ -57,9 +41,9 @@ template <int kShafts>
 struct Rung {
   using C = Chain<kShafts>;
 
-  /// exp(M step) - 1, the rows that move, and the bends: for each watch a row d such that within
-  /// the step the watched value never leaves the straight line from its begin to its end by more
-  /// than d |z|. Such bounds make it cheap to be sure of no event.
+  /// What one unit of a drive at the begin makes of what moves within the step; the knob's travel
+  /// at its first speed is left out. And the bends: for each watch how far at most the value leaves
+  /// the straight line from its begin to its end. Such bounds make it cheap to be sure of no event.
   struct Column {
     std::array<double, C::kMoving> change;
     std::array<double, kWatches> bend;
@@ -69,7 +53,7 @@ struct Rung {
   double motor_change = 0.0;  ///< exp(-step/tau_m) - 1
   double brake_change = 0.0;  ///< exp(-step/tau_b) - 1
   bool bends_known = false;
-  std::array<Column, C::kSize> columns{};
+  std::array<Column, C::kDrives> columns{};
 };
 
 /// A ladder is an array of rungs whose step lengths halve from each to the next. Its last kFiner
@@ -77,99 +61,112 @@ struct Rung {
 constexpr std::size_t kFiner = 3;
 constexpr std::size_t kSamples = 1u << kFiner;
 
+/// Which shafts' ends move: what a still one would contribute is left out of the sums.
+struct Moving {
+  bool knob;
+  bool brake;
+};
+constexpr Moving kAllMove{true, true};
+
+/// Calls `use(i)` for i = 0, 1, ... kCount - 1 with i as a constant of the compiler's.
+template <std::size_t kCount, class Use>
+constexpr void unrolled(Use&& use) {
+  [&]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
+    (use(std::integral_constant<std::size_t, kIndex>{}), ...);
+  }(std::make_index_sequence<kCount>{});
+}
+
+/// The state a step later: z + the integral of exp(M t) over the step times M z. The rates are
+/// small where torques balance, so that slow motions keep their digits beside fast ones.
+template <int kShafts, Moving kMoving = kAllMove>
+typename Chain<kShafts>::Vector advanced(const Chain<kShafts>& chain, const Regime& regime,
+                                         const Rung<kShafts>& rung,
+                                         const typename Chain<kShafts>::Vector& z,
+                                         const typename Chain<kShafts>::Drives& drive) {
+  using C = Chain<kShafts>;
+  constexpr bool kStill = kShafts == 2 && !kMoving.knob && !kMoving.brake;
+  std::array<double, C::kMoving> change{};
+  unrolled<C::kDrives>([&](auto j) {
+    constexpr bool kOfKnob = j == C::kNet || j == C::kForcing || j == C::kMotorDrive;
+    constexpr bool kOfBrake = kShafts > 1 && (j == C::kNetLast || j == C::kBrakeDrive);
+    if constexpr (kStill || (kOfKnob && !kMoving.knob) || (kOfBrake && !kMoving.brake)) return;
+    const auto& column = rung.columns[j].change;
+    unrolled<C::kMoving>([&](auto i) {
+      constexpr bool kRowOfKnob = i == C::kSpeed || i == C::kTravel;
+      constexpr bool kRowOfBrake = kShafts > 1 && i == C::kLast;
+      if constexpr ((kRowOfKnob && !kMoving.knob) || (kRowOfBrake && !kMoving.brake)) return;
+      change[i] += column[i] * drive[j];
+    });
+  });
+  typename C::Vector next = z;
+  if constexpr (!kStill) {
+    for (std::size_t i = 0; i < C::kMoving; ++i) next[i] += change[i];
+  }
+  next[C::kMotorGap] += rung.motor_change * drive[C::kMotorDrive];
+  next[C::kForce] += rung.step_s * drive[C::kForcing];
+  if constexpr (kMoving.knob) {
+    next[C::kForce] -= chain.knob_stiffness(regime) * change[C::kTravel];
+    next[C::kTravel] += rung.step_s * z[C::kSpeed];
+  }
+  if constexpr (kShafts > 1) next[C::kBrakeGap] += rung.brake_change * drive[C::kBrakeDrive];
+  return next;
+}
+
+/// How far at most a watched value leaves the straight line within the step.
+template <int kShafts>
+double bend_of(Watch watch, const Rung<kShafts>& rung,
+               const typename Chain<kShafts>::Drives& drive) {
+  double bend = 0.0;
+  unrolled<Chain<kShafts>::kDrives>([&](auto j) {
+    bend += rung.columns[j].bend[static_cast<std::size_t>(watch)] * std::abs(drive[j]);
+  });
+  return bend;
+}
+
+/// What one unit of a drive makes of the whole state within a rung's step.
+template <int kShafts>
+typename Chain<kShafts>::Vector response(const Chain<kShafts>& chain, const Regime& regime,
+                                         const Rung<kShafts>& rung, std::size_t drive) {
+  typename Chain<kShafts>::Drives unit{};
+  unit[drive] = 1.0;
+  return advanced<kShafts>(chain, regime, rung, {}, unit);
+}
+
 /// Makes the rungs of one regime, without their bends.
 /// @param shortest_s length of the last rung; short enough for the Taylor series
-/// @param scratch room for as many matrices as there are rungs
 template <int kShafts>
 void build_ladder(const Chain<kShafts>& chain, const Regime& regime, double shortest_s,
-                  std::span<Rung<kShafts>> rungs,
-                  std::span<SquareMatrix<Chain<kShafts>::kSize>> scratch) {
+                  std::span<Rung<kShafts>> rungs) {
   using C = Chain<kShafts>;
+  using Vector = typename C::Vector;
   const std::size_t last = rungs.size() - 1;
-  for (std::size_t column = 0; column < C::kSize; ++column) {
-    typename C::Vector unit{};
-    unit[column] = 1.0;
-    const auto series = taylor_series(chain, unit, regime, shortest_s);
-    for (std::size_t row = 0; row < C::kSize; ++row) {
-      double sum = 0.0;
-      for (std::size_t k = series.size() - 1; k > 0; --k) sum += series[k][row];
-      scratch[last][row][column] = sum;
-    }
-  }
-  for (std::size_t i = last; i > 0; --i) scratch[i - 1] = doubled(scratch[i]);
-
-  for (std::size_t i = 0; i <= last; ++i) {
+  for (std::size_t i = rungs.size(); i-- > 0;) {
     Rung<kShafts>& rung = rungs[i];
+    rung = {};
     rung.step_s = std::ldexp(shortest_s, static_cast<int>(last - i));
-    rung.bends_known = false;
-    rung.motor_change = scratch[i][C::kMotorGap][C::kMotorGap];
-    if constexpr (kShafts > 1) rung.brake_change = scratch[i][C::kBrakeGap][C::kBrakeGap];
-    for (std::size_t column = 0; column < C::kSize; ++column) {
-      for (std::size_t row = 0; row < C::kMoving; ++row) {
-        rung.columns[column].change[row] = scratch[i][row][column];
-      }
-    }
-  }
-}
-
-/// row exp(M step), for a row over the state.
-template <int kShafts>
-typename Chain<kShafts>::Vector carried(const Chain<kShafts>& chain, const Regime& regime,
-                                        const Rung<kShafts>& rung,
-                                        const typename Chain<kShafts>::Vector& row) {
-  using C = Chain<kShafts>;
-  auto result = row;
-  const double back = chain.knob_stiffness(regime) * row[C::kForce];
-  for (std::size_t j = 0; j < C::kSize; ++j) {
-    const auto& change = rung.columns[j].change;
-    for (std::size_t k = 0; k < C::kMoving; ++k) result[j] += row[k] * change[k];
-    result[j] -= back * change[C::kTravel];
-  }
-  result[C::kSlope] += row[C::kForce] * rung.step_s;
-  result[C::kMotorGap] += row[C::kMotorGap] * rung.motor_change;
-  if constexpr (kShafts > 1) result[C::kBrakeGap] += row[C::kBrakeGap] * rung.brake_change;
-  return result;
-}
-
-/// |y|, where y is z with the force on the knob replaced by the net torque there, and the capacity
-/// of a brake that slips by the net torque on its shaft. It tells as much as z does, but torques
-/// that balance each other have left it, and how much a curve bends depends on the net torques
-/// only.
-template <int kShafts>
-typename Chain<kShafts>::Vector sizes(const Chain<kShafts>& chain, const Regime& regime,
-                                      const typename Chain<kShafts>::Vector& z) {
-  using C = Chain<kShafts>;
-  typename C::Vector size;
-  for (std::size_t j = 0; j < C::kSize; ++j) size[j] = std::abs(z[j]);
-  size[C::kForce] = std::abs(chain.knob_net(z, regime));
-  if constexpr (kShafts > 1) {
-    if (regime.brake != Slip::held) size[C::kCapacity] = std::abs(chain.brake_net(z, regime));
-  }
-  return size;
-}
-
-/// A row over z, written as a row over the y of sizes().
-template <int kShafts>
-typename Chain<kShafts>::Vector over_net_torques(const Chain<kShafts>& chain, const Regime& regime,
-                                                 const typename Chain<kShafts>::Vector& row) {
-  using C = Chain<kShafts>;
-  auto result = row;
-  for (std::size_t j = 0; j < C::kSize; ++j) {
-    typename C::Vector unit{};
-    unit[j] = 1.0;
-    // The force, and below the capacity, that keep the net torques at 0.
-    if (j != C::kForce) result[j] -= row[C::kForce] * chain.knob_net(unit, regime);
-    if constexpr (kShafts > 1) {
-      if (regime.brake == Slip::held) continue;
-      const double sign = sign_of(regime.brake);
-      if (j == C::kCapacity) {
-        result[j] = -sign * row[j];
+    rung.motor_change = std::expm1(-chain.motor_rate * rung.step_s);
+    rung.brake_change = std::expm1(-chain.brake_rate * rung.step_s);
+    for (std::size_t drive = 0; drive < C::kDrives; ++drive) {
+      Vector whole{};
+      if (i == last) {
+        const auto series = taylor_series(chain, chain.rates_of(drive), regime, shortest_s);
+        for (std::size_t k = series.size(); k-- > 0;) {
+          const double weight = shortest_s / static_cast<double>(k + 1);
+          for (std::size_t row = 0; row < C::kMoving; ++row) whole[row] += weight * series[k][row];
+        }
       } else {
-        result[j] += row[C::kCapacity] * sign * chain.brake_net(unit, regime);
+        // What the first half made goes on by itself in the second one, where the drive, which
+        // would still be there, makes the same again.
+        const Rung<kShafts>& half = rungs[i + 1];
+        const Vector first = response(chain, regime, half, drive);
+        whole = advanced<kShafts>(chain, regime, half, first, chain.drives(first, regime));
+        for (std::size_t row = 0; row < C::kMoving; ++row) whole[row] += first[row];
+      }
+      for (std::size_t row = 0; row < C::kMoving; ++row) {
+        rung.columns[drive].change[row] = whole[row];
       }
     }
   }
-  return result;
 }
 
 /// Works out the bends of rung 0 of `rungs` from the finer rungs after it.
@@ -181,48 +178,43 @@ void find_bends(const Chain<kShafts>& chain, const Regime& regime, std::span<Run
   // is used for, 8 samples find all but 1 %, of a fast decay all but 1/8.
   constexpr double kMargin = 1.2;
 
-  const auto add_bend = [&](Watch watch, auto value) {
-    std::array<Vector, kSamples + 1> rows{};
-    for (std::size_t j = 0; j < C::kSize; ++j) {
-      Vector unit{};
-      unit[j] = 1.0;
-      rows[0][j] = value(unit);
-    }
+  for (std::size_t drive = 0; drive < C::kDrives; ++drive) {
+    const Vector of_sample = response(chain, regime, rungs[kFiner], drive);
+    std::array<Vector, kSamples + 1> z{};
     for (std::size_t i = 0; i < kSamples; ++i) {
-      rows[i + 1] = carried(chain, regime, rungs[kFiner], rows[i]);
+      z[i + 1] = advanced<kShafts>(chain, regime, rungs[kFiner], z[i], chain.drives(z[i], regime));
+      for (std::size_t row = 0; row < C::kSize; ++row) z[i + 1][row] += of_sample[row];
     }
-    for (Vector& row : rows) row = over_net_torques(chain, regime, row);
-    for (std::size_t j = 0; j < C::kSize; ++j) {
+    auto& bend = rungs[0].columns[drive].bend;
+    bend = {};
+    const auto add_bend = [&](Watch watch, auto value) {
       double largest = 0.0;
       for (std::size_t i = 1; i < kSamples; ++i) {
         const double along = static_cast<double>(i) / static_cast<double>(kSamples);
-        const double line = rows[0][j] + along * (rows[kSamples][j] - rows[0][j]);
-        largest = std::max(largest, std::abs(rows[i][j] - line));
+        largest = std::max(largest, std::abs(value(z[i]) - along * value(z[kSamples])));
       }
-      rungs[0].columns[j].bend[static_cast<std::size_t>(watch)] += kMargin * largest;
-    }
-  };
-
-  for (auto& column : rungs[0].columns) column.bend = {};
-  if (regime.knob != Slip::held) {
-    add_bend(Watch::knob, [](const Vector& z) { return z[C::kSpeed]; });
-  } else {
-    add_bend(Watch::knob, [&](const Vector& z) { return chain.knob_demand(z, regime); });
-  }
-  if constexpr (kShafts > 1) {
-    if (regime.brake != Slip::held) {
-      add_bend(Watch::brake, [](const Vector& z) { return z[C::kLast]; });
+      bend[static_cast<std::size_t>(watch)] += kMargin * largest;
+    };
+    if (regime.knob != Slip::held) {
+      add_bend(Watch::knob, [](const Vector& at) { return at[C::kSpeed]; });
     } else {
-      // The room is the capacity less the demand, so their bends add up.
-      add_bend(Watch::brake, [&](const Vector& z) { return chain.brake_demand(z, regime); });
-      add_bend(Watch::brake, [&](const Vector& z) { return chain.capacity(z); });
+      add_bend(Watch::knob, [&](const Vector& at) { return chain.knob_demand(at, regime); });
     }
-    if (chain.model.shaft_spring.size() > 1) {
-      add_bend(Watch::twist, [](const Vector& z) { return z[C::kTwist]; });
+    if constexpr (kShafts > 1) {
+      if (regime.brake != Slip::held) {
+        add_bend(Watch::brake, [](const Vector& at) { return at[C::kLast]; });
+      } else {
+        // The room is the capacity less the demand, so their bends add up.
+        add_bend(Watch::brake, [&](const Vector& at) { return chain.brake_demand(at, regime); });
+        add_bend(Watch::brake, [&](const Vector& at) { return chain.capacity(at); });
+      }
+      if (chain.model.shaft_spring.size() > 1) {
+        add_bend(Watch::twist, [](const Vector& at) { return at[C::kTwist]; });
+      }
     }
-  }
-  if (!chain.model.cogging_nm.empty()) {
-    add_bend(Watch::travel, [](const Vector& z) { return z[C::kTravel]; });
+    if (!chain.model.cogging_nm.empty()) {
+      add_bend(Watch::travel, [](const Vector& at) { return at[C::kTravel]; });
+    }
   }
   rungs[0].bends_known = true;
 }

@@ -41,7 +41,7 @@ device::LoopConfig loop_config(const ClosedLoopOptions& options) {
   require_valid(options.control);
   const protocol::Verdict verdict = device::check_consistent(options.actuator);
   if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
-  return device::make_loop_config({options.actuator, options.control, {}},
+  return device::make_loop_config({options.actuator, options.control, {}, {}},
                                   static_cast<std::uint32_t>(options.control_period_ns));
 }
 

@@ -38,6 +38,10 @@ struct ActuatorConfig {
   std::uint32_t counts_per_rev = 8192;
   std::uint8_t counter_bits = 32;
   Toggle encoder_reversed = Toggle::off;
+  float knob_inertia_kg_m2 = 6e-5F;
+  float knob_coulomb_nm = 6e-3F;
+  float knob_viscous_nm_s_per_rad = 2.6e-5F;
+  float motor_time_constant_s = 0.1e-3F;
 };
 template <>
 struct Layout<ActuatorConfig> {
@@ -64,6 +68,14 @@ struct Layout<ActuatorConfig> {
       number("counter_bits", &ActuatorConfig::counter_bits, "", 8, 32,
              "width at which the encoder's counter wraps"),
       choice("encoder_reversed", &ActuatorConfig::encoder_reversed, ""),
+      number("knob_inertia_kg_m2", &ActuatorConfig::knob_inertia_kg_m2, "kg m^2", 1e-9F, 1,
+             "of motor and knob; this and the next three bound what a game may ask for"),
+      number("knob_coulomb_nm", &ActuatorConfig::knob_coulomb_nm, "N m", 0, max_torque_nm,
+             "dry friction of motor and knob"),
+      number("knob_viscous_nm_s_per_rad", &ActuatorConfig::knob_viscous_nm_s_per_rad, "N m s/rad",
+             0, max_damping_nm_s_per_rad, "viscous friction of motor and knob"),
+      number("motor_time_constant_s", &ActuatorConfig::motor_time_constant_s, "s", 0, 1,
+             "from command to torque"),
   };
 };
 
@@ -190,9 +202,55 @@ struct Layout<BoardConfig> {
   };
 };
 
+/// What games may do, and how their numbers become torques.
+struct GameConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  Toggle enabled = Toggle::on;
+  float range_deg = 900;
+  float torque_max_nm = max_torque_nm;
+  float gain = 1;
+  float spring_gain = 1;
+  float speed_full_rad_s = 20;
+  float acceleration_full_rad_s2 = 3000;
+  float blend_s = 2e-3F;
+  float silence_s = 10;
+};
+template <>
+struct Layout<GameConfig> {
+  static constexpr std::uint8_t id = 0x07;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "game_config";
+  static constexpr std::string_view doc =
+      "What games may do over the game interface, and how their numbers become torques; "
+      "docs/games.md. Set only while disarmed.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &GameConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &GameConfig::axis, "", "which axis; 0 is the first"),
+      choice("enabled", &GameConfig::enabled, "off: games see the axis but move nothing"),
+      number("range_deg", &GameConfig::range_deg, "degree", 10, 36000,
+             "from one end of the game's axis to the other, round angle 0"),
+      number("torque_max_nm", &GameConfig::torque_max_nm, "N m", 0, max_torque_nm,
+             "torque at full level, and the most that all effects together get; never more than "
+             "the motor's"),
+      number("gain", &GameConfig::gain, "", 0, 1, "on top of the game's own gains"),
+      number("spring_gain", &GameConfig::spring_gain, "", 0, 1000,
+             "1: a full spring reaches full torque at the end of the axis"),
+      number("speed_full_rad_s", &GameConfig::speed_full_rad_s, "rad/s", 0.1F, 1e4F,
+             "speed at which a full damper reaches full torque"),
+      number("acceleration_full_rad_s2", &GameConfig::acceleration_full_rad_s2, "rad/s^2", 1, 1e7F,
+             "acceleration at which a full inertia reaches full torque"),
+      number("blend_s", &GameConfig::blend_s, "s", 0, 0.1F,
+             "in which a change of an effect, its beginning or its end takes full effect"),
+      number("silence_s", &GameConfig::silence_s, "s", 0, 3600,
+             "silence of the game that stops forces without end; 0 is never"),
+  };
+};
+
 // The sizes as literals: a change of the wire must be seen in a diff.
-static_assert(wire_size<ActuatorConfig>() == 33);
+static_assert(wire_size<ActuatorConfig>() == 49);
 static_assert(wire_size<ControlConfig>() == 41);
 static_assert(wire_size<BoardConfig>() == 52);
+static_assert(wire_size<GameConfig>() == 36);
 
 }  // namespace torsio::protocol

@@ -142,7 +142,8 @@ void print_bits(std::ostream& out) {
          "armed, 2 fault), "
       << hex(flag::motor_saturated, 2) << " motor saturated, " << hex(flag::brake_saturated, 2)
       << " brake saturated, " << hex(flag::local_model, 2) << " local model in force, "
-      << hex(flag::passive, 2) << " failing passive.\n";
+      << hex(flag::passive, 2) << " failing passive, " << hex(flag::game, 2)
+      << " a game has the actuator.\n";
 }
 
 }  // namespace

@@ -16,9 +16,9 @@ namespace torsio::protocol {
 
 /// Every report, in the order of the documentation.
 using AllReports = std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig,
-                              Command, Commit, Stream, LocalModel, Wall, Spring, Damper, Friction,
-                              Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve,
-                              CurvePoints, Telemetry, Acknowledgement, Event>;
+                              GameConfig, Command, Commit, Stream, LocalModel, Wall, Spring, Damper,
+                              Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops,
+                              Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
 
 /// Reports that put an effect into a slot.
 using EffectReports = std::tuple<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,

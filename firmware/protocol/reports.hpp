@@ -34,12 +34,20 @@ inline constexpr std::uint8_t motor_saturated = 1 << 2;
 inline constexpr std::uint8_t brake_saturated = 1 << 3;
 inline constexpr std::uint8_t local_model = 1 << 4;  // a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;      // fading out after silence or a deadline
+inline constexpr std::uint8_t game = 1 << 6;         // a game has the actuator
 }  // namespace flag
 
 enum class State : std::uint8_t { disarmed, armed, fault };
 template <>
 struct Enumerators<State> {
   static constexpr std::array<std::string_view, 3> names{"disarmed", "armed", "fault"};
+};
+
+/// Who has the actuator while it is armed.
+enum class Owner : std::uint8_t { none, sdk, game };
+template <>
+struct Enumerators<Owner> {
+  static constexpr std::array<std::string_view, 3> names{"none", "sdk", "game"};
 };
 
 enum class Board : std::uint8_t { emulated, pico, pico2 };
@@ -67,11 +75,11 @@ struct Enumerators<Op> {
       "relax",      "save", "load_defaults", "clear_fault", "bootloader"};
 };
 
-enum class EventKind : std::uint8_t { state_changed, watchdog, deadline_missed };
+enum class EventKind : std::uint8_t { state_changed, watchdog, deadline_missed, owner_changed };
 template <>
 struct Enumerators<EventKind> {
-  static constexpr std::array<std::string_view, 3> names{"state_changed", "watchdog",
-                                                         "deadline_missed"};
+  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
+                                                         "deadline_missed", "owner_changed"};
 };
 
 /// Who the device is. Its first two fields never move, so that any two versions can tell each
@@ -141,6 +149,7 @@ struct Health {
   std::uint32_t tick_time_ns = 0;
   std::uint32_t tick_time_max_ns = 0;
   std::uint32_t saves = 0;
+  Owner owner = Owner::none;
 };
 template <>
 struct Layout<Health> {
@@ -159,6 +168,7 @@ struct Layout<Health> {
       any_number("tick_time_ns", &Health::tick_time_ns, "ns", "time the last tick took"),
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
+      choice("owner", &Health::owner, "who has the actuator"),
   };
 };
 
@@ -329,6 +339,7 @@ struct Acknowledgement {
   std::uint8_t field = kNoField;
   State state = State::disarmed;
   std::uint64_t tick = 0;
+  Owner owner = Owner::none;
 };
 template <>
 struct Layout<Acknowledgement> {
@@ -344,6 +355,7 @@ struct Layout<Acknowledgement> {
                  "index of the offending field, nested fields opened; 255 is none"),
       choice("state", &Acknowledgement::state, "after the report"),
       any_number("tick", &Acknowledgement::tick, "", "when it took effect or was refused"),
+      choice("owner", &Acknowledgement::owner, "who has the actuator after the report"),
   };
 };
 
@@ -352,6 +364,7 @@ struct Event {
   State state = State::disarmed;
   std::uint16_t faults = 0;
   std::uint64_t tick = 0;
+  Owner owner = Owner::none;
 };
 template <>
 struct Layout<Event> {
@@ -364,19 +377,20 @@ struct Layout<Event> {
       choice("state", &Event::state, "after the event"),
       any_number("faults", &Event::faults, "", "bits, see above"),
       any_number("tick", &Event::tick, "", "when it happened"),
+      choice("owner", &Event::owner, "who has the actuator after the event"),
   };
 };
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
-static_assert(wire_size<Health>() == 31);
+static_assert(wire_size<Health>() == 32);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
 static_assert(wire_size<Stream>() == 4);
 static_assert(wire_size<LocalModel>() == 27);
 static_assert(wire_size<Telemetry>() == 63);
-static_assert(wire_size<Acknowledgement>() == 14);
-static_assert(wire_size<Event>() == 12);
+static_assert(wire_size<Acknowledgement>() == 15);
+static_assert(wire_size<Event>() == 13);
 
 }  // namespace torsio::protocol

@@ -39,11 +39,29 @@ std::size_t ControlFunction::next_input(std::span<std::uint8_t> report) {
   return bytes.size();
 }
 
+std::size_t GameFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
+  return engine_.get_feature(id, report);
+}
+
+bool GameFunction::set_feature(std::span<const std::uint8_t> report) {
+  return engine_.set_feature(report);
+}
+
+bool GameFunction::receive(std::span<const std::uint8_t> report) {
+  engine_.receive(report);
+  return true;
+}
+
+std::size_t GameFunction::next_input(std::span<std::uint8_t> report) {
+  return engine_.next_input(report);
+}
+
 UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
-    : device_(device), control_(device) {
+    : device_(device), control_(device), game_(device.game()) {
   device_descriptor = device::device_descriptor(board.firmware_version);
   serial = board.serial;
   set_hid_function(device::kControlInterface, control_);
+  set_hid_function(device::kGameInterface, game_);
   device_.set_connected(false);
   const tusb_rhport_init_t init{TUSB_ROLE_DEVICE, TUSB_SPEED_FULL};
   (void)tusb_init(0, &init);

@@ -26,6 +26,20 @@ class ControlFunction final : public HidFunction {
   device::Device& device_;
 };
 
+/// The game interface.
+class GameFunction final : public HidFunction {
+ public:
+  explicit GameFunction(device::game::PidEngine& engine) : engine_(engine) {}
+
+  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
+  bool set_feature(std::span<const std::uint8_t> report) override;
+  bool receive(std::span<const std::uint8_t> report) override;
+  std::size_t next_input(std::span<std::uint8_t> report) override;
+
+ private:
+  device::game::PidEngine& engine_;
+};
+
 class UsbDevice {
  public:
   /// Starts the stack; the device appears on the bus. `device` must outlive the stack.
@@ -42,6 +56,7 @@ class UsbDevice {
  private:
   device::Device& device_;
   ControlFunction control_;
+  GameFunction game_;
 };
 
 }  // namespace torsio::usb

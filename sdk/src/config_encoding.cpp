@@ -38,6 +38,10 @@ protocol::ActuatorConfig to_wire(const ActuatorConfig& config) {
   wire.counts_per_rev = config.counts_per_rev;
   wire.counter_bits = whole_number<std::uint8_t>("counter_bits", config.counter_bits, 8, 32);
   wire.encoder_reversed = to_wire(config.encoder_reversed);
+  wire.knob_inertia_kg_m2 = narrow(config.knob_inertia_kg_m2);
+  wire.knob_coulomb_nm = narrow(config.knob_coulomb_nm);
+  wire.knob_viscous_nm_s_per_rad = narrow(config.knob_viscous_nm_s_per_rad);
+  wire.motor_time_constant_s = narrow(config.motor_time_constant_s);
   check_fields(wire);
   if (wire.brake_torque_min_nm > wire.brake_torque_max_nm) {
     throw InvalidArgument("brake_torque_min_nm is " + number_text(config.brake_torque_min_nm) +
@@ -70,6 +74,21 @@ protocol::ControlConfig to_wire(const ControlConfig& config) {
   return wire;
 }
 
+protocol::GameConfig to_wire(const GameConfig& config) {
+  protocol::GameConfig wire;
+  wire.enabled = to_wire(config.enabled);
+  wire.range_deg = narrow(config.range_deg);
+  wire.torque_max_nm = narrow(config.torque_max_nm);
+  wire.gain = narrow(config.gain);
+  wire.spring_gain = narrow(config.spring_gain);
+  wire.speed_full_rad_s = narrow(config.speed_full_rad_s);
+  wire.acceleration_full_rad_s2 = narrow(config.acceleration_full_rad_s2);
+  wire.blend_s = narrow(config.blend_s);
+  wire.silence_s = narrow(config.silence_s);
+  check_fields(wire);
+  return wire;
+}
+
 ActuatorConfig from_wire(const protocol::ActuatorConfig& wire) {
   return {.motor_torque_max_nm = widen(wire.motor_torque_max_nm),
           .brake_torque_max_nm = widen(wire.brake_torque_max_nm),
@@ -79,7 +98,11 @@ ActuatorConfig from_wire(const protocol::ActuatorConfig& wire) {
           .spring_stiffness_nm_per_rad = widen(wire.spring_stiffness_nm_per_rad),
           .counts_per_rev = wire.counts_per_rev,
           .counter_bits = wire.counter_bits,
-          .encoder_reversed = from_wire(wire.encoder_reversed)};
+          .encoder_reversed = from_wire(wire.encoder_reversed),
+          .knob_inertia_kg_m2 = widen(wire.knob_inertia_kg_m2),
+          .knob_coulomb_nm = widen(wire.knob_coulomb_nm),
+          .knob_viscous_nm_s_per_rad = widen(wire.knob_viscous_nm_s_per_rad),
+          .motor_time_constant_s = widen(wire.motor_time_constant_s)};
 }
 
 ControlConfig from_wire(const protocol::ControlConfig& wire) {
@@ -94,6 +117,18 @@ ControlConfig from_wire(const protocol::ControlConfig& wire) {
           .passive_ramp_s = widen(wire.passive_ramp_s),
           .passive_brake_nm = widen(wire.passive_brake_nm),
           .autonomous = from_wire(wire.autonomous)};
+}
+
+GameConfig from_wire(const protocol::GameConfig& wire) {
+  return {.enabled = from_wire(wire.enabled),
+          .range_deg = widen(wire.range_deg),
+          .torque_max_nm = widen(wire.torque_max_nm),
+          .gain = widen(wire.gain),
+          .spring_gain = widen(wire.spring_gain),
+          .speed_full_rad_s = widen(wire.speed_full_rad_s),
+          .acceleration_full_rad_s2 = widen(wire.acceleration_full_rad_s2),
+          .blend_s = widen(wire.blend_s),
+          .silence_s = widen(wire.silence_s)};
 }
 
 }  // namespace torsio

@@ -10,8 +10,10 @@ namespace torsio {
 /// @throws InvalidArgument that names the field, its value and its range
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
 protocol::ControlConfig to_wire(const ControlConfig& config);
+protocol::GameConfig to_wire(const GameConfig& config);
 
 ActuatorConfig from_wire(const protocol::ActuatorConfig& config);
 ControlConfig from_wire(const protocol::ControlConfig& config);
+GameConfig from_wire(const protocol::GameConfig& config);
 
 }  // namespace torsio

@@ -7,7 +7,8 @@
 namespace torsio {
 
 /// An advisory lock on a device, held until it is destroyed, and released by the system if the
-/// process dies.
+/// process dies. Its file lies in the user's own $XDG_RUNTIME_DIR where there is one, so it keeps
+/// apart the programs of one user, not those of two.
 class DeviceLock {
  public:
   /// @throws DeviceBusy if somebody, maybe this very process, holds it

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "config_encoding.hpp"
+#include "emulated_plant.hpp"
 #include "emulator/emulated_device.hpp"
 #include "field_check.hpp"
 #include "session.hpp"
@@ -122,23 +123,6 @@ struct HandConverter {
   }
 };
 
-emulator::PlantParams to_emulator(const PlantParams& in) {
-  emulator::PlantParams out;
-  out.knob_inertia_kg_m2 = in.knob_inertia_kg_m2;
-  out.knob_viscous_nm_s_per_rad = in.knob_viscous_nm_s_per_rad;
-  out.knob_coulomb_nm = in.knob_coulomb_nm;
-  out.brake_inertia_kg_m2 = in.brake_inertia_kg_m2;
-  out.brake_viscous_nm_s_per_rad = in.brake_viscous_nm_s_per_rad;
-  out.brake_drag_nm = in.brake_drag_nm;
-  out.shaft_stiffness_nm_per_rad = in.shaft_stiffness_nm_per_rad;
-  out.shaft_damping_nm_s_per_rad = in.shaft_damping_nm_s_per_rad;
-  out.brake_time_constant_s = in.brake_time_constant_s;
-  out.motor_time_constant_s = in.motor_time_constant_s;
-  out.motor_limit_nm = in.motor_limit_nm;
-  out.brake_limit_nm = in.brake_limit_nm;
-  return out;
-}
-
 std::int64_t control_period_ns(double rate_hz) {
   if (!(rate_hz >= 1e3 && rate_hz <= 20e3)) {
     throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) +
@@ -153,12 +137,13 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.seed = in.seed;
   out.control_period_ns = control_period_ns(in.control_rate_hz);
   out.plant = to_emulator(in.plant);
-  out.encoder.counts_per_rev = in.plant.counts_per_rev;
+  out.encoder = encoder_of(in.plant);
   out.hand = std::visit(HandConverter{0}, in.hand);
   out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
   out.stored = stored;
   if (in.actuator) out.actuator = to_wire(*in.actuator);
   if (in.control) out.control = to_wire(*in.control);
+  if (in.game) out.game = to_wire(*in.game);
   out.plant.integration.tolerance = in.tolerance;
   out.log_truth = in.log_truth;
   return out;
@@ -413,6 +398,26 @@ Fidelity Emulator::fidelity() const {
           .relative_cost = report.relative_cost};
 }
 
+void Emulator::game_write(std::span<const std::uint8_t> report) {
+  impl_->world->with_device([&](auto& device) { (void)device.game_write(report); });
+}
+
+std::vector<std::uint8_t> Emulator::game_read() {
+  return impl_->world->with_device([](auto& device) { return device.game_read(); });
+}
+
+bool Emulator::game_set_feature(std::span<const std::uint8_t> report) {
+  return impl_->world->with_device([&](auto& device) { return device.game_set_feature(report); });
+}
+
+std::vector<std::uint8_t> Emulator::game_get_feature(std::uint8_t id) {
+  return impl_->world->with_device([&](auto& device) { return device.game_get_feature(id); });
+}
+
+void Emulator::set_game_buttons(std::uint8_t pressed) {
+  impl_->world->with_device([&](auto& device) { device.set_buttons(pressed); });
+}
+
 void Emulator::unplug() {
   impl_->world->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
   impl_->world->notify();
@@ -462,6 +467,10 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   config.brake_time_constant_s = plant.brake_time_constant_s;
   config.spring_stiffness_nm_per_rad = plant.shaft_stiffness_nm_per_rad;
   config.counts_per_rev = plant.counts_per_rev;
+  config.knob_inertia_kg_m2 = plant.knob_inertia_kg_m2;
+  config.knob_coulomb_nm = plant.knob_coulomb_nm;
+  config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
+  config.motor_time_constant_s = plant.motor_time_constant_s;
   return config;
 }
 

@@ -27,11 +27,11 @@ constexpr unsigned short kProductId = 0x0001;
 constexpr unsigned short kUsagePage = 0xFF00;
 constexpr unsigned short kUsage = 0x01;
 
-// The line is that of sdk/60-torsio.rules.
 constexpr const char* kUdevHint =
-    "put the udev rule KERNEL==\"hidraw*\", ATTRS{idVendor}==\"1209\", "
-    "ATTRS{idProduct}==\"0001\", TAG+=\"uaccess\" into /etc/udev/rules.d/60-torsio.rules, run "
-    "`udevadm control --reload` as root and plug the knob in again";
+    "Torsio's udev rule is not in force; run `./dev udev` in its source tree, or copy "
+    "60-torsio.rules from there to /etc/udev/rules.d/, run `udevadm control --reload` as root and "
+    "plug the knob in again (uaccess serves whoever is logged in at the machine; over ssh it does "
+    "not)";
 
 // hidapi's functions that take no device share state.
 std::mutex& hidapi_mutex() {
@@ -82,14 +82,16 @@ void refuse_other_files(const std::string& path) {
                        " is not a HID device; list_devices() and `torsio list` show what is there");
 }
 
+std::string permission_text(const std::string& path) {
+  return "no permission to open " + path + ": " + kUdevHint;
+}
+
 [[noreturn]] void throw_cannot_open(const std::string& path) {
   const std::string reason = last_error(nullptr);
-  std::error_code ignored;
-  const bool is_file = std::filesystem::exists(path, ignored);
-  const bool forbidden = (is_file && ::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES) ||
+  const bool forbidden = !permission_problem(path).empty() ||
                          reason.find("ermission") != std::string::npos ||
                          reason.find("ACCESS") != std::string::npos;
-  if (forbidden) throw PermissionDenied("no permission to open " + path + ": " + kUdevHint);
+  if (forbidden) throw PermissionDenied(permission_text(path));
   throw DeviceNotFound("cannot open " + path + " (" + reason +
                        "); list_devices() and `torsio list` show what is there");
 }
@@ -193,6 +195,12 @@ std::vector<HidListing> list_hid() {
   }
   hid_free_enumeration(first);
   return found;
+}
+
+std::string permission_problem(const std::string& path) {
+  const bool forbidden = path.starts_with('/') && ::access(path.c_str(), R_OK | W_OK) != 0 &&
+                         (errno == EACCES || errno == EPERM);
+  return forbidden ? permission_text(path) : std::string();
 }
 
 std::unique_ptr<Transport> open_hid(const std::string& path) {

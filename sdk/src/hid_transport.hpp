@@ -20,6 +20,10 @@ struct HidListing {
 /// @returns the vendor interface of each knob; the system's order
 std::vector<HidListing> list_hid();
 
+/// @returns why this user may not open the file at `path`, and what to do; empty if he may, or if
+///          it is no file. Does not open it.
+std::string permission_problem(const std::string& path);
+
 /// Opens a device and takes its lock.
 /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, Error
 std::unique_ptr<Transport> open_hid(const std::string& path);

@@ -21,16 +21,22 @@
 namespace torsio {
 namespace {
 
-// Full speed USB polls once in a millisecond; a tenth is left for acknowledgements and events.
-constexpr double kMaxReportsPerS = 900.0;
-constexpr double kMaxSampleRateHz = kMaxReportsPerS * protocol::samples_per_report;
+// Full speed USB polls once in a millisecond. Where the user names no rate a tenth of that is left
+// for acknowledgements and events. At the full rate each of these makes telemetry a millisecond
+// later, for good; the device's buffer of 64 samples has room for a dozen of them.
+constexpr double kMaxSampleRateHz = 1000.0 * protocol::samples_per_report;
+constexpr double kEasySampleRateHz = 900.0 * protocol::samples_per_report;
 
 // Of one recording, which is held in memory: a day of samples at 1,000 a second, about 6 GB.
 constexpr double kMaxRecordedSamples = 1e8;
 
-/// Control ticks from sample to sample at the highest rate that the cable carries.
-double fewest_ticks(double control_rate_hz) {
-  return std::ceil(control_rate_hz / std::min(control_rate_hz, kMaxSampleRateHz));
+// In the ring, and of one read(): an hour at the highest rate, 1 GB. More is a slip of the pen.
+constexpr std::size_t kMaxHeldSamples = std::size_t{1} << 24U;
+
+/// Control ticks from sample to sample at the highest rate that is not above `sample_rate_hz`; a
+/// little room for control rates that were computed.
+double fewest_ticks(double control_rate_hz, double sample_rate_hz) {
+  return std::ceil(control_rate_hz / std::min(control_rate_hz, sample_rate_hz) * (1 - 1e-9));
 }
 
 /// @throws ProtocolMismatch, Error, Disconnected
@@ -84,9 +90,16 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
   return info;
 }
 
+/// @throws InvalidArgument
+std::size_t checked_samples(std::string_view name, std::size_t samples, std::size_t min) {
+  if (samples >= min && samples <= kMaxHeldSamples) return samples;
+  throw InvalidArgument(std::string(name) + " is " + std::to_string(samples) + ", allowed are " +
+                        std::to_string(min) + " to " + std::to_string(kMaxHeldSamples));
+}
+
 SessionOptions session_options(const OpenOptions& options) {
   return {.command_timeout_ns = whole_ns("command_timeout_s", options.command_timeout_s),
-          .ring_samples = options.ring_samples,
+          .ring_samples = checked_samples("ring_samples", options.ring_samples, 1),
           .interrupted = options.interrupted};
 }
 
@@ -147,7 +160,7 @@ class Knob::Impl {
     const double control_rate_hz = 1e9 / identity().control_period_ns;
     const double highest_hz = std::min(control_rate_hz, kMaxSampleRateHz);
     const double lowest_hz = control_rate_hz / 255.0;
-    double ticks = fewest_ticks(control_rate_hz);
+    double ticks = fewest_ticks(control_rate_hz, kEasySampleRateHz);
     if (rate_hz != 0.0) {
       // The comparison is also false for NaN; a little room for rates that were computed.
       if (!(rate_hz >= lowest_hz * (1 - 1e-9) && rate_hz <= highest_hz * (1 + 1e-9))) {
@@ -155,7 +168,8 @@ class Knob::Impl {
                               number_text(lowest_hz) + " to " + number_text(highest_hz) +
                               " Hz, or 0 for the highest");
       }
-      ticks = std::clamp(std::round(control_rate_hz / rate_hz), ticks, 255.0);
+      ticks = std::clamp(std::round(control_rate_hz / rate_hz),
+                         fewest_ticks(control_rate_hz, kMaxSampleRateHz), 255.0);
     }
     session.set_position(session.get<protocol::Clock>().position_counts);
     session.stream(static_cast<std::uint8_t>(ticks));
@@ -173,9 +187,9 @@ class Knob::Impl {
     const unsigned decimation = decimation_;
     const bool starts = decimation == 0;
     const double control_rate_hz = 1e9 / identity().control_period_ns;
-    const double longest_s = kMaxRecordedSamples *
-                             (starts ? fewest_ticks(control_rate_hz) : decimation) /
-                             control_rate_hz;
+    const double longest_s =
+        kMaxRecordedSamples *
+        (starts ? fewest_ticks(control_rate_hz, kEasySampleRateHz) : decimation) / control_rate_hz;
     if (duration_s > longest_s) {
       throw InvalidArgument("duration_s is " + number_text(duration_s) + ", allowed are 0 to " +
                             number_text(longest_s) +
@@ -253,7 +267,8 @@ Health Knob::health() {
           .tick_overruns = health.tick_overruns,
           .tick_time_s = 1e-9 * health.tick_time_ns,
           .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
-          .saves = health.saves};
+          .saves = health.saves,
+          .owner = static_cast<Owner>(health.owner)};
 }
 
 Clock Knob::clock() { return impl().clock(); }
@@ -290,6 +305,8 @@ ControlConfig Knob::control_config() {
   return from_wire(impl().session.get<protocol::ControlConfig>());
 }
 
+GameConfig Knob::game_config() { return from_wire(impl().session.get<protocol::GameConfig>()); }
+
 void Knob::set_actuator_config(const ActuatorConfig& config) {
   impl().session.set(to_wire(config));
   impl().look_again();
@@ -299,6 +316,8 @@ void Knob::set_control_config(const ControlConfig& config) {
   impl().session.set(to_wire(config));
   impl().look_again();
 }
+
+void Knob::set_game_config(const GameConfig& config) { impl().session.set(to_wire(config)); }
 
 void Knob::load_defaults() {
   impl().command(protocol::Op::load_defaults);
@@ -313,7 +332,7 @@ std::size_t Knob::read(std::span<TelemetrySample> out, double timeout_s) {
 }
 
 std::vector<TelemetrySample> Knob::read(std::size_t max, double timeout_s) {
-  std::vector<TelemetrySample> samples(max);
+  std::vector<TelemetrySample> samples(checked_samples("max", max, 0));
   samples.resize(read(std::span(samples), timeout_s));
   return samples;
 }

@@ -318,9 +318,13 @@ void Session::read_loop() {
       protocol::ReportBytes report;
       const std::chrono::nanoseconds period(keep_alive_ns_);
       const bool got = transport_->read(report, std::min<std::chrono::nanoseconds>(period, 20ms));
-      const std::lock_guard lock(mutex_);
-      if (got) dispatch(report);
-      armed = state_ == State::armed;
+      {
+        const std::lock_guard lock(mutex_);
+        if (got) dispatch(report);
+        armed = state_ == State::armed;
+      }
+      // Without the lock, which those who are woken want at once.
+      if (got) news_.notify_all();
     } catch (const Disconnected& error) {
       const std::lock_guard lock(mutex_);
       lose(error.what());
@@ -361,7 +365,6 @@ void Session::dispatch(const protocol::ReportBytes& report) {
     default:
       ++statistics_.reports_undecodable;
   }
-  news_.notify_all();
 }
 
 void Session::dispatch(const protocol::Telemetry& report) {

@@ -79,6 +79,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "tick_time_ns": 0x41424344,
             "tick_time_max_ns": 0x51525354,
             "saves": 0xF1F2F3F4,
+            "owner": "game",
         },
     ),
     (
@@ -95,6 +96,10 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "counts_per_rev": 16777216,
             "counter_bits": 24,
             "encoder_reversed": "on",
+            "knob_inertia_kg_m2": 2.0**-14,
+            "knob_coulomb_nm": 2.0**-7,
+            "knob_viscous_nm_s_per_rad": 2.0**-15,
+            "motor_time_constant_s": 2.0**-13,
         },
     ),
     (
@@ -139,6 +144,22 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "driver_fault_pin": 7,
             "current_sense_pin": 28,
             "light_pin": 22,
+        },
+    ),
+    (
+        "game_config",
+        {
+            "sequence": 0x0304,
+            "axis": 0,
+            "enabled": "off",
+            "range_deg": 1080.5,
+            "torque_max_nm": 0.0703125,
+            "gain": 0.625,
+            "spring_gain": 4.25,
+            "speed_full_rad_s": 31.5,
+            "acceleration_full_rad_s2": 2500.5,
+            "blend_s": 0.00390625,
+            "silence_s": 12.5,
         },
     ),
     ("command", {"sequence": 0x1234, "axis": 0, "op": "bootloader"}),
@@ -296,6 +317,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "field": 9,
             "state": "armed",
             "tick": 0x2122232425262728,
+            "owner": "sdk",
         },
     ),
     (
@@ -305,6 +327,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "state": "fault",
             "faults": 0x0021,
             "tick": 0xF122232425262728,
+            "owner": "game",
         },
     ),
 ]

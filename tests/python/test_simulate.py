@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -95,6 +96,10 @@ def test_record_every_thins_the_rows() -> None:
     assert every.dtype == LOOP_DTYPE
 
 
+def _with(**parts: Any) -> LoopOptions:
+    return LoopOptions(plant=torsio.PlantParams(**parts))
+
+
 @pytest.mark.parametrize(
     ("options", "name"),
     [
@@ -103,8 +108,14 @@ def test_record_every_thins_the_rows() -> None:
         (LoopOptions(scene=torsio.Damper(damping_nm_s_per_rad=-1.0)), "damping"),
         (LoopOptions(actuator=torsio.ActuatorConfig(counter_bits=4)), "counter_bits"),
         (LoopOptions(step_ns=0), "step_ns"),
-        (LoopOptions(encoder_noise_counts=-1.0), "noise_counts"),
-        (LoopOptions(brake_hysteresis_nm=-1e-3), "half_width_nm"),
+        (LoopOptions(plant=torsio.PlantParams(encoder_noise_counts=-1.0)), "noise_counts"),
+        (_with(brake_hysteresis=torsio.BrakeHysteresis(half_width_nm=-1e-3)), "half_width_nm"),
+        (_with(belt=torsio.Belt(pulley_inertia_kg_m2=1.0)), "pulley_inertia_kg_m2"),
+        (_with(cogging=torsio.Cogging(periods_per_rev=0, torque_nm=(0, 0))), "periods_per_rev"),
+        (_with(cogging=torsio.Cogging(periods_per_rev=7, torque_nm=())), "cogging.torque_nm"),
+        (_with(shaft_hardening=torsio.ShaftHardening(knee_rad=0.0)), "knee_rad"),
+        (_with(belt=torsio.Belt(), spring_and_brake=False), "need spring_and_brake"),
+        (LoopOptions(tolerance=1e-12), "tolerance"),
         (LoopOptions(initial=InitialState(brake_torque_nm=-1.0)), "brake_capacity_nm"),
         (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.0, speed_rad_s=1.0)), "motor_torque_nm"),
         (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.1, speed_rad_s=-1.0)), "speed_rad_s"),

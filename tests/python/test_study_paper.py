@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from torsio.closed_loop import simulate, simulate_many
-from torsio.config import PlantParams
+from torsio.config import BrakeHysteresis, PlantParams
 from torsio.studies import common
 from torsio.studies import paper_runs as runs
 
@@ -187,7 +187,9 @@ def test_higher_rate_and_finer_encoder_are_better_still() -> None:
 def test_hysteresis_of_5_percent_is_the_main_threat() -> None:
     stiffness = runs.per_degree(30.0)
     _, clean = runs.run_push(runs.push_options(stiffness))
-    _, real = runs.run_push(runs.push_options(stiffness, brake_hysteresis_nm=5.5e-3))
+    _, real = runs.run_push(
+        runs.push_options(stiffness, plant=PlantParams(brake_hysteresis=BrakeHysteresis()))
+    )
     assert real.tracking_rms_out - clean.tracking_rms_out >= 0.04
 
 

@@ -61,14 +61,16 @@ REPORTS = {
             "health",
             0x03,
             "B state, H faults, I reports_accepted, I reports_refused, I samples_dropped, "
-            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves",
+            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves, B owner",
         ),
         _report(
             "actuator_config",
             0x04,
             "H sequence, B axis, f motor_torque_max_nm, f brake_torque_max_nm, "
             "f brake_torque_min_nm, f brake_drag_nm, f brake_time_constant_s, "
-            "f spring_stiffness_nm_per_rad, I counts_per_rev, B counter_bits, B encoder_reversed",
+            "f spring_stiffness_nm_per_rad, I counts_per_rev, B counter_bits, B encoder_reversed, "
+            "f knob_inertia_kg_m2, f knob_coulomb_nm, f knob_viscous_nm_s_per_rad, "
+            "f motor_time_constant_s",
         ),
         _report(
             "control_config",
@@ -86,6 +88,12 @@ REPORTS = {
             "f brake_current_max_a, f brake_resistance_ohm, B motor_reversed, B encoder_pin, "
             "B motor_pin, B brake_pin, B enable_pin, B emergency_stop_pin, B driver_fault_pin, "
             "B current_sense_pin, B light_pin",
+        ),
+        _report(
+            "game_config",
+            0x07,
+            "H sequence, B axis, B enabled, f range_deg, f torque_max_nm, f gain, f spring_gain, "
+            "f speed_full_rad_s, f acceleration_full_rad_s2, f blend_s, f silence_s",
         ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
@@ -144,9 +152,9 @@ REPORTS = {
         _report(
             "acknowledgement",
             0x41,
-            "H sequence, B report, B status, B field, B state, Q tick",
+            "H sequence, B report, B status, B field, B state, Q tick, B owner",
         ),
-        _report("event", 0x42, "B kind, B state, H faults, Q tick"),
+        _report("event", 0x42, "B kind, B state, H faults, Q tick, B owner"),
     )
 }
 
@@ -157,16 +165,18 @@ ENUMERATORS = {
     "grain": ("sine", "square", "triangle", "noise"),
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
+    "owner": ("none", "sdk", "game"),
     "board": ("emulated", "pico", "pico2"),
     "law": ("paper", "compensated", "parallel", "motor_only"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
     "autonomous": ("off", "on"),
+    "enabled": ("off", "on"),
     "op": (
         *("keep_alive", "arm", "disarm", "stop", "zero"),
         *("relax", "save", "load_defaults", "clear_fault", "bootloader"),
     ),
-    "kind": ("state_changed", "watchdog", "deadline_missed", "saved"),
+    "kind": ("state_changed", "watchdog", "deadline_missed", "owner_changed"),
 }
 
 

@@ -14,7 +14,16 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, telemetry
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.config import (
+    ActuatorConfig,
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    ControlConfig,
+    GameConfig,
+    PlantParams,
+    ShaftHardening,
+)
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -28,8 +37,18 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
-from torsio.facts import Clock, DeviceInfo, Fidelity, Health, LinkStatistics, ListedDevice
+from torsio.facts import (
+    Clock,
+    DeviceEvent,
+    DeviceInfo,
+    Fidelity,
+    Health,
+    LinkStatistics,
+    ListedDevice,
+)
+from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.hotplug import DeviceWatch, watch
 from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
     Constant,
@@ -56,16 +75,21 @@ __all__ = [
     "TELEMETRY_DTYPE",
     "TRUTH_DTYPE",
     "ActuatorConfig",
+    "Belt",
+    "BrakeHysteresis",
     "Clock",
     "Closed",
+    "Cogging",
     "Constant",
     "ControlConfig",
     "Curve",
     "Damper",
     "Detents",
     "DeviceBusy",
+    "DeviceEvent",
     "DeviceInfo",
     "DeviceNotFound",
+    "DeviceWatch",
     "Disconnected",
     "Effect",
     "Emulator",
@@ -73,6 +97,8 @@ __all__ = [
     "Error",
     "Fidelity",
     "Friction",
+    "GameConfig",
+    "GamePort",
     "Hand",
     "Health",
     "ImpedanceHand",
@@ -91,6 +117,7 @@ __all__ = [
     "Ramp",
     "Refused",
     "Scene",
+    "ShaftHardening",
     "Spring",
     "Texture",
     "Timeout",
@@ -104,4 +131,5 @@ __all__ = [
     "open",
     "protocol",
     "telemetry",
+    "watch",
 ]

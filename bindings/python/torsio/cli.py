@@ -16,10 +16,13 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 import torsio
+from torsio import doctor
 from torsio.demos import output, wall
 from torsio.studies import cli as studies
+from torsio.virtual_knob import cli as virtual_knob
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -151,6 +154,52 @@ def info_command(device: Device = "emulated", as_json: AsJson = False) -> None:
         for key, value in values.items():
             table.add_row(f"  {key}", _value_text(key, value))
     out.print(table)
+
+
+@app.command("doctor")
+@_plainly
+def doctor_command(
+    device: Annotated[
+        str,
+        typer.Option(
+            "--device",
+            metavar="DEVICE",
+            help="Path, serial number, or 'emulated'; every real knob unless given.",
+        ),
+    ] = "",
+    as_json: AsJson = False,
+) -> None:
+    """Check the knobs, and say what to do about what is wrong.
+
+    The exit status is 0 only if all is well. It takes three seconds a knob and leaves it as it is.
+    """
+    reports = doctor.diagnose(device)
+    ok = all(report.ok for report in reports)
+    if as_json:
+        _print_json({"ok": ok, "reports": [report.as_dict() for report in reports]})
+    else:
+        for report in reports:
+            _print_report(report)
+    if not ok:
+        raise typer.Exit(1)
+
+
+def _print_report(report: doctor.Report) -> None:
+    if report.device:
+        out.print(report.device, style="bold", highlight=False, markup=False)
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(min_width=7)
+    table.add_column(min_width=10)
+    table.add_column(overflow="fold")
+    for finding in report.findings:
+        verdict = "[green]ok[/green]" if finding.ok else "[bold red]problem[/bold red]"
+        table.add_row(verdict, finding.check.replace("_", " "), Text(finding.text))
+        if finding.advice:
+            table.add_row("", "", Text(f"-> {finding.advice}"))
+    out.print(table)
+
+
+app.command("emulate")(_plainly(virtual_knob.emulate_command))
 
 
 def _value_text(key: str, value: Any) -> str:

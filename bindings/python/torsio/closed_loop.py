@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from torsio import _torsio
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.facts import Fidelity
 from torsio.hands import Hand, NoHand
 from torsio.scenes import Scene
 from torsio.telemetry import Record
@@ -114,19 +115,13 @@ class LoopOptions:
         The commands act so many control periods late.
     first_tick
         What the controller's own count of ticks begins with; the effects began when it was 0.
-    encoder_rounding, encoder_phase_counts, encoder_noise_counts, seed
-        How the encoder counts, where in a count angle 0 lies, and its noise (standard deviation)
-        with the seed of it.
+    seed
+        Of the encoder's noise.
     method, step_ns
         How the plant is stepped; None is the plant's default with a step a control period.
-    spring_and_brake
-        False takes knob and brake for one rigid body without a brake, for scenes that need none.
-    brake_hysteresis_nm
-        Half-width of the brake's hysteresis; 0 leaves it out.
-    shaft_hardening
-        (knee_rad, factor): the spring is stiffer by the factor beyond the knee.
-    cogging
-        (periods per turn, amplitude in N m) of the motor.
+    tolerance
+        Relative error of the motion that is good enough, at least 1e-9; the cheapest way that keeps
+        it is then taken, whatever `method` says, see `ClosedLoop.fidelity`.
     """
 
     _: KW_ONLY
@@ -140,16 +135,10 @@ class LoopOptions:
     first_tick: int = 0
     spin_up: SpinUp | None = None
     initial: InitialState | None = None
-    encoder_rounding: Literal["floor", "nearest"] = "floor"
-    encoder_phase_counts: float = 0.0
-    encoder_noise_counts: float = 0.0
     seed: int = 0
     method: Literal["exact", "trapezoid", "semi_implicit", "regularised"] | None = None
     step_ns: int | None = None
-    spring_and_brake: bool = True
-    brake_hysteresis_nm: float = 0.0
-    shaft_hardening: tuple[float, float] | None = None
-    cogging: tuple[int, float] | None = None
+    tolerance: float | None = None
 
 
 class ClosedLoop:
@@ -179,6 +168,11 @@ class ClosedLoop:
     def release_command(self) -> None:
         """Let the law act again."""
         self._loop.release_command()
+
+    @property
+    def fidelity(self) -> Fidelity:
+        """What was chosen to keep the tolerance, and the error that is estimated."""
+        return Fidelity(**self._loop.fidelity)
 
     def set_hand(self, hand: Hand) -> None:
         """Let another hand take over; times of its profiles are the rows' times."""

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from math import pi, sin
 from typing import Literal
 
-from torsio import _torsio
+from torsio import _torsio, checks
 
-__all__ = ["ActuatorConfig", "ControlConfig", "PlantParams"]
+__all__ = [
+    "ActuatorConfig",
+    "Belt",
+    "BrakeHysteresis",
+    "Cogging",
+    "ControlConfig",
+    "GameConfig",
+    "PlantParams",
+    "ShaftHardening",
+]
 
 
 @dataclass(frozen=True)
@@ -24,6 +34,8 @@ class ActuatorConfig:
         Of the shaft between knob and brake.
     counter_bits
         Width at which the encoder's counter wraps, 8 to 32.
+    knob_inertia_kg_m2, knob_coulomb_nm, knob_viscous_nm_s_per_rad, motor_time_constant_s
+        Of motor and knob; they bound what a game may ask for.
     """
 
     _: KW_ONLY
@@ -36,6 +48,10 @@ class ActuatorConfig:
     counts_per_rev: int = 8192
     counter_bits: int = 32
     encoder_reversed: bool = False
+    knob_inertia_kg_m2: float = 6e-5
+    knob_coulomb_nm: float = 6e-3
+    knob_viscous_nm_s_per_rad: float = 2.6e-5
+    motor_time_constant_s: float = 0.1e-3
 
 
 @dataclass(frozen=True)
@@ -77,8 +93,115 @@ class ControlConfig:
 
 
 @dataclass(frozen=True)
+class GameConfig:
+    """What games may do over the game interface, and how their numbers become torques.
+
+    Attributes
+    ----------
+    enabled
+        False: games see the axis but move nothing.
+    range_deg
+        From one end of the game's axis to the other, round angle 0; 10 to 36,000.
+    torque_max_nm
+        Torque at full level, and the most that all effects together get.
+    gain
+        On top of the game's own gains, 0 to 1.
+    spring_gain
+        1: a full spring reaches full torque at the end of the axis.
+    speed_full_rad_s, acceleration_full_rad_s2
+        Where a full damper, and a full inertia, reaches full torque.
+    blend_s
+        In which a change of an effect, its beginning or its end takes full effect.
+    silence_s
+        Silence of the game that stops forces without end; 0 is never.
+    """
+
+    _: KW_ONLY
+    enabled: bool = True
+    range_deg: float = 900.0
+    torque_max_nm: float = 100.0
+    gain: float = 1.0
+    spring_gain: float = 1.0
+    speed_full_rad_s: float = 20.0
+    acceleration_full_rad_s2: float = 3000.0
+    blend_s: float = 2e-3
+    silence_s: float = 10.0
+
+
+@dataclass(frozen=True)
+class ShaftHardening:
+    """Part of a plant: beyond a knee of twist the shaft spring is stiffer by a factor, > 0."""
+
+    _: KW_ONLY
+    knee_rad: float = 0.015
+    stiffness_factor: float = 2.0
+
+
+@dataclass(frozen=True)
+class BrakeHysteresis:
+    """Part: magnetic hysteresis, a play of this half-width between command and brake torque."""
+
+    _: KW_ONLY
+    half_width_nm: float = 5.5e-3
+
+
+@dataclass(frozen=True)
+class Belt:
+    """Part: a belt that stretches, between the spring's pulley and the brake.
+
+    Attributes
+    ----------
+    pulley_inertia_kg_m2
+        The share of the brake's inertia that lies before the belt.
+    """
+
+    _: KW_ONLY
+    stiffness_nm_per_rad: float = 60.0
+    damping_nm_s_per_rad: float = 1e-3
+    pulley_inertia_kg_m2: float = 1e-5
+
+
+@dataclass(frozen=True)
+class Cogging:
+    """Part: cogging of the motor, a torque on the knob that repeats along the turn.
+
+    Attributes
+    ----------
+    torque_nm
+        2 to 64 torques at equal distances over one period, from angle 0; straight lines between.
+    """
+
+    _: KW_ONLY
+    periods_per_rev: int
+    torque_nm: tuple[float, ...]
+
+    @staticmethod
+    def sine(*, periods_per_rev: int, amplitude_nm: float, points: int = 16) -> Cogging:
+        """Make a sine wave of so many corners a period."""
+        count = checks.whole("points", points, 2, 64)
+        wave = [
+            checks.number("amplitude_nm", amplitude_nm) * sin(2 * pi * i / count)
+            for i in range(count)
+        ]
+        return Cogging(periods_per_rev=periods_per_rev, torque_nm=tuple(wave))
+
+
+@dataclass(frozen=True)
 class PlantParams:
-    """Motor, knob, shaft spring and brake of an emulated knob. Torques are seen at the knob."""
+    """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
+
+    Parts that are not named cost nothing.
+
+    Attributes
+    ----------
+    shaft_stiffness_nm_per_rad
+        0 cuts the shaft.
+    encoder_rounding, encoder_phase_counts, encoder_noise_counts
+        How the encoder counts, where in a count angle 0 lies, and its noise (standard deviation).
+    spring_and_brake
+        False takes knob and brake for one rigid body and the brake as never engaged, for what
+        needs none, such as the law ``motor_only``. The parts below need it, but for `cogging`.
+    """
 
     _: KW_ONLY
     knob_inertia_kg_m2: float = 6e-5
@@ -94,6 +217,14 @@ class PlantParams:
     motor_limit_nm: float = 85e-3
     brake_limit_nm: float = 110e-3
     counts_per_rev: int = 8192
+    encoder_rounding: Literal["floor", "nearest"] = "floor"
+    encoder_phase_counts: float = 0.0
+    encoder_noise_counts: float = 0.0
+    spring_and_brake: bool = True
+    shaft_hardening: ShaftHardening | None = None
+    brake_hysteresis: BrakeHysteresis | None = None
+    belt: Belt | None = None
+    cogging: Cogging | None = None
 
     def matching_config(self) -> ActuatorConfig:
         """Give the configuration of a device that was calibrated perfectly to this plant."""

@@ -5,7 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-__all__ = ["Clock", "DeviceInfo", "Fidelity", "Health", "LinkStatistics", "ListedDevice", "State"]
+__all__ = [
+    "Clock",
+    "DeviceEvent",
+    "DeviceInfo",
+    "Fidelity",
+    "Health",
+    "LinkStatistics",
+    "ListedDevice",
+    "State",
+]
 
 State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
 
@@ -32,6 +41,21 @@ class ListedDevice:
     board: str
     transport: str
     problem: str
+
+
+@dataclass(frozen=True)
+class DeviceEvent:
+    """A knob was plugged in or pulled out.
+
+    Attributes
+    ----------
+    device
+        As `list_devices` has it, but without `board`: a watch does not open the device, so that it
+        never gets into the way of who opens it.
+    """
+
+    kind: Literal["arrived", "departed"]
+    device: ListedDevice
 
 
 @dataclass(frozen=True)
@@ -77,6 +101,8 @@ class Health:
         Telemetry that the host did not fetch in time.
     tick_time_s, tick_time_max_s
         Time that the last control tick took, and the longest one so far.
+    owner
+        Who has the actuator: "none" unless it is armed.
     """
 
     state: State
@@ -88,6 +114,7 @@ class Health:
     tick_time_s: float
     tick_time_max_s: float
     saves: int
+    owner: Literal["none", "sdk", "game"]
 
 
 @dataclass(frozen=True)

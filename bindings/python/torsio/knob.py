@@ -7,7 +7,7 @@ from itertools import islice
 from types import TracebackType
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.config import ActuatorConfig, ControlConfig, GameConfig, PlantParams
 from torsio.errors import Closed, Error, Timeout
 from torsio.facts import (
     Clock,
@@ -18,6 +18,7 @@ from torsio.facts import (
     ListedDevice,
     State,
 )
+from torsio.game_port import GamePort
 from torsio.hands import Hand
 from torsio.scenes import Scene
 from torsio.telemetry import Record
@@ -64,6 +65,11 @@ class Emulator:
     def fidelity(self) -> Fidelity:
         """Tell how the motion is simulated, and how well."""
         return Fidelity(**self._knob.fidelity())
+
+    @property
+    def game(self) -> GamePort:
+        """The game interface, as a game's driver sees it."""
+        return GamePort(self._knob)
 
     def unplug(self) -> None:
         """Pull the plug. As with hardware the knob must be opened again."""
@@ -284,7 +290,11 @@ class Knob:
         """Ask the device how it controls."""
         return ControlConfig(**self._knob.control_config())
 
-    def configure(self, config: ActuatorConfig | ControlConfig) -> None:
+    def game_config(self) -> GameConfig:
+        """Ask the device what games may do."""
+        return GameConfig(**self._knob.game_config())
+
+    def configure(self, config: ActuatorConfig | ControlConfig | GameConfig) -> None:
         """Set a configuration while disarmed. Another encoder's also empties the scene.
 
         Raises
@@ -298,6 +308,8 @@ class Knob:
             self._knob.set_actuator_config(config)
         elif isinstance(config, ControlConfig):
             self._knob.set_control_config(config)
+        elif isinstance(config, GameConfig):
+            self._knob.set_game_config(config)
         else:
             raise TypeError(f"not a configuration: {config!r}")
 
@@ -317,7 +329,9 @@ class Knob:
         Parameters
         ----------
         rate_hz
-            Highest rate wanted; None takes the highest that the cable carries.
+            Highest rate wanted, up to 4,000 Hz. None takes the highest up to 3,600 Hz, which leaves
+            the cable room for answers; above that samples are lost if commands are sent all the
+            time.
 
         Returns
         -------
@@ -426,6 +440,7 @@ def open(
     serial: str = "",
     actuator: ActuatorConfig | None = None,
     control: ControlConfig | None = None,
+    game: GameConfig | None = None,
     tolerance: float | None = None,
     paced: bool = False,
     log_truth: bool = False,
@@ -452,7 +467,7 @@ def open(
         The simulated actuator and who holds it.
     serial
         At most 16 ASCII characters.
-    actuator, control
+    actuator, control, game
         Configuration at power-up, in place of the defaults.
     tolerance
         Relative error of the simulated motion that is good enough, at least 1e-9: the emulator
@@ -471,6 +486,7 @@ def open(
         ("plant", plant, PlantParams),
         ("actuator", actuator, ActuatorConfig),
         ("control", control, ControlConfig),
+        ("game", game, GameConfig),
     ):
         checks.kind(name, value, (wanted, type(None)), f"a torsio.{wanted.__name__} or None")
     return Knob(
@@ -483,6 +499,7 @@ def open(
             serial=checks.text("serial", serial),
             actuator=actuator,
             control=control,
+            game=game,
             tolerance=None if tolerance is None else checks.number("tolerance", tolerance),
             paced=checks.flag("paced", paced),
             log_truth=checks.flag("log_truth", log_truth),

@@ -95,6 +95,7 @@ MachineParams machine_params(Kind kind, const Parts& parts) {
       machine.knob = knob;
       behind_spring(brake, parts.stiff_spring_nm_per_rad);
       machine.brake = Seat::far_shaft;
+      machine.brake_time_constant_s = parts.clutch_time_constant_s;
       break;
     case Kind::soft_spring:
     case Kind::soft_sensor_paper:

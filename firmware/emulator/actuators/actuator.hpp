@@ -55,7 +55,9 @@ struct Parts {
   double beta = 0.5;                  ///< the brake's share, where a law has one
   double sensor_threshold_nm = 3e-3;  ///< of the torque sensor of (b), against its noise
   double force_gain = 1.0;            ///< of the series elastic motor's torque loop
-  double source_speed_rad_s = 30.0;   ///< at which the clutch's motor runs
+  /// A clutch that drives is built to be fast: fluid in a gap, not powder. Assumed.
+  double clutch_time_constant_s = 5e-3;
+  double source_speed_rad_s = 30.0;  ///< at which the clutch's motor runs
   double source_acceleration_rad_s2 = 3000.0;
   double source_gear_ratio = 4.0;         ///< torque at the clutch over torque of its motor
   double handover_time_constant_s = 0.1;  ///< of the transfer function

@@ -18,6 +18,11 @@ struct ActuatorConfig {
   std::uint32_t counts_per_rev = 8192;
   int counter_bits = 32;  ///< width at which the encoder's counter wraps, 8 to 32
   bool encoder_reversed = false;
+  // These bound what a game may ask for; docs/games.md.
+  double knob_inertia_kg_m2 = 6e-5;  ///< of motor and knob
+  double knob_coulomb_nm = 6e-3;     ///< dry friction of motor and knob
+  double knob_viscous_nm_s_per_rad = 2.6e-5;
+  double motor_time_constant_s = 0.1e-3;  ///< from command to torque
 };
 
 /// How the desired torque is shared between motor and brake; docs/theory.md.
@@ -36,6 +41,19 @@ struct ControlConfig {
   double passive_ramp_s = 0.05;        ///< the motor's way to zero when the host is lost
   double passive_brake_nm = 0.0;       ///< the brake's torque on that way; 0 releases it
   bool autonomous = false;             ///< no watchdog, plays on without a host
+};
+
+/// What games may do over the game interface, and how their numbers become torques; docs/games.md.
+struct GameConfig {
+  bool enabled = true;             ///< false: games see the axis but move nothing
+  double range_deg = 900.0;        ///< from one end of the game's axis to the other
+  double torque_max_nm = 100.0;    ///< at full level, and the most all effects together get
+  double gain = 1.0;               ///< on top of the game's own gains, 0 to 1
+  double spring_gain = 1.0;        ///< 1: a full spring reaches full torque at the axis' end
+  double speed_full_rad_s = 20.0;  ///< where a full damper reaches full torque
+  double acceleration_full_rad_s2 = 3000.0;  ///< where a full inertia does
+  double blend_s = 2e-3;    ///< in which a change, a beginning or an end takes full effect
+  double silence_s = 10.0;  ///< silence of the game that stops forces without end; 0 is never
 };
 
 }  // namespace torsio

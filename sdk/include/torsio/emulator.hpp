@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -47,8 +48,35 @@ struct PrescribedMotion {
 
 using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
 
-/// Motor, knob, shaft spring and brake; docs/theory.md has the equations. Torques are seen at the
-/// knob. The defaults are the reference actuator.
+/// Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
+struct ShaftHardening {
+  double knee_rad = 0.015;        ///< > 0
+  double stiffness_factor = 2.0;  ///< > 0; stiffness beyond the knee over stiffness before it
+};
+
+/// Part: magnetic hysteresis of the brake, a play between its command and its torque.
+struct BrakeHysteresis {
+  double half_width_nm = 5.5e-3;  ///< >= 0
+};
+
+/// Part: a belt that stretches, between the spring's pulley and the brake.
+struct Belt {
+  double stiffness_nm_per_rad = 60.0;  ///< > 0
+  double damping_nm_s_per_rad = 1e-3;  ///< >= 0
+  double pulley_inertia_kg_m2 = 1e-5;  ///< > 0; the share of brake_inertia_kg_m2 before the belt
+};
+
+/// Part: cogging of the motor, a torque on the knob that repeats along the turn.
+struct Cogging {
+  int periods_per_rev = 0;  ///< >= 1
+  /// At equal distances over one period from angle 0, straight lines in between; 2 to 64.
+  std::vector<double> torque_nm{};
+};
+
+enum class EncoderRounding : std::uint8_t { floor, nearest };
+
+/// Motor, knob, shaft spring, brake and encoder; docs/theory.md has the equations. Torques are seen
+/// at the knob. The defaults are the reference actuator. Parts that are not named cost nothing.
 struct PlantParams {
   double knob_inertia_kg_m2 = 6e-5;  ///< motor and knob, > 0
   double knob_viscous_nm_s_per_rad = 2.6e-5;
@@ -63,6 +91,18 @@ struct PlantParams {
   double motor_limit_nm = 85e-3;
   double brake_limit_nm = 110e-3;
   std::uint32_t counts_per_rev = 8192;  ///< of the encoder
+  EncoderRounding encoder_rounding = EncoderRounding::floor;
+  double encoder_phase_counts = 0.0;  ///< where in a count angle 0 lies
+  double encoder_noise_counts = 0.0;  ///< standard deviation, >= 0; 0 leaves the noise out
+
+  /// Part: spring and brake. false takes knob and brake for one rigid body and the brake as never
+  /// engaged, which is what a law or a scene that needs no brake can do with; it saves about half
+  /// of the plant's time. The parts below, but for cogging, need it.
+  bool spring_and_brake = true;
+  std::optional<ShaftHardening> shaft_hardening{};
+  std::optional<BrakeHysteresis> brake_hysteresis{};
+  std::optional<Belt> belt{};
+  std::optional<Cogging> cogging{};
 };
 
 /// The device configuration that describes `plant`: a device that was calibrated perfectly.
@@ -77,6 +117,7 @@ struct EmulatorOptions {
   /// Configuration at power-up in place of what the device has stored, or of its defaults.
   std::optional<ActuatorConfig> actuator{};
   std::optional<ControlConfig> control{};
+  std::optional<GameConfig> game{};
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
@@ -141,6 +182,18 @@ class Emulator {
 
   /// What was chosen to keep EmulatorOptions::tolerance, and the error that is estimated.
   [[nodiscard]] Fidelity fidelity() const;
+
+  // The game interface, for the tests of those who talk to it: reports as bytes, each beginning
+  // with its id; docs/games.md has them all. They take effect at the next control tick.
+  void game_write(std::span<const std::uint8_t> report);
+  /// The next input report; empty if there is nothing new.
+  [[nodiscard]] std::vector<std::uint8_t> game_read();
+  /// @returns false if the device stalls the request
+  [[nodiscard]] bool game_set_feature(std::span<const std::uint8_t> report);
+  /// A feature report; empty if the device stalls the request.
+  [[nodiscard]] std::vector<std::uint8_t> game_get_feature(std::uint8_t id);
+  /// Presses exactly these buttons of the game controller, bit 0 the first.
+  void set_game_buttons(std::uint8_t pressed);
 
   /// Pulls the plug. As with hardware the knob must be opened again.
   void unplug();

@@ -32,9 +32,10 @@ struct ListedDevice {
 [[nodiscard]] std::vector<ListedDevice> list_devices();
 
 struct OpenOptions {
-  EmulatorOptions emulator{};        ///< if the device is an emulated one
-  double command_timeout_s = 1.0;    ///< longest wait for an answer of the device
-  std::size_t ring_samples = 65536;  ///< telemetry kept until it is read; the oldest goes first
+  EmulatorOptions emulator{};      ///< if the device is an emulated one
+  double command_timeout_s = 1.0;  ///< longest wait for an answer of the device
+  /// Telemetry kept until it is read; the oldest goes first. 1 to 2^24, 64 bytes each.
+  std::size_t ring_samples = 65536;
   /// Asked at least every 20 ms of real time in every call that waits, in the thread that waits.
   /// If it returns true the call throws Interrupted; what it throws leaves the call as it is. It
   /// must not use the knob itself.
@@ -107,18 +108,21 @@ class Knob {
 
   [[nodiscard]] ActuatorConfig actuator_config();
   [[nodiscard]] ControlConfig control_config();
+  [[nodiscard]] GameConfig game_config();
   /// A change of counts_per_rev also empties the scene.
   /// @throws InvalidArgument, Refused (not_disarmed)
   void set_actuator_config(const ActuatorConfig& config);
   void set_control_config(const ControlConfig& config);  ///< @throws InvalidArgument, Refused
+  void set_game_config(const GameConfig& config);        ///< @throws InvalidArgument, Refused
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 
   // Telemetry --------------------------------------------------------------------------------
 
   /// Starts telemetry, or changes its rate, and forgets what was not read.
-  /// @param rate_hz highest rate wanted; the device sends every n-th tick. 0 takes the highest rate
-  ///        that the cable carries (3,600 samples/s).
+  /// @param rate_hz highest rate wanted, up to 4,000 Hz; the device sends every n-th tick. 0 takes
+  ///        the highest rate up to 3,600 Hz, which leaves the cable room for answers. Above that
+  ///        samples are lost if commands are sent all the time.
   /// @returns the true rate
   /// @throws InvalidArgument if that rate cannot be had
   double start_telemetry(double rate_hz = 0.0);
@@ -128,6 +132,7 @@ class Knob {
   /// what has arrived can still be read.
   /// @returns how many samples were written to `out`
   std::size_t read(std::span<TelemetrySample> out, double timeout_s);
+  /// @throws InvalidArgument if `max` is above 2^24
   [[nodiscard]] std::vector<TelemetrySample> read(std::size_t max, double timeout_s);
 
   /// Lets `duration_s` pass and returns every sample of that span; starts telemetry at the highest

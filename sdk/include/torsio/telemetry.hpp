@@ -62,6 +62,9 @@ struct Clock {
   double angle_rad = 0.0;
 };
 
+/// Who has the actuator: nobody unless it is armed.
+enum class Owner : std::uint8_t { none, sdk, game };
+
 /// State and counters of the device since its power-up.
 struct Health {
   State state = State::disarmed;
@@ -73,6 +76,7 @@ struct Health {
   double tick_time_s = 0.0;      ///< time that the last control tick took
   double tick_time_max_s = 0.0;  ///< longest tick so far
   std::uint32_t saves = 0;       ///< how often the configuration was saved, ever
+  Owner owner = Owner::none;
 };
 
 /// Counters of this end of the cable, since the knob was opened.

@@ -138,50 +138,57 @@ TEST_CASE("the device descriptor's version stays decimal beyond nine") {
   CHECK(u16(d, 12) == 0x0999);
 }
 
-TEST_CASE("the configuration is one HID interface with interrupt endpoints every millisecond") {
+TEST_CASE("the configuration is two HID interfaces with interrupt endpoints every millisecond") {
   const auto parts = split(device::configuration_descriptor());
-  REQUIRE(parts.size() == 5);
+  REQUIRE(parts.size() == 9);
   const Bytes configuration = parts[0];
   CHECK(configuration[1] == 2);
   CHECK(u16(configuration, 2) == device::configuration_descriptor().size());
-  CHECK(configuration[4] == 1);
+  CHECK(configuration[4] == 2);
   CHECK(configuration[5] == 1);
   CHECK(configuration[7] == 0x80);
   CHECK(configuration[8] * 2 <= 500);
 
-  const Bytes interface = parts[1];
-  CHECK(interface.size() == 9);
-  CHECK(interface[1] == 4);
-  CHECK(interface[2] == 0);
-  CHECK(interface[4] == 2);
-  CHECK(interface[5] == 3);
-  CHECK(interface[6] == 0);
+  for (std::uint8_t number = 0; number < 2; ++number) {
+    const std::size_t at = 1 + std::size_t{4} * number;
+    const Bytes interface = parts[at];
+    CHECK(interface.size() == 9);
+    CHECK(interface[1] == 4);
+    CHECK(interface[2] == number);
+    CHECK(interface[4] == 2);
+    CHECK(interface[5] == 3);
+    CHECK(interface[6] == 0);
+    CHECK(interface[8] == 4 + number);
 
-  const Bytes hid = parts[2];
-  CHECK(hid.size() == 9);
-  CHECK(hid[1] == 0x21);
-  CHECK(u16(hid, 2) == 0x0111);
-  CHECK(hid[5] == 1);
-  CHECK(hid[6] == 0x22);
-  CHECK(u16(hid, 7) == device::usb_interfaces()[0].report_descriptor.size());
+    const Bytes hid = parts[at + 1];
+    CHECK(hid.size() == 9);
+    CHECK(hid[1] == 0x21);
+    CHECK(u16(hid, 2) == 0x0111);
+    CHECK(hid[5] == 1);
+    CHECK(hid[6] == 0x22);
+    CHECK(u16(hid, 7) == device::usb_interfaces()[number].report_descriptor.size());
 
-  const unsigned addresses[] = {0x81, 0x01};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Bytes endpoint = parts[3 + i];
-    CHECK(endpoint.size() == 7);
-    CHECK(endpoint[1] == 5);
-    CHECK(endpoint[2] == addresses[i]);
-    CHECK(endpoint[3] == 3);
-    CHECK(u16(endpoint, 4) == 64);
-    CHECK(endpoint[6] == 1);
+    const unsigned addresses[] = {0x81U + number, 0x01U + number};
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Bytes endpoint = parts[at + 2 + i];
+      CHECK(endpoint.size() == 7);
+      CHECK(endpoint[1] == 5);
+      CHECK(endpoint[2] == addresses[i]);
+      CHECK(endpoint[3] == 3);
+      CHECK(u16(endpoint, 4) == 64);
+      CHECK(endpoint[6] == 1);
+    }
   }
 }
 
 TEST_CASE("a HID descriptor on its own is the one in the configuration") {
   const auto parts = split(device::configuration_descriptor());
-  const Bytes alone = device::hid_descriptor(0);
-  CHECK(std::equal(alone.begin(), alone.end(), parts[2].begin(), parts[2].end()));
-  CHECK(device::hid_descriptor(1).empty());
+  for (std::uint8_t number = 0; number < 2; ++number) {
+    const Bytes alone = device::hid_descriptor(number);
+    const Bytes inside = parts[2 + std::size_t{4} * number];
+    CHECK(std::equal(alone.begin(), alone.end(), inside.begin(), inside.end()));
+  }
+  CHECK(device::hid_descriptor(2).empty());
 }
 
 TEST_CASE("the report descriptor declares every report once, 63 bytes behind its id") {
@@ -217,7 +224,8 @@ TEST_CASE("strings say who made what, and which one it is") {
   CHECK(text(device::string_descriptor(3, serial)) == "E660AB");
   CHECK(device::string_descriptor(3, serial).units[0] == (0x0300 | 14));
   CHECK(text(device::string_descriptor(4, serial)) == "Torsio control");
-  CHECK(device::string_descriptor(5, serial).size_bytes == 0);
+  CHECK(text(device::string_descriptor(5, serial)) == "Torsio game controller");
+  CHECK(device::string_descriptor(6, serial).size_bytes == 0);
   CHECK(device::string_descriptor(0xEE, serial).size_bytes == 0);
 }
 

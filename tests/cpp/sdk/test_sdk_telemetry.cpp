@@ -74,6 +74,20 @@ TEST_CASE("a recording of more samples than memory holds is InvalidArgument at e
   CHECK(knob.record(0.1).size() == 10);
 }
 
+TEST_CASE("a ring or a read of more samples than memory holds is InvalidArgument") {
+  constexpr std::size_t kMost = 16'777'216;
+  for (const std::size_t samples : {std::size_t{0}, kMost + 1, SIZE_MAX}) {
+    OpenOptions options;
+    options.ring_samples = samples;
+    CHECK(contains(message_of<InvalidArgument>([&] { (void)Knob::open("emulated", options); }),
+                   "ring_samples is " + std::to_string(samples) + ", allowed are 1 to 16777216"));
+  }
+  Knob knob = Knob::open("emulated");
+  CHECK(contains(message_of<InvalidArgument>([&] { (void)knob.read(kMost + 1, 0.0); }),
+                 "max is 16777217, allowed are 0 to 16777216"));
+  CHECK(knob.read(0, 0.0).empty());
+}
+
 TEST_CASE("two recordings that follow each other do not overlap") {
   Knob knob = Knob::open("emulated", turning());
   knob.start_telemetry();
@@ -95,6 +109,21 @@ TEST_CASE("telemetry runs at the rate asked for, as near as whole ticks allow") 
   CHECK(log[1].tick - log[0].tick == 3);
   CHECK(knob.statistics().samples_lost == 0);
   CHECK(knob.health().samples_dropped == 0);
+}
+
+TEST_CASE("telemetry at 4,000 samples a second loses none, and has room for a dozen answers") {
+  for (const double control_rate_hz : {4e3, 8e3, 20e3}) {
+    CAPTURE(control_rate_hz);
+    Knob knob = Knob::open("emulated", turning(control_rate_hz));
+    CHECK(knob.start_telemetry(4000.0) == doctest::Approx(4000.0));
+    for (int i = 0; i < 12; ++i) knob.disarm();  // each is answered
+    const auto log = knob.record(5.0);
+    CHECK(log.size() == 20'000);
+    CHECK(log.back().tick - log.front().tick == 19'999 * (log[1].tick - log[0].tick));
+    CHECK(knob.statistics().samples_lost == 0);
+    CHECK(knob.health().samples_dropped == 0);
+    CHECK_THROWS_AS(knob.start_telemetry(4001.0), InvalidArgument);
+  }
 }
 
 TEST_CASE("a rate that cannot be had is InvalidArgument with the range") {

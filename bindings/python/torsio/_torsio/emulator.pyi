@@ -4,7 +4,7 @@ from typing import Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from torsio.closed_loop import LoopOptions
+from torsio.closed_loop import InitialState, LoopOptions
 from torsio.config import PlantParams
 from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
@@ -12,6 +12,8 @@ from torsio.hands import Profile as _Knots
 PLANT_DTYPE: Final[np.dtype[Any]]
 
 _Method = Literal["exact", "trapezoid", "semi_implicit", "regularised"]
+
+def usb_report_descriptor(interface: int) -> bytes: ...
 
 class Plant:
     def __init__(
@@ -23,7 +25,6 @@ class Plant:
         step_ns: int | None = None,
         tolerance: float | None = None,
         regularisation_rad_s: float | None = None,
-        spring_and_brake: bool = True,
     ) -> None: ...
     def set_command(
         self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0
@@ -48,6 +49,7 @@ class Plant:
         *,
         period_ns: int = 1_000_000,
     ) -> npt.NDArray[np.float64]: ...
+    def set_state(self, state: InitialState) -> None: ...
     def restart(self) -> None: ...
     @property
     def fidelity(self) -> dict[str, Any]: ...
@@ -105,6 +107,8 @@ class ClosedLoop:
     def hold_command(self, motor_torque_nm: float, brake_torque_nm: float) -> None: ...
     def release_command(self) -> None: ...
     def set_hand(self, hand: Hand) -> None: ...
+    @property
+    def fidelity(self) -> dict[str, Any]: ...
 
 def simulate_many(
     options: list[LoopOptions],

@@ -163,7 +163,7 @@ def wrap_traces(bits: int) -> tuple[Array, Array, Array]:
     options = replace(
         runs.push_options(runs.per_degree(30)),
         actuator=actuator,
-        encoder_phase_counts=float(2**bits - round(inside)),
+        plant=PlantParams(encoder_phase_counts=float(2**bits - round(inside))),
     )
     rows = simulate(options, duration_s=runs.PUSH_DURATION_S)
     counter = (rows["position_counts"] - rows["position_counts"][0]) % (2**bits)

@@ -37,9 +37,10 @@ from rich.console import Console
 from rich.table import Table
 
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
-from torsio.config import PlantParams
-from torsio.studies import paper_figures as figures
+from torsio.config import BrakeHysteresis, PlantParams, ShaftHardening
+from torsio.studies import paper_law_figures as law_figures
 from torsio.studies import paper_runs as runs
+from torsio.studies import paper_scenario_figures as scenario_figures
 from torsio.studies.common import Results, Study
 from torsio.studies.paper_statements import statements
 from torsio.telemetry import Record
@@ -96,7 +97,7 @@ def _scenario_1(study: Study) -> Results:
         limits.append({**loop, "stable_to_nm_per_rad": limit})
         sweeps.append((name, color, stiffness, outcomes))
     examples = {k: simulate(runs.bounce_options(k), duration_s=1.0) for k in (4.0, 15.0)}
-    figures.scenario_1(study, examples, sweeps)
+    scenario_figures.scenario_1(study, examples, sweeps)
     return {"rows": rows, "limits": limits}
 
 
@@ -125,13 +126,13 @@ def _scenario_2(study: Study) -> Results:
         visits[runs.per_degree(wall)] = (log, push)
         rows.append(_push_row(options, runs.PULL_S, push))
         if wall == 30.0:
-            figures.wall_events(study, log, push, runs.per_degree(wall))
+            scenario_figures.wall_events(study, log, push, runs.per_degree(wall))
             for pull_s in PULLS_S:
                 if pull_s != runs.PULL_S:
                     faster = runs.push_options(runs.per_degree(wall), pull_s=pull_s)
                     _, push = runs.run_push(faster, extra_s=max(0.0, pull_s - runs.PULL_S))
                     rows.append(_push_row(faster, pull_s, push))
-    figures.scenario_2(study, visits)
+    scenario_figures.scenario_2(study, visits)
     return {"rows": rows}
 
 
@@ -165,15 +166,16 @@ def _scenario_3(study: Study) -> Results:
                 **asdict(cut),
             }
         )
-    figures.scenario_3(study, cuts, stiffness)
+    scenario_figures.scenario_3(study, cuts, stiffness)
     return {"rows": rows}
 
 
 def _characterisation(study: Study) -> Results:
+    hard = ShaftHardening(knee_rad=runs.LINEAR_RAD, stiffness_factor=2.0)
     linear, hardened = study.track(
-        (runs.characterise(), runs.characterise((runs.LINEAR_RAD, 2.0))), "stiffness of the shaft"
+        (runs.characterise(), runs.characterise(hard)), "stiffness of the shaft"
     )
-    figures.characterisation(study, linear, hardened)
+    law_figures.characterisation(study, linear, hardened)
     return {
         name: {"slope_nm_per_rad": one.slope_nm_per_rad, "offset_nm": one.offset_nm}
         for name, one in (("linear", linear), ("hardening", hardened))
@@ -189,7 +191,7 @@ def _diagrams(study: Study) -> Results:
         peak = runs.critical_torque(stiffness, beta)
         push = runs.ideal_push(stiffness, beta, peak)
         panels.append((stiffness, simulate(push, duration_s=runs.IDEAL_PUSH_S)))
-    figures.torque_diagrams(study, panels, beta)
+    law_figures.torque_diagrams(study, panels, beta)
     rows = []
     for ratio in study.track((0.2, 0.4, 0.6, 0.8, 1.0, 1.5), "where the shaft is empty"):
         stiffness = ratio * runs.SHAFT_NM_PER_RAD
@@ -226,10 +228,11 @@ def _critical(study: Study) -> Results:
                 "error": torque / formula - 1.0,
             }
         )
-    figures.critical_torques(study, rows)
+    law_figures.critical_torques(study, rows)
     return {"rows": rows, "largest_error": max(abs(row["error"]) for row in rows)}
 
 
+_HYSTERESIS = PlantParams(brake_hysteresis=BrakeHysteresis(half_width_nm=0.05 * runs.BRAKE_NM))
 BETTER: tuple[tuple[str, dict[str, Any]], ...] = (
     ("paper's law", {}),
     (
@@ -241,7 +244,7 @@ BETTER: tuple[tuple[str, dict[str, Any]], ...] = (
         "... and four times the counts",
         {"law": "compensated", "rate_hz": 10_000.0, "counts_per_rev": 32_768},
     ),
-    ("paper's law, brake with 5 % hysteresis", {"brake_hysteresis_nm": 0.05 * runs.BRAKE_NM}),
+    ("paper's law, brake with 5 % hysteresis", {"plant": _HYSTERESIS}),
 )
 
 
@@ -258,7 +261,7 @@ def _better(study: Study) -> Results:
                 "sensor_rms_nm": push.sensor_rms_nm,
             }
         )
-    figures.better(study, rows)
+    law_figures.better(study, rows)
     return {"rows": [{**row, "variant": str(row["variant"]).replace("\n", " ")} for row in rows]}
 
 

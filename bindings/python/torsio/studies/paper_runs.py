@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
-from torsio.config import ControlConfig, PlantParams
+from torsio.config import ControlConfig, PlantParams, ShaftHardening
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.scenes import Spring, Wall
 from torsio.telemetry import Record
@@ -109,7 +109,6 @@ def push_options(
     pull_s: float = PULL_S,
     peak_nm: float = PEAK_NM,
     plant: PlantParams | None = None,
-    brake_hysteresis_nm: float = 0.0,
 ) -> LoopOptions:
     """Push into a wall until it asks for the peak torque, hold, and come out."""
     plant = plant or PlantParams(counts_per_rev=counts_per_rev)
@@ -127,7 +126,6 @@ def push_options(
         plant=plant,
         control=ControlConfig(law=law, beta=beta),
         control_period_ns=round(1e9 / rate_hz),
-        brake_hysteresis_nm=brake_hysteresis_nm,
     )
 
 
@@ -257,9 +255,9 @@ class Characterisation:
     offset_nm: float
 
 
-def characterise(hardening: tuple[float, float] | None = None) -> Characterisation:
+def characterise(hardening: ShaftHardening | None = None) -> Characterisation:
     """Hold the brake at its limit, and ramp the motor's torque up and down again."""
-    loop = ClosedLoop(LoopOptions(shaft_hardening=hardening))
+    loop = ClosedLoop(LoopOptions(plant=PlantParams(shaft_hardening=hardening)))
     loop.hold_command(brake_torque_nm=BRAKE_NM)
     loop.run(duration_s=0.5)  # until the brake holds
     rows = []

@@ -1,0 +1,398 @@
+"""`torsio doctor`: is all well with the knob, and if not, what is to be done.
+
+Facts are gathered in `torsio.doctor_facts`; here small functions, one for each matter, turn facts
+into findings.
+"""
+
+from __future__ import annotations
+
+import importlib.resources
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import torsio
+from torsio import doctor_facts
+from torsio.doctor_facts import KnobFacts, Permission, UsbKnob
+from torsio.errors import Error
+
+__all__ = ["Finding", "Report", "diagnose"]
+
+# Crystals are good to 100 ppm; twice that is no crystal's error any more.
+_DRIFT_LIMIT_PPM = 200.0
+# USB takes 1 to 3 ms for a command and its answer.
+_SLOW_ROUND_TRIP_S = 10e-3
+
+_FAULT_ADVICE = {
+    "emergency_stop": (
+        "the emergency stop is pressed or not connected",
+        "release it, or close its contact to ground, then clear the fault",
+    ),
+    "over_speed": (
+        "the knob turned faster than its limit",
+        "look for a scene that is too stiff or too little damped, then clear the fault; the limit "
+        "is speed_limit_rad_s of the control configuration",
+    ),
+    "encoder": (
+        "the encoder's count jumped further than a knob can turn",
+        "check the encoder's cable and supply, then clear the fault",
+    ),
+    "actuator": (
+        "the power stage reported an error",
+        "check supply, motor cable and temperature, then clear the fault",
+    ),
+    "overrun": (
+        "the control loop missed many ticks in a row",
+        "clear the fault; if it comes back the firmware has a fault: please report it",
+    ),
+    "numeric": (
+        "the control law gave a torque that is no number",
+        "stop, clear the fault, and look for extreme values in scene and configuration",
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One matter that was looked at."""
+
+    check: str
+    """Its name, for machines."""
+    ok: bool
+    text: str
+    """What was found, in plain words."""
+    advice: str = ""
+    """What to do; empty if `ok`."""
+    values: dict[str, Any] = field(default_factory=dict)
+    """The figures behind it, SI units."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """All findings about one knob, or about there being none."""
+
+    device: str
+    findings: list[Finding]
+
+    @property
+    def ok(self) -> bool:
+        """All is well."""
+        return all(finding.ok for finding in self.findings)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"device": self.device, "ok": self.ok, "findings": [*map(asdict, self.findings)]}
+
+
+# The system -------------------------------------------------------------------------------------
+
+
+def install_rule_line() -> str:
+    """Give the line that installs the udev rule that this package brings."""
+    rule = importlib.resources.files("torsio").joinpath(doctor_facts.RULE)
+    return (
+        f"sudo install -m 644 {rule} /etc/udev/rules.d/ && sudo udevadm control --reload && "
+        "sudo udevadm trigger --subsystem-match=hidraw"
+    )
+
+
+def check_usb(knobs: list[UsbKnob]) -> Finding:
+    """Look for a knob on the USB."""
+    if knobs:
+        where = ", ".join(f"port {knob.port}, serial number {knob.serial}" for knob in knobs)
+        return Finding("usb", True, f"the kernel sees {where}")
+    return Finding(
+        "usb",
+        False,
+        "the kernel sees no Torsio knob on the USB",
+        "plug it in; if it is, try another port and a cable that carries data, not only power, and "
+        "look for it in `lsusb -d 1209:0001`; without hardware use `--device emulated`",
+    )
+
+
+def check_driver(knob: UsbKnob) -> Finding:
+    """See whether the kernel has made a device of it that programs can open."""
+    node = knob.node
+    if node is not None and node.exists:
+        return Finding("driver", True, f"{knob.driver or 'the kernel'} made {node.path}")
+    if node is not None:
+        return Finding(
+            "driver",
+            False,
+            f"the kernel has {node.path}, but here is no such file",
+            "in a container, pass the device in (docker run --device or -v /dev:/dev); else udev "
+            "or devtmpfs does not run",
+        )
+    if knob.driver in ("", "usbhid", "hid-generic"):
+        return Finding(
+            "driver",
+            False,
+            "no driver has taken the knob" if not knob.driver else "the kernel made no hidraw file",
+            "run `sudo modprobe -a usbhid hid-generic` and plug the knob in again; a kernel for "
+            "clouds or containers may lack USB (CONFIG_USB_HID, CONFIG_HIDRAW)",
+        )
+    return Finding(
+        "driver",
+        False,
+        f"the driver {knob.driver} has taken the knob, so it has no hidraw file",
+        f"end the program that holds it through {knob.driver}, or pass it back from a virtual "
+        "machine, and plug the knob in again",
+    )
+
+
+def check_permission(knob: UsbKnob, permission: Permission) -> Finding:
+    """See whether this user may open it, and not everybody."""
+    node = knob.node
+    assert node is not None
+    values = {"path": node.path, "mode": f"{node.mode:04o}", "rule": permission.rule}
+    if node.mode & 0o002:
+        return Finding(
+            "permission",
+            False,
+            f"everybody on this machine may move the knob: {node.path} has mode {node.mode:04o}",
+            "some udev rule says MODE=0666 for it: `grep -r hidraw /etc/udev/rules.d` finds it; "
+            "Torsio's own rule needs no such thing",
+            values,
+        )
+    if node.usable:
+        return Finding("permission", True, f"you may open {node.path}", values=values)
+    text = f"you may not open {node.path}"
+    if not permission.rule:
+        text += ": Torsio's udev rule is not installed"
+        advice = f"run `./dev udev` in the source tree, or: {install_rule_line()}"
+    elif not permission.udev_runs:
+        text += ": udev does not run, so its rules do nothing"
+        advice = "in a container, give the file to your user on the host; else start udev"
+    elif permission.remote:
+        text += ": the rule serves whoever sits at the machine, and you came over ssh"
+        advice = (
+            "use the machine's own screen, or give yourself this file until it is unplugged: "
+            f"sudo setfacl -m u:$USER:rw {node.path}"
+        )
+    else:
+        text += f", although {permission.rule} is installed: udev has not applied it"
+        advice = (
+            "run `sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=hidraw`, "
+            "or plug the knob in again; it serves the session at the screen (see `loginctl`)"
+        )
+    return Finding("permission", False, text, advice, values)
+
+
+_OPEN_ADVICE = {
+    "busy": "close the other program (`fuser -v /dev/hidraw*` names it)",
+    "permission": "see what is said of the permission",
+    "protocol": "install firmware and library of the same release: update the older of the two",
+    "not_found": "`torsio list` shows what is there",
+    "timeout": "plug the knob in again; if that goes on, load its firmware again",
+    "failed": "plug the knob in again and run this once more",
+}
+
+
+def check_failure(error: Error) -> Finding:
+    """Say what kept the knob from being opened or examined."""
+    name = doctor_facts.failure_name(error)
+    return Finding("open", False, str(error), _OPEN_ADVICE[name], {"reason": name})
+
+
+# The knob ---------------------------------------------------------------------------------------
+
+
+def check_firmware(facts: KnobFacts) -> Finding:
+    """Say who it is; opening it has compared the fingerprints already."""
+    info = facts.info
+    return Finding(
+        "firmware",
+        True,
+        f"board {info.board}, firmware {info.firmware_version}, protocol {info.protocol_version} "
+        f"(fingerprint 0x{info.fingerprint:08x}) as in this library, torsio {torsio.__version__}",
+        values={
+            "board": info.board,
+            "firmware_version": info.firmware_version,
+            "protocol_version": info.protocol_version,
+            "fingerprint": info.fingerprint,
+            "library_version": torsio.__version__,
+        },
+    )
+
+
+def check_state(facts: KnobFacts) -> Finding:
+    """Look for faults."""
+    health = facts.after
+    values = {"state": health.state, "faults": list(health.faults)}
+    if health.state != "fault":
+        return Finding("state", True, f"the knob is {health.state}, without a fault", values=values)
+    unknown = ("a fault that this library does not know", "update the library")
+    known = [_FAULT_ADVICE.get(fault, unknown) for fault in health.faults]
+    return Finding(
+        "state",
+        False,
+        "the knob gives no torque: " + "; ".join(text for text, _ in known),
+        "; ".join(advice for _, advice in known) + " (knob.clear_fault())",
+        values,
+    )
+
+
+def check_clock(facts: KnobFacts) -> Finding:
+    """Compare the clocks."""
+    clock = facts.clock
+    text = (
+        f"the knob's clock is at {clock.offset_s:+.6f} s against this computer's, and "
+        f"{abs(clock.drift_ppm):.0f} ppm {'fast' if clock.drift_ppm > 0 else 'slow'} "
+        f"(give or take {clock.uncertainty_ppm:.0f})"
+    )
+    if abs(clock.drift_ppm) <= _DRIFT_LIMIT_PPM + clock.uncertainty_ppm:
+        return Finding("clock", True, text, values=asdict(clock))
+    return Finding(
+        "clock",
+        False,
+        text + ", more than a crystal can be wrong",
+        "if the knob was not restarted meanwhile, its control loop keeps no time: see the ticks; "
+        "an emulated knob on a busy computer falls behind, so give it a free processor",
+        asdict(clock),
+    )
+
+
+def check_round_trips(facts: KnobFacts) -> Finding:
+    """See how quickly it answers."""
+    trips = facts.round_trips
+    if trips is None:
+        return Finding(
+            "round_trip", True, "round trips were not timed, for the knob is armed: disarm it first"
+        )
+    text = (
+        f"it answers after {1e3 * trips.median_s:.2f} ms (median), "
+        f"{1e3 * trips.p99_s:.2f} ms (99 of 100)"
+    )
+    # The library gives a sign of life three times in a watchdog's time.
+    if trips.p99_s > facts.watchdog_s / 3:
+        problem = f"; so late that the watchdog of {facts.watchdog_s:g} s may disarm the knob"
+    elif trips.median_s > _SLOW_ROUND_TRIP_S:
+        problem = "; USB needs 1 to 3 ms"
+    else:
+        return Finding("round_trip", True, text, values=asdict(trips))
+    return Finding(
+        "round_trip",
+        False,
+        text + problem,
+        "plug the knob into the computer itself and not into a hub, keep other USB devices off "
+        "that port, and see what keeps the processor busy; in a virtual machine this may be normal",
+        asdict(trips),
+    )
+
+
+def check_losses(facts: KnobFacts) -> Finding:
+    """See whether everything arrived."""
+    lost = {
+        "samples_lost": facts.link.samples_lost,
+        "samples_dropped": facts.after.samples_dropped - facts.before.samples_dropped,
+        "reports_undecodable": facts.link.reports_undecodable,
+        "reports_refused": facts.after.reports_refused - facts.before.reports_refused,
+    }
+    values = {"samples": facts.samples, **lost}
+    words = {
+        "samples_lost": "telemetry samples did not arrive",
+        "samples_dropped": "samples were dropped by the knob, because nobody fetched them in time",
+        "reports_undecodable": "reports arrived damaged",
+        "reports_refused": "reports were refused by the knob, maybe damaged on the way",
+    }
+    bad = [f"{count} {words[name]}" for name, count in lost.items() if count]
+    if not bad:
+        return Finding(
+            "losses", True, f"{facts.samples} telemetry samples came, none lost", values=values
+        )
+    return Finding(
+        "losses",
+        False,
+        "; ".join(bad),
+        "try another cable and port, without a hub; if the computer is busy, read telemetry from a "
+        "thread that does nothing else, or at a lower rate",
+        values,
+    )
+
+
+def check_ticks(facts: KnobFacts) -> Finding:
+    """See whether the control loop keeps its rate."""
+    late = facts.after.tick_overruns - facts.before.tick_overruns
+    period_s = 1 / facts.info.control_rate_hz
+    share = facts.after.tick_time_max_s / period_s
+    values = {
+        "control_rate_hz": facts.info.control_rate_hz,
+        "tick_overruns": late,
+        "tick_overruns_since_power_up": facts.after.tick_overruns,
+        "tick_time_max_s": facts.after.tick_time_max_s,
+    }
+    text = (
+        f"the control loop runs at {facts.info.control_rate_hz:.0f} Hz; its longest tick took "
+        f"{100 * share:.0f} % of its time"
+    )
+    if late == 0 and share <= 1:
+        return Finding("ticks", True, text, values=values)
+    return Finding(
+        "ticks",
+        False,
+        text + f", and {late} ticks came late just now",
+        "take effects out of the scene; if it stays so with an empty one, load the firmware of the "
+        "release again, and report it",
+        values,
+    )
+
+
+KNOB_CHECKS: tuple[Callable[[KnobFacts], Finding], ...] = (
+    check_firmware,
+    check_state,
+    check_clock,
+    check_round_trips,
+    check_losses,
+    check_ticks,
+)
+
+
+# All together -----------------------------------------------------------------------------------
+
+
+def examine_device(selector: str, **options: Any) -> Iterator[Finding]:
+    """Open a knob and judge it; options go to `torsio.open`."""
+    try:
+        with torsio.open(selector, **options) as knob:
+            facts = doctor_facts.examine(knob)
+    except Error as error:
+        yield check_failure(error)
+        return
+    for check in KNOB_CHECKS:
+        yield check(facts)
+
+
+def _examine_plugged_in(knob: UsbKnob, permission: Permission) -> Report:
+    findings = [check_usb([knob]), check_driver(knob)]
+    device = knob.serial or knob.port
+    if knob.node is not None and knob.node.exists:
+        device = knob.node.path
+        findings.append(check_permission(knob, permission))
+        if knob.node.usable:
+            findings += examine_device(knob.node.path)
+    return Report(device, findings)
+
+
+def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
+    """Examine one knob, or with an empty selector all that are plugged in.
+
+    It takes about three seconds a knob, which stays as it is: what is armed is not disarmed.
+    """
+    if selector == "emulated" or selector.startswith("emulated:"):
+        return [Report(selector, [*examine_device(selector, paced=True)])]
+    knobs = doctor_facts.find_usb_knobs(root)
+    permission = doctor_facts.find_permission(root)
+    if selector:
+        meant = [
+            knob
+            for knob in knobs
+            if selector in (knob.serial, knob.port, knob.node.path if knob.node else None)
+        ]
+        # Otherwise it is a path that sysfs does not show, which opening may explain.
+        if not meant:
+            return [Report(selector, [check_usb(knobs), *examine_device(selector)])]
+        knobs = meant
+    if not knobs:
+        return [Report("", [check_usb(knobs)])]
+    return [_examine_plugged_in(knob, permission) for knob in knobs]

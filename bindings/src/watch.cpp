@@ -1,0 +1,87 @@
+// torsio._torsio.DeviceWatch: the SDK's watch for knobs that come and go. The package makes an
+// iterator and a callback of it.
+#include "torsio/watch.hpp"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "convert.hpp"
+#include "module.hpp"
+
+namespace py = pybind11;
+using py::arg;
+
+namespace torsio::bindings {
+namespace {
+
+/// Stopping waits for a thread, so the lock must be free whichever way the watch goes.
+class PyWatch {
+ public:
+  explicit PyWatch(const WatchOptions& options) : watch_(std::make_unique<DeviceWatch>(options)) {}
+  PyWatch(const PyWatch&) = delete;
+  PyWatch& operator=(const PyWatch&) = delete;
+  ~PyWatch() {
+    const py::gil_scoped_release release;
+    watch_.reset();
+  }
+
+  DeviceWatch* operator->() const { return watch_.get(); }
+
+ private:
+  std::unique_ptr<DeviceWatch> watch_;
+};
+
+std::unique_ptr<PyWatch> watch(bool include_present, double permission_timeout_s) {
+  const WatchOptions options{.include_present = include_present,
+                             .permission_timeout_s = permission_timeout_s};
+  const py::gil_scoped_release release;
+  return std::make_unique<PyWatch>(options);
+}
+
+/// Waits in slices, between which signals are handled: what they raise (KeyboardInterrupt) ends the
+/// wait.
+std::optional<DeviceEvent> next(const PyWatch& watch, double timeout_s) {
+  using Seconds = std::chrono::duration<double>;
+  constexpr double kSliceS = 0.05;
+  const auto begin = std::chrono::steady_clock::now();
+  double left_s = timeout_s;
+  while (true) {
+    {
+      const py::gil_scoped_release release;
+      // What is no time gets through, to be refused.
+      auto event = watch->next(left_s > kSliceS ? kSliceS : left_s);
+      if (event || watch->is_stopped()) return event ? event : watch->next(0.0);
+    }
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    left_s = timeout_s - Seconds(std::chrono::steady_clock::now() - begin).count();
+    if (left_s <= 0.0) return std::nullopt;
+  }
+}
+
+}  // namespace
+
+void bind_watch(py::module_& module) {
+  py::class_<PyWatch>(module, "DeviceWatch")
+      .def(py::init(&watch), py::kw_only(), arg("include_present"), arg("permission_timeout_s"))
+      .def(
+          "next",
+          [](const PyWatch& self, double timeout_s) -> py::object {
+            const auto event = next(self, timeout_s);
+            if (!event) return py::none();
+            return py::make_tuple(
+                event->kind == DeviceEvent::Kind::arrived ? "arrived" : "departed",
+                to_python(event->device));
+          },
+          arg("timeout_s"))
+      .def(
+          "stop", [](const PyWatch& self) { self->stop(); },
+          py::call_guard<py::gil_scoped_release>())
+      .def_property_readonly("is_stopped", [](const PyWatch& self) { return self->is_stopped(); });
+}
+
+}  // namespace torsio::bindings

@@ -1,0 +1,276 @@
+#include "device/game_forces.hpp"
+
+#include "core/math.hpp"
+
+namespace torsio::device::game {
+namespace {
+
+constexpr std::size_t at(Metric metric) { return static_cast<std::size_t>(metric); }
+
+/// Amplitude of a timed force: attack and fade are lines that end at the peak. Where they overlap
+/// their distances from the peak add up, so that nothing jumps.
+float amplitude_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks) {
+  const auto ticks = static_cast<std::uint32_t>(elapsed);
+  float level_nm = force.peak_nm;
+  if (elapsed < force.attack_ticks) {
+    level_nm += force.attack_nm - force.attack_fall_per_tick * static_cast<float>(ticks);
+  }
+  if (duration_ticks != 0) {
+    const std::uint32_t left = duration_ticks - ticks;
+    if (left < force.fade_ticks) {
+      level_nm += force.fade_nm - force.fade_fall_per_tick * static_cast<float>(left);
+    }
+  }
+  return level_nm > 0.0F ? level_nm : 0.0F;
+}
+
+float timed_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks) {
+  const auto ticks = static_cast<std::uint32_t>(elapsed);  // an endless wave's phase wraps with it
+  float shape = 0.0F;
+  if (force.periodic) {
+    shape = core::waveform_value(force.waveform, force.start_phase + force.phase_per_tick * ticks);
+  } else {
+    shape = force.start;
+    if (force.slope_per_tick != 0.0F) shape += force.slope_per_tick * static_cast<float>(ticks);
+  }
+  return amplitude_nm(force, elapsed, duration_ticks) * shape + force.offset_nm;
+}
+
+float proportional_nm(const Condition& condition, float value) {
+  const float beyond = value - condition.offset;
+  if (beyond > condition.dead_band) {
+    const float nm = condition.positive_gain * (beyond - condition.dead_band);
+    return -core::clamp_symmetric(nm, condition.positive_limit_nm);
+  }
+  if (beyond < -condition.dead_band) {
+    const float nm = condition.negative_gain * (beyond + condition.dead_band);
+    return -core::clamp_symmetric(nm, condition.negative_limit_nm);
+  }
+  return 0.0F;
+}
+
+/// Dry friction as the scene renders it, by a bristle that bends until it slips. The offset is a
+/// speed that the other surface moves with; within the dead band the bristle is lifted.
+float slip_nm(const Condition& condition, const core::Motion& motion, float period_s, float share,
+              float& slip_rad) {
+  const float speed = motion.speed_rad_s - condition.offset;
+  if (condition.dead_band > 0.0F && core::absolute(speed) <= condition.dead_band) {
+    slip_rad = 0.0F;
+    return 0.0F;
+  }
+  slip_rad += motion.delta_rad;
+  if (condition.offset != 0.0F) slip_rad -= condition.offset * period_s;
+  const float gain = condition.positive_gain * share;
+  if (gain <= 0.0F) return 0.0F;
+  const float forward_rad = condition.positive_limit_nm / gain;
+  const float backward_rad = condition.negative_limit_nm / gain;
+  if (slip_rad > forward_rad) slip_rad = forward_rad;
+  if (slip_rad < -backward_rad) slip_rad = -backward_rad;
+  return -gain * slip_rad;
+}
+
+}  // namespace
+
+bool Forces::give(const Order& order) {
+  if (!orders_.push(order)) return false;
+  awake_.store(1, std::memory_order_release);
+  return true;
+}
+
+bool Forces::stay_awake(bool wanted) {
+  const bool stays = wanted || active_ != 0 || residual_nm_ != 0.0F || !orders_.empty();
+  awake_.store(stays ? 1 : 0, std::memory_order_relaxed);
+  return stays;
+}
+
+bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t tick) {
+  bool started = false;
+  cap_nm_ = params.torque_max_nm;
+  most_ = params.most;
+  blend_ticks_ = params.blend_ticks;
+  // No more than the ring holds: the main loop cannot make a tick longer than that.
+  for (std::uint32_t n = 0; n < 4; ++n) {
+    const Order* order = orders_.front();
+    if (order == nullptr) break;
+    if (order->kind == Order::Kind::settings) {
+      if (order->paused && !paused_) paused_at_ = tick;
+      if (!order->paused && paused_) pauses_ += tick - paused_at_;
+      paused_ = order->paused;
+      enabled_ = order->enabled;
+      gain_ = order->gain;
+      changed_ = true;
+      if (!enabled_) release(params.release_ticks);
+    } else if (order->kind == Order::Kind::stop_all) {
+      stop_all();
+    } else {
+      started = execute(*order, may_play && enabled_, time(tick)) || started;
+    }
+    orders_.pop();
+  }
+  return started;
+}
+
+bool Forces::execute(const Order& order, bool may_play, std::uint64_t now) {
+  effect_[order.block] = order.effect;
+  switch (order.play) {
+    case Order::Play::as_it_is:
+      changed_ = changed_ || play_[order.block].loops_left != 0;
+      break;
+    case Order::Play::start:
+      if (may_play) start(order, now);
+      return may_play;
+    case Order::Play::stop:
+      stop(order.block);
+      break;
+  }
+  return false;
+}
+
+void Forces::start(const Order& order, std::uint64_t now) {
+  Playing& play = play_[order.block];
+  if (play.loops_left == 0) {
+    order_[active_++] = order.block;
+    mark(order.block, true);
+  }
+  play = {now, order.loops == 0 ? std::uint8_t{1} : order.loops, false, 0.0F};
+  changed_ = true;
+}
+
+void Forces::stop(std::uint8_t block) {
+  if (play_[block].loops_left == 0) return;
+  play_[block].loops_left = 0;
+  mark(block, false);
+  std::uint8_t kept = 0;
+  for (std::uint8_t i = 0; i < active_; ++i) {
+    if (order_[i] != block) order_[kept++] = order_[i];
+  }
+  active_ = kept;
+  changed_ = true;
+}
+
+void Forces::mark(std::uint8_t block, bool plays) {
+  std::atomic<std::uint32_t>& word = playing_[block / 32];
+  const std::uint32_t bit = std::uint32_t{1} << (block % 32);
+  const std::uint32_t now = word.load(std::memory_order_relaxed);
+  word.store(plays ? now | bit : now & ~bit, std::memory_order_relaxed);
+}
+
+void Forces::stop_all() {
+  while (active_ != 0) stop(order_[active_ - 1]);
+}
+
+void Forces::release(std::uint32_t ticks) {
+  stop_all();
+  changed_ = false;
+  residual_nm_ = last_nm_;
+  residual_step_nm_ =
+      ticks == 0 ? core::absolute(last_nm_) : core::absolute(last_nm_) / static_cast<float>(ticks);
+}
+
+void Forces::drop() {
+  if (active_ == 0 && last_nm_ == 0.0F && residual_nm_ == 0.0F) return;
+  stop_all();
+  changed_ = false;
+  last_nm_ = 0.0F;
+  residual_nm_ = 0.0F;
+}
+
+/// Several springs are as stiff as their sum: what the device can hold stable is shared out.
+void Forces::share_out() {
+  std::array<float, kMetrics> sum{};
+  float slip_limit_nm = 0.0F;
+  for (std::uint8_t i = 0; i < active_; ++i) {
+    const Effect& effect = effect_[order_[i]];
+    const Condition& condition = effect.condition;
+    const float gain = effect.gain * gain_;
+    sum[at(effect.metric)] += gain * core::larger(core::absolute(condition.positive_gain),
+                                                  core::absolute(condition.negative_gain));
+    if (effect.metric == Metric::slip) {
+      slip_limit_nm +=
+          gain * core::larger(condition.positive_limit_nm, condition.negative_limit_nm);
+    }
+  }
+  const auto share = [](float wanted, float most) { return wanted > most ? most / wanted : 1.0F; };
+  share_[at(Metric::angle)] = share(sum[at(Metric::angle)], most_.stiffness);
+  share_[at(Metric::speed)] = share(sum[at(Metric::speed)], most_.damping);
+  share_[at(Metric::acceleration)] = share(sum[at(Metric::acceleration)], most_.inertia);
+  share_[at(Metric::slip)] =
+      share(sum[at(Metric::slip)] * slip_limit_nm * slip_limit_nm, most_.bristle);
+}
+
+float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float period_s,
+                       std::uint64_t now, bool& ended) {
+  const Effect& effect = effect_[block];
+  Playing& play = play_[block];
+  if (!play.sounding) {
+    if (now - play.start < effect.delay_ticks) return 0.0F;
+    play.start += effect.delay_ticks;
+    play.sounding = true;
+    changed_ = true;
+  }
+  std::uint64_t elapsed = now - play.start;
+  if (effect.duration_ticks != 0 && elapsed >= effect.duration_ticks) {
+    const std::uint64_t loops =
+        elapsed < std::uint64_t{2} * effect.duration_ticks ? 1 : elapsed / effect.duration_ticks;
+    if (play.loops_left != kEndlessLoops) {
+      if (loops >= play.loops_left) {
+        ended = true;
+        return 0.0F;
+      }
+      play.loops_left = static_cast<std::uint8_t>(play.loops_left - loops);
+    }
+    play.start += loops * effect.duration_ticks;
+    elapsed = now - play.start;
+  }
+  const float gain = effect.gain * share_[at(effect.metric)];
+  switch (effect.metric) {
+    case Metric::time:
+      return gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
+    case Metric::angle:
+      return gain * proportional_nm(effect.condition, motion_angle_);
+    case Metric::speed:
+      return gain * proportional_nm(effect.condition, motion.speed_rad_s);
+    case Metric::acceleration:
+      return gain * proportional_nm(effect.condition, motion.acceleration_rad_s2);
+    case Metric::slip:
+      // A softer bristle bends further and holds as much.
+      return effect.gain *
+             slip_nm(effect.condition, motion, period_s, share_[at(Metric::slip)], play.slip_rad);
+  }
+  return 0.0F;
+}
+
+float Forces::torque_nm(const core::Motion& motion, const core::Resolution& resolution,
+                        std::uint64_t tick) {
+  float sum_nm = 0.0F;
+  if (changed_) share_out();
+  if (!paused_) {
+    const std::uint64_t now = time(tick);
+    motion_angle_ = core::offset_rad(motion.position_counts, {}, resolution.rad_per_count);
+    for (std::uint8_t i = 0; i < active_;) {
+      bool ended = false;
+      const std::uint8_t block = order_[i];
+      sum_nm += evaluate(block, motion, resolution.period_s, now, ended);
+      if (ended) {
+        stop(block);  // the next one has moved into its place
+      } else {
+        ++i;
+      }
+    }
+  }
+  sum_nm = core::clamp_symmetric(sum_nm * gain_, cap_nm_);
+  if (changed_) {
+    changed_ = false;
+    residual_nm_ = last_nm_ - sum_nm;
+    residual_step_nm_ = core::absolute(residual_nm_) / static_cast<float>(blend_ticks_);
+  }
+  if (residual_nm_ != 0.0F) {
+    residual_nm_ -= core::clamp_symmetric(residual_nm_, residual_step_nm_);
+    // What rounding leaves of the last step is not worth a tick.
+    if (core::absolute(residual_nm_) < 1e-3F * residual_step_nm_) residual_nm_ = 0.0F;
+  }
+  last_nm_ = sum_nm + residual_nm_;
+  return last_nm_;
+}
+
+}  // namespace torsio::device::game

@@ -1,0 +1,183 @@
+/// @file
+/// The torque of a game's effects, as the control interrupt renders it. Everything was prepared by
+/// the main loop (pid_engine.hpp); here it is only evaluated, tick by tick.
+///
+/// What a report changes at once must not be felt as a click, so every change is blended: the
+/// torque goes on from where it was, and the difference fades to zero along a straight line. The
+/// shape of an effect itself is not touched by this: a square wave keeps its edges.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/effects.hpp"
+#include "core/force_source.hpp"
+#include "device/game_reports.hpp"
+#include "device/ring.hpp"
+
+namespace torsio::device::game {
+
+/// A force that depends on time only: constant, ramp and the periodic ones.
+struct TimedForce {
+  // amplitude * shape + offset. The amplitude is peak_nm, but for attack and fade.
+  float peak_nm = 0;
+  float attack_nm = 0;  // attack level minus peak
+  float attack_fall_per_tick = 0;
+  float fade_nm = 0;  // fade level minus peak
+  float fade_fall_per_tick = 0;
+  std::uint32_t attack_ticks = 0;
+  std::uint32_t fade_ticks = 0;
+  float offset_nm = 0;
+  // Shape, within [-1, 1]: of a wave, or start + slope * tick.
+  float start = 1;
+  float slope_per_tick = 0;
+  bool periodic = false;
+  core::Waveform waveform = core::Waveform::sine;
+  std::uint32_t start_phase = 0;
+  std::uint32_t phase_per_tick = 0;
+};
+
+enum class Metric : std::uint8_t { time, angle, speed, acceleration, slip };
+inline constexpr std::size_t kMetrics = 5;
+
+/// How strong all springs, dampers and inertias together may be; docs/games.md derives it.
+struct StableLimits {
+  float stiffness = 0;  // N m/rad
+  float quantised = 0;  // N m/rad, as far as the encoder's steps are concerned
+  float damping = 0;    // N m s/rad
+  float inertia = 0;    // kg m^2
+  float bristle = 0;    // of dry friction: stiffness times the square of its torque
+};
+
+/// A force that depends on the motion: beyond offset and dead band it grows in proportion.
+struct Condition {
+  float offset = 0;  // rad, rad/s or rad/s^2
+  float dead_band = 0;
+  float positive_gain = 0;  // N m for one of the above; slip: N m/rad of the bristle
+  float negative_gain = 0;
+  float positive_limit_nm = 0;
+  float negative_limit_nm = 0;
+};
+
+struct Effect {
+  Metric metric = Metric::time;
+  std::uint32_t delay_ticks = 0;
+  std::uint32_t duration_ticks = 0;  // 0: without end
+  float gain = 0;  // the effect's own; for a timed force with its direction's sign
+  TimedForce timed;
+  Condition condition;
+};
+
+/// What the main loop wants the interrupt to do. Effects come whole, so that a later one may
+/// replace an earlier one that was never sent.
+struct Order {
+  enum class Kind : std::uint8_t { effect, settings, stop_all };
+  enum class Play : std::uint8_t { as_it_is, start, stop };
+
+  Kind kind = Kind::effect;
+  // effect
+  std::uint8_t block = 0;  // from 0
+  Play play = Play::as_it_is;
+  std::uint8_t loops = 1;
+  Effect effect;
+  // settings
+  float gain = 1;
+  bool paused = false;
+  bool enabled = true;
+};
+
+/// What the device's configuration says about games, prepared.
+struct ForceParams {
+  bool allowed = true;
+  float torque_max_nm = 0;  // of all effects together
+  StableLimits most;
+  std::uint32_t blend_ticks = 1;    // length of a blend
+  std::uint32_t release_ticks = 1;  // of the fade when somebody else takes the actuator
+  std::uint32_t idle_ticks = 1;     // with nothing to play, after which the actuator is let go
+};
+
+class Forces final : public core::ForceSource {
+ public:
+  // Control interrupt.
+
+  /// There may be something to do. Asked in every tick, so it is one load.
+  bool awake() const { return awake_.load(std::memory_order_relaxed) != 0; }
+  /// Falls asleep unless something has arrived, plays or fades, or is wanted anyway.
+  /// @returns true if it stays awake
+  bool stay_awake(bool wanted);
+  /// An effect plays or waits for its delay.
+  bool playing() const { return active_ != 0; }
+  bool fading() const { return residual_nm_ != 0.0F; }
+  bool enabled() const { return enabled_; }
+
+  /// Takes what has arrived.
+  /// @param may_play false: effects are not started now
+  /// @returns true if an effect was started: the game asks for the actuator
+  bool take_orders(const ForceParams& params, bool may_play, std::uint64_t tick);
+
+  /// Sum of the effects, blended, within the cap. Once a tick at most.
+  float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
+                  std::uint64_t tick) override;
+
+  /// Stops everything; the torque fades in so many ticks.
+  void release(std::uint32_t ticks);
+  /// Stops everything at once: the actuator is off.
+  void drop();
+
+  // Main loop.
+  /// @returns false if there is no room
+  [[nodiscard]] bool give(const Order& order);
+  std::uint32_t free_orders() const { return orders_.free(); }
+  /// Bit n % 32 of word n / 32: block n plays.
+  std::uint32_t playing_blocks(std::size_t word) const {
+    return playing_[word].load(std::memory_order_relaxed);
+  }
+
+ private:
+  struct Playing {
+    std::uint64_t start = 0;  // in the games' time
+    std::uint8_t loops_left = 0;
+    bool sounding = false;  // past its delay
+    float slip_rad = 0;
+  };
+
+  bool execute(const Order& order, bool may_play, std::uint64_t now);
+  void start(const Order& order, std::uint64_t now);
+  void stop(std::uint8_t block);
+  void mark(std::uint8_t block, bool plays);
+  void stop_all();
+  void share_out();
+  std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
+  float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
+                 bool& ended);
+
+  // Set by both contexts, cleared by the interrupt only.
+  std::atomic<std::uint32_t> awake_{0};
+  Ring<Order, 4> orders_;
+
+  std::array<Effect, kBlocks> effect_;
+  std::array<Playing, kBlocks> play_;
+  std::array<std::uint8_t, kBlocks> order_{};  // blocks that play
+  std::uint8_t active_ = 0;
+  std::array<std::atomic<std::uint32_t>, 2> playing_{};
+
+  float cap_nm_ = 0;
+  StableLimits most_;
+  std::array<float, kMetrics> share_{1, 1, 1, 1, 1};
+  float gain_ = 1;
+  bool enabled_ = true;
+  bool paused_ = false;
+  std::uint64_t paused_at_ = 0;
+  std::uint64_t pauses_ = 0;  // ticks spent in pauses
+
+  bool changed_ = false;
+  std::uint32_t blend_ticks_ = 1;
+  float motion_angle_ = 0;  // rad, of this tick
+  float last_nm_ = 0;
+  float residual_nm_ = 0;
+  float residual_step_nm_ = 0;
+};
+
+}  // namespace torsio::device::game

@@ -1,0 +1,546 @@
+/// @file
+/// The reports of the game interface: a joystick with force feedback, as the USB Physical Interface
+/// Device class (PID 1.0) describes it. Each report is one list of fields; the report descriptor
+/// and the codec are both made from it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <type_traits>
+
+namespace torsio::device::game {
+
+inline constexpr std::uint8_t kBlocks = 40;
+inline constexpr std::uint8_t kEffectTypes = 11;
+inline constexpr std::int16_t kFull = 32767;         // logical maximum of levels and of the axis
+inline constexpr std::uint16_t kEndless = 0xFFFF;    // as a duration
+inline constexpr std::uint8_t kEndlessLoops = 0xFF;  // as a loop count
+inline constexpr std::uint8_t kButtons = 2;
+inline constexpr std::size_t kLongestReport = 32;
+
+enum class Main : std::uint8_t { input = 0x81, output = 0x91, feature = 0xB1 };
+
+// Usage pages and usages (HID Usage Tables 1.4; PID 1.0).
+namespace usage {
+inline constexpr std::uint16_t desktop = 0x01;
+inline constexpr std::uint16_t button = 0x09;
+inline constexpr std::uint16_t ordinal = 0x0A;
+inline constexpr std::uint16_t pid = 0x0F;
+}  // namespace usage
+
+struct Unit {
+  std::uint32_t code = 0;
+  std::int8_t exponent = 0;
+};
+inline constexpr Unit kNoUnit{};
+inline constexpr Unit kMilliseconds{0x1003, -3};
+inline constexpr Unit kDegrees{0x14, 0};
+
+/// One value of one or two bytes.
+template <class Owner, class T>
+struct Value {
+  T Owner::* member;
+  std::uint16_t page;
+  std::uint8_t id;
+  std::int32_t min;
+  std::int32_t max;
+  std::int32_t physical_max = 0;  // 0: as the logical values
+  Unit unit{};
+  bool strict = true;  // a value outside [min, max] spoils the report
+
+  static constexpr unsigned bytes = sizeof(T);
+};
+
+/// One of several choices, numbered from 1 in the order of their usages, in a collection.
+template <class Owner, std::size_t N>
+struct Choice {
+  std::uint8_t Owner::* member;
+  std::uint8_t id;  // of the collection
+  std::array<std::uint8_t, N> choices;
+
+  static constexpr unsigned bytes = 1;
+};
+
+/// A bit of a byte.
+struct Bit {
+  std::uint16_t page;
+  std::uint8_t id;
+  std::uint8_t collection = 0;  // that it stands in; 0: none
+};
+
+/// A byte of bits, the lowest first, filled up with constants.
+template <class Owner, std::size_t N>
+struct Bits {
+  std::uint8_t Owner::* member;
+  std::array<Bit, N> bits;
+
+  static constexpr unsigned bytes = 1;
+};
+
+/// A collection with values that differ in their usage only.
+template <class Owner, std::size_t N>
+struct Values {
+  std::array<std::uint16_t, N> Owner::* member;
+  std::uint8_t collection;
+  std::uint16_t page;
+  std::array<std::uint8_t, N> ids;
+  std::int32_t max;
+  std::int32_t physical_max;
+  Unit unit{};
+
+  static constexpr unsigned bytes = 2 * N;
+};
+
+template <class Report>
+struct Layout;
+
+namespace detail {
+
+template <class Owner, class T>
+consteval Value<Owner, T> level(T Owner::* member, std::uint8_t id, std::int32_t min) {
+  return {member, usage::pid, id, min, kFull};
+}
+/// Milliseconds. Linux 6.1 sends what a program asks for, also beyond the logical maximum.
+template <class Owner>
+consteval Value<Owner, std::uint16_t> time(std::uint16_t Owner::* member, std::uint8_t id) {
+  return {member, usage::pid, id, 0, kFull, kFull, kMilliseconds, false};
+}
+template <class Owner>
+consteval Value<Owner, std::uint8_t> block_index(std::uint8_t Owner::* member) {
+  return {member, usage::pid, 0x22, 1, kBlocks};
+}
+template <class Owner>
+consteval Choice<Owner, kEffectTypes> effect_type(std::uint8_t Owner::* member) {
+  return {member, 0x25, {0x26, 0x27, 0x30, 0x31, 0x32, 0x33, 0x34, 0x40, 0x41, 0x42, 0x43}};
+}
+
+}  // namespace detail
+
+// In the order of the choices of an effect's type.
+enum class EffectType : std::uint8_t {
+  none,
+  constant,
+  ramp,
+  square,
+  sine,
+  triangle,
+  sawtooth_up,
+  sawtooth_down,
+  spring,
+  damper,
+  inertia,
+  friction,
+};
+
+struct Joystick {
+  std::int16_t x = 0;
+  std::uint8_t buttons = 0;
+
+  friend bool operator==(const Joystick&, const Joystick&) = default;
+};
+template <>
+struct Layout<Joystick> {
+  static constexpr std::uint8_t id = 0x01;
+  static constexpr Main main = Main::input;
+  static constexpr std::uint8_t usage = 0;  // stands in the application collection itself
+  static constexpr std::tuple fields{
+      Value{&Joystick::x, game::usage::desktop, 0x30, -kFull, kFull},
+      Bits<Joystick, kButtons>{&Joystick::buttons,
+                               {{{game::usage::button, 1}, {game::usage::button, 2}}}},
+  };
+};
+
+struct State {
+  std::uint8_t status = 0;  // bits, see state_bit
+  std::uint8_t playing = 0;
+  std::uint8_t block = 0;
+};
+namespace state_bit {
+inline constexpr std::uint8_t paused = 1 << 0;
+inline constexpr std::uint8_t actuators_enabled = 1 << 1;
+inline constexpr std::uint8_t safety_switch = 1 << 2;    // nothing stops the actuator
+inline constexpr std::uint8_t override_switch = 1 << 3;  // the SDK has the actuator
+inline constexpr std::uint8_t actuator_power = 1 << 4;   // the game has the actuator
+}  // namespace state_bit
+template <>
+struct Layout<State> {
+  static constexpr std::uint8_t id = 0x02;
+  static constexpr Main main = Main::input;
+  static constexpr std::uint8_t usage = 0x92;
+  static constexpr std::tuple fields{
+      Bits<State, 5>{&State::status,
+                     {{{game::usage::pid, 0x9F},
+                       {game::usage::pid, 0xA0},
+                       {game::usage::pid, 0xA4},
+                       {game::usage::pid, 0xA5},
+                       {game::usage::pid, 0xA6}}}},
+      Bits<State, 1>{&State::playing, {{{game::usage::pid, 0x94}}}},
+      detail::block_index(&State::block),
+  };
+};
+
+struct SetEffect {
+  std::uint8_t block = 0;
+  std::uint8_t type = 0;
+  std::uint16_t duration_ms = 0;
+  std::uint16_t trigger_repeat_ms = 0;
+  std::uint16_t start_delay_ms = 0;
+  std::uint16_t gain = 0;
+  std::uint8_t trigger_button = 0;
+  std::uint8_t enable = 0;  // bit 0: axis x, bit 1: direction
+  std::array<std::uint16_t, 2> direction{};
+};
+template <>
+struct Layout<SetEffect> {
+  static constexpr std::uint8_t id = 0x11;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x21;
+  static constexpr std::tuple fields{
+      detail::block_index(&SetEffect::block),
+      detail::effect_type(&SetEffect::type),
+      detail::time(&SetEffect::duration_ms, 0x50),
+      detail::time(&SetEffect::trigger_repeat_ms, 0x54),
+      detail::time(&SetEffect::start_delay_ms, 0xA7),
+      detail::level(&SetEffect::gain, 0x52, 0),
+      // Linux sends its own numbers for buttons; what is no button of ours is no trigger.
+      Value<SetEffect, std::uint8_t>{&SetEffect::trigger_button, game::usage::pid, 0x53, 1,
+                                     kButtons, 0, kNoUnit, false},
+      Bits<SetEffect, 2>{&SetEffect::enable,
+                         {{{game::usage::desktop, 0x30, 0x55}, {game::usage::pid, 0x56}}}},
+      Values<SetEffect, 2>{
+          &SetEffect::direction, 0x57, game::usage::ordinal, {1, 2}, kFull, 360, kDegrees},
+  };
+};
+
+struct SetEnvelope {
+  std::uint8_t block = 0;
+  std::uint16_t attack_level = kFull;
+  std::uint16_t attack_ms = 0;
+  std::uint16_t fade_level = kFull;
+  std::uint16_t fade_ms = 0;
+};
+template <>
+struct Layout<SetEnvelope> {
+  static constexpr std::uint8_t id = 0x12;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x5A;
+  static constexpr std::tuple fields{
+      detail::block_index(&SetEnvelope::block),
+      detail::level(&SetEnvelope::attack_level, 0x5B, 0),
+      detail::level(&SetEnvelope::fade_level, 0x5D, 0),
+      detail::time(&SetEnvelope::attack_ms, 0x5C),
+      detail::time(&SetEnvelope::fade_ms, 0x5E),
+  };
+};
+
+struct SetCondition {
+  std::uint8_t block = 0;
+  std::uint8_t parameter_block = 0;
+  std::int16_t offset = 0;
+  std::int16_t positive_coefficient = 0;
+  std::int16_t negative_coefficient = 0;
+  std::uint16_t positive_saturation = 0;
+  std::uint16_t negative_saturation = 0;
+  std::uint16_t dead_band = 0;
+};
+template <>
+struct Layout<SetCondition> {
+  static constexpr std::uint8_t id = 0x13;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x5F;
+  static constexpr std::tuple fields{
+      detail::block_index(&SetCondition::block),
+      Value{&SetCondition::parameter_block, game::usage::pid, 0x23, 0, 1},
+      detail::level(&SetCondition::offset, 0x60, -kFull),
+      detail::level(&SetCondition::positive_coefficient, 0x61, -kFull),
+      detail::level(&SetCondition::negative_coefficient, 0x62, -kFull),
+      detail::level(&SetCondition::positive_saturation, 0x63, 0),
+      detail::level(&SetCondition::negative_saturation, 0x64, 0),
+      detail::level(&SetCondition::dead_band, 0x65, 0),
+  };
+};
+
+struct SetPeriodic {
+  std::uint8_t block = 0;
+  std::uint16_t magnitude = 0;
+  std::int16_t offset = 0;
+  std::uint16_t phase = 0;
+  std::uint16_t period_ms = 0;
+};
+template <>
+struct Layout<SetPeriodic> {
+  static constexpr std::uint8_t id = 0x14;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x6E;
+  static constexpr std::tuple fields{
+      detail::block_index(&SetPeriodic::block),
+      detail::level(&SetPeriodic::magnitude, 0x70, 0),
+      detail::level(&SetPeriodic::offset, 0x6F, -kFull),
+      Value{&SetPeriodic::phase, game::usage::pid, 0x71, 0, kFull, 360, kDegrees},
+      detail::time(&SetPeriodic::period_ms, 0x72),
+  };
+};
+
+struct SetConstant {
+  std::uint8_t block = 0;
+  std::int16_t magnitude = 0;
+};
+template <>
+struct Layout<SetConstant> {
+  static constexpr std::uint8_t id = 0x15;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x73;
+  static constexpr std::tuple fields{
+      detail::block_index(&SetConstant::block),
+      detail::level(&SetConstant::magnitude, 0x70, -kFull),
+  };
+};
+
+struct SetRamp {
+  std::uint8_t block = 0;
+  std::int16_t start = 0;
+  std::int16_t end = 0;
+};
+template <>
+struct Layout<SetRamp> {
+  static constexpr std::uint8_t id = 0x16;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x74;
+  static constexpr std::tuple fields{
+      detail::block_index(&SetRamp::block),
+      detail::level(&SetRamp::start, 0x75, -kFull),
+      detail::level(&SetRamp::end, 0x76, -kFull),
+  };
+};
+
+enum class Operation : std::uint8_t { none, start, start_solo, stop };
+
+struct EffectOperation {
+  std::uint8_t block = 0;
+  std::uint8_t operation = 0;
+  std::uint8_t loops = 1;
+};
+template <>
+struct Layout<EffectOperation> {
+  static constexpr std::uint8_t id = 0x1A;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x77;
+  static constexpr std::tuple fields{
+      detail::block_index(&EffectOperation::block),
+      Choice<EffectOperation, 3>{&EffectOperation::operation, 0x78, {0x79, 0x7A, 0x7B}},
+      Value{&EffectOperation::loops, game::usage::pid, 0x7C, 0, 255},
+  };
+};
+
+struct BlockFree {
+  std::uint8_t block = 0;
+};
+template <>
+struct Layout<BlockFree> {
+  static constexpr std::uint8_t id = 0x1B;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x90;
+  static constexpr std::tuple fields{detail::block_index(&BlockFree::block)};
+};
+
+enum class Control : std::uint8_t {
+  none,
+  enable_actuators,
+  disable_actuators,
+  stop_all,
+  reset,
+  pause,
+  resume,
+};
+
+struct DeviceControl {
+  std::uint8_t control = 0;
+};
+template <>
+struct Layout<DeviceControl> {
+  static constexpr std::uint8_t id = 0x1C;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0;  // the choice's own collection is the report's
+  static constexpr std::tuple fields{
+      Choice<DeviceControl, 6>{&DeviceControl::control, 0x96, {0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C}},
+  };
+};
+
+struct DeviceGain {
+  std::uint16_t gain = 0;
+};
+template <>
+struct Layout<DeviceGain> {
+  static constexpr std::uint8_t id = 0x1D;
+  static constexpr Main main = Main::output;
+  static constexpr std::uint8_t usage = 0x7D;
+  static constexpr std::tuple fields{detail::level(&DeviceGain::gain, 0x7E, 0)};
+};
+
+struct CreateEffect {
+  std::uint8_t type = 0;
+  std::uint16_t custom_bytes = 0;  // of custom forces, which there are none of
+};
+template <>
+struct Layout<CreateEffect> {
+  static constexpr std::uint8_t id = 0x21;
+  static constexpr Main main = Main::feature;
+  static constexpr std::uint8_t usage = 0xAB;
+  static constexpr std::tuple fields{
+      detail::effect_type(&CreateEffect::type),
+      Value<CreateEffect, std::uint16_t>{&CreateEffect::custom_bytes, game::usage::desktop, 0x3B, 0,
+                                         511, 0, kNoUnit, false},
+  };
+};
+
+enum class LoadStatus : std::uint8_t { none, success, full, error };
+
+struct BlockLoad {
+  std::uint8_t block = 0;
+  std::uint8_t status = 0;
+  std::uint16_t pool_available = 0;
+};
+template <>
+struct Layout<BlockLoad> {
+  static constexpr std::uint8_t id = 0x22;
+  static constexpr Main main = Main::feature;
+  static constexpr std::uint8_t usage = 0x89;
+  static constexpr std::tuple fields{
+      detail::block_index(&BlockLoad::block),
+      Choice<BlockLoad, 3>{&BlockLoad::status, 0x8B, {0x8C, 0x8D, 0x8E}},
+      Value{&BlockLoad::pool_available, game::usage::pid, 0xAC, 0, kFull},
+  };
+};
+
+struct Pool {
+  std::uint16_t size = 0;
+  std::uint8_t simultaneous = kBlocks;
+  std::uint8_t managed = 1;  // bit 0: by the device; bit 1: parameter blocks are shared
+};
+template <>
+struct Layout<Pool> {
+  static constexpr std::uint8_t id = 0x23;
+  static constexpr Main main = Main::feature;
+  static constexpr std::uint8_t usage = 0x7F;
+  static constexpr std::tuple fields{
+      Value{&Pool::size, game::usage::pid, 0x80, 0, kFull},
+      Value{&Pool::simultaneous, game::usage::pid, 0x83, 0, kBlocks},
+      Bits<Pool, 2>{&Pool::managed, {{{game::usage::pid, 0xA9}, {game::usage::pid, 0xAA}}}},
+  };
+};
+
+/// Every report in the order of the descriptor; the joystick's is the first.
+using AllReports = std::tuple<Joystick, State, SetEffect, SetEnvelope, SetCondition, SetPeriodic,
+                              SetConstant, SetRamp, EffectOperation, BlockFree, DeviceControl,
+                              DeviceGain, CreateEffect, BlockLoad, Pool>;
+
+/// Bytes of a report, its id included.
+template <class Report>
+consteval std::size_t size_of() {
+  return std::apply([](const auto&... field) { return (std::size_t{1} + ... + field.bytes); },
+                    Layout<Report>::fields);
+}
+
+namespace detail {
+
+template <class T>
+constexpr void put(std::span<std::uint8_t> bytes, std::size_t& at, T value) {
+  const auto bits = static_cast<std::make_unsigned_t<T>>(value);
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    bytes[at++] = static_cast<std::uint8_t>(bits >> (8 * i));
+  }
+}
+
+template <class T>
+constexpr T take(std::span<const std::uint8_t> bytes, std::size_t& at) {
+  std::make_unsigned_t<T> bits = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    bits = static_cast<std::make_unsigned_t<T>>(bits | (bytes[at++] << (8 * i)));
+  }
+  return static_cast<T>(bits);
+}
+
+// One encoder and one reader for each kind of field.
+template <class Owner, class T>
+constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
+                     const Value<Owner, T>& field) {
+  put(bytes, at, report.*field.member);
+}
+template <class Owner, std::size_t N>
+constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
+                     const Choice<Owner, N>& field) {
+  put(bytes, at, report.*field.member);
+}
+template <class Owner, std::size_t N>
+constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
+                     const Bits<Owner, N>& field) {
+  put(bytes, at, report.*field.member);
+}
+template <class Owner, std::size_t N>
+constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
+                     const Values<Owner, N>& field) {
+  for (const std::uint16_t value : report.*field.member) put(bytes, at, value);
+}
+
+template <class Owner, class T>
+constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
+                    const Value<Owner, T>& field) {
+  const T value = take<T>(bytes, at);
+  report.*field.member = value;
+  return !field.strict || (value >= field.min && value <= field.max);
+}
+template <class Owner, std::size_t N>
+constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
+                    const Choice<Owner, N>& field) {
+  report.*field.member = bytes[at++];
+  return report.*field.member >= 1 && report.*field.member <= N;
+}
+template <class Owner, std::size_t N>
+constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
+                    const Bits<Owner, N>& field) {
+  report.*field.member = bytes[at++];
+  return true;
+}
+template <class Owner, std::size_t N>
+constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
+                    const Values<Owner, N>& field) {
+  bool good = true;
+  for (std::uint16_t& value : report.*field.member) {
+    value = take<std::uint16_t>(bytes, at);
+    good = good && value <= field.max;
+  }
+  return good;
+}
+
+}  // namespace detail
+
+/// Writes a report with its id.
+/// @returns its size
+template <class Report>
+constexpr std::size_t encode(const Report& report, std::span<std::uint8_t> bytes) {
+  static_assert(size_of<Report>() <= kLongestReport);
+  bytes[0] = Layout<Report>::id;
+  std::size_t at = 1;
+  std::apply([&](const auto&... field) { (detail::write(bytes, at, report, field), ...); },
+             Layout<Report>::fields);
+  return at;
+}
+
+/// Reads a report. Windows fills every report up to the length of the longest, so what follows the
+/// last field is not looked at.
+/// @returns false if it is another report, too short, or a value has no meaning
+template <class Report>
+constexpr bool decode(std::span<const std::uint8_t> bytes, Report& report) {
+  if (bytes.size() < size_of<Report>() || bytes[0] != Layout<Report>::id) return false;
+  std::size_t at = 1;
+  bool good = true;
+  std::apply(
+      [&](const auto&... field) { ((good = detail::read(bytes, at, report, field) && good), ...); },
+      Layout<Report>::fields);
+  return good;
+}
+
+}  // namespace torsio::device::game

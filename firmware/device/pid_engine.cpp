@@ -1,0 +1,555 @@
+#include "device/pid_engine.hpp"
+
+#include "core/math.hpp"
+
+namespace torsio::device::game {
+namespace {
+
+// Blocks are all alike and kept in a table of their own, so the pool is simply counted in bytes.
+constexpr std::uint16_t kBlockBytes = 64;
+
+constexpr float kLevel = 1.0F / static_cast<float>(kFull);
+
+float level(std::int32_t value) { return static_cast<float>(value) * kLevel; }
+
+constexpr std::uint8_t kAxisX = 1 << 0;
+constexpr std::uint8_t kDirection = 1 << 1;
+
+constexpr std::uint8_t number(EffectType type) { return static_cast<std::uint8_t>(type); }
+
+bool is_timed(EffectType type) { return type < EffectType::spring; }
+bool is_periodic(EffectType type) {
+  return type >= EffectType::square && type <= EffectType::sawtooth_down;
+}
+
+core::Waveform waveform(EffectType type) {
+  switch (type) {
+    case EffectType::square:
+      return core::Waveform::square;
+    case EffectType::triangle:
+      return core::Waveform::triangle;
+    case EffectType::sawtooth_up:
+      return core::Waveform::sawtooth_up;
+    case EffectType::sawtooth_down:
+      return core::Waveform::sawtooth_down;
+    default:
+      return core::Waveform::sine;
+  }
+}
+
+/// Share of a force that acts along the knob. A direction is where the force comes from, clockwise
+/// from north: 90 degrees is a push from the right, to smaller angles. A program that knows of only
+/// one axis may leave its direction zero and mean that axis.
+float direction_share(const SetEffect& effect) {
+  const bool has_direction = (effect.enable & kDirection) != 0;
+  const bool names_axis = (effect.enable & kAxisX) != 0;
+  if (!has_direction || (names_axis && effect.direction[0] == 0)) return -1.0F;
+  const auto phase = static_cast<std::uint32_t>((std::uint64_t{effect.direction[0]} << 32) / kFull);
+  return -core::sin_phase(phase);
+}
+
+float per_tick(float change, std::uint32_t ticks) {
+  return ticks == 0 ? 0.0F : change / static_cast<float>(ticks);
+}
+
+/// A repetition of less than two ticks cannot be told from a slower one; it is held there.
+std::uint32_t phase_per_tick(std::uint16_t period_ms, std::uint32_t period_ns) {
+  if (period_ms == 0) return 0;
+  const std::uint64_t wave_ns = std::uint64_t{period_ms} * 1'000'000;
+  if (wave_ns < std::uint64_t{2} * period_ns) return 0x80000000U;
+  return static_cast<std::uint32_t>(((std::uint64_t{period_ns} << 32) + wave_ns / 2) / wave_ns);
+}
+
+}  // namespace
+
+PidEngine::PidEngine(Forces& forces, const Config& config, std::uint32_t period_ns)
+    : forces_(forces), period_ns_(period_ns), scale_(make_game_scale(config, period_ns)) {}
+
+void PidEngine::configure(const Config& config) {
+  scale_ = make_game_scale(config, period_ns_);
+  for (Block& block : blocks_) block.dirty = block.type != EffectType::none;
+  settings_dirty_ = true;
+}
+
+// Reports in ---------------------------------------------------------------------------------
+
+PidEngine::Block* PidEngine::find(std::uint8_t index) {
+  if (index < 1 || index > kBlocks || blocks_[index - 1].type == EffectType::none) return nullptr;
+  return &blocks_[index - 1];
+}
+
+/// Hands a report about a block to that block, if it is one of this kind.
+template <class Report, class Fits, class Take>
+bool PidEngine::take(std::span<const std::uint8_t> bytes, Fits fits, Take apply) {
+  Report report;
+  if (!decode(bytes, report)) return false;
+  Block* block = find(report.block);
+  if (block == nullptr || !fits(*block, report)) return false;
+  apply(*block) = report;
+  block->dirty = true;
+  return true;
+}
+
+void PidEngine::receive(std::span<const std::uint8_t> report) {
+  if (report.empty()) return;
+  heard_ = true;
+  const auto of_type = [](EffectType type) {
+    return [type](const Block& block, const auto&) { return block.type == type; };
+  };
+  switch (report[0]) {
+    case Layout<SetEffect>::id:
+      take<SetEffect>(
+          report,
+          [](const Block& block, const SetEffect& set) { return set.type == number(block.type); },
+          [](Block& block) -> SetEffect& { return block.effect; });
+      break;
+    case Layout<SetEnvelope>::id:
+      take<SetEnvelope>(
+          report, [](const Block& block, const SetEnvelope&) { return is_timed(block.type); },
+          [](Block& block) -> SetEnvelope& {
+            block.has_envelope = true;
+            return block.envelope;
+          });
+      break;
+    case Layout<SetCondition>::id:
+      // There is one axis; what is said about a second one is for another device.
+      take<SetCondition>(
+          report,
+          [](const Block& block, const SetCondition& set) {
+            return !is_timed(block.type) && set.parameter_block == 0;
+          },
+          [](Block& block) -> SetCondition& { return block.condition; });
+      break;
+    case Layout<SetPeriodic>::id:
+      take<SetPeriodic>(
+          report, [](const Block& block, const SetPeriodic&) { return is_periodic(block.type); },
+          [](Block& block) -> SetPeriodic& { return block.periodic; });
+      break;
+    case Layout<SetConstant>::id:
+      take<SetConstant>(report, of_type(EffectType::constant),
+                        [](Block& block) -> SetConstant& { return block.constant; });
+      break;
+    case Layout<SetRamp>::id:
+      take<SetRamp>(report, of_type(EffectType::ramp),
+                    [](Block& block) -> SetRamp& { return block.ramp; });
+      break;
+    case Layout<EffectOperation>::id: {
+      EffectOperation operation;
+      if (decode(report, operation)) operate(operation);
+      break;
+    }
+    case Layout<BlockFree>::id: {
+      BlockFree free;
+      if (decode(report, free)) free_block(free.block);
+      break;
+    }
+    case Layout<DeviceControl>::id: {
+      DeviceControl device;
+      if (decode(report, device)) control(static_cast<Control>(device.control));
+      break;
+    }
+    case Layout<DeviceGain>::id: {
+      DeviceGain gain;
+      if (!decode(report, gain)) break;
+      gain_ = level(gain.gain);
+      settings_dirty_ = true;
+      break;
+    }
+    default:
+      break;
+  }
+  send_orders();
+}
+
+bool PidEngine::set_feature(std::span<const std::uint8_t> report) {
+  CreateEffect create_effect;
+  if (report.empty() || report[0] != Layout<CreateEffect>::id) return false;
+  heard_ = true;
+  // A type that does not exist is answered by the block load report, as the standard wants it.
+  const bool known = decode(report, create_effect);
+  create(known ? static_cast<EffectType>(create_effect.type) : EffectType::none);
+  return true;
+}
+
+void PidEngine::create(EffectType type) {
+  block_load_ = {};
+  if (type == EffectType::none) {
+    block_load_.status = static_cast<std::uint8_t>(LoadStatus::error);
+    return;
+  }
+  for (std::uint8_t i = 0; i < kBlocks; ++i) {
+    Block& block = blocks_[i];
+    if (block.type != EffectType::none) continue;
+    const Order::Play play = block.play;  // a stop that is still on its way
+    block = Block{};
+    block.type = type;
+    block.dirty = true;
+    block.play = play;
+    block.effect.gain = kFull;
+    block_load_.block = static_cast<std::uint8_t>(i + 1);
+    block_load_.status = static_cast<std::uint8_t>(LoadStatus::success);
+    return;
+  }
+  block_load_.status = static_cast<std::uint8_t>(LoadStatus::full);
+}
+
+void PidEngine::free_block(std::uint8_t index) {
+  Block* block = find(index);
+  if (block == nullptr) return;
+  block->type = EffectType::none;
+  block->play = Order::Play::stop;
+  block->dirty = true;
+}
+
+void PidEngine::play(Block& block, std::uint8_t loops) {
+  block.play = Order::Play::start;
+  block.loops = loops;
+  block.dirty = true;
+}
+
+void PidEngine::operate(const EffectOperation& operation) {
+  Block* block = find(operation.block);
+  if (block == nullptr) return;
+  switch (static_cast<Operation>(operation.operation)) {
+    case Operation::none:
+      break;
+    case Operation::start_solo:
+      stop_all();
+      [[fallthrough]];
+    case Operation::start:
+      play(*block, operation.loops);
+      break;
+    case Operation::stop:
+      block->play = Order::Play::stop;
+      block->dirty = true;
+      break;
+  }
+}
+
+void PidEngine::stop_all() {
+  stop_all_dirty_ = true;
+  // What was asked for before is not to come after it.
+  for (Block& block : blocks_) block.play = Order::Play::as_it_is;
+}
+
+void PidEngine::control(Control control) {
+  switch (control) {
+    case Control::none:
+      return;
+    case Control::enable_actuators:
+      enabled_ = true;
+      break;
+    case Control::disable_actuators:
+      enabled_ = false;
+      break;
+    case Control::stop_all:
+      stop_all();
+      return;
+    case Control::reset:
+      stop_all();
+      for (Block& block : blocks_) block = Block{};
+      block_load_ = {};
+      gain_ = 1.0F;
+      enabled_ = true;
+      paused_ = false;
+      break;
+    case Control::pause:
+      paused_ = true;
+      break;
+    case Control::resume:
+      paused_ = false;
+      break;
+  }
+  settings_dirty_ = true;
+}
+
+// Orders -------------------------------------------------------------------------------------
+
+Effect PidEngine::prepare(const Block& block) const {
+  const auto ticks = [this](std::uint16_t ms) {
+    return static_cast<std::uint32_t>((std::uint64_t{ms} * 1'000'000 + period_ns_ / 2) /
+                                      period_ns_);
+  };
+  const SetEffect& set = block.effect;
+  Effect effect;
+  effect.delay_ticks = ticks(set.start_delay_ms);
+  // Linux 6.1 sends its own sign for "without end", which is 0.
+  const bool endless = set.duration_ms == 0 || set.duration_ms == kEndless;
+  effect.duration_ticks = endless ? 0 : ticks(set.duration_ms);
+  effect.gain = level(set.gain) * scale_.gain;
+  if (!is_timed(block.type)) {
+    prepare_condition(block, effect);
+    return effect;
+  }
+  effect.gain *= direction_share(set);
+
+  TimedForce& force = effect.timed;
+  if (block.type == EffectType::constant) {
+    force.peak_nm = core::absolute(level(block.constant.magnitude)) * scale_.torque_nm;
+    force.start = block.constant.magnitude < 0 ? -1.0F : 1.0F;
+  } else if (block.type == EffectType::ramp) {
+    const float start = level(block.ramp.start);
+    const float end = level(block.ramp.end);
+    const float peak = core::larger(core::absolute(start), core::absolute(end));
+    force.peak_nm = peak * scale_.torque_nm;
+    force.start = peak > 0.0F ? start / peak : 0.0F;
+    // Without an end it never gets anywhere.
+    force.slope_per_tick =
+        peak > 0.0F ? per_tick((end - start) / peak, effect.duration_ticks) : 0.0F;
+  } else {
+    force.periodic = true;
+    force.waveform = waveform(block.type);
+    force.peak_nm = level(block.periodic.magnitude) * scale_.torque_nm;
+    force.offset_nm = level(block.periodic.offset) * scale_.torque_nm;
+    force.start_phase =
+        static_cast<std::uint32_t>((std::uint64_t{block.periodic.phase} << 32) / kFull);
+    force.phase_per_tick = phase_per_tick(block.periodic.period_ms, period_ns_);
+    if (block.periodic.period_ms == 0) force.peak_nm = 0.0F;
+  }
+  if (block.has_envelope) {
+    const SetEnvelope& envelope = block.envelope;
+    force.attack_ticks = ticks(envelope.attack_ms);
+    force.attack_nm = level(envelope.attack_level) * scale_.torque_nm - force.peak_nm;
+    force.attack_fall_per_tick = per_tick(force.attack_nm, force.attack_ticks);
+    force.fade_ticks = ticks(envelope.fade_ms);
+    force.fade_nm = level(envelope.fade_level) * scale_.torque_nm - force.peak_nm;
+    force.fade_fall_per_tick = per_tick(force.fade_nm, force.fade_ticks);
+  }
+  return effect;
+}
+
+void PidEngine::prepare_condition(const Block& block, Effect& effect) const {
+  const SetCondition& set = block.condition;
+  float full = scale_.half_range_rad;
+  float gain = scale_.stiffness_nm_per_rad;
+  switch (block.type) {
+    case EffectType::spring:
+      effect.metric = Metric::angle;
+      break;
+    case EffectType::damper:
+      effect.metric = Metric::speed;
+      full = scale_.speed_rad_s;
+      gain = scale_.torque_nm / full;
+      break;
+    case EffectType::inertia:
+      effect.metric = Metric::acceleration;
+      full = scale_.acceleration_rad_s2;
+      gain = scale_.torque_nm / full;
+      break;
+    default:
+      effect.metric = Metric::slip;
+      full = scale_.speed_rad_s;
+      break;
+  }
+  // A spring may push away, it gives back what it took. A negative damper, inertia or friction
+  // would set the knob in motion by itself.
+  const auto coefficient = [&](std::int16_t value) {
+    return effect.metric != Metric::angle && value < 0 ? 0.0F : level(value);
+  };
+  Condition& condition = effect.condition;
+  condition.offset = level(set.offset) * full;
+  condition.dead_band = level(set.dead_band) * full;
+  condition.positive_gain = coefficient(set.positive_coefficient) * gain;
+  condition.negative_gain = coefficient(set.negative_coefficient) * gain;
+  condition.positive_limit_nm = level(set.positive_saturation) * scale_.torque_nm;
+  condition.negative_limit_nm = level(set.negative_saturation) * scale_.torque_nm;
+  if (effect.metric != Metric::slip) return;
+
+  // Dry friction holds its torque at any speed; the coefficient is a share of the full torque.
+  const auto held_nm = [&](float share, float most_nm) {
+    return core::smaller(share * scale_.torque_nm, most_nm);
+  };
+  condition.positive_limit_nm =
+      held_nm(coefficient(set.positive_coefficient), condition.positive_limit_nm);
+  condition.negative_limit_nm =
+      held_nm(coefficient(set.negative_coefficient), condition.negative_limit_nm);
+  const float most_nm =
+      core::larger(condition.positive_limit_nm, condition.negative_limit_nm) * effect.gain;
+  condition.positive_gain = 0.0F;
+  condition.negative_gain = 0.0F;
+  if (most_nm <= 0.0F) return;
+  // As stiff as it is stable, but no need for it to hold within less than a count or two.
+  condition.positive_gain =
+      core::smaller(scale_.most.bristle / (most_nm * most_nm), scale_.most.quantised) / effect.gain;
+}
+
+void PidEngine::send_orders() {
+  if (settings_dirty_) {
+    Order order;
+    order.kind = Order::Kind::settings;
+    order.gain = gain_;
+    order.paused = paused_;
+    order.enabled = enabled_;
+    if (!forces_.give(order)) return;
+    settings_dirty_ = false;
+  }
+  if (stop_all_dirty_) {
+    Order order;
+    order.kind = Order::Kind::stop_all;
+    if (!forces_.give(order)) return;
+    stop_all_dirty_ = false;
+  }
+  for (std::uint8_t n = 0; n < kBlocks; ++n) {
+    Block& block = blocks_[next_dirty_];
+    if (block.dirty || block.play != Order::Play::as_it_is) {
+      if (forces_.free_orders() == 0) return;
+      Order order;
+      order.block = next_dirty_;
+      order.play = block.play;
+      order.loops = block.loops;
+      if (block.type != EffectType::none) order.effect = prepare(block);
+      (void)forces_.give(order);
+      block.dirty = false;
+      block.play = Order::Play::as_it_is;
+    }
+    next_dirty_ = next_dirty_ + 1 == kBlocks ? 0 : static_cast<std::uint8_t>(next_dirty_ + 1);
+  }
+}
+
+// The rest of the device ---------------------------------------------------------------------
+
+void PidEngine::service(const Moment& now) {
+  now_ = now;
+  if (heard_) heard_tick_ = now.tick;
+  heard_ = false;
+  watch_silence();
+  watch_triggers();
+  send_orders();
+}
+
+void PidEngine::disconnect() {
+  for (Block& block : blocks_) block.play = Order::Play::as_it_is;
+  stop_all_dirty_ = true;
+  joystick_sent_ = false;
+}
+
+/// A game that hangs must not pull for ever. What answers to the hand only may stay: a game that
+/// wants a spring says so once.
+void PidEngine::watch_silence() {
+  if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
+  for (std::size_t i = 0; i < kBlocks; ++i) {
+    Block& block = blocks_[i];
+    const bool endless = block.effect.duration_ms == 0 || block.effect.duration_ms == kEndless;
+    if (!plays(i) || !is_timed(block.type) || !endless) continue;
+    block.play = Order::Play::stop;
+  }
+}
+
+bool PidEngine::triggers(const Block& block, std::uint8_t buttons) {
+  const std::uint8_t button = block.effect.trigger_button;
+  return button >= 1 && button <= kButtons && (buttons >> (button - 1) & 1U) != 0;
+}
+
+/// A press begins the effects of the button; while it is held they begin again and again.
+void PidEngine::watch_triggers() {
+  const auto fresh = static_cast<std::uint8_t>(buttons_ & ~buttons_seen_);
+  buttons_seen_ = buttons_;
+  if (buttons_ == 0) return;
+  for (Block& block : blocks_) {
+    if (block.type == EffectType::none || !triggers(block, buttons_)) continue;
+    if (triggers(block, fresh)) {
+      play(block, 1);
+      block.triggered_tick = now_.tick;
+    }
+    const std::uint16_t interval_ms = block.effect.trigger_repeat_ms;
+    if (interval_ms == 0 || interval_ms == kEndless) continue;
+    const std::uint64_t interval =
+        (std::uint64_t{interval_ms} * 1'000'000 + period_ns_ / 2) / period_ns_;
+    if (now_.tick - block.triggered_tick < interval) continue;
+    block.triggered_tick += interval;
+    play(block, 1);
+  }
+}
+
+// Reports out --------------------------------------------------------------------------------
+
+std::size_t PidEngine::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
+  heard_ = true;
+  if (report.size() < kLongestReport) return 0;
+  switch (id) {
+    case Layout<BlockLoad>::id:
+      block_load_.pool_available = pool_available();
+      return encode(block_load_, report);
+    case Layout<Pool>::id: {
+      Pool pool;
+      pool.size = kBlocks * kBlockBytes;
+      return encode(pool, report);
+    }
+    default:
+      return 0;
+  }
+}
+
+std::uint16_t PidEngine::pool_available() const {
+  std::uint16_t bytes = 0;
+  for (const Block& block : blocks_) {
+    if (block.type == EffectType::none) bytes = static_cast<std::uint16_t>(bytes + kBlockBytes);
+  }
+  return bytes;
+}
+
+std::int16_t PidEngine::axis() const {
+  // Beyond this many counts the product would not fit, and the end is long passed.
+  constexpr std::int64_t kMany = std::int64_t{1} << 30;
+  const std::int64_t counts = now_.position_counts;
+  if (counts > kMany) return kFull;
+  if (counts < -kMany) return -kFull;
+  const std::int64_t magnitude = counts < 0 ? -counts : counts;
+  // Two factors, each of less than 2^63: the scale is at most a few thousand steps a count.
+  const std::int64_t whole = magnitude * (scale_.axis_per_count_q32 >> 32);
+  const std::int64_t part =
+      (magnitude * (scale_.axis_per_count_q32 & 0xFFFFFFFF) + (std::int64_t{1} << 31)) >> 32;
+  const std::int64_t steps = whole + part > kFull ? kFull : whole + part;
+  return static_cast<std::int16_t>(counts < 0 ? -steps : steps);
+}
+
+std::uint8_t PidEngine::status() const {
+  std::uint8_t bits = 0;
+  if (paused_) bits |= state_bit::paused;
+  if (enabled_) bits |= state_bit::actuators_enabled;
+  if (!now_.emergency_stop) bits |= state_bit::safety_switch;
+  if (now_.sdk_owns_actuator) bits |= state_bit::override_switch;
+  if (now_.owns_actuator) bits |= state_bit::actuator_power;
+  return bits;
+}
+
+bool PidEngine::plays(std::size_t index) const {
+  return (forces_.playing_blocks(index / 32) >> (index % 32) & 1U) != 0;
+}
+
+std::size_t PidEngine::next_input(std::span<std::uint8_t> report) {
+  if (report.size() < kLongestReport) return 0;
+  // In turns: a knob that moves all the time must not keep the states back.
+  joystick_turn_ = !joystick_turn_;
+  const std::size_t size = joystick_turn_ ? next_joystick(report) : next_state(report);
+  if (size != 0) return size;
+  return joystick_turn_ ? next_state(report) : next_joystick(report);
+}
+
+std::size_t PidEngine::next_joystick(std::span<std::uint8_t> report) {
+  const Joystick joystick{axis(), buttons_};
+  if (joystick_sent_ && joystick == joystick_) return 0;
+  joystick_ = joystick;
+  joystick_sent_ = true;
+  return encode(joystick_, report);
+}
+
+std::size_t PidEngine::next_state(std::span<std::uint8_t> report) {
+  State state;
+  state.status = status();
+  for (std::uint8_t i = 0; i < kBlocks; ++i) {
+    const std::uint32_t bit = std::uint32_t{1} << (i % 32);
+    std::uint32_t& sent = playing_sent_[i / 32];
+    if (plays(i) == ((sent & bit) != 0)) continue;
+    sent ^= bit;
+    state.playing = plays(i) ? 1 : 0;
+    state.block = static_cast<std::uint8_t>(i + 1);
+    status_sent_ = state.status;
+    return encode(state, report);
+  }
+  if (state.status == status_sent_) return 0;
+  status_sent_ = state.status;
+  return encode(state, report);
+}
+
+}  // namespace torsio::device::game

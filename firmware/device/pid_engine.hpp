@@ -1,0 +1,124 @@
+/// @file
+/// The game interface: a HID PID device's pool of effect blocks, its reports in and out, and the
+/// knob as a joystick's axis. It belongs to the main loop; what the control interrupt has to render
+/// goes to it as orders (game_forces.hpp).
+///
+/// Parameters may come in any order and over either endpoint, each names its block. What does not
+/// fit (a block that is free, another kind of effect, a value without meaning) changes nothing.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "device/config.hpp"
+#include "device/game_forces.hpp"
+#include "device/game_reports.hpp"
+
+namespace torsio::device::game {
+
+/// What the engine reads of the rest of the device.
+struct Moment {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  bool owns_actuator = false;  // the game does
+  bool sdk_owns_actuator = false;
+  bool emergency_stop = false;
+};
+
+class PidEngine {
+ public:
+  PidEngine(Forces& forces, const Config& config, std::uint32_t period_ns);
+
+  // Reports. They begin with their id.
+
+  /// Answers a request for a feature report.
+  /// @returns its size; 0 stalls the request
+  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report);
+  /// Takes a feature report.
+  /// @returns false to stall the request; nothing has changed then
+  bool set_feature(std::span<const std::uint8_t> report);
+  /// Takes an output report at once: there is no queue. One that cannot be read is ignored.
+  void receive(std::span<const std::uint8_t> report);
+  /// Writes the next input report: the axis when it moved, then what effects have begun or ended.
+  /// @returns its size; 0 if nothing is new
+  std::size_t next_input(std::span<std::uint8_t> report);
+
+  // The rest of the device.
+
+  /// In every round of the main loop.
+  void service(const Moment& now);
+  /// The configuration has changed.
+  void configure(const Config& config);
+  /// Nobody is on the bus any more: everything stops. The blocks are kept.
+  void disconnect();
+  /// Buttons that are pressed, bit 0 the first. A press starts the effects it triggers.
+  void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
+
+ private:
+  struct Block {
+    EffectType type = EffectType::none;  // none: free
+    SetEffect effect;
+    SetEnvelope envelope;
+    SetCondition condition;
+    SetPeriodic periodic;
+    SetConstant constant;
+    SetRamp ramp;
+    bool has_envelope = false;
+    bool dirty = false;  // the interrupt does not know yet
+    Order::Play play = Order::Play::as_it_is;
+    std::uint8_t loops = 1;
+    std::uint64_t triggered_tick = 0;
+  };
+
+  template <class Report, class Fits, class Take>
+  bool take(std::span<const std::uint8_t> bytes, Fits fits, Take apply);
+  Block* find(std::uint8_t index);
+  void operate(const EffectOperation& operation);
+  void control(Control control);
+  void create(EffectType type);
+  void free_block(std::uint8_t index);
+  void play(Block& block, std::uint8_t loops);
+  void stop_all();
+  void send_orders();
+  void watch_silence();
+  void watch_triggers();
+  static bool triggers(const Block& block, std::uint8_t buttons);
+  Effect prepare(const Block& block) const;
+  void prepare_condition(const Block& block, Effect& effect) const;
+  std::size_t next_joystick(std::span<std::uint8_t> report);
+  std::size_t next_state(std::span<std::uint8_t> report);
+  std::int16_t axis() const;
+  std::uint8_t status() const;
+  bool plays(std::size_t index) const;
+  std::uint16_t pool_available() const;
+
+  Forces& forces_;
+  std::uint32_t period_ns_;
+  GameScale scale_;
+  Moment now_;
+
+  std::array<Block, kBlocks> blocks_;
+  BlockLoad block_load_;
+
+  float gain_ = 1;
+  bool paused_ = false;
+  bool enabled_ = true;
+  bool settings_dirty_ = true;
+  bool stop_all_dirty_ = false;
+  std::uint8_t next_dirty_ = 0;  // block to look at first, so that each gets its turn
+
+  std::uint8_t buttons_ = 0;
+  std::uint8_t buttons_seen_ = 0;
+  std::uint64_t heard_tick_ = 0;
+  bool heard_ = false;
+
+  Joystick joystick_;
+  bool joystick_sent_ = false;
+  bool joystick_turn_ = false;
+  std::uint8_t status_sent_ = 0;
+  std::array<std::uint32_t, 2> playing_sent_{};
+};
+
+}  // namespace torsio::device::game

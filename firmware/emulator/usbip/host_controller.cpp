@@ -1,0 +1,200 @@
+#include "emulator/usbip/host_controller.hpp"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+namespace torsio::emulator::usbip {
+namespace {
+
+using bus::Handshake;
+using bus::kPacketSize;
+using Packet = std::array<std::uint8_t, kPacketSize>;
+
+std::uint8_t address_of(std::size_t endpoint, Direction direction) {
+  return static_cast<std::uint8_t>(endpoint | (direction == Direction::in ? 0x80U : 0U));
+}
+
+std::span<const std::uint8_t> packet_at(const Bytes& data, std::size_t at) {
+  return std::span(data).subspan(at, std::min(data.size() - at, kPacketSize));
+}
+
+Completion over(const Submit& request, std::int32_t status, std::size_t length, Bytes data = {}) {
+  return {request, status, static_cast<std::uint32_t>(length), std::move(data)};
+}
+
+/// A standard request that reads, such as GET_STATUS, with data to the device. TinyUSB 0.18 does
+/// not look at the direction and would write that data where it reads its answer from: descriptors,
+/// or a stack frame that is gone.
+bool writes_what_is_read(const std::array<std::uint8_t, 8>& setup) {
+  constexpr std::uint8_t kInOrClassOrVendor = 0xE0;
+  const std::uint8_t request = setup[1];
+  return (setup[0] & kInOrClassOrVendor) == 0 &&
+         (request == 0 || request == 6 || request == 8 || request == 10);
+}
+
+}  // namespace
+
+void HostController::plug() {
+  bus::plug();
+  device_.poll();
+}
+
+void HostController::unplug() {
+  for (auto& direction : queues_) {
+    for (Queue& queue : direction) queue.clear();
+  }
+  bus::unplug();
+  device_.poll();
+}
+
+void HostController::submit(const Submit& request, Bytes data, std::vector<Completion>& done) {
+  if (request.endpoint == 0) {
+    done.push_back(control(request, data));
+    return;
+  }
+  if (request.endpoint >= bus::kEndpoints) {
+    done.push_back(over(request, kStalled, 0));
+    return;
+  }
+  Queue& queue = queues_[static_cast<std::size_t>(request.direction)][request.endpoint];
+  queue.push_back({request, std::move(data)});
+}
+
+bool HostController::unlink(std::uint32_t sequence) {
+  for (auto& direction : queues_) {
+    for (Queue& queue : direction) {
+      const auto found = std::ranges::find_if(queue, [sequence](const Transfer& transfer) {
+        return transfer.request.sequence == sequence;
+      });
+      if (found == queue.end()) continue;
+      queue.erase(found);
+      return true;
+    }
+  }
+  return false;
+}
+
+std::size_t HostController::pending() const {
+  std::size_t count = 0;
+  for (const auto& direction : queues_) {
+    for (const Queue& queue : direction) count += queue.size();
+  }
+  return count;
+}
+
+// Control transfers (USB 2.0, section 8.5.3) -----------------------------------------------------
+
+Completion HostController::control(const Submit& request, const Bytes& data) {
+  const std::size_t length = request.setup[6] | (std::size_t{request.setup[7]} << 8);
+  const bool in = length > 0 && (request.setup[0] & 0x80U) != 0;
+  // No host puts these on a bus: data against the request's direction, or more than it announces.
+  const bool contradicts = length > 0 && in != (request.direction == Direction::in);
+  if (contradicts || data.size() > length) return over(request, kStalled, 0);
+  if (length > 0 && writes_what_is_read(request.setup)) return over(request, kStalled, 0);
+
+  bus::setup(request.setup);
+  device_.poll();
+  return in ? control_in(request, length) : control_out(request, data);
+}
+
+Completion HostController::control_in(const Submit& request, std::size_t length) {
+  const std::size_t room = std::min<std::size_t>(request.length, length);
+  Bytes data;
+  while (data.size() < room) {
+    Packet packet;
+    const auto [handshake, size] = bus::in(0, packet);
+    device_.poll();
+    // The stack answers within poll() or never.
+    if (handshake != Handshake::ack) return over(request, kStalled, 0);
+    const std::size_t kept = std::min(size, room - data.size());
+    data.insert(data.end(), packet.begin(), packet.begin() + static_cast<std::ptrdiff_t>(kept));
+    if (size < kPacketSize) break;
+  }
+  // A host with less room than it asked for breaks off here, and the next request begins anew.
+  const bool broken_off = data.size() == room && room < length;
+  if (!broken_off) {
+    const Handshake status = bus::out(0, {});
+    device_.poll();
+    if (status != Handshake::ack) return over(request, kStalled, 0);
+  }
+  const std::size_t size = data.size();
+  return over(request, kOk, size, std::move(data));
+}
+
+Completion HostController::control_out(const Submit& request, const Bytes& data) {
+  for (std::size_t at = 0; at < data.size(); at += kPacketSize) {
+    const Handshake handshake = bus::out(0, packet_at(data, at));
+    device_.poll();
+    if (handshake != Handshake::ack) return over(request, kStalled, 0);
+  }
+  Packet packet;
+  const auto [status, size] = bus::in(0, packet);
+  device_.poll();
+  if (status != Handshake::ack || size != 0) return over(request, kStalled, 0);
+  return over(request, kOk, data.size());
+}
+
+// Interrupt transfers ----------------------------------------------------------------------------
+
+void HostController::frame(std::vector<Completion>& done) {
+  poll_endpoints(Direction::out, done);
+  poll_endpoints(Direction::in, done);
+  ++frame_;
+}
+
+void HostController::poll_endpoints(Direction direction, std::vector<Completion>& done) {
+  auto& queues = queues_[static_cast<std::size_t>(direction)];
+  for (std::size_t endpoint = 1; endpoint < queues.size(); ++endpoint) {
+    Queue& queue = queues[endpoint];
+    if (queue.empty()) continue;
+    const std::uint8_t interval = bus::interval_frames(address_of(endpoint, direction));
+    // A closed endpoint refuses at once.
+    if (interval > 1 && frame_ % interval != 0) continue;
+    if (direction == Direction::out) {
+      send_packet(queue, done);
+    } else {
+      fetch_packet(queue, done);
+    }
+    device_.poll();
+  }
+}
+
+void HostController::send_packet(Queue& queue, std::vector<Completion>& done) {
+  Transfer& transfer = queue.front();
+  const auto packet = packet_at(transfer.data, transfer.sent);
+  const Handshake handshake =
+      bus::out(static_cast<std::uint8_t>(transfer.request.endpoint), packet);
+  if (handshake == Handshake::nak) return;
+  if (handshake == Handshake::ack) transfer.sent += packet.size();
+  if (handshake == Handshake::ack && transfer.sent < transfer.data.size()) return;
+  done.push_back(
+      over(transfer.request, handshake == Handshake::ack ? kOk : kStalled, transfer.sent));
+  queue.pop_front();
+}
+
+void HostController::fetch_packet(Queue& queue, std::vector<Completion>& done) {
+  Transfer& transfer = queue.front();
+  const std::size_t room =
+      std::min<std::size_t>(transfer.request.length, kLongestTransfer) - transfer.data.size();
+  Packet packet;
+  const auto space = std::span(packet).first(std::min(room, kPacketSize));
+  const auto [handshake, size] =
+      bus::in(static_cast<std::uint8_t>(transfer.request.endpoint), space);
+  if (handshake == Handshake::nak) return;
+  std::int32_t status = kOk;
+  if (handshake == Handshake::stall) {
+    status = kStalled;
+  } else if (size > space.size()) {
+    status = kOverflow;
+  } else {
+    const auto kept = space.first(size);
+    transfer.data.insert(transfer.data.end(), kept.begin(), kept.end());
+    if (size == kPacketSize && size < room) return;  // a full packet does not end a transfer
+  }
+  const std::size_t length = transfer.data.size();
+  done.push_back(over(transfer.request, status, length, std::move(transfer.data)));
+  queue.pop_front();
+}
+
+}  // namespace torsio::emulator::usbip

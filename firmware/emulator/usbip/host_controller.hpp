@@ -1,0 +1,71 @@
+/// @file
+/// A USB host controller without a bus: takes transfers, cuts them into packets and lets the
+/// device's stack answer. Interrupt endpoints move one packet per polling interval, as on a wire;
+/// control transfers are over at once, because the stack needs no time of the world for them.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "emulator/usbip/bus.hpp"
+#include "emulator/usbip/wire.hpp"
+#include "usb/usb_device.hpp"
+
+namespace torsio::emulator::usbip {
+
+/// What became of a transfer.
+struct Completion {
+  Submit request;
+  std::int32_t status = kOk;
+  std::uint32_t actual_length = 0;  // bytes that went either way
+  Bytes data;                       // IN only
+};
+
+class HostController {
+ public:
+  static constexpr std::size_t kLongestTransfer = 65'536;
+
+  explicit HostController(usb::UsbDevice& device) : device_(device) {}
+
+  void plug();
+  /// Forgets every transfer.
+  void unplug();
+
+  /// @param data what an OUT transfer carries, at most kLongestTransfer
+  /// @param done gets what is over at once
+  void submit(const Submit& request, Bytes data, std::vector<Completion>& done);
+
+  /// Takes a transfer back.
+  /// @returns false if it is over already, or never was
+  bool unlink(std::uint32_t sequence);
+
+  /// One frame of 1 ms.
+  void frame(std::vector<Completion>& done);
+
+  /// Transfers that wait.
+  [[nodiscard]] std::size_t pending() const;
+
+ private:
+  struct Transfer {
+    Submit request;
+    Bytes data;            // OUT: all of it, IN: what has come
+    std::size_t sent = 0;  // OUT
+  };
+  using Queue = std::deque<Transfer>;
+
+  Completion control(const Submit& request, const Bytes& data);
+  Completion control_in(const Submit& request, std::size_t length);
+  Completion control_out(const Submit& request, const Bytes& data);
+  void poll_endpoints(Direction direction, std::vector<Completion>& done);
+  void send_packet(Queue& queue, std::vector<Completion>& done);
+  void fetch_packet(Queue& queue, std::vector<Completion>& done);
+
+  usb::UsbDevice& device_;
+  std::array<std::array<Queue, bus::kEndpoints>, 2> queues_;  // by direction and number
+  std::uint64_t frame_ = 0;
+};
+
+}  // namespace torsio::emulator::usbip

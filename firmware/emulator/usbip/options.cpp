@@ -1,0 +1,90 @@
+#include "emulator/usbip/options.hpp"
+
+#include <charconv>
+
+namespace torsio::emulator::usbip {
+namespace {
+
+template <class Number>
+Number number(std::string_view name, std::string_view text, Number lowest, Number highest) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  // The comparisons are also false for NaN.
+  if (error == std::errc{} && end == text.data() + text.size() && value >= lowest &&
+      value <= highest) {
+    return value;
+  }
+  throw BadOption(std::string(name) + " is \"" + std::string(text) + "\", must be a number from " +
+                  std::to_string(lowest) + " to " + std::to_string(highest));
+}
+
+void set(ProgramOptions& options, std::string_view name, std::string_view value) {
+  if (name == "--address") {
+    options.address = value;
+  } else if (name == "--port") {
+    options.port = number<std::uint16_t>(name, value, 0, 65'535);
+  } else if (name == "--serial") {
+    options.serial = value;
+  } else if (name == "--rate-hz") {
+    options.rate_hz = number<double>(name, value, 1000.0, 20'000.0);
+  } else if (name == "--seed") {
+    options.seed = number<std::uint64_t>(name, value, 0, UINT64_MAX);
+  } else if (name == "--hand") {
+    const bool known = value == "still" || value == "free" || value == "pushes" ||
+                       (value.starts_with("scripted:") && value != "scripted:");
+    if (!known) {
+      throw BadOption("--hand is \"" + std::string(value) +
+                      "\", must be still, free, pushes or scripted:FILE");
+    }
+    options.hand = value;
+  } else if (name == "--log") {
+    options.log = value;
+  } else {
+    throw BadOption("there is no option \"" + std::string(name) + "\"; see --help");
+  }
+}
+
+}  // namespace
+
+ProgramOptions read_options(std::span<const std::string_view> arguments) {
+  ProgramOptions options;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string_view argument = arguments[i];
+    if (argument == "--status" || argument == "--help") {
+      (argument == "--help" ? options.help : options.status) = true;
+      continue;
+    }
+    const std::size_t equals = argument.find('=');
+    if (equals != std::string_view::npos) {
+      set(options, argument.substr(0, equals), argument.substr(equals + 1));
+      continue;
+    }
+    if (i + 1 == arguments.size()) {
+      set(options, argument, "");  // says it if there is no such option
+      throw BadOption(std::string(argument) + " needs a value");
+    }
+    set(options, argument, arguments[++i]);
+  }
+  return options;
+}
+
+std::string_view usage() {
+  return R"(usage: torsio_virtual_knob [OPTIONS]
+
+A virtual knob as a USB device, served over USB/IP.
+
+  --address ADDRESS  IPv4 address to listen on (127.0.0.1)
+  --port PORT        TCP port; 0 for any free one (3240)
+  --serial TEXT      serial number, 1 to 16 printable characters (EMULATED)
+  --rate-hz HZ       control rate, 1000 to 20000 (1000)
+  --seed NUMBER      of everything random (0)
+  --hand HAND        still, free, scripted:FILE, or pushes: from standard input (still)
+  --log FILE         write the plant's truth at every control tick
+  --status           print how the knob is, ten times a second
+  --help             print this
+)";
+}
+
+bool is_loopback(std::string_view address) { return address.starts_with("127."); }
+
+}  // namespace torsio::emulator::usbip

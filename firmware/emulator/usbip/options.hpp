@@ -1,0 +1,41 @@
+/// @file
+/// The command line of torsio_virtual_knob.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace torsio::emulator::usbip {
+
+/// A sentence for whoever wrote the command line.
+class BadOption : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct ProgramOptions {
+  std::string address = "127.0.0.1";
+  std::uint16_t port = 3240;
+  std::string serial = "EMULATED";
+  double rate_hz = 1000.0;  // 1000 to 20000
+  std::uint64_t seed = 0;
+  std::string hand = "still";  // still, free, pushes or scripted:FILE
+  std::string log;             // empty: none
+  bool status = false;
+  bool help = false;
+};
+
+/// @param arguments without the program's name; `--name VALUE` or `--name=VALUE`
+/// @throws BadOption
+ProgramOptions read_options(std::span<const std::string_view> arguments);
+
+/// What `--help` prints.
+std::string_view usage();
+
+/// Whether only programs of this machine can reach an address.
+bool is_loopback(std::string_view address);
+
+}  // namespace torsio::emulator::usbip

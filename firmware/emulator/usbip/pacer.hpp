@@ -1,0 +1,45 @@
+/// @file
+/// When the next frame of the virtual world is due in the real one.
+#pragma once
+
+#include <chrono>
+#include <utility>
+
+namespace torsio::emulator::usbip {
+
+/// Frames of 1 ms against a steady clock. Who is late catches up; who is later than kMostBehind,
+/// because the machine stalled or slept, lets the world slip behind the clock instead of racing.
+class Pacer {
+ public:
+  using Time = std::chrono::steady_clock::time_point;
+  using Duration = std::chrono::steady_clock::duration;
+  static constexpr Duration kFrame = std::chrono::milliseconds(1);
+  static constexpr Duration kMostBehind = std::chrono::milliseconds(20);
+
+  explicit Pacer(Time now) : next_(now + kFrame) {}
+
+  /// @returns true if a frame is due, which the caller runs then
+  bool take(Time now) {
+    if (now < next_) return false;
+    next_ += kFrame;
+    if (now - next_ > kMostBehind) {
+      slipped_ += now - next_;
+      next_ = now;
+    }
+    return true;
+  }
+
+  /// How long to wait for the next frame; 0 if it is due.
+  [[nodiscard]] Duration until_next(Time now) const {
+    return now < next_ ? next_ - now : Duration::zero();
+  }
+
+  /// How far the world has slipped since the last call.
+  Duration take_slipped() { return std::exchange(slipped_, Duration::zero()); }
+
+ private:
+  Time next_;
+  Duration slipped_{};
+};
+
+}  // namespace torsio::emulator::usbip

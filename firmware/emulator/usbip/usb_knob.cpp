@@ -1,0 +1,35 @@
+#include "emulator/usbip/usb_knob.hpp"
+
+#include <utility>
+
+namespace torsio::emulator::usbip {
+namespace {
+
+// Where Linux would have it: the first port of the first bus.
+constexpr std::string_view kPath = "/sys/devices/torsio/usb1/1-1";
+constexpr std::string_view kBusId = "1-1";
+constexpr std::uint32_t kDeviceNumber = 2;  // number 1 is a bus's root hub
+
+}  // namespace
+
+UsbKnob::UsbKnob(EmulatedDeviceOptions options)
+    : device_(std::move(options)),
+      usb_(device_.device(), device_.board()),
+      host_(usb_),
+      descriptor_(device::device_descriptor(device_.board().firmware_version)),
+      export_{.record = {.path = kPath,
+                         .bus_id = kBusId,
+                         .device = kDeviceNumber,
+                         .device_descriptor = descriptor_,
+                         .configuration_descriptor = device::configuration_descriptor()},
+              .host = host_} {
+  // Its own cable stays out; from here on the stack says whether there is a host.
+  device_.set_plugged(false);
+}
+
+void UsbKnob::advance() {
+  device_.advance(kFrameNs);
+  usb_.poll();
+}
+
+}  // namespace torsio::emulator::usbip

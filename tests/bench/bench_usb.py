@@ -1,0 +1,162 @@
+"""What the USB side costs beside raw hidapi, with a knob that is plugged in: one JSON line each.
+
+Round trips: a command that changes nothing (`disarm` of a disarmed knob) and its answer, by hidapi
+in C, by the SDK in C++ and by the Python package, in turns. Telemetry: at 4,000 samples a second,
+read in C++ and in Python; samples that are missing, and the CPU time of the whole reading process.
+
+Keys: `benchmark` "usb"; `what` "round_trip" or "telemetry"; `client` "raw", "cpp" or "python".
+A round trip has `median_ms`, `p99_ms`, `trips`, and but for raw `median_ratio` and `p99_ratio` to
+raw with `goal_median_ratio`. Telemetry has `rate_hz`, `duration_s`, `samples`, `samples_lost`
+(missing in the readers' ticks), `samples_dropped` (of these, by the knob), `reader_cpu_share` (CPU
+seconds a second) and `goal_samples_lost`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import torsio
+
+TREE = Path(__file__).parents[2]
+GOAL_MEDIAN_RATIO = {"cpp": 1.05, "python": 1.3}
+WARM_UP = 20
+
+
+def _run(*command: object) -> str:
+    result = subprocess.run([str(word) for word in command], stdout=subprocess.PIPE, text=True)
+    if result.returncode != 0:
+        sys.exit(result.returncode)  # it has said why
+    return result.stdout
+
+
+def raw_trips_s(programs: Path, path: str, trips: int) -> list[float]:
+    """Time round trips in C, without the SDK."""
+    return [float(word) for word in _run(programs / "bench_usb_raw", path, WARM_UP, trips).split()]
+
+
+def cpp_trips_s(programs: Path, path: str, trips: int) -> list[float]:
+    """Time round trips in C++."""
+    return [
+        float(word) for word in _run(programs / "bench_usb", "trips", path, WARM_UP, trips).split()
+    ]
+
+
+def python_trips_s(_: Path, path: str, trips: int) -> list[float]:
+    """Time round trips in Python."""
+    times_s = []
+    with torsio.open(path, command_timeout_s=5.0) as knob:
+        for _n in range(WARM_UP + trips):
+            begin = time.perf_counter()
+            knob.disarm()
+            times_s.append(time.perf_counter() - begin)
+    return times_s[WARM_UP:]
+
+
+def cpp_telemetry(
+    programs: Path, path: str, rate_hz: float, duration_s: float
+) -> tuple[int, int, float, float]:
+    """Read telemetry in C++: samples, samples missing, seconds, CPU seconds."""
+    words = _run(programs / "bench_usb", "telemetry", path, rate_hz, duration_s).split()
+    return int(words[0]), int(words[1]), float(words[2]), float(words[3])
+
+
+def python_telemetry(
+    _: Path, path: str, rate_hz: float, duration_s: float
+) -> tuple[int, int, float, float]:
+    """Read telemetry in Python, as `cpp_telemetry`."""
+    ticks: list[Any] = []
+    with torsio.open(path, command_timeout_s=5.0) as knob:
+        step = round(knob.info.control_rate_hz / knob.start_telemetry(rate_hz=rate_hz))
+        cpu_begin, begin = time.process_time(), time.monotonic()
+        while time.monotonic() - begin < duration_s:
+            ticks.append(knob.read()["tick"].copy())
+        elapsed_s, cpu_s = time.monotonic() - begin, time.process_time() - cpu_begin
+    all_ticks = np.concatenate(ticks)
+    missing = int(np.sum(np.diff(all_ticks.astype(np.int64)) // step - 1))
+    return len(all_ticks), missing, elapsed_s, cpu_s
+
+
+def round_trip_lines(times_s: dict[str, list[float]]) -> Iterator[dict[str, Any]]:
+    """Summarise round trips, one line a client; `raw` is what the others are compared with."""
+    figures = {
+        client: (statistics.median(all_s), float(np.percentile(all_s, 99)))
+        for client, all_s in times_s.items()
+    }
+    raw_median_s, raw_p99_s = figures["raw"]
+    for client, (median_s, p99_s) in figures.items():
+        line = {
+            "benchmark": "usb",
+            "what": "round_trip",
+            "client": client,
+            "median_ms": round(1e3 * median_s, 4),
+            "p99_ms": round(1e3 * p99_s, 4),
+            "trips": len(times_s[client]),
+        }
+        if client != "raw":
+            line |= {
+                "median_ratio": round(median_s / raw_median_s, 3),
+                "p99_ratio": round(p99_s / raw_p99_s, 3),
+                "goal_median_ratio": GOAL_MEDIAN_RATIO[client],
+            }
+        yield line
+
+
+def measure(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
+    """Measure a knob that is plugged in."""
+    path, programs = arguments.device, arguments.programs
+    clients = {"raw": raw_trips_s, "cpp": cpp_trips_s, "python": python_trips_s}
+    times_s: dict[str, list[float]] = {client: [] for client in clients}
+    for _ in range(arguments.rounds):
+        for client, run in clients.items():
+            times_s[client] += run(programs, path, arguments.trips)
+    yield from round_trip_lines(times_s)
+
+    for client, read in (("cpp", cpp_telemetry), ("python", python_telemetry)):
+        dropped = _dropped(path)
+        samples, lost, duration_s, cpu_s = read(
+            programs, path, arguments.rate_hz, arguments.seconds
+        )
+        yield {
+            "benchmark": "usb",
+            "what": "telemetry",
+            "client": client,
+            "rate_hz": arguments.rate_hz,
+            "duration_s": round(duration_s, 3),
+            "samples": samples,
+            "samples_lost": lost,
+            "samples_dropped": _dropped(path) - dropped,
+            "reader_cpu_share": round(cpu_s / duration_s, 4),
+            "goal_samples_lost": 0,
+        }
+
+
+def _dropped(path: str) -> int:
+    with torsio.open(path) as knob:
+        return knob.health().samples_dropped
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--device", required=True, help="path of the knob, see `torsio list`")
+    parser.add_argument("--rounds", type=int, default=5, help="turns of the three clients")
+    parser.add_argument("--trips", type=int, default=400, help="round trips in a turn")
+    parser.add_argument("--rate-hz", type=float, default=4000.0, help="of telemetry")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of telemetry")
+    parser.add_argument("--programs", type=Path, default=TREE / "build/release/tests/bench")
+    for line in measure(parser.parse_args()):
+        print(json.dumps(line), flush=True)
+
+
+if __name__ == "__main__":
+    main()

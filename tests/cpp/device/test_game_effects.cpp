@@ -1,0 +1,441 @@
+// What a game asks for and what the motor then gives: closed forms, written down here.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "device/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+using doctest::Approx;
+
+namespace {
+
+constexpr double kFull = 0.08;
+constexpr double kPi = std::numbers::pi;
+// Levels are whole numbers of 1/32767, and so are directions.
+constexpr double kStep = 2 * kFull / 32767;
+
+double wave(int type, double phase) {
+  phase -= std::floor(phase);
+  switch (type) {
+    case kSquare:
+      return phase < 0.5 ? 1 : -1;
+    case kSine:
+      return std::sin(2 * kPi * phase);
+    case kTriangle:
+      return phase < 0.25 ? 4 * phase : phase < 0.75 ? 2 - 4 * phase : 4 * phase - 4;
+    case kSawUp:
+      return 2 * phase - 1;
+    default:
+      return 1 - 2 * phase;
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a constant force begins after its delay and ends after its duration, to the tick") {
+  for (const std::uint32_t period_ns : {1'000'000U, 100'000U}) {
+    GameRig rig(period_ns);
+    const int per_ms = static_cast<int>(1'000'000 / period_ns);
+    EffectOptions options;
+    options.delay_ms = 7;
+    options.duration_ms = 11;
+    rig.play_constant(16384, options);
+    const auto nm = rig.torques(25 * per_ms);
+    for (int i = 0; i < 25 * per_ms; ++i) {
+      const bool on = i >= 7 * per_ms && i < 18 * per_ms;
+      CHECK(nm[static_cast<std::size_t>(i)] == Approx(on ? kFull / 2 : 0).epsilon(1e-3));
+    }
+  }
+}
+
+TEST_CASE("a direction is where the force comes from; one axis takes its share") {
+  struct Case {
+    int enable;
+    int degrees;
+    double share;
+  };
+  for (const Case& c :
+       {Case{2, 90, -1}, Case{2, 270, 1}, Case{2, 0, 0}, Case{2, 180, 0}, Case{2, 30, -0.5},
+        Case{2, 225, std::sqrt(0.5)},
+        // Axis named and no direction given: as from the right.
+        Case{1, 0, -1}, Case{1, 270, -1}, Case{3, 0, -1}, Case{3, 270, 1}, Case{0, 0, -1}}) {
+    GameRig rig;
+    EffectOptions options;
+    options.enable = c.enable;
+    options.direction = static_cast<int>(std::lround(c.degrees / 360.0 * 32767));
+    rig.play_constant(32767, options);
+    rig.tick(3);
+    CHECK(static_cast<double>(rig.outputs.motor_torque_nm) ==
+          Approx(c.share * kFull).scale(1).epsilon(2e-4 * kFull));
+  }
+}
+
+TEST_CASE("a force of the other sign pushes the other way") {
+  GameRig rig;
+  const int block = rig.play_constant(-32767);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == Approx(-kFull));
+  rig.constant(block, 10000);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == Approx(kFull * 10000 / 32767));
+}
+
+TEST_CASE("a ramp goes from start to end over its duration") {
+  GameRig rig;
+  const int block = rig.create(kRamp);
+  EffectOptions options;
+  options.duration_ms = 200;
+  rig.set_effect(block, options);
+  rig.ramp(block, -32767, 16384);
+  rig.start(block);
+  const auto nm = rig.torques(210);
+  for (int i = 0; i < 200; ++i) {
+    const double expected = kFull * (-1 + 1.5 * i / 200.0);
+    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
+          Approx(expected).scale(1).epsilon(kStep));
+  }
+  CHECK(nm[203] == 0.0F);
+}
+
+TEST_CASE("the periodic forces have their shape, amplitude, offset, phase and period") {
+  for (const int type : {kSquare, kSine, kTriangle, kSawUp, kSawDown}) {
+    GameRig rig(100'000);
+    const int block = rig.create(type);
+    rig.set_effect(block);
+    rig.periodic(block, 20000, -5000, 8192, 50);  // a quarter of a turn ahead
+    rig.start(block);
+    const auto nm = rig.torques(2000);
+    for (int i = 0; i < 2000; ++i) {
+      const double phase = 8192.0 / 32767 + i / 500.0;
+      const double turn = phase - std::floor(phase);
+      // Within a tick of an edge it may be on either side.
+      const double edge = type == kSquare ? std::min({turn, std::abs(turn - 0.5), 1 - turn})
+                                          : std::min(turn, 1 - turn);
+      if (type != kSine && type != kTriangle && edge < 2e-3) continue;
+      const double expected = kFull * (20000 * wave(type, phase) - 5000) / 32767;
+      CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
+            Approx(expected).scale(1).epsilon(kStep));
+    }
+  }
+}
+
+TEST_CASE("attack and fade are lines from their levels to the peak") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  EffectOptions options;
+  options.duration_ms = 100;
+  rig.set_effect(block, options);
+  rig.constant(block, -20000);
+  rig.envelope(block, 5000, 40, 30000, 20);
+  rig.start(block);
+  const auto nm = rig.torques(100);
+  for (int i = 0; i < 100; ++i) {
+    double level = 20000;
+    if (i < 40) level = 5000 + 15000 * i / 40.0;
+    if (100 - i < 20) level = 30000 - 10000 * (100 - i) / 20.0;
+    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
+          Approx(-kFull * level / 32767).scale(1).epsilon(kStep));
+  }
+}
+
+TEST_CASE("attack and fade that overlap leave no jump, and an envelope needs no order") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  rig.envelope(block, 0, 80, 0, 80);
+  EffectOptions options;
+  options.duration_ms = 100;
+  rig.constant(block, 32767);
+  rig.set_effect(block, options);
+  rig.start(block);
+  const auto nm = rig.torques(101);
+  for (std::size_t i = 1; i < 101; ++i) {
+    CHECK(std::abs(nm[i] - nm[i - 1]) < 1.05 * kFull / 80);
+    CHECK(nm[i] >= 0.0F);
+  }
+}
+
+TEST_CASE("the envelope of a wave shapes its amplitude but not its offset") {
+  GameRig rig;
+  const int block = rig.create(kSquare);
+  EffectOptions options;
+  options.duration_ms = 100;
+  rig.set_effect(block, options);
+  rig.periodic(block, 10000, 10000, 0, 20);
+  rig.envelope(block, 0, 100, 32767, 0);
+  rig.start(block);
+  const auto nm = rig.torques(100);
+  for (int i = 0; i < 100; ++i) {
+    const double sign = i / 10 % 2 == 0 ? 1 : -1;
+    const double expected = kFull * (10000 + sign * 10000 * i / 100.0) / 32767;
+    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
+          Approx(expected).scale(1).epsilon(kStep));
+  }
+}
+
+TEST_CASE("loops repeat the effect with its envelope; the delay comes once") {
+  GameRig rig;
+  const int block = rig.create(kRamp);
+  EffectOptions options;
+  options.duration_ms = 20;
+  options.delay_ms = 5;
+  rig.set_effect(block, options);
+  rig.ramp(block, 0, 32767);
+  rig.start(block, 3);
+  const auto nm = rig.torques(80);
+  for (int i = 0; i < 80; ++i) {
+    const bool on = i >= 5 && i < 65;
+    const double expected = on ? kFull * ((i - 5) % 20) / 20.0 : 0.0;
+    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
+          Approx(expected).scale(1).epsilon(kStep));
+  }
+}
+
+TEST_CASE("a loop count of 255 has no end") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  EffectOptions options;
+  options.duration_ms = 3;
+  rig.set_effect(block, options);
+  rig.constant(block, 32767);
+  rig.start(block, 255);
+  rig.tick(3 * 600);
+  CHECK(rig.outputs.motor_torque_nm == Approx(kFull));
+}
+
+TEST_CASE("a duration of zero, as Linux 6.1 sends it, is without end") {
+  GameRig rig;
+  EffectOptions options;
+  options.duration_ms = 0;
+  rig.play_constant(32767, options);
+  rig.tick(5000);
+  CHECK(rig.outputs.motor_torque_nm == Approx(kFull));
+}
+
+TEST_CASE("effect gain, device gain and the user's gain multiply; the cap holds the sum") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.gain = 0.5F; });
+  EffectOptions options;
+  options.gain = 16384;
+  rig.play_constant(32767, options);
+  rig.gain(8192);
+  rig.tick(3);
+  CHECK(rig.outputs.motor_torque_nm == Approx(kFull / 16).epsilon(1e-3));
+
+  GameRig full;
+  for (int i = 0; i < 3; ++i) full.play_constant(32767);
+  full.tick(3);
+  CHECK(full.outputs.motor_torque_nm == Approx(kFull));
+}
+
+TEST_CASE("the cap is never above the motor's own") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.torque_max_nm = 50; });
+  rig.play_constant(32767);
+  rig.tick(3);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.085));
+}
+
+TEST_CASE("updates in every millisecond are joined by lines, whatever the tick rate") {
+  for (const std::uint32_t period_ns : {1'000'000U, 100'000U, 50'000U}) {
+    GameRig rig(period_ns);
+    rig.configure([](protocol::GameConfig& config) { config.blend_s = 1e-3F; });
+    const int per_ms = static_cast<int>(1'000'000 / period_ns);
+    const int block = rig.play_constant(0);
+    rig.tick(2 * per_ms);
+    float last = 0;
+    for (int ms = 1; ms <= 100; ++ms) {
+      rig.constant(block, static_cast<int>(30000 * std::sin(ms / 16.0)));
+      for (int i = 0; i < per_ms; ++i) {
+        rig.tick();
+        // The steepest slope of the sine, spread over the ticks of a millisecond.
+        CHECK(std::abs(rig.outputs.motor_torque_nm - last) <
+              1.1 * kFull * 30000 / 32767 / 16 / per_ms + 1e-6);
+        last = rig.outputs.motor_torque_nm;
+      }
+      CHECK(static_cast<double>(last) ==
+            Approx(kFull * 30000 / 32767 * std::sin(ms / 16.0)).scale(1).epsilon(1e-4));
+    }
+  }
+}
+
+TEST_CASE("beginning, change and end are blended in the configured time") {
+  GameRig rig(100'000);
+  rig.configure([](protocol::GameConfig& config) { config.blend_s = 5e-3F; });
+  EffectOptions options;
+  options.duration_ms = 20;
+  const int block = rig.play_constant(32767, options);
+  auto nm = rig.torques(100);
+  rig.constant(block, -32767);
+  for (const float each : rig.torques(200)) nm.push_back(each);
+  float last = 0;
+  for (const float each : nm) {
+    CHECK(std::abs(each - last) < 1.001 * 2 * kFull / 50);
+    last = each;
+  }
+  CHECK(nm[49] == Approx(kFull));
+  CHECK(nm[149] == Approx(-kFull));
+  CHECK(nm[251] == 0.0F);
+}
+
+TEST_CASE("a paused device is silent, and effects go on where they were") {
+  GameRig rig;
+  const int block = rig.create(kRamp);
+  EffectOptions options;
+  options.duration_ms = 100;
+  rig.set_effect(block, options);
+  rig.ramp(block, 0, 32767);
+  rig.start(block);
+  rig.tick(41);
+  const float before = rig.outputs.motor_torque_nm;
+  CHECK(before == Approx(kFull * 0.4));
+  rig.control(5);
+  rig.tick(300);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.control(6);
+  rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == Approx(kFull * 0.41).epsilon(0.03));
+  rig.tick(62);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}
+
+TEST_CASE("a spring answers to offset, dead band, each side's coefficient and saturation") {
+  GameRig rig;
+  // Half the axis is 1 rad; weak, so that the limit of stability is far away.
+  rig.configure([](protocol::GameConfig& config) {
+    config.range_deg = 114.59156F;
+    config.spring_gain = 1;
+  });
+  const int block = rig.create(kSpring);
+  rig.set_effect(block);
+  GameRig::ConditionOptions options;
+  options.offset = 6553;     // 0.2 rad
+  options.dead_band = 3277;  // 0.1 rad
+  options.positive = 32767;
+  options.negative = 16384;
+  options.positive_saturation = 9830;  // 0.3
+  options.negative_saturation = 32767;
+  rig.condition(block, options);
+  options.parameter_block = 1;  // of an axis that does not exist
+  options.positive = -32767;
+  rig.condition(block, options);
+  rig.start(block);
+  rig.tick(2);
+  for (int counts = -1300; counts <= 1300; counts += 50) {
+    // A little at a time: a jump is a broken encoder.
+    while (rig.inputs.encoder_count != static_cast<std::uint32_t>(counts)) {
+      const auto now = static_cast<std::int32_t>(rig.inputs.encoder_count);
+      rig.inputs.encoder_count = static_cast<std::uint32_t>(now < counts ? now + 10 : now - 10);
+      rig.tick();
+    }
+    rig.tick(2);
+    const double angle = counts * 2 * kPi / 8192;
+    const double beyond = angle - 0.2;
+    double expected = 0;
+    if (beyond > 0.1) expected = -std::min(beyond - 0.1, 0.3) * kFull;
+    if (beyond < -0.1) expected = std::min(-(beyond + 0.1) * 0.5, 1.0) * kFull;
+    CHECK(static_cast<double>(rig.outputs.motor_torque_nm) ==
+          Approx(expected).scale(1).epsilon(2e-5));
+  }
+}
+
+TEST_CASE("a negative spring pushes away") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.range_deg = 114.59156F; });
+  const int block = rig.create(kSpring);
+  rig.set_effect(block);
+  GameRig::ConditionOptions options;
+  options.positive = -32767;
+  options.negative = -32767;
+  rig.condition(block, options);
+  rig.start(block);
+  for (int i = 0; i < 65; ++i) {
+    rig.inputs.encoder_count += 10;
+    rig.tick();
+  }
+  CHECK(rig.outputs.motor_torque_nm == Approx(kFull * 650 * 2 * kPi / 8192).epsilon(1e-3));
+}
+
+TEST_CASE("a damper resists in proportion to speed, and a negative one does nothing") {
+  for (const int coefficient : {32767, -32767}) {
+    GameRig rig;
+    rig.configure([](protocol::GameConfig& config) { config.speed_full_rad_s = 40; });
+    const int block = rig.create(kDamper);
+    rig.set_effect(block);
+    GameRig::ConditionOptions options;
+    options.positive = coefficient;
+    options.negative = coefficient;
+    rig.condition(block, options);
+    rig.start(block);
+    for (int i = 0; i < 300; ++i) {
+      rig.inputs.encoder_count += 13;
+      rig.tick();
+    }
+    const double speed = 13 * 2 * kPi / 8192 / 1e-3;
+    CHECK(rig.outputs.motor_torque_nm ==
+          Approx(coefficient > 0 ? -kFull * speed / 40 : 0).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("an inertia resists in proportion to acceleration") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.acceleration_full_rad_s2 = 1e4F; });
+  const int block = rig.create(kInertia);
+  rig.set_effect(block);
+  rig.condition(block, {});
+  rig.start(block);
+  double count = 0;
+  double mean = 0;
+  for (int i = 0; i < 400; ++i) {
+    count += 0.25 * i;  // counts per tick, growing by a quarter in each
+    rig.inputs.encoder_count = static_cast<std::uint32_t>(std::lround(count));
+    rig.tick();
+    if (i >= 200) mean += static_cast<double>(rig.outputs.motor_torque_nm) / 200;
+  }
+  const double acceleration = 0.25 * 2 * kPi / 8192 / 1e-6;
+  CHECK(mean == Approx(-kFull * acceleration / 1e4).epsilon(0.01));
+}
+
+TEST_CASE("a friction holds its torque at any speed and turns with the direction") {
+  GameRig rig;
+  const int block = rig.create(kFriction);
+  rig.set_effect(block);
+  GameRig::ConditionOptions options;
+  options.positive = 8192;
+  options.negative = 4096;
+  rig.condition(block, options);
+  rig.start(block);
+  for (const int step : {3, 30, -3, -30}) {
+    for (int i = 0; i < 600; ++i) {
+      rig.inputs.encoder_count += static_cast<std::uint32_t>(step);
+      rig.tick();
+    }
+    CHECK(rig.outputs.motor_torque_nm == Approx(step > 0 ? -kFull / 4 : kFull / 8).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a button starts what it triggers, and again while it is held") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  EffectOptions options;
+  options.duration_ms = 10;
+  options.trigger = 2;
+  options.repeat_ms = 30;
+  rig.set_effect(block, options);
+  rig.constant(block, 32767);
+  rig.tick(5);
+  rig.device->game().set_buttons(1);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.device->game().set_buttons(2);
+  int on = 0;
+  for (int i = 0; i < 90; ++i) {
+    rig.tick();
+    if (rig.outputs.motor_torque_nm > 0.0F) ++on;
+  }
+  CHECK(on == 30);
+  rig.device->game().set_buttons(0);
+  rig.tick(60);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}

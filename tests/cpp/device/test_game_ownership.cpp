@@ -1,0 +1,241 @@
+// Who has the actuator, and that it changes hands without a jump.
+#include <cmath>
+
+#include "device/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+using doctest::Approx;
+using protocol::EventKind;
+using protocol::Op;
+using protocol::Owner;
+using protocol::State;
+using protocol::Status;
+
+namespace {
+
+/// A game with a constant force, and a scene with another.
+struct TwoMasters : GameRig {
+  TwoMasters() {
+    configure([](protocol::GameConfig& config) { config.blend_s = 2e-3F; });
+    protocol::Constant scene;
+    scene.torque_nm = -0.05F;
+    REQUIRE(send_status(scene) == Status::ok);
+    REQUIRE(send_status(protocol::Commit{1, 0, 1}) == Status::ok);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a game gets the actuator when it starts an effect, and not before") {
+  GameRig rig;
+  CHECK(rig.owner() == Owner::none);
+  rig.control(1);  // enable actuators
+  const int block = rig.create(kConstant);
+  rig.set_effect(block);
+  rig.constant(block, 32767);
+  rig.tick(20);
+  CHECK(rig.state() == State::disarmed);
+  CHECK_FALSE(rig.outputs.enabled);
+  rig.start(block);
+  rig.tick(3);
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.owner() == Owner::game);
+  CHECK(rig.outputs.enabled);
+  REQUIRE_FALSE(rig.events.empty());
+  CHECK(rig.events.back().kind == EventKind::state_changed);
+  CHECK(rig.events.back().owner == Owner::game);
+}
+
+TEST_CASE("a game that plays nothing lets go of the actuator after a second") {
+  GameRig rig;
+  EffectOptions options;
+  options.duration_ms = 50;
+  rig.play_constant(32767, options);
+  rig.tick(60);
+  CHECK(rig.owner() == Owner::game);
+  rig.tick(980);
+  CHECK(rig.owner() == Owner::game);
+  rig.tick(30);
+  CHECK(rig.owner() == Owner::none);
+  CHECK(rig.state() == State::disarmed);
+}
+
+TEST_CASE("games may be shut out; they still see the axis") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.enabled = protocol::Toggle::off; });
+  rig.play_constant(32767);
+  rig.inputs.encoder_count += 100;
+  rig.tick(10);
+  CHECK(rig.state() == State::disarmed);
+  std::array<std::uint8_t, 64> report{};
+  std::size_t size = 0;
+  int x = 0;
+  while ((size = rig.device->game().next_input(report)) != 0) {
+    if (report[0] == 1) x = static_cast<std::int16_t>(report[1] | (report[2] << 8));
+  }
+  CHECK(x == std::lround(100.0 / 8192 * 360 / 450 * 32767));
+}
+
+TEST_CASE("a game cannot take the actuator from the SDK, nor start what would sound later") {
+  TwoMasters rig;
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  CHECK(rig.owner() == Owner::sdk);
+  rig.tick(60);
+  rig.play_constant(32767);
+  rig.tick(20);
+  CHECK(rig.owner() == Owner::sdk);
+  CHECK(rig.outputs.motor_torque_nm == -0.05F);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.tick(50);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}
+
+TEST_CASE("the SDK takes over from a game by arming: told in acknowledgement, event and flag") {
+  TwoMasters rig;
+  REQUIRE(rig.send_status(protocol::Stream{1, 0, 1}) == Status::ok);
+  rig.play_constant(32767);
+  rig.tick(40);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  REQUIRE_FALSE(rig.telemetry.empty());
+  CHECK((rig.telemetry.back().flags & protocol::flag::game) != 0);
+  float last = rig.outputs.motor_torque_nm;
+  rig.events.clear();
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{9, 0, Op::arm})));
+  for (int i = 0; i < 80; ++i) {
+    rig.tick();
+    // Both fade in 50 ms: one down from 0.08, the other to -0.05.
+    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.13F / 50);
+    last = rig.outputs.motor_torque_nm;
+  }
+  CHECK(last == -0.05F);
+  CHECK(rig.acknowledgements.back().status == 0);
+  CHECK(rig.acknowledgements.back().owner == Owner::sdk);
+  REQUIRE(rig.events.size() == 1);
+  CHECK(rig.events[0].kind == EventKind::owner_changed);
+  CHECK(rig.events[0].owner == Owner::sdk);
+  CHECK((rig.telemetry.back().flags & protocol::flag::game) == 0);
+}
+
+TEST_CASE("after the SDK has let go, a game gets the actuator by starting an effect again") {
+  TwoMasters rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(40);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(100);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.constant(block, 30000);
+  rig.control(1);
+  rig.tick(100);
+  CHECK(rig.owner() == Owner::none);
+  rig.start(block);
+  float last = 0;
+  for (int i = 0; i < 10; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.08F / 2);
+    last = rig.outputs.motor_torque_nm;
+  }
+  CHECK(rig.owner() == Owner::game);
+}
+
+TEST_CASE("the SDK may stop a game's force at once") {
+  for (const Op op : {Op::disarm, Op::stop}) {
+    GameRig rig;
+    rig.play_constant(32767);
+    rig.tick(10);
+    REQUIRE(rig.outputs.motor_torque_nm > 0.0F);
+    CHECK(rig.command(op) == Status::ok);
+    CHECK(rig.outputs.motor_torque_nm == 0.0F);
+    rig.tick(100);
+    CHECK(rig.state() == State::disarmed);
+  }
+}
+
+TEST_CASE("a local model is refused while a game has the actuator") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(10);
+  CHECK(rig.send_status(protocol::LocalModel{1, 0, 0.01F, 0, 0, 0, 0.1F}) == Status::not_owner);
+  CHECK(rig.set(protocol::ControlConfig{}).status == Status::not_disarmed);
+}
+
+TEST_CASE("when the bus is lost a game's force fades in the configured time") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(10);
+  rig.device->set_connected(false);
+  float last = rig.outputs.motor_torque_nm;
+  for (int i = 0; i < 52; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.08F / 50);
+    CHECK(rig.outputs.motor_torque_nm <= last);
+    last = rig.outputs.motor_torque_nm;
+  }
+  CHECK(rig.state() == State::disarmed);
+  rig.device->set_connected(true);
+  rig.tick(100);
+  CHECK(rig.state() == State::disarmed);
+}
+
+TEST_CASE("disable actuators fades the force, and nothing plays until they are enabled") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(10);
+  rig.control(2);
+  float last = rig.outputs.motor_torque_nm;
+  for (int i = 0; i < 60; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.08F / 50);
+    last = rig.outputs.motor_torque_nm;
+  }
+  CHECK(last == 0.0F);
+  CHECK(rig.state() == State::disarmed);
+  rig.start(block);
+  rig.tick(10);
+  CHECK(rig.state() == State::disarmed);
+  rig.control(1);
+  rig.start(block);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+}
+
+TEST_CASE("a fault silences the game, and clearing it does not bring the force back") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(10);
+  rig.inputs.emergency_stop = true;
+  rig.tick();
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK_FALSE(rig.outputs.enabled);
+  rig.start(block);
+  rig.tick(10);
+  CHECK(rig.state() == State::fault);
+  rig.inputs.emergency_stop = false;
+  rig.tick(2);
+  REQUIRE(rig.command(Op::clear_fault) == Status::ok);
+  rig.tick(100);
+  CHECK(rig.state() == State::disarmed);
+  rig.start(block);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+}
+
+TEST_CASE("a game that hangs loses its endless push, but keeps spring and what has an end") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+  const int spring = rig.create(kSpring);
+  rig.set_effect(spring);
+  rig.condition(spring, {});
+  rig.start(spring);
+  EffectOptions finite;
+  finite.duration_ms = 2000;
+  rig.play_constant(1000, finite);
+  rig.play_constant(32767 - 1000);
+  rig.tick(490);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  rig.tick(30);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 1000 / 32767).epsilon(1e-3));
+  rig.tick(3000);
+  CHECK(rig.owner() == Owner::game);  // the spring plays
+}

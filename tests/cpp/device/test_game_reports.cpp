@@ -1,0 +1,314 @@
+// The pool of blocks and the reports about it: what is good is answered, what is not changes
+// nothing.
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "device/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+using doctest::Approx;
+
+namespace {
+
+constexpr int kSuccess = 1, kFullPool = 2, kError = 3;
+
+struct Inputs {
+  std::vector<int> x;
+  std::vector<std::array<int, 3>> states;  // status bits, playing, block
+
+  explicit Inputs(device::Device& device, int most = 1000) {
+    std::array<std::uint8_t, 64> r{};
+    for (std::size_t size = 0; most-- > 0 && (size = device.game().next_input(r)) != 0;) {
+      if (r[0] == 1) {
+        CHECK(size == 4);
+        x.push_back(static_cast<std::int16_t>(r[1] | (r[2] << 8)));
+      } else {
+        CHECK(r[0] == 2);
+        CHECK(size == 4);
+        states.push_back({r[1], r[2], r[3]});
+      }
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the pool holds forty blocks; then it is full, until one is freed") {
+  GameRig rig;
+  for (int block = 1; block <= 40; ++block) {
+    CHECK(rig.load(1 + block % 11) == std::array{block, kSuccess});
+  }
+  CHECK(rig.load(kConstant) == std::array{0, kFullPool});
+  rig.free(17);
+  CHECK(rig.load(kSine) == std::array{17, kSuccess});
+  CHECK(rig.load(kSine) == std::array{0, kFullPool});
+}
+
+TEST_CASE("the pool report says how many may play at once, and that the device manages it") {
+  GameRig rig;
+  std::array<std::uint8_t, 64> r{};
+  REQUIRE(rig.device->game().get_feature(0x23, r) == 5);
+  CHECK(r[0] == 0x23);
+  CHECK(r[3] == 40);
+  CHECK((r[4] & 1) == 1);
+  const int size = r[1] | (r[2] << 8);
+  REQUIRE(rig.device->game().get_feature(0x22, r) == 5);
+  CHECK((r[3] | (r[4] << 8)) == size);
+  (void)rig.create(kConstant);
+  REQUIRE(rig.device->game().get_feature(0x22, r) == 5);
+  CHECK((r[3] | (r[4] << 8)) < size);
+}
+
+TEST_CASE("a type that does not exist is answered with an error and takes no block") {
+  GameRig rig;
+  CHECK(rig.load(0) == std::array{0, kError});
+  CHECK(rig.load(12) == std::array{0, kError});
+  CHECK(rig.load(255) == std::array{0, kError});
+  CHECK(rig.load(kConstant) == std::array{1, kSuccess});
+}
+
+TEST_CASE("feature reports that do not exist are stalled") {
+  GameRig rig;
+  std::array<std::uint8_t, 64> r{};
+  CHECK(rig.device->game().get_feature(0x01, r) == 0);
+  CHECK(rig.device->game().get_feature(0x21, r) == 0);
+  CHECK_FALSE(rig.device->game().set_feature(Bytes{}.u8(0x22).u8(1).data));
+  CHECK_FALSE(rig.device->game().set_feature({}));
+}
+
+TEST_CASE("all forty effects sound together") {
+  GameRig rig;
+  for (int i = 0; i < 40; ++i) rig.play_constant(500);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 40 * 500 / 32767).epsilon(1e-3));
+}
+
+TEST_CASE("what names a free block, another kind of effect or no block at all changes nothing") {
+  GameRig rig;
+  const int block = rig.play_constant(10000);
+  rig.tick(5);
+  const float before = rig.outputs.motor_torque_nm;
+  for (const int other : {0, 2, 40, 41, 200, 255}) {
+    rig.constant(other, 32767);
+    rig.set_effect(other);
+    rig.start(other);
+    rig.stop(other);
+    rig.free(other);
+  }
+  rig.ramp(block, 32767, 32767);
+  rig.periodic(block, 32767, 32767, 0, 10);
+  rig.condition(block, {});
+  // Another type in Set Effect, an operation and a control that do not exist, levels out of range.
+  rig.write(
+      Bytes{}.u8(0x11).u8(block).u8(kSine).u16(1).u16(0).u16(0).u16(1).u8(0).u8(2).u16(0).u16(0));
+  rig.write(
+      Bytes{}.u8(0x11).u8(block).u8(1).u16(1).u16(0).u16(0).u16(40000).u8(0).u8(2).u16(0).u16(0));
+  rig.operate(block, 0, 1);
+  rig.operate(block, 4, 1);
+  rig.constant(block, -32768);
+  rig.gain(32768);
+  rig.control(0);
+  rig.control(7);
+  // Too short, empty, and of no known id.
+  rig.write(Bytes{}.u8(0x15).u8(block));
+  rig.write(Bytes{});
+  rig.write(Bytes{}.u8(0x7F).u8(1).u8(1).u8(1));
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == before);
+}
+
+TEST_CASE("reports filled up to the longest length, as Windows sends them, are good") {
+  GameRig rig;
+  const int block = rig.play_constant(10000);
+  Bytes padded = Bytes{}.u8(0x15).u8(block).u16(20000);
+  padded.data.resize(18, 0xCC);
+  rig.write(padded);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 20000 / 32767));
+}
+
+TEST_CASE("the effects of two games' endpoints interleave: each report finds its block") {
+  GameRig rig;
+  const int a = rig.create(kConstant);
+  rig.constant(a, 3000);
+  const int b = rig.create(kConstant);
+  rig.set_effect(b);
+  rig.start(b);
+  const int c = rig.create(kConstant);
+  rig.set_effect(a);
+  rig.constant(b, 5000);
+  rig.start(a);
+  rig.set_effect(c);
+  rig.free(b);
+  const int d = rig.create(kConstant);  // in b's place
+  CHECK(d == b);
+  rig.constant(c, 7000);
+  rig.start(c);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 10000 / 32767).epsilon(1e-3));
+}
+
+TEST_CASE("newest wins: any number of updates between two ticks leave only the last") {
+  GameRig rig;
+  const int block = rig.play_constant(0);
+  rig.tick(5);
+  for (int n = 1; n <= 10000; ++n) rig.constant(block, n);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 10000 / 32767));
+
+  // Ten in every millisecond for two seconds, all over the pool: no delay builds up.
+  std::array<int, 40> blocks{};
+  blocks[0] = block;
+  for (std::size_t i = 1; i < 40; ++i) blocks[i] = rig.play_constant(0);
+  rig.tick(40);
+  for (int ms = 0; ms < 2000; ++ms) {
+    for (std::size_t i = 0; i < 10; ++i) {
+      rig.constant(blocks[(static_cast<std::size_t>(ms) * 10 + i) % 40], ms % 800);
+    }
+    rig.tick();
+  }
+  for (const int each : blocks) rig.constant(each, 100);
+  rig.tick(11);  // four blocks a tick
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 4000 / 32767).epsilon(1e-3));
+}
+
+TEST_CASE("start and stop between two ticks: the last one counts") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.stop(block);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.start(block);
+  rig.tick(3);
+  rig.stop(block);
+  rig.start(block);
+  rig.tick(3);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+}
+
+TEST_CASE("a freed block falls silent, and its number is given out clean") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.envelope(block, 0, 1000, 0, 1000);
+  rig.tick(5);
+  rig.free(block);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  const int again = rig.create(kConstant);
+  CHECK(again == block);
+  rig.start(again);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.set_effect(again);
+  rig.constant(again, 16384);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.04).epsilon(1e-3));
+}
+
+TEST_CASE("start solo stops the others, stop all stops everything, reset frees it too") {
+  GameRig rig;
+  rig.play_constant(10000);
+  const int second = rig.play_constant(5000);
+  rig.tick(5);
+  rig.start_solo(second);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 5000 / 32767));
+  rig.control(3);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.start(second);
+  rig.gain(16384);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.04 * 5000 / 32767).epsilon(1e-3));
+  rig.control(4);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.start(second);
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  rig.play_constant(5000);  // and the gain is full again
+  rig.tick(5);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 5000 / 32767));
+}
+
+TEST_CASE("the axis is exact, centred, monotonic and ends at its ends") {
+  for (const float range_deg : {10.0F, 360.0F, 900.0F, 36000.0F}) {
+    GameRig rig;
+    rig.configure([&](protocol::GameConfig& config) { config.range_deg = range_deg; });
+    rig.tick(2);
+    CHECK(Inputs(*rig.device).x == std::vector{0});
+    int last = 0;
+    // Steps of less than a quarter of a turn.
+    for (int count = 0; count < 1'000'000; count += 1 + count / 3 % 2003) {
+      rig.inputs.encoder_count = static_cast<std::uint32_t>(count);
+      rig.tick(2);
+      const double exact = count * 360.0 / 8192 / (range_deg / 2.0) * 32767;
+      const Inputs in(*rig.device);
+      const int x = in.x.empty() ? last : in.x.back();
+      CHECK(x >= last);
+      CHECK(std::abs(x - std::min(exact, 32767.0)) <= 0.501);
+      last = x;
+    }
+  }
+}
+
+TEST_CASE("the axis is as exact on the other side, and for a coarse encoder") {
+  GameRig rig;
+  protocol::ActuatorConfig actuator;
+  actuator.counts_per_rev = 400;
+  REQUIRE(rig.set(actuator).ok());
+  for (int count = 0; count > -700; --count) {
+    rig.inputs.encoder_count = static_cast<std::uint32_t>(count);
+    rig.tick(2);
+    const Inputs in(*rig.device);
+    REQUIRE_FALSE(in.x.empty());
+    const double exact = std::max(count * 360.0 / 400 / 450 * 32767, -32767.0);
+    CHECK(std::abs(in.x.back() - exact) <= 0.501);
+    if (in.x.back() == -32767) break;
+  }
+}
+
+TEST_CASE("the state report tells which effects begin and end, and who has the actuator") {
+  GameRig rig;
+  rig.tick(2);
+  (void)Inputs(*rig.device);
+  const int a = rig.create(kConstant);
+  EffectOptions options;
+  options.duration_ms = 20;
+  const int b = rig.play_constant(1000, options);
+  rig.tick(5);
+  CHECK(a != b);
+  Inputs begin(*rig.device);
+  REQUIRE(begin.states.size() == 1);
+  CHECK(begin.states[0] == std::array{0x16, 1, b});  // enabled, safe, powered
+  rig.tick(30);
+  Inputs end(*rig.device);
+  REQUIRE(end.states.size() == 1);
+  CHECK(end.states[0] == std::array{0x16, 0, b});
+  rig.control(5);
+  rig.tick(2);
+  Inputs paused(*rig.device);
+  REQUIRE(paused.states.size() == 1);
+  CHECK((paused.states[0][0] & 1) == 1);
+  rig.control(6);
+  rig.inputs.emergency_stop = true;
+  rig.tick(3);
+  Inputs stopped(*rig.device);
+  REQUIRE_FALSE(stopped.states.empty());
+  CHECK((stopped.states.back()[0] & 0x14) == 0);
+}
+
+TEST_CASE("a knob that never rests does not keep the state reports back") {
+  GameRig rig;
+  rig.play_constant(1000);
+  std::vector<std::array<int, 3>> states;
+  for (int i = 0; i < 10; ++i) {
+    rig.inputs.encoder_count += 50;
+    rig.tick();
+    for (const auto& state : Inputs(*rig.device, 1).states) states.push_back(state);
+  }
+  CHECK_FALSE(states.empty());
+}

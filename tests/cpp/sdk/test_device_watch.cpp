@@ -1,0 +1,389 @@
+// Arrivals and departures: the comparison of lists, the thread that watches a directory, and the
+// public class over a fake hidapi. The kernel's part is played by a directory of plain files.
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <limits>
+#include <mutex>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "device_changes.hpp"
+#include "device_watcher.hpp"
+#include "sdk/errors.hpp"
+#include "sdk/fake_hidapi.hpp"
+#include "torsio/watch.hpp"
+
+using namespace torsio;
+using namespace std::chrono_literals;
+using test::contains;
+using test::FakeBus;
+using test::message_of;
+using Kind = DeviceEvent::Kind;
+
+namespace {
+
+// Longer than any event takes on a busy machine; only a failing test waits so long.
+constexpr double kLongS = 20.0;
+
+ListedDevice knob_at(const std::string& path, const std::string& serial,
+                     const std::string& problem = {}) {
+  return {.path = path,
+          .serial = serial,
+          .product = "knob",
+          .board = {},
+          .transport = "hid",
+          .problem = problem};
+}
+
+/// "+path" for an arrival, "-path" for a departure, with "!" if there is a problem.
+std::string text(const DeviceEvent& event) {
+  return (event.kind == Kind::arrived ? "+" : "-") +
+         std::filesystem::path(event.device.path).filename().string() +
+         (event.device.problem.empty() ? "" : "!");
+}
+
+std::vector<std::string> texts(const std::vector<DeviceEvent>& events) {
+  std::vector<std::string> all;
+  for (const DeviceEvent& event : events) all.push_back(text(event));
+  return all;
+}
+
+using Texts = std::vector<std::string>;
+
+/// A directory in the part of /dev, and its files in the part of the kernel's list of devices.
+class FakeDev {
+ public:
+  FakeDev() : path_((std::filesystem::temp_directory_path() / "torsio-dev-XXXXXX").string()) {
+    REQUIRE(mkdtemp(path_.data()) != nullptr);
+  }
+  ~FakeDev() { std::filesystem::remove_all(path_); }
+  FakeDev(const FakeDev&) = delete;
+  FakeDev& operator=(const FakeDev&) = delete;
+
+  /// Puts the device on the list, then makes its file, as the kernel does.
+  void plug_in(const std::string& name, const std::string& problem = {}) {
+    set(name, problem);
+    std::ofstream(path_ + "/" + name).close();
+  }
+  /// Removes the file first, and takes the device off the list when told.
+  void remove_file(const std::string& name) { std::filesystem::remove(path_ + "/" + name); }
+  void forget(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(devices_, [&](const auto& listed) { return listed.path == path_ + "/" + name; });
+  }
+  void unplug(const std::string& name) {
+    remove_file(name);
+    forget(name);
+  }
+  /// What udev does: another attribute of the file.
+  void allow(const std::string& name) {
+    set(name, {});
+    std::filesystem::permissions(path_ + "/" + name, std::filesystem::perms::owner_all);
+  }
+
+  [[nodiscard]] WatchSource source() {
+    return {.look =
+                [this] {
+                  const std::lock_guard lock(mutex_);
+                  ++looks_;
+                  return devices_;
+                },
+            .directory = path_,
+            .prefix = "hidraw"};
+  }
+  [[nodiscard]] int looks() {
+    const std::lock_guard lock(mutex_);
+    return looks_;
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  void set(const std::string& name, const std::string& problem) {
+    forget(name);
+    const std::lock_guard lock(mutex_);
+    devices_.push_back(knob_at(path_ + "/" + name, "S-" + name, problem));
+  }
+
+  std::string path_;
+  std::mutex mutex_;
+  std::vector<ListedDevice> devices_;
+  int looks_ = 0;
+};
+
+std::string next_text(DeviceWatcher& watcher) {
+  const auto event = watcher.next(kLongS);
+  return event ? text(*event) : "nothing";
+}
+
+}  // namespace
+
+// The comparison ----------------------------------------------------------------------------------
+
+TEST_CASE("changes tell arrivals once and departures once") {
+  DeviceChanges changes(1s);
+  const DeviceChanges::Time t0{};
+  CHECK(texts(changes.update({knob_at("a", "1"), knob_at("b", "2")}, t0)) == Texts{"+a", "+b"});
+  CHECK(changes.update({knob_at("b", "2"), knob_at("a", "1")}, t0 + 1s).empty());
+  CHECK(texts(changes.update({knob_at("b", "2"), knob_at("c", "3")}, t0 + 2s)) ==
+        Texts{"-a", "+c"});
+  CHECK(texts(changes.update({}, t0 + 3s)) == Texts{"-b", "-c"});
+  CHECK(changes.update({}, t0 + 4s).empty());
+}
+
+TEST_CASE("changes tell another knob at the same path, and the same one that was seen to go") {
+  DeviceChanges changes(1s);
+  const DeviceChanges::Time t0{};
+  (void)changes.update({knob_at("a", "1")}, t0);
+  CHECK(texts(changes.update({knob_at("a", "2")}, t0)) == Texts{"-a", "+a"});
+  CHECK(texts(changes.remove("a")) == Texts{"-a"});
+  CHECK(changes.remove("a").empty());
+  CHECK(texts(changes.update({knob_at("a", "2")}, t0)) == Texts{"+a"});
+}
+
+TEST_CASE("changes hold a device back until it has its permission") {
+  DeviceChanges changes(1s);
+  const DeviceChanges::Time t0{};
+  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0).empty());
+  CHECK(changes.waiting());
+  CHECK(texts(changes.update({knob_at("a", "1")}, t0 + 900ms)) == Texts{"+a"});
+  CHECK_FALSE(changes.waiting());
+}
+
+TEST_CASE("changes tell a device without permission when patience ends, and again when it has it") {
+  DeviceChanges changes(1s);
+  const DeviceChanges::Time t0{};
+  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0).empty());
+  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0 + 999ms).empty());
+  CHECK(texts(changes.update({knob_at("a", "1", "no permission")}, t0 + 1s)) == Texts{"+a!"});
+  CHECK_FALSE(changes.waiting());
+  CHECK(changes.update({knob_at("a", "1", "no permission")}, t0 + 2s).empty());
+  CHECK(texts(changes.update({knob_at("a", "1")}, t0 + 3s)) == Texts{"+a"});
+  CHECK(changes.update({knob_at("a", "1")}, t0 + 4s).empty());
+}
+
+TEST_CASE("changes do not tell the departure of a device that never arrived") {
+  DeviceChanges changes(1s);
+  (void)changes.update({knob_at("a", "1", "no permission")}, {});
+  CHECK(changes.update({}, {}).empty());
+  CHECK_FALSE(changes.waiting());
+}
+
+// The thread --------------------------------------------------------------------------------------
+
+TEST_CASE("a watcher reports what is there, what comes and what goes") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  DeviceWatcher watcher(dev.source(), {}, {});
+  CHECK(next_text(watcher) == "+hidraw0");
+  dev.plug_in("hidraw1");
+  const auto arrival = watcher.next(kLongS);
+  REQUIRE(arrival);
+  CHECK(text(*arrival) == "+hidraw1");
+  CHECK(arrival->device.serial == "S-hidraw1");
+  dev.unplug("hidraw0");
+  CHECK(next_text(watcher) == "-hidraw0");
+}
+
+TEST_CASE("a watcher that leaves out what is there reports only what comes") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  DeviceWatcher watcher(dev.source(), {}, {.include_present = false});
+  dev.plug_in("hidraw1");
+  CHECK(next_text(watcher) == "+hidraw1");
+  dev.unplug("hidraw0");
+  CHECK(next_text(watcher) == "-hidraw0");
+}
+
+TEST_CASE("a watcher reports a knob that is pulled and back before anybody looked") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  DeviceWatcher watcher(dev.source(), {}, {});
+  CHECK(next_text(watcher) == "+hidraw0");
+  dev.remove_file("hidraw0");  // all the while the list shows it
+  dev.plug_in("hidraw0");
+  CHECK(next_text(watcher) == "-hidraw0");
+  CHECK(next_text(watcher) == "+hidraw0");
+}
+
+TEST_CASE("a watcher does not take a list that trails behind for a new arrival") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  DeviceWatcher watcher(dev.source(), {}, {});
+  CHECK(next_text(watcher) == "+hidraw0");
+  dev.remove_file("hidraw0");
+  CHECK(next_text(watcher) == "-hidraw0");
+  dev.plug_in("hidraw1");  // makes it look again
+  CHECK(next_text(watcher) == "+hidraw1");
+  dev.forget("hidraw0");
+  dev.plug_in("hidraw2");
+  CHECK(next_text(watcher) == "+hidraw2");
+}
+
+TEST_CASE(
+    "a watcher waits for the permission that udev gives, and for no longer than it was told") {
+  FakeDev dev;
+  DeviceWatcher patient(dev.source(), {}, {.permission_timeout_s = 60.0});
+  DeviceWatcher hasty(dev.source(), {}, {.permission_timeout_s = 0.0});
+  dev.plug_in("hidraw0", "no permission");
+  CHECK(next_text(hasty) == "+hidraw0!");
+  CHECK_FALSE(patient.next(0.0));
+  dev.allow("hidraw0");
+  CHECK(next_text(patient) == "+hidraw0");
+  CHECK(next_text(hasty) == "+hidraw0");
+}
+
+TEST_CASE("a watcher notices a permission that comes long after the arrival") {
+  FakeDev dev;
+  DeviceWatcher watcher(dev.source(), {}, {.permission_timeout_s = 0.0});
+  dev.plug_in("hidraw0", "no permission");
+  CHECK(next_text(watcher) == "+hidraw0!");
+  std::this_thread::sleep_for(700ms);  // the watcher sleeps again
+  dev.allow("hidraw0");
+  CHECK(next_text(watcher) == "+hidraw0");
+}
+
+TEST_CASE("an idle watcher does not look at all") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  DeviceWatcher watcher(dev.source(), {}, {});
+  CHECK(next_text(watcher) == "+hidraw0");
+  while (dev.looks() < 2) std::this_thread::sleep_for(1ms);  // one of the constructor
+  std::this_thread::sleep_for(100ms);
+  const int looks = dev.looks();
+  std::ofstream(dev.path() + "/tty7").close();  // no business of ours
+  std::this_thread::sleep_for(1s);
+  CHECK(dev.looks() == looks);
+}
+
+TEST_CASE("a watcher without notices looks twice a second") {
+  FakeDev dev;
+  WatchSource source = dev.source();
+  source.directory = dev.path() + "/missing";
+  DeviceWatcher watcher(source, {}, {});
+  dev.plug_in("hidraw0");
+  CHECK(next_text(watcher) == "+hidraw0");
+  dev.unplug("hidraw0");
+  CHECK(next_text(watcher) == "-hidraw0");
+  std::this_thread::sleep_for(1s);
+  CHECK(dev.looks() < 40);  // 50 ms apart would be more by now, and a busy loop thousands
+}
+
+TEST_CASE("stopping ends a waiting call, and every later one at once") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  DeviceWatcher watcher(dev.source(), {}, {});
+  std::atomic<int> taken = 0;
+  auto waiting = std::async(std::launch::async, [&] {
+    Texts all;
+    for (; const auto event = watcher.next(kLongS); ++taken) all.push_back(text(*event));
+    return all;
+  });
+  dev.plug_in("hidraw1");
+  while (taken < 2) std::this_thread::sleep_for(1ms);
+  watcher.stop();
+  watcher.stop();
+  CHECK(watcher.is_stopped());
+  CHECK(waiting.get() == Texts{"+hidraw0", "+hidraw1"});
+  CHECK_FALSE(watcher.next(kLongS));
+}
+
+TEST_CASE("a callback comes once per event, from another thread, and may stop its watch") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  dev.plug_in("hidraw1");
+  std::promise<std::thread::id> called;
+  std::promise<DeviceWatcher*> made;
+  std::atomic<int> calls = 0;
+  DeviceWatcher watcher(dev.source(),
+                        [&, watcher = made.get_future().share()](const DeviceEvent&) {
+                          ++calls;
+                          watcher.get()->stop();  // returns although this thread is the watch
+                          called.set_value(std::this_thread::get_id());
+                        },
+                        {});
+  made.set_value(&watcher);
+  CHECK(called.get_future().get() != std::this_thread::get_id());
+  watcher.stop();
+  CHECK(watcher.is_stopped());
+  CHECK(calls == 1);
+  CHECK_FALSE(watcher.next(0.0));
+}
+
+TEST_CASE("what a callback throws ends the watch, and stop() throws it once") {
+  FakeDev dev;
+  dev.plug_in("hidraw0");
+  dev.plug_in("hidraw1");
+  std::atomic<int> calls = 0;
+  DeviceWatcher watcher(dev.source(),
+                        [&](const DeviceEvent&) {
+                          ++calls;
+                          throw std::runtime_error("from the callback");
+                        },
+                        {});
+  while (!watcher.is_stopped()) std::this_thread::sleep_for(1ms);
+  CHECK_THROWS_WITH(watcher.stop(), "from the callback");
+  CHECK_NOTHROW(watcher.stop());
+  CHECK(calls == 1);
+}
+
+TEST_CASE("a failing look ends the watch, and next() throws it") {
+  DeviceWatcher watcher({.look = [looks = 0]() mutable -> std::vector<ListedDevice> {
+                          if (++looks > 1) throw Error("no list");
+                          return {};
+                        }},
+                        {}, {});
+  CHECK_THROWS_WITH((void)watcher.next(kLongS), "no list");
+  CHECK(watcher.is_stopped());
+}
+
+TEST_CASE("a watch refuses times that are none") {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const FakeBus bus;
+  for (const double time_s : {-1.0, kNan, 61.0}) {
+    CAPTURE(time_s);
+    CHECK(contains(
+        message_of<InvalidArgument>([&] { DeviceWatch watch({.permission_timeout_s = time_s}); }),
+        "permission_timeout_s is"));
+  }
+  DeviceWatch watch;
+  CHECK_THROWS_AS((void)watch.next(-1.0), InvalidArgument);
+  CHECK_THROWS_AS((void)watch.next(kNan), InvalidArgument);
+  CHECK_FALSE(watch.next(0.0));
+}
+
+// Over hidapi -------------------------------------------------------------------------------------
+
+TEST_CASE("a watch over hidapi sees a knob go and come, and it opens again by its serial number") {
+  FakeBus bus;
+  // Paths of the libusb backend: no files, so that the watch goes by the list alone.
+  bus.plug_in({.path = "1-1:1.0", .serial = L"A1"});
+  bus.plug_in({.path = "1-2:1.0", .serial = L"B2"});
+  std::promise<void> gone;
+  std::promise<std::string> opened;
+  DeviceWatch watch([&, was_gone = false](const DeviceEvent& event) mutable {
+    CHECK(event.device.board.empty());
+    CHECK(event.device.transport == "hid");
+    if (event.device.serial != "B2") return;
+    if (event.kind == Kind::departed) {
+      was_gone = true;
+      gone.set_value();
+    } else if (was_gone) {
+      opened.set_value(Knob::open("B2").info().path);  // under no lock
+    }
+  });
+  Knob knob = Knob::open("B2");
+  bus.unplug("1-2:1.0");
+  gone.get_future().get();
+  CHECK_THROWS_AS(knob.sleep(10.0), Disconnected);
+  knob.close();
+  bus.plug_in({.path = "1-3:1.0", .serial = L"B2"});
+  CHECK(opened.get_future().get() == "1-3:1.0");
+  watch.stop();
+}

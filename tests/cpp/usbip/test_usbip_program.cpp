@@ -1,0 +1,192 @@
+// The parts of torsio_virtual_knob: its clock, its hands, its options and its log.
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <variant>
+
+#include "emulator/usbip/hands.hpp"
+#include "emulator/usbip/options.hpp"
+#include "emulator/usbip/pacer.hpp"
+#include "emulator/usbip/truth_log.hpp"
+
+using namespace torsio::emulator;
+using namespace torsio::emulator::usbip;
+using namespace std::chrono_literals;
+
+namespace {
+
+Hand hand_from(const std::string& text) {
+  std::istringstream stream(text);
+  return read_hand(stream, "hand.txt");
+}
+
+std::string complaint(const std::string& text) {
+  try {
+    (void)hand_from(text);
+  } catch (const BadScript& error) {
+    return error.what();
+  }
+  return "";
+}
+
+ProgramOptions options_from(std::initializer_list<std::string_view> arguments) {
+  return read_options(std::span(arguments.begin(), arguments.size()));
+}
+
+}  // namespace
+
+TEST_CASE("pacer gives one frame a millisecond") {
+  const Pacer::Time start{};
+  Pacer pacer(start);
+  CHECK_FALSE(pacer.take(start));
+  CHECK(pacer.until_next(start + 400us) == 600us);
+  CHECK(pacer.take(start + 1ms));
+  CHECK_FALSE(pacer.take(start + 1ms));
+  CHECK(pacer.until_next(start + 1ms) == 1ms);
+}
+
+TEST_CASE("pacer that is a little late catches up and slips nothing") {
+  const Pacer::Time start{};
+  Pacer pacer(start);
+  int frames = 0;
+  while (pacer.take(start + 15ms)) ++frames;
+  CHECK(frames == 15);
+  CHECK(pacer.take_slipped() == 0ms);
+}
+
+TEST_CASE("pacer that is very late slips instead of racing") {
+  const Pacer::Time start{};
+  Pacer pacer(start);
+  int frames = 0;
+  while (pacer.take(start + 10s)) ++frames;
+  CHECK(frames <= 2);
+  CHECK(pacer.take_slipped() >= 9990ms);
+  CHECK(pacer.take_slipped() == 0ms);
+}
+
+TEST_CASE("script of torques is a path that may jump") {
+  const Hand hand = hand_from("# a push\n torque_nm\n\n0 0\n1 0.02 # now\n1 -0.03\r\n2.5 0\n");
+  const Profile& profile = std::get<TorqueHand>(hand).torque_nm;
+  CHECK(profile.value(500'000'000) == doctest::Approx(0.01));
+  CHECK(profile.value(1'000'000'000) == doctest::Approx(-0.03));
+  CHECK(profile.value(9'000'000'000) == doctest::Approx(0.0));
+}
+
+TEST_CASE("script of angles is a firm hand or an exact motion") {
+  CHECK(std::get<ImpedanceHand>(hand_from("angle_rad\n0 0\n1 0.5\n"))
+            .intended_angle_rad.value(500'000'000) == doctest::Approx(0.25));
+  CHECK(std::get<PrescribedMotion>(hand_from("motion_rad\n0 0\n1 0.5\n"))
+            .angle_rad.value(500'000'000) == doctest::Approx(0.25));
+}
+
+TEST_CASE("bad script is refused with its line") {
+  CHECK(complaint("") == "hand.txt:0: the file ends before its first corner TIME_S VALUE");
+  CHECK(complaint("torque_nm\n# none\n").starts_with("hand.txt:2: the file ends"));
+  CHECK(complaint("torque\n0 0\n").starts_with("hand.txt:1: the first line must be"));
+  CHECK(complaint("torque_nm\n0 zero\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
+  CHECK(complaint("torque_nm\n0\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
+  CHECK(complaint("torque_nm\n0 0 0\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
+  CHECK(complaint("torque_nm\nnan 0\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
+  CHECK(complaint("torque_nm\n0 inf\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
+  CHECK(complaint("torque_nm\n0 11\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
+  CHECK(complaint("torque_nm\n1 0\n0 0\n") == "hand.txt:3: is earlier than the line before it");
+  CHECK(complaint("torque_nm\n1 0\n1 1\n1 0\n").starts_with("hand.txt:4: is the third"));
+  CHECK(complaint("angle_rad\n1 0\n1 1\n").starts_with("hand.txt:3: has the time of the line"));
+}
+
+TEST_CASE("hand follows commands and refuses what is none") {
+  EmulatedDevice device({.hand = still_hand()});
+  device.advance(1'000'000);
+  HandCommands commands(device);
+  CHECK(commands.follow("torque 0.03"));
+  device.advance(100'000'000);
+  CHECK(device.plant().state().knob_speed_rad_s() > 0.1);
+  CHECK(commands.follow("still"));
+  device.advance(10'000'000);
+  CHECK(device.plant().state().knob_speed_rad_s() == 0.0);
+  CHECK(commands.follow(" angle 0.5\r"));
+  CHECK(commands.follow("angle -0.25"));
+  device.advance(2'000'000'000);
+  // A firm hand against the friction of the knob and the brake's drag.
+  CHECK(device.plant().state().knob_angle_rad() == doctest::Approx(-0.25).epsilon(0.05));
+  CHECK(commands.follow("free"));
+  for (const char* line : {"", "torque", "torque x", "torque nan", "torque 11", "angle",
+                           "angle 1 2", "still 1", "free now", "dance"}) {
+    CHECK_FALSE(commands.follow(line));
+  }
+}
+
+TEST_CASE("options are read in both ways of writing them") {
+  const ProgramOptions options =
+      options_from({"--port", "0", "--rate-hz=10000", "--serial", "K-2", "--seed=7", "--status",
+                    "--hand", "scripted:a file", "--log=x.csv", "--address", "0.0.0.0"});
+  CHECK(options.port == 0);
+  CHECK(options.rate_hz == 10000.0);
+  CHECK(options.serial == "K-2");
+  CHECK(options.seed == 7);
+  CHECK(options.status);
+  CHECK(options.hand == "scripted:a file");
+  CHECK(options.log == "x.csv");
+  CHECK(options.address == "0.0.0.0");
+}
+
+TEST_CASE("bad options are refused") {
+  CHECK_THROWS_AS(options_from({"--port", "65536"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--port", "-1"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--port", ""}), BadOption);
+  CHECK_THROWS_AS(options_from({"--port"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--rate-hz", "nan"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--rate-hz", "999"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--hand", "tight"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--hand", "scripted:"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--colour", "red"}), BadOption);
+  CHECK_THROWS_AS(options_from({"port"}), BadOption);
+}
+
+TEST_CASE("only addresses of this machine are loopback") {
+  CHECK(is_loopback("127.0.0.1"));
+  CHECK(is_loopback("127.1.2.3"));
+  CHECK_FALSE(is_loopback("0.0.0.0"));
+  CHECK_FALSE(is_loopback("192.168.0.127"));
+}
+
+TEST_CASE("log has a line a tick and numbers that read back as themselves") {
+  const std::string path = "torsio_truth_" + std::to_string(getpid()) + ".csv";
+  EmulatedDevice device({.control_period_ns = 100'000,
+                         .hand = TorqueHand{Profile::constant(0.05)},
+                         .log_truth = true});
+  device.advance(5'000'000);
+  const std::vector<TruthSample> truth = device.take_truth();
+  {
+    TruthLog log(path);
+    log.add(truth);
+    log.flush();
+  }
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  CHECK(line == "time_ns,angle_rad,motor_torque_nm,brake_torque_nm,hand_torque_nm");
+  std::size_t count = 0;
+  while (std::getline(file, line)) {
+    const TruthSample& sample = truth.at(count++);
+    std::int64_t time_ns = 0;
+    std::array<double, 4> values{};
+    REQUIRE(std::sscanf(line.c_str(), "%ld,%lf,%lf,%lf,%lf", &time_ns, &values[0], &values[1],
+                        &values[2], &values[3]) == 5);
+    CHECK(time_ns == sample.time_ns);
+    CHECK(values[0] == sample.angle_rad);
+    CHECK(values[3] == sample.torque.hand_torque_nm);
+    CHECK(line.find("-0,") == std::string::npos);
+  }
+  CHECK(count == 50);
+  (void)std::remove(path.c_str());
+}
+
+TEST_CASE("log that cannot be written says so") {
+  CHECK_THROWS_AS(TruthLog("/nowhere/truth.csv"), std::system_error);
+}

@@ -1,0 +1,69 @@
+// Control transfers of any content. An input is a row of them: eight bytes of setup packet, one
+// byte, the client's room or the size of its data, and that data if the request goes to the device.
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "emulator/usbip/host_controller.hpp"
+#include "emulator/usbip/usb_knob.hpp"
+#include "fuzz.hpp"
+
+namespace {
+
+using namespace torsio::emulator::usbip;
+
+Completion transfer(HostController& host, const Submit& submit, Bytes data) {
+  std::vector<Completion> done;
+  host.submit(submit, std::move(data), done);
+  fuzz::require(done.size() == 1, "a control transfer is over at once");
+  const Completion& found = done.front();
+  fuzz::require(found.status == kOk || found.status == kStalled, "it works or stalls");
+  fuzz::require(found.actual_length <= submit.length, "nobody gets more than there is room for");
+  fuzz::require(submit.direction == Direction::out || found.data.size() == found.actual_length,
+                "the length is that of the data");
+  return found;
+}
+
+Submit request(std::span<const std::uint8_t> setup, std::uint32_t length) {
+  Submit submit{.sequence = 1,
+                .direction = (setup[0] & 0x80U) != 0 ? Direction::in : Direction::out,
+                .length = length};
+  std::copy_n(setup.begin(), submit.setup.size(), submit.setup.begin());
+  return submit;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  constexpr std::array<std::uint8_t, 8> kConfigure{0x00, 9, 1, 0, 0, 0, 0, 0};
+  constexpr std::array<std::uint8_t, 8> kIdentity{0xA1, 1, 0x01, 0x03, 0, 0, 64, 0};
+  UsbKnob knob({.serial = "FUZZ"});
+  knob.host().plug();
+  (void)transfer(knob.host(), request(kConfigure, 0), {});
+
+  std::span<const std::uint8_t> rest(data, size);
+  std::vector<Completion> ignored;
+  while (rest.size() >= 9) {
+    const Submit submit = request(rest, rest[8]);
+    rest = rest.subspan(9);
+    const std::size_t payload =
+        submit.direction == Direction::out ? std::min<std::size_t>(submit.length, rest.size()) : 0;
+    (void)transfer(knob.host(), submit,
+                   Bytes(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(payload)));
+    rest = rest.subspan(payload);
+    knob.host().frame(ignored);
+    knob.advance();
+  }
+
+  // A new bus reset, and the knob is itself again.
+  knob.host().unplug();
+  knob.host().plug();
+  fuzz::require(transfer(knob.host(), request(kConfigure, 0), {}).status == kOk,
+                "it can be configured");
+  const Completion identity = transfer(knob.host(), request(kIdentity, 64), {});
+  fuzz::require(identity.status == kOk && identity.data.size() == 64, "it says who it is");
+  const std::string_view serial = "FUZZ";
+  fuzz::require(!std::ranges::search(identity.data, serial).empty(), "it is the same knob");
+  return 0;
+}

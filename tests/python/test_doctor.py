@@ -1,0 +1,383 @@
+"""`torsio doctor`: every problem that it knows, and silence when all is well."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import torsio
+from torsio import doctor, doctor_facts
+from torsio.doctor_facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
+
+TREE = Path(__file__).parents[2]
+COMMAND = str(Path(sys.executable).with_name("torsio"))
+
+NODE = Node("/dev/hidraw3", exists=True, usable=True, mode=0o660)
+PLUGGED_IN = UsbKnob("1-2", "TS-1", "usbhid", NODE)
+RULE_IN_FORCE = Permission("/etc/udev/rules.d/60-torsio.rules", udev_runs=True, remote=False)
+
+
+# The system: a sysfs of plain files -----------------------------------------------------------
+
+
+def plug_in(
+    root: Path, *, port: str = "1-2", driver: str = "usbhid", hidraw: str = "hidraw3"
+) -> None:
+    """Make the part of /sys that the kernel makes for a knob, after sysfs of Linux 6.1."""
+    device = root / "sys/bus/usb/devices" / port
+    interface = device / f"{port}:1.0"
+    interface.mkdir(parents=True)
+    for name, text in (("idVendor", "1209"), ("idProduct", "0001"), ("serial", "TS-1")):
+        (device / name).write_text(text + "\n")
+    if driver:
+        (root / "sys/bus/usb/drivers" / driver).mkdir(parents=True, exist_ok=True)
+        (interface / "driver").symlink_to(root / "sys/bus/usb/drivers" / driver)
+    if hidraw:
+        (interface / "0003:1209:0001.0001/hidraw" / hidraw).mkdir(parents=True)
+
+
+def make_node(root: Path, mode: int, name: str = "hidraw3") -> None:
+    (root / "dev").mkdir(exist_ok=True)
+    (root / "dev" / name).touch()
+    (root / "dev" / name).chmod(mode)
+
+
+def test_knob_in_sysfs_is_found_with_port_serial_driver_and_file(tmp_path: Path) -> None:
+    plug_in(tmp_path)
+    make_node(tmp_path, 0o600)
+    (tmp_path / "sys/bus/usb/devices/1-1").mkdir()
+    (tmp_path / "sys/bus/usb/devices/1-1/idVendor").write_text("046d\n")  # a mouse
+    path = str(tmp_path / "dev/hidraw3")
+    assert doctor_facts.find_usb_knobs(tmp_path) == [
+        UsbKnob("1-2", "TS-1", "usbhid", Node(path, exists=True, usable=True, mode=0o600))
+    ]
+
+
+@pytest.mark.parametrize("folder", doctor_facts.RULE_FOLDERS)
+def test_rule_is_found_wherever_udev_reads_rules(folder: str, tmp_path: Path) -> None:
+    assert doctor_facts.find_permission(tmp_path).rule == ""
+    rule = tmp_path / folder / "60-torsio.rules"
+    rule.parent.mkdir(parents=True)
+    rule.touch()
+    assert doctor_facts.find_permission(tmp_path).rule == str(rule)
+
+
+def only(root: Path, selector: str = "") -> doctor.Report:
+    (report,) = doctor.diagnose(selector, root)
+    return report
+
+
+def problem(report: doctor.Report) -> doctor.Finding:
+    assert not report.ok
+    (finding,) = [finding for finding in report.findings if not finding.ok]
+    assert finding.advice
+    return finding
+
+
+def test_nothing_plugged_in_is_a_problem(tmp_path: Path) -> None:
+    finding = problem(only(tmp_path))
+    assert finding.check == "usb"
+    assert "emulated" in finding.advice
+
+
+def test_knob_without_a_driver_is_a_problem(tmp_path: Path) -> None:
+    plug_in(tmp_path, driver="", hidraw="")
+    finding = problem(only(tmp_path))
+    assert finding.text == "no driver has taken the knob"
+    assert "modprobe" in finding.advice
+
+
+def test_knob_that_another_driver_holds_is_a_problem(tmp_path: Path) -> None:
+    plug_in(tmp_path, driver="usbfs", hidraw="")
+    finding = problem(only(tmp_path))
+    assert "usbfs" in finding.text
+    assert "end the program" in finding.advice
+
+
+def test_missing_file_in_a_container_is_a_problem(tmp_path: Path) -> None:
+    plug_in(tmp_path)
+    finding = problem(only(tmp_path))
+    assert "no such file" in finding.text
+    assert "container" in finding.advice
+
+
+def test_file_that_is_no_hid_device_is_found_out_by_opening_it(tmp_path: Path) -> None:
+    plug_in(tmp_path)
+    make_node(tmp_path, 0o600)
+    finding = problem(only(tmp_path, "TS-1"))
+    assert finding.check == "open"
+    assert finding.values == {"reason": "not_found"}
+    assert "is not a HID device" in finding.text
+
+
+def test_file_that_everybody_may_write_is_a_problem() -> None:
+    knob = dataclasses.replace(PLUGGED_IN, node=dataclasses.replace(NODE, mode=0o666))
+    finding = doctor.check_permission(knob, RULE_IN_FORCE)
+    assert not finding.ok
+    assert "everybody" in finding.text
+    assert finding.values["mode"] == "0666"
+
+
+@pytest.mark.parametrize(
+    ("permission", "text", "advice"),
+    [
+        (Permission("", udev_runs=True, remote=False), "not installed", "./dev udev"),
+        (Permission("rule", udev_runs=False, remote=False), "udev does not run", "container"),
+        (Permission("rule", udev_runs=True, remote=True), "over ssh", "setfacl"),
+        (Permission("rule", udev_runs=True, remote=False), "not applied", "udevadm trigger"),
+    ],
+)
+def test_missing_permission_says_which_step_is_missing(
+    permission: Permission, text: str, advice: str
+) -> None:
+    knob = dataclasses.replace(PLUGGED_IN, node=dataclasses.replace(NODE, usable=False))
+    finding = doctor.check_permission(knob, permission)
+    assert not finding.ok
+    assert finding.text.startswith("you may not open /dev/hidraw3")
+    assert text in finding.text
+    assert advice in finding.advice
+    assert doctor.check_permission(PLUGGED_IN, permission).ok
+
+
+def test_advice_names_the_rule_that_the_package_brings() -> None:
+    rule = doctor.install_rule_line().split()[4]
+    assert Path(rule).read_bytes() == (TREE / "sdk/60-torsio.rules").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (torsio.DeviceBusy("it is open already"), "busy"),
+        (torsio.ProtocolMismatch("version 7 and version 1"), "protocol"),
+        (torsio.PermissionDenied("no"), "permission"),
+        (torsio.Timeout("no answer"), "timeout"),
+        (torsio.Disconnected("gone"), "failed"),
+    ],
+)
+def test_knob_that_cannot_be_opened_says_why(
+    error: torsio.Error, reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> torsio.Knob:
+        raise error
+
+    monkeypatch.setattr(torsio, "open", refuse)
+    (finding,) = doctor.examine_device("TS-1")
+    assert not finding.ok
+    assert finding.text == str(error)
+    assert finding.values == {"reason": reason}
+    assert finding.advice
+
+
+# The knob: facts as they should be, and one wrong at a time ---------------------------------
+
+
+@pytest.fixture(scope="module")
+def facts() -> KnobFacts:
+    """What an emulated knob tells, with the figures of a good cable."""
+    with torsio.open("emulated") as knob:
+        health = knob.health()
+        return KnobFacts(
+            info=knob.info,
+            before=health,
+            after=health,
+            watchdog_s=0.25,
+            clock=ClockFit(offset_s=-12.5, drift_ppm=30.0, uncertainty_ppm=100.0),
+            round_trips=RoundTrips(200, 2e-3, 3e-3, 5e-3),
+            samples=1000,
+            link=knob.statistics(),
+        )
+
+
+def with_health(facts: KnobFacts, **values: Any) -> KnobFacts:
+    return dataclasses.replace(facts, after=dataclasses.replace(facts.after, **values))
+
+
+def test_all_checks_pass_on_a_healthy_knob(facts: KnobFacts) -> None:
+    for check in doctor.KNOB_CHECKS:
+        finding = check(facts)
+        assert finding.ok, finding
+        assert finding.advice == ""
+
+
+def test_firmware_names_both_ends(facts: KnobFacts) -> None:
+    finding = doctor.check_firmware(facts)
+    assert facts.info.firmware_version in finding.text
+    assert torsio.__version__ in finding.text
+    assert f"0x{torsio.protocol.fingerprint():08x}" in finding.text
+
+
+@pytest.mark.parametrize("fault", doctor._FAULT_ADVICE)
+def test_fault_is_told_in_plain_words(fault: str, facts: KnobFacts) -> None:
+    finding = doctor.check_state(with_health(facts, state="fault", faults=(fault,)))
+    assert not finding.ok
+    assert finding.values == {"state": "fault", "faults": [fault]}
+    assert "_" not in finding.text
+    assert "clear_fault" in finding.advice
+
+
+def test_fault_table_has_every_fault_of_the_protocol() -> None:
+    header = (TREE / "firmware" / "protocol" / "reports.hpp").read_text(encoding="utf-8")
+    body = header.split("namespace fault {")[1].split("}")[0]
+    assert set(doctor._FAULT_ADVICE) == set(re.findall(r"uint16_t (\w+) = 1", body))
+
+
+def test_fault_of_a_newer_firmware_asks_for_a_newer_library(facts: KnobFacts) -> None:
+    finding = doctor.check_state(with_health(facts, state="fault", faults=("meltdown",)))
+    assert not finding.ok
+    assert "update the library" in finding.advice
+
+
+@pytest.mark.parametrize(
+    ("drift_ppm", "uncertainty_ppm", "ok"),
+    [(150, 0, True), (-150, 0, True), (201, 0, False), (-1000, 0, False), (1000, 900, True)],
+)
+def test_clock_may_be_as_wrong_as_two_crystals(
+    drift_ppm: float, uncertainty_ppm: float, ok: bool, facts: KnobFacts
+) -> None:
+    clock = ClockFit(offset_s=0.0, drift_ppm=drift_ppm, uncertainty_ppm=uncertainty_ppm)
+    assert doctor.check_clock(dataclasses.replace(facts, clock=clock)).ok is ok
+
+
+def test_clock_fit_recovers_offset_drift_and_doubt() -> None:
+    # A clock 5 s ahead at 100 s that runs 250 ppm fast; asking takes 2 and 4 ms, a tick 1 ms.
+    first = doctor_facts._ClockSample(99.999, 100.001, 105.0)
+    last = doctor_facts._ClockSample(101.998, 102.002, 107.0 + 2 * 250e-6)
+    fit = doctor_facts.fit_clock(first, last, 1e-3)
+    assert fit.offset_s == pytest.approx(5.0005)
+    assert fit.drift_ppm == pytest.approx(250.0)
+    assert fit.uncertainty_ppm == pytest.approx(1e6 * (3e-3 + 1e-3) / 2)
+
+
+@pytest.mark.parametrize(
+    ("median_s", "p99_s", "text"),
+    [(11e-3, 20e-3, "USB needs 1 to 3 ms"), (2e-3, 84e-3, "watchdog of 0.25 s")],
+)
+def test_slow_round_trips_are_a_problem(
+    median_s: float, p99_s: float, text: str, facts: KnobFacts
+) -> None:
+    slow = dataclasses.replace(facts, round_trips=RoundTrips(200, median_s, p99_s, p99_s))
+    finding = doctor.check_round_trips(slow)
+    assert not finding.ok
+    assert text in finding.text
+
+
+def test_round_trip_figures_are_median_and_99_of_100(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Round trips of 1, 2, ... 100 ms, by a clock of our own.
+    times = iter([now for n in range(1, 101) for now in (0.0, n * 1e-3)])
+    monkeypatch.setattr(time, "perf_counter", lambda: next(times))
+    trips = doctor_facts.time_round_trips(lambda: None, 100)
+    assert trips.median_s == pytest.approx(50.5e-3)
+    assert trips.p99_s == pytest.approx(100e-3)
+    assert trips.worst_s == pytest.approx(100e-3)
+
+
+@pytest.mark.parametrize("counter", ["samples_lost", "reports_undecodable"])
+def test_losses_of_the_link_are_a_problem(counter: str, facts: KnobFacts) -> None:
+    values: dict[str, Any] = {counter: 7}
+    link = dataclasses.replace(facts.link, **values)
+    finding = doctor.check_losses(dataclasses.replace(facts, link=link))
+    assert not finding.ok
+    assert finding.values[counter] == 7
+    assert finding.text.startswith("7 ")
+
+
+@pytest.mark.parametrize("counter", ["samples_dropped", "reports_refused"])
+def test_losses_in_the_knob_are_a_problem_only_if_they_are_new(
+    counter: str, facts: KnobFacts
+) -> None:
+    values: dict[str, Any] = {counter: 7}
+    old = dataclasses.replace(facts.before, **values)
+    assert doctor.check_losses(dataclasses.replace(facts, before=old, after=old)).ok
+    assert not doctor.check_losses(with_health(facts, **values)).ok
+
+
+def test_late_and_long_ticks_are_a_problem(facts: KnobFacts) -> None:
+    assert not doctor.check_ticks(with_health(facts, tick_overruns=1)).ok
+    assert not doctor.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # of 1 ms
+    assert doctor.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
+
+
+# On an emulated knob --------------------------------------------------------------------------
+
+
+def test_damaged_cable_shows_in_an_examination() -> None:
+    with torsio.open("emulated", paced=True, command_timeout_s=5.0) as knob:
+        knob.emulator.set_link_faults(drop_input=0.02, corrupt_input=0.0)
+        try:
+            finding = doctor.check_losses(doctor_facts.examine(knob))
+        except torsio.Timeout as error:  # an answer was among what was lost
+            finding = doctor.check_failure(error)
+        assert not finding.ok
+        assert finding.advice
+
+
+def test_pressed_emergency_stop_and_late_ticks_show_in_an_examination(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with torsio.open("emulated", paced=True) as knob:
+        monkeypatch.setattr(
+            doctor_facts, "time_round_trips", lambda *_: knob.emulator.skip_ticks(count=3)
+        )
+        knob.emulator.set_emergency_stop(pressed=True)
+        facts = doctor_facts.examine(knob)
+    state = doctor.check_state(facts)
+    assert state.values["faults"] == ["emergency_stop"]
+    assert "emergency stop is pressed" in state.text
+    ticks = doctor.check_ticks(facts)
+    assert ticks.values["tick_overruns"] == 3
+    assert not ticks.ok
+
+
+def test_armed_knob_is_examined_and_stays_armed() -> None:
+    with torsio.open("emulated", paced=True) as knob:
+        knob.arm()
+        facts = doctor_facts.examine(knob)
+        assert knob.health().state == "armed"
+    assert facts.round_trips is None
+    assert doctor.check_round_trips(facts).ok
+
+
+def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [COMMAND, "doctor", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        env={**os.environ, "COLUMNS": "400"},
+    )
+
+
+def test_command_examines_the_emulated_knob_and_its_status_is_its_verdict() -> None:
+    result = _run("--device", "emulated", "--json")
+    verdict = json.loads(result.stdout)
+    (report,) = verdict["reports"]
+    checks = [finding["check"] for finding in report["findings"]]
+    assert checks == ["firmware", "state", "clock", "round_trip", "losses", "ticks"]
+    # A busy machine may slow round trips and clock; never anything else.
+    for finding in report["findings"]:
+        assert finding["ok"] or finding["check"] in {"clock", "round_trip"}
+        assert set(finding) == {"check", "ok", "text", "advice", "values"}
+    assert verdict["ok"] is report["ok"] is all(f["ok"] for f in report["findings"])
+    assert result.returncode == (0 if verdict["ok"] else 1)
+    values = {finding["check"]: finding["values"] for finding in report["findings"]}
+    assert values["firmware"]["fingerprint"] == torsio.protocol.fingerprint()
+    assert 0 < values["round_trip"]["median_s"] <= values["round_trip"]["p99_s"]
+    assert values["losses"]["samples"] == 1000
+
+
+def test_command_says_what_to_do_about_a_device_that_is_not_there() -> None:
+    result = _run("--device", "TS-9999")
+    assert result.returncode == 1
+    assert result.stderr == ""
+    assert "there is no knob" in result.stdout
+    assert "-> `torsio list` shows what is there" in result.stdout

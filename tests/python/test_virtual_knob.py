@@ -1,0 +1,281 @@
+"""``torsio emulate --usbip`` as it is installed: what it prints, refuses, and how it ends."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import select
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import torsio
+from torsio import virtual_knob
+from torsio.virtual_knob import terminal
+from torsio.virtual_knob.terminal import Key, KeyboardHand, Mouse, MouseHand
+
+TORSIO = str(Path(sys.executable).with_name("torsio"))
+EMULATE = (TORSIO, "emulate", "--usbip")
+
+
+@contextmanager
+def emulated(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """Run a virtual knob on a free port; yield the process and the port."""
+    process = subprocess.Popen(
+        [*EMULATE, "--port", "0", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        first = process.stdout.readline()
+        match = re.fullmatch(r"listening \S+:(\d+) 1-1\n", first)
+        assert match, first + (process.stderr.read() if process.stderr else "")
+        yield process, int(match.group(1))
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def end(process: subprocess.Popen[str], how: signal.Signals = signal.SIGINT) -> tuple[str, str]:
+    process.send_signal(how)
+    output, errors = process.communicate(timeout=30)
+    return output, errors
+
+
+def attach(port: int) -> socket.socket:
+    client = socket.create_connection(("127.0.0.1", port))
+    client.sendall(struct.pack(">HHI32s", 0x0111, 0x8003, 0, b"1-1"))
+    answer = b""
+    while len(answer) < 320:
+        answer += client.recv(4096)
+    assert answer[:8] == struct.pack(">HHI", 0x0111, 0x0003, 0)
+    return client
+
+
+def refused(*arguments: str) -> str:
+    result = subprocess.run(
+        [*EMULATE, *arguments], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.returncode == 2, result.stdout + result.stderr
+    assert "Traceback" not in result.stderr
+    assert result.stdout == ""
+    return result.stderr
+
+
+def test_it_prints_the_command_that_attaches_it_and_ends_on_ctrl_c() -> None:
+    with emulated() as (process, port):
+        output, errors = end(process)
+    assert process.returncode == 0
+    assert errors == ""
+    command = f"sudo usbip --tcp-port {port} attach -r 127.0.0.1 -b 1-1"
+    assert f"sudo modprobe vhci-hcd; {command}" in output
+
+
+def test_the_usual_port_is_not_in_the_command() -> None:
+    address = virtual_knob.Address.from_line("listening 127.0.0.1:3240 1-1")
+    commands = virtual_knob.attach_commands(address)
+    assert commands["Linux"] == "sudo modprobe vhci-hcd; sudo usbip attach -r 127.0.0.1 -b 1-1"
+    assert commands["Windows"] == "usbip attach -r 127.0.0.1 -b 1-1"
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_cleanly_with_a_client_attached(how: signal.Signals) -> None:
+    with emulated() as (process, port), attach(port) as client:
+        output, errors = end(process, how)
+        client.settimeout(20)
+        assert client.recv(1) == b""
+    assert process.returncode == 0
+    assert errors == ""
+    assert re.search(r"^attached 127\.0\.0\.1:\d+$", output, re.M)
+
+
+def test_port_in_use_is_said_with_status_2() -> None:
+    with emulated() as (_, port):
+        assert f"port {port} is in use" in refused("--port", str(port))
+
+
+def test_two_knobs_run_on_two_ports() -> None:
+    with emulated("--serial", "A") as (_, first), emulated("--serial", "B") as (_, second):
+        assert first != second
+        attach(first).close()
+        attach(second).close()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--port", "70000"), "--port"),
+        (("--port", "-1"), "--port"),
+        (("--rate-hz", "500"), "--rate-hz"),
+        (("--seed", "-1"), "--seed"),
+        (("--hand", "tight"), "--hand"),
+        (("--hand", "scripted:"), "--hand"),
+        (("--hand", "keyboard"), "needs a terminal"),
+        (("--hand", "mouse"), "needs a terminal"),
+        (("--port", "0", "--address", "localhost"), "not an IPv4 address"),
+        (("--port", "0", "--serial", ""), "serial"),
+        (("--port", "0", "--serial", "seventeen letters"), "serial"),
+        (("--port", "0", "--hand", "scripted:/nowhere/hand.txt"), "/nowhere/hand.txt"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_status_2(arguments: tuple[str, ...], words: str) -> None:
+    assert words in refused(*arguments)
+
+
+def test_emulate_wants_to_be_told_how() -> None:
+    result = subprocess.run(
+        [TORSIO, "emulate"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert result.returncode == 2
+    assert "--usbip" in result.stderr
+
+
+def test_bad_hand_script_is_named_with_its_line(tmp_path: Path) -> None:
+    script = tmp_path / "hand.txt"
+    script.write_text("angle_rad\n0 0\n1 high\n")
+    assert f"{script}:3: needs TIME_S VALUE" in refused(
+        "--port", "0", "--hand", f"scripted:{script}"
+    )
+
+
+def test_another_address_than_loopback_is_warned_of() -> None:
+    with emulated("--address", "0.0.0.0") as (process, _):
+        output, errors = end(process)
+    assert "warning: whoever reaches 0.0.0.0 can use this knob" in errors
+    assert "attach -r 127.0.0.1" in output
+
+
+def test_log_holds_the_truth_at_every_control_tick(tmp_path: Path) -> None:
+    script, log = tmp_path / "hand.txt", tmp_path / "truth.csv"
+    script.write_text("motion_rad\n0 0\n1 0.5 # rad\n")
+    with emulated("--hand", f"scripted:{script}", "--log", str(log), "--rate-hz", "2000") as (
+        process,
+        _,
+    ):
+        deadline = time.monotonic() + 30
+        while log.stat().st_size < 10_000 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        end(process)
+    header, *rows = log.read_text().splitlines()
+    assert header == "time_ns,angle_rad,motor_torque_nm,brake_torque_nm,hand_torque_nm"
+    assert len(rows) > 100
+    for n, row in enumerate(rows):
+        time_ns, angle, *_ = row.split(",")
+        assert int(time_ns) == 500_000 * n
+        assert float(angle) == pytest.approx(min(0.5e-9 * int(time_ns), 0.5), abs=1e-9)
+
+
+def test_log_that_cannot_be_written_is_said_with_status_1() -> None:
+    result = subprocess.run(
+        [*EMULATE, "--port", "0", "--log", "/nowhere/truth.csv"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert result.returncode == 1
+    assert "/nowhere/truth.csv" in result.stderr
+
+
+def test_package_without_the_program_says_what_is_missing(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(virtual_knob, "_PROGRAM", tmp_path / "absent")
+    with pytest.raises(
+        torsio.Error, match="built without the virtual USB knob, which needs TinyUSB"
+    ):
+        virtual_knob.program_path()
+
+
+# A person at a terminal --------------------------------------------------------------------------
+
+
+def test_terminal_input_is_read_in_pieces_of_any_size() -> None:
+    data = b"\x1b[C\x1b[D \x1b[<0;10;3M\x1b[<32;12;3M\x1b[<0;12;3m\x1b[15~q\x1bOA"
+    expected = [
+        Key("right"),
+        Key("left"),
+        Key(" "),
+        Mouse("press", 10),
+        Mouse("move", 12),
+        Mouse("release", 12),
+        Key("q"),
+        Key("up"),
+    ]
+    assert list(terminal.Input().feed(data)) == expected
+    reader = terminal.Input()
+    assert [event for byte in data for event in reader.feed(bytes([byte]))] == expected
+
+
+def test_keys_push_harder_and_space_lets_go() -> None:
+    hand = KeyboardHand()
+    assert hand.follow(Key("right"), 0.0) == "torque 0.005"
+    assert hand.follow(Key("right"), 0.0) == "torque 0.010"
+    assert hand.follow(Key(" "), 0.0) == "free"
+    assert hand.follow(Key("left"), 0.0) == "torque -0.005"
+    assert hand.follow(Key("x"), 0.0) is None
+    commands = [hand.follow(Key("left"), 0.0) for _ in range(50)]
+    assert commands[-1] == "torque -0.100"
+
+
+def test_mouse_turns_the_knob_from_where_it_is_taken() -> None:
+    hand = MouseHand()
+    assert hand.follow(Mouse("press", 40), 1.0) == "angle 1.000000"
+    assert hand.follow(Mouse("move", 41), 1.0) == "angle 1.052360"
+    assert hand.follow(Mouse("move", 39), 1.0) == "angle 0.947640"
+    assert hand.follow(Mouse("release", 39), 1.0) == "free"
+    assert hand.follow(Key("right"), 1.0) is None
+
+
+def _read_until(master: int, pattern: bytes, timeout_s: float = 30) -> bytes:
+    seen = b""
+    deadline = time.monotonic() + timeout_s
+    while not re.search(pattern, seen):
+        assert time.monotonic() < deadline, seen
+        if select.select([master], [], [], 0.5)[0]:
+            seen += os.read(master, 4096)
+    return seen
+
+
+@pytest.mark.parametrize("hand", ["keyboard", "mouse"])
+def test_person_at_a_terminal_turns_the_knob_and_gets_the_terminal_back(hand: str) -> None:
+    master, slave = pty.openpty()
+    before = termios.tcgetattr(slave)
+    process = subprocess.Popen(
+        [*EMULATE, "--port", "0", "--hand", hand],
+        stdin=slave,
+        stdout=slave,
+        stderr=slave,
+        start_new_session=True,
+    )
+    try:
+        seen = _read_until(master, rb"hand +[-0-9.]+ mN")
+        assert (b"\x1b[?1002h\x1b[?1006h" in seen) == (hand == "mouse")
+        if hand == "keyboard":
+            os.write(master, b"\x1b[C" * 8)
+        else:
+            os.write(master, b"\x1b[<0;10;5M\x1b[<32;30;5M")
+        seen += _read_until(master, rb" [1-9][0-9]*\.[0-9]\xc2\xb0")  # it has turned
+        assert b"disarmed" in seen
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=30) == 0
+        if hand == "mouse":
+            _read_until(master, rb"\x1b\[\?1006l\x1b\[\?1002l")
+        assert termios.tcgetattr(slave) == before
+    finally:
+        process.kill()
+        process.wait()
+        os.close(master)
+        os.close(slave)

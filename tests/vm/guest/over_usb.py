@@ -1,0 +1,175 @@
+"""Runs Python tests that were written for the emulated device over USB, as they are.
+
+``torsio.open("emulated", ...)`` opens a virtual USB knob that is plugged into this computer, and
+the knob's ``emulator`` tells that knob's world. Used as a pytest plugin; what lies in
+``tests/python`` is affected, nothing else.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import torsio
+from tests.vm.guest.virtual_bus import VirtualKnob
+
+FOLDER = "tests/python/"
+
+_WORLD = "tells a world what only the one inside the process can do"
+_NO_DEVICE = "uses no device"
+# What cannot run on a knob outside the process, each with its reason.
+NOT_OVER_USB = {
+    "test_truth_and_telemetry_share_their_clock": _WORLD,
+    "test_same_seed_gives_the_same_bytes": _WORLD,
+    "test_result_does_not_depend_on_how_time_is_cut": "is about virtual time",
+    "test_fault_is_named": _WORLD,
+    "test_matching_config_is_the_default_for_the_default_plant": _NO_DEVICE,
+    "test_scene_classes_compare_show_and_hash_by_value": _NO_DEVICE,
+    "test_profiles_may_be_arrays_and_numbers": _NO_DEVICE,
+    "test_errors_keep_their_attributes_when_pickled": _NO_DEVICE,
+    "test_documented_dtypes_are_those_of_the_extension": _NO_DEVICE,
+    "test_knob_says_who_and_how_it_is": "expects the emulated transport's path",
+    "test_emulated_device_is_always_listed_last": _NO_DEVICE,
+    "test_bad_option_of_open_is_refused_by_name": "is about the options themselves",
+    "test_selector_of_another_type_is_refused_by_name": "is about the options themselves",
+    "test_value_that_no_play_could_use_is_refused_when_made": _NO_DEVICE,
+    "test_device_that_is_not_there_is_named": "expects that nothing is plugged in",
+    "test_second_open_of_the_same_device_is_refused": "expects the emulated transport's path",
+    "test_knob_that_loses_answers_times_out": "damages reports on the way",
+    "test_silent_host_disarms_the_device": "damages reports on the way",
+    "test_device_answers_a_bad_report_with_its_status": _NO_DEVICE,
+    "test_device_refuses_feature_reports_of_another_length": _NO_DEVICE,
+    "test_device_stalls_unknown_feature_requests": _NO_DEVICE,
+}
+
+
+def _tells_world(item: pytest.Item) -> bool:
+    """Tell whether a test's parameter is a call of the emulated world."""
+    call = getattr(getattr(item, "callspec", None), "params", {}).get("call")
+    return "emulator" in getattr(getattr(call, "__code__", None), "co_names", ())
+
+
+@pytest.hookimpl(tryfirst=True)  # before what a mark rules out goes
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in list(items):
+        if not item.nodeid.startswith(FOLDER):
+            continue
+        item.add_marker(pytest.mark.kernel("6.12"))
+        if getattr(item, "originalname", "") in NOT_OVER_USB or _tells_world(item):
+            items.remove(item)
+
+
+class World:
+    """What the tests tell the world round a knob."""
+
+    def __init__(self, plugged: VirtualKnob, knob: torsio.Knob) -> None:
+        self._plugged = plugged
+        self._knob = knob
+
+    def set_hand(self, hand: torsio.Hand) -> None:
+        set_hand(self._plugged, hand)
+
+    def unplug(self) -> None:
+        self._plugged.unplug()
+
+    def advance(self, duration_s: float) -> None:
+        self._knob.sleep(duration_s)
+
+    def set_emergency_stop(self, *, pressed: bool) -> None:
+        self._plugged.say("emergency_stop " + ("pressed" if pressed else "released"))
+        time.sleep(0.05)  # until the program has read it
+
+
+def set_hand(plugged: VirtualKnob, hand: torsio.Hand | None) -> None:
+    """Give the knob into a hand."""
+    if isinstance(hand, torsio.TorqueHand):
+        kind, knots = "torque_nm", hand.torque_nm
+    elif isinstance(hand, torsio.PrescribedMotion):
+        kind, knots = "motion_rad", hand.angle_rad
+    else:
+        assert hand is None or isinstance(hand, torsio.NoHand)
+        plugged.say("free")
+        return
+    with tempfile.NamedTemporaryFile("w", suffix=".hand", delete=False) as file:
+        file.write(kind + "\n")
+        for time_s, value in knots:  # type: ignore[union-attr]
+            file.write(f"{time_s!r} {value!r}\n")
+    plugged.say(f"script {file.name}")
+
+
+class Pool:
+    """Knobs that stay plugged in from one test to the next."""
+
+    def __init__(self) -> None:
+        self.idle: list[tuple[tuple[Any, ...], VirtualKnob]] = []
+        self.busy: list[tuple[tuple[Any, ...], VirtualKnob, torsio.Knob]] = []
+        self.numbers = itertools.count(1)
+
+    def open(self, selector: str = "", **options: Any) -> torsio.Knob:
+        """Stand in for `torsio.open`."""
+        if selector != "emulated" and not selector.startswith("emulated:"):
+            return torsio.knob.open(selector, **options)
+        hand, control = options.pop("hand", None), options.pop("control", None)
+        for name in ("paced", "seed", "log_truth"):  # nothing here looks at the truth
+            options.pop(name, None)
+        rate_hz = round(options.pop("control_rate_hz", 1000))
+        kind = (selector, rate_hz)
+        plugged = self._take(kind)
+        knob = torsio.knob.open(str(plugged.hidraw), **options)
+        self.busy.append((kind, plugged, knob))
+        plugged.say("emergency_stop released")
+        if selector == "emulated":  # a new one each time
+            knob.stop()
+            knob.load_defaults()
+        if control is not None:
+            knob.configure(control)
+        set_hand(plugged, hand)
+        knob.__dict__["_world"] = World(plugged, knob)
+        return knob
+
+    def _take(self, kind: tuple[Any, ...]) -> VirtualKnob:
+        for entry in self.idle:
+            if entry[0] == kind:
+                self.idle.remove(entry)
+                return entry[1]
+        plugged = VirtualKnob(f"POOL-{next(self.numbers)}", kind[1], "pushes")
+        plugged.plug()
+        return plugged
+
+    def give_back(self) -> None:
+        """Take back what a test has closed; end what it has unplugged."""
+        for kind, plugged, knob in self.busy:
+            knob.close()
+            if plugged.is_plugged:
+                self.idle.append((kind, plugged))
+            else:
+                plugged.end()
+        self.busy.clear()
+
+    def end(self) -> None:
+        for _, plugged in self.idle:
+            plugged.end()
+
+
+@pytest.fixture(scope="session")
+def _pool() -> Iterator[Pool]:
+    pool = Pool()
+    yield pool
+    pool.end()
+
+
+@pytest.fixture(autouse=True)
+def _over_usb(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    if not request.node.nodeid.startswith(FOLDER):
+        yield
+        return
+    pool: Pool = request.getfixturevalue("_pool")
+    monkeypatch.setattr(torsio, "open", pool.open)
+    monkeypatch.setattr(torsio.Knob, "emulator", property(lambda knob: knob._world))
+    yield
+    pool.give_back()

@@ -1,0 +1,96 @@
+"""Both of hidapi's backends: the library itself, and the SDK on top of it."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import subprocess
+import sys
+
+import pytest
+
+from tests.vm.guest.virtual_bus import VirtualKnob
+from torsio import protocol
+
+BACKENDS = ("libhidapi-hidraw.so.0", "libhidapi-libusb.so.0")
+IDENTITY = 0x01
+
+# Which library answers, and whether the SDK does its work on it.
+SDK_PROGRAM = """
+import sys, torsio
+with open("/proc/self/maps") as maps:
+    assert sys.argv[1] in maps.read()
+[listed] = [device for device in torsio.list_devices() if device.serial == sys.argv[2]]
+print(listed.path)
+with torsio.open(listed.path) as knob:
+    knob.play(torsio.Constant(torque_nm=0.01))
+    knob.arm()
+    knob.sleep(0.3)
+    log = knob.record(duration_s=0.2)
+    assert len(log) == 200, len(log)
+    assert abs(log["desired_torque_nm"][-1] - 0.01) < 1e-4
+    knob.disarm()
+    assert knob.control_config().beta == 0.5
+    assert knob.statistics().samples_lost == 0
+print("done")
+"""
+
+
+@pytest.mark.parametrize("library", BACKENDS)
+def test_hidapi_opens_asks_sends_and_receives(knob: VirtualKnob, library: str) -> None:
+    hidapi = ctypes.CDLL(library)
+    hidapi.hid_open.restype = ctypes.c_void_p
+    hidapi.hid_open.argtypes = (ctypes.c_ushort, ctypes.c_ushort, ctypes.c_wchar_p)
+    assert hidapi.hid_init() == 0
+    device = ctypes.c_void_p(hidapi.hid_open(0x1209, 0x0001, knob.serial))
+    assert device
+    try:
+        text = ctypes.create_unicode_buffer(64)
+        assert hidapi.hid_get_serial_number_string(device, text, 64) == 0
+        assert text.value == knob.serial
+
+        report = ctypes.create_string_buffer(bytes([IDENTITY]), 64)
+        assert hidapi.hid_get_feature_report(device, report, 64) == 64
+        name, identity = protocol.decode(report.raw)
+        assert name == "identity"
+        assert identity["fingerprint"] == protocol.fingerprint()
+
+        config = protocol.encode("control_config", {"beta": 0.25})
+        assert hidapi.hid_send_feature_report(device, config, 64) == 64
+        report = ctypes.create_string_buffer(config[:1], 64)
+        assert hidapi.hid_get_feature_report(device, report, 64) == 64
+        assert protocol.decode(report.raw)[1]["beta"] == 0.25
+        # A stall, not a report that nobody knows
+        report = ctypes.create_string_buffer(bytes([0x77]), 64)
+        assert hidapi.hid_get_feature_report(device, report, 64) == -1
+
+        assert hidapi.hid_write(device, protocol.encode("command", {"op": "arm"}), 64) == 64
+        statuses = []
+        for _ in range(10):
+            got = ctypes.create_string_buffer(64)
+            assert hidapi.hid_read_timeout(device, got, 64, 5000) == 64
+            name, values = protocol.decode(got.raw)
+            if name == "acknowledgement":
+                statuses.append((values["report"], protocol.STATUS_NAMES[values["status"]]))
+                break
+        assert statuses[-1][1] == "ok"
+    finally:
+        hidapi.hid_close(device)
+        hidapi.hid_exit()
+
+
+@pytest.mark.parametrize("library", BACKENDS)
+def test_sdk_works_on_either_backend(knob: VirtualKnob, library: str) -> None:
+    knob.say("still")
+    result = subprocess.run(
+        [sys.executable, "-c", SDK_PROGRAM, library, knob.serial],
+        env={**os.environ, "LD_PRELOAD": library},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stderr
+    path, done = result.stdout.splitlines()
+    assert path.startswith("/dev/hidraw" if "hidraw" in library else knob.bus_id)
+    assert done == "done"
+    assert knob.hidraw.exists()  # the kernel has its driver back

@@ -1,0 +1,127 @@
+"""Cables that are pulled, and put back."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+
+import pytest
+
+import torsio
+from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
+
+# From the unplug to the exception in the caller. What is promised is a second on a computer; an
+# emulated processor that shares its host with other work gets some more.
+LATEST_S = 1.0
+
+
+def idle(knob: torsio.Knob) -> None:
+    while True:
+        knob.clock()
+        time.sleep(0.01)
+
+
+def upload(knob: torsio.Knob) -> None:
+    for scale in itertools.count(1):
+        knob.play(torsio.Curve(torque_nm=[1e-6 * scale * n for n in range(1024)]))
+
+
+def stream(knob: torsio.Knob) -> None:
+    while True:
+        knob.stream_local_model(torque_nm=0.001, deadline_s=1.0)
+        time.sleep(0.001)
+
+
+STATES: dict[str, Callable[[torsio.Knob], object]] = {
+    "idle": idle,
+    "asleep": lambda knob: knob.sleep(60.0),
+    "streaming telemetry": lambda knob: knob.record(duration_s=60.0),
+    "blocking read": lambda knob: [knob.read(timeout_s=60.0) for _ in range(10**9)],
+    "uploading a scene": upload,
+    "streaming local models": stream,
+    "waiting for a state": lambda knob: knob.wait_for("fault", timeout_s=60.0),
+}
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_unplug_is_disconnected_within_a_second(knob: VirtualKnob, state: str) -> None:
+    files = len(os.listdir("/proc/self/fd"))
+    with torsio.open(knob.serial) as opened:
+        opened.arm()
+        if state == "blocking read":
+            opened.start_telemetry()
+        pulled = []
+
+        def pull() -> None:
+            pulled.append(time.monotonic())
+            knob.unplug(wait=False)
+
+        timer = threading.Timer(0.3, pull)
+        timer.start()
+        with pytest.raises(torsio.Disconnected, match="open it again"):
+            STATES[state](opened)
+        late_s = time.monotonic() - pulled[0]
+        timer.join()
+        assert late_s < LATEST_S
+        assert opened.state == "disconnected"
+        with pytest.raises(torsio.Disconnected):
+            opened.arm()
+    knob.wait_unplugged()
+    assert len(os.listdir("/proc/self/fd")) == files
+
+
+def test_knob_that_comes_back_is_opened_by_its_serial_number(bus: VirtualBus) -> None:
+    bus.plug("OTHER")
+    knob = bus.plug("MINE")
+    for _ in range(3):
+        with torsio.open("MINE") as opened:
+            opened.arm()
+            knob.unplug()
+            with pytest.raises(torsio.Disconnected):
+                opened.arm()
+        with pytest.raises(torsio.DeviceNotFound, match="MINE"):
+            torsio.open("MINE")
+        knob.plug()
+    with torsio.open("MINE") as opened:
+        assert opened.state == "disarmed"
+        assert opened.info.serial == "MINE"
+
+
+def test_knob_that_was_unplugged_while_armed_disarms(knob: VirtualKnob) -> None:
+    with torsio.open(knob.serial) as opened:
+        opened.arm()
+        knob.unplug()
+    knob.plug()
+    with torsio.open(knob.serial) as opened:
+        assert opened.state == "disarmed"
+
+
+@pytest.mark.kernel("6.12")
+def test_two_hundred_plug_cycles(bus: VirtualBus) -> None:
+    """Two knobs in turn: the kernel takes a third of a second to get to know each of them."""
+    knobs = [bus.plug(f"KNOB-{n}") for n in range(2)]
+    for _ in range(100):
+        for knob in knobs:
+            knob.unplug()
+            knob.plug()
+    assert [device.serial for device in torsio.list_devices()] == ["KNOB-0", "KNOB-1", "EMULATED"]
+
+
+def test_knob_without_permission_says_what_to_do(knob: VirtualKnob) -> None:
+    # Nobody may not be allowed to read Python's own files; so it becomes nobody in time.
+    program = f"""
+import os, torsio
+os.setgroups([]); os.setgid(65534); os.setuid(65534)
+torsio.open({str(knob.hidraw)!r})"""
+    result = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 1
+    message = result.stderr.splitlines()[-1]
+    assert message.startswith("torsio.errors.PermissionDenied: no permission to open /dev/hidraw")
+    assert "60-torsio.rules" in message

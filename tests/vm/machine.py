@@ -1,0 +1,135 @@
+"""A virtual machine that boots a kernel and runs a command in the host's own file system."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.vm import initramfs
+
+ACCELERATOR_VARIABLE = "TORSIO_VM_ACCEL"
+_PROCESSORS = {"kvm": "qemu64", "tcg": "qemu64"}
+_TCG = "tcg,thread=multi,tb-size=512"
+_BOOT = (
+    "console=ttyS0 panic=-1 quiet mitigations=off nokaslr tsc=reliable no_timer_check audit=0 "
+    "apparmor=0 random.trust_cpu=on log_buf_len=4M"
+)
+_PROBE_LIMIT_S = 20.0
+_TAIL_LINES = 60
+
+
+class GuestFailed(Exception):
+    """The machine did not end as it should; says how, and how its console ended."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """One kernel's virtual machine.
+
+    Attributes
+    ----------
+    kernel
+        Folder with ``vmlinuz`` and ``modules``; see ``tools/kernels.py``.
+    share
+        Folder that the guest sees as ``/torsio-share`` and may write to. Holds ``console`` and,
+        after a run, ``dmesg``.
+    """
+
+    kernel: Path
+    share: Path
+
+    def run(self, command: str, *, limit_s: float) -> None:
+        """Boot, run a shell command as root, and end.
+
+        Raises
+        ------
+        GuestFailed
+            If the command's status is not 0, the kernel panics, or time is over.
+        """
+        self.share.mkdir(parents=True, exist_ok=True)
+        (self.share / "command").write_text(command)
+        (self.share / "dmesg").unlink(missing_ok=True)
+        status = self._boot(accelerator(self.kernel), "", limit_s)
+        if status != 1:  # a panic ends with 0
+            reason = {
+                None: f"did not end in {limit_s:g} s",
+                0: "died: panic or reset",
+            }.get(status, f"ended with status {(status or 0) // 2}")
+            raise GuestFailed(f"the guest {reason}; its console's end:\n{self.console_tail()}")
+
+    def probe(self, accelerator_name: str) -> bool:
+        """Tell whether the machine comes up at all with an accelerator."""
+        self.share.mkdir(parents=True, exist_ok=True)
+        return self._boot(accelerator_name, "torsio.probe", _PROBE_LIMIT_S) == 1
+
+    def console_tail(self) -> str:
+        """Return the last lines that the guest has printed."""
+        text = (self.share / "console").read_text(errors="replace")
+        return "\n".join(text.splitlines()[-_TAIL_LINES:])
+
+    def _boot(self, accelerator_name: str, arguments: str, limit_s: float) -> int | None:
+        qemu = shutil.which("qemu-system-x86_64")
+        if qemu is None:
+            raise GuestFailed("no QEMU; on Debian: apt-get install qemu-system-x86")
+        image = self.share / "initramfs"
+        image.write_bytes(initramfs.build(self.kernel))
+        console = self.share / "console"
+        console.write_bytes(b"")
+        accel = _TCG if accelerator_name == "tcg" else accelerator_name
+        command = [
+            *(qemu, "-M", "pc", "-accel", accel, "-cpu", _PROCESSORS[accelerator_name]),
+            *("-smp", "1", "-m", "1024", "-nodefaults", "-no-user-config", "-no-reboot"),
+            *("-display", "none", "-serial", f"file:{console}"),
+            *("-kernel", str(self.kernel / "vmlinuz"), "-initrd", str(image)),
+            *("-append", f"{_BOOT} {arguments}"),
+            *("-device", "isa-debug-exit,iobase=0xf4,iosize=4"),
+            *_folder("root", Path("/"), "readonly=on,"),
+            *_folder("share", self.share, ""),
+        ]
+        with console.open("ab") as errors:
+            try:
+                return subprocess.run(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=errors,
+                    timeout=limit_s,
+                    check=False,
+                ).returncode
+            except subprocess.TimeoutExpired:
+                return None
+
+
+def _folder(tag: str, path: Path, options: str) -> tuple[str, ...]:
+    local = f"local,id={tag},path={path},{options}security_model=none,multidevs=remap"
+    return ("-fsdev", local, "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}")
+
+
+def accelerator(kernel: Path) -> str:
+    """Return "kvm" where a machine comes up with it, else "tcg", which is emulation.
+
+    The environment variable ``TORSIO_VM_ACCEL`` decides without a try. What came out of a try is
+    kept in the kernel's folder.
+
+    Raises
+    ------
+    ValueError
+        If the variable names neither.
+    """
+    chosen = os.environ.get(ACCELERATOR_VARIABLE)
+    if chosen is not None:
+        if chosen not in _PROCESSORS:
+            raise ValueError(f"{ACCELERATOR_VARIABLE} is {chosen!r}, must be kvm or tcg")
+        return chosen
+    if not os.access("/dev/kvm", os.R_OK | os.W_OK):
+        return "tcg"
+    # The file may be there and not work, which takes long to find out: so it is done once.
+    answer = kernel / "accelerator"
+    if not answer.exists():
+        share = kernel / "probe"
+        answer.write_text("kvm" if Machine(kernel, share).probe("kvm") else "tcg")
+        shutil.rmtree(share)
+    return answer.read_text()

@@ -1,0 +1,136 @@
+"""The bench itself: what it reads, packs and complains about."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.vm import guests, initramfs, kernel_log, results
+from tests.vm.machine import GuestFailed, Machine
+
+JUNIT = """<?xml version="1.0" encoding="utf-8"?>
+<testsuites><testsuite name="pytest">
+<testcase classname="tests.vm.guest.test_a" name="test_good" time="0.1" />
+<testcase classname="tests.vm.guest.test_a" name="test_bad[x]" time="0.1">
+<failure message="assert 1 == 2">the whole story</failure></testcase>
+<testcase classname="tests.vm.guest.test_a" name="test_left_out" time="0.1">
+<skipped message="no reason" /></testcase>
+<testcase classname="tests.vm.guest.test_a" name="test_late" time="0.1" />
+<testcase classname="tests.vm.guest.test_a" name="test_late" time="0.1">
+<error message="failed on teardown" /></testcase>
+</testsuite></testsuites>"""
+
+
+def test_junit_gives_each_test_its_problem(tmp_path: Path) -> None:
+    file = tmp_path / "junit.xml"
+    file.write_text(JUNIT)
+    found = results.read_junit(file)
+
+    def problem(name: str) -> str:
+        return found[results.test_key(f"tests/vm/guest/test_a.py::{name}")].problem
+
+    assert problem("test_good") == ""
+    assert problem("test_bad[x]") == "failure\nassert 1 == 2\nthe whole story"
+    assert "skipped" in problem("test_left_out")
+    assert "failed on teardown" in problem("test_late")
+
+
+@pytest.mark.parametrize("text", [None, "", JUNIT[:-40], "<testsuites></testsuites>"])
+def test_results_that_are_missing_or_torn_are_an_error(tmp_path: Path, text: str | None) -> None:
+    file = tmp_path / "junit.xml"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ValueError, match="guest"):
+        results.read_junit(file)
+
+
+def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise() -> None:
+    log = f"""\
+<4>[    0.1] ACPI: no such table
+<12>[    0.9] {kernel_log.MARK}
+<6>[    1.0] usb 1-1: new full-speed USB device number 2 using vhci_hcd
+<3>[    2.0] usb 1-1: device descriptor read/64, error -71
+<4>[    2.1] hid-generic 0003:1209:0001.0001: control queue full
+<6>[    3.0] Call Trace:
+"""
+    assert kernel_log.complaints(log) == [
+        "usb 1-1: device descriptor read/64, error -71",
+        "hid-generic 0003:1209:0001.0001: control queue full",
+        "Call Trace:",
+    ]
+
+
+def test_cpio_is_what_the_tool_of_that_name_unpacks(tmp_path: Path) -> None:
+    files = {"folder": (0o40755, b""), "folder/odd": (0o100640, b"seven b"), "x": (0o100755, b"")}
+    archive = initramfs.cpio(files)
+    listing = subprocess.run(
+        ["busybox", "cpio", "-idv"], cwd=tmp_path, input=archive, capture_output=True, check=True
+    )
+    assert b"folder/odd" in listing.stderr + listing.stdout
+    assert (tmp_path / "folder/odd").read_bytes() == b"seven b"
+    assert (tmp_path / "x").stat().st_mode & 0o777 == 0o755
+
+
+def test_modules_are_loaded_after_what_they_depend_on(tmp_path: Path) -> None:
+    (tmp_path / "modules.builtin").write_text("kernel/lib/in-it.ko\n")
+    (tmp_path / "top.ko").write_bytes(b"\0depends=mid-dle,in_it\0")
+    (tmp_path / "mid-dle.ko").write_bytes(b"\0depends=base\0")
+    (tmp_path / "base.ko").write_bytes(b"\0depends=\0")
+    assert list(initramfs.load_order(tmp_path, ("top",))) == ["base", "mid_dle", "top"]
+    with pytest.raises(LookupError, match="gone"):
+        initramfs.load_order(tmp_path, ("gone",))
+
+
+@pytest.fixture
+def fake_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Give a way to say what QEMU does; the console is where it always is."""
+
+    def behave(script: str) -> None:
+        program = tmp_path / "bin/qemu-system-x86_64"
+        program.parent.mkdir(exist_ok=True)
+        program.write_text(f"#!/bin/sh\n{script}\n")
+        program.chmod(0o755)
+
+    monkeypatch.setenv("PATH", f"{tmp_path}/bin", prepend=os.pathsep)
+    monkeypatch.setenv("TORSIO_VM_ACCEL", "tcg")
+    monkeypatch.setattr(initramfs, "build", lambda _: b"")
+    monkeypatch.setattr(guests, "share", lambda kernel: tmp_path / kernel)
+    monkeypatch.setattr(guests, "junit", lambda kernel: tmp_path / f"out/{kernel}.xml")
+    return behave
+
+
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        ("echo Kernel panic >&2", "died: panic or reset"),
+        ("exit 19", "ended with status 9"),
+        ("exec sleep 60", "did not end in 5 s"),
+    ],
+)
+def test_machine_that_ends_badly_is_told_with_its_console(
+    tmp_path: Path, fake_machine: Callable[[str], None], script: str, reason: str
+) -> None:
+    fake_machine(f"echo the last words >&2; {script}")
+    with pytest.raises(GuestFailed, match=reason) as caught:
+        Machine(tmp_path, tmp_path / "share").run("true", limit_s=5)
+    assert "the last words" in str(caught.value)
+
+
+def test_guest_without_results_has_failed_though_its_machine_ended_well(
+    fake_machine: Callable[[str], None],
+) -> None:
+    fake_machine("echo all is well >&2; exit 1")
+    assert "no readable results" in guests.run_guest("6.1", ["a test"])
+
+
+def test_guest_with_results_has_not_failed(
+    tmp_path: Path, fake_machine: Callable[[str], None]
+) -> None:
+    (tmp_path / "junit").write_text(JUNIT)
+    fake_machine(f"cp {tmp_path}/junit {tmp_path}/6.1/junit.xml; exit 1")
+    assert guests.run_guest("6.1", ["a test"]) == ""
+    assert len(results.read_junit(guests.junit("6.1"))) == 4

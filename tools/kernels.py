@@ -1,0 +1,135 @@
+"""Fetch the kernels that the tests in ``tests/vm`` boot.
+
+``python -m tools.kernels FOLDER`` leaves one folder for each kernel, FOLDER/6.1 for example, with
+``vmlinuz`` and, in ``modules``, what a machine with USB needs. What is there already is kept.
+
+Debian has both kernels in the archives of one release, bookworm, which any newer Debian can read.
+Another distribution's archive has neither, so there the newest kernel of the running release is
+taken, and its folder has the distribution's name.
+
+Nothing is installed; see ``tools/apt.py``.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import tarfile
+from pathlib import Path
+
+from tools import apt
+
+# The generic kernels: those for clouds have no USB.
+DEBIAN = {"6.1": "linux-image-amd64", "6.12": "linux-image-6.12-amd64"}
+# An image weighs hundreds of megabytes, most of it drivers for hardware that the machine lacks.
+MODULES = (
+    "arch/x86/crypto",
+    "crypto",
+    "drivers/hid",
+    "drivers/input",
+    "drivers/usb/common",
+    "drivers/usb/core",
+    "drivers/usb/usbip",
+    "drivers/virtio",
+    "fs/9p",
+    "fs/fscache",
+    "fs/netfs",
+    "fs/overlayfs",
+    "lib",
+    "net/9p",
+)
+
+
+def wanted_kernels() -> dict[str, str]:
+    """Return the package of each kernel that this system's archive has."""
+    distribution = apt.os_release("ID")
+    return DEBIAN if distribution == "debian" else {distribution: "linux-image-generic"}
+
+
+def _sources() -> list[tuple[apt.Archive, str, str]]:
+    archive = apt.system_archive()
+    if apt.os_release("ID") == "debian":
+        return [(archive, "bookworm", "main"), (archive.security, "bookworm-security", "main")]
+    release = apt.os_release("VERSION_CODENAME")
+    return [(archive, suite, "main") for suite in (release, f"{release}-updates")]
+
+
+def _parts(packages: apt.PrivateApt, meta: str) -> list[str]:
+    """Return the packages that hold image and modules of a meta-package's kernel."""
+    parts: list[str] = []
+    waiting = [meta]
+    while waiting:
+        for name in packages.dependencies(waiting.pop()):
+            if name.startswith(("linux-image-", "linux-modules-")) and name not in parts:
+                parts.append(name)
+                waiting.append(name)
+    return parts
+
+
+def _is_wanted_module(path: str) -> bool:
+    _, found, module = path.partition("/kernel/")
+    return found != "" and module.startswith(tuple(f"{part}/" for part in MODULES))
+
+
+def _unpack(package: Path, folder: Path) -> None:
+    """Unpack the image, the wanted modules, and the list of what is built in."""
+    command = ["dpkg-deb", "--fsys-tarfile", str(package)]
+    with (
+        subprocess.Popen(command, stdout=subprocess.PIPE) as unpacking,
+        tarfile.open(fileobj=unpacking.stdout, mode="r|") as archive,
+    ):
+        for member in archive:
+            source = archive.extractfile(member) if member.isfile() else None
+            if source is None:
+                continue
+            path = Path(member.name)
+            if path.name.startswith("vmlinuz-"):
+                target = folder / "vmlinuz"
+            elif _is_wanted_module(member.name) or path.name == "modules.builtin":
+                target = folder / "modules" / path.name
+            else:
+                continue
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(source.read())
+    if unpacking.returncode != 0:
+        raise RuntimeError(f"{package.name} cannot be unpacked")
+
+
+def fetch(folder: Path) -> list[Path]:
+    """Make a folder for each kernel that has none yet, and return all of them.
+
+    Raises
+    ------
+    RuntimeError
+        If the archive does not give them.
+    """
+    kernels = wanted_kernels()
+    missing = [name for name in kernels if not (folder / name / "complete").exists()]
+    if missing:
+        packages = apt.PrivateApt(folder / "apt", _sources())
+        for name in missing:
+            shutil.rmtree(folder / name, ignore_errors=True)
+            for part in packages.download(_parts(packages, kernels[name])):
+                _unpack(part, folder / name)
+                part.unlink()
+            if not (folder / name / "vmlinuz").exists():
+                raise RuntimeError(f"{kernels[name]} brought no kernel image")
+            (folder / name / "complete").touch()
+        shutil.rmtree(packages.folder)
+    return [folder / name for name in kernels]
+
+
+def main(arguments: list[str]) -> int:
+    """Print the kernels' folders, or say on standard error why there are none."""
+    try:
+        folders = fetch(Path(arguments[0]))
+    except (RuntimeError, OSError, tarfile.TarError) as error:
+        print(f"the kernels for tests/vm cannot be had: {error}", file=sys.stderr)
+        return 1
+    print(*folders, sep="\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
