@@ -87,6 +87,8 @@ def test_acknowledgement_says_why_a_report_was_refused(pico: EmulatedPico) -> No
         (0x80, 0x06, 0x0600, 0, 10),  # full speed only: no qualifier
         (0x80, 0x06, 0x03EE, 0, 64),  # no such string
         (0x00, 0x03, 0x0007, 0, 0),  # no such feature
+        (0x00, 0x06, 0x0100, 0, 18),  # GET_DESCRIPTOR with data to the device
+        (0x00, 0x00, 0, 0, 2),  # GET_STATUS with data to the device
     ],
 )
 def test_unknown_request_stalls_and_the_next_one_works(

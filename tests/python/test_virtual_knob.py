@@ -50,8 +50,11 @@ def emulated(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
 
 def end(process: subprocess.Popen[str], how: signal.Signals = signal.SIGINT) -> tuple[str, str]:
     process.send_signal(how)
-    output, errors = process.communicate(timeout=30)
-    return output, errors
+    process.wait(timeout=30)
+    # Not communicate(), which would miss what readline() has buffered.
+    assert process.stdout is not None
+    assert process.stderr is not None
+    return process.stdout.read(), process.stderr.read()
 
 
 def attach(port: int) -> socket.socket:

@@ -23,16 +23,6 @@ Completion over(const Submit& request, std::int32_t status, std::size_t length, 
   return {request, status, static_cast<std::uint32_t>(length), std::move(data)};
 }
 
-/// A standard request that reads, such as GET_STATUS, with data to the device. TinyUSB 0.18 does
-/// not look at the direction and would write that data where it reads its answer from: descriptors,
-/// or a stack frame that is gone.
-bool writes_what_is_read(const std::array<std::uint8_t, 8>& setup) {
-  constexpr std::uint8_t kInOrClassOrVendor = 0xE0;
-  const std::uint8_t request = setup[1];
-  return (setup[0] & kInOrClassOrVendor) == 0 &&
-         (request == 0 || request == 6 || request == 8 || request == 10);
-}
-
 }  // namespace
 
 void HostController::plug() {
@@ -91,7 +81,6 @@ Completion HostController::control(const Submit& request, const Bytes& data) {
   // No host puts these on a bus: data against the request's direction, or more than it announces.
   const bool contradicts = length > 0 && in != (request.direction == Direction::in);
   if (contradicts || data.size() > length) return over(request, kStalled, 0);
-  if (length > 0 && writes_what_is_read(request.setup)) return over(request, kStalled, 0);
 
   bus::setup(request.setup);
   device_.poll();
