@@ -20,7 +20,13 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
     desired_nm += evaluate_local_model(*in.local, out.motion, resolution);
   }
   desired_nm *= in.scene_gain;
-  if (in.extra != nullptr) desired_nm += in.extra->torque_nm(out.motion, resolution, state.tick);
+  if (in.extra != nullptr) [[unlikely]] {
+    // Field by field: a copy as a whole would put the motion into memory in every tick.
+    const Motion& now = out.motion;
+    const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
+                      now.acceleration_rad_s2};
+    desired_nm += in.extra->torque_nm(copy, resolution, state.tick);
+  }
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
