@@ -38,7 +38,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
       law == core::Law::compensated ? actuator.brake_drag_nm : 0.0F);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
-  loop.controller.limits = {motor_max_nm, brake_max_nm, control.motor_slew_nm_per_s * period_s};
+  loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
                             ? 0
                             : core::round_to_u32(control.watchdog_s / period_s) + 1;
