@@ -43,5 +43,8 @@ function(torsio_embedded_defaults target)
   if(NOT type STREQUAL "INTERFACE_LIBRARY")
     target_compile_options(${target} PRIVATE
       -fno-exceptions -fno-rtti -Wdouble-promotion -ffp-contract=off)
+    if(TORSIO_LINK_TIME_OPTIMIZATION)
+      target_compile_options(${target} PRIVATE -flto)
+    endif()
   endif()
 endfunction()

@@ -27,3 +27,17 @@ def pytest_make_collect_report() -> Generator[None, pytest.CollectReport, pytest
     report = yield
     _fail_instead_of_skip(report)
     return report
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name every test of the firmware's binary: they are what speaks for the device."""
+    lines = [
+        f"{outcome} {report.nodeid}"
+        for outcome in ("passed", "failed", "error")
+        for report in terminalreporter.stats.get(outcome, [])
+        if report.nodeid.startswith("tests/board/")
+    ]
+    if lines:
+        terminalreporter.section("the firmware in the emulated board")
+        for line in sorted(lines):
+            terminalreporter.line(line)

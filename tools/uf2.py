@@ -18,6 +18,7 @@ MAGIC_END = 0x0AB16F30
 FLAG_FAMILY = 0x00002000
 FLAG_EXTENSION = 0x00008000
 PAYLOAD = 256
+MACHINE_ARM = 40
 FLASH = range(0x10000000, 0x11000000)
 FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
 
@@ -54,12 +55,17 @@ def read_elf(elf: bytes) -> dict[int, bytes]:
     Raises
     ------
     FormatError
-        If this is not a 32-bit little-endian ELF file with something to load into the flash.
+        If this is not a whole 32-bit little-endian ELF file for Arm, with something to load into
+        the flash and nowhere else.
     """
     if elf[:7] != b"\x7fELF\x01\x01\x01" or len(elf) < _ELF_HEADER.size:
         raise FormatError("not a 32-bit little-endian ELF file")
     header = _ELF_HEADER.unpack_from(elf)
+    if header[2] != MACHINE_ARM:
+        raise FormatError("not for an Arm processor")
     offset, size, count = header[5], header[9], header[10]
+    if offset + count * size > len(elf):
+        raise FormatError("the file is cut off")
     pages: dict[int, bytearray] = {}
     for n in range(count):
         kind, start, _, address, length, *_ = _PROGRAM_HEADER.unpack_from(elf, offset + n * size)
@@ -67,6 +73,8 @@ def read_elf(elf: bytes) -> dict[int, bytes]:
             continue
         if address not in FLASH or address + length not in FLASH:
             raise FormatError(f"a segment at {address:#x} is not in the flash")
+        if start + length > len(elf):
+            raise FormatError("the file is cut off")
         for at in range(length):
             page, place = divmod(address + at, PAYLOAD)
             pages.setdefault(page * PAYLOAD, bytearray(PAYLOAD))[place] = elf[start + at]

@@ -268,6 +268,29 @@ ActuatorConfig actuator_config_from_python(const py::handle& source) {
           from.number("motor_time_constant_s")};
 }
 
+BoardConfig board_config_from_python(const py::handle& source) {
+  const Attributes from(source);
+  return {from.number("supply_v"),
+          from.number("motor_torque_constant_nm_per_a"),
+          from.number("motor_current_max_a"),
+          from.number("motor_resistance_ohm"),
+          from.number("motor_inductance_h"),
+          from.number("current_bandwidth_hz"),
+          from.number("current_sense_v_per_a"),
+          from.number("brake_torque_constant_nm_per_a"),
+          from.number("brake_current_max_a"),
+          from.number("brake_resistance_ohm"),
+          from.boolean("motor_reversed"),
+          from.integer<int>("encoder_pin"),
+          from.integer<int>("motor_pin"),
+          from.integer<int>("brake_pin"),
+          from.integer<int>("enable_pin"),
+          from.integer<int>("emergency_stop_pin"),
+          from.integer<int>("driver_fault_pin"),
+          from.integer<int>("current_sense_pin"),
+          from.integer<int>("light_pin")};
+}
+
 GameConfig game_config_from_python(const py::handle& source) {
   const Attributes from(source);
   return {from.boolean("enabled"),
@@ -306,6 +329,30 @@ py::dict to_python(const ActuatorConfig& config) {
   dict["knob_coulomb_nm"] = config.knob_coulomb_nm;
   dict["knob_viscous_nm_s_per_rad"] = config.knob_viscous_nm_s_per_rad;
   dict["motor_time_constant_s"] = config.motor_time_constant_s;
+  return dict;
+}
+
+py::dict to_python(const BoardConfig& config) {
+  py::dict dict;
+  dict["supply_v"] = config.supply_v;
+  dict["motor_torque_constant_nm_per_a"] = config.motor_torque_constant_nm_per_a;
+  dict["motor_current_max_a"] = config.motor_current_max_a;
+  dict["motor_resistance_ohm"] = config.motor_resistance_ohm;
+  dict["motor_inductance_h"] = config.motor_inductance_h;
+  dict["current_bandwidth_hz"] = config.current_bandwidth_hz;
+  dict["current_sense_v_per_a"] = config.current_sense_v_per_a;
+  dict["brake_torque_constant_nm_per_a"] = config.brake_torque_constant_nm_per_a;
+  dict["brake_current_max_a"] = config.brake_current_max_a;
+  dict["brake_resistance_ohm"] = config.brake_resistance_ohm;
+  dict["motor_reversed"] = config.motor_reversed;
+  dict["encoder_pin"] = config.encoder_pin;
+  dict["motor_pin"] = config.motor_pin;
+  dict["brake_pin"] = config.brake_pin;
+  dict["enable_pin"] = config.enable_pin;
+  dict["emergency_stop_pin"] = config.emergency_stop_pin;
+  dict["driver_fault_pin"] = config.driver_fault_pin;
+  dict["current_sense_pin"] = config.current_sense_pin;
+  dict["light_pin"] = config.light_pin;
   return dict;
 }
 

@@ -23,10 +23,12 @@ Profile profile_from_python(const pybind11::handle& source);
 PlantParams plant_from_python(const pybind11::handle& source);
 ActuatorConfig actuator_config_from_python(const pybind11::handle& source);
 ControlConfig control_config_from_python(const pybind11::handle& source);
+BoardConfig board_config_from_python(const pybind11::handle& source);
 GameConfig game_config_from_python(const pybind11::handle& source);
 
 pybind11::dict to_python(const ActuatorConfig& config);
 pybind11::dict to_python(const ControlConfig& config);
+pybind11::dict to_python(const BoardConfig& config);
 pybind11::dict to_python(const GameConfig& config);
 pybind11::dict to_python(const ListedDevice& device);
 

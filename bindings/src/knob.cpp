@@ -355,6 +355,19 @@ void bind_orders(py::class_<PyKnob>& knob) {
     }
     return to_python(config);
   });
+  knob.def("board_config", [](const PyKnob& self) {
+    BoardConfig config;
+    {
+      const py::gil_scoped_release release;
+      config = self->board_config();
+    }
+    return to_python(config);
+  });
+  knob.def("set_board_config", [](const PyKnob& self, const py::object& source) {
+    const BoardConfig config = board_config_from_python(source);
+    const py::gil_scoped_release release;
+    self->set_board_config(config);
+  });
   knob.def("game_config", [](const PyKnob& self) {
     GameConfig config;
     {

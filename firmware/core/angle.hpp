@@ -26,6 +26,7 @@ constexpr Resolution make_resolution(std::uint32_t counts_per_rev, std::uint32_t
 struct Origin {
   std::int64_t counts = 0;
   std::uint32_t fraction_q32 = 0;
+  float fraction = 0;  // the same, to the 24 bits that a tick needs
 };
 
 /// The origin at an angle in 2^-32 turns. Exact.
@@ -34,7 +35,8 @@ constexpr Origin make_origin(std::int64_t angle_turns_q32, std::uint32_t counts_
   const std::uint64_t part =
       static_cast<std::uint64_t>(static_cast<std::uint32_t>(angle_turns_q32)) * counts_per_rev;
   return {turns * static_cast<std::int64_t>(counts_per_rev) + static_cast<std::int64_t>(part >> 32),
-          static_cast<std::uint32_t>(part)};
+          static_cast<std::uint32_t>(part),
+          static_cast<float>(static_cast<std::uint32_t>(part) >> 8) * 0x1p-24F};
 }
 
 /// Angle from an origin to a position, rad. The difference is taken in integers; further away than
@@ -43,11 +45,12 @@ constexpr float offset_rad(std::int64_t position_counts, const Origin& origin,
                            float rad_per_count) {
   constexpr std::int32_t limit = std::int32_t{1} << 30;
   const std::int64_t difference = position_counts - origin.counts;
-  // Compared in 32 bits: nearly every difference fits, and a 64-bit comparison is two.
+  // Compared in 32 bits and both ways at once: nearly every difference fits.
   auto near = static_cast<std::int32_t>(difference);
-  if (difference != near || near > limit || near < -limit) near = difference < 0 ? -limit : limit;
-  const float fraction = static_cast<float>(origin.fraction_q32 >> 8) * 0x1p-24F;
-  return (static_cast<float>(near) - fraction) * rad_per_count;
+  if (difference != near || static_cast<std::uint32_t>(near) + limit > 2U * limit) [[unlikely]] {
+    near = difference < 0 ? -limit : limit;
+  }
+  return (static_cast<float>(near) - origin.fraction) * rad_per_count;
 }
 
 /// A pattern that repeats along the angle.

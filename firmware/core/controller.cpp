@@ -20,13 +20,19 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
     desired_nm += evaluate_local_model(*in.local, out.motion, resolution);
   }
   desired_nm *= in.scene_gain;
-  if (in.extra != nullptr) desired_nm += in.extra->torque_nm(out.motion, resolution, state.tick);
+  if (in.extra != nullptr) [[unlikely]] {
+    // Field by field: a copy as a whole would put the motion into memory in every tick.
+    const Motion& now = out.motion;
+    const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
+                      now.acceleration_rad_s2};
+    desired_nm += in.extra->torque_nm(copy, resolution, state.tick);
+  }
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
   const Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
   out.motor_torque_nm = limit_motor(state.limits, params.limits, shares.motor_torque_nm);
-  out.brake_command_nm = smaller(shares.brake_torque_nm, params.limits.brake_torque_nm);
+  out.brake_command_nm = shares.brake_torque_nm;
   out.motor_saturated = shares.motor_saturated;
   out.brake_saturated = shares.brake_saturated;
 

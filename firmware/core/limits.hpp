@@ -7,8 +7,6 @@
 namespace torsio::core {
 
 struct LimitParams {
-  float motor_torque_nm = 0;         // >= 0
-  float brake_torque_nm = 0;         // >= 0
   float motor_step_nm_per_tick = 0;  // largest change in a tick; 0 is no limit
 };
 
@@ -16,9 +14,9 @@ struct LimitState {
   float motor_torque_nm = 0;  // what was let through last
 };
 
-/// Holds the motor's torque within its limit and its rate.
+/// Holds the motor's torque within its rate.
 constexpr float limit_motor(LimitState& state, const LimitParams& params, float motor_nm) {
-  float allowed_nm = clamp_symmetric(motor_nm, params.motor_torque_nm);
+  float allowed_nm = motor_nm;
   if (params.motor_step_nm_per_tick > 0.0F) {
     allowed_nm = state.motor_torque_nm +
                  clamp_symmetric(allowed_nm - state.motor_torque_nm, params.motor_step_nm_per_tick);

@@ -13,7 +13,7 @@ struct MotionParams {
   Resolution resolution;
   std::uint32_t counter_shift = 0;  // 32 minus the width of the counter in bits
   bool reversed = false;
-  float position_gain = 0;  // of the tracking filter, see make_motion_params
+  float lag_share = 0;  // of the tracking filter, see make_motion_params
   float speed_gain = 0;
   float speed_scale = 0;         // rad/s for a count per tick
   float acceleration_scale = 0;  // rad/s^2 for a count per tick, gained in a tick
@@ -45,7 +45,7 @@ constexpr MotionParams make_motion_params(const Resolution& resolution, std::uin
   return {resolution,
           32 - counter_bits,
           reversed,
-          1.0F - pole * pole,
+          1.0F - (1.0F - pole * pole),  // in float32, a little more than the square
           (1.0F - pole) * (1.0F - pole),
           speed_scale,
           speed_scale / resolution.period_s};
@@ -56,18 +56,19 @@ constexpr MotionParams make_motion_params(const Resolution& resolution, std::uin
 constexpr Motion track_motion(MotionState& state, const MotionParams& params,
                               std::uint32_t encoder_count) {
   const std::uint32_t count = encoder_count << params.counter_shift;
-  std::int32_t delta =
-      state.primed ? static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift
-                   : 0;
+  if (!state.primed) {
+    state.last_count = count;
+    state.primed = true;
+  }
+  std::int32_t delta = static_cast<std::int32_t>(count - state.last_count) >> params.counter_shift;
   if (params.reversed) delta = -delta;
   state.last_count = count;
-  state.primed = true;
   state.position_counts += delta;
 
   const float old_speed = state.speed_counts_per_tick;
   const float innovation = state.lag_counts + static_cast<float>(delta) - old_speed;
   const float change = params.speed_gain * innovation;
-  state.lag_counts = flush_tiny((1.0F - params.position_gain) * innovation);
+  state.lag_counts = flush_tiny(params.lag_share * innovation);
   state.speed_counts_per_tick = flush_tiny(old_speed + change);
 
   return {state.position_counts, delta, static_cast<float>(delta) * params.resolution.rad_per_count,

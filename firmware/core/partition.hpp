@@ -56,16 +56,17 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
       brake_nm = 0.0F;
       break;
   }
-  Shares shares{motor_nm, brake_nm};
-  if (absolute(motor_nm) > params.motor_torque_max_nm) {
-    shares.motor_torque_nm = clamp_symmetric(motor_nm, params.motor_torque_max_nm);
-    shares.motor_saturated = true;
+  bool motor_saturated = false;
+  if (absolute(motor_nm) > params.motor_torque_max_nm) [[unlikely]] {
+    motor_nm = clamp_symmetric(motor_nm, params.motor_torque_max_nm);
+    motor_saturated = true;
   }
-  if (brake_nm > params.brake_torque_max_nm) {
-    shares.brake_torque_nm = params.brake_torque_max_nm;
-    shares.brake_saturated = true;
+  bool brake_saturated = false;
+  if (brake_nm > params.brake_torque_max_nm) [[unlikely]] {
+    brake_nm = params.brake_torque_max_nm;
+    brake_saturated = true;
   }
-  return shares;
+  return {motor_nm, brake_nm, motor_saturated, brake_saturated};
 }
 
 }  // namespace torsio::core

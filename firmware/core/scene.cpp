@@ -10,14 +10,19 @@ struct Moment {
   const Scene& scene;
   const Motion& motion;
   const Resolution& resolution;
-  std::uint64_t elapsed_ticks;
-  float& twist_rad;
+  const std::uint64_t& tick;
+  SceneState& state;
+  std::uint32_t slot;
 };
 
 // What several effects use is inlined nevertheless: a call would put the moment and the motion into
 // memory in every tick.
 [[gnu::always_inline]] inline float distance_rad(const Origin& origin, const Moment& now) {
   return offset_rad(now.motion.position_counts, origin, now.resolution.rad_per_count);
+}
+
+[[gnu::always_inline]] inline std::uint64_t elapsed_ticks(const Moment& now) {
+  return now.tick - now.state.start_tick[now.slot];
 }
 
 /// Ticks that a timed effect has played, and its envelope.
@@ -47,8 +52,6 @@ Playing playing(const Timing& timing, std::uint64_t elapsed_ticks) {
   return {true, ticks, level};
 }
 
-float torque_nm(const std::monostate&, const Moment&) { return 0.0F; }
-
 [[gnu::always_inline]] inline float torque_nm(const Wall& wall, const Moment& now) {
   const float depth_rad = -wall.outward * distance_rad(wall.surface, now);
   if (depth_rad <= 0.0F) return 0.0F;
@@ -74,8 +77,9 @@ float torque_nm(const Damper& damper, const Moment& now) {
 }
 
 float torque_nm(const Friction& friction, const Moment& now) {
-  now.twist_rad = clamp_symmetric(now.twist_rad + now.motion.delta_rad, friction.reach_rad);
-  return -friction.stiffness_nm_per_rad * now.twist_rad;
+  float& twist_rad = now.state.twist_rad[now.slot];
+  twist_rad = clamp_symmetric(twist_rad + now.motion.delta_rad, friction.reach_rad);
+  return -friction.stiffness_nm_per_rad * twist_rad;
 }
 
 float torque_nm(const Inertia& inertia, const Moment& now) {
@@ -84,19 +88,19 @@ float torque_nm(const Inertia& inertia, const Moment& now) {
 }
 
 float torque_nm(const Constant& constant, const Moment& now) {
-  const Playing play = playing(constant.timing, now.elapsed_ticks);
+  const Playing play = playing(constant.timing, elapsed_ticks(now));
   return play.on ? constant.torque_nm * play.level : 0.0F;
 }
 
 float torque_nm(const Ramp& ramp, const Moment& now) {
-  const Playing play = playing(ramp.timing, now.elapsed_ticks);
+  const Playing play = playing(ramp.timing, elapsed_ticks(now));
   if (!play.on) return 0.0F;
   return (ramp.start_torque_nm + ramp.rise_nm_per_tick * static_cast<float>(play.ticks)) *
          play.level;
 }
 
 float torque_nm(const Periodic& periodic, const Moment& now) {
-  const Playing play = playing(periodic.timing, now.elapsed_ticks);
+  const Playing play = playing(periodic.timing, elapsed_ticks(now));
   if (!play.on) return 0.0F;
   const std::uint32_t phase = periodic.start_phase + periodic.phase_per_tick * play.ticks;
   return periodic.offset_nm +
@@ -169,12 +173,13 @@ float torque_nm(const Curve& curve, const Moment& now) {
   return point[0] + (point[1] - point[0]) * (place - static_cast<float>(interval));
 }
 
-/// A switch instead of std::visit: no table of pointers, and the compiler may inline.
+/// A switch instead of std::visit: no table of pointers, and the compiler may inline. What none of
+/// the kinds matches is an empty slot, the variant's first alternative.
 template <std::size_t... Index>
 float dispatch(const Effect& effect, const Moment& now, std::index_sequence<Index...>) {
   float result = 0.0F;
-  (void)((effect.index() == Index &&
-          (result = torque_nm(*std::get_if<Index>(&effect), now), true)) ||
+  (void)((effect.index() == Index + 1 &&
+          (result = torque_nm(*std::get_if<Index + 1>(&effect), now), true)) ||
          ...);
   return result;
 }
@@ -190,15 +195,14 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
 }
 
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
-                     const Resolution& resolution, std::uint64_t tick) {
+                     const Resolution& resolution, const std::uint64_t& tick) {
   float sum_nm = 0.0F;
-  const std::uint8_t* const end = scene.order.data() + scene.active;
-  for (const std::uint8_t* next = scene.order.data(); next != end; ++next) {
-    const std::uint8_t slot = *next;
-    const Moment now{scene, motion, resolution, tick - state.start_tick[slot],
-                     state.twist_rad[slot]};
-    sum_nm +=
-        dispatch(scene.effect[slot], now, std::make_index_sequence<std::variant_size_v<Effect>>{});
+  const std::uint8_t* next = scene.order.data();
+  for (std::uint32_t left = scene.active; left != 0; --left) {
+    const std::uint32_t slot = *next++;
+    const Effect* const effect = scene.effect.data() + slot;
+    const Moment now{scene, motion, resolution, tick, state, slot};
+    sum_nm += dispatch(*effect, now, std::make_index_sequence<std::variant_size_v<Effect> - 1>{});
   }
   return sum_nm;
 }

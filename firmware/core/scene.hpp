@@ -32,7 +32,7 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
 
 /// Sum of the active effects' torques on the knob, N m. Costs nothing for slots that do not play.
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
-                     const Resolution& resolution, std::uint64_t tick);
+                     const Resolution& resolution, const std::uint64_t& tick);
 
 /// A torque, a spring and a damper, streamed by the host.
 struct LocalModel {

@@ -1,7 +1,9 @@
 #include "device/config.hpp"
 
 #include <cstdint>
+#include <optional>
 
+#include "protocol/board_pins.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
@@ -38,7 +40,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
       law == core::Law::compensated ? actuator.brake_drag_nm : 0.0F);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
-  loop.controller.limits = {motor_max_nm, brake_max_nm, control.motor_slew_nm_per_s * period_s};
+  loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
                             ? 0
                             : core::round_to_u32(control.watchdog_s / period_s) + 1;
@@ -63,40 +65,9 @@ protocol::Verdict check_consistent(const ActuatorConfig& config) {
 }
 
 protocol::Verdict check_consistent(const protocol::BoardConfig& config) {
-  using protocol::BoardConfig;
-  using protocol::field_index;
-  const auto refuse = [](std::uint8_t field) {
-    return protocol::Verdict{protocol::Status::inconsistent, field};
-  };
-  // The two inputs of a bridge are the two outputs of one PWM unit, of which there are eight.
-  if (config.motor_pin % 2 != 0) return refuse(field_index<BoardConfig>("motor_pin"));
-  const auto unit = [](std::uint8_t pin) { return (pin / 2) % 8; };
-  if (config.brake_pin % 2 != 0 || unit(config.brake_pin) == unit(config.motor_pin)) {
-    return refuse(field_index<BoardConfig>("brake_pin"));
-  }
-  struct Use {
-    std::uint8_t first_pin;
-    std::uint8_t pins;
-    std::uint8_t field;
-  };
-  const Use uses[] = {
-      {config.encoder_pin, 2, field_index<BoardConfig>("encoder_pin")},
-      {config.motor_pin, 2, field_index<BoardConfig>("motor_pin")},
-      {config.brake_pin, 2, field_index<BoardConfig>("brake_pin")},
-      {config.enable_pin, 1, field_index<BoardConfig>("enable_pin")},
-      {config.emergency_stop_pin, 1, field_index<BoardConfig>("emergency_stop_pin")},
-      {config.driver_fault_pin, 1, field_index<BoardConfig>("driver_fault_pin")},
-      {config.current_sense_pin, 1, field_index<BoardConfig>("current_sense_pin")},
-      {config.light_pin, 1, field_index<BoardConfig>("light_pin")},
-  };
-  // Both boards use these themselves: power supply mode, bus voltage.
-  std::uint32_t taken = (1U << 23) | (1U << 24);
-  for (const Use& use : uses) {
-    const std::uint32_t pins = ((1U << use.pins) - 1) << use.first_pin;
-    if ((taken & pins) != 0) return refuse(use.field);
-    taken |= pins;
-  }
-  return {};
+  const std::optional<protocol::PinConflict> conflict = protocol::find_pin_conflict(config);
+  if (!conflict) return {};
+  return {protocol::Status::inconsistent, conflict->field};
 }
 
 float torque_step_nm(const ActuatorConfig& config) {

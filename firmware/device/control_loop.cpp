@@ -26,11 +26,11 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
     carry_out(*order);
     orders.pop();
   }
-  if (game.awake() || owner_ == Owner::game) serve_game();
-  if (plays()) watch_host();
-  const core::ControllerOutputs out = run_controller(in.encoder_count);
-  find_faults(in, out);
-  const TickOutputs given = decide(out);
+  core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
+  const bool playing = plays() && host_is_there();
+  const core::ControllerOutputs out = run_controller(in.encoder_count, playing, game_force);
+  TickOutputs given{out.motor_torque_nm, out.brake_command_nm, true};
+  if (!is_sound(in, out) || !playing) given = hold_back();
   if (decimation_ != 0) sample(out, given);
   keep_times(in);
   return given;
@@ -54,7 +54,7 @@ void ControlLoop::carry_out(const Order& order) {
     verdict.status = execute(order);
   }
   if (verdict.ok()) {
-    silent_ticks_ = 0;
+    silent_ticks_left_ = config_.watchdog_ticks;
     ++counters_.reports_accepted;
   } else {
     ++counters_.reports_refused;
@@ -117,8 +117,7 @@ Status ControlLoop::arm() {
   if (state_ == State::fault) return Status::fault_latched;
   if (passive_) return Status::busy;
   if (owner_ == Owner::sdk) return Status::ok;
-  soft_start_ticks_ = 0;
-  silent_ticks_ = 0;
+  soft_start_ticks_left_ = config_.passive_ramp_ticks;
   if (owner_ == Owner::game) {
     // The game's torque fades while the scene's comes up: both in the time of the soft start.
     game.release(game_params_.release_ticks);
@@ -132,17 +131,20 @@ Status ControlLoop::arm() {
 
 /// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
 /// had nothing to play for a while.
-void ControlLoop::serve_game() {
+core::ForceSource* ControlLoop::serve_game() {
   const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
-                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed);
+                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed) != 0;
   const bool started = game.take_orders(game_params_, may_play, controller_.tick);
   if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
-  if (owner_ != Owner::game || passive_) return;
-  if (game.playing()) {
-    game_idle_ticks_ = 0;
-  } else if (!game.fading() && (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
-    set_state(State::disarmed);
+  if (owner_ == Owner::game && !passive_) {
+    if (game.playing()) {
+      game_idle_ticks_ = 0;
+    } else if (!game.fading() &&
+               (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
+      set_state(State::disarmed);
+    }
   }
+  return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
 }
 
 Status ControlLoop::clear_fault() {
@@ -164,18 +166,23 @@ Status ControlLoop::follow_local_model(const Order& order) {
   return Status::ok;
 }
 
-void ControlLoop::watch_host() {
-  if (owner_ == Owner::game) {
-    if (!connected.load(std::memory_order_relaxed)) begin_passive(EventKind::watchdog);
-    return;
+bool ControlLoop::host_is_there() {
+  if (silent_ticks_left_ != 0 && connected.load(std::memory_order_relaxed) != 0) [[likely]] {
+    --silent_ticks_left_;
+  } else if (owner_ == Owner::game) {
+    // A game says nothing for as long as nothing changes.
+    if (connected.load(std::memory_order_relaxed) != 0) return true;
+    begin_passive(EventKind::watchdog);
+    return false;
+  } else if (config_.watchdog_ticks != 0) {
+    begin_passive(EventKind::watchdog);
+    return false;
   }
-  if (config_.watchdog_ticks != 0) {
-    if (!connected.load(std::memory_order_relaxed) || ++silent_ticks_ > config_.watchdog_ticks) {
-      begin_passive(EventKind::watchdog);
-      return;
-    }
+  if (local_model_on_ && local_model_ticks_left_-- == 0) {
+    begin_passive(EventKind::deadline_missed);
+    return false;
   }
-  if (local_model_on_ && local_model_ticks_left_-- == 0) begin_passive(EventKind::deadline_missed);
+  return true;
 }
 
 void ControlLoop::begin_passive(EventKind why) {
@@ -188,28 +195,33 @@ void ControlLoop::begin_passive(EventKind why) {
   report_event(why);
 }
 
-core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count) {
+core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count, bool playing,
+                                                    core::ForceSource* game_force) {
   core::ControllerInputs in;
   in.encoder_count = encoder_count;
-  if (plays()) {
-    if (game.awake()) in.extra = &game;
-    in.scene = owner_ == Owner::sdk ? scene_ : nullptr;
+  if (playing) {
+    in.scene = scene_;
+    if (game_force != nullptr) [[unlikely]] {
+      in.extra = game_force;
+      if (owner_ == Owner::game) in.scene = nullptr;
+    }
     in.local = local_model_on_ ? &local_model_ : nullptr;
-    if (soft_start_ticks_ < config_.passive_ramp_ticks) {
-      in.scene_gain =
-          static_cast<float>(soft_start_ticks_++) / static_cast<float>(config_.passive_ramp_ticks);
+    if (soft_start_ticks_left_ != 0) [[unlikely]] {
+      in.scene_gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
+                      static_cast<float>(config_.passive_ramp_ticks);
     }
   }
   return core::control(controller_, config_.controller, in);
 }
 
-void ControlLoop::find_faults(const TickInputs& in, const core::ControllerOutputs& out) {
+bool ControlLoop::is_sound(const TickInputs& in, const core::ControllerOutputs& out) {
   std::uint32_t causes = 0;
   if (in.emergency_stop) causes |= fault::emergency_stop;
   if (in.actuator_fault) causes |= fault::actuator;
   if (out.numeric_error) causes |= fault::numeric;
-  const std::int32_t delta = out.motion.delta_counts;
-  if (delta > config_.jump_limit_counts || delta < -config_.jump_limit_counts) {
+  // Both directions in one comparison.
+  const auto limit_counts = static_cast<std::uint32_t>(config_.jump_limit_counts);
+  if (static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts) {
     causes |= fault::encoder;
   }
   if (armed()) {
@@ -220,13 +232,15 @@ void ControlLoop::find_faults(const TickInputs& in, const core::ControllerOutput
     }
   }
   causes_ = static_cast<std::uint16_t>(causes);
-  if ((causes & ~faults_) == 0) return;
-  faults_ = static_cast<std::uint16_t>(faults_ | causes_);
-  set_state(State::fault);
+  if (causes == 0) return true;
+  if ((causes & ~faults_) != 0) {
+    faults_ = static_cast<std::uint16_t>(faults_ | causes);
+    set_state(State::fault);
+  }
+  return false;
 }
 
-TickOutputs ControlLoop::decide(const core::ControllerOutputs& out) {
-  if (plays()) return {out.motor_torque_nm, out.brake_command_nm, true};
+TickOutputs ControlLoop::hold_back() {
   const TickOutputs given = passive_ ? fade() : TickOutputs{};
   // The controller must know what became of its commands.
   controller_.limits.motor_torque_nm = given.motor_torque_nm;

@@ -117,14 +117,15 @@ class ControlLoop {
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
-  void serve_game();
+  core::ForceSource* serve_game();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
-  void watch_host();
+  bool host_is_there();
   void begin_passive(protocol::EventKind why);
-  core::ControllerOutputs run_controller(std::uint32_t encoder_count);
-  void find_faults(const TickInputs& in, const core::ControllerOutputs& out);
-  TickOutputs decide(const core::ControllerOutputs& out);
+  core::ControllerOutputs run_controller(std::uint32_t encoder_count, bool playing,
+                                         core::ForceSource* game_force);
+  bool is_sound(const TickInputs& in, const core::ControllerOutputs& out);
+  TickOutputs hold_back();
   TickOutputs fade();
   void set_state(protocol::State state, protocol::Owner owner = protocol::Owner::none);
   void report_event(protocol::EventKind kind);
@@ -150,8 +151,8 @@ class ControlLoop {
   std::uint32_t local_model_ticks_left_ = 0;
   std::uint16_t local_model_sequence_ = 0;
 
-  std::uint32_t silent_ticks_ = 0;
-  std::uint32_t soft_start_ticks_ = 0;  // since arming, up to the length of the soft start
+  std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
+  std::uint32_t soft_start_ticks_left_ = 0;
   bool passive_ = false;
   std::uint32_t passive_ticks_left_ = 0;
   float passive_motor_nm_ = 0;
@@ -163,7 +164,7 @@ class ControlLoop {
   LoopCounters counters_;
 
  public:
-  std::atomic<bool> connected{true};
+  std::atomic<std::uint32_t> connected{1};  // 0 or 1; a bool costs an instruction more
   // An order may be given only while `orders` is empty: what it points to is then no longer looked
   // at, and every answer is sure of its place.
   Ring<Order, 2> orders;

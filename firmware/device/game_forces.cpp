@@ -71,6 +71,18 @@ float slip_nm(const Condition& condition, const core::Motion& motion, float peri
 
 }  // namespace
 
+bool Forces::give(const Order& order) {
+  if (!orders_.push(order)) return false;
+  awake_.store(1, std::memory_order_release);
+  return true;
+}
+
+bool Forces::stay_awake(bool wanted) {
+  const bool stays = wanted || active_ != 0 || residual_nm_ != 0.0F || !orders_.empty();
+  awake_.store(stays ? 1 : 0, std::memory_order_relaxed);
+  return stays;
+}
+
 bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t tick) {
   bool started = false;
   cap_nm_ = params.torque_max_nm;
@@ -78,7 +90,7 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
   blend_ticks_ = params.blend_ticks;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
   for (std::uint32_t n = 0; n < 4; ++n) {
-    const Order* order = orders.front();
+    const Order* order = orders_.front();
     if (order == nullptr) break;
     if (order->kind == Order::Kind::settings) {
       if (order->paused && !paused_) paused_at_ = tick;
@@ -93,7 +105,7 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
     } else {
       started = execute(*order, may_play && enabled_, time(tick)) || started;
     }
-    orders.pop();
+    orders_.pop();
   }
   return started;
 }

@@ -102,8 +102,11 @@ class Forces final : public core::ForceSource {
  public:
   // Control interrupt.
 
-  /// Something has arrived, plays, or fades. Asked in every tick, so it must be cheap.
-  bool awake() const { return active_ != 0 || residual_nm_ != 0.0F || !orders.empty(); }
+  /// There may be something to do. Asked in every tick, so it is one load.
+  bool awake() const { return awake_.load(std::memory_order_relaxed) != 0; }
+  /// Falls asleep unless something has arrived, plays or fades, or is wanted anyway.
+  /// @returns true if it stays awake
+  bool stay_awake(bool wanted);
   /// An effect plays or waits for its delay.
   bool playing() const { return active_ != 0; }
   bool fading() const { return residual_nm_ != 0.0F; }
@@ -124,7 +127,9 @@ class Forces final : public core::ForceSource {
   void drop();
 
   // Main loop.
-  Ring<Order, 4> orders;
+  /// @returns false if there is no room
+  [[nodiscard]] bool give(const Order& order);
+  std::uint32_t free_orders() const { return orders_.free(); }
   /// Bit n % 32 of word n / 32: block n plays.
   std::uint32_t playing_blocks(std::size_t word) const {
     return playing_[word].load(std::memory_order_relaxed);
@@ -147,6 +152,10 @@ class Forces final : public core::ForceSource {
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
                  bool& ended);
+
+  // Set by both contexts, cleared by the interrupt only.
+  std::atomic<std::uint32_t> awake_{0};
+  Ring<Order, 4> orders_;
 
   std::array<Effect, kBlocks> effect_;
   std::array<Playing, kBlocks> play_;

@@ -380,25 +380,25 @@ void PidEngine::send_orders() {
     order.gain = gain_;
     order.paused = paused_;
     order.enabled = enabled_;
-    if (!forces_.orders.push(order)) return;
+    if (!forces_.give(order)) return;
     settings_dirty_ = false;
   }
   if (stop_all_dirty_) {
     Order order;
     order.kind = Order::Kind::stop_all;
-    if (!forces_.orders.push(order)) return;
+    if (!forces_.give(order)) return;
     stop_all_dirty_ = false;
   }
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
     Block& block = blocks_[next_dirty_];
     if (block.dirty || block.play != Order::Play::as_it_is) {
-      if (forces_.orders.free() == 0) return;
+      if (forces_.free_orders() == 0) return;
       Order order;
       order.block = next_dirty_;
       order.play = block.play;
       order.loops = block.loops;
       if (block.type != EffectType::none) order.effect = prepare(block);
-      (void)forces_.orders.push(order);
+      (void)forces_.give(order);
       block.dirty = false;
       block.play = Order::Play::as_it_is;
     }

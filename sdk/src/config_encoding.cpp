@@ -4,8 +4,10 @@
 #include <charconv>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "field_check.hpp"
+#include "protocol/board_pins.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio {
@@ -23,6 +25,11 @@ double widen(float value) {
   double shortest = 0.0;
   std::from_chars(text.data(), end, shortest);
   return shortest;
+}
+
+/// A GPIO's number as far as it travels; what its job allows is checked with the other fields.
+std::uint8_t pin(std::string_view name, int number) {
+  return whole_number<std::uint8_t>(name, number, 0, 29);
 }
 
 }  // namespace
@@ -74,6 +81,36 @@ protocol::ControlConfig to_wire(const ControlConfig& config) {
   return wire;
 }
 
+protocol::BoardConfig to_wire(const BoardConfig& config) {
+  protocol::BoardConfig wire;
+  wire.supply_v = narrow(config.supply_v);
+  wire.motor_torque_constant_nm_per_a = narrow(config.motor_torque_constant_nm_per_a);
+  wire.motor_current_max_a = narrow(config.motor_current_max_a);
+  wire.motor_resistance_ohm = narrow(config.motor_resistance_ohm);
+  wire.motor_inductance_h = narrow(config.motor_inductance_h);
+  wire.current_bandwidth_hz = narrow(config.current_bandwidth_hz);
+  wire.current_sense_v_per_a = narrow(config.current_sense_v_per_a);
+  wire.brake_torque_constant_nm_per_a = narrow(config.brake_torque_constant_nm_per_a);
+  wire.brake_current_max_a = narrow(config.brake_current_max_a);
+  wire.brake_resistance_ohm = narrow(config.brake_resistance_ohm);
+  wire.motor_reversed = to_wire(config.motor_reversed);
+  wire.encoder_pin = pin("encoder_pin", config.encoder_pin);
+  wire.motor_pin = pin("motor_pin", config.motor_pin);
+  wire.brake_pin = pin("brake_pin", config.brake_pin);
+  wire.enable_pin = pin("enable_pin", config.enable_pin);
+  wire.emergency_stop_pin = pin("emergency_stop_pin", config.emergency_stop_pin);
+  wire.driver_fault_pin = pin("driver_fault_pin", config.driver_fault_pin);
+  wire.current_sense_pin = pin("current_sense_pin", config.current_sense_pin);
+  wire.light_pin = pin("light_pin", config.light_pin);
+  check_fields(wire);
+  if (const auto conflict = protocol::find_pin_conflict(wire)) {
+    throw InvalidArgument(
+        std::string(protocol::field_name<protocol::BoardConfig>(conflict->field)) + " is " +
+        std::to_string(conflict->pin) + ": " + std::string(conflict->reason));
+  }
+  return wire;
+}
+
 protocol::GameConfig to_wire(const GameConfig& config) {
   protocol::GameConfig wire;
   wire.enabled = to_wire(config.enabled);
@@ -117,6 +154,28 @@ ControlConfig from_wire(const protocol::ControlConfig& wire) {
           .passive_ramp_s = widen(wire.passive_ramp_s),
           .passive_brake_nm = widen(wire.passive_brake_nm),
           .autonomous = from_wire(wire.autonomous)};
+}
+
+BoardConfig from_wire(const protocol::BoardConfig& wire) {
+  return {.supply_v = widen(wire.supply_v),
+          .motor_torque_constant_nm_per_a = widen(wire.motor_torque_constant_nm_per_a),
+          .motor_current_max_a = widen(wire.motor_current_max_a),
+          .motor_resistance_ohm = widen(wire.motor_resistance_ohm),
+          .motor_inductance_h = widen(wire.motor_inductance_h),
+          .current_bandwidth_hz = widen(wire.current_bandwidth_hz),
+          .current_sense_v_per_a = widen(wire.current_sense_v_per_a),
+          .brake_torque_constant_nm_per_a = widen(wire.brake_torque_constant_nm_per_a),
+          .brake_current_max_a = widen(wire.brake_current_max_a),
+          .brake_resistance_ohm = widen(wire.brake_resistance_ohm),
+          .motor_reversed = from_wire(wire.motor_reversed),
+          .encoder_pin = wire.encoder_pin,
+          .motor_pin = wire.motor_pin,
+          .brake_pin = wire.brake_pin,
+          .enable_pin = wire.enable_pin,
+          .emergency_stop_pin = wire.emergency_stop_pin,
+          .driver_fault_pin = wire.driver_fault_pin,
+          .current_sense_pin = wire.current_sense_pin,
+          .light_pin = wire.light_pin};
 }
 
 GameConfig from_wire(const protocol::GameConfig& wire) {

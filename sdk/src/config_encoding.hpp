@@ -10,10 +10,12 @@ namespace torsio {
 /// @throws InvalidArgument that names the field, its value and its range
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
 protocol::ControlConfig to_wire(const ControlConfig& config);
+protocol::BoardConfig to_wire(const BoardConfig& config);
 protocol::GameConfig to_wire(const GameConfig& config);
 
 ActuatorConfig from_wire(const protocol::ActuatorConfig& config);
 ControlConfig from_wire(const protocol::ControlConfig& config);
+BoardConfig from_wire(const protocol::BoardConfig& config);
 GameConfig from_wire(const protocol::GameConfig& config);
 
 }  // namespace torsio

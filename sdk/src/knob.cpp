@@ -305,6 +305,8 @@ ControlConfig Knob::control_config() {
   return from_wire(impl().session.get<protocol::ControlConfig>());
 }
 
+BoardConfig Knob::board_config() { return from_wire(impl().session.get<protocol::BoardConfig>()); }
+
 GameConfig Knob::game_config() { return from_wire(impl().session.get<protocol::GameConfig>()); }
 
 void Knob::set_actuator_config(const ActuatorConfig& config) {
@@ -316,6 +318,8 @@ void Knob::set_control_config(const ControlConfig& config) {
   impl().session.set(to_wire(config));
   impl().look_again();
 }
+
+void Knob::set_board_config(const BoardConfig& config) { impl().session.set(to_wire(config)); }
 
 void Knob::set_game_config(const GameConfig& config) { impl().session.set(to_wire(config)); }
 

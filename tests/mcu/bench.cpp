@@ -1,10 +1,9 @@
-// Prints how many instructions a tick takes: `NAME EFFECTS INSTRUCTIONS`, the latter a hundred
-// times too large so that it has two decimals.
+// How many instructions a tick of the whole device takes, scene by scene; see measure.hpp.
 #include <cstdint>
 #include <new>
 #include <string_view>
 
-#include "port.hpp"
+#include "measure.hpp"
 #include "scenes.hpp"
 
 namespace {
@@ -12,31 +11,10 @@ namespace {
 using namespace torsio;
 using mcu::Bench;
 
-constexpr std::uint32_t kTicks = 2000;
-
 alignas(Bench) unsigned char room[sizeof(Bench)];
 
-void line(std::string_view name, unsigned effects, std::uint32_t instructions) {
-  for (const char c : name) {
-    const char text[2] = {c, 0};
-    mcu::print(text);
-  }
-  mcu::print(" ");
-  mcu::print(effects);
-  mcu::print(" ");
-  mcu::print(instructions);
-  mcu::print("\n");
-}
-
-/// Instructions for a tick, times 100, with the knob moving to and fro inside the scene.
-std::uint32_t measure(Bench& bench) {
-  std::uint32_t count = 0;
-  const std::uint32_t start = mcu::instructions();
-  for (std::uint32_t n = 0; n < kTicks; ++n) {
-    count += (n & 64U) != 0 ? 1U : 0xFFFFFFFFU;
-    (void)bench.tick(count);
-  }
-  return (mcu::instructions() - start) / (kTicks / 100);
+void measure(std::string_view name, unsigned effects, Bench& bench) {
+  mcu::measure(name, effects, [&bench](std::uint32_t count) { (void)bench.tick(count); });
 }
 
 /// A device that is armed, past its soft start, with the effects of `fill` in its scene.
@@ -52,7 +30,7 @@ void run(std::string_view name, unsigned effects, Fill&& fill) {
   bench.command(protocol::Op::arm);
   for (int i = 0; i < 300; ++i) (void)bench.tick(0);
   if (bench.device().state() != protocol::State::armed) mcu::print("not armed\n");
-  line(name, effects, measure(bench));
+  measure(name, effects, bench);
 }
 
 }  // namespace
@@ -61,7 +39,7 @@ int main() {
   {
     Bench& bench = *new (room) Bench(50'000);
     for (int i = 0; i < 10; ++i) (void)bench.tick(0);
-    line("disarmed", 0, measure(bench));
+    measure("disarmed", 0, bench);
   }
   for (const unsigned effects : {0U, 1U, 2U, 4U, 8U, 16U}) {
     run("walls", effects, [effects](Bench& bench) {

@@ -1,5 +1,5 @@
 // Runs a program in the RAM of an emulated RP2040, a Cortex-M0+: `node m0plus.mjs PROGRAM.bin`.
-// Serves the two semihosting calls of port_arm.cpp and prints, at the end, nothing else.
+// Serves the semihosting calls of port_arm.cpp and prints nothing else.
 import { readFileSync } from 'node:fs';
 
 import { RP2040 } from '../board/rp2040js.mjs';
@@ -14,18 +14,21 @@ chip.core.VTOR = RAM;
 chip.core.reset();
 
 let over = false;
+let executed = 0;
 chip.onBreak = () => {
   const [operation, argument] = chip.core.registers;
   if (operation === 0x04) {
     let end = argument - RAM;
     while (chip.sram[end] !== 0) ++end;
     process.stdout.write(Buffer.from(chip.sram.subarray(argument - RAM, end)));
+  } else if (operation === 0x30) {
+    new DataView(chip.sram.buffer, chip.sram.byteOffset).setUint32(argument - RAM, executed, true);
   } else {
     over = true;
   }
 };
-for (let n = 0; !over && n < MOST_INSTRUCTIONS; ++n) {
+for (; !over && executed < MOST_INSTRUCTIONS; ++executed) {
   const cycles = chip.core.executeInstruction();
-  if ((n & 63) === 0) chip.clock.tick(64 * cycles);
+  if ((executed & 63) === 0) chip.clock.tick(64 * cycles);
 }
 process.exit(over ? 0 : 1);

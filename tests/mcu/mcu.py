@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import struct
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,51 +45,18 @@ def on_m0plus(program: str) -> str:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a tick of :class:`Device` costs with a scene."""
+    """What a tick costs with a scene: of the whole device, or of the control law alone."""
 
     scene: str
     effects: int
     instructions: float
 
 
-def costs() -> list[Cost]:
-    """Measure every scene on a Cortex-M33."""
+def costs(board: str) -> list[Cost]:
+    """Measure every scene on a board's processor."""
+    run = {"pico": on_m0plus, "pico2": on_m33}[board]
     found = []
-    for line in on_m33("bench").splitlines():
+    for line in (run("bench") + run("bench_core")).splitlines():
         scene, effects, hundredths = line.rsplit(" ", 2)
         found.append(Cost(scene, int(effects), int(hundredths) / 100))
     return found
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """Bytes of a firmware."""
-
-    flash: int
-    ram: int
-    symbols: frozenset[str]
-
-
-def sizes(elf: Path) -> Sizes:
-    """Read an ELF file: what is loaded into the flash, what is taken of the RAM, its symbols."""
-    data = elf.read_bytes()
-    header = struct.unpack_from("<16sHHIIIIIHHHHHH", data)
-    sections = [
-        struct.unpack_from("<10I", data, header[6] + n * header[11]) for n in range(header[12])
-    ]
-    flash = 0
-    for n in range(header[10]):
-        kind, _, _, _, length, *_ = struct.unpack_from("<8I", data, header[5] + n * header[9])
-        flash += length if kind == 1 else 0
-    allocated = [s for s in sections if s[2] & 2]
-    ram = sum(s[5] for s in allocated if 0x20000000 <= s[3] < 0x20100000)
-    names = set()
-    for section in sections:
-        if section[1] != 2:
-            continue
-        strings = sections[section[6]][4]
-        for at in range(section[4], section[4] + section[5], section[9]):
-            (name,) = struct.unpack_from("<I", data, at)
-            end = data.index(b"\0", strings + name)
-            names.add(data[strings + name : end].decode())
-    return Sizes(flash, ram, frozenset(names))

@@ -6,6 +6,7 @@ namespace {
 
 constexpr std::uint32_t kWrite0 = 0x04;
 constexpr std::uint32_t kExit = 0x18;
+constexpr std::uint32_t kElapsed = 0x30;
 constexpr std::uint32_t kApplicationExit = 0x20026;
 
 std::uint32_t call(std::uint32_t operation, std::uint32_t argument) {
@@ -34,6 +35,7 @@ void print(std::uint32_t number) {
   print(at);
 }
 
+#if defined(__ARM_FP)
 /// With `-icount shift=0` an instruction takes one nanosecond, and the an505's SysTick counts at
 /// 20 MHz: 50 instructions a count, exact over many ticks.
 std::uint32_t instructions() {
@@ -44,6 +46,14 @@ std::uint32_t instructions() {
   last = now;
   return total * 50;
 }
+#else
+/// m0plus.mjs counts what it executes.
+std::uint32_t instructions() {
+  volatile std::uint32_t elapsed[2] = {0, 0};
+  call(kElapsed, reinterpret_cast<std::uint32_t>(elapsed));
+  return elapsed[0];
+}
+#endif
 
 }  // namespace torsio::mcu
 

@@ -13,6 +13,7 @@ import pytest
 import torsio
 from torsio import (
     ActuatorConfig,
+    BoardConfig,
     Constant,
     ControlConfig,
     Curve,
@@ -112,9 +113,18 @@ BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
     (lambda k: k.configure(ControlConfig(beta=1.5)), InvalidArgument, "beta is 1.5"),
     (lambda k: k.configure(ControlConfig(law="hope")), InvalidArgument, "law"),  # type: ignore[arg-type]
     (lambda k: k.configure(ActuatorConfig(counter_bits=7)), InvalidArgument, "counter_bits"),
+    (lambda k: k.configure(BoardConfig(supply_v=2)), InvalidArgument, "supply_v is 2"),
+    (lambda k: k.configure(BoardConfig(motor_pin=7)), InvalidArgument, "motor_pin is 7: a bridge"),
+    (
+        lambda k: k.configure(BoardConfig(light_pin=26)),
+        InvalidArgument,
+        "light_pin is 26: this pin",
+    ),
+    (lambda k: k.configure(BoardConfig(light_pin=-1)), InvalidArgument, "light_pin is -1"),
     (lambda k: k.configure(3), TypeError, "not a configuration"),  # type: ignore[arg-type]
     (lambda k: k.configure(ControlConfig()), torsio.Refused, "disarm"),
     (lambda k: k.configure(ActuatorConfig()), torsio.Refused, "disarm"),
+    (lambda k: k.configure(BoardConfig()), torsio.Refused, "disarm"),
     (lambda k: k.zero(), torsio.Refused, "disarm"),
     (lambda k: k.relax(), torsio.Refused, "disarm"),
     (lambda k: k.load_defaults(), torsio.Refused, "disarm"),

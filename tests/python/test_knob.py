@@ -254,6 +254,9 @@ def test_configuration_comes_back_as_it_was_set(knob: Knob) -> None:
     actuator = replace(knob.actuator_config(), brake_time_constant_s=0.5, counts_per_rev=4096)
     knob.configure(actuator)
     assert knob.actuator_config() == actuator
+    board = replace(knob.board_config(), motor_pin=14, supply_v=24.0, motor_reversed=True)
+    knob.configure(board)
+    assert knob.board_config() == board
 
 
 def test_named_emulated_device_keeps_what_it_saved() -> None:

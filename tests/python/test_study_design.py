@@ -7,13 +7,14 @@ import importlib
 import json
 import math
 import os
+import resource
 import signal
 import socket
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
-from torsio.studies import design, design_figure, design_run
+from torsio.errors import InvalidArgument
+from torsio.studies import actuators, design, design_figure, design_run, paper_runs
 from torsio.studies.common import StudyError, execute
 from torsio.studies.design import SPACE, Batch, Design
 from torsio.studies.design_store import Store
@@ -339,6 +341,66 @@ def test_study_killed_in_the_middle_goes_on_where_it_was(tmp_path: Path) -> None
     assert {row["parameter"] for row in results["rows"]} == set(SPACE)
     for name in results["figures"]:
         assert 20_000 < (tmp_path / name).stat().st_size < 200_000
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("knob_inertia_kg_m2", -6e-5),
+        ("shaft_stiffness_nm_per_rad", 0.0),
+        ("control_rate_hz", 0.0),
+        ("counts_per_rev", 0),
+        ("motor_limit_nm", math.nan),
+        ("beta", 1.5),
+        ("beta", math.nan),
+    ],
+)
+def test_impossible_design_is_refused_by_name(name: str, value: float) -> None:
+    with pytest.raises(InvalidArgument, match=name):
+        Design(**{name: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: paper_runs.critical_torque(1.0, 0.5, shaft=0.0), "shaft"),
+        (lambda: paper_runs.critical_torque(-1.0, 0.5), "stiffness"),
+        (lambda: paper_runs.critical_torque(math.nan, 0.5), "stiffness"),
+        (lambda: paper_runs.critical_torque(1.0, 1.5), "beta"),
+        (lambda: paper_runs.push_options(0.0), "stiffness"),
+        (lambda: paper_runs.ideal_push(0.0, 0.5, 50e-3), "stiffness"),
+        (lambda: actuators.visit_wall("motor_only", 0.0), "stiffness"),
+    ],
+)
+def test_stiffness_that_something_is_divided_by_is_refused(
+    call: Callable[[], object], name: str
+) -> None:
+    with pytest.raises(InvalidArgument, match=name):
+        call()
+
+
+def test_files_that_may_not_grow_end_the_study_with_one_sentence_and_keep_what_is_there(
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / "design"
+    settings = {"evaluation": design.EVALUATION, "law": "paper", "batch_size": 4}
+    first = next(iter(design.batches(DEVICES, 3, "paper", 4)))
+    row = asdict(Design()) | dict.fromkeys(design.columns()[7:], 1.0)
+    Store(folder, settings).write(first, [row] * 4)
+    kept = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    # The kernel itself refuses to write on, in the middle of a file.
+    outcome = subprocess.run(
+        _study(tmp_path),
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)),
+    )
+    assert outcome.returncode == 1
+    assert "torsio: error: cannot write" in outcome.stderr
+    assert "are kept: run again to go on" in outcome.stderr
+    assert "Traceback" not in outcome.stderr
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == kept
 
 
 def test_too_small_a_sample_is_refused() -> None:

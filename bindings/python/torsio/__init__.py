@@ -17,6 +17,7 @@ from torsio import core, emulator, protocol, telemetry
 from torsio.config import (
     ActuatorConfig,
     Belt,
+    BoardConfig,
     BrakeHysteresis,
     Cogging,
     ControlConfig,
@@ -76,6 +77,7 @@ __all__ = [
     "TRUTH_DTYPE",
     "ActuatorConfig",
     "Belt",
+    "BoardConfig",
     "BrakeHysteresis",
     "Clock",
     "Closed",

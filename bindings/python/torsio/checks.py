@@ -32,6 +32,14 @@ def number(name: str, value: Any, lowest: float = -math.inf, highest: float = ma
     return float(value)
 
 
+def positive(name: str, value: Any) -> float:
+    """Give a number that something is divided by: finite and above 0."""
+    value = number(name, value)
+    if not (math.isfinite(value) and value > 0):
+        raise InvalidArgument(f"{name} must be finite and > 0, is {value:g}")
+    return float(value)
+
+
 def numbers(name: str, values: Any) -> tuple[float, ...]:
     """Give any iterable of numbers as a tuple."""
     return tuple(number(name, value) for value in each(name, values, "several numbers"))

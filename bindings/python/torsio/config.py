@@ -11,6 +11,7 @@ from torsio import _torsio, checks
 __all__ = [
     "ActuatorConfig",
     "Belt",
+    "BoardConfig",
     "BrakeHysteresis",
     "Cogging",
     "ControlConfig",
@@ -52,6 +53,58 @@ class ActuatorConfig:
     knob_coulomb_nm: float = 6e-3
     knob_viscous_nm_s_per_rad: float = 2.6e-5
     motor_time_constant_s: float = 0.1e-3
+
+
+@dataclass(frozen=True)
+class BoardConfig:
+    """What is wired to the board; docs/hardware.md. A pin is the number of its GPIO, 0 to 29.
+
+    Attributes
+    ----------
+    supply_v
+        Of both H-bridges.
+    motor_torque_constant_nm_per_a, brake_torque_constant_nm_per_a
+        At the knob, and on the pulley.
+    motor_current_max_a
+        Never asked for more; one and a half times as much measured is a fault.
+    motor_resistance_ohm, motor_inductance_h, brake_resistance_ohm
+        Of the windings.
+    current_bandwidth_hz
+        Of the motor's current loop.
+    current_sense_v_per_a
+        Of the current sensor.
+    motor_reversed
+        True: a current into the first motor pin turns the knob to smaller angles.
+    encoder_pin, motor_pin, brake_pin
+        The first of two pins each; motor's and brake's are even and not 16 apart.
+    enable_pin, emergency_stop_pin, driver_fault_pin
+        High while the power stages are on; low to run; low when a bridge reports an error.
+    current_sense_pin
+        26 to 28.
+    light_pin
+        Of the status light.
+    """
+
+    _: KW_ONLY
+    supply_v: float = 12.0
+    motor_torque_constant_nm_per_a: float = 0.05
+    motor_current_max_a: float = 2.0
+    motor_resistance_ohm: float = 2.5
+    motor_inductance_h: float = 1.5e-3
+    current_bandwidth_hz: float = 500.0
+    current_sense_v_per_a: float = 0.2
+    brake_torque_constant_nm_per_a: float = 0.44
+    brake_current_max_a: float = 0.3
+    brake_resistance_ohm: float = 40.0
+    motor_reversed: bool = False
+    encoder_pin: int = 2
+    motor_pin: int = 6
+    brake_pin: int = 8
+    enable_pin: int = 10
+    emergency_stop_pin: int = 11
+    driver_fault_pin: int = 12
+    current_sense_pin: int = 26
+    light_pin: int = 25
 
 
 @dataclass(frozen=True)

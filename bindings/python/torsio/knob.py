@@ -7,7 +7,7 @@ from itertools import islice
 from types import TracebackType
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig, GameConfig, PlantParams
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, PlantParams
 from torsio.errors import Closed, Error, Timeout
 from torsio.facts import (
     Clock,
@@ -290,12 +290,18 @@ class Knob:
         """Ask the device how it controls."""
         return ControlConfig(**self._knob.control_config())
 
+    def board_config(self) -> BoardConfig:
+        """Ask the device what is wired to its board."""
+        return BoardConfig(**self._knob.board_config())
+
     def game_config(self) -> GameConfig:
         """Ask the device what games may do."""
         return GameConfig(**self._knob.game_config())
 
-    def configure(self, config: ActuatorConfig | ControlConfig | GameConfig) -> None:
+    def configure(self, config: ActuatorConfig | BoardConfig | ControlConfig | GameConfig) -> None:
         """Set a configuration while disarmed. Another encoder's also empties the scene.
+
+        A board's takes effect when the device starts the next time, if it was saved.
 
         Raises
         ------
@@ -308,6 +314,8 @@ class Knob:
             self._knob.set_actuator_config(config)
         elif isinstance(config, ControlConfig):
             self._knob.set_control_config(config)
+        elif isinstance(config, BoardConfig):
+            self._knob.set_board_config(config)
         elif isinstance(config, GameConfig):
             self._knob.set_game_config(config)
         else:

@@ -43,6 +43,30 @@ struct ControlConfig {
   bool autonomous = false;             ///< no watchdog, plays on without a host
 };
 
+/// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
+/// pin is the number of its GPIO. Saved, it takes effect when the device starts the next time.
+struct BoardConfig {
+  double supply_v = 12.0;                        ///< of both H-bridges
+  double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob
+  double motor_current_max_a = 2.0;              ///< 1.5 times as much measured is a fault
+  double motor_resistance_ohm = 2.5;             ///< of the winding
+  double motor_inductance_h = 1.5e-3;
+  double current_bandwidth_hz = 500.0;           ///< of the current loop
+  double current_sense_v_per_a = 0.2;            ///< of the current sensor
+  double brake_torque_constant_nm_per_a = 0.44;  ///< on the pulley
+  double brake_current_max_a = 0.3;
+  double brake_resistance_ohm = 40.0;  ///< of the coil
+  bool motor_reversed = false;         ///< a current into the first pin turns to smaller angles
+  int encoder_pin = 2;                 ///< of A; B is the next one
+  int motor_pin = 6;            ///< first input of the motor's bridge, even; then the next one
+  int brake_pin = 8;            ///< first input of the brake's bridge, even; then the next one
+  int enable_pin = 10;          ///< high while the power stages are on
+  int emergency_stop_pin = 11;  ///< low to run
+  int driver_fault_pin = 12;    ///< low when a bridge reports an error
+  int current_sense_pin = 26;   ///< 26 to 28
+  int light_pin = 25;
+};
+
 /// What games may do over the game interface, and how their numbers become torques; docs/games.md.
 struct GameConfig {
   bool enabled = true;             ///< false: games see the axis but move nothing

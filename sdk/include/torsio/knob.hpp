@@ -108,12 +108,16 @@ class Knob {
 
   [[nodiscard]] ActuatorConfig actuator_config();
   [[nodiscard]] ControlConfig control_config();
+  [[nodiscard]] BoardConfig board_config();
   [[nodiscard]] GameConfig game_config();
   /// A change of counts_per_rev also empties the scene.
   /// @throws InvalidArgument, Refused (not_disarmed)
   void set_actuator_config(const ActuatorConfig& config);
   void set_control_config(const ControlConfig& config);  ///< @throws InvalidArgument, Refused
-  void set_game_config(const GameConfig& config);        ///< @throws InvalidArgument, Refused
+  /// Takes effect when the device starts the next time, if it was saved.
+  /// @throws InvalidArgument, also for a pin with two jobs; Refused (not_disarmed)
+  void set_board_config(const BoardConfig& config);
+  void set_game_config(const GameConfig& config);  ///< @throws InvalidArgument, Refused
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 

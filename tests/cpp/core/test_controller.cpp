@@ -18,7 +18,6 @@ core::ControllerParams reference_actuator() {
   params.motion = core::make_motion_params(core::make_resolution(8192, 1'000'000), 32, false, 100);
   params.brake = core::make_brake_params(0.06F, 1e-3F, 3.3e-3F, 0.0F);
   params.partition = {core::Law::paper, 0.5F, 0.085F, 0.110F};
-  params.limits = {0.085F, 0.110F, 0.0F};
   return params;
 }
 

@@ -142,14 +142,14 @@ TEST_CASE("shares stay within the actuators, saturation is told, for any torque"
   }
 }
 
-TEST_CASE("the motor's limits clamp torque and rate") {
+TEST_CASE("limit_motor holds the rate, and holds nothing without one") {
   core::LimitState state;
-  const core::LimitParams params{0.085F, 0.1F, 0.01F};
+  const core::LimitParams params{0.01F};
   CHECK(core::limit_motor(state, params, 1.0F) == Approx(0.01));
   CHECK(core::limit_motor(state, params, 1.0F) == Approx(0.02));
   CHECK(core::limit_motor(state, params, -1.0F) == Approx(0.01));
-  for (int i = 0; i < 20; ++i) (void)core::limit_motor(state, params, 1.0F);
-  CHECK(state.motor_torque_nm == Approx(0.085));
+  for (int i = 0; i < 20; ++i) (void)core::limit_motor(state, params, 0.085F);
+  CHECK(state.motor_torque_nm == 0.085F);
   core::LimitState free;
-  CHECK(core::limit_motor(free, {0.085F, 0.1F, 0.0F}, -1.0F) == -0.085F);
+  CHECK(core::limit_motor(free, {}, -0.085F) == -0.085F);
 }

@@ -1,6 +1,7 @@
 // What is not finite may come in anywhere; it never reaches an actuator and never stays.
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -20,7 +21,6 @@ core::ControllerParams params(core::Law law) {
   params.motion = core::make_motion_params(core::make_resolution(8192, 1'000'000), 32, false, 100);
   params.brake = core::make_brake_params(0.06F, 1e-3F, 3.3e-3F, 0.0F);
   params.partition = {law, 0.5F, 0.085F, 0.110F};
-  params.limits = {0.085F, 0.110F, 0.0F};
   return params;
 }
 
@@ -33,7 +33,8 @@ core::Scene one(const core::Effect& effect) {
 
 /// Plays the scene for 50 ticks of motion; every output must be finite and within its limit.
 /// Afterwards, with a good scene, everything must be as if nothing had happened.
-void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain) {
+void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain,
+                     core::ForceSource* extra = nullptr) {
   for (const core::Law law :
        {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
     const core::ControllerParams p = params(law);
@@ -42,7 +43,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     std::uint32_t count = 0;
     for (int tick = 0; tick < 50; ++tick) {
       count += static_cast<std::uint32_t>(tick % 7);
-      const auto out = core::control(state, p, {count, &scene, local, gain});
+      const auto out = core::control(state, p, {count, &scene, local, gain, extra});
       CHECK(core::is_finite(out.motor_torque_nm));
       CHECK(core::is_finite(out.brake_command_nm));
       CHECK(core::is_finite(out.spring_torque_nm));
@@ -67,6 +68,14 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     }
   }
 }
+
+struct BadForce final : core::ForceSource {
+  explicit BadForce(float value) : value_nm(value) {}
+  float torque_nm(const core::Motion&, const core::Resolution&, std::uint64_t) override {
+    return value_nm;
+  }
+  float value_nm;
+};
 
 }  // namespace
 
@@ -109,5 +118,13 @@ TEST_CASE("a local model or a gain that is not finite gives no torque and leaves
         {bad, {}, 0.0F, 0.0F}, {0.0F, {}, bad, 0.0F}, {0.0F, {}, 0.0F, bad}};
     for (const core::LocalModel& model : models) check_contained(good, &model, 1.0F);
     check_contained(good, nullptr, bad);
+  }
+}
+
+TEST_CASE("a force from outside that is not finite gives no torque and leaves no trace") {
+  for (const float bad : kNotFinite) {
+    CAPTURE(bad);
+    BadForce force(bad);
+    check_contained(one(core::Constant{0.03F, {}}), nullptr, 1.0F, &force);
   }
 }

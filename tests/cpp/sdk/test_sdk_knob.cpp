@@ -91,6 +91,46 @@ TEST_CASE("a fault latches, has a name, and is cleared once its cause is gone") 
   CHECK(knob.state() == State::armed);
 }
 
+TEST_CASE(
+    "a board's wiring comes back as it was set, and one that cannot work is refused by name") {
+  Knob knob = Knob::open("emulated");
+  CHECK(knob.board_config().motor_pin == 6);
+  BoardConfig board;
+  board.motor_pin = 14;
+  board.supply_v = 24.0;
+  board.motor_reversed = true;
+  knob.set_board_config(board);
+  CHECK(knob.board_config().motor_pin == 14);
+  CHECK(knob.board_config().supply_v == 24.0);
+  CHECK(knob.board_config().motor_reversed);
+
+  const auto complaint = [&](auto change) {
+    BoardConfig wrong;
+    change(wrong);
+    return message_of<InvalidArgument>([&] { knob.set_board_config(wrong); });
+  };
+  CHECK(contains(complaint([](BoardConfig& c) { c.supply_v = 2.0; }),
+                 "supply_v is 2, allowed are 3 to 60 V"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.motor_pin = 7; }),
+                 "motor_pin is 7: a bridge's first pin must be even"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.light_pin = -1; }), "light_pin is -1"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.light_pin = 266; }), "light_pin is 266"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.current_sense_pin = 25; }),
+                 "current_sense_pin is 25, allowed are 26 to 28"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.brake_pin = 22; }),
+                 "brake_pin is 22: the motor has this PWM unit"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.motor_pin = 2; }),
+                 "motor_pin is 2: this pin has another job"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.encoder_pin = 22; }),
+                 "encoder_pin is 22: the next pin has another job"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.light_pin = 3; }),
+                 "light_pin is 3: this pin has another job"));
+  CHECK(knob.board_config().motor_pin == 14);
+
+  knob.arm();
+  CHECK_THROWS_AS(knob.set_board_config({}), Refused);
+}
+
 TEST_CASE("configuration comes back as it was set, and bad values are refused by name") {
   Knob knob = Knob::open("emulated");
   ControlConfig control = knob.control_config();

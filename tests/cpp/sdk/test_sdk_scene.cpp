@@ -209,7 +209,50 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
   CHECK(protocol::encode(to_wire(from_wire(control))) == protocol::encode(control));
 }
 
+TEST_CASE("every field of the board's configuration arrives in its own place and comes back") {
+  const protocol::BoardConfig board = to_wire(BoardConfig{.supply_v = 24,
+                                                          .motor_torque_constant_nm_per_a = 0.5,
+                                                          .motor_current_max_a = 3,
+                                                          .motor_resistance_ohm = 4,
+                                                          .motor_inductance_h = 0.25,
+                                                          .current_bandwidth_hz = 5,
+                                                          .current_sense_v_per_a = 6,
+                                                          .brake_torque_constant_nm_per_a = 7,
+                                                          .brake_current_max_a = 8,
+                                                          .brake_resistance_ohm = 9,
+                                                          .motor_reversed = true,
+                                                          .encoder_pin = 3,
+                                                          .motor_pin = 14,
+                                                          .brake_pin = 16,
+                                                          .enable_pin = 18,
+                                                          .emergency_stop_pin = 19,
+                                                          .driver_fault_pin = 20,
+                                                          .current_sense_pin = 28,
+                                                          .light_pin = 29});
+  CHECK(board.supply_v == 24.0F);
+  CHECK(board.motor_torque_constant_nm_per_a == 0.5F);
+  CHECK(board.motor_current_max_a == 3.0F);
+  CHECK(board.motor_resistance_ohm == 4.0F);
+  CHECK(board.motor_inductance_h == 0.25F);
+  CHECK(board.current_bandwidth_hz == 5.0F);
+  CHECK(board.current_sense_v_per_a == 6.0F);
+  CHECK(board.brake_torque_constant_nm_per_a == 7.0F);
+  CHECK(board.brake_current_max_a == 8.0F);
+  CHECK(board.brake_resistance_ohm == 9.0F);
+  CHECK(board.motor_reversed == protocol::Toggle::on);
+  CHECK(board.encoder_pin == 3);
+  CHECK(board.motor_pin == 14);
+  CHECK(board.brake_pin == 16);
+  CHECK(board.enable_pin == 18);
+  CHECK(board.emergency_stop_pin == 19);
+  CHECK(board.driver_fault_pin == 20);
+  CHECK(board.current_sense_pin == 28);
+  CHECK(board.light_pin == 29);
+  CHECK(protocol::encode(to_wire(from_wire(board))) == protocol::encode(board));
+}
+
 TEST_CASE("what is not given is what the device has by default") {
+  CHECK(protocol::encode(to_wire(BoardConfig{})) == protocol::encode(protocol::BoardConfig{}));
   CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
         protocol::encode(protocol::ActuatorConfig{}));
   CHECK(protocol::encode(to_wire(ControlConfig{})) == protocol::encode(protocol::ControlConfig{}));

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from torsio import checks
 from torsio._torsio import emulator as _emulator
 from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
 from torsio.telemetry import Record
@@ -169,6 +170,7 @@ def _fingers(path: list[tuple[float, float]]) -> ImpedanceHand:
 
 def visit_wall(actuator: str, stiffness_nm_per_rad: float, **options: Any) -> Record:
     """Press into a wall within a second, hold, and come out within another."""
+    checks.positive("stiffness_nm_per_rad", stiffness_nm_per_rad)
     # A perfect wall would be met with the peak torque, of which friction takes its part first.
     deepest_rad = WALL_ANGLE_RAD + PEAK_NM / stiffness_nm_per_rad + (PEAK_NM + 6e-3) / 1.0
     path = [

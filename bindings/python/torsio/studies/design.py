@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
+from torsio import checks
 from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.config import ControlConfig, PlantParams
 from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
@@ -55,6 +56,13 @@ class Design:
     control_rate_hz: float = 1000.0
     counts_per_rev: int = 8192
     knob_inertia_kg_m2: float = 6e-5
+
+    def __post_init__(self) -> None:
+        """Refuse what no device can have, before hours are spent on others."""
+        checks.number("beta", self.beta, 0.0, 1.0)
+        for one in fields(self):
+            if one.name != "beta":
+                checks.positive(one.name, getattr(self, one.name))
 
 
 @dataclass(frozen=True)

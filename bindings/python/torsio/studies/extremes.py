@@ -80,7 +80,7 @@ def _turning(quick: bool) -> Iterator[Case]:
         "turning",
         "the emulated knob itself 1000 h away",
         "change of its speed (rad/s)",
-        None,
+        numbers.naive_far_plant_speed_error_rad_s(1000.0),
         numbers.far_plant_speed_error_rad_s(1000.0),
         1e-9,
         "the plant's angle is whole turns and a rest",
@@ -166,6 +166,15 @@ def _shares() -> Iterator[Case]:
             0.15,
             "none needed: the law is defined there",
         )
+    yield Case(
+        "beta",
+        "beta 1, the string is cut in a wall",
+        "torque that the knob is stuck with (N m)",
+        dynamics.stuck_torque_nm("parallel", 1.0),
+        dynamics.stuck_torque_nm("paper", 1.0),
+        dynamics.HELD_BY_FRICTION_NM,
+        "the sensor says when the brake must let go",
+    )
 
 
 def _friction() -> Iterator[Case]:
@@ -173,10 +182,10 @@ def _friction() -> Iterator[Case]:
         "friction",
         "motor weaker than friction, string cut",
         "motion that is left after 1 s (rad)",
-        None,
-        dynamics.weak_motor_motion_rad(),
+        dynamics.weak_motor_motion_rad("regularised"),
+        dynamics.weak_motor_motion_rad("exact"),
         1e-9,
-        "friction holds, and the law does not fight it",
+        "friction is set-valued: at rest it is what holds",
     )
     yield Case(
         "friction",
@@ -219,20 +228,23 @@ def _brake_lag() -> Iterator[Case]:
             "brake lag",
             f"time constant {lag:g} s in closed loop",
             "tracking error into a wall (share of the peak)",
-            None,
-            dynamics.lag_tracking(lag),
+            dynamics.lag_tracking(lag, modelled_s=0.0),
+            dynamics.lag_tracking(lag, modelled_s=lag),
             0.15,
-            "the motor fills up what the brake does not give yet",
+            "the sensor is bounded by what the brake holds by now, and the motor gives the rest",
         )
-    yield Case(
-        "brake lag",
-        "10 ms steps, time constant 1 ms, closed loop",
-        "error of the modelled torque (N m)",
-        None,
-        dynamics.long_step_error(10_000_000, 1e-3),
-        1e-7,
-        "the exponential is exact for a held command",
-    )
+    cases = [(1_000_000, lag) for lag in dynamics.TIME_CONSTANTS_S] + [(10_000_000, 1e-3)]
+    for period_ns, lag in cases:
+        naive, guarded = dynamics.brake_model_errors_nm(period_ns, lag)
+        yield Case(
+            "brake lag",
+            f"{1e-6 * period_ns:g} ms steps, time constant {lag:g} s, closed loop",
+            "error of the modelled torque (N m)",
+            naive,
+            guarded,
+            1e-6,
+            "the exponential is exact for a held command",
+        )
 
 
 def _inertia() -> Iterator[Case]:

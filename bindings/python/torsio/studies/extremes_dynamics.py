@@ -68,13 +68,20 @@ def brake_step(period_over_lag: float, ticks: int = 40) -> tuple[Array, Array, A
     return euler, model.astype(np.float64), np.asarray(exact, dtype=np.float64)
 
 
-def lag_tracking(time_constant_s: float) -> float:
-    """Tracking error on the way into a wall with such a brake (share of the peak)."""
+def lag_tracking(time_constant_s: float, *, modelled_s: float) -> float:
+    """Tracking error on the way into a wall (share of the peak), for such a brake.
+
+    Parameters
+    ----------
+    modelled_s
+        Time constant that the controller reckons with.
+    """
     plant = PlantParams(brake_time_constant_s=time_constant_s)
-    rows = simulate(
-        runs.push_options(runs.per_degree(30), plant=plant), duration_s=runs.PUSH_DURATION_S
+    options = replace(
+        runs.push_options(runs.per_degree(30), plant=plant),
+        actuator=replace(plant.matching_config(), brake_time_constant_s=modelled_s),
     )
-    return runs.measure_push(rows, runs.per_degree(30)).tracking_rms_in
+    return runs.run_push(options)[1].tracking_rms_in
 
 
 def energy_error(ratio: float, method: str) -> float:
@@ -125,10 +132,12 @@ def creep_rad_s(method: str) -> float:
     return float(np.abs(rows["speed_rad_s"][-100:]).max())
 
 
-def weak_motor_motion_rad() -> float:
+def weak_motor_motion_rad(method: str) -> float:
     """Motion that is left one second after a cut string, with a motor weaker than friction."""
-    plant = PlantParams(motor_limit_nm=4e-3)
-    rows, _ = runs.run_cut(runs.cut_options(runs.per_degree(25), plant=plant))
+    options = runs.cut_options(runs.per_degree(25), plant=PlantParams(motor_limit_nm=4e-3))
+    if method != "exact":
+        options = replace(options, method="regularised", step_ns=10_000)
+    rows, _ = runs.run_cut(options)
     return float(np.ptp(rows["angle_rad"][-200:]))
 
 
@@ -173,8 +182,29 @@ def share_error(beta: float) -> float:
     return push.tracking_rms_in
 
 
-def long_step_error(period_ns: int, time_constant_s: float) -> float:
-    """Worst error of the modelled brake torque (N m) in a closed loop with steps beyond the lag."""
+STRING_WALL = runs.per_degree(25)
+HELD_BY_FRICTION_NM = (
+    PlantParams().knob_coulomb_nm + PlantParams().brake_drag_nm + STRING_WALL * runs.COUNT_RAD
+)
+"""What dry friction holds without any brake, and a count more, that the encoder does not see."""
+
+
+def stuck_torque_nm(law: runs.Law, beta: float) -> float:
+    """Torque that a wall of 25 mN m/deg still asks for, a second after the string was cut."""
+    rigid = PlantParams(shaft_stiffness_nm_per_rad=50.0)
+    plant = rigid if law == "parallel" else PlantParams()
+    _, cut = runs.run_cut(runs.cut_options(STRING_WALL, law, beta=beta, plant=plant))
+    return cut.stuck_torque_nm
+
+
+def brake_model_errors_nm(period_ns: int, time_constant_s: float) -> tuple[float, float]:
+    """Worst error of the modelled brake torque (N m) in a closed loop.
+
+    Returns
+    -------
+    tuple
+        Of explicit Euler on the commands that the loop gave, and of the device's own model.
+    """
     plant = PlantParams(brake_time_constant_s=time_constant_s)
     options = replace(
         runs.push_options(0.3, plant=plant),
@@ -183,4 +213,14 @@ def long_step_error(period_ns: int, time_constant_s: float) -> float:
     )
     rows = simulate(options, duration_s=runs.PUSH_DURATION_S)
     true = rows["brake_capacity_nm"] - plant.brake_drag_nm
-    return float(np.abs(rows["sensed_brake_torque_nm"] - true).max())
+    guarded = float(np.abs(rows["sensed_brake_torque_nm"] - true).max())
+    if time_constant_s == 0.0:
+        return math.inf, guarded  # it would divide by it
+    ratio = 1e-9 * period_ns / time_constant_s
+    euler = np.zeros(len(rows))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for i in range(1, len(rows)):
+            command = float(rows["brake_command_nm"][i - 1])
+            euler[i] = euler[i - 1] + ratio * (command - euler[i - 1])
+        naive = float(np.abs(euler - true).max())
+    return naive if math.isfinite(naive) else math.inf, guarded

@@ -12,7 +12,15 @@ import numpy.typing as npt
 
 from torsio import core, hands, scenes
 from torsio.closed_loop import InitialState, LoopOptions, replay, simulate
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.config import (
+    ActuatorConfig,
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    ControlConfig,
+    PlantParams,
+    ShaftHardening,
+)
 from torsio.studies import paper_runs as runs
 
 Array = npt.NDArray[np.float64]
@@ -147,6 +155,26 @@ def far_plant_speed_error_rad_s(hours: float) -> float:
     return float(np.abs(near["speed_rad_s"] - far["speed_rad_s"]).max())
 
 
+def naive_far_plant_speed_error_rad_s(hours: float) -> float:
+    """Swing of knob and brake with angles as plain doubles, near and so far away: change of speed.
+
+    Both are stepped alike, by the semi-implicit rule every 20 us for 0.1 s.
+    """
+    plant, step_s = PlantParams(), 20e-6
+    begin = 2.0 * math.pi * REVS_PER_S * 3600 * hours
+    near, far = [0.0, 0.0, 0.0, 0.0], [begin, begin, 0.0, 0.0]
+    worst = 0.0
+    for _ in range(5000):
+        for state in (near, far):
+            spring_nm = STIFFNESS * (state[1] - state[0])
+            state[2] += step_s * (60e-3 + spring_nm) / plant.knob_inertia_kg_m2
+            state[3] -= step_s * spring_nm / plant.brake_inertia_kg_m2
+            state[0] += step_s * state[2]
+            state[1] += step_s * state[3]
+        worst = max(worst, abs(far[2] - near[2]))
+    return worst
+
+
 # Wraps --------------------------------------------------------------------------------------------
 
 
@@ -261,6 +289,12 @@ _EFFECTS: tuple[scenes.Effect, ...] = (
     scenes.Curve(angle_rad=0.0, span_rad=1.0, torque_nm=[0.0, 0.1]),
 )
 
+_PARTS: dict[str, Any] = {
+    "shaft_hardening": ShaftHardening(),
+    "brake_hysteresis": BrakeHysteresis(),
+    "belt": Belt(),
+}
+
 
 def _spoiled(source: Any) -> Iterator[Any]:
     """Give it with each of its floating-point fields not finite in turn."""
@@ -298,8 +332,16 @@ def not_finite_accepted() -> tuple[int, int]:
         offer(LoopOptions(control=control))
     for plant in _spoiled(PlantParams()):
         offer(LoopOptions(plant=plant, actuator=ActuatorConfig()))
+    for name, part in _PARTS.items():
+        for spoiled in _spoiled(part):
+            offer(LoopOptions(plant=PlantParams(**{name: spoiled}), actuator=ActuatorConfig()))
+    for initial in _spoiled(InitialState()):
+        offer(LoopOptions(initial=initial))
     for value in (math.nan, math.inf, -math.inf):
+        cogging = Cogging(periods_per_rev=7, torque_nm=(1e-3, value))
+        offer(LoopOptions(plant=PlantParams(cogging=cogging)))
         offer(LoopOptions(hand=hands.TorqueHand(torque_nm=[(0, 0), (1, value)])))
+        offer(LoopOptions(hand=hands.PrescribedMotion(angle_rad=[(0, 0), (1, value)])))
     return offered, accepted
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -10,6 +11,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from torsio import checks
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
 from torsio.config import ControlConfig, PlantParams, ShaftHardening
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
@@ -111,6 +113,7 @@ def push_options(
     plant: PlantParams | None = None,
 ) -> LoopOptions:
     """Push into a wall until it asks for the peak torque, hold, and come out."""
+    checks.positive("stiffness", stiffness)
     plant = plant or PlantParams(counts_per_rev=counts_per_rev)
     give_rad = (peak_nm + plant.knob_coulomb_nm) / HAND_NM_PER_RAD
     deepest = WALL_RAD + peak_nm / stiffness + give_rad
@@ -287,7 +290,16 @@ def critical_torque(
     motor: float = MOTOR_NM,
     brake: float = BRAKE_NM,
 ) -> float:
-    """Largest torque that can be rendered without saturating the motor (docs/theory.md)."""
+    """Largest torque that can be rendered without saturating the motor (docs/theory.md).
+
+    Raises
+    ------
+    InvalidArgument
+        If the shaft's stiffness is not positive, or anything else is outside its range.
+    """
+    checks.positive("shaft", shaft)
+    checks.number("stiffness", stiffness, 0.0, sys.float_info.max)
+    checks.number("beta", beta, 0.0, 1.0)
     if stiffness <= shaft:
         rest = 1.0 - beta * stiffness / shaft
         critical = motor / rest if rest > 0 else math.inf
@@ -315,6 +327,7 @@ IDEAL_PLANT = PlantParams(
 
 def ideal_push(stiffness: float, beta: float, peak_nm: float) -> LoopOptions:
     """Slide into a wall until it asks for the peak torque, and out, on the ideal plant."""
+    checks.positive("stiffness", stiffness)
     surface, deepest = 0.01, 0.01 + peak_nm / stiffness
     return LoopOptions(
         scene=Wall(angle_rad=surface, stiffness_nm_per_rad=stiffness),

@@ -51,6 +51,8 @@ constexpr double exp_negative(double x) {
   return sum;
 }
 
+constexpr double square_root(double value) { return value > 0.0 ? __builtin_sqrt(value) : 0.0; }
+
 constexpr std::uint32_t round_to_u32(double value) {
   if (!(value > 0.0)) return 0;
   if (value >= 4294967295.0) return 0xFFFFFFFFU;

@@ -1,0 +1,268 @@
+"""How deep the stack of a firmware can get, from its machine code.
+
+A function's frame is everything that it pushes or subtracts from the stack pointer; a path's depth
+is the sum along the calls. The bound is the deepest path from the program's start plus the deepest
+one of every interrupt, as if each had come at the worst moment of the one before. What the code
+does not tell stands in the tables below; anything else that it does not tell is an error, not a
+guess.
+``tools/firmware_report.py`` prints the result.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+# What a function calls through pointers, both as regular expressions of mangled names. Every target
+# must exist, unless nothing is ever called there.
+INDIRECT: dict[str, tuple[str, ...]] = {
+    # The control law asks the game for its force.
+    r".*(4core7control|ControlLoop4tick|Device4tick|on_tick).*": (r".*6Forces9torque_nm.*",),
+    # An interface of the device's, behind the class driver.
+    r".*(15control_request|8poll_hid|12transfer_end|13finish_output).*": (
+        r".*11get_feature.*",
+        r".*11set_feature.*",
+        r".*7receive.*",
+        r".*10next_input.*",
+    ),
+    # TinyUSB calls the functions of its class driver, and what is to come after a control transfer.
+    r"tud_task_ext|tud_rhport_init|configuration_reset|usbd_control_xfer_cb": (
+        r".*torsio3usb12_GLOBAL__N_1.*",
+    ),
+    # In its interrupt only sof and xfer_isr, which the driver does not have.
+    r"dcd_event_handler": (),
+    # The SDK calls its own initialisers.
+    r"runtime_init|runtime_run_initializers": (r"(__pre_init_)?runtime_init_.*",),
+    # Nothing is registered there: no alarms, no transactional memory.
+    r"alarm_pool_irq_handler|(de)?register_tm_clones": (),
+    # The next handler of the same interrupt is an interrupt of the list below.
+    r"irq_handler_chain_.*": (),
+}
+# What is in the boot ROM cannot be read here. The bytes are an allowance.
+ROM_CALLERS = (
+    r"rom_.*|flash_.*|__aeabi_(bits|mem)_init|__wrap_.*|_enter_vtable_in_r0|.*bootrom.*"
+    r"|_retrieve_unique_id_on_boot"
+)
+ROM_BYTES = 256
+# Before the program: they set the stack pointer, then call these one after the other.
+START = r"_enter_vtable_in_r0|platform_entry|_entry_point|_reset_handler"
+PROGRAM = ("runtime_init", "main")
+INTERRUPTS = (r".*7on_tickEv", r"dcd_rp2040_irq", r"alarm_pool_irq_handler")
+# What the processor itself pushes: 8 registers, 17 of floating point with one of padding, and 4
+# bytes of alignment; and the SDK's chain of handlers for a shared interrupt.
+EXCEPTION_BYTES = {"pico": 36 + 8, "pico2": 108 + 8}
+
+
+class UnknownStack(ValueError):
+    """The code does not tell how much stack it takes."""
+
+
+@dataclass
+class Function:
+    """What one function does to the stack."""
+
+    frame_bytes: int = 0
+    calls: set[str] = field(default_factory=set)
+    is_indirect: bool = False
+    complaints: list[str] = field(default_factory=list)
+    # Frames too large for an immediate: the address of the constant that is added to sp.
+    constants: list[int] = field(default_factory=list)
+
+
+def _registers(text: str) -> int:
+    count = 0
+    for part in text.split(","):
+        first, _, last = part.strip().partition("-")
+        count += int(last[1:]) - int(first[1:]) + 1 if last else 1
+    return count
+
+
+def _pushed_bytes(operation: str, operands: str) -> int | None:
+    """Bytes by which an instruction lowers the stack pointer; None if nobody can know."""
+    name = operation.split(".")[0]
+    if match := re.match(r"(?:sp!, )?\{(.*)\}$", operands):
+        wide = 8 if match.group(1).startswith("d") else 4
+        if name in ("push", "vpush") or (
+            name in ("stmdb", "vstmdb") and operands.startswith("sp!")
+        ):
+            return wide * _registers(match.group(1))
+        return 0
+    if match := re.search(r"\[sp, #-(\d+)\]!", operands):
+        return int(match.group(1))
+    if name in ("sub", "subw") and (match := re.match(r"sp, (?:sp, )?#(\d+)", operands)):
+        return int(match.group(1))
+    if name in ("add", "addw") and re.match(r"sp, (?:sp, )?#\d+", operands):
+        return 0
+    if name == "msr":
+        return None if re.match(r"[MP]SP\b", operands) else 0
+    writes_sp = re.match(r"sp\b", operands) and not name.startswith(("cmp", "str", "tst"))
+    return None if writes_sp else 0
+
+
+def read_listing(listing: str, labels: frozenset[str] = frozenset()) -> dict[str, Function]:
+    """Take the functions out of what ``objdump -d --no-show-raw-insn`` prints.
+
+    ``labels`` are symbols in the middle of a function, as assembler code has them.
+    """
+    functions: dict[str, Function] = {}
+    owners: dict[str, str] = {}
+    words: dict[int, int] = {}
+    loaded: dict[str, int] = {}  # where a register's constant stands
+    name = ""
+    for line in listing.splitlines():
+        if match := re.match(r"[0-9a-f]+ <(.+)>:$", line):
+            if match.group(1) in labels:
+                owners[match.group(1)] = name
+                continue
+            name = match.group(1)
+            functions.setdefault(name, Function())
+            if veneer := re.fullmatch(r"__(.+)_veneer", name):
+                functions[name].calls.add(veneer.group(1))
+            continue
+        match = re.match(r"\s*([0-9a-f]+):\t(\S+)\t?([^@;]*)(?:[@;] \(?([0-9a-f]+) )?", line)
+        if not match or not name:
+            continue
+        operation, operands = match.group(2), match.group(3).strip()
+        if operation == ".word":
+            words[int(match.group(1), 16)] = int(operands, 16)
+        if operation.startswith("."):
+            continue
+        function = functions[name]
+        if operation.startswith("ldr") and match.group(4) and "[pc" in operands:
+            loaded[operands.split(",")[0]] = int(match.group(4), 16)
+        if operation == "add" and (large := re.fullmatch(r"sp, (r\d+)", operands)):
+            function.constants.append(loaded.get(large.group(1), 0))
+            continue
+        if target := re.search(r"<([^+>]+)(?:\+0x[0-9a-f]+)?>$", operands):
+            if operation.startswith("b") and target.group(1) != name:
+                function.calls.add(target.group(1))
+            continue
+        if operation in ("blx", "bx") and operands != "lr" and not name.endswith("_veneer"):
+            function.is_indirect = True
+        pushed = _pushed_bytes(operation, operands)
+        if pushed is None:
+            function.complaints.append(f"{name}: {operation} {operands}")
+        else:
+            function.frame_bytes += pushed
+    for name, function in functions.items():
+        function.calls = {owners.get(callee, callee) for callee in function.calls} - {name}
+        for address in function.constants:
+            if address not in words:
+                function.complaints.append(f"{name}: sp changed by an unknown amount")
+            # What is added at the end, positive, gives back what was taken at the beginning.
+            elif words[address] >= 1 << 31:
+                function.frame_bytes += (1 << 32) - words[address]
+    return functions
+
+
+def resolve(functions: dict[str, Function]) -> None:
+    """Add the calls through pointers that the tables know.
+
+    Raises
+    ------
+    UnknownStack
+        For any other call through a pointer.
+    """
+    unknown = []
+    for name, function in functions.items():
+        plain = name.split(".")[0]
+        if not function.is_indirect or re.fullmatch(START, plain):
+            continue
+        if re.fullmatch(ROM_CALLERS, plain):
+            function.frame_bytes += ROM_BYTES
+            continue
+        targets = next((t for key, t in INDIRECT.items() if re.fullmatch(key, plain)), None)
+        if targets is None:
+            unknown.append(name)
+            continue
+        for pattern in targets:
+            found = {other for other in functions if re.fullmatch(pattern, other)}
+            if not found:
+                raise UnknownStack(f"{name} should call {pattern}, which is not there")
+            function.calls |= found - {name}
+    if unknown:
+        raise UnknownStack(f"call through a pointer in {', '.join(sorted(unknown))}")
+
+
+def depth_bytes(functions: dict[str, Function], root: str) -> tuple[int, list[str]]:
+    """Return the deepest stack below a function, and the path there.
+
+    Raises
+    ------
+    UnknownStack
+        For recursion, or where the stack pointer is set to what is not known.
+    """
+    done: dict[str, tuple[int, list[str]]] = {}
+
+    def visit(name: str, path: tuple[str, ...]) -> tuple[int, list[str]]:
+        if name in path:
+            raise UnknownStack("recursion: " + " -> ".join([*path[path.index(name) :], name]))
+        if name not in done:
+            function = functions.get(name, Function())
+            if function.complaints:
+                raise UnknownStack(function.complaints[0])
+            below = [visit(callee, (*path, name)) for callee in sorted(function.calls)]
+            deepest, way = max(below, default=(0, []))
+            done[name] = (function.frame_bytes + deepest, [name, *way])
+        return done[name]
+
+    return visit(root, ())
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How deep a firmware's stack gets, and how deep it may get."""
+
+    main_bytes: int
+    interrupt_bytes: int
+    room_bytes: int
+    path: list[str]
+
+    @property
+    def total_bytes(self) -> int:
+        """The main loop at its deepest, with every interrupt on top of it."""
+        return self.main_bytes + self.interrupt_bytes
+
+
+def bound(listing: str, labels: frozenset[str], board: str, room_bytes: int) -> Bound:
+    """Return the bound of one firmware.
+
+    Raises
+    ------
+    UnknownStack
+        If the code and the tables do not tell it.
+    """
+    functions = read_listing(listing, labels)
+    resolve(functions)
+
+    def only(pattern: str) -> str:
+        names = [name for name in functions if re.fullmatch(pattern, name)]
+        if len(names) != 1:
+            raise UnknownStack(f"{pattern} is {names or 'not there'}")
+        return names[0]
+
+    main, path = max(depth_bytes(functions, only(root)) for root in PROGRAM)
+    interrupts = sum(
+        depth_bytes(functions, only(root))[0] + EXCEPTION_BYTES[board] for root in INTERRUPTS
+    )
+    return Bound(main, interrupts, room_bytes, path)
+
+
+def of_firmware(elf: Path) -> Bound:
+    """Return the bound of ``torsio-BOARD.elf``."""
+
+    def output(*command: str) -> str:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    # Number, value, size, type, binding, visibility, section, name.
+    symbols = [
+        line.split() for line in output("arm-none-eabi-readelf", "-sW", str(elf)).splitlines()
+    ]
+    symbols = [words for words in symbols if len(words) == 8 and words[1] != "Value"]
+    labels = {words[7] for words in symbols if words[3] == "NOTYPE" and words[4] == "LOCAL"}
+    values = {words[7]: int(words[1], 16) for words in symbols}
+    listing = output("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(elf))
+    board = elf.stem.removeprefix("torsio-")
+    return bound(listing, frozenset(labels), board, values["__StackTop"] - values["__StackBottom"])
