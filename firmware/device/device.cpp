@@ -334,8 +334,7 @@ void Device::gather_telemetry() {
 void Device::service() {
   const Snapshot now = loop_.snapshot();
   game_.service({now.tick, now.position_counts, now.owner == protocol::Owner::game,
-                 now.owner == protocol::Owner::sdk,
-                 (now.faults & protocol::fault::emergency_stop) != 0});
+                 now.owner == protocol::Owner::sdk});
   // One order at a time, and only when its answer and an event have room: see ControlLoop::orders.
   if (!loop_.orders.empty() || save_order_) return;
   if (commit_given_) {

@@ -153,6 +153,8 @@ struct Layout<Joystick> {
   };
 };
 
+/// Without a safety switch: Linux makes a button of it, which a game would find pressed all the
+/// time.
 struct State {
   std::uint8_t status = 0;  // bits, see state_bit
   std::uint8_t playing = 0;
@@ -161,9 +163,8 @@ struct State {
 namespace state_bit {
 inline constexpr std::uint8_t paused = 1 << 0;
 inline constexpr std::uint8_t actuators_enabled = 1 << 1;
-inline constexpr std::uint8_t safety_switch = 1 << 2;    // nothing stops the actuator
-inline constexpr std::uint8_t override_switch = 1 << 3;  // the SDK has the actuator
-inline constexpr std::uint8_t actuator_power = 1 << 4;   // the game has the actuator
+inline constexpr std::uint8_t override_switch = 1 << 2;  // the SDK has the actuator
+inline constexpr std::uint8_t actuator_power = 1 << 3;   // the game has the actuator
 }  // namespace state_bit
 template <>
 struct Layout<State> {
@@ -171,10 +172,9 @@ struct Layout<State> {
   static constexpr Main main = Main::input;
   static constexpr std::uint8_t usage = 0x92;
   static constexpr std::tuple fields{
-      Bits<State, 5>{&State::status,
+      Bits<State, 4>{&State::status,
                      {{{game::usage::pid, 0x9F},
                        {game::usage::pid, 0xA0},
-                       {game::usage::pid, 0xA4},
                        {game::usage::pid, 0xA5},
                        {game::usage::pid, 0xA6}}}},
       Bits<State, 1>{&State::playing, {{{game::usage::pid, 0x94}}}},

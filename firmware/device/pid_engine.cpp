@@ -507,7 +507,6 @@ std::uint8_t PidEngine::status() const {
   std::uint8_t bits = 0;
   if (paused_) bits |= state_bit::paused;
   if (enabled_) bits |= state_bit::actuators_enabled;
-  if (!now_.emergency_stop) bits |= state_bit::safety_switch;
   if (now_.sdk_owns_actuator) bits |= state_bit::override_switch;
   if (now_.owns_actuator) bits |= state_bit::actuator_power;
   return bits;

@@ -24,7 +24,6 @@ struct Moment {
   std::int64_t position_counts = 0;
   bool owns_actuator = false;  // the game does
   bool sdk_owns_actuator = false;
-  bool emergency_stop = false;
 };
 
 class PidEngine {

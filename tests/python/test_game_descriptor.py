@@ -221,5 +221,5 @@ def test_descriptor_bytes_change_only_on_purpose() -> None:
     assert descriptor.startswith(bytes.fromhex("05010904a10185010930160180"))
     assert (
         hashlib.sha256(descriptor).hexdigest()
-        == "25714f20af4185e7426b7b5b2095ce12898bf82391922fe6e2af7aba5637dce2"
+        == "08bc3b442f676200298192a6206323e707438e6ef254b0f7142df495bc65e547"
     )

@@ -283,11 +283,11 @@ TEST_CASE("the state report tells which effects begin and end, and who has the a
   CHECK(a != b);
   Inputs begin(*rig.device);
   REQUIRE(begin.states.size() == 1);
-  CHECK(begin.states[0] == std::array{0x16, 1, b});  // enabled, safe, powered
+  CHECK(begin.states[0] == std::array{0x0A, 1, b});  // enabled, powered
   rig.tick(30);
   Inputs end(*rig.device);
   REQUIRE(end.states.size() == 1);
-  CHECK(end.states[0] == std::array{0x16, 0, b});
+  CHECK(end.states[0] == std::array{0x0A, 0, b});
   rig.control(5);
   rig.tick(2);
   Inputs paused(*rig.device);
@@ -298,7 +298,7 @@ TEST_CASE("the state report tells which effects begin and end, and who has the a
   rig.tick(3);
   Inputs stopped(*rig.device);
   REQUIRE_FALSE(stopped.states.empty());
-  CHECK((stopped.states.back()[0] & 0x14) == 0);
+  CHECK((stopped.states.back()[0] & 0x08) == 0);
 }
 
 TEST_CASE("a knob that never rests does not keep the state reports back") {
