@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pty
 import re
@@ -36,6 +37,7 @@ def emulated(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
     )
     try:
         assert process.stdout is not None
@@ -44,7 +46,9 @@ def emulated(*arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
         assert match, first + (process.stderr.read() if process.stderr else "")
         yield process, int(match.group(1))
     finally:
-        process.kill()
+        # With the program underneath, which holds the same pipes.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
         process.communicate()
 
 
@@ -96,12 +100,14 @@ def test_the_usual_port_is_not_in_the_command() -> None:
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_it_ends_cleanly_with_a_client_attached(how: signal.Signals) -> None:
     with emulated() as (process, port), attach(port) as client:
-        output, errors = end(process, how)
+        assert process.stdout is not None
+        while not re.fullmatch(r"attached 127\.0\.0\.1:\d+\n", process.stdout.readline()):
+            assert process.poll() is None
+        _, errors = end(process, how)
         client.settimeout(20)
         assert client.recv(1) == b""
     assert process.returncode == 0
     assert errors == ""
-    assert re.search(r"^attached 127\.0\.0\.1:\d+$", output, re.M)
 
 
 def test_port_in_use_is_said_with_status_2() -> None:
