@@ -50,9 +50,9 @@ class Bytes {
   constexpr void add(std::initializer_list<std::uint8_t> bytes) {
     for (const std::uint8_t byte : bytes) bytes_[at_++] = byte;
   }
-  constexpr std::array<std::uint8_t, Size> take() const {
-    // A gap or an overflow fails to compile, since this runs in constant expressions only.
-    return at_ == Size ? bytes_ : std::array<std::uint8_t, Size>{bytes_.at(Size + at_)};
+  consteval std::array<std::uint8_t, Size> take() const {
+    // A gap fails to compile, as an overflow in add() does.
+    return at_ == Size ? bytes_ : std::array<std::uint8_t, Size>{bytes_[Size + at_]};
   }
 
  private:
@@ -75,7 +75,7 @@ constexpr std::uint8_t main_item(Direction direction) {
 
 constexpr std::size_t kReports = std::tuple_size_v<protocol::AllReports>;
 
-constexpr auto make_control_report_descriptor() {
+consteval auto make_control_report_descriptor() {
   Bytes<17 + 6 * kReports> bytes;
   bytes.add({0x06, low(kVendorUsagePage), high(kVendorUsagePage)});
   bytes.add({0x09, kVendorUsage});
@@ -104,7 +104,7 @@ static_assert(kInterfaces.size() > kControlInterface && kInterfaces.size() > kGa
 
 constexpr std::size_t kConfigurationSize = 9 + kInterfaces.size() * kInterfaceBlockSize;
 
-constexpr auto make_configuration_descriptor() {
+consteval auto make_configuration_descriptor() {
   Bytes<kConfigurationSize> bytes;
   bytes.add({9, kConfigurationType, low(kConfigurationSize), high(kConfigurationSize),
              static_cast<std::uint8_t>(kInterfaces.size()), 1, 0, kBusPowered, kMaxPower2mA});
@@ -126,7 +126,9 @@ constexpr auto kConfigurationDescriptor = make_configuration_descriptor();
 StringDescriptor make_string(std::string_view text) {
   StringDescriptor string;
   std::size_t at = 1;
-  for (const char c : text.substr(0, string.units.size() - 1)) {
+  // Not by substr(), whose exception would end up in the firmware when it is optimised at link
+  // time.
+  for (const char c : std::span(text).first(std::min(text.size(), string.units.size() - 1))) {
     string.units[at++] = static_cast<unsigned char>(c);
   }
   string.size_bytes = 2 * at;

@@ -3,6 +3,8 @@
 // where it meant to read its answer from: over a descriptor, or into a stack frame that is gone.
 // The linker puts this function in front of the one that starts every control transfer (--wrap).
 #include <tusb.h>
+// Behind tusb.h: the controller's driver.
+#include <device/dcd.h>
 
 #include <cstdint>
 
@@ -16,8 +18,13 @@ bool __wrap_tud_control_xfer(std::uint8_t port, const tusb_control_request_t* re
                              std::uint16_t size) {
   const bool standard = request->bmRequestType_bit.type == TUSB_REQ_TYPE_STANDARD;
   const bool to_device = request->bmRequestType_bit.direction == TUSB_DIR_OUT;
-  // No standard request that the stack knows takes data. What is refused here is stalled.
-  if (standard && to_device && request->wLength != 0) return false;
+  // No standard request that the stack knows takes data. The stack itself stalls only some of what
+  // is refused here.
+  if (standard && to_device && request->wLength != 0) {
+    dcd_edpt_stall(port, 0x00);
+    dcd_edpt_stall(port, TUSB_DIR_IN_MASK);
+    return false;
+  }
   return __real_tud_control_xfer(port, request, buffer, size);
 }
 // NOLINTEND
