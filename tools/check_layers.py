@@ -56,7 +56,7 @@ RULES = (
         "firmware/usb",
         ("core", "protocol", "device", "usb"),
         std=DEVICE_STD,
-        third_party=r"tusb\.h|device/usbd_pvt\.h",
+        third_party=r"tusb\.h|device/(dcd|usbd_pvt)\.h",
     ),
     # The boards: the SDK, and what it generates.
     Rule(
