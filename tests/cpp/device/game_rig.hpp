@@ -140,6 +140,23 @@ class GameRig : public Rig {
     return block;
   }
 
+  /// A condition that plays from the next tick on.
+  int play_condition(int type, const ConditionOptions& options) {
+    const int block = create(type);
+    set_effect(block);
+    condition(block, options);
+    start(block);
+    return block;
+  }
+
+  /// Turns the knob by so many counts in each of so many ticks.
+  void turn(int counts, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      inputs.encoder_count += static_cast<std::uint32_t>(counts);
+      tick();
+    }
+  }
+
   /// Motor torque of each of the next ticks.
   std::vector<float> torques(int ticks) {
     std::vector<float> nm;
