@@ -25,11 +25,14 @@ core::Waveform waveform(EffectType type) {
 
 /// Share of a force that acts along the knob. A direction is where the force comes from, clockwise
 /// from north: 90 degrees is a push from the right, to smaller angles. A program that knows of only
-/// one axis may leave its direction zero and mean that axis.
-float direction_share(const SetEffect& effect) {
+/// one axis may leave its direction zero and mean that axis; and whoever does so with a vibration,
+/// as Linux does with the rumble of gamepads, wants the thing in the hand to shake.
+float direction_share(const Block& block) {
+  const SetEffect& effect = block.effect;
   const bool has_direction = (effect.enable & kDirection) != 0;
   const bool names_axis = (effect.enable & kAxisX) != 0;
-  if (!has_direction || (names_axis && effect.direction[0] == 0)) return -1.0F;
+  const bool may_leave_it_zero = names_axis || is_periodic(block.type);
+  if (!has_direction || (may_leave_it_zero && effect.direction[0] == 0)) return -1.0F;
   const auto phase = static_cast<std::uint32_t>((std::uint64_t{effect.direction[0]} << 32) / kFull);
   return -core::sin_phase(phase);
 }
@@ -116,7 +119,7 @@ Effect prepare(const Block& block, const GameScale& scale, std::uint32_t period_
     prepare_condition(block, scale, effect);
     return effect;
   }
-  effect.gain *= direction_share(set);
+  effect.gain *= direction_share(block);
 
   TimedForce& force = effect.timed;
   if (block.type == EffectType::constant) {

@@ -29,6 +29,11 @@ struct Bytes {
   Bytes& u16(int value) { return u8(value & 0xFF).u8((value >> 8) & 0xFF); }
 };
 
+/// A torque other than 0, to a share of itself. doctest compares numbers of less than 1 with 1.
+inline doctest::Approx about(double nm, double share = 1e-3) {
+  return doctest::Approx(nm).scale(0).epsilon(share);
+}
+
 struct EffectOptions {
   int duration_ms = kWithoutEnd;
   int delay_ms = 0;

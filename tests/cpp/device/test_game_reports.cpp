@@ -84,7 +84,7 @@ TEST_CASE("all forty effects sound together") {
   GameRig rig;
   for (int i = 0; i < 40; ++i) rig.play_constant(500);
   rig.tick(20);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 40 * 500 / 32767).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 40 * 500 / 32767));
 }
 
 TEST_CASE("what names a free block, another kind of effect or no block at all changes nothing") {
@@ -149,7 +149,7 @@ TEST_CASE("the effects of two games' endpoints interleave: each report finds its
   rig.constant(c, 7000);
   rig.start(c);
   rig.tick(20);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 10000 / 32767).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 10000 / 32767));
 }
 
 TEST_CASE("newest wins: any number of updates between two ticks leave only the last") {
@@ -181,7 +181,7 @@ TEST_CASE("ten thousand updates a second for a minute build up no delay") {
   CHECK(oldest_ms <= 14);
   for (const int block : blocks) rig.constant(block, 100);
   rig.tick(11);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 4000 / 32767).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 4000 / 32767));
 }
 
 TEST_CASE("start and stop between two ticks: the last one counts") {
@@ -214,7 +214,7 @@ TEST_CASE("a freed block falls silent, and its number is given out clean") {
   rig.set_effect(again);
   rig.constant(again, 16384);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.04).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(0.04));
 }
 
 TEST_CASE("start solo stops the others, stop all stops everything, reset frees it too") {
@@ -231,7 +231,7 @@ TEST_CASE("start solo stops the others, stop all stops everything, reset frees i
   rig.start(second);
   rig.gain(16384);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.04 * 5000 / 32767).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(0.04 * 5000 / 32767));
   rig.control(4);
   rig.tick(5);
   CHECK(rig.outputs.motor_torque_nm == 0.0F);
