@@ -1,15 +1,15 @@
 /// @file
 /// The reports of the game interface: a joystick with force feedback, as the USB Physical Interface
 /// Device class (PID 1.0) describes it. Each report is one list of fields; the report descriptor
-/// and the codec are both made from it.
+/// (game_descriptor.hpp) and the codec (game_codec.hpp) are both made from it.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <tuple>
-#include <type_traits>
+
+#include "device/game_fields.hpp"
 
 namespace torsio::device::game {
 
@@ -20,82 +20,6 @@ inline constexpr std::uint16_t kEndless = 0xFFFF;    // as a duration
 inline constexpr std::uint8_t kEndlessLoops = 0xFF;  // as a loop count
 inline constexpr std::uint8_t kButtons = 2;
 inline constexpr std::size_t kLongestReport = 32;
-
-enum class Main : std::uint8_t { input = 0x81, output = 0x91, feature = 0xB1 };
-
-// Usage pages and usages (HID Usage Tables 1.4; PID 1.0).
-namespace usage {
-inline constexpr std::uint16_t desktop = 0x01;
-inline constexpr std::uint16_t button = 0x09;
-inline constexpr std::uint16_t ordinal = 0x0A;
-inline constexpr std::uint16_t pid = 0x0F;
-}  // namespace usage
-
-struct Unit {
-  std::uint32_t code = 0;
-  std::int8_t exponent = 0;
-};
-inline constexpr Unit kNoUnit{};
-inline constexpr Unit kMilliseconds{0x1003, -3};
-inline constexpr Unit kDegrees{0x14, 0};
-
-/// One value of one or two bytes.
-template <class Owner, class T>
-struct Value {
-  T Owner::* member;
-  std::uint16_t page;
-  std::uint8_t id;
-  std::int32_t min;
-  std::int32_t max;
-  std::int32_t physical_max = 0;  // 0: as the logical values
-  Unit unit{};
-  bool strict = true;  // a value outside [min, max] spoils the report
-
-  static constexpr unsigned bytes = sizeof(T);
-};
-
-/// One of several choices, numbered from 1 in the order of their usages, in a collection.
-template <class Owner, std::size_t N>
-struct Choice {
-  std::uint8_t Owner::* member;
-  std::uint8_t id;  // of the collection
-  std::array<std::uint8_t, N> choices;
-
-  static constexpr unsigned bytes = 1;
-};
-
-/// A bit of a byte.
-struct Bit {
-  std::uint16_t page;
-  std::uint8_t id;
-  std::uint8_t collection = 0;  // that it stands in; 0: none
-};
-
-/// A byte of bits, the lowest first, filled up with constants.
-template <class Owner, std::size_t N>
-struct Bits {
-  std::uint8_t Owner::* member;
-  std::array<Bit, N> bits;
-
-  static constexpr unsigned bytes = 1;
-};
-
-/// A collection with values that differ in their usage only.
-template <class Owner, std::size_t N>
-struct Values {
-  std::array<std::uint16_t, N> Owner::* member;
-  std::uint8_t collection;
-  std::uint16_t page;
-  std::array<std::uint8_t, N> ids;
-  std::int32_t max;
-  std::int32_t physical_max;
-  Unit unit{};
-
-  static constexpr unsigned bytes = 2 * N;
-};
-
-template <class Report>
-struct Layout;
 
 namespace detail {
 
@@ -436,111 +360,5 @@ struct Layout<Pool> {
 using AllReports = std::tuple<Joystick, State, SetEffect, SetEnvelope, SetCondition, SetPeriodic,
                               SetConstant, SetRamp, EffectOperation, BlockFree, DeviceControl,
                               DeviceGain, CreateEffect, BlockLoad, Pool>;
-
-/// Bytes of a report, its id included.
-template <class Report>
-consteval std::size_t size_of() {
-  return std::apply([](const auto&... field) { return (std::size_t{1} + ... + field.bytes); },
-                    Layout<Report>::fields);
-}
-
-namespace detail {
-
-template <class T>
-constexpr void put(std::span<std::uint8_t> bytes, std::size_t& at, T value) {
-  const auto bits = static_cast<std::make_unsigned_t<T>>(value);
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    bytes[at++] = static_cast<std::uint8_t>(bits >> (8 * i));
-  }
-}
-
-template <class T>
-constexpr T take(std::span<const std::uint8_t> bytes, std::size_t& at) {
-  std::make_unsigned_t<T> bits = 0;
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    bits = static_cast<std::make_unsigned_t<T>>(bits | (bytes[at++] << (8 * i)));
-  }
-  return static_cast<T>(bits);
-}
-
-// One encoder and one reader for each kind of field.
-template <class Owner, class T>
-constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Value<Owner, T>& field) {
-  put(bytes, at, report.*field.member);
-}
-template <class Owner, std::size_t N>
-constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Choice<Owner, N>& field) {
-  put(bytes, at, report.*field.member);
-}
-template <class Owner, std::size_t N>
-constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Bits<Owner, N>& field) {
-  put(bytes, at, report.*field.member);
-}
-template <class Owner, std::size_t N>
-constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Values<Owner, N>& field) {
-  for (const std::uint16_t value : report.*field.member) put(bytes, at, value);
-}
-
-template <class Owner, class T>
-constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
-                    const Value<Owner, T>& field) {
-  const T value = take<T>(bytes, at);
-  report.*field.member = value;
-  return !field.strict || (value >= field.min && value <= field.max);
-}
-template <class Owner, std::size_t N>
-constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
-                    const Choice<Owner, N>& field) {
-  report.*field.member = bytes[at++];
-  return report.*field.member >= 1 && report.*field.member <= N;
-}
-template <class Owner, std::size_t N>
-constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
-                    const Bits<Owner, N>& field) {
-  report.*field.member = bytes[at++];
-  return true;
-}
-template <class Owner, std::size_t N>
-constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
-                    const Values<Owner, N>& field) {
-  bool good = true;
-  for (std::uint16_t& value : report.*field.member) {
-    value = take<std::uint16_t>(bytes, at);
-    good = good && value <= field.max;
-  }
-  return good;
-}
-
-}  // namespace detail
-
-/// Writes a report with its id.
-/// @returns its size
-template <class Report>
-constexpr std::size_t encode(const Report& report, std::span<std::uint8_t> bytes) {
-  static_assert(size_of<Report>() <= kLongestReport);
-  bytes[0] = Layout<Report>::id;
-  std::size_t at = 1;
-  std::apply([&](const auto&... field) { (detail::write(bytes, at, report, field), ...); },
-             Layout<Report>::fields);
-  return at;
-}
-
-/// Reads a report. Windows fills every report up to the length of the longest, so what follows the
-/// last field is not looked at.
-/// @returns false if it is another report, too short, or a value has no meaning
-template <class Report>
-constexpr bool decode(std::span<const std::uint8_t> bytes, Report& report) {
-  if (bytes.size() < size_of<Report>() || bytes[0] != Layout<Report>::id) return false;
-  std::size_t at = 1;
-  bool good = true;
-  std::apply(
-      [&](const auto&... field) { ((good = detail::read(bytes, at, report, field) && good), ...); },
-      Layout<Report>::fields);
-  return good;
-}
 
 }  // namespace torsio::device::game

@@ -1,6 +1,6 @@
 #include "device/pid_engine.hpp"
 
-#include "core/math.hpp"
+#include "device/game_codec.hpp"
 
 namespace torsio::device::game {
 namespace {
@@ -8,57 +8,7 @@ namespace {
 // Blocks are all alike and kept in a table of their own, so the pool is simply counted in bytes.
 constexpr std::uint16_t kBlockBytes = 64;
 
-constexpr float kLevel = 1.0F / static_cast<float>(kFull);
-
-float level(std::int32_t value) { return static_cast<float>(value) * kLevel; }
-
-constexpr std::uint8_t kAxisX = 1 << 0;
-constexpr std::uint8_t kDirection = 1 << 1;
-
 constexpr std::uint8_t number(EffectType type) { return static_cast<std::uint8_t>(type); }
-
-bool is_timed(EffectType type) { return type < EffectType::spring; }
-bool is_periodic(EffectType type) {
-  return type >= EffectType::square && type <= EffectType::sawtooth_down;
-}
-
-core::Waveform waveform(EffectType type) {
-  switch (type) {
-    case EffectType::square:
-      return core::Waveform::square;
-    case EffectType::triangle:
-      return core::Waveform::triangle;
-    case EffectType::sawtooth_up:
-      return core::Waveform::sawtooth_up;
-    case EffectType::sawtooth_down:
-      return core::Waveform::sawtooth_down;
-    default:
-      return core::Waveform::sine;
-  }
-}
-
-/// Share of a force that acts along the knob. A direction is where the force comes from, clockwise
-/// from north: 90 degrees is a push from the right, to smaller angles. A program that knows of only
-/// one axis may leave its direction zero and mean that axis.
-float direction_share(const SetEffect& effect) {
-  const bool has_direction = (effect.enable & kDirection) != 0;
-  const bool names_axis = (effect.enable & kAxisX) != 0;
-  if (!has_direction || (names_axis && effect.direction[0] == 0)) return -1.0F;
-  const auto phase = static_cast<std::uint32_t>((std::uint64_t{effect.direction[0]} << 32) / kFull);
-  return -core::sin_phase(phase);
-}
-
-float per_tick(float change, std::uint32_t ticks) {
-  return ticks == 0 ? 0.0F : change / static_cast<float>(ticks);
-}
-
-/// A repetition of less than two ticks cannot be told from a slower one; it is held there.
-std::uint32_t phase_per_tick(std::uint16_t period_ms, std::uint32_t period_ns) {
-  if (period_ms == 0) return 0;
-  const std::uint64_t wave_ns = std::uint64_t{period_ms} * 1'000'000;
-  if (wave_ns < std::uint64_t{2} * period_ns) return 0x80000000U;
-  return static_cast<std::uint32_t>(((std::uint64_t{period_ns} << 32) + wave_ns / 2) / wave_ns);
-}
 
 }  // namespace
 
@@ -73,7 +23,7 @@ void PidEngine::configure(const Config& config) {
 
 // Reports in ---------------------------------------------------------------------------------
 
-PidEngine::Block* PidEngine::find(std::uint8_t index) {
+Block* PidEngine::find(std::uint8_t index) {
   if (index < 1 || index > kBlocks || blocks_[index - 1].type == EffectType::none) return nullptr;
   return &blocks_[index - 1];
 }
@@ -265,114 +215,6 @@ void PidEngine::control(Control control) {
 
 // Orders -------------------------------------------------------------------------------------
 
-Effect PidEngine::prepare(const Block& block) const {
-  const auto ticks = [this](std::uint16_t ms) {
-    return static_cast<std::uint32_t>((std::uint64_t{ms} * 1'000'000 + period_ns_ / 2) /
-                                      period_ns_);
-  };
-  const SetEffect& set = block.effect;
-  Effect effect;
-  effect.delay_ticks = ticks(set.start_delay_ms);
-  // Linux 6.1 sends its own sign for "without end", which is 0.
-  const bool endless = set.duration_ms == 0 || set.duration_ms == kEndless;
-  effect.duration_ticks = endless ? 0 : ticks(set.duration_ms);
-  effect.gain = level(set.gain) * scale_.gain;
-  if (!is_timed(block.type)) {
-    prepare_condition(block, effect);
-    return effect;
-  }
-  effect.gain *= direction_share(set);
-
-  TimedForce& force = effect.timed;
-  if (block.type == EffectType::constant) {
-    force.peak_nm = core::absolute(level(block.constant.magnitude)) * scale_.torque_nm;
-    force.start = block.constant.magnitude < 0 ? -1.0F : 1.0F;
-  } else if (block.type == EffectType::ramp) {
-    const float start = level(block.ramp.start);
-    const float end = level(block.ramp.end);
-    const float peak = core::larger(core::absolute(start), core::absolute(end));
-    force.peak_nm = peak * scale_.torque_nm;
-    force.start = peak > 0.0F ? start / peak : 0.0F;
-    // Without an end it never gets anywhere.
-    force.slope_per_tick =
-        peak > 0.0F ? per_tick((end - start) / peak, effect.duration_ticks) : 0.0F;
-  } else {
-    force.periodic = true;
-    force.waveform = waveform(block.type);
-    force.peak_nm = level(block.periodic.magnitude) * scale_.torque_nm;
-    force.offset_nm = level(block.periodic.offset) * scale_.torque_nm;
-    force.start_phase =
-        static_cast<std::uint32_t>((std::uint64_t{block.periodic.phase} << 32) / kFull);
-    force.phase_per_tick = phase_per_tick(block.periodic.period_ms, period_ns_);
-    if (block.periodic.period_ms == 0) force.peak_nm = 0.0F;
-  }
-  if (block.has_envelope) {
-    const SetEnvelope& envelope = block.envelope;
-    force.attack_ticks = ticks(envelope.attack_ms);
-    force.attack_nm = level(envelope.attack_level) * scale_.torque_nm - force.peak_nm;
-    force.attack_fall_per_tick = per_tick(force.attack_nm, force.attack_ticks);
-    force.fade_ticks = ticks(envelope.fade_ms);
-    force.fade_nm = level(envelope.fade_level) * scale_.torque_nm - force.peak_nm;
-    force.fade_fall_per_tick = per_tick(force.fade_nm, force.fade_ticks);
-  }
-  return effect;
-}
-
-void PidEngine::prepare_condition(const Block& block, Effect& effect) const {
-  const SetCondition& set = block.condition;
-  float full = scale_.half_range_rad;
-  float gain = scale_.stiffness_nm_per_rad;
-  switch (block.type) {
-    case EffectType::spring:
-      effect.metric = Metric::angle;
-      break;
-    case EffectType::damper:
-      effect.metric = Metric::speed;
-      full = scale_.speed_rad_s;
-      gain = scale_.torque_nm / full;
-      break;
-    case EffectType::inertia:
-      effect.metric = Metric::acceleration;
-      full = scale_.acceleration_rad_s2;
-      gain = scale_.torque_nm / full;
-      break;
-    default:
-      effect.metric = Metric::slip;
-      full = scale_.speed_rad_s;
-      break;
-  }
-  // A spring may push away, it gives back what it took. A negative damper, inertia or friction
-  // would set the knob in motion by itself.
-  const auto coefficient = [&](std::int16_t value) {
-    return effect.metric != Metric::angle && value < 0 ? 0.0F : level(value);
-  };
-  Condition& condition = effect.condition;
-  condition.offset = level(set.offset) * full;
-  condition.dead_band = level(set.dead_band) * full;
-  condition.positive_gain = coefficient(set.positive_coefficient) * gain;
-  condition.negative_gain = coefficient(set.negative_coefficient) * gain;
-  condition.positive_limit_nm = level(set.positive_saturation) * scale_.torque_nm;
-  condition.negative_limit_nm = level(set.negative_saturation) * scale_.torque_nm;
-  if (effect.metric != Metric::slip) return;
-
-  // Dry friction holds its torque at any speed; the coefficient is a share of the full torque.
-  const auto held_nm = [&](float share, float most_nm) {
-    return core::smaller(share * scale_.torque_nm, most_nm);
-  };
-  condition.positive_limit_nm =
-      held_nm(coefficient(set.positive_coefficient), condition.positive_limit_nm);
-  condition.negative_limit_nm =
-      held_nm(coefficient(set.negative_coefficient), condition.negative_limit_nm);
-  const float most_nm =
-      core::larger(condition.positive_limit_nm, condition.negative_limit_nm) * effect.gain;
-  condition.positive_gain = 0.0F;
-  condition.negative_gain = 0.0F;
-  if (most_nm <= 0.0F) return;
-  // As stiff as it is stable, but no need for it to hold within less than a count or two.
-  condition.positive_gain =
-      core::smaller(scale_.most.bristle / (most_nm * most_nm), scale_.most.quantised) / effect.gain;
-}
-
 void PidEngine::send_orders() {
   if (settings_dirty_) {
     Order order;
@@ -397,7 +239,7 @@ void PidEngine::send_orders() {
       order.block = next_dirty_;
       order.play = block.play;
       order.loops = block.loops;
-      if (block.type != EffectType::none) order.effect = prepare(block);
+      if (block.type != EffectType::none) order.effect = prepare(block, scale_, period_ns_);
       (void)forces_.give(order);
       block.dirty = false;
       block.play = Order::Play::as_it_is;
@@ -429,8 +271,7 @@ void PidEngine::watch_silence() {
   if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
   for (std::size_t i = 0; i < kBlocks; ++i) {
     Block& block = blocks_[i];
-    const bool endless = block.effect.duration_ms == 0 || block.effect.duration_ms == kEndless;
-    if (!plays(i) || !is_timed(block.type) || !endless) continue;
+    if (!plays(i) || !is_timed(block.type) || !is_endless(block)) continue;
     block.play = Order::Play::stop;
   }
 }

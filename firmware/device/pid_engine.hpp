@@ -14,7 +14,7 @@
 
 #include "device/game_config.hpp"
 #include "device/game_forces.hpp"
-#include "device/game_reports.hpp"
+#include "device/pid_block.hpp"
 
 namespace torsio::device::game {
 
@@ -56,21 +56,6 @@ class PidEngine {
   void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
 
  private:
-  struct Block {
-    EffectType type = EffectType::none;  // none: free
-    SetEffect effect;
-    SetEnvelope envelope;
-    SetCondition condition;
-    SetPeriodic periodic;
-    SetConstant constant;
-    SetRamp ramp;
-    bool has_envelope = false;
-    bool dirty = false;  // the interrupt does not know yet
-    Order::Play play = Order::Play::as_it_is;
-    std::uint8_t loops = 1;
-    std::uint64_t triggered_tick = 0;
-  };
-
   template <class Report, class Fits, class Take>
   bool take(std::span<const std::uint8_t> bytes, Fits fits, Take apply);
   Block* find(std::uint8_t index);
@@ -84,8 +69,6 @@ class PidEngine {
   void watch_silence();
   void watch_triggers();
   static bool triggers(const Block& block, std::uint8_t buttons);
-  Effect prepare(const Block& block) const;
-  void prepare_condition(const Block& block, Effect& effect) const;
   std::size_t next_joystick(std::span<std::uint8_t> report);
   std::size_t next_state(std::span<std::uint8_t> report);
   std::int16_t axis() const;

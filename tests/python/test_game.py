@@ -107,6 +107,7 @@ def test_sdk_takes_over_and_the_game_comes_back_by_starting() -> None:
         game.start(block)
         knob.emulator.advance(0.1)
         assert knob.health().owner == "game"
+        assert (knob.record(duration_s=0.01)["flags"] & torsio.telemetry.FLAG_GAME).all()
         with pytest.raises(torsio.Refused):
             knob.configure(torsio.GameConfig())
         knob.arm()

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 __all__ = [
     "FLAG_BRAKE_SATURATED",
+    "FLAG_GAME",
     "FLAG_LOCAL_MODEL",
     "FLAG_MOTOR_SATURATED",
     "FLAG_PASSIVE",
@@ -65,3 +66,5 @@ FLAG_LOCAL_MODEL: Final = 1 << 4
 """A streamed local model is in force."""
 FLAG_PASSIVE: Final = 1 << 5
 """Fading out after silence of the host or a missed deadline."""
+FLAG_GAME: Final = 1 << 6
+"""A game has the actuator."""

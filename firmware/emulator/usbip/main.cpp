@@ -152,6 +152,9 @@ class Program {
       knob_.exported().available = true;
     } else if (line == "emergency_stop pressed" || line == "emergency_stop released") {
       knob_.device().set_emergency_stop(line.ends_with("pressed"));
+    } else if (line.size() == 9 && line.starts_with("buttons ") && line[8] >= '0' &&
+               line[8] <= '3') {
+      knob_.device().set_buttons(static_cast<std::uint8_t>(line[8] - '0'));
     } else if (!hands_.follow(line)) {
       say("warning", "cannot follow \"" + std::string(line.substr(0, 80)) + "\"");
     }

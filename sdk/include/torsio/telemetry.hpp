@@ -17,6 +17,7 @@ inline constexpr std::uint8_t motor_saturated = 1 << 2;
 inline constexpr std::uint8_t brake_saturated = 1 << 3;
 inline constexpr std::uint8_t local_model = 1 << 4;  ///< a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;      ///< fading out after silence or a deadline
+inline constexpr std::uint8_t game = 1 << 6;         ///< a game has the actuator
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.

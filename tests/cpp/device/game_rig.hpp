@@ -29,6 +29,11 @@ struct Bytes {
   Bytes& u16(int value) { return u8(value & 0xFF).u8((value >> 8) & 0xFF); }
 };
 
+/// A torque other than 0, to a share of itself. doctest compares numbers of less than 1 with 1.
+inline doctest::Approx about(double nm, double share = 1e-3) {
+  return doctest::Approx(nm).scale(0).epsilon(share);
+}
+
 struct EffectOptions {
   int duration_ms = kWithoutEnd;
   int delay_ms = 0;
@@ -138,6 +143,23 @@ class GameRig : public Rig {
     constant(block, magnitude);
     start(block);
     return block;
+  }
+
+  /// A condition that plays from the next tick on.
+  int play_condition(int type, const ConditionOptions& options) {
+    const int block = create(type);
+    set_effect(block);
+    condition(block, options);
+    start(block);
+    return block;
+  }
+
+  /// Turns the knob by so many counts in each of so many ticks.
+  void turn(int counts, int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      inputs.encoder_count += static_cast<std::uint32_t>(counts);
+      tick();
+    }
   }
 
   /// Motor torque of each of the next ticks.

@@ -32,21 +32,35 @@ double wave(int type, double phase) {
   }
 }
 
+/// Compares the torque of each of the next ticks with a function of the tick's number.
+template <class Form>
+void check_torques(GameRig& rig, int ticks, Form&& expected_nm) {
+  for (int i = 0; i < ticks; ++i) {
+    CAPTURE(i);
+    rig.tick();
+    CHECK(static_cast<double>(rig.outputs.motor_torque_nm) ==
+          Approx(expected_nm(i)).scale(1).epsilon(kStep));
+  }
+}
+
+EffectOptions lasting(int duration_ms) {
+  EffectOptions options;
+  options.duration_ms = duration_ms;
+  return options;
+}
+
 }  // namespace
 
 TEST_CASE("a constant force begins after its delay and ends after its duration, to the tick") {
   for (const std::uint32_t period_ns : {1'000'000U, 100'000U}) {
     GameRig rig(period_ns);
     const int per_ms = static_cast<int>(1'000'000 / period_ns);
-    EffectOptions options;
+    EffectOptions options = lasting(11);
     options.delay_ms = 7;
-    options.duration_ms = 11;
     rig.play_constant(16384, options);
-    const auto nm = rig.torques(25 * per_ms);
-    for (int i = 0; i < 25 * per_ms; ++i) {
-      const bool on = i >= 7 * per_ms && i < 18 * per_ms;
-      CHECK(nm[static_cast<std::size_t>(i)] == Approx(on ? kFull / 2 : 0).epsilon(1e-3));
-    }
+    check_torques(rig, 25 * per_ms, [&](int i) {
+      return i >= 7 * per_ms && i < 18 * per_ms ? kFull * 16384 / 32767 : 0.0;
+    });
   }
 }
 
@@ -72,6 +86,17 @@ TEST_CASE("a direction is where the force comes from; one axis takes its share")
   }
 }
 
+TEST_CASE("a vibration that comes from nowhere shakes the knob, as Linux's rumble does") {
+  GameRig rig;
+  const int block = rig.create(kSine);
+  EffectOptions options;
+  options.direction = 0;
+  rig.set_effect(block, options);
+  rig.periodic(block, 20000, 0, 0, 40);
+  rig.start(block);
+  check_torques(rig, 200, [](int i) { return -kFull * 20000 / 32767 * wave(kSine, i / 40.0); });
+}
+
 TEST_CASE("a force of the other sign pushes the other way") {
   GameRig rig;
   const int block = rig.play_constant(-32767);
@@ -85,18 +110,10 @@ TEST_CASE("a force of the other sign pushes the other way") {
 TEST_CASE("a ramp goes from start to end over its duration") {
   GameRig rig;
   const int block = rig.create(kRamp);
-  EffectOptions options;
-  options.duration_ms = 200;
-  rig.set_effect(block, options);
+  rig.set_effect(block, lasting(200));
   rig.ramp(block, -32767, 16384);
   rig.start(block);
-  const auto nm = rig.torques(210);
-  for (int i = 0; i < 200; ++i) {
-    const double expected = kFull * (-1 + 1.5 * i / 200.0);
-    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
-          Approx(expected).scale(1).epsilon(kStep));
-  }
-  CHECK(nm[203] == 0.0F);
+  check_torques(rig, 210, [](int i) { return i < 200 ? kFull * (-1 + 1.5 * i / 200.0) : 0.0; });
 }
 
 TEST_CASE("the periodic forces have their shape, amplitude, offset, phase and period") {
@@ -124,30 +141,24 @@ TEST_CASE("the periodic forces have their shape, amplitude, offset, phase and pe
 TEST_CASE("attack and fade are lines from their levels to the peak") {
   GameRig rig;
   const int block = rig.create(kConstant);
-  EffectOptions options;
-  options.duration_ms = 100;
-  rig.set_effect(block, options);
+  rig.set_effect(block, lasting(100));
   rig.constant(block, -20000);
   rig.envelope(block, 5000, 40, 30000, 20);
   rig.start(block);
-  const auto nm = rig.torques(100);
-  for (int i = 0; i < 100; ++i) {
+  check_torques(rig, 100, [](int i) {
     double level = 20000;
     if (i < 40) level = 5000 + 15000 * i / 40.0;
     if (100 - i < 20) level = 30000 - 10000 * (100 - i) / 20.0;
-    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
-          Approx(-kFull * level / 32767).scale(1).epsilon(kStep));
-  }
+    return -kFull * level / 32767;
+  });
 }
 
 TEST_CASE("attack and fade that overlap leave no jump, and an envelope needs no order") {
   GameRig rig;
   const int block = rig.create(kConstant);
   rig.envelope(block, 0, 80, 0, 80);
-  EffectOptions options;
-  options.duration_ms = 100;
   rig.constant(block, 32767);
-  rig.set_effect(block, options);
+  rig.set_effect(block, lasting(100));
   rig.start(block);
   const auto nm = rig.torques(101);
   for (std::size_t i = 1; i < 101; ++i) {
@@ -159,45 +170,32 @@ TEST_CASE("attack and fade that overlap leave no jump, and an envelope needs no 
 TEST_CASE("the envelope of a wave shapes its amplitude but not its offset") {
   GameRig rig;
   const int block = rig.create(kSquare);
-  EffectOptions options;
-  options.duration_ms = 100;
-  rig.set_effect(block, options);
+  rig.set_effect(block, lasting(100));
   rig.periodic(block, 10000, 10000, 0, 20);
   rig.envelope(block, 0, 100, 32767, 0);
   rig.start(block);
-  const auto nm = rig.torques(100);
-  for (int i = 0; i < 100; ++i) {
+  check_torques(rig, 100, [](int i) {
     const double sign = i / 10 % 2 == 0 ? 1 : -1;
-    const double expected = kFull * (10000 + sign * 10000 * i / 100.0) / 32767;
-    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
-          Approx(expected).scale(1).epsilon(kStep));
-  }
+    return kFull * (10000 + sign * 10000 * i / 100.0) / 32767;
+  });
 }
 
 TEST_CASE("loops repeat the effect with its envelope; the delay comes once") {
   GameRig rig;
   const int block = rig.create(kRamp);
-  EffectOptions options;
-  options.duration_ms = 20;
+  EffectOptions options = lasting(20);
   options.delay_ms = 5;
   rig.set_effect(block, options);
   rig.ramp(block, 0, 32767);
   rig.start(block, 3);
-  const auto nm = rig.torques(80);
-  for (int i = 0; i < 80; ++i) {
-    const bool on = i >= 5 && i < 65;
-    const double expected = on ? kFull * ((i - 5) % 20) / 20.0 : 0.0;
-    CHECK(static_cast<double>(nm[static_cast<std::size_t>(i)]) ==
-          Approx(expected).scale(1).epsilon(kStep));
-  }
+  check_torques(rig, 80,
+                [](int i) { return i >= 5 && i < 65 ? kFull * ((i - 5) % 20) / 20.0 : 0.0; });
 }
 
 TEST_CASE("a loop count of 255 has no end") {
   GameRig rig;
   const int block = rig.create(kConstant);
-  EffectOptions options;
-  options.duration_ms = 3;
-  rig.set_effect(block, options);
+  rig.set_effect(block, lasting(3));
   rig.constant(block, 32767);
   rig.start(block, 255);
   rig.tick(3 * 600);
@@ -206,9 +204,7 @@ TEST_CASE("a loop count of 255 has no end") {
 
 TEST_CASE("a duration of zero, as Linux 6.1 sends it, is without end") {
   GameRig rig;
-  EffectOptions options;
-  options.duration_ms = 0;
-  rig.play_constant(32767, options);
+  rig.play_constant(32767, lasting(0));
   rig.tick(5000);
   CHECK(rig.outputs.motor_torque_nm == Approx(kFull));
 }
@@ -221,7 +217,7 @@ TEST_CASE("effect gain, device gain and the user's gain multiply; the cap holds 
   rig.play_constant(32767, options);
   rig.gain(8192);
   rig.tick(3);
-  CHECK(rig.outputs.motor_torque_nm == Approx(kFull / 16).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(kFull / 16));
 
   GameRig full;
   for (int i = 0; i < 3; ++i) full.play_constant(32767);
@@ -263,9 +259,7 @@ TEST_CASE("updates in every millisecond are joined by lines, whatever the tick r
 TEST_CASE("beginning, change and end are blended in the configured time") {
   GameRig rig(100'000);
   rig.configure([](protocol::GameConfig& config) { config.blend_s = 5e-3F; });
-  EffectOptions options;
-  options.duration_ms = 20;
-  const int block = rig.play_constant(32767, options);
+  const int block = rig.play_constant(32767, lasting(20));
   auto nm = rig.torques(100);
   rig.constant(block, -32767);
   for (const float each : rig.torques(200)) nm.push_back(each);
@@ -282,9 +276,7 @@ TEST_CASE("beginning, change and end are blended in the configured time") {
 TEST_CASE("a paused device is silent, and effects go on where they were") {
   GameRig rig;
   const int block = rig.create(kRamp);
-  EffectOptions options;
-  options.duration_ms = 100;
-  rig.set_effect(block, options);
+  rig.set_effect(block, lasting(100));
   rig.ramp(block, 0, 32767);
   rig.start(block);
   rig.tick(41);
@@ -295,7 +287,7 @@ TEST_CASE("a paused device is silent, and effects go on where they were") {
   CHECK(rig.outputs.motor_torque_nm == 0.0F);
   rig.control(6);
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == Approx(kFull * 0.41).epsilon(0.03));
+  CHECK(rig.outputs.motor_torque_nm == about(kFull * 0.41, 0.03));
   rig.tick(62);
   CHECK(rig.outputs.motor_torque_nm == 0.0F);
 }
@@ -343,48 +335,36 @@ TEST_CASE("a spring answers to offset, dead band, each side's coefficient and sa
 TEST_CASE("a negative spring pushes away") {
   GameRig rig;
   rig.configure([](protocol::GameConfig& config) { config.range_deg = 114.59156F; });
-  const int block = rig.create(kSpring);
-  rig.set_effect(block);
   GameRig::ConditionOptions options;
   options.positive = -32767;
   options.negative = -32767;
-  rig.condition(block, options);
-  rig.start(block);
-  for (int i = 0; i < 65; ++i) {
-    rig.inputs.encoder_count += 10;
-    rig.tick();
-  }
-  CHECK(rig.outputs.motor_torque_nm == Approx(kFull * 650 * 2 * kPi / 8192).epsilon(1e-3));
+  rig.play_condition(kSpring, options);
+  rig.turn(10, 65);
+  CHECK(rig.outputs.motor_torque_nm == about(kFull * 650 * 2 * kPi / 8192));
 }
 
 TEST_CASE("a damper resists in proportion to speed, and a negative one does nothing") {
   for (const int coefficient : {32767, -32767}) {
     GameRig rig;
     rig.configure([](protocol::GameConfig& config) { config.speed_full_rad_s = 40; });
-    const int block = rig.create(kDamper);
-    rig.set_effect(block);
     GameRig::ConditionOptions options;
     options.positive = coefficient;
     options.negative = coefficient;
-    rig.condition(block, options);
-    rig.start(block);
-    for (int i = 0; i < 300; ++i) {
-      rig.inputs.encoder_count += 13;
-      rig.tick();
-    }
+    rig.play_condition(kDamper, options);
+    rig.turn(13, 300);
     const double speed = 13 * 2 * kPi / 8192 / 1e-3;
-    CHECK(rig.outputs.motor_torque_nm ==
-          Approx(coefficient > 0 ? -kFull * speed / 40 : 0).epsilon(1e-3));
+    if (coefficient > 0) {
+      CHECK(rig.outputs.motor_torque_nm == about(-kFull * speed / 40));
+    } else {
+      CHECK(rig.outputs.motor_torque_nm == 0.0F);
+    }
   }
 }
 
 TEST_CASE("an inertia resists in proportion to acceleration") {
   GameRig rig;
   rig.configure([](protocol::GameConfig& config) { config.acceleration_full_rad_s2 = 1e4F; });
-  const int block = rig.create(kInertia);
-  rig.set_effect(block);
-  rig.condition(block, {});
-  rig.start(block);
+  rig.play_condition(kInertia, {});
   double count = 0;
   double mean = 0;
   for (int i = 0; i < 400; ++i) {
@@ -394,24 +374,18 @@ TEST_CASE("an inertia resists in proportion to acceleration") {
     if (i >= 200) mean += static_cast<double>(rig.outputs.motor_torque_nm) / 200;
   }
   const double acceleration = 0.25 * 2 * kPi / 8192 / 1e-6;
-  CHECK(mean == Approx(-kFull * acceleration / 1e4).epsilon(0.01));
+  CHECK(mean == about(-kFull * acceleration / 1e4, 0.01));
 }
 
 TEST_CASE("a friction holds its torque at any speed and turns with the direction") {
   GameRig rig;
-  const int block = rig.create(kFriction);
-  rig.set_effect(block);
   GameRig::ConditionOptions options;
   options.positive = 8192;
   options.negative = 4096;
-  rig.condition(block, options);
-  rig.start(block);
+  rig.play_condition(kFriction, options);
   for (const int step : {3, 30, -3, -30}) {
-    for (int i = 0; i < 600; ++i) {
-      rig.inputs.encoder_count += static_cast<std::uint32_t>(step);
-      rig.tick();
-    }
-    CHECK(rig.outputs.motor_torque_nm == Approx(step > 0 ? -kFull / 4 : kFull / 8).epsilon(1e-3));
+    rig.turn(step, 600);
+    CHECK(rig.outputs.motor_torque_nm == about(step > 0 ? -kFull / 4 : kFull / 8));
   }
 }
 

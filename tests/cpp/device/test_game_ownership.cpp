@@ -235,7 +235,7 @@ TEST_CASE("a game that hangs loses its endless push, but keeps spring and what h
   rig.tick(490);
   CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
   rig.tick(30);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 1000 / 32767).epsilon(1e-3));
+  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 1000 / 32767));
   rig.tick(3000);
   CHECK(rig.owner() == Owner::game);  // the spring plays
 }

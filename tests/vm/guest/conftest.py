@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from tests.vm.guest.udev import running as running_udev
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 from tests.vm.guests import GUEST_VARIABLE
 
@@ -15,6 +16,13 @@ from tests.vm.guests import GUEST_VARIABLE
 def kernel() -> str:
     """Name of the kernel: 6.1, 6.12."""
     return os.environ[GUEST_VARIABLE]
+
+
+@pytest.fixture
+def udev() -> Iterator[None]:
+    """Run udev; ask for it before a knob."""
+    with running_udev():
+        yield
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import os
 import struct
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from tests.vm.guest.virtual_bus import VirtualKnob, wait_for
 
@@ -87,6 +88,17 @@ def condition(
     return one * 2
 
 
+class Axis(NamedTuple):
+    """struct input_absinfo; changes of less than the fuzz are held back or halved."""
+
+    value: int
+    minimum: int
+    maximum: int
+    fuzz: int
+    flat: int
+    resolution: int
+
+
 class Gamepad:
     """An event device that is open."""
 
@@ -113,29 +125,32 @@ class Gamepad:
         fcntl.ioctl(self.file, _EFFECTS, answer)
         return int.from_bytes(answer, "little")
 
-    def axis(self) -> tuple[int, int, int]:
-        """Return value, minimum, maximum of X, EVIOCGABS."""
+    def axis(self) -> Axis:
+        """Return what is known of X, EVIOCGABS."""
         answer = bytearray(24)
         fcntl.ioctl(self.file, 0x80184540, answer)
-        value, low, high = struct.unpack("<3i12x", answer)
-        return value, low, high
+        return Axis(*struct.unpack("<6i", answer))
 
     def upload(self, effect: Effect) -> int:
         """Make an effect, or change the one with its number. Returns the number."""
-        data = effect.packed
+        return self.upload_packed(effect.packed)
+
+    def upload_packed(self, data: bytearray) -> int:
+        """Do the same with bytes that were made before, for haste."""
         fcntl.ioctl(self.file, _UPLOAD, data)
         return int(struct.unpack_from("<h", data, 2)[0])
 
     def erase(self, number: int) -> None:
         fcntl.ioctl(self.file, _ERASE, number)
 
-    def play(self, number: int, loops: int = 1) -> None:
-        """Play, 0 loops stop it."""
-        self._write(number, loops)
+    def play(self, *numbers: int, loops: int = 1) -> None:
+        """Play, all at once; 0 loops stop them."""
+        self._write(*((number, loops) for number in numbers))
 
     def set_gain(self, gain: int) -> None:
         """65535 is all."""
-        self._write(GAIN, gain)
+        self._write((GAIN, gain))
 
-    def _write(self, code: int, value: int) -> None:
-        os.write(self.file, struct.pack("<qqHHi", 0, 0, _EV_FF, code, value))
+    def _write(self, *events: tuple[int, int]) -> None:
+        data = (struct.pack("<qqHHi", 0, 0, _EV_FF, code, value) for code, value in events)
+        os.write(self.file, b"".join(data))

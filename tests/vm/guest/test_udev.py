@@ -2,42 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import stat
-import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.vm.guest.virtual_bus import TREE, VirtualBus, VirtualKnob, wait_for
+from tests.vm.guest.udev import RULE, run
+from tests.vm.guest.virtual_bus import TREE, VirtualBus, VirtualKnob
 from torsio import doctor_facts
-
-# The guest's root is not that of its first process, in which case udev's commands do nothing.
-ENVIRONMENT = {**os.environ, "SYSTEMD_IGNORE_CHROOT": "1"}
-RULE = Path("/etc/udev/rules.d/60-torsio.rules")
-
-
-def run(*command: str | Path) -> str:
-    result = subprocess.run(
-        command, env=ENVIRONMENT, capture_output=True, text=True, check=False, cwd="/"
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    return result.stdout + result.stderr
-
-
-@pytest.fixture
-def udev() -> Iterator[None]:
-    """Run udev, as a computer does from its start."""
-    daemon = subprocess.Popen(["/lib/systemd/systemd-udevd"], env=ENVIRONMENT)
-    try:
-        wait_for("udev", lambda: Path("/run/udev/control").exists())
-        yield
-    finally:
-        daemon.terminate()
-        daemon.wait()
-        shutil.rmtree("/run/udev")  # no trace for those who look whether udev runs
 
 
 def tags(device: Path) -> set[str]:

@@ -1,0 +1,87 @@
+/// @file
+/// The kinds of fields that a report of the game interface is made of, each with what the report
+/// descriptor has to say of it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace torsio::device::game {
+
+enum class Main : std::uint8_t { input = 0x81, output = 0x91, feature = 0xB1 };
+
+// Usage pages and usages (HID Usage Tables 1.4; PID 1.0).
+namespace usage {
+inline constexpr std::uint16_t desktop = 0x01;
+inline constexpr std::uint16_t button = 0x09;
+inline constexpr std::uint16_t ordinal = 0x0A;
+inline constexpr std::uint16_t pid = 0x0F;
+}  // namespace usage
+
+struct Unit {
+  std::uint32_t code = 0;
+  std::int8_t exponent = 0;
+};
+inline constexpr Unit kNoUnit{};
+inline constexpr Unit kMilliseconds{0x1003, -3};
+inline constexpr Unit kDegrees{0x14, 0};
+
+/// One value of one or two bytes.
+template <class Owner, class T>
+struct Value {
+  T Owner::* member;
+  std::uint16_t page;
+  std::uint8_t id;
+  std::int32_t min;
+  std::int32_t max;
+  std::int32_t physical_max = 0;  // 0: as the logical values
+  Unit unit{};
+  bool strict = true;  // a value outside [min, max] spoils the report
+
+  static constexpr unsigned bytes = sizeof(T);
+};
+
+/// One of several choices, numbered from 1 in the order of their usages, in a collection.
+template <class Owner, std::size_t N>
+struct Choice {
+  std::uint8_t Owner::* member;
+  std::uint8_t id;  // of the collection
+  std::array<std::uint8_t, N> choices;
+
+  static constexpr unsigned bytes = 1;
+};
+
+/// A bit of a byte.
+struct Bit {
+  std::uint16_t page;
+  std::uint8_t id;
+  std::uint8_t collection = 0;  // that it stands in; 0: none
+};
+
+/// A byte of bits, the lowest first, filled up with constants.
+template <class Owner, std::size_t N>
+struct Bits {
+  std::uint8_t Owner::* member;
+  std::array<Bit, N> bits;
+
+  static constexpr unsigned bytes = 1;
+};
+
+/// A collection with values that differ in their usage only.
+template <class Owner, std::size_t N>
+struct Values {
+  std::array<std::uint16_t, N> Owner::* member;
+  std::uint8_t collection;
+  std::uint16_t page;
+  std::array<std::uint8_t, N> ids;
+  std::int32_t max;
+  std::int32_t physical_max;
+  Unit unit{};
+
+  static constexpr unsigned bytes = 2 * N;
+};
+
+template <class Report>
+struct Layout;
+
+}  // namespace torsio::device::game

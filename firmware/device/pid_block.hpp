@@ -1,0 +1,46 @@
+/// @file
+/// One block of a HID PID device's pool: what a game has said of an effect, and the force that the
+/// control interrupt makes of it.
+#pragma once
+
+#include <cstdint>
+
+#include "device/game_config.hpp"
+#include "device/game_forces.hpp"
+#include "device/game_reports.hpp"
+
+namespace torsio::device::game {
+
+struct Block {
+  EffectType type = EffectType::none;  // none: free
+  SetEffect effect;
+  SetEnvelope envelope;
+  SetCondition condition;
+  SetPeriodic periodic;
+  SetConstant constant;
+  SetRamp ramp;
+  bool has_envelope = false;
+  bool dirty = false;  // the interrupt does not know yet
+  Order::Play play = Order::Play::as_it_is;
+  std::uint8_t loops = 1;
+  std::uint64_t triggered_tick = 0;
+};
+
+constexpr bool is_timed(EffectType type) { return type < EffectType::spring; }
+constexpr bool is_periodic(EffectType type) {
+  return type >= EffectType::square && type <= EffectType::sawtooth_down;
+}
+/// Linux 6.1 sends its own sign for "without end", which is 0.
+constexpr bool is_endless(const Block& block) {
+  return block.effect.duration_ms == 0 || block.effect.duration_ms == kEndless;
+}
+
+/// A number of a report as a share of full.
+constexpr float level(std::int32_t value) {
+  return static_cast<float>(value) * (1.0F / static_cast<float>(kFull));
+}
+
+/// @param block must not be free
+Effect prepare(const Block& block, const GameScale& scale, std::uint32_t period_ns);
+
+}  // namespace torsio::device::game
