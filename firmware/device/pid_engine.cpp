@@ -1,5 +1,7 @@
 #include "device/pid_engine.hpp"
 
+#include <bit>
+
 #include "device/game_codec.hpp"
 
 namespace torsio::device::game {
@@ -17,11 +19,19 @@ PidEngine::PidEngine(Forces& forces, const Config& config, std::uint32_t period_
 
 void PidEngine::configure(const Config& config) {
   scale_ = make_game_scale(config, period_ns_);
-  for (Block& block : blocks_) block.dirty = block.type != EffectType::none;
+  for (Block& block : blocks_) {
+    if (block.type != EffectType::none) touch(block);
+  }
   settings_dirty_ = true;
 }
 
 // Reports in ---------------------------------------------------------------------------------
+
+/// The control loop is to hear of it.
+void PidEngine::touch(Block& block) {
+  block.dirty = true;
+  blocks_dirty_ = true;
+}
 
 Block* PidEngine::find(std::uint8_t index) {
   if (index < 1 || index > kBlocks || blocks_[index - 1].type == EffectType::none) return nullptr;
@@ -36,7 +46,7 @@ bool PidEngine::take(std::span<const std::uint8_t> bytes, Fits fits, Take apply)
   Block* block = find(report.block);
   if (block == nullptr || !fits(*block, report)) return false;
   apply(*block) = report;
-  block->dirty = true;
+  touch(*block);
   return true;
 }
 
@@ -133,7 +143,7 @@ void PidEngine::create(EffectType type) {
     const Order::Play play = block.play;  // a stop that is still on its way
     block = Block{};
     block.type = type;
-    block.dirty = true;
+    touch(block);
     block.play = play;
     block.effect.gain = kFull;
     block_load_.block = static_cast<std::uint8_t>(i + 1);
@@ -148,13 +158,13 @@ void PidEngine::free_block(std::uint8_t index) {
   if (block == nullptr) return;
   block->type = EffectType::none;
   block->play = Order::Play::stop;
-  block->dirty = true;
+  touch(*block);
 }
 
 void PidEngine::play(Block& block, std::uint8_t loops) {
   block.play = Order::Play::start;
   block.loops = loops;
-  block.dirty = true;
+  touch(block);
 }
 
 void PidEngine::operate(const EffectOperation& operation) {
@@ -171,7 +181,7 @@ void PidEngine::operate(const EffectOperation& operation) {
       break;
     case Operation::stop:
       block->play = Order::Play::stop;
-      block->dirty = true;
+      touch(*block);
       break;
   }
 }
@@ -231,6 +241,7 @@ void PidEngine::send_orders() {
     if (!forces_.give(order)) return;
     stop_all_dirty_ = false;
   }
+  if (!blocks_dirty_) return;
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
     Block& block = blocks_[next_dirty_];
     if (block.dirty || block.play != Order::Play::as_it_is) {
@@ -246,6 +257,7 @@ void PidEngine::send_orders() {
     }
     next_dirty_ = next_dirty_ + 1 == kBlocks ? 0 : static_cast<std::uint8_t>(next_dirty_ + 1);
   }
+  blocks_dirty_ = false;
 }
 
 // The rest of the device ---------------------------------------------------------------------
@@ -269,10 +281,12 @@ void PidEngine::disconnect() {
 /// wants a spring says so once.
 void PidEngine::watch_silence() {
   if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
+  if ((forces_.playing_blocks(0) | forces_.playing_blocks(1)) == 0) return;
   for (std::size_t i = 0; i < kBlocks; ++i) {
     Block& block = blocks_[i];
     if (!plays(i) || !is_timed(block.type) || !is_endless(block)) continue;
     block.play = Order::Play::stop;
+    blocks_dirty_ = true;
   }
 }
 
@@ -377,13 +391,14 @@ std::size_t PidEngine::next_joystick(std::span<std::uint8_t> report) {
 std::size_t PidEngine::next_state(std::span<std::uint8_t> report) {
   State state;
   state.status = status();
-  for (std::uint8_t i = 0; i < kBlocks; ++i) {
-    const std::uint32_t bit = std::uint32_t{1} << (i % 32);
-    std::uint32_t& sent = playing_sent_[i / 32];
-    if (plays(i) == ((sent & bit) != 0)) continue;
-    sent ^= bit;
-    state.playing = plays(i) ? 1 : 0;
-    state.block = static_cast<std::uint8_t>(i + 1);
+  for (std::size_t word = 0; word < playing_sent_.size(); ++word) {
+    const std::uint32_t playing = forces_.playing_blocks(word);
+    const std::uint32_t changed = playing ^ playing_sent_[word];
+    if (changed == 0) continue;
+    const std::uint32_t bit = changed & -changed;  // one at a time, the lowest first
+    playing_sent_[word] ^= bit;
+    state.playing = (playing & bit) != 0 ? 1 : 0;
+    state.block = static_cast<std::uint8_t>(32 * word + std::countr_zero(bit) + 1);
     status_sent_ = state.status;
     return encode(state, report);
   }

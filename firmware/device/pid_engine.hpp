@@ -59,6 +59,7 @@ class PidEngine {
   template <class Report, class Fits, class Take>
   bool take(std::span<const std::uint8_t> bytes, Fits fits, Take apply);
   Block* find(std::uint8_t index);
+  void touch(Block& block);
   void operate(const EffectOperation& operation);
   void control(Control control);
   void create(EffectType type);
@@ -89,6 +90,7 @@ class PidEngine {
   bool enabled_ = true;
   bool settings_dirty_ = true;
   bool stop_all_dirty_ = false;
+  bool blocks_dirty_ = false;    // some may be; there are too many to ask in every round
   std::uint8_t next_dirty_ = 0;  // block to look at first, so that each gets its turn
 
   std::uint8_t buttons_ = 0;
