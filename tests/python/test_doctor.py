@@ -71,6 +71,15 @@ def test_rule_is_found_wherever_udev_reads_rules(folder: str, tmp_path: Path) ->
     assert doctor_facts.find_permission(tmp_path).rule == str(rule)
 
 
+def test_session_over_ssh_is_known_by_its_connection(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("SSH_CONNECTION", raising=False)
+    assert not doctor_facts.find_permission(tmp_path).remote
+    monkeypatch.setenv("SSH_CONNECTION", "192.0.2.1 50000 192.0.2.2 22")  # as sshd(8) sets it
+    assert doctor_facts.find_permission(tmp_path).remote
+
+
 def only(root: Path, selector: str = "") -> doctor.Report:
     (report,) = doctor.diagnose(selector, root)
     return report

@@ -116,6 +116,21 @@ def test_what_a_callback_raises_ends_the_watch_and_stop_raises_it_once() -> None
 
 
 @pytest.mark.usefixtures("_fake")
+def test_stop_waits_for_the_callback_that_runs() -> None:
+    begun, done = threading.Event(), threading.Event()
+
+    def take(_: torsio.DeviceEvent) -> None:
+        begun.set()
+        time.sleep(0.2)
+        done.set()
+
+    watch = torsio.watch(take)
+    assert begun.wait(20.0)
+    watch.stop()
+    assert done.is_set()
+
+
+@pytest.mark.usefixtures("_fake")
 def test_callback_may_stop_its_watch() -> None:
     made, calls = threading.Event(), []
     watches: list[torsio.DeviceWatch] = []

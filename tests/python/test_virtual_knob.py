@@ -110,6 +110,18 @@ def test_it_ends_cleanly_with_a_client_attached(how: signal.Signals) -> None:
     assert errors == ""
 
 
+def test_killed_it_leaves_nothing_that_listens() -> None:
+    with emulated() as (process, port):
+        process.kill()
+        process.wait()
+        deadline = time.monotonic() + 30
+        with contextlib.suppress(ConnectionRefusedError):
+            while True:
+                socket.create_connection(("127.0.0.1", port)).close()
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
+
+
 def test_port_in_use_is_said_with_status_2() -> None:
     with emulated() as (_, port):
         assert f"port {port} is in use" in refused("--port", str(port))

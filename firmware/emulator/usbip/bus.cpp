@@ -63,6 +63,11 @@ std::uint8_t interval_frames(std::uint8_t address) {
   return endpoint == nullptr ? std::uint8_t{0} : endpoint->interval_frames;
 }
 
+bool has_packet(std::uint8_t endpoint) {
+  const Endpoint* found = find(endpoint | TUSB_DIR_IN_MASK);
+  return found != nullptr && found->interval_frames != 0 && !found->stalled && found->armed;
+}
+
 void setup(const std::array<std::uint8_t, 8>& request) {
   if (interval_frames(0) == 0) return;
   for (Endpoint& direction : controller.endpoints[0]) {

@@ -38,6 +38,9 @@ void unplug();
 /// @returns 0 if there is no such endpoint now
 std::uint8_t interval_frames(std::uint8_t address);
 
+/// Whether an IN endpoint would give a packet now.
+bool has_packet(std::uint8_t endpoint);
+
 /// The first packet of a control transfer. A device must always take it.
 void setup(const std::array<std::uint8_t, 8>& request);
 /// One OUT packet of at most kPacketSize bytes.

@@ -34,6 +34,7 @@ void HostController::unplug() {
   for (auto& direction : queues_) {
     for (Queue& queue : direction) queue.clear();
   }
+  absences_ = {};
   bus::unplug();
   device_.poll();
 }
@@ -49,6 +50,7 @@ void HostController::submit(const Submit& request, Bytes data, std::vector<Compl
   }
   Queue& queue = queues_[static_cast<std::size_t>(request.direction)][request.endpoint];
   queue.push_back({request, std::move(data)});
+  if (request.direction == Direction::in) make_up(request.endpoint, done);
 }
 
 bool HostController::unlink(std::uint32_t sequence) {
@@ -136,14 +138,18 @@ void HostController::poll_endpoints(Direction direction, std::vector<Completion>
   auto& queues = queues_[static_cast<std::size_t>(direction)];
   for (std::size_t endpoint = 1; endpoint < queues.size(); ++endpoint) {
     Queue& queue = queues[endpoint];
-    if (queue.empty()) continue;
     const std::uint8_t interval = bus::interval_frames(address_of(endpoint, direction));
     // A closed endpoint refuses at once.
-    if (interval > 1 && frame_ % interval != 0) continue;
+    const bool due = interval <= 1 || frame_ % interval == 0;
+    if (queue.empty()) {
+      if (due && direction == Direction::in) note_absence(endpoint);
+      continue;
+    }
+    if (!due) continue;
     if (direction == Direction::out) {
       send_packet(queue, done);
     } else {
-      fetch_packet(queue, done);
+      (void)fetch_packet(queue, done);
     }
     device_.poll();
   }
@@ -162,7 +168,8 @@ void HostController::send_packet(Queue& queue, std::vector<Completion>& done) {
   queue.pop_front();
 }
 
-void HostController::fetch_packet(Queue& queue, std::vector<Completion>& done) {
+/// @returns false if the device had none
+bool HostController::fetch_packet(Queue& queue, std::vector<Completion>& done) {
   Transfer& transfer = queue.front();
   const std::size_t room =
       std::min<std::size_t>(transfer.request.length, kLongestTransfer) - transfer.data.size();
@@ -170,7 +177,7 @@ void HostController::fetch_packet(Queue& queue, std::vector<Completion>& done) {
   const auto space = std::span(packet).first(std::min(room, kPacketSize));
   const auto [handshake, size] =
       bus::in(static_cast<std::uint8_t>(transfer.request.endpoint), space);
-  if (handshake == Handshake::nak) return;
+  if (handshake == Handshake::nak) return false;
   std::int32_t status = kOk;
   if (handshake == Handshake::stall) {
     status = kStalled;
@@ -179,11 +186,35 @@ void HostController::fetch_packet(Queue& queue, std::vector<Completion>& done) {
   } else {
     const auto kept = space.first(size);
     transfer.data.insert(transfer.data.end(), kept.begin(), kept.end());
-    if (size == kPacketSize && size < room) return;  // a full packet does not end a transfer
+    if (size == kPacketSize && size < room) return true;  // a full packet does not end a transfer
   }
   const std::size_t length = transfer.data.size();
   done.push_back(over(transfer.request, status, length, std::move(transfer.data)));
   queue.pop_front();
+  return true;
+}
+
+/// A frame in which the driver did not ask.
+void HostController::note_absence(std::size_t endpoint) {
+  Absence& absence = absences_[endpoint];
+  if (absence.frames <= kMostLate) ++absence.frames;
+  if (absence.frames > kMostLate) {
+    absence.missed_polls = 0;
+  } else if (bus::has_packet(static_cast<std::uint8_t>(endpoint))) {
+    ++absence.missed_polls;
+  }
+}
+
+/// The driver asks again: at once for what it would have got meanwhile, but for no more.
+void HostController::make_up(std::size_t endpoint, std::vector<Completion>& done) {
+  Queue& queue = queues_[static_cast<std::size_t>(Direction::in)][endpoint];
+  Absence& absence = absences_[endpoint];
+  absence.frames = 0;
+  while (absence.missed_polls > 0 && !queue.empty()) {
+    const bool fetched = fetch_packet(queue, done);
+    device_.poll();
+    absence.missed_polls = fetched ? absence.missed_polls - 1 : 0;
+  }
 }
 
 }  // namespace torsio::emulator::usbip

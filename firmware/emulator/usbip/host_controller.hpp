@@ -2,6 +2,11 @@
 /// A USB host controller without a bus: takes transfers, cuts them into packets and lets the
 /// device's stack answer. Interrupt endpoints move one packet per polling interval, as on a wire;
 /// control transfers are over at once, because the stack needs no time of the world for them.
+///
+/// A driver asks for the next report when it has got the last one, which over a network, or on a
+/// machine with much else to do, takes it longer than an interval. A controller of silicon would
+/// have polled meanwhile, so the polls that a waiting packet has missed are made up for as soon as
+/// the transfer comes.
 #pragma once
 
 #include <array>
@@ -27,6 +32,9 @@ struct Completion {
 class HostController {
  public:
   static constexpr std::size_t kLongestTransfer = 65'536;
+  /// Frames after which a driver that asks for nothing is not late but has stopped listening. As
+  /// long as the world catches up with the clock, see Pacer.
+  static constexpr unsigned kMostLate = 20;
 
   explicit HostController(usb::UsbDevice& device) : device_(device) {}
 
@@ -55,16 +63,24 @@ class HostController {
     std::size_t sent = 0;  // OUT
   };
   using Queue = std::deque<Transfer>;
+  /// Of an IN endpoint for which no transfer waits.
+  struct Absence {
+    unsigned frames = kMostLate + 1;  // since the last transfer; nobody has asked yet
+    unsigned missed_polls = 0;        // while the device had a packet
+  };
 
   Completion control(const Submit& request, const Bytes& data);
   Completion control_in(const Submit& request, std::size_t length);
   Completion control_out(const Submit& request, const Bytes& data);
   void poll_endpoints(Direction direction, std::vector<Completion>& done);
   void send_packet(Queue& queue, std::vector<Completion>& done);
-  void fetch_packet(Queue& queue, std::vector<Completion>& done);
+  bool fetch_packet(Queue& queue, std::vector<Completion>& done);
+  void note_absence(std::size_t endpoint);
+  void make_up(std::size_t endpoint, std::vector<Completion>& done);
 
   usb::UsbDevice& device_;
   std::array<std::array<Queue, bus::kEndpoints>, 2> queues_;  // by direction and number
+  std::array<Absence, bus::kEndpoints> absences_;             // by number
   std::uint64_t frame_ = 0;
 };
 

@@ -122,7 +122,7 @@ class Program {
         hands_(knob_.device()),
         server_(knob_.exported(), options.address, options.port, tell) {
     if (!options.log.empty()) log_.emplace(options.log);
-    if (options.hand == "pushes") commands_.emplace();
+    if (options.commands) commands_.emplace();
     if (!is_loopback(options.address)) {
       say("warning", "whoever reaches " + options.address +
                          " can use this knob; USB/IP asks for no password and hides nothing");

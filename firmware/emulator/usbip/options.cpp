@@ -36,12 +36,20 @@ void set(ProgramOptions& options, std::string_view name, std::string_view value)
       throw BadOption("--hand is \"" + std::string(value) +
                       "\", must be still, free, pushes or scripted:FILE");
     }
-    options.hand = value;
+    options.commands = options.commands || value == "pushes";
+    options.hand = value == "pushes" ? "free" : value;
   } else if (name == "--log") {
     options.log = value;
   } else {
     throw BadOption("there is no option \"" + std::string(name) + "\"; see --help");
   }
+}
+
+bool* find_flag(ProgramOptions& options, std::string_view name) {
+  if (name == "--commands") return &options.commands;
+  if (name == "--status") return &options.status;
+  if (name == "--help") return &options.help;
+  return nullptr;
 }
 
 }  // namespace
@@ -50,8 +58,8 @@ ProgramOptions read_options(std::span<const std::string_view> arguments) {
   ProgramOptions options;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string_view argument = arguments[i];
-    if (argument == "--status" || argument == "--help") {
-      (argument == "--help" ? options.help : options.status) = true;
+    if (bool* flag = find_flag(options, argument)) {
+      *flag = true;
       continue;
     }
     const std::size_t equals = argument.find('=');
@@ -78,7 +86,8 @@ A virtual knob as a USB device, served over USB/IP.
   --serial TEXT      serial number, 1 to 16 printable characters (EMULATED)
   --rate-hz HZ       control rate, 1000 to 20000 (1000)
   --seed NUMBER      of everything random (0)
-  --hand HAND        still, free, scripted:FILE, or pushes: from standard input (still)
+  --hand HAND        still, free, scripted:FILE, or pushes: free and --commands (still)
+  --commands         follow lines from standard input, and end where they end
   --log FILE         write the plant's truth at every control tick
   --status           print how the knob is, ten times a second
   --help             print this

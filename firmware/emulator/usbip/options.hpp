@@ -22,8 +22,9 @@ struct ProgramOptions {
   std::string serial = "EMULATED";
   double rate_hz = 1000.0;  // 1000 to 20000
   std::uint64_t seed = 0;
-  std::string hand = "still";  // still, free, pushes or scripted:FILE
+  std::string hand = "still";  // still, free or scripted:FILE
   std::string log;             // empty: none
+  bool commands = false;       // follow lines from standard input, and end where they end
   bool status = false;
   bool help = false;
 };

@@ -130,9 +130,19 @@ TEST_CASE("options are read in both ways of writing them") {
   CHECK(options.serial == "K-2");
   CHECK(options.seed == 7);
   CHECK(options.status);
+  CHECK_FALSE(options.commands);
   CHECK(options.hand == "scripted:a file");
   CHECK(options.log == "x.csv");
   CHECK(options.address == "0.0.0.0");
+}
+
+TEST_CASE("a hand that pushes is a free one that follows commands") {
+  const ProgramOptions pushes = options_from({"--hand", "pushes"});
+  CHECK(pushes.hand == "free");
+  CHECK(pushes.commands);
+  const ProgramOptions still = options_from({"--commands"});
+  CHECK(still.hand == "still");
+  CHECK(still.commands);
 }
 
 TEST_CASE("bad options are refused") {

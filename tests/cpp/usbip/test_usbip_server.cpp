@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <string>
 
@@ -45,6 +46,22 @@ class Peer {
   void send(const Bytes& bytes) {
     REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(bytes.size()));
+  }
+  /// Lets as little as possible be on its way from the server, whose end is in this process too.
+  void narrow() {
+    const int smallest = 1;
+    sockaddr_in own{};
+    socklen_t size = sizeof own;
+    REQUIRE(getsockname(socket_.get(), reinterpret_cast<sockaddr*>(&own), &size) == 0);
+    setsockopt(socket_.get(), SOL_SOCKET, SO_RCVBUF, &smallest, sizeof smallest);
+    for (int other = 0; other < 1024; ++other) {
+      sockaddr_in peer{};
+      size = sizeof peer;
+      if (getpeername(other, reinterpret_cast<sockaddr*>(&peer), &size) == 0 &&
+          peer.sin_port == own.sin_port) {
+        setsockopt(other, SOL_SOCKET, SO_SNDBUF, &smallest, sizeof smallest);
+      }
+    }
   }
   /// What has come. Sets ended() if the server has hung up.
   Bytes take() {
@@ -142,6 +159,11 @@ TEST_CASE("server stays with its client while others only connect") {
   owner.send(submit_header(1, 1, 0, 18, setup_packet(0x80, 6, 0x0100, 0, 18)));
   rig.serve();
   CHECK(owner.take().size() == 48 + 18);
+  // The oldest had to make room, and not more of them than necessary.
+  const auto gone = std::ranges::count_if(idle, &Peer::ended);
+  CHECK(gone == 41 - static_cast<std::ptrdiff_t>(Server::kMostConnections));
+  CHECK(idle.front().ended());
+  CHECK_FALSE(idle.back().ended());
 }
 
 TEST_CASE("server keeps what a client does not read and sends it later") {
@@ -164,6 +186,24 @@ TEST_CASE("server keeps what a client does not read and sends it later") {
     received += peer.take().size();
   }
   CHECK(received == expected);
+}
+
+TEST_CASE("server drops a client that breaks the rules and does not read either") {
+  Rig rig;
+  Peer peer(rig.server.port());
+  peer.send(import_request());
+  rig.serve();
+  peer.narrow();
+  REQUIRE(peer.take().size() == 320);
+  // More than fits on the way, and less than makes the server stop reading.
+  const Bytes request = submit_header(1, 1, 0, 255, setup_packet(0x80, 6, 0x0200, 0, 255));
+  for (int i = 0; i < 1500; ++i) {
+    peer.send(request);
+    if (i % 50 == 0) rig.serve(2);
+  }
+  peer.send(Bytes(48, 0xEE));
+  rig.serve(100);
+  CHECK(rig.told.back() == "detached sent a request that does not exist");
 }
 
 TEST_CASE("server on a port that is in use says so") {

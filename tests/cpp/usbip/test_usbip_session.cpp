@@ -249,6 +249,36 @@ TEST_CASE("an endpoint moves one report in a frame") {
   }
 }
 
+TEST_CASE("polls that a late IN transfer has missed are made up for, and no more") {
+  Rig rig;
+  for (std::uint8_t n = 0; n < 6; ++n) rig.client.submit_out(1, command(n, kDisarm));
+  const auto pass = [&](int frames) {
+    for (int i = 0; i < frames; ++i) rig.client.frame();
+  };
+  pass(30);
+  while (rig.client.reply()) {
+  }
+  rig.client.submit_in(1, 64);
+  CHECK_FALSE(rig.client.reply());  // nobody had listened, so there is nothing to make up for
+  pass(1);
+  CHECK(rig.client.reply());
+
+  pass(2);
+  for (int n = 0; n < 4; ++n) rig.client.submit_in(1, 64);
+  for (int n = 0; n < 2; ++n) CHECK(rig.client.reply());
+  for (int n = 0; n < 2; ++n) {
+    CHECK_FALSE(rig.client.reply());
+    pass(1);
+    CHECK(rig.client.reply());
+  }
+
+  pass(25);  // this is not late any more, it has stopped
+  rig.client.submit_in(1, 64);
+  CHECK_FALSE(rig.client.reply());
+  pass(1);
+  CHECK(rig.client.reply());
+}
+
 TEST_CASE("IN transfer with too little room overflows and loses no report") {
   Rig rig;
   rig.client.submit_out(1, command(3, kDisarm));

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -59,10 +59,14 @@ class _Screen:
 
 
 @contextmanager
-def _running(command: list[str], with_input: bool) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the program; it ends with the context, however that ends."""
-    source = subprocess.PIPE if with_input else subprocess.DEVNULL
-    process = subprocess.Popen(command, stdin=source, stdout=subprocess.PIPE, bufsize=0)
+def _running(command: list[str]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run the program; it ends with the context, however that ends.
+
+    It also ends with this process, killed or not, for that ends its input.
+    """
+    process = subprocess.Popen(
+        [*command, "--commands"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
+    )
     before = signal.signal(signal.SIGTERM, _interrupt)
     try:
         yield process
@@ -134,7 +138,9 @@ class _Show:
         assert self._hand is not None
         for event in self._input.feed(data):
             if command := self._hand.follow(event, self._angle_rad):
-                self._process.stdin.write(command.encode() + b"\n")
+                # If it has ended, its output says so.
+                with suppress(BrokenPipeError):
+                    self._process.stdin.write(command.encode() + b"\n")
 
 
 def emulate_command(
@@ -177,11 +183,11 @@ def emulate_command(
         raise typer.BadParameter(f"{hand} needs a terminal", param_hint="--hand")
     command = [str(program_path()), "--address", address, "--port", str(port), "--serial", serial]
     command += ["--rate-hz", repr(rate_hz), "--seed", str(seed)]
-    command += ["--hand", "pushes" if person else hand]
+    command += ["--hand", "free" if person else hand]
     command += ["--log", str(log)] if log else []
     command += ["--status"] if sys.stdout.isatty() else []
     with ExitStack() as stack:
-        process = stack.enter_context(_running(command, with_input=person is not None))
+        process = stack.enter_context(_running(command))
         source = stack.enter_context(terminal.taken(hand == "mouse")) if person else None
         try:
             _Show(process, person).run(source)
