@@ -36,14 +36,15 @@ float timed_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t dur
   return amplitude_nm(force, elapsed, duration_ticks) * shape + force.offset_nm;
 }
 
-float proportional_nm(const Condition& condition, float value) {
+/// @param share of its slope that is rendered; it still goes up to its limit
+float proportional_nm(const Condition& condition, float value, float share) {
   const float beyond = value - condition.offset;
   if (beyond > condition.dead_band) {
-    const float nm = condition.positive_gain * (beyond - condition.dead_band);
+    const float nm = share * condition.positive_gain * (beyond - condition.dead_band);
     return -core::clamp_symmetric(nm, condition.positive_limit_nm);
   }
   if (beyond < -condition.dead_band) {
-    const float nm = condition.negative_gain * (beyond + condition.dead_band);
+    const float nm = share * condition.negative_gain * (beyond + condition.dead_band);
     return -core::clamp_symmetric(nm, condition.negative_limit_nm);
   }
   return 0.0F;
@@ -222,20 +223,19 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
     play.start += loops * effect.duration_ticks;
     elapsed = now - play.start;
   }
-  const float gain = effect.gain * share_[at(effect.metric)];
+  const float share = share_[at(effect.metric)];
   switch (effect.metric) {
     case Metric::time:
-      return gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
+      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
     case Metric::angle:
-      return gain * proportional_nm(effect.condition, motion_angle_);
+      return effect.gain * proportional_nm(effect.condition, motion_angle_, share);
     case Metric::speed:
-      return gain * proportional_nm(effect.condition, motion.speed_rad_s);
+      return effect.gain * proportional_nm(effect.condition, motion.speed_rad_s, share);
     case Metric::acceleration:
-      return gain * proportional_nm(effect.condition, motion.acceleration_rad_s2);
+      return effect.gain * proportional_nm(effect.condition, motion.acceleration_rad_s2, share);
     case Metric::slip:
       // A softer bristle bends further and holds as much.
-      return effect.gain *
-             slip_nm(effect.condition, motion, period_s, share_[at(Metric::slip)], play.slip_rad);
+      return effect.gain * slip_nm(effect.condition, motion, period_s, share, play.slip_rad);
   }
   return 0.0F;
 }

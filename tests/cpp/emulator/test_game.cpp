@@ -13,7 +13,7 @@ namespace {
 using namespace torsio;
 using emulator::EmulatedDevice;
 
-constexpr std::uint8_t kSpring = 8, kDamper = 9;
+constexpr std::uint8_t kSpring = 8, kDamper = 9, kInertia = 10, kFriction = 11;
 constexpr double kCountRad = 2 * std::numbers::pi / 8192;
 
 void start_condition(EmulatedDevice& device, std::uint8_t type) {
@@ -39,7 +39,10 @@ double rest_rad(std::int64_t period_ns, std::uint8_t type, const protocol::Actua
   options.actuator = told;
   options.control = protocol::ControlConfig{.law = protocol::Law::motor_only};
   options.game =
-      protocol::GameConfig{.range_deg = 100, .spring_gain = 1000, .speed_full_rad_s = 0.1F};
+      protocol::GameConfig{.range_deg = 100,
+                           .spring_gain = 1000,
+                           .speed_full_rad_s = 0.1F,
+                           .acceleration_full_rad_s2 = 1};
   options.log_truth = true;
   using Knots = std::vector<emulator::ProfileKnot>;
   options.hand = emulator::PrescribedMotion{
@@ -59,9 +62,9 @@ double rest_rad(std::int64_t period_ns, std::uint8_t type, const protocol::Actua
 
 }  // namespace
 
-TEST_CASE("a released knob comes to rest at the strongest spring and damper that a game gets") {
+TEST_CASE("a released knob comes to rest at the strongest conditions that a game gets") {
   for (const std::int64_t period_ns : {1'000'000, 100'000}) {
-    for (const std::uint8_t type : {kSpring, kDamper}) {
+    for (const std::uint8_t type : {kSpring, kDamper, kInertia, kFriction}) {
       CAPTURE(period_ns);
       CAPTURE(type);
       CHECK(rest_rad(period_ns, type, {}) < kCountRad);

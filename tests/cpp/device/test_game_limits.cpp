@@ -1,0 +1,85 @@
+// How strong conditions may be: the formulas of docs/games.md, with the default actuator.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "device/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kCountRad = 2 * kPi / 8192;
+// ActuatorConfig, ControlConfig
+constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kViscous = 2.6e-5, kMotorLagS = 0.1e-3;
+constexpr double kBandwidthHz = 100;
+
+double delay_s(double period_s) { return 1.5 * period_s + kMotorLagS; }
+
+/// A knob with the strongest of a kind of condition, and one more as strong.
+struct Strongest : GameRig {
+  Strongest(std::uint32_t period_ns, int type) : GameRig(period_ns) {
+    configure([](protocol::GameConfig& config) {
+      config.range_deg = 10;
+      config.spring_gain = 1000;
+      config.speed_full_rad_s = 0.1F;
+      config.acceleration_full_rad_s2 = 1;
+    });
+    play_condition(type, {});
+    play_condition(type, {});
+    tick(2);
+  }
+  double torque_nm() const { return static_cast<double>(outputs.motor_torque_nm); }
+};
+
+}  // namespace
+
+TEST_CASE("all springs together are as stiff as the loop's delay and the encoder allow") {
+  for (const double period_s : {1e-3, 1e-4}) {
+    Strongest rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)), kSpring);
+    rig.turn(1, 3);
+    // k tau = b + 4 f sqrt(k J) / (pi T), solved for sqrt(k).
+    const double half = 2 * kCoulombNm * std::sqrt(kInertiaKgM2) / (kPi * GameRig::kFullNm);
+    const double root = half + std::sqrt(half * half + kViscous * delay_s(period_s));
+    const double stable = std::pow(root / delay_s(period_s), 2);
+    const double most = std::min(stable, 2 * kCoulombNm / kCountRad);
+    CHECK(rig.torque_nm() == about(-most * 3 * kCountRad));
+  }
+}
+
+TEST_CASE("all dampers together are half as strong as their filter's delay allows") {
+  for (const double period_s : {1e-3, 1e-4}) {
+    Strongest rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)), kDamper);
+    rig.turn(1, static_cast<int>(0.1 / period_s));
+    const double theta = 2 / (2 * kPi * kBandwidthHz) + delay_s(period_s);
+    const double speed = kCountRad / period_s;
+    const double torque = 0.5 * kPi * kInertiaKgM2 / (2 * theta) * speed;
+    CHECK(rig.torque_nm() == about(-std::min<double>(torque, GameRig::kFullNm), 0.01));
+  }
+}
+
+TEST_CASE("all inertias together are half the knob's own") {
+  Strongest rig(1'000'000, kInertia);
+  double count = 0;
+  double mean = 0;
+  for (int i = 0; i < 400; ++i) {
+    count += 0.25 * i;
+    rig.inputs.encoder_count = static_cast<std::uint32_t>(std::lround(count));
+    rig.tick();
+    if (i >= 200) mean += rig.torque_nm() / 200;
+  }
+  const double acceleration = 0.25 * kCountRad / 1e-6;
+  CHECK(mean == about(-0.5 * kInertiaKgM2 * acceleration, 0.02));
+}
+
+TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
+  GameRig rig;
+  rig.play_condition(kFriction, {});
+  rig.tick(2);
+  rig.turn(1, 3);
+  const double stable =
+      kInertiaKgM2 * std::pow(4 * kCoulombNm / (kPi * GameRig::kFullNm * delay_s(1e-3)), 2);
+  CHECK(static_cast<double>(rig.outputs.motor_torque_nm) == about(-stable * 3 * kCountRad));
+}
