@@ -12,15 +12,19 @@ using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
-// So many ticks missed at once are no longer jitter: the motor has held a stale torque meanwhile.
-constexpr std::uint32_t kOverrunLimitTicks = 16;
+// A tick that takes longer than its budget, or was missed, costs four; one in time earns one back.
+// Up to one late tick in five is jitter. Sixteen on end are a load that does not fit: the motor has
+// held stale torques meanwhile, and the main loop, which the interrupt pre-empts, stands still.
+constexpr std::uint32_t kLateTickCost = 4;
+constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 }  // namespace
 
 TickOutputs ControlLoop::tick(const TickInputs& in) {
-  if (in.missed_ticks != 0) {
-    controller_.tick += in.missed_ticks;
-    counters_.tick_overruns += in.missed_ticks;
+  if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {
+    fall_behind(in.missed_ticks);
+  } else if (lateness_ != 0) {
+    --lateness_;
   }
   if (const Order* order = orders.front()) {
     carry_out(*order);
@@ -34,6 +38,15 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (decimation_ != 0) sample(out, given);
   keep_times(in);
   return given;
+}
+
+void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
+  controller_.tick += missed_ticks;
+  counters_.tick_overruns += missed_ticks;
+  const std::uint32_t late_ticks = missed_ticks == 0 ? 1 : missed_ticks;
+  const bool at_once = late_ticks >= kLatenessLimit / kLateTickCost;
+  lateness_ = at_once ? kLatenessLimit : lateness_ + kLateTickCost * late_ticks;
+  if (lateness_ > kLatenessLimit) lateness_ = kLatenessLimit;
 }
 
 Snapshot ControlLoop::snapshot() const {
@@ -115,7 +128,7 @@ Status ControlLoop::execute(const Order& order) {
 
 Status ControlLoop::arm() {
   if (state_ == State::fault) return Status::fault_latched;
-  if (passive_) return Status::busy;
+  if (passive_ || held.load(std::memory_order_relaxed) != 0) return Status::busy;
   if (owner_ == Owner::sdk) return Status::ok;
   soft_start_ticks_left_ = config_.passive_ramp_ticks;
   if (owner_ == Owner::game) {
@@ -133,7 +146,8 @@ Status ControlLoop::arm() {
 /// had nothing to play for a while.
 core::ForceSource* ControlLoop::serve_game() {
   const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
-                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed) != 0;
+                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed) != 0 &&
+                        held.load(std::memory_order_relaxed) == 0;
   const bool started = game.take_orders(game_params_, may_play, controller_.tick);
   if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
   if (owner_ == Owner::game && !passive_) {
@@ -226,7 +240,7 @@ bool ControlLoop::is_sound(const TickInputs& in, const core::ControllerOutputs& 
   }
   if (armed()) {
     // These endanger only somebody who feels a torque.
-    if (in.missed_ticks >= kOverrunLimitTicks) causes |= fault::overrun;
+    if (lateness_ >= kLatenessLimit) causes |= fault::overrun;
     if (core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
       causes |= fault::over_speed;
     }
@@ -261,6 +275,7 @@ TickOutputs ControlLoop::fade() {
 void ControlLoop::set_state(State state, Owner owner) {
   state_ = state;
   owner_ = owner;
+  lateness_ = 0;
   game_idle_ticks_ = 0;
   if (state != State::armed) game.drop();
   passive_ = false;

@@ -22,7 +22,7 @@ struct TickInputs {
   bool emergency_stop = false;
   bool actuator_fault = false;
   std::uint32_t missed_ticks = 0;  // since the last tick; they count as time
-  std::uint32_t tick_time_ns = 0;  // how long the last tick took
+  std::uint32_t tick_time_ns = 0;  // how long the last tick took; 0: not known
 };
 
 /// What the board must do until the next tick.
@@ -114,6 +114,7 @@ class ControlLoop {
   Snapshot snapshot() const;
 
  private:
+  void fall_behind(std::uint32_t missed_ticks);
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
@@ -151,6 +152,7 @@ class ControlLoop {
   std::uint32_t local_model_ticks_left_ = 0;
   std::uint16_t local_model_sequence_ = 0;
 
+  std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
   bool passive_ = false;
@@ -165,6 +167,9 @@ class ControlLoop {
 
  public:
   std::atomic<std::uint32_t> connected{1};  // 0 or 1; a bool costs an instruction more
+  // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
+  // that no arming comes between the question and what must not happen to an armed device.
+  std::atomic<std::uint32_t> held{0};
   // An order may be given only while `orders` is empty: what it points to is then no longer looked
   // at, and every answer is sure of its place.
   Ring<Order, 2> orders;

@@ -6,6 +6,8 @@
 //   completes an IN transfer at once, and knows no stall.
 // - PIO machines in step with the processor. Between two events of the encoder program is a loop
 //   of 7 cycles, so whole turns of it may be left out.
+// - What the world puts on a pin is low or nothing, as a contact or an open collector does it: high is
+//   what the firmware's pull-up makes of it.
 // - The share of time in which a PWM pin is high, from the unit's registers: rp2040js does not move
 //   pins in the centred mode.
 import { GPIOPinState, LogLevel, RP2040 } from 'rp2040js';
@@ -15,9 +17,11 @@ const Clock = new RP2040().clock.constructor;
 
 const NS_PER_CYCLE = 1e9 / 200e6;
 const SECTOR = 4096;
-const ERASE_NS = 45e6; // typical of the Pico's flash chip
+const TYPICAL_ERASE_NS = 45e6; // of the Pico's flash chip; 400 ms at most
 const PROGRAM_NS = 0.4e6;
 const PIO_LOOP = 7;
+const TICK_EXCEPTION = 16 + 4; // PWM_IRQ_WRAP
+const HARD_FAULT = 3;
 
 const BUF_AVAILABLE = 1 << 10;
 const BUF_STALL = 1 << 11;
@@ -37,11 +41,14 @@ export class Chip {
     this.flash = flash;
     this.serial = serial;
     this.cutAfterBytes = null; // power goes after so many bytes of the next flash write
+    this.eraseNs = TYPICAL_ERASE_NS;
+    this.spoiltByte = null; // of the next page written: it does not take what it is given
     this.watchdogResets = 0;
     this.bootloader = false;
     this.lost = false;
-    this.levels = new Map([[11, false]]); // what the world puts on the pins; others are pulled up
+    this.low = new Set([11]); // pins that the world connects to ground: the emergency stop runs
     this.zero = 2048; // steps of the current sensor without a current
+    this.sensorAmperes = null; // what the sensor says; null: the truth
     this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2 };
     this.clock = new Clock();
     this.powerUp();
@@ -61,13 +68,14 @@ export class Chip {
     mcu.onBreak = (code) => this.trap(code);
     this.flashBusyUntil = 0;
     this.bootloader = false;
+    this.fitTickMeter();
     this.fitUsb();
+    this.fitPins();
     this.fitPio();
     this.fitPwm();
     this.fitFlashChip();
     this.fitWatchdog();
     this.fitMotor();
-    for (let pin = 0; pin < 30; ++pin) this.setPin(pin, this.levels.get(pin) ?? true);
   }
 
   // Time ----------------------------------------------------------------------------------------
@@ -98,12 +106,75 @@ export class Chip {
     return done();
   }
 
+  /** How long the control interrupt takes, from the processor's point of view. */
+  fitTickMeter() {
+    const { core } = this.mcu;
+    const plain = {
+      entry: core.exceptionEntry.bind(core),
+      return: core.exceptionReturn.bind(core),
+    };
+    this.tickNs = { last: 0, most: 0 };
+    let began = 0;
+    core.exceptionEntry = (number) => {
+      if (number === TICK_EXCEPTION) began = this.clock.nanos;
+      plain.entry(number);
+    };
+    core.exceptionReturn = (value) => {
+      if (core.IPSR === TICK_EXCEPTION) {
+        const last = this.clock.nanos - began;
+        this.tickNs = { last, most: Math.max(last, this.tickNs.most) };
+      }
+      plain.return(value);
+    };
+  }
+
+  // Ways to go wrong ----------------------------------------------------------------------------
+
+  /** The main loop gets on no more; interrupts do, unless they are masked as well. */
+  hang({ masked }) {
+    const { core, sramView } = this.mcu;
+    this.runUntil(this.ns + 1e6, () => core.IPSR === 0);
+    const loop = 0x20041000;
+    sramView.setUint16(loop - 0x20000000, 0xe7fe, true); // b .
+    core.PC = loop;
+    core.PM = masked;
+    core.waiting = false;
+  }
+
+  /** No tick comes any more; the main loop runs. */
+  stopTicks() {
+    this.mcu.core.enabledInterrupts &= ~(1 << (TICK_EXCEPTION - 16));
+  }
+
+  hardFault() {
+    const { core } = this.mcu;
+    core.exceptionEntry(HARD_FAULT);
+    core.waiting = false;
+  }
+
   // Pins ----------------------------------------------------------------------------------------
 
+  /** High means that the world lets go of the pin. */
   setPin(pin, high) {
     this.catchUp();
-    this.levels.set(pin, high);
-    this.mcu.gpio[pin].setInputValue(high);
+    if (high) this.low.delete(pin);
+    else this.low.add(pin);
+    this.settle(pin);
+  }
+
+  settle(pin) {
+    const gpio = this.mcu.gpio[pin];
+    gpio.setInputValue(!this.low.has(pin) && gpio.pullupEnabled);
+  }
+
+  fitPins() {
+    const pads = this.mcu.peripherals[0x4001c];
+    const plain = pads.writeUint32.bind(pads);
+    pads.writeUint32 = (offset, value) => {
+      plain(offset, value);
+      const pin = (offset - 4) >> 2;
+      if (pin >= 0 && pin < 30) this.settle(pin);
+    };
   }
 
   /** Share of the time in which a pin is driven high, 0 to 1; null if it is not driven. */
@@ -130,6 +201,17 @@ export class Chip {
         if (unit.csr & 2) unit.timer.enable = false;
       };
     }
+    // Which units run, after each write that changed it.
+    this.pwmStarts = [];
+    const { pwm } = this.mcu;
+    const write = pwm.writeUint32.bind(pwm);
+    let running = 0;
+    pwm.writeUint32 = (offset, value) => {
+      write(offset, value);
+      const now = pwm.channels.reduce((mask, unit) => mask | ((unit.csr & 1) << unit.index), 0);
+      if (now !== running) this.pwmStarts.push(now);
+      running = now;
+    };
   }
 
   fitPio() {
@@ -171,7 +253,8 @@ export class Chip {
       const share = this.mcu.gpio[10].value === GPIOPinState.High ? this.highShare(6) - this.highShare(7) : 0;
       const end = (supply * share) / ohm;
       this.amperes = end + (this.amperes - end) * Math.exp((-seconds * ohm) / henry);
-      const steps = Math.round(this.zero + ((this.amperes * voltsPerAmpere) / 3.3) * 4096);
+      const seen = this.sensorAmperes ?? this.amperes;
+      const steps = Math.round(this.zero + ((seen * voltsPerAmpere) / 3.3) * 4096);
       adc.channelValues[0] = Math.max(0, Math.min(4095, steps));
       plain(channel);
     };
@@ -183,7 +266,7 @@ export class Chip {
     const r = this.mcu.core.registers;
     switch (code) {
       case 1:
-        this.changeFlash(r[0] >>> 0, new Uint8Array(r[1] >>> 0).fill(0xff), ERASE_NS);
+        this.changeFlash(r[0] >>> 0, new Uint8Array(r[1] >>> 0).fill(0xff), this.eraseNs);
         break;
       case 2: {
         const at = (r[1] >>> 0) - 0x20000000;
@@ -191,6 +274,8 @@ export class Chip {
         const data = this.mcu.sram.slice(at, at + (r[2] >>> 0));
         // Programming can only clear bits.
         const bytes = data.map((byte, i) => byte & this.flash[to + i]);
+        if (this.spoiltByte !== null) bytes[this.spoiltByte] ^= 0x10;
+        this.spoiltByte = null;
         this.changeFlash(to, bytes, PROGRAM_NS);
         break;
       }

@@ -117,10 +117,18 @@ const commands = {
     }
     return true;
   },
-  /** Changes the motor, or the sensor's zero. */
-  motor({ zero = 2048, ...changes }) {
+  encoder_counter() {
+    chip.catchUp();
+    return chip.mcu.pio[0].machines[0].y >>> 0;
+  },
+  pin_functions({ pins }) {
+    return pins.map((pin) => chip.mcu.gpio[pin].functionSelect);
+  },
+  /** Changes the motor, the sensor's zero, or what the sensor says whatever flows. */
+  motor({ zero = 2048, sensor_amperes: sensed = null, ...changes }) {
     Object.assign(chip.motor, changes);
     chip.zero = zero;
+    chip.sensorAmperes = sensed;
     return true;
   },
   amperes() {
@@ -128,6 +136,14 @@ const commands = {
   },
   cut_flash({ after_bytes }) {
     chip.cutAfterBytes = after_bytes;
+    return true;
+  },
+  erase_time({ ns }) {
+    chip.eraseNs = ns;
+    return true;
+  },
+  spoil_flash({ byte }) {
+    chip.spoiltByte = byte;
     return true;
   },
   flash({ address, size }) {
@@ -141,19 +157,24 @@ const commands = {
       ns: chip.ns,
       watchdog_resets: chip.watchdogResets,
       bootloader: chip.bootloader,
+      tick_ns: chip.tickNs,
+      pwm_starts: chip.pwmStarts,
       lost: chip.lost,
       address: chip.mcu.usbCtrl.addrEndp & 0x7f,
       stack: chip.mcu.core.SP,
       pc: chip.mcu.core.PC,
     };
   },
-  /** From now on the processor does nothing, as a program that has lost its way. */
-  hang() {
-    const loop = 0x20041000;
-    chip.mcu.sramView.setUint16(loop - 0x20000000, 0xe7fe, true); // b .
-    chip.mcu.core.PC = loop;
-    chip.mcu.core.PM = true; // no interrupts
-    chip.mcu.core.waiting = false;
+  hang({ masked }) {
+    chip.hang({ masked });
+    return true;
+  },
+  stop_ticks() {
+    chip.stopTicks();
+    return true;
+  },
+  hard_fault() {
+    chip.hardFault();
     return true;
   },
 };

@@ -30,6 +30,7 @@ SERIAL = bytes.fromhex("E66118604B7A3C2D")
 MS = 1_000_000
 FEATURE = 3
 TICK_NS = 100_000
+STRINGS = ("languages", "manufacturer", "product", "serial", "control", "game")
 
 
 class UsbStall(Exception):
@@ -124,7 +125,7 @@ class EmulatedPico:
         assert self.status()["address"] == 7
         (size,) = struct.unpack_from("<H", self.control(0x80, 6, 0x0200, 0, 9), 2)
         found["configuration"] = self.control(0x80, 6, 0x0200, 0, size)
-        for index, name in enumerate(("languages", "manufacturer", "product", "serial")):
+        for index, name in enumerate(STRINGS):
             found[name] = self.control(0x80, 6, 0x0300 | index, 0x0409 if index else 0, 255)
         self.control(0x00, 9, 1, 0, 0)
         self.control(0x21, 0x0A, 0, 0, 0)
@@ -152,9 +153,9 @@ class EmulatedPico:
         self.set_raw(wire.REPORTS[name].id, wire.encode(name, values))
         return self.acknowledgement()
 
-    def write(self, data: bytes, within_ms: float = 50) -> str:
-        """Send bytes to the interrupt OUT endpoint: ``ack`` or ``nak``."""
-        return str(self.do("out", endpoint=1, data=data.hex(), within_ns=within_ms * MS))
+    def write(self, data: bytes, within_ms: float = 50, endpoint: int = 1) -> str:
+        """Send bytes to an interrupt OUT endpoint: ``ack`` or ``nak``."""
+        return str(self.do("out", endpoint=endpoint, data=data.hex(), within_ns=within_ms * MS))
 
     def read(self, within_ms: float = 5) -> tuple[str, dict[str, Any]] | None:
         """Fetch one input report."""
@@ -214,7 +215,7 @@ class EmulatedPico:
         self.do("turn", edges=edges, period_ns=period_us * 1000)
 
     def emergency_stop(self, pressed: bool) -> None:
-        """Press or release the button: an open contact stops."""
+        """Press the button, which opens its contact as a cut wire does, or release it."""
         self.do("pin", pin=11, high=pressed)
 
     def motor(self) -> float | None:
@@ -257,6 +258,18 @@ def make_rom() -> None:
     subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", elf, part], check=True)
     content = part.read_bytes()
     ROM.write_bytes(content.ljust(16 * 1024, b"\0"))
+
+
+@contextmanager
+def rewired(**board_config: Any) -> Iterator[EmulatedPico]:
+    """Give a board that was started anew with another wiring, disarmed, and knows its host."""
+    with enumerated() as pico:
+        assert pico.set("board_config", **board_config)["status"] == 0
+        pico.do("erase_time", ns=MS)
+        assert pico.command("save") == "ok"
+        pico.power_cycle()
+        pico.enumerate()
+        yield pico
 
 
 @contextmanager

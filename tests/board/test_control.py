@@ -52,12 +52,12 @@ def test_fast_reversals_lose_no_count(pico: EmulatedPico) -> None:
 
 def test_counter_wraps_at_32_bits_in_both_directions_unnoticed(pico: EmulatedPico) -> None:
     # The counter starts 16 counts before its wrap.
-    pico.turn(40)
-    assert _position(pico) == 40
-    pico.turn(-80)
-    assert _position(pico) == -40
-    pico.turn(40)
-    assert _position(pico) == 0
+    position = 0
+    for edges, counter in [(0, 2**32 - 16), (40, 24), (-80, 2**32 - 56), (40, 2**32 - 16)]:
+        pico.turn(edges)
+        position += edges
+        assert _position(pico) == position
+        assert pico.do("encoder_counter") == counter
 
 
 def test_narrow_counter_and_reversed_encoder_are_configuration(pico: EmulatedPico) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.board.pico import SLOTS_AT, EmulatedPico, PowerCut, enumerated
+from tests.board.pico import MS, SLOTS_AT, EmulatedPico, PowerCut, enumerated
+from tests.python import wire
 
 
 def _push(pico: EmulatedPico) -> None:
@@ -55,14 +56,40 @@ def test_bus_reset_makes_it_safe_at_once(pico: EmulatedPico) -> None:
     assert pico.get("health")["state"] == "disarmed"
 
 
-def test_program_that_hangs_is_restarted_with_its_outputs_off(pico: EmulatedPico) -> None:
+def _keep_bus_busy(pico: EmulatedPico, ms: int) -> None:
+    """Wake the main loop every millisecond, whatever becomes of what is sent."""
+    keep_alive = wire.encode("command", {"sequence": 1, "axis": 0, "op": "keep_alive"})
+    for _ in range(ms):
+        pico.write(keep_alive, within_ms=0.1)
+        pico.run(0.9)
+
+
+@pytest.mark.parametrize("what", ["everything", "main loop", "ticks"])
+def test_program_that_hangs_is_restarted_with_its_outputs_off(
+    pico: EmulatedPico, what: str
+) -> None:
     _push(pico)
-    pico.do("hang")
-    pico.run(51)
+    if what == "ticks":
+        pico.do("stop_ticks")
+    else:
+        pico.do("hang", masked=what == "everything")
+    _keep_bus_busy(pico, 52)
     assert pico.status()["watchdog_resets"] == 1
     assert pico.motor() is None
     pico.enumerate()
     assert pico.get("health")["state"] == "disarmed"
+
+
+def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPico) -> None:
+    _push(pico)
+    pico.do("hard_fault")
+    pico.run(0.1)
+    assert pico.motor() is None
+    assert pico.brake() is None
+    assert pico.status()["watchdog_resets"] == 0
+    pico.run(51)
+    assert pico.status()["watchdog_resets"] == 1
+    pico.enumerate()
 
 
 def test_idle_device_is_not_restarted_by_its_watchdog(pico: EmulatedPico) -> None:
@@ -97,23 +124,55 @@ def test_ticks_go_on_while_the_flash_is_written(pico: EmulatedPico) -> None:
     assert after["position_counts"] == 30
 
 
-# An erased sector is 4096 bytes; of the page written into it the first 208 matter, of which the
-# last is 0xFF here, as erased flash is.
-@pytest.mark.parametrize("after_bytes", [0, 1, 100, 4095, 4096, 4097, 4200, 4300, 4302])
-def test_power_cut_in_the_middle_of_a_save_keeps_the_last_one(after_bytes: int) -> None:
+def test_slowest_erase_is_no_reason_for_the_watchdog(pico: EmulatedPico) -> None:
+    pico.do("erase_time", ns=400 * MS)
+    assert pico.command("save") == "ok"
+    assert pico.status()["watchdog_resets"] == 0
+
+
+def test_save_that_the_flash_does_not_take_is_refused_and_may_be_tried_again() -> None:
     with enumerated() as pico:
-        for beta in (0.25, 0.375):
-            pico.set("control_config", beta=beta)
+        pico.set("control_config", beta=0.25)
+        assert pico.command("save") == "ok"
+        pico.set("control_config", beta=0.75)
+        pico.do("spoil_flash", byte=150)
+        assert pico.command("save") == "busy"
+        assert pico.get("health")["saves"] == 1
+        assert pico.command("save") == "ok"
+        pico.power_cycle()
+        pico.enumerate()
+        assert pico.get("control_config")["beta"] == 0.75
+
+
+# An erased sector is 4096 bytes; of the page written into it the first 208 matter, of which the
+# last is 0xFF here, as erased flash is. The slots take turns, also across a restart.
+@pytest.mark.parametrize(
+    ("saves", "restarted", "after_bytes"),
+    [
+        *((saves, restarted, 4200) for saves in (1, 2, 3) for restarted in (False, True)),
+        *((2, False, 0), (2, True, 1), (3, False, 100), (2, False, 4095)),
+        *((1, False, 4096), (3, True, 4097), (2, True, 4302)),
+    ],
+)
+def test_power_cut_in_the_middle_of_a_save_keeps_the_last_one(
+    saves: int, restarted: bool, after_bytes: int
+) -> None:
+    with enumerated() as pico:
+        pico.do("erase_time", ns=MS)
+        for save in range(saves):
+            pico.set("control_config", beta=0.125 * save)
             assert pico.command("save") == "ok"
+        if restarted:
+            pico.power_cycle()
+            pico.enumerate()
         pico.set("control_config", beta=0.875)
         pico.do("cut_flash", after_bytes=after_bytes)
         with pytest.raises(PowerCut):
             pico.command("save")
         pico.power_cycle()
         pico.enumerate()
-        assert pico.get("control_config")["beta"] == 0.375
-        assert pico.get("health")["saves"] == 2
-        assert pico.command("save") == "ok"
+        assert pico.get("control_config")["beta"] == 0.125 * (saves - 1)
+        assert pico.get("health")["saves"] == saves
 
 
 def test_save_touches_only_its_own_two_sectors(pico: EmulatedPico) -> None:
@@ -123,15 +182,67 @@ def test_save_touches_only_its_own_two_sectors(pico: EmulatedPico) -> None:
     assert pico.do("flash", address=0, size=SLOTS_AT) == before
 
 
-def test_bootloader_is_refused_while_armed_and_entered_while_not(pico: EmulatedPico) -> None:
+def test_bootloader_is_refused_while_armed_and_arming_on_the_way_to_it(
+    pico: EmulatedPico,
+) -> None:
     _push(pico)
     assert pico.command("bootloader") == "not_disarmed"
     assert pico.command("disarm") == "ok"
     assert pico.command("bootloader") == "ok"
+    assert pico.command("arm") == "busy"
+    assert pico.motor() is None
     assert not pico.status()["bootloader"]  # the answer goes first
     pico.run(110)
     assert pico.status()["bootloader"]
+    # The pins are plain low outputs then, not the PWM's any more.
+    assert pico.do("pin_functions", pins=[6, 7, 8, 9, 10]) == [5] * 5
+    assert pico.do("high_share", pins=[6, 7, 8, 9, 10]) == [0] * 5
+
+
+def _play_walls(pico: EmulatedPico, walls: int) -> None:
+    """Arm inside so many walls at once."""
+    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 0.1}
+    for slot in range(walls):
+        sent = pico.send("wall", slot=slot, damping_nm_s_per_rad=1e-4, **wall)
+        assert sent["status"] == 0
+    assert pico.send("commit", active=(1 << walls) - 1)["status"] == 0
+    assert pico.command("arm") == "ok"
+
+
+# Twelve take a little more than the period, so that hardly a tick is missed, and yet the main loop
+# gets no time.
+@pytest.mark.parametrize("walls", [12, 16])
+def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
+    pico: EmulatedPico, walls: int
+) -> None:
+    pico.turn(60)
+    _play_walls(pico, walls)
+    pico.run(3)
     assert pico.motor() is None
+    assert pico.brake() is None
+    health = pico.get("health")
+    assert (health["state"], health["faults"]) == ("fault", 1 << 4)
+    assert health["tick_overruns"] > 0 or walls == 12
+    assert health["tick_time_max_ns"] > 95_000
+    assert pico.command("clear_fault") == "ok"
+    _play_walls(pico, 8)
+    pico.run(20)
+    assert pico.get("health")["state"] == "armed"
+    assert pico.status()["watchdog_resets"] == 0
+
+
+@pytest.mark.parametrize("walls", [0, 4])
+def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: int) -> None:
+    pico.turn(60)
+    if walls:
+        _play_walls(pico, walls)
+    pico.run(5)
+    health = pico.get("health")
+    seen = pico.status()["tick_ns"]
+    # The bench sees the processor enter and leave as well.
+    assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.05)
+    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.05)
+    assert health["tick_overruns"] == 0
 
 
 def test_saving_while_armed_is_refused(pico: EmulatedPico) -> None:

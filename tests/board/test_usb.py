@@ -29,10 +29,17 @@ def test_firmware_enumerates_as_the_knob() -> None:
     assert _text(found["manufacturer"]) == "Torsio"
     assert _text(found["product"]) == "Torsio haptic knob"
     assert _text(found["serial"]) == SERIAL.hex().upper()
-    # One HID interface without a boot protocol, on two interrupt endpoints of 64 bytes, 1 ms.
+    assert _text(found["control"]) == "Torsio control"
+    assert _text(found["game"]) == "Torsio game controller"
+    # Two HID interfaces without a boot protocol, each on two interrupt endpoints of 64 bytes, 1 ms.
     configuration = found["configuration"]
-    assert configuration[9:18] == bytes([9, 4, 0, 0, 2, 3, 0, 0, 4])
-    assert configuration[27:41] == bytes([7, 5, 0x81, 3, 64, 0, 1, 7, 5, 0x01, 3, 64, 0, 1])
+    assert configuration[4] == 2
+    for number, at in ((0, 9), (1, 41)):
+        name, endpoint = number + 4, number + 1
+        assert configuration[at : at + 9] == bytes([9, 4, number, 0, 2, 3, 0, 0, name])
+        both = [7, 5, 0x80 | endpoint, 3, 64, 0, 1, 7, 5, endpoint, 3, 64, 0, 1]
+        assert configuration[at + 18 : at + 32] == bytes(both)
+    assert len(configuration) == 73
     assert found["report"].startswith(bytes([0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01]))
     assert found["report"].endswith(b"\xc0")
 
@@ -92,12 +99,12 @@ def test_acknowledgement_says_why_a_report_was_refused(pico: EmulatedPico) -> No
     ],
 )
 def test_unknown_request_stalls_and_the_next_one_works(
-    pico: EmulatedPico, kind: int, request_: int, value: int, index: int, length: int
+    lasting_pico: EmulatedPico, kind: int, request_: int, value: int, index: int, length: int
 ) -> None:
-    before = pico.get("identity")
+    before = lasting_pico.get("identity")
     with pytest.raises(UsbStall):
-        pico.control(kind, request_, value, index, length)
-    assert pico.get("identity") == before
+        lasting_pico.control(kind, request_, value, index, length)
+    assert lasting_pico.get("identity") == before
 
 
 def _valid(pico: EmulatedPico, **changes: object) -> bytes:
@@ -106,9 +113,13 @@ def _valid(pico: EmulatedPico, **changes: object) -> bytes:
 
 
 @pytest.mark.parametrize(
-    "case", ["short", "overlong", "one_byte", "padding", "id", "nan", "range", "read_only"]
+    "case",
+    ["short", "overlong", "one_byte", "padding", "id", "unknown", "nan", "range", "read_only"],
 )
-def test_bad_feature_report_stalls_and_changes_nothing(pico: EmulatedPico, case: str) -> None:
+def test_bad_feature_report_stalls_and_changes_nothing(
+    lasting_pico: EmulatedPico, case: str
+) -> None:
+    pico = lasting_pico
     before = {name: pico.get(name) for name in ("control_config", "actuator_config", "health")}
     good = _valid(pico)
     nan = bytearray(good)
@@ -119,6 +130,7 @@ def test_bad_feature_report_stalls_and_changes_nothing(pico: EmulatedPico, case:
         "one_byte": (CONTROL, good[:1]),
         "padding": (CONTROL, good[:63] + b"\1"),
         "id": (ACTUATOR, good),
+        "unknown": (0x7E, b"\x7e" + good[1:]),
         "nan": (CONTROL, bytes(nan)),
         "range": (CONTROL, _valid(pico, beta=1.5)),
         "read_only": (0x01, b"\x01" + good[1:]),
@@ -131,7 +143,7 @@ def test_bad_feature_report_stalls_and_changes_nothing(pico: EmulatedPico, case:
     assert pico.get("health")["reports_accepted"] == before["health"]["reports_accepted"]
     pico.set_raw(CONTROL, good)
     pico.listen(3)
-    assert pico.get("control_config")["beta"] == 0.75
+    assert pico.get("health")["reports_accepted"] == before["health"]["reports_accepted"] + 1
 
 
 def test_less_data_than_announced_stalls_and_changes_nothing(pico: EmulatedPico) -> None:
