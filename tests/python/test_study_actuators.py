@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from torsio import _torsio
 from torsio.config import ControlConfig
 from torsio.emulator import LoopOptions
 from torsio.emulator import simulate as simulate_loop
-from torsio.studies import actuators
+from torsio.studies import actuators, exits, paper_runs
 from torsio.studies.actuators import ACTUATORS, NM_PER_RAD
 from torsio.studies.common import execute
 from torsio.telemetry import Record
@@ -35,11 +36,6 @@ def _visit(actuator: str, stiffness_mnm_per_deg: float) -> Record:
 def _wall(actuator: str, stiffness_mnm_per_deg: float = 30.0) -> actuators.WallMeasures:
     log = _visit(actuator, stiffness_mnm_per_deg)
     return actuators.measure_wall(log, stiffness_mnm_per_deg / NM_PER_RAD)
-
-
-def _exit(actuator: str) -> tuple[float | None, float]:
-    log = actuators.cut_string(actuator)
-    return actuators.measure_exit(log, actuators.friction_nm(actuator), 1.1e-3)
 
 
 # --- closed forms --------------------------------------------------------------------------------
@@ -123,27 +119,53 @@ def test_peak_torque_is_what_motor_and_brake_give_together(actuator: str, most: 
 
 @pytest.mark.parametrize("actuator", ["brake_only", "parallel"])
 def test_brake_without_sensor_keeps_the_knob_in_the_wall(actuator: str) -> None:
-    left, stuck = _exit(actuator)
-    assert left is None
-    assert stuck > 40e-3
+    left = actuators.measure_exit(actuator)
+    assert left.outcome == "stays"
+    assert left.exit_s is None
+    assert left.stuck_torque_nm > 40e-3
 
 
 @pytest.mark.parametrize(
     "actuator",
     [
         "motor_only",
-        "parallel_torque_sensor",
         "soft_spring",
         "soft_sensor_paper",
         "soft_sensor_compensated",
         "one_way_brakes",
+        "transfer_function",
     ],
 )
 def test_actuators_against_stiction_leave_the_wall(actuator: str) -> None:
-    left, stuck = _exit(actuator)
-    assert left is not None
-    assert left < 0.1
-    assert stuck == 0.0
+    log = actuators.cut_string(actuator)
+    left = actuators.measure_exit(actuator, log)
+    assert left.outcome == "leaves"
+    assert left.exit_s is not None
+    assert 0.0 < left.exit_s < 0.1
+    # Nowhere inside from then on, but just before.
+    first = round(1e3 * (actuators.CUT_S + left.exit_s))
+    assert (log["angle_rad"][first:] <= 0.0).all()
+    assert log["angle_rad"][first - 1] > 0.0
+
+
+def test_torque_sensor_lets_go_until_friction_holds_the_knob() -> None:
+    # Bearings of 6 mN m and a drag of 2 mN m; it rests 3.7 mrad inside.
+    log = actuators.cut_string("parallel_torque_sensor")
+    left = actuators.measure_exit("parallel_torque_sensor", log)
+    assert left.outcome == "held by friction"
+    assert left.exit_s is None
+    wall = math.degrees(actuators.CUT_WALL_MNM_PER_DEG / 1e3)
+    assert left.stuck_torque_nm == pytest.approx(wall * log["angle_rad"][-1])
+    assert 1e-3 < left.stuck_torque_nm <= 6e-3 + DRAG_NM
+    assert np.abs(log["speed_rad_s"][-100:]).max() == 0.0
+
+
+@pytest.mark.parametrize("law", ["paper", "compensated"])
+def test_both_studies_agree_when_this_device_leaves_the_wall(law: paper_runs.Law) -> None:
+    wall = paper_runs.per_degree(actuators.CUT_WALL_MNM_PER_DEG)
+    _, cut = paper_runs.run_cut(paper_runs.cut_options(wall, law))
+    left = actuators.measure_exit(f"soft_sensor_{law}")
+    assert cut.exit_s == pytest.approx(left.exit_s, abs=1.1e-3)  # the walls begin elsewhere
 
 
 def test_passive_actuators_come_to_rest_in_any_spring() -> None:
@@ -254,6 +276,29 @@ def test_stable_limit_finds_the_border_from_above(border: float) -> None:
     assert border <= found <= 1.011 * border
 
 
+@pytest.mark.parametrize(
+    ("asked", "exit_s", "stuck", "outcome"),
+    [
+        ([3, 3, 2, 1, 0, 0, 0], 0.3, 0.0, "leaves"),
+        ([3, 3, 0, 1, 2, 0, 0], 0.4, 0.0, "leaves"),  # out, in again, and out for good
+        ([0, 0, 0, 0, 0, 0, 0], 0.0, 0.0, "leaves"),  # it was never inside
+        ([3, 3, 2, 1, 0, 0, 1], None, 1.0, "held by friction"),
+        ([5, 5, 5, 3, 3, 3, 2.5], None, 2.5, "held by friction"),
+        ([5, 5, 5, 3, 3, 3, 2.6], None, 2.6, "stays"),
+        ([5, 5, 0, 0, 0, 0, 5], None, 5.0, "stays"),  # it swings
+    ],
+)
+def test_exit_is_the_last_time_inside_and_stuck_what_the_wall_asks_at_the_end(
+    asked: list[float], exit_s: float | None, stuck: float, outcome: exits.Outcome
+) -> None:
+    time = 0.1 * np.arange(7)  # let go at 0.1
+    options = {"let_go_s": 0.1, "friction_nm": 2.0, "count_nm": 0.5}
+    found = exits.measure_exit(time, np.array(asked, dtype=np.float64), **options)
+    assert found.exit_s == (None if exit_s is None else pytest.approx(exit_s))
+    assert found.stuck_torque_nm == stuck
+    assert found.outcome == outcome
+
+
 def test_stable_limit_at_the_ends_of_its_range() -> None:
     assert actuators.stable_limit(lambda _: True) is None
     assert actuators.stable_limit(lambda _: False) == actuators.SOFTEST_NM_PER_RAD
@@ -274,6 +319,11 @@ def test_study_writes_the_documented_keys_and_readable_pictures(tmp_path: Path) 
     assert [row["actuator"] for row in results["rows"]] == KEYS
     fields = {field.name for field in dataclasses.fields(actuators.Measures)}
     assert all(set(row) == fields for row in results["rows"])
+    outcomes = {row["actuator"]: row["outcome"] for row in results["rows"]}
+    assert outcomes["parallel_torque_sensor"] == "held by friction"
+    assert Counter(outcomes.values()) == {"leaves": 8, "stays": 3, "held by friction": 1}
+    page = (Path(__file__).parents[2] / "docs" / "studies" / "actuators.md").read_text()
+    assert [key for key in results["parts"] if f"`{key}`" not in page] == []
     assert len(results["figures"]) == 3
     for name in results["figures"]:
         assert 20_000 < (tmp_path / name).stat().st_size < 200_000

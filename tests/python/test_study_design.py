@@ -164,6 +164,20 @@ def test_evaluation_of_the_default_device_is_what_the_theory_says() -> None:
     assert measures.tracking_out <= 0.09
     assert measures.sensor_rms_nm <= 4.5e-3
     assert measures.exit_time_s < 0.1
+    assert measures.stuck_torque_nm == measures.stays == 0.0
+
+
+def test_a_knob_that_stays_in_the_wall_says_how_much_the_wall_asks() -> None:
+    stiff = Design(shaft_stiffness_nm_per_rad=50.0, beta=1.0)
+    measures = design.evaluate(stiff, "parallel")
+    assert math.isnan(measures.exit_time_s)
+    assert measures.stuck_torque_nm > 40e-3
+    assert measures.stays == 1.0
+    table = {
+        "exit_time_s": np.array([0.1, math.nan, math.nan]),
+        "stays": np.array([0.0, 0.0, 1.0]),
+    }
+    assert design.count_exits(table) == {"leaves": 1, "held by friction": 1, "stays": 1}
 
 
 # --- spreading -----------------------------------------------------------------------------------

@@ -14,11 +14,11 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from torsio import _torsio
+from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, ControlConfig, PlantParams
 from torsio.facts import Fidelity
 from torsio.hands import Hand, NoHand
-from torsio.scenes import Scene
+from torsio.scenes import MAX_TORQUE_NM, Scene
 from torsio.telemetry import Record
 
 __all__ = [
@@ -163,7 +163,10 @@ class ClosedLoop:
 
     def hold_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
         """Give the actuators this from now on; the law only senses, without a scene."""
-        self._loop.hold_command(motor_torque_nm, brake_torque_nm)
+        self._loop.hold_command(
+            checks.number("motor_torque_nm", motor_torque_nm, -MAX_TORQUE_NM, MAX_TORQUE_NM),
+            checks.number("brake_torque_nm", brake_torque_nm, 0.0, MAX_TORQUE_NM),
+        )
 
     def release_command(self) -> None:
         """Let the law act again."""
@@ -238,4 +241,6 @@ def replay(
 
 
 def _ticks(options: LoopOptions, duration_s: float) -> int:
-    return round(duration_s * 1e9 / options.control_period_ns)
+    return round(
+        checks.number("duration_s", duration_s, 0.0, 1e9) * 1e9 / options.control_period_ns
+    )

@@ -18,6 +18,8 @@ import numpy.typing as npt
 from torsio import checks
 from torsio._torsio import emulator as _emulator
 from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.studies import exits
+from torsio.studies.exits import Exit, Outcome
 from torsio.telemetry import Record
 
 if TYPE_CHECKING:
@@ -47,6 +49,7 @@ PRESS_WALL_MNM_PER_DEG = 10.0
 PRESS_TO_NM = 0.4
 PRESS_S = 10.0
 MOTOR_LIMIT_NM = 85e-3
+_COUNTS_PER_REV = 8192
 
 
 @dataclass(frozen=True)
@@ -97,10 +100,8 @@ class Measures:
 
     Attributes
     ----------
-    exit_time_s
-        From the cut of the string until the knob has left the wall for good; None if it never does.
-    stuck_torque_nm
-        What the wall still asks for at the end; 0 if the knob has left.
+    exit_time_s, stuck_torque_nm, outcome
+        After the cut of the string, by `exits.measure_exit`.
     stable_stiffness_nm_per_rad
         Of the softest virtual spring that keeps swinging after a spin; None if even the stiffest
         tried comes to rest.
@@ -119,6 +120,7 @@ class Measures:
     walls: tuple[WallMeasures, ...]
     exit_time_s: float | None
     stuck_torque_nm: float
+    outcome: Outcome
     stable_stiffness_nm_per_rad: float | None
     drag_nm: float
     peak_torque_nm: float
@@ -253,19 +255,17 @@ def measure_wall(log: Record | dict[str, Array], stiffness_nm_per_rad: float) ->
     )
 
 
-def measure_exit(
-    log: Record | dict[str, Array], friction_nm: float, resolution_nm: float
-) -> tuple[float | None, float]:
-    """Give when the knob has left the wall for good after the cut, and what holds it otherwise.
-
-    Friction of bearings and of the released brake may hold it in the last bit of any wall.
-    """
-    asked = -log["ideal_torque_nm"]
-    inside = np.flatnonzero(asked > friction_nm + resolution_nm)
-    last = int(inside[-1]) if len(inside) else 0
-    if last + 1 >= len(asked):
-        return None, float(asked[-1])
-    return max(0.0, float(log["time_s"][last + 1]) - CUT_S), 0.0
+def measure_exit(actuator: str, log: Record | None = None) -> Exit:
+    """Measure the way out after the cut; `log` is what `cut_string` gave, if that was run."""
+    log = cut_string(actuator) if log is None else log
+    count_nm = CUT_WALL_MNM_PER_DEG / 1e3 * 360 / _COUNTS_PER_REV
+    return exits.measure_exit(
+        log["time_s"],
+        -log["ideal_torque_nm"],
+        let_go_s=CUT_S,
+        friction_nm=friction_nm(actuator),
+        count_nm=count_nm,
+    )
 
 
 def comes_to_rest(log: Record) -> bool:
@@ -339,9 +339,7 @@ def measure(actuator: Actuator, *, coarse_steps: int = 34, **options: Any) -> Me
         walls.append(measure_wall(log, stiffness))
         if stiffness_mnm_per_deg == WALLS_MNM_PER_DEG[1]:
             heat = float(np.mean(np.square(log["motor_load_nm"] / MOTOR_LIMIT_NM)))
-    exit_time, stuck = measure_exit(
-        cut_string(key, **options), friction_nm(key), CUT_WALL_MNM_PER_DEG / 1e3 * 360 / 8192
-    )
+    left = measure_exit(key, cut_string(key, **options))
     limit = stable_limit(
         lambda stiffness: all(
             comes_to_rest(spin_into_spring(key, stiffness, speed, **options))
@@ -356,8 +354,9 @@ def measure(actuator: Actuator, *, coarse_steps: int = 34, **options: Any) -> Me
         figure=actuator.letter,
         title=actuator.title,
         walls=tuple(walls),
-        exit_time_s=exit_time,
-        stuck_torque_nm=stuck,
+        exit_time_s=left.exit_s,
+        stuck_torque_nm=left.stuck_torque_nm,
+        outcome=left.outcome,
         stable_stiffness_nm_per_rad=limit,
         drag_nm=float(steady.mean()),
         peak_torque_nm=measure_peak(press_hard(key, **options)),
@@ -424,13 +423,13 @@ def show(results: Results, console: Console) -> None:
         table.add_column(heading, justify="right")
     for row in results["rows"]:
         wall = row["walls"][1]
-        limit, left = row["stable_stiffness_nm_per_rad"], row["exit_time_s"]
+        limit = row["stable_stiffness_nm_per_rad"]
         table.add_row(
             f"({row['figure']}) {row['title']}" if row["figure"] else row["title"],
             f"{100 * wall['tracking_in']:.1f} %",
             f"{100 * wall['tracking_out']:.1f} %",
             f"{1e3 * wall['torque_gap_nm']:.1f}",
-            f"{1e3 * left:.0f}" if left is not None else "sticks",
+            exit_text(row["outcome"], row["exit_time_s"], row["stuck_torque_nm"]),
             f"{limit:.1f}" if limit is not None else f">{STIFFEST_NM_PER_RAD:.0f}",
             f"{1e3 * row['drag_nm']:.1f}",
             f"{1e3 * row['peak_torque_nm']:.0f}",
@@ -438,6 +437,14 @@ def show(results: Results, console: Console) -> None:
         )
     console.print(table, highlight=False)
     console.print("in, out, gap: a wall of 30 mN·m/deg", highlight=False)
+
+
+def exit_text(outcome: str, exit_s: float | None, stuck_nm: float, unit: str = "") -> str:
+    """Say when it has left, or how much the wall still asks for and what keeps the knob there."""
+    if exit_s is not None:
+        return f"{1e3 * exit_s:.0f}{unit}"
+    word = "friction" if outcome == "held by friction" else "sticks"
+    return f"{word}, {1e3 * stuck_nm:.0f} mN·m"
 
 
 def _rms(values: Array) -> float:

@@ -29,9 +29,15 @@ class Column:
     good: float
     fair: float
     more_is_better: bool = False
+    note: Callable[[Measures], str | None] = lambda _: None  # instead of the value's text
 
-    def colour(self, value: float) -> str:
+    def cell(self, row: Measures) -> str:
+        """Give what is written in a cell."""
+        return self.note(row) or self.text(self.value(row))
+
+    def colour(self, row: Measures) -> str:
         """Give the colour of a cell."""
+        value = self.value(row)
         side = -1 if self.more_is_better else 1
         if side * value <= side * self.good:
             return GOOD
@@ -43,8 +49,19 @@ def _stable(row: Measures) -> float:
     return math.inf if limit is None else limit * actuators.NM_PER_RAD
 
 
+LATE_MS = 100.0
+
+
 def _exit(row: Measures) -> float:
-    return math.inf if row.exit_time_s is None else 1e3 * row.exit_time_s
+    if row.exit_time_s is not None:
+        return 1e3 * row.exit_time_s
+    # What friction holds is in nobody's way, but has not left: the worst that is still fair.
+    return LATE_MS if row.outcome == "held by friction" else math.inf
+
+
+def _kept(row: Measures) -> str | None:
+    """Say what keeps the knob in the wall, if anything does."""
+    return {"leaves": None, "held by friction": "friction holds", "stays": "sticks"}[row.outcome]
 
 
 COLUMNS: Final = (
@@ -64,9 +81,10 @@ COLUMNS: Final = (
     Column(
         "leaves a wall,\nlet go, after",
         _exit,
-        lambda v: f"{v:.0f} ms" if math.isfinite(v) else "sticks",
+        lambda v: f"{v:.0f} ms",
         30,
-        100,
+        LATE_MS,
+        note=_kept,
     ),
     Column(
         "stiffest wall\nwithout buzz",
@@ -151,16 +169,15 @@ def scoreboard(figure: Figure, rows: Sequence[Measures]) -> None:
         own = row.figure == "f"
         axes.text(0.0, r + 0.5, name(row), va="center", fontweight="bold" if own else "normal")
         for i, column in enumerate(COLUMNS):
-            value = column.value(row)
             x = left + i * width
             axes.fill_between(
                 [x + 0.002, x + width - 0.002],
                 r + 0.05,
                 r + 0.95,
-                color=column.colour(value),
+                color=column.colour(row),
                 lw=0,
             )
-            axes.text(x + 0.5 * width, r + 0.5, column.text(value), ha="center", va="center")
+            axes.text(x + 0.5 * width, r + 0.5, column.cell(row), ha="center", va="center")
 
 
 def walls(figure: Figure) -> None:
@@ -210,15 +227,19 @@ def string(figure: Figure, rows: Sequence[Measures]) -> None:
         "A weight holds the knob in a wall of 25 mN·m per degree; at time 0 its string is cut. "
         "What does not come out by itself feels sticky in the hand. Depths differ at first, as "
         "motor, brake, friction and springs carry the weight in different shares; (d) swings all "
-        "the time, because its slow brake is all that it has.",
+        "the time, because all its torque comes through a clutch that lags.",
         top=0.955,
     )
-    leaving = [row for row in rows if row.exit_time_s is not None]
-    staying = [row for row in rows if row.exit_time_s is None]
-    left = figure.add_axes((0.06, 0.1, 0.33, 0.64))
-    right = figure.add_axes((0.65, 0.1, 0.17, 0.64))
+    leaving, held, staying = (
+        [row for row in rows if row.outcome == outcome]
+        for outcome in ("leaves", "held by friction", "stays")
+    )
+    left = figure.add_axes((0.06, 0.1, 0.3, 0.64))
+    middle = figure.add_axes((0.57, 0.46, 0.16, 0.28))
+    right = figure.add_axes((0.57, 0.1, 0.16, 0.22))
     _paths(left, leaving, "These leave", (-0.02, 0.08))
-    _paths(right, staying, "These stay", (-0.1, 0.4))
+    _paths(middle, staying, "These stay", (-0.1, 0.4))
+    _paths(right, held, "Dry friction holds this", (-0.02, 0.08))
     left.set_ylabel("depth in the wall (degrees)")
 
 
@@ -248,6 +269,7 @@ def _paths(axes: Axes, rows: Sequence[Measures], title: str, limits: tuple[float
     axes.axhline(0, color=BLACK, lw=1.4)
     axes.axvline(0, color=GREY, lw=0.8)
     axes.set_xlabel("time after the cut (s)")
+    axes.locator_params(axis="x", nbins=5)
     # Names at the ends of the lines, pushed apart so that none covers another.
     ends.sort(key=lambda end: end[0])
     height = -2.9

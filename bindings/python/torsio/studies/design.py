@@ -24,8 +24,9 @@ from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.config import ControlConfig, PlantParams
 from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.scenes import Spring, Wall
-from torsio.studies import actuators
+from torsio.studies import actuators, exits
 from torsio.studies.common import StudyError
+from torsio.studies.exits import Exit
 from torsio.studies.paper_runs import critical_torque
 from torsio.telemetry import Record
 
@@ -40,7 +41,7 @@ Law = Literal["paper", "compensated", "parallel", "motor_only"]
 WALL_NM_PER_RAD = 30.0 / actuators.NM_PER_RAD
 SOFTEST_NM_PER_RAD, STIFFEST_NM_PER_RAD = 0.5, 200.0
 FRICTION_NM = 8e-3  # of the knob and the released brake, in every device here
-EVALUATION: Final = 1
+EVALUATION: Final = 2
 """Raise it when `evaluate` gives other numbers: results of different ones are never mixed."""
 
 
@@ -111,7 +112,12 @@ class Measures:
     sensor_rms_nm
         RMS error of the sensed torque of the shaft there.
     exit_time_s
-        From the cut of a string until the knob has left a wall; NaN if it stays.
+        From the cut of a string until the knob has left a wall; NaN if it is still inside at the
+        end.
+    stuck_torque_nm
+        What the wall then asks for; 0 outside.
+    stays
+        1 if that is more than friction can hold, else 0.
     seconds
         Of one core that it took to find all this.
     """
@@ -124,6 +130,8 @@ class Measures:
     torque_gap_nm: float
     sensor_rms_nm: float
     exit_time_s: float
+    stuck_torque_nm: float
+    stays: float
     seconds: float
 
 
@@ -237,7 +245,7 @@ def _visit_wall(design: Design, law: Law) -> tuple[actuators.WallMeasures, float
     )
 
 
-def _exit_time(design: Design, law: Law) -> float:
+def _cut_string(design: Design, law: Law) -> Exit:
     wall = actuators.CUT_WALL_MNM_PER_DEG / actuators.NM_PER_RAD
     weight = actuators.CUT_TORQUE_NM
     options = _options(
@@ -247,12 +255,13 @@ def _exit_time(design: Design, law: Law) -> float:
         hand=TorqueHand(torque_nm=[(0, 0), (0.5, weight), (1, weight), (1, 0)]),
     )
     log = _run(options, 2.0)
-    ideal = -wall * np.maximum(log["angle_rad"], 0.0)
-    resolution_nm = wall * 2 * math.pi / design.counts_per_rev
-    left, _ = actuators.measure_exit(
-        {"ideal_torque_nm": ideal, "time_s": log["time_s"]}, FRICTION_NM, resolution_nm
+    return exits.measure_exit(
+        log["time_s"],
+        wall * np.maximum(log["angle_rad"], 0.0),
+        let_go_s=actuators.CUT_S,
+        friction_nm=FRICTION_NM,
+        count_nm=wall * 2 * math.pi / design.counts_per_rev,
     )
-    return math.nan if left is None else left
 
 
 def evaluate(design: Design, law: Law = "paper") -> Measures:
@@ -266,6 +275,7 @@ def evaluate(design: Design, law: Law = "paper") -> Measures:
         tolerance=0.06,
     )
     wall, sensor_rms = _visit_wall(design, law)
+    left = _cut_string(design, law)
     return Measures(
         stable_stiffness_nm_per_rad=STIFFEST_NM_PER_RAD if limit is None else limit,
         critical_torque_nm=_critical_torque(design, law),
@@ -274,7 +284,9 @@ def evaluate(design: Design, law: Law = "paper") -> Measures:
         tracking_out=wall.tracking_out,
         torque_gap_nm=wall.torque_gap_nm,
         sensor_rms_nm=sensor_rms,
-        exit_time_s=_exit_time(design, law),
+        exit_time_s=math.nan if left.exit_s is None else left.exit_s,
+        stuck_torque_nm=left.stuck_torque_nm,
+        stays=float(left.outcome == "stays"),
         seconds=time.thread_time() - begin,
     )
 
@@ -360,6 +372,7 @@ def run(study: Study) -> Results:
     report = study.counter(f"{total} devices, {done} of them from before", total)
     report(done)
     computed = 0
+    begin = time.perf_counter()
     with design_run.spread(
         todo, scheduler=settings.get("scheduler"), workers=settings.get("workers")
     ) as (workers, results):
@@ -368,7 +381,8 @@ def run(study: Study) -> Results:
             computed += len(rows)
             report(done + computed)
             core_s += sum(row["seconds"] for row in rows)
-            growth.append({"devices": computed, "core_seconds": core_s})
+            wall_s = time.perf_counter() - begin
+            growth.append({"devices": computed, "core_seconds": core_s, "wall_seconds": wall_s})
 
     table = store.read(work)
     merged = store.merge(work, store.folder.parent / f"{store.folder.name}.parquet")
@@ -386,6 +400,7 @@ def run(study: Study) -> Results:
         "cost_by_rate": cost_by_rate(sample),
         "cost_by_devices": cost_by_devices(growth),
         "formula_error": formula_error(sample),
+        "exits": count_exits(sample),
     }
 
 
@@ -410,7 +425,10 @@ def cost_by_rate(sample: dict[str, Array]) -> list[dict[str, float]]:
 
 
 def cost_by_devices(growth: list[dict[str, float]]) -> list[dict[str, float]]:
-    """Give the cores' own time after an eighth, a quarter, half and all of this run's devices."""
+    """Give the cores' own time and the clock's, after parts of this run's devices.
+
+    An eighth, a quarter, half and all of them. The clock begins before the workers are started.
+    """
     if not growth:
         return []
     total = growth[-1]["devices"]
@@ -419,6 +437,17 @@ def cost_by_devices(growth: list[dict[str, float]]) -> list[dict[str, float]]:
         entry = next(entry for entry in growth if entry["devices"] >= share * total)
         rows.append(entry | {"seconds_per_device": entry["core_seconds"] / entry["devices"]})
     return rows
+
+
+def count_exits(sample: dict[str, Array]) -> dict[str, int]:
+    """Count what became of the knobs after the cut of a string, by outcome."""
+    inside = np.isnan(sample["exit_time_s"])
+    stays = int(sample["stays"].sum())
+    return {
+        "leaves": int((~inside).sum()),
+        "held by friction": int(inside.sum()) - stays,
+        "stays": stays,
+    }
 
 
 def formula_error(sample: dict[str, Array]) -> float:
@@ -448,12 +477,19 @@ def show(results: Results, console: Console) -> None:
         )
     console.print(cost, highlight=False)
     growth = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("devices done", "seconds of cores", "ms of one core a device"):
+    headings = (
+        "devices done",
+        "seconds of cores",
+        "ms of one core a device",
+        "seconds by the clock",
+    )
+    for heading in headings:
         growth.add_column(heading, justify="right")
     for row in results["cost_by_devices"]:
         growth.add_row(
             f"{row['devices']}",
             f"{row['core_seconds']:.1f}",
             f"{1e3 * row['seconds_per_device']:.0f}",
+            f"{row['wall_seconds']:.1f}",
         )
     console.print(growth, highlight=False)

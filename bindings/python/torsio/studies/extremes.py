@@ -13,14 +13,17 @@ Keys of the results, besides those that all studies have:
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
 from rich.console import Console
 from rich.table import Table
 
+from torsio.scenes import MAX_TORQUE_NM
 from torsio.studies import extremes_dynamics as dynamics
 from torsio.studies import extremes_figures as figures
+from torsio.studies import extremes_not_finite as not_finite
 from torsio.studies import extremes_numbers as numbers
 from torsio.studies import paper_runs as runs
 from torsio.studies.common import Results, Study
@@ -107,7 +110,7 @@ def _wraps() -> Iterator[Case]:
 
 
 def _clocks() -> Iterator[Case]:
-    naive, guarded = numbers.microsecond_error_s()
+    naive, guarded = numbers.microsecond_errors_s()
     yield Case(
         "clock wraps",
         "32-bit microseconds, after 71.6 min",
@@ -132,13 +135,12 @@ def _clocks() -> Iterator[Case]:
 
 def _stiffness() -> Iterator[Case]:
     for stiffness in dynamics.STIFFNESSES:
-        naive, guarded = dynamics.stiff_wall_torques_nm(stiffness)
         yield Case(
             "stiffness",
             f"{stiffness:g} N m/rad",
-            "peak torque asked of the motor (N m)",
-            naive,
-            guarded,
+            "peak torque commanded to the motor (N m)",
+            dynamics.stiff_wall_torque_nm(stiffness, motor_limit_nm=MAX_TORQUE_NM),
+            dynamics.stiff_wall_torque_nm(stiffness),
             1.0000001 * runs.MOTOR_NM,
             "the last step before the motor is its limit",
         )
@@ -160,11 +162,11 @@ def _shares() -> Iterator[Case]:
         yield Case(
             "beta",
             f"beta {beta:g} in closed loop",
-            "tracking error into a wall (share of the peak)",
-            None,
-            dynamics.share_error(beta),
+            "tracking error out of a wall (share of the peak)",
+            dynamics.share_error(beta, "parallel"),
+            dynamics.share_error(beta, "paper"),
             0.15,
-            "none needed: the law is defined there",
+            "the sensor says when the brake must let go",
         )
     yield Case(
         "beta",
@@ -265,8 +267,18 @@ def _rounding() -> Iterator[Case]:
     naive, guarded = numbers.subnormal_ticks()
     yield Case(
         "subnormals",
-        "a released brake for 60 s",
+        "the controller, a released brake for 60 s",
         "ticks with a subnormal state",
+        naive,
+        guarded,
+        0.0,
+        "decaying states end at exactly 0",
+    )
+    naive, guarded = numbers.subnormal_plant_states()
+    yield Case(
+        "subnormals",
+        "the emulated knob, a released brake for 60 s",
+        "subnormal states, looked at 798 times",
         naive,
         guarded,
         0.0,
@@ -275,36 +287,54 @@ def _rounding() -> Iterator[Case]:
 
 
 def _delay() -> Iterator[Case]:
-    yield Case(
-        "delay",
-        "one tick, virtual spring of 4 N m/rad",
-        "oscillation that is left after 1 s (rad)",
-        dynamics.delay_oscillation_rad("motor_only"),
-        dynamics.delay_oscillation_rad("paper"),
-        runs.AT_REST_RAD,
-        "the brake takes half of the torque, and dissipates",
+    measure = "oscillation that is left after 1 s (rad)"
+    oscillation = dynamics.bounce_oscillation_rad
+    late = oscillation(7.0, "paper", delay_ticks=1)
+    cases = (
+        (
+            "7 N m/rad: a tick late, and not",
+            late,
+            oscillation(7.0, "paper"),
+            "a command acts in the tick that took the count",
+        ),
+        (
+            "7 N m/rad, a tick late: 1 kHz, and 10 kHz",
+            late,
+            oscillation(7.0, "paper", delay_ticks=1, rate_hz=10_000.0),
+            "a faster loop has a shorter tick",
+        ),
+        (
+            "1.5 N m/rad, a tick late: motor alone, and brake",
+            oscillation(1.5, "motor_only", delay_ticks=1),
+            oscillation(1.5, "paper", delay_ticks=1),
+            "the brake takes half of the torque, and dissipates",
+        ),
     )
+    for name, naive, guarded, guard in cases:
+        yield Case("delay", name, measure, naive, guarded, runs.AT_REST_RAD, guard)
 
 
 def _not_finite() -> Iterator[Case]:
-    offered, accepted = numbers.not_finite_accepted()
+    offered, accepted = not_finite.accepted_in_python()
     yield Case(
         "not finite",
-        f"NaN, +inf and -inf in {offered // 3} quantities",
+        f"NaN, +inf, -inf in {offered // 3} quantities of Python",
         "values that were accepted",
-        float(offered),
-        float(accepted),
+        None,
+        accepted,
+        0.0,
+        "every value is checked before anything has effect",
+    )
+    tried, spoiled = not_finite.spoiled_for_good()
+    offered, accepted = not_finite.accepted_as_bytes()
+    yield Case(
+        "not finite",
+        f"{tried} into the bare law; as bytes in {offered // 3} fields",
+        "values that pass, or change the motor's torque for good",
+        spoiled,
+        accepted,
         0.0,
         "every report is checked whole before it has effect",
-    )
-    yield Case(
-        "not finite",
-        "one NaN in a sensor with fmin and fmax",
-        "torque that it reads from then on (N m)",
-        abs(numbers.naive_nan_torque_nm()),
-        0.0,
-        1e-9,
-        "differences of integers are always finite",
     )
 
 
@@ -336,26 +366,26 @@ def _precision() -> Iterator[Case]:
 
 def show(results: Results, console: Console) -> None:
     """Print every case."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("extreme")
-    table.add_column("case", overflow="fold")
-    table.add_column("measure", overflow="fold")
-    table.add_column("naive", justify="right")
-    table.add_column("here", justify="right")
-    table.add_column("bound", justify="right")
-    table.add_column("holds")
-    for row in results["rows"]:
-        table.add_row(
-            row["extreme"],
-            row["case"],
-            row["measure"],
-            _text(row["naive"]),
-            _text(row["guarded"]),
-            _text(row["bound"]),
-            "yes" if row["holds"] else "[bold red]no[/bold red]",
-        )
     console.print()
-    console.print(table, highlight=False)
+    groups = itertools.groupby(results["rows"], lambda row: (row["extreme"], row["measure"]))
+    for (extreme, measure), rows in groups:
+        table = Table(box=None, pad_edge=False, header_style="bold", title_justify="left")
+        table.title = f"{extreme}: {measure}"
+        table.title_style = "bold"
+        table.add_column("case", width=36)
+        for heading in ("plain", "here", "bound"):
+            table.add_column(heading, justify="right", width=10)
+        table.add_column("holds", width=5)
+        for row in rows:
+            table.add_row(
+                row["case"],
+                _text(row["naive"]),
+                _text(row["guarded"]),
+                _text(row["bound"]),
+                "yes" if row["holds"] else "[bold red]no[/bold red]",
+            )
+        console.print(table, highlight=False)
+        console.print()
 
 
 def _text(value: float | str | None) -> str:

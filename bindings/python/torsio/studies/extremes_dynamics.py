@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,17 +20,18 @@ TIME_CONSTANTS_S = (0.0, 1e-4, 60e-3, 1.0, 10.0)
 INERTIA_RATIOS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4)
 
 
-def stiff_wall_torques_nm(stiffness: float) -> tuple[float, float]:
-    """Peak torque that a wall asks of the motor, and that the device gives it."""
+def stiff_wall_torque_nm(stiffness: float, motor_limit_nm: float = runs.MOTOR_NM) -> float:
+    """Peak torque that a device with this limit commands in such a wall, its string cut."""
     hand = hands.TorqueHand(torque_nm=[(0, 0), (0.5, 60e-3), (1.0, 60e-3), (1.0, 0)])
     options = LoopOptions(
-        scene=scenes.Wall(angle_rad=0.05, stiffness_nm_per_rad=stiffness), hand=hand
+        scene=scenes.Wall(angle_rad=0.05, stiffness_nm_per_rad=stiffness),
+        hand=hand,
+        plant=PlantParams(motor_limit_nm=motor_limit_nm),
     )
     rows = simulate(options, duration_s=1.5)
     if not all(np.isfinite(rows[name]).all() for name in ("angle_rad", "motor_command_nm")):
-        return math.inf, math.inf
-    asked = np.abs(rows["desired_torque_nm"].astype(np.float64) - rows["sensed_spring_torque_nm"])
-    return float(asked.max()), float(np.abs(rows["motor_command_nm"]).max())
+        return math.inf
+    return float(np.abs(rows["motor_command_nm"]).max())
 
 
 def naive_critical_torque(stiffness_ratio: float, beta: float) -> float:
@@ -169,17 +171,17 @@ def free_air(guarded: bool, duration_s: float = 1.0) -> tuple[Array, Array]:
     return time, angle
 
 
-def delay_oscillation_rad(law: runs.Law) -> float:
-    """Oscillation that is left of a bounce at 4 N m/rad with one tick of delay."""
-    rows = simulate(runs.bounce_options(4.0, law, delay_ticks=1), duration_s=1.0)
+def bounce_oscillation_rad(stiffness: float, law: runs.Law, **loop: Any) -> float:
+    """Oscillation that is left of a bounce in such a spring; `loop` as in `runs.bounce_options`."""
+    rows = simulate(runs.bounce_options(stiffness, law, **loop), duration_s=1.0)
     return runs.count_bounces(rows).oscillation_rad
 
 
-def share_error(beta: float) -> float:
-    """Tracking error into a wall for such a share of the brake."""
-    options = runs.push_options(runs.per_degree(30), beta=beta)
+def share_error(beta: float, law: runs.Law) -> float:
+    """Tracking error on the way out of a wall for such a share of the brake."""
+    options = runs.push_options(runs.per_degree(30), law, beta=beta)
     _, push = runs.run_push(options)
-    return push.tracking_rms_in
+    return push.tracking_rms_out
 
 
 STRING_WALL = runs.per_degree(25)
@@ -191,9 +193,7 @@ HELD_BY_FRICTION_NM = (
 
 def stuck_torque_nm(law: runs.Law, beta: float) -> float:
     """Torque that a wall of 25 mN m/deg still asks for, a second after the string was cut."""
-    rigid = PlantParams(shaft_stiffness_nm_per_rad=50.0)
-    plant = rigid if law == "parallel" else PlantParams()
-    _, cut = runs.run_cut(runs.cut_options(STRING_WALL, law, beta=beta, plant=plant))
+    _, cut = runs.run_cut(runs.cut_options(STRING_WALL, law, beta=beta))
     return cut.stuck_torque_nm
 
 

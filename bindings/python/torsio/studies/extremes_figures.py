@@ -25,7 +25,7 @@ def overview(study: Study) -> None:
         )
         axes = figure.subplots(2, 3)
         figure.subplots_adjust(
-            left=0.06, right=0.985, top=0.86, bottom=0.12, wspace=0.27, hspace=0.6
+            left=0.06, right=0.985, top=0.86, bottom=0.13, wspace=0.27, hspace=0.62
         )
         _turning(axes[0, 0])
         _wrap(axes[0, 1])
@@ -53,6 +53,7 @@ def _turning(axes: Axes) -> None:
         "A 32-bit float angle loses the encoder's counts within minutes; the sensor, which adds up "
         "differences, goes with them.",
         width=52,
+        below=0.62,
     )
 
 
@@ -76,6 +77,7 @@ def _wrap(axes: Axes) -> None:
         "spring pulls the "
         "other way, as hard as the brake holds just then.",
         width=52,
+        below=0.62,
     )
 
 
@@ -85,16 +87,17 @@ def _brake(axes: Axes) -> None:
     axes.set_title("A brake faster than the tick")
     axes.plot(ticks, 1e3 * euler, "o-", color=RED, ms=4, lw=1.4)
     axes.plot(ticks, 1e3 * model, "o-", color=BLUE, ms=4, lw=1.4)
-    axes.set_ylim(-400, 500)
+    axes.set_ylim(-400, 800)
     axes.set_xlabel("control ticks after the command")
     axes.set_ylabel("modelled brake torque (mN·m)")
-    label(axes, 6.8, 330, "explicit Euler", RED, ha="right")
-    label(axes, 6.0, -60, "exponential: 50 mN·m, at once", BLUE, ha="center")
+    label(axes, 0.2, -300, "explicit Euler", RED)
+    label(axes, 0.2, 640, "exponential:\n50 mN·m, at once", BLUE)
     caption(
         axes,
         "The control period is 2.5 times the brake's time constant. The Euler step overshoots more "
         "each time; the exponential is right for any step.",
         width=52,
+        below=0.62,
     )
 
 
@@ -115,6 +118,7 @@ def _free_air(axes: Axes) -> None:
         "With nothing to render the printed law still lets the motor answer to the sensor. If the "
         "sensor's floor is above friction and drag, the knob drives itself.",
         width=52,
+        below=0.62,
     )
 
 
@@ -129,13 +133,14 @@ def _inertia(axes: Axes) -> None:
     axes.set_ylim(1e-17, 1e8)
     axes.set_xlabel("inertia of the brake / of the knob")
     axes.set_ylabel("energy from nothing (relative)")
-    label(axes, 1.0, 1e3, "Runge-Kutta 4, one step a tick", RED, ha="center")
+    label(axes, 2e4, 1e4, "Runge-Kutta 4, one step a tick", RED, ha="right")
     label(axes, 1.0, 1e-9, "matrix exponential", BLUE, ha="center")
     caption(
         axes,
         "Knob and brake swing freely on their spring without any loss, simulated in steps of 1 ms. "
         "(Values above 1e6 are drawn at 1e6.)",
         width=52,
+        below=0.62,
     )
 
 
@@ -158,4 +163,5 @@ def _precision(axes: Axes) -> None:
         "The motor's torque of the device's 32-bit controller, against the same sources compiled "
         "with 64 bits, on the same counts.",
         width=52,
+        below=0.62,
     )

@@ -11,7 +11,7 @@ Keys of the results, besides those that all studies have:
     the peak, torque gap, error of the sensor, and zero_crossing: where on the way out the sensed
     torque changes sign, as a fraction of the depth, beside zero_crossing_formula.
 ``scenario_3``
-    ``rows``: per law and shaft, depths, exit_s (null: never left), stuck_torque_nm.
+    ``rows``: per law and shaft, depths, exit_s (null: never left), stuck_torque_nm, outcome.
 ``characterisation``
     slope and offset of a linear and of a hardening shaft.
 ``zero_crossing``

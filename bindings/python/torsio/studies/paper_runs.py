@@ -16,6 +16,8 @@ from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simula
 from torsio.config import ControlConfig, PlantParams, ShaftHardening
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.scenes import Spring, Wall
+from torsio.studies import exits
+from torsio.studies.exits import Outcome
 from torsio.telemetry import Record
 
 Array = npt.NDArray[np.float64]
@@ -220,23 +222,29 @@ class Cut:
     """What became of the knob. Depths are positive inside the wall."""
 
     depth_at_cut_rad: float
-    exit_s: float | None
-    """From the cut until the knob was outside; None: it never was."""
     final_depth_rad: float
+    exit_s: float | None
+    """This and the next two are those of `exits.Exit`."""
     stuck_torque_nm: float
-    """What the wall asks for where the knob stays, 0 outside."""
+    outcome: Outcome
 
 
-def measure_cut(rows: Record, stiffness: float) -> Cut:
+def measure_cut(rows: Record, stiffness: float, plant: PlantParams) -> Cut:
     """Measure what came after the cut."""
     time, depth = rows["time_s"], rows["angle_rad"] - WALL_RAD
-    after = np.flatnonzero((time >= CUT_S) & (depth <= 0))
-    final = float(depth[-1])
+    left = exits.measure_exit(
+        time,
+        -ideal_nm(rows, stiffness),
+        let_go_s=CUT_S,
+        friction_nm=plant.knob_coulomb_nm + plant.brake_drag_nm,
+        count_nm=stiffness * 2.0 * math.pi / plant.counts_per_rev,
+    )
     return Cut(
         depth_at_cut_rad=float(depth[np.searchsorted(time, CUT_S)]),
-        exit_s=float(time[after[0]] - CUT_S) if len(after) else None,
-        final_depth_rad=final,
-        stuck_torque_nm=stiffness * max(final, 0.0),
+        final_depth_rad=float(depth[-1]),
+        exit_s=left.exit_s,
+        stuck_torque_nm=left.stuck_torque_nm,
+        outcome=left.outcome,
     )
 
 
@@ -383,4 +391,4 @@ def run_push(options: LoopOptions, *, extra_s: float = 0.0) -> tuple[Record, Pus
 def run_cut(options: LoopOptions) -> tuple[Record, Cut]:
     """Simulate and measure the cut string of `cut_options`."""
     rows = simulate(options, duration_s=CUT_S + 1.0)
-    return rows, measure_cut(rows, _stiffness(options))
+    return rows, measure_cut(rows, _stiffness(options), options.plant)
