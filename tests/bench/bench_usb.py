@@ -182,7 +182,7 @@ def measure_in_virtual_machine(words: list[str]) -> Iterator[dict[str, Any]]:
     share = guests.share("bench")
     share.mkdir(parents=True, exist_ok=True)
     run = shlex.join([sys.executable, __file__, "--device", "virtual", *words])
-    machine = Machine(guests.KERNELS / KERNEL, share, counts_instructions=True)
+    machine = Machine(guests.KERNELS / KERNEL, share, emulated=True)
     machine.run(
         f"""\
 export HOME=/tmp PATH=/usr/sbin:/usr/bin:/sbin:/bin
