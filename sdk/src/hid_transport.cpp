@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "device_lock.hpp"
+#include "fair_mutex.hpp"
 #include "protocol/registry.hpp"
 #include "torsio/error.hpp"
 
@@ -112,14 +113,14 @@ class HidTransport final : public Transport {
   }
 
   void close() noexcept override {
-    const std::lock_guard guard(mutex_);
+    const std::lock_guard<FairMutex> guard(mutex_);
     reader_.reset();
     writer_.reset();
     lock_.reset();
   }
 
   bool write(const ReportBytes& report) override {
-    const std::lock_guard guard(mutex_);
+    const std::lock_guard<FairMutex> guard(mutex_);
     if (hid_write(open_handle(), report.data(), report.size()) < 0) throw_gone();
     return true;
   }
@@ -138,12 +139,12 @@ class HidTransport final : public Transport {
   }
 
   bool get_feature(std::uint8_t id, ReportBytes& report) override {
-    const std::lock_guard guard(mutex_);
+    const std::lock_guard<FairMutex> guard(mutex_);
     return ask(id, report) || (throw_unless_there(), false);
   }
 
   bool set_feature(const ReportBytes& report) override {
-    const std::lock_guard guard(mutex_);
+    const std::lock_guard<FairMutex> guard(mutex_);
     return hid_send_feature_report(open_handle(), report.data(), report.size()) >= 0 ||
            (throw_unless_there(), false);
   }
@@ -175,7 +176,9 @@ class HidTransport final : public Transport {
 
   const std::string path_;
   std::optional<DeviceLock> lock_;
-  std::mutex mutex_;  // one call at a time on writer_
+  // One call at a time on writer_. A thread that asks for feature reports without end must not keep
+  // out the signs of life, nor the thread that reads, which sends them.
+  FairMutex mutex_;
   HidDevice writer_;
   HidDevice reader_;
 };

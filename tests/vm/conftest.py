@@ -1,9 +1,19 @@
-"""Keeps what runs inside the guests apart from what runs on the host."""
+"""Keeps what runs inside the guests apart from what runs on the host, and starts them first."""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
+
+import pytest
 
 from tests.vm.guests import GUEST_VARIABLE
 
 collect_ignore = [] if GUEST_VARIABLE in os.environ else ["guest"]
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    # Whoever comes first starts all guests and waits. So that nobody else has to, and the other
+    # tests go on meanwhile, this comes first of all, where it lands on one worker.
+    file = Path(__file__).with_name("test_guest.py")
+    items.sort(key=lambda item: item.path != file)

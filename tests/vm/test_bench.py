@@ -64,6 +64,16 @@ def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise
     ]
 
 
+def test_kernel_log_may_speak_of_a_pulled_cable_only_where_one_was_pulled() -> None:
+    log = """\
+<3>[    1.0] usb 1-1: enqueue for inactive port 0
+<3>[    1.1] vhci_hcd: sendmsg failed!, ret=-104 for 112
+<3>[    1.2] vhci_hcd: sendmsg failed!, ret=-12 for 112
+"""
+    assert len(kernel_log.complaints(log)) == 3
+    assert kernel_log.complaints(log, pulled=True) == ["vhci_hcd: sendmsg failed!, ret=-12 for 112"]
+
+
 def test_cpio_is_what_the_tool_of_that_name_unpacks(tmp_path: Path) -> None:
     files = {"folder": (0o40755, b""), "folder/odd": (0o100640, b"seven b"), "x": (0o100755, b"")}
     archive = initramfs.cpio(files)
@@ -136,18 +146,26 @@ def test_guest_with_results_has_not_failed(
     assert len(results.read_junit(guests.junit("6.1"))) == 4
 
 
-@pytest.mark.parametrize("counts_instructions", [False, True])
-def test_time_is_counted_in_instructions_only_where_that_is_asked_for(
-    tmp_path: Path, fake_machine: Callable[[str], None], counts_instructions: bool
+@pytest.mark.parametrize(
+    ("chosen", "emulated", "acceleration"),
+    [
+        ("tcg", False, ["tcg,thread=single,tb-size=512", "shift=0,sleep=off"]),
+        ("kvm", True, ["tcg,thread=single,tb-size=512", "shift=0,sleep=off"]),
+        ("kvm", False, ["kvm"]),
+    ],
+)
+def test_emulated_processor_counts_its_instructions(
+    tmp_path: Path,
+    fake_machine: Callable[[str], None],
+    monkeypatch: pytest.MonkeyPatch,
+    chosen: str,
+    emulated: bool,
+    acceleration: list[str],
 ) -> None:
     fake_machine('echo "$@" >&2; exit 1')
+    monkeypatch.setenv("TORSIO_VM_ACCEL", chosen)
     share = tmp_path / "share"
-    machine = Machine(tmp_path, share, counts_instructions=counts_instructions)
-    machine.run("true", limit_s=60)
+    Machine(tmp_path, share, emulated=emulated).run("true", limit_s=60)
     words = (share / "console").read_text().split()
-    # QEMU counts instructions on one thread only.
-    expected = ["shift=0,sleep=off", "tcg,thread=single,tb-size=512"]
-    found = [words[words.index("-icount") + 1]] if "-icount" in words else []
-    assert [*found, words[words.index("-accel") + 1]] == (
-        expected if counts_instructions else ["tcg,thread=multi,tb-size=512"]
-    )
+    found = [words[n + 1] for n, word in enumerate(words) if word in ("-accel", "-icount")]
+    assert found == acceleration

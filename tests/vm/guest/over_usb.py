@@ -22,17 +22,12 @@ FOLDER = "tests/python/"
 
 _WORLD = "tells a world what only the one inside the process can do"
 _NO_DEVICE = "uses no device"
-_SLOW = "counts on real time, which an emulated processor cannot keep"
 # What cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
     "test_truth_and_telemetry_share_their_clock": _WORLD,
     "test_same_seed_gives_the_same_bytes": _WORLD,
     "test_result_does_not_depend_on_how_time_is_cut": "is about virtual time",
     "test_fault_is_named": _WORLD,
-    "test_periodic_effect_follows_its_waveform": _SLOW,
-    "test_local_model_pulls_toward_its_reference": _SLOW,
-    "test_ten_kilohertz_device_controls_at_ten_kilohertz": _SLOW,
-    "test_paced_device_takes_real_time": _SLOW,
     "test_matching_config_is_the_default_for_the_default_plant": _NO_DEVICE,
     "test_scene_classes_compare_show_and_hash_by_value": _NO_DEVICE,
     "test_profiles_may_be_arrays_and_numbers": _NO_DEVICE,

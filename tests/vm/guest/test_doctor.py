@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
+from typing import TextIO
 
 import pytest
 
 import torsio
+from tests.vm.guest.child import Child, become_nobody
 from tests.vm.guest.virtual_bus import VirtualKnob, wait_for
 from torsio import doctor
 
@@ -51,20 +52,12 @@ def test_nothing_plugged_in_is_said() -> None:
 
 def test_nobody_is_told_that_the_rule_is_missing(knob: VirtualKnob) -> None:
     doctor.install_rule_line()  # nobody may not read what Python has yet to import for it
-    reading, writing = os.pipe()
-    child = os.fork()  # a second interpreter would take long to start
-    if child == 0:
-        try:
-            os.setgroups([])
-            os.setgid(65534)
-            os.setuid(65534)
-            os.write(writing, json.dumps(only_report().as_dict()).encode())
-        finally:
-            os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as pipe:
-        report = json.loads(pipe.read())
-    os.waitpid(child, 0)
+
+    def work(output: TextIO) -> None:
+        become_nobody()
+        json.dump(only_report().as_dict(), output)
+
+    report = json.loads(Child(work).end())
     assert [finding["check"] for finding in report["findings"]] == ["usb", "driver", "permission"]
     finding = report["findings"][-1]
     assert not finding["ok"]

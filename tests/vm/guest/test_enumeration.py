@@ -8,6 +8,8 @@ import re
 import struct
 from pathlib import Path
 
+import pytest
+
 import torsio
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 
@@ -102,6 +104,7 @@ def test_knob_introduces_itself_over_hidapi(knob: VirtualKnob) -> None:
         assert opened.info.fingerprint == torsio.protocol.fingerprint()
 
 
+@pytest.mark.pulls_cable
 def test_two_knobs_are_two(bus: VirtualBus) -> None:
     still, turned = bus.plug("STILL"), bus.plug("TURNED")
     assert still.hidraw != turned.hidraw

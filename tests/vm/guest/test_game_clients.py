@@ -188,6 +188,7 @@ def test_killed_game_leaves_no_force(bus: VirtualBus, tmp_path: Path) -> None:
     assert fall_s(time_s, torque) <= 4e-3  # blend_s and two ticks
 
 
+@pytest.mark.pulls_cable
 def test_unplugged_game_fades(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path)
     pad = Gamepad(knob)

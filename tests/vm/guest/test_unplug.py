@@ -7,21 +7,32 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from typing import TextIO
 
 import pytest
 
 import torsio
+from tests.vm.guest.child import Child, become_nobody
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 
-# From the unplug to the exception in the caller. What is promised is a second on a computer; an
-# emulated processor that shares its host with other work gets some more.
+pytestmark = pytest.mark.pulls_cable
+
+# From the unplug to the exception in the caller.
 LATEST_S = 1.0
+# A feature request that is under way. A controller of silicon ends it, vhci_hcd does not, and as
+# long as it lasts, which Linux limits to 5 s, the kernel cannot let go of the device.
+LATEST_IN_REQUEST_S = 5.0 + LATEST_S
 
 
 def idle(knob: torsio.Knob) -> None:
+    while knob.state != "disconnected":
+        time.sleep(0.01)
+    knob.arm()
+
+
+def ask(knob: torsio.Knob) -> None:
     while True:
         knob.clock()
-        time.sleep(0.01)
 
 
 def upload(knob: torsio.Knob) -> None:
@@ -37,6 +48,7 @@ def stream(knob: torsio.Knob) -> None:
 
 STATES: dict[str, Callable[[torsio.Knob], object]] = {
     "idle": idle,
+    "asking": ask,
     "asleep": lambda knob: knob.sleep(60.0),
     "streaming telemetry": lambda knob: knob.record(duration_s=60.0),
     "blocking read": lambda knob: [knob.read(timeout_s=60.0) for _ in range(10**9)],
@@ -65,7 +77,7 @@ def test_unplug_is_disconnected_within_a_second(knob: VirtualKnob, state: str) -
             STATES[state](opened)
         late_s = time.monotonic() - pulled[0]
         timer.join()
-        assert late_s < LATEST_S
+        assert late_s < (LATEST_IN_REQUEST_S if state == "asking" else LATEST_S)
         assert opened.state == "disconnected"
         with pytest.raises(torsio.Disconnected):
             opened.arm()
@@ -111,20 +123,13 @@ def test_two_hundred_plug_cycles(bus: VirtualBus) -> None:
 
 
 def test_knob_without_permission_says_what_to_do(knob: VirtualKnob) -> None:
-    reading, writing = os.pipe()
-    child = os.fork()  # a second interpreter would take long to start
-    if child == 0:
-        os.setgroups([])
-        os.setgid(65534)
-        os.setuid(65534)
+    def work(output: TextIO) -> None:
+        become_nobody()
         try:
             torsio.open(str(knob.hidraw))
         except torsio.Error as error:
-            os.write(writing, f"{type(error).__name__}: {error}".encode())
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as pipe:
-        message = pipe.read()
-    os.waitpid(child, 0)
+            output.write(f"{type(error).__name__}: {error}")
+
+    message = Child(work).end()
     assert message.startswith("PermissionDenied: no permission to open /dev/hidraw")
     assert "60-torsio.rules" in message

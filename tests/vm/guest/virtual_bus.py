@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import socket
 import struct
 import subprocess
@@ -17,8 +18,10 @@ PROGRAM = TREE / "build/release/firmware/emulator/usbip/torsio_virtual_knob"
 
 _FREE, _USED = 4, 6  # VDEV_ST_NULL, VDEV_ST_USED
 _FULL_SPEED = 2
+_INTERFACES = 2
 _DEVICE_ID = 0x0001_0002
 _LONGEST_S = 30.0
+_LOOK_EVERY_S = 0.03
 
 _T = TypeVar("_T")
 
@@ -37,7 +40,7 @@ def wait_for(what: str, ready: Callable[[], _T | None]) -> _T:
             return found
         if time.monotonic() > end:
             raise TimeoutError(f"waited in vain for {what}")
-        time.sleep(0.01)
+        time.sleep(_LOOK_EVERY_S)
 
 
 def ports() -> dict[int, tuple[int, str]]:
@@ -70,6 +73,7 @@ class VirtualKnob:
         self.serial = serial
         self.bus_id = ""
         self._port = -1
+        self._is_pulled = False  # and the kernel may not have noticed yet
         numbers = ("--port", "0", "--rate-hz", str(rate_hz), "--seed", str(seed))
         self.process = subprocess.Popen(
             [str(PROGRAM), *numbers, "--serial", serial, "--hand", hand, *options],
@@ -106,7 +110,7 @@ class VirtualKnob:
         return wait_for("a device file", lambda: _existing(Path("/dev") / found[0].name))
 
     def plug(self, *, wait: bool = True) -> None:
-        """Plug it in; return when the kernel has bound its driver, or at once."""
+        """Plug it in; return when the kernel has got to know it, or at once."""
         with import_device(self.tcp_port) as connection:
             self._port = next(n for n, (status, _) in ports().items() if status == _FREE)
             (CONTROLLER / "attach").write_text(
@@ -116,17 +120,19 @@ class VirtualKnob:
             self.wait_plugged()
 
     def wait_plugged(self) -> None:
-        """Wait until the kernel has bound its driver."""
+        """Wait until the kernel has got to know it."""
 
         def bus_id() -> str:
             status, found = ports()[self._port]
             return found if status == _USED else ""
 
         self.bus_id = wait_for("an address", bus_id)
-        assert self.hidraw.exists()
+        folders = [f"{self.sysfs}/{self.bus_id}:1.{number}" for number in range(_INTERFACES)]
+        wait_for("the drivers", lambda: all(map(_is_bound, folders)))
 
     def unplug(self, *, wait: bool = True) -> None:
         """Pull the cable; return when the kernel has let go, or at once."""
+        self._is_pulled = True
         (CONTROLLER / "detach").write_text(str(self._port))
         if wait:
             self.wait_unplugged()
@@ -138,6 +144,7 @@ class VirtualKnob:
             lambda: ports()[self._port][0] == _FREE and not self.sysfs.exists(),
         )
         self._port = -1
+        self._is_pulled = False
 
     def say(self, line: str) -> None:
         """Send a line to the program, "angle 0.3" for example."""
@@ -147,13 +154,26 @@ class VirtualKnob:
 
     def end(self) -> None:
         """Unplug it and end the program, which must end well."""
-        if self.is_plugged:
+        if self._is_pulled:
+            self.wait_unplugged()
+        elif self.is_plugged:
             self.unplug()
         self.process.terminate()
         _, errors = self.process.communicate(timeout=_LONGEST_S)
         assert self.process.returncode == 0, errors
         assert "warning" not in errors
         assert "ERROR" not in errors
+
+
+def _is_bound(interface: str) -> bool:
+    """Tell whether the kernel's drivers have asked an interface all that they want to know."""
+    # Not pathlib, which an emulated processor would spend most of a plug cycle with.
+    try:
+        names = os.listdir(interface)
+    except FileNotFoundError:
+        return False
+    # What they do last of all.
+    return any(os.path.exists(f"{interface}/{name}/country") for name in names if "." in name)
 
 
 def _existing(path: Path) -> Path | None:

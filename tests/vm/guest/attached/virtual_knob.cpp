@@ -164,19 +164,22 @@ void VirtualKnob::plug() {
   words << vhci_port_ << ' ' << socket << ' ' << kDeviceId << ' ' << kFullSpeed;
   write_file(kController + "attach", words.str());
   ::close(socket);  // the kernel has its own
-  wait_until("the kernel has bound the knob", [&] {
+  wait_until("the kernel has got to know the knob", [&] {
     const Port now = port(vhci_port_);
     bus_id_ = now.bus_id;
-    const std::string interface = "/sys/bus/usb/devices/" + bus_id_ + "/" + bus_id_ + ":1.0/";
-    std::error_code ignored;
-    if (now.status != kUsed || !std::filesystem::exists(interface + "driver", ignored)) {
-      return false;
-    }
-    for (const auto& entry : std::filesystem::directory_iterator(interface, ignored)) {
-      if (std::filesystem::exists(entry.path() / "hidraw", ignored)) return true;
-    }
-    return false;
+    return now.status == kUsed && is_bound(0) && is_bound(1);
   });
+}
+
+bool VirtualKnob::is_bound(int interface) const {
+  const std::string name = bus_id_ + ":1." + std::to_string(interface);
+  std::error_code ignored;
+  for (const auto& entry :
+       std::filesystem::directory_iterator("/sys/bus/usb/devices/" + name, ignored)) {
+    // The last thing that the kernel's drivers do, behind all that they ask the device.
+    if (std::filesystem::exists(entry.path() / "country", ignored)) return true;
+  }
+  return false;
 }
 
 void VirtualKnob::unplug() {

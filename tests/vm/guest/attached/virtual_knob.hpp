@@ -30,6 +30,7 @@ class VirtualKnob {
 
  private:
   void read_address();
+  [[nodiscard]] bool is_bound(int interface) const;
 
   pid_t program_ = -1;
   int input_ = -1;   // of the program

@@ -1,0 +1,62 @@
+"""A function in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import traceback
+from collections.abc import Callable
+from typing import TextIO
+
+NOBODY = 65534
+
+
+class Child:
+    """A process that runs a function and ends; a second interpreter would take long to start.
+
+    Parameters
+    ----------
+    work
+        Called in the new process with a file, whose other end is `output`.
+    """
+
+    def __init__(self, work: Callable[[TextIO], object]) -> None:
+        reading, writing = os.pipe()
+        self.pid = os.fork()
+        if self.pid == 0:
+            status = 1
+            try:
+                os.close(reading)
+                with os.fdopen(writing, "w", buffering=1) as file:
+                    work(file)
+                status = 0
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                os._exit(status)
+        os.close(writing)
+        self.output = os.fdopen(reading)
+
+    def interrupt(self) -> None:
+        """Press Ctrl-C."""
+        os.kill(self.pid, signal.SIGINT)
+
+    def kill(self) -> None:
+        """End it at once, whatever it does; return when it is gone."""
+        os.kill(self.pid, signal.SIGKILL)
+        self.output.close()
+        os.waitpid(self.pid, 0)
+
+    def end(self) -> str:
+        """Wait for its end, which must be a good one, and return the rest of its output."""
+        with self.output:
+            text = self.output.read()
+        assert os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1]) == 0, text
+        return text
+
+
+def become_nobody() -> None:
+    """Give up all rights, for the rest of this process."""
+    os.setgroups([])
+    os.setgid(NOBODY)
+    os.setuid(NOBODY)
