@@ -407,6 +407,13 @@ TEST_CASE("a friction's offset is a surface that moves, and its dead band lets s
   CHECK(loose.outputs.motor_torque_nm == 0.0F);
   loose.turn(30, 600);
   CHECK(loose.outputs.motor_torque_nm == about(-kFull / 4));
+
+  GameRig both;
+  options.negative = 8192;
+  options.offset = 24575;  // 15 rad/s: a knob at rest is too slow by more than the dead band
+  both.play_condition(kFriction, options);
+  both.tick(100);
+  CHECK(both.outputs.motor_torque_nm == about(kFull / 4));
 }
 
 TEST_CASE("a button starts what it triggers, and again while it is held") {
