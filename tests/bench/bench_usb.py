@@ -178,11 +178,13 @@ def virtual_knob(rate_hz: float) -> Iterator[str]:
         knob.end()
 
 
-def measure_in_virtual_machine(words: list[str]) -> Iterator[dict[str, Any]]:
-    """Measure a virtual knob in a virtual machine, with these further words on the command line."""
+def measure_in_virtual_machine(
+    words: list[str], *, file: str = __file__
+) -> Iterator[dict[str, Any]]:
+    """Run a benchmark's file in a virtual machine, with these words on its command line."""
     share = guests.share("bench")
     share.mkdir(parents=True, exist_ok=True)
-    run = shlex.join([sys.executable, __file__, "--device", "virtual", *words])
+    run = shlex.join([sys.executable, file, *words])
     machine = Machine(guests.KERNELS / KERNEL, share, emulated=True)
     machine.run(
         f"""\
@@ -208,7 +210,7 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.device is None:
         try:
-            for line in measure_in_virtual_machine(sys.argv[1:]):
+            for line in measure_in_virtual_machine(["--device", "virtual", *sys.argv[1:]]):
                 print(json.dumps(line), flush=True)
         except GuestFailed as failure:
             sys.exit(f"bench_usb: {failure}")

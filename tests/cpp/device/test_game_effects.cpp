@@ -389,6 +389,33 @@ TEST_CASE("a friction holds its torque at any speed and turns with the direction
   }
 }
 
+TEST_CASE("a friction's offset is a surface that moves, and its dead band lets slow motion go") {
+  GameRig moving;
+  GameRig::ConditionOptions options;
+  options.offset = 1638;  // 1 rad/s
+  options.negative = 8192;
+  moving.play_condition(kFriction, options);
+  moving.tick(1000);
+  CHECK(moving.outputs.motor_torque_nm == about(kFull / 4));
+
+  GameRig loose;
+  options = {};
+  options.positive = 8192;
+  options.dead_band = 16384;  // 10 rad/s
+  loose.play_condition(kFriction, options);
+  loose.turn(6, 600);  // 4.6 rad/s
+  CHECK(loose.outputs.motor_torque_nm == 0.0F);
+  loose.turn(30, 600);
+  CHECK(loose.outputs.motor_torque_nm == about(-kFull / 4));
+
+  GameRig both;
+  options.negative = 8192;
+  options.offset = 24575;  // 15 rad/s: a knob at rest is too slow by more than the dead band
+  both.play_condition(kFriction, options);
+  both.tick(100);
+  CHECK(both.outputs.motor_torque_nm == about(kFull / 4));
+}
+
 TEST_CASE("a button starts what it triggers, and again while it is held") {
   GameRig rig;
   const int block = rig.create(kConstant);

@@ -217,6 +217,25 @@ TEST_CASE("a freed block falls silent, and its number is given out clean") {
   CHECK(rig.outputs.motor_torque_nm == about(0.04));
 }
 
+TEST_CASE("a block that is freed and given out again in a rush does not go on") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  std::array<int, 8> others{};
+  for (int& other : others) {
+    other = rig.create(kConstant);
+    rig.set_effect(other);
+  }
+  rig.tick(20);
+  // More between two ticks than the control loop takes in one.
+  for (const int other : others) rig.constant(other, 1000);
+  rig.free(block);
+  REQUIRE(rig.create(kConstant) == block);
+  rig.set_effect(block);
+  rig.constant(block, 20000);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}
+
 TEST_CASE("start solo stops the others, stop all stops everything, reset frees it too") {
   GameRig rig;
   rig.play_constant(10000);

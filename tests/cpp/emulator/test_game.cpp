@@ -38,11 +38,10 @@ double rest_rad(std::int64_t period_ns, std::uint8_t type, const protocol::Actua
   options.control_period_ns = period_ns;
   options.actuator = told;
   options.control = protocol::ControlConfig{.law = protocol::Law::motor_only};
-  options.game =
-      protocol::GameConfig{.range_deg = 100,
-                           .spring_gain = 1000,
-                           .speed_full_rad_s = 0.1F,
-                           .acceleration_full_rad_s2 = 1};
+  options.game = protocol::GameConfig{.range_deg = 100,
+                                      .spring_gain = 1000,
+                                      .speed_full_rad_s = 0.1F,
+                                      .acceleration_full_rad_s2 = 1};
   options.log_truth = true;
   using Knots = std::vector<emulator::ProfileKnot>;
   options.hand = emulator::PrescribedMotion{

@@ -1,0 +1,34 @@
+"""What the games' benchmark makes of times and torques; what it measures is another matter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.bench import bench_games
+
+
+def test_delay_counts_from_the_call_to_the_first_and_to_nearly_all_of_the_change() -> None:
+    time_s = np.arange(0.0, 0.1, 1e-4)
+    sent_s = np.array([0.01, 0.04, 0.07])
+    # Up from 3 ms after the first call on, and down from 5 ms after the second: 2 ms each.
+    torque = np.interp(time_s, [0.013, 0.015, 0.045, 0.047], [-0.2, 0.6, 0.6, -0.2])
+    first_ms, whole_ms = bench_games._delays_ms(sent_s, time_s, torque)
+    assert first_ms == pytest.approx([3.0, 5.0], abs=0.11)
+    assert whole_ms == pytest.approx([5.0, 7.0], abs=0.11)
+
+
+def test_error_is_told_at_its_largest_and_as_root_mean_square() -> None:
+    line = bench_games._error_line("sine", np.array([0.03, -0.04, 0.0, 0.0]))
+    assert line == {
+        "what": "torque_error",
+        "effect": "sine",
+        "max_share": 0.04,
+        "rms_share": 0.025,
+    }
+
+
+def test_every_kind_of_effect_is_played() -> None:
+    timed = " ".join(bench_games.effect_forms.cases())
+    for kind in ("ramp", "square", "sine", "triangle", "saw_up", "saw_down", "rumble", "envelope"):
+        assert kind in timed
