@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import struct
 from pathlib import Path
 
@@ -63,8 +64,13 @@ def test_security_archive_of_debian_stands_beside_the_main_one() -> None:
         assert security == apt.Archive("http://a.example/debian-security", KEY)
 
 
-def sdk(folder: Path) -> Path:
+def sdk(folder: Path, version: tuple[int, int, int] = (2, 1, 1)) -> Path:
     """Make what looks like an SDK."""
+    folder.mkdir(parents=True, exist_ok=True)
+    lines = zip(("MAJOR", "MINOR", "REVISION"), version, strict=True)
+    text = "# set(PICO_SDK_VERSION_MAJOR 9)\n"
+    text += "".join(f"set(PICO_SDK_VERSION_{name} {number})\n" for name, number in lines)
+    (folder / "pico_sdk_version.cmake").write_text(text, encoding="utf-8")
     driver = folder / "lib/tinyusb/src/portable/raspberrypi/rp2040/dcd_rp2040.c"
     driver.parent.mkdir(parents=True)
     driver.touch()
@@ -81,10 +87,32 @@ def test_users_sdk_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_users_sdk_without_tinyusb_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "pico_sdk_init.cmake").touch()
-    monkeypatch.setenv("PICO_SDK_PATH", str(tmp_path))
+    shutil.rmtree(sdk(tmp_path / "mine") / "lib")
+    monkeypatch.setenv("PICO_SDK_PATH", str(tmp_path / "mine"))
     assert firmware_sources.main([str(tmp_path / "fetched")]) == 1
-    assert "lib/tinyusb" in capsys.readouterr().err
+    assert "has no lib/tinyusb" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("version", [(2, 1, 0), (1, 5, 1), (2, 0, 9)])
+def test_users_sdk_that_is_too_old_is_refused(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    version: tuple[int, int, int],
+) -> None:
+    monkeypatch.setenv("PICO_SDK_PATH", str(sdk(tmp_path / "mine", version)))
+    assert firmware_sources.main([str(tmp_path / "fetched")]) == 1
+    found = ".".join(str(part) for part in version)
+    assert f"is version {found}, and 2.1.1 is needed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("version", [(2, 1, 1), (2, 2, 0), (3, 0, 0)])
+def test_newer_sdk_is_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: tuple[int, int, int]
+) -> None:
+    mine = sdk(tmp_path / "mine", version)
+    monkeypatch.setenv("PICO_SDK_PATH", str(mine))
+    assert firmware_sources.locate(tmp_path / "fetched") == mine
 
 
 def elf(address: int = 0x10000000, data: bytes = bytes(range(100)), machine: int = 40) -> bytes:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import pytest
+
+import torsio
 from tools import wiring_table
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -21,3 +24,21 @@ def test_wiring_diagram_shows_the_default_pins() -> None:
     table = set(re.findall(r"\| (GP\d+) \|", page))
     assert table <= drawn
     assert drawn - table == {"GP3", "GP7", "GP9"}  # the second pins of the pairs
+
+
+PROGRAMS = re.findall(
+    r"^```python\n(.*?)^```$", wiring_table.PAGE.read_text(encoding="utf-8"), re.M | re.S
+)
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=["other parts", "first power"])
+def test_programs_of_the_guide_run(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = torsio.open
+    monkeypatch.setattr(torsio, "open", lambda: real("emulated", seed=1))
+    exec(compile(program, "docs/hardware.md", "exec"), {})
+
+
+def test_pins_of_the_guides_example_are_free_on_either_board() -> None:
+    pins = [int(pin) for program in PROGRAMS for pin in re.findall(r"_pin=(\d+)", program)]
+    assert pins
+    assert not {14, 15} & set(pins)  # GP15 is the RP2040's own, and 14 is the first of a pair

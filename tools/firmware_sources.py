@@ -2,7 +2,8 @@
 
 ``python -m tools.firmware_sources FOLDER`` prints the SDK's folder. In this order it takes
 
-1. ``PICO_SDK_PATH``, if that is set: a checkout with its submodule ``lib/tinyusb``;
+1. ``PICO_SDK_PATH``, if that is set: a checkout of version 2.1.1 or newer with its submodule
+   ``lib/tinyusb``;
 2. the packages ``pico-sdk-source`` and ``tinyusb-source``, if they are installed;
 3. the same packages, downloaded and unpacked into FOLDER. Distributions that are older than the
    packages get them from a newer release; see ``tools/apt.py``.
@@ -13,6 +14,7 @@ Only the standard library is used: this runs before there is an environment.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -22,12 +24,24 @@ from tools import apt
 PACKAGES = ("pico-sdk-source", "tinyusb-source")
 NEWER = {"debian": ("trixie", "forky", "sid"), "ubuntu": ("plucky", "questing", "resolute")}
 SDK = Path("usr/src/pico-sdk")
+# The first that knows the RP2040's 200 MHz and the core voltage that belongs to them.
+OLDEST = (2, 1, 1)
 
 
-def is_sdk(folder: Path) -> bool:
-    """Tell whether a folder holds the SDK with TinyUSB."""
+def what_is_wrong(folder: Path) -> str:
+    """Return why a folder cannot be used; nothing if it holds a recent SDK with TinyUSB."""
     tinyusb = folder / "lib/tinyusb/src/portable/raspberrypi/rp2040/dcd_rp2040.c"
-    return (folder / "pico_sdk_init.cmake").exists() and tinyusb.exists()
+    version_file = folder / "pico_sdk_version.cmake"
+    if not (folder / "pico_sdk_init.cmake").exists() or not version_file.exists():
+        return "is not Raspberry Pi's SDK"
+    if not tinyusb.exists():
+        return "has no lib/tinyusb"
+    text = version_file.read_text(encoding="utf-8")
+    parts = dict(re.findall(r"^set\(PICO_SDK_VERSION_(\w+) (\d+)\)", text, re.MULTILINE))
+    version = tuple(int(parts.get(name, 0)) for name in ("MAJOR", "MINOR", "REVISION"))
+    if version >= OLDEST:
+        return ""
+    return f"is version {'.'.join(map(str, version))}, and {'.'.join(map(str, OLDEST))} is needed"
 
 
 def fetch(folder: Path) -> Path:
@@ -52,8 +66,9 @@ def fetch(folder: Path) -> Path:
             complaints.append(f"{suite}: {error}")
             continue
         shutil.rmtree(folder / "apt")
-        if is_sdk(folder / SDK):
+        if not (complaint := what_is_wrong(folder / SDK)):
             return folder / SDK
+        complaints.append(f"{suite}: the package {complaint}")
     raise RuntimeError("\n".join(complaints) or f"no known release of {name or 'this system'}")
 
 
@@ -63,14 +78,14 @@ def locate(folder: Path) -> Path:
     Raises
     ------
     RuntimeError
-        If ``PICO_SDK_PATH`` is not an SDK, or nothing could be fetched.
+        If ``PICO_SDK_PATH`` is no SDK or an old one, or nothing could be fetched.
     """
     if chosen := os.environ.get("PICO_SDK_PATH"):
-        if not is_sdk(Path(chosen)):
-            raise RuntimeError(f"PICO_SDK_PATH={chosen} is not Raspberry Pi's SDK with lib/tinyusb")
+        if complaint := what_is_wrong(Path(chosen)):
+            raise RuntimeError(f"PICO_SDK_PATH={chosen} {complaint}")
         return Path(chosen).resolve()
     for candidate in ("/" / SDK, folder / SDK):
-        if is_sdk(candidate):
+        if not what_is_wrong(candidate):
             return candidate.resolve()
     return fetch(folder).resolve()
 
@@ -80,7 +95,7 @@ def main(arguments: list[str]) -> int:
     try:
         print(locate(Path(arguments[0])))
     except RuntimeError as error:
-        hint = "set PICO_SDK_PATH to a checkout of pico-sdk with its submodule lib/tinyusb"
+        hint = "set PICO_SDK_PATH to pico-sdk 2.1.1 or newer with its submodule lib/tinyusb"
         print(f"{error}\n{hint}", file=sys.stderr)
         return 1
     return 0

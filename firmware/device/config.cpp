@@ -66,8 +66,8 @@ protocol::Verdict check_consistent(const ActuatorConfig& config) {
   return {};
 }
 
-protocol::Verdict check_consistent(const protocol::BoardConfig& config) {
-  const std::optional<protocol::PinConflict> conflict = protocol::find_pin_conflict(config);
+protocol::Verdict check_consistent(const protocol::BoardConfig& config, protocol::Board board) {
+  const std::optional<protocol::PinConflict> conflict = protocol::find_pin_conflict(config, board);
   if (!conflict) return {};
   return {protocol::Status::inconsistent, conflict->field};
 }

@@ -4,7 +4,8 @@
 /// it. The same sources run on the microcontroller and on the host.
 ///
 /// Two contexts call it. `tick()` belongs to the control interrupt; everything else belongs to the
-/// main loop. They share nothing but single-producer single-consumer rings, so neither ever waits.
+/// main loop. They talk through single-producer single-consumer rings and a few words that are
+/// written and read whole (docs/architecture.md, "Two contexts"), so neither ever waits.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 /// @file
-/// The only thing that the control interrupt and the main loop share.
+/// How the interrupt and the main loop talk; docs/architecture.md says what else they share.
 #pragma once
 
 #include <array>

@@ -19,8 +19,9 @@ struct PinConflict {
   std::string_view reason;
 };
 
-/// No pin has two jobs, and what needs a hardware unit of its own gets one.
-constexpr std::optional<PinConflict> find_pin_conflict(const BoardConfig& config) {
+/// No pin has two jobs, what needs a hardware unit of its own gets one, and no pin is one that the
+/// board uses itself.
+constexpr std::optional<PinConflict> find_pin_conflict(const BoardConfig& config, Board board) {
   constexpr auto motor = field_index<BoardConfig>("motor_pin");
   constexpr auto brake = field_index<BoardConfig>("brake_pin");
   // The two inputs of a bridge are the two outputs of one PWM unit, of which there are eight.
@@ -46,8 +47,11 @@ constexpr std::optional<PinConflict> find_pin_conflict(const BoardConfig& config
       Use{config.current_sense_pin, 1, field_index<BoardConfig>("current_sense_pin")},
       Use{config.light_pin, 1, field_index<BoardConfig>("light_pin")},
   };
-  // Both boards use these themselves: power supply mode, bus voltage.
-  std::uint32_t taken = (1U << 23) | (1U << 24);
+  // Power supply mode and bus voltage.
+  constexpr std::uint32_t everywhere = (1U << 23) | (1U << 24);
+  // The RP2040's USB controller is helped out of a bus reset by way of this one (erratum E5).
+  const std::uint32_t here = board == Board::pico ? 1U << 15 : 0;
+  std::uint32_t taken = everywhere | here;
   for (const Use& use : uses) {
     const std::uint32_t pins = ((1U << use.pins) - 1) << use.first_pin;
     if ((taken & pins) != 0) {

@@ -81,7 +81,7 @@ protocol::ControlConfig to_wire(const ControlConfig& config) {
   return wire;
 }
 
-protocol::BoardConfig to_wire(const BoardConfig& config) {
+protocol::BoardConfig to_wire(const BoardConfig& config, protocol::Board board) {
   protocol::BoardConfig wire;
   wire.supply_v = narrow(config.supply_v);
   wire.motor_torque_constant_nm_per_a = narrow(config.motor_torque_constant_nm_per_a);
@@ -103,7 +103,7 @@ protocol::BoardConfig to_wire(const BoardConfig& config) {
   wire.current_sense_pin = pin("current_sense_pin", config.current_sense_pin);
   wire.light_pin = pin("light_pin", config.light_pin);
   check_fields(wire);
-  if (const auto conflict = protocol::find_pin_conflict(wire)) {
+  if (const auto conflict = protocol::find_pin_conflict(wire, board)) {
     throw InvalidArgument(
         std::string(protocol::field_name<protocol::BoardConfig>(conflict->field)) + " is " +
         std::to_string(conflict->pin) + ": " + std::string(conflict->reason));

@@ -10,7 +10,8 @@ namespace torsio {
 /// @throws InvalidArgument that names the field, its value and its range
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
 protocol::ControlConfig to_wire(const ControlConfig& config);
-protocol::BoardConfig to_wire(const BoardConfig& config);
+protocol::BoardConfig to_wire(const BoardConfig& config,
+                              protocol::Board board = protocol::Board::emulated);
 protocol::GameConfig to_wire(const GameConfig& config);
 
 ActuatorConfig from_wire(const protocol::ActuatorConfig& config);

@@ -319,7 +319,9 @@ void Knob::set_control_config(const ControlConfig& config) {
   impl().look_again();
 }
 
-void Knob::set_board_config(const BoardConfig& config) { impl().session.set(to_wire(config)); }
+void Knob::set_board_config(const BoardConfig& config) {
+  impl().session.set(to_wire(config, impl().identity().board));
+}
 
 void Knob::set_game_config(const GameConfig& config) { impl().session.set(to_wire(config)); }
 

@@ -47,6 +47,20 @@ def test_suspended_bus_makes_it_safe_at_once(pico: EmulatedPico) -> None:
     assert pico.command("arm") == "ok"
 
 
+def test_device_that_loses_its_usb_configuration_makes_it_safe_at_once(
+    pico: EmulatedPico,
+) -> None:
+    _push(pico)
+    pico.post("command", op="keep_alive")
+    pico.control(0x00, 9, 0, 0, 0)
+    pico.run(6.5)
+    assert pico.motor() is None
+    assert pico.brake() is None
+    pico.control(0x00, 9, 1, 0, 0)
+    assert pico.get("health")["state"] == "disarmed"
+    assert pico.command("arm") == "ok"
+
+
 def test_bus_reset_makes_it_safe_at_once(pico: EmulatedPico) -> None:
     _push(pico)
     pico.post("command", op="keep_alive")

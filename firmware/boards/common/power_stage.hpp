@@ -29,8 +29,6 @@ class PowerStage {
   /// Last thing in a tick: ends the measurement and sets the outputs for the next period.
   void apply(const device::TickOutputs& outputs);
 
-  float motor_current_a() const { return current_a_; }
-
  private:
   void measure_current();
   void set_motor(float share);

@@ -231,6 +231,28 @@ TEST_CASE("wiring is read back as it was set, and refused when a pin has two job
   CHECK(refused([](BoardConfig& c) { c.encoder_pin = 22; }) == "encoder_pin");
 }
 
+TEST_CASE("GP15 is the RP2040's own, whatever stands in its flash, and free on the RP2350") {
+  torsio::device::BoardInfo board;
+  BoardConfig first;
+  first.light_pin = 15;
+  BoardConfig second;
+  second.motor_pin = 14;
+  for (const Board which : {Board::pico, Board::pico2}) {
+    board.board = which;
+    Rig rig(board);
+    CHECK(rig.set(first).ok() == (which == Board::pico2));
+    CHECK(rig.set(second).ok() == (which == Board::pico2));
+    CHECK(rig.get<BoardConfig>().motor_pin == (which == Board::pico2 ? 14 : 6));
+  }
+  torsio::device::Config config;
+  config.board = second;
+  torsio::device::StoredSlots slots = torsio::device::empty_slots();
+  slots.slot[0] = torsio::device::ConfigStore(slots).prepare(config).bytes;
+  CHECK(Rig(board, slots).get<BoardConfig>().motor_pin == 14);
+  board.board = Board::pico;
+  CHECK(Rig(board, slots).get<BoardConfig>().motor_pin == 6);
+}
+
 TEST_CASE("a setting behind an arm command in the same frame is refused, not half taken") {
   Rig rig;
   ControlConfig config;

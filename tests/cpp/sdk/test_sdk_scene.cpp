@@ -249,6 +249,9 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
   CHECK(board.current_sense_pin == 28);
   CHECK(board.light_pin == 29);
   CHECK(protocol::encode(to_wire(from_wire(board))) == protocol::encode(board));
+  CHECK(to_wire(from_wire(board), protocol::Board::pico2).motor_pin == 14);
+  CHECK_THROWS_WITH_AS(to_wire(from_wire(board), protocol::Board::pico),
+                       doctest::Contains("motor_pin is 14: the next pin"), InvalidArgument);
 }
 
 TEST_CASE("what is not given is what the device has by default") {
