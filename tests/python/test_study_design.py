@@ -180,6 +180,16 @@ def test_a_knob_that_stays_in_the_wall_says_how_much_the_wall_asks() -> None:
     assert design.count_exits(table) == {"leaves": 1, "held by friction": 1, "stays": 1}
 
 
+def test_maps_end_where_their_ranges_do() -> None:
+    for name in ("beta", "control_rate_hz"):
+        span = SPACE[name]
+        centres = np.array([span.at(share) for share in (0.0, 0.5, 1.0)])
+        edges = design_figure._edges(centres, span.logarithmic)
+        assert edges[0] == pytest.approx(span.low)
+        assert edges[-1] == pytest.approx(span.high)
+        assert len(edges) == 4
+
+
 # --- spreading -----------------------------------------------------------------------------------
 
 
@@ -220,7 +230,8 @@ def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
 ) -> None:
     monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
     folder = tmp_path / "design"
-    earlier = Store(folder, {"evaluation": 1, "law": "paper", "batch_size": 4})
+    settings = {"evaluation": design.EVALUATION, "law": "paper", "batch_size": 4}
+    earlier = Store(folder, settings)
     first = next(iter(design.batches(DEVICES, 3, "paper", 4)))
     row = asdict(Design()) | dict.fromkeys(design.columns()[7:], 1.0)
     earlier.write(first, [row] * 4)
@@ -237,11 +248,29 @@ def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
     assert earlier.path(first).read_bytes() == kept
 
 
-def test_address_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
+@pytest.mark.parametrize(
+    "address",
+    ["", "nonsense", "nonsense://here", "tcp://host", "tcp://:8786", "tcp://ho st:1", "http://h:1"],
+)
+def test_address_that_is_none_is_refused_before_dask_is_asked(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
     with (
-        pytest.raises(StudyError, match="no Dask scheduler answers"),
-        design_run.spread(BATCHES, scheduler="nonsense://here"),
+        pytest.raises(StudyError, match="is no address of a Dask scheduler: give one such as"),
+        design_run.spread(BATCHES, scheduler=address),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["host:8786", "tcp://10.0.0.1:8786", "tls://[::1]:8786"])
+def test_address_of_a_scheduler_is_let_through(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)  # as if it were not installed
+    with (
+        pytest.raises(StudyError, match="a scheduler needs the package distributed"),
+        design_run.spread(BATCHES, scheduler=address),
     ):
         pass
 

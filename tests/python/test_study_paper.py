@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -187,6 +188,15 @@ def test_higher_rate_and_finer_encoder_are_better_still() -> None:
     _, push = runs.run_push(runs.push_options(stiffness, "compensated", **fine))
     assert push.tracking_rms_out <= 0.011
     assert limit("compensated", most=32.0, **fine) >= 20.0
+
+
+def test_it_is_the_brakes_lag_that_damps_the_compensated_law() -> None:
+    with_lag = runs.bounce_options(2.0, "compensated")
+    assert runs.count_bounces(simulate(with_lag, duration_s=1.0)).at_rest
+    for drag in (0.0, 2e-3):
+        plant = replace(with_lag.plant, brake_time_constant_s=0.0, brake_drag_nm=drag)
+        without = simulate(replace(with_lag, plant=plant), duration_s=1.0)
+        assert runs.count_bounces(without).oscillation_rad > 0.1
 
 
 def test_hysteresis_of_5_percent_is_the_main_threat() -> None:
