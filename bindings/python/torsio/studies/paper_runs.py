@@ -225,7 +225,7 @@ def wall_events(rows: Record, push: Push, beta: float) -> tuple[int, ...]:
         If one of them does not happen, as in walls stiffer than the shaft.
     """
 
-    def first(begin: int, holds: Array) -> int:
+    def first(begin: int, holds: npt.NDArray[np.bool_]) -> int:
         found = np.flatnonzero(holds[begin:])
         if not len(found):
             raise ValueError("the visit does not have all of its events")
