@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +16,7 @@ import torsio
 from tests.python.plant_oracle import OraclePlant, OracleRun
 from torsio.cli import app
 from torsio.emulator import Plant
-from torsio.studies import common
+from torsio.studies import common, fidelity
 
 MS = 1_000_000
 Array = npt.NDArray[np.float64]
@@ -116,6 +118,28 @@ def test_demo_refuses_a_tolerance_that_nothing_can_keep(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, arguments)
     assert result.exit_code != 0
     assert "tolerance" in result.output
+
+
+def test_best_fixed_is_the_fastest_own_way_that_keeps_the_tolerance() -> None:
+    def row(method: str, error: float, factor: float, scenario: int = 2) -> dict[str, Any]:
+        return {
+            "scenario": scenario,
+            "method": method,
+            "error": error,
+            "realtime_factor": factor,
+        }
+
+    rows = [
+        row("exact", 1e-12, 10.0),
+        row("trapezoid", 1e-4, 20.0),
+        row("semi_implicit", 5e-3, 40.0),
+        row("mujoco", 1e-6, 100.0),
+        row("trapezoid", 1e-6, 80.0, scenario=3),
+        row("regularised", math.inf, 90.0),
+    ]
+    for tolerance, expected in ((1e-2, rows[2]), (1e-3, rows[1]), (1e-6, rows[0]), (1e-15, None)):
+        asked = {"scenario": 2, "tolerance": tolerance}
+        assert fidelity.best_fixed(rows, asked) is expected
 
 
 def test_study_fidelity_sets_every_method_beside_the_truth(tmp_path: Path) -> None:

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 from torsio.cli import app
-from torsio.studies import STUDIES, common
+from torsio.studies import STUDIES, common, paper
 from torsio.studies.common import StudyError
 
 
@@ -87,3 +88,28 @@ def test_command_ends_with_status_1_and_one_sentence_on_a_damaged_file(tmp_path:
     assert outcome.exit_code == 1
     assert "is damaged" in outcome.output
     assert "Traceback" not in outcome.output
+
+
+def test_json_to_standard_output_is_all_that_goes_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def run(study: common.Study) -> common.Results:
+        list(study.track(range(3), "counting"))
+        return {"value": 1.5, "nothing": float("nan")}
+
+    def show(results: common.Results, console: Console) -> None:
+        console.print("a table of", results["value"])
+
+    monkeypatch.setattr(paper, "run", run)
+    monkeypatch.setattr(paper, "show", show)
+    outcome = CliRunner().invoke(app, ["study", "paper", "--json", "-"])
+    assert outcome.exit_code == 0
+    printed = json.loads(outcome.stdout)
+    assert printed["study"] == "paper"
+    assert printed["value"] == 1.5
+    assert printed["nothing"] is None
+    assert "a table of" in outcome.stderr
+    assert "Written in" in outcome.stderr
+    assert not (tmp_path / "-").exists()

@@ -291,7 +291,7 @@ def test_stable_limit_finds_the_border_from_above(border: float) -> None:
 def test_exit_is_the_last_time_inside_and_stuck_what_the_wall_asks_at_the_end(
     asked: list[float], exit_s: float | None, stuck: float, outcome: exits.Outcome
 ) -> None:
-    time = 0.1 * np.arange(7)  # let go at 0.1
+    time = np.linspace(0.0, 0.6, 7)  # let go at 0.1
     options = {"let_go_s": 0.1, "friction_nm": 2.0, "count_nm": 0.5}
     found = exits.measure_exit(time, np.array(asked, dtype=np.float64), **options)
     assert found.exit_s == (None if exit_s is None else pytest.approx(exit_s))

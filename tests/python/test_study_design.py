@@ -39,14 +39,23 @@ FAST = tuple(
     for beta in (0.0, 0.5)
     for inertia in (4e-5, 6e-5)
 )
+Numbers = dict[int, list[dict[str, float | None]]]
 BATCHES = tuple(Batch("sample", i, (one,)) for i, one in enumerate(FAST))
 
 
-def _without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float]]:
-    return [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
+def _without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float | None]]:
+    """Leave out what is never the same, and give None for NaN, which equals nothing."""
+    return [
+        {
+            key: None if math.isnan(value) else value
+            for key, value in row.items()
+            if key != "seconds"
+        }
+        for row in rows
+    ]
 
 
-def _done(batches: tuple[Batch, ...], **where: Any) -> dict[int, list[dict[str, float]]]:
+def _done(batches: tuple[Batch, ...], **where: Any) -> Numbers:
     with design_run.spread(batches, **where) as (_, results):
         return {batch.index: _without_seconds(rows) for batch, rows in results}
 
@@ -57,7 +66,7 @@ def _local_cluster(**options: Any) -> Any:
 
 
 @pytest.fixture(scope="module")
-def reference() -> dict[int, list[dict[str, float]]]:
+def reference() -> Numbers:
     return _done(BATCHES, workers=1)
 
 
@@ -180,17 +189,27 @@ def test_a_knob_that_stays_in_the_wall_says_how_much_the_wall_asks() -> None:
     assert design.count_exits(table) == {"leaves": 1, "held by friction": 1, "stays": 1}
 
 
+def test_maps_end_where_their_ranges_do() -> None:
+    for name in ("beta", "control_rate_hz"):
+        span = SPACE[name]
+        centres = np.array([span.at(share) for share in (0.0, 0.5, 1.0)])
+        edges = design_figure._edges(centres, span.logarithmic)
+        assert edges[0] == pytest.approx(span.low)
+        assert edges[-1] == pytest.approx(span.high)
+        assert len(edges) == 4
+
+
 # --- spreading -----------------------------------------------------------------------------------
 
 
 def test_two_processes_give_the_same_numbers(
-    reference: dict[int, list[dict[str, float]]],
+    reference: Numbers,
 ) -> None:
     assert _done(BATCHES, workers=2) == reference
 
 
 def test_dask_cluster_of_two_workers_gives_the_same_numbers(
-    reference: dict[int, list[dict[str, float]]],
+    reference: Numbers,
 ) -> None:
     with _local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
         with design_run.spread(BATCHES, scheduler=cluster.scheduler_address) as (workers, results):
@@ -220,7 +239,8 @@ def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
 ) -> None:
     monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
     folder = tmp_path / "design"
-    earlier = Store(folder, {"evaluation": 1, "law": "paper", "batch_size": 4})
+    settings = {"evaluation": design.EVALUATION, "law": "paper", "batch_size": 4}
+    earlier = Store(folder, settings)
     first = next(iter(design.batches(DEVICES, 3, "paper", 4)))
     row = asdict(Design()) | dict.fromkeys(design.columns()[7:], 1.0)
     earlier.write(first, [row] * 4)
@@ -237,11 +257,29 @@ def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
     assert earlier.path(first).read_bytes() == kept
 
 
-def test_address_that_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
+@pytest.mark.parametrize(
+    "address",
+    ["", "nonsense", "nonsense://here", "tcp://host", "tcp://:8786", "tcp://ho st:1", "http://h:1"],
+)
+def test_address_that_is_none_is_refused_before_dask_is_asked(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
     with (
-        pytest.raises(StudyError, match="no Dask scheduler answers"),
-        design_run.spread(BATCHES, scheduler="nonsense://here"),
+        pytest.raises(StudyError, match="is no address of a Dask scheduler: give one such as"),
+        design_run.spread(BATCHES, scheduler=address),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["host:8786", "tcp://10.0.0.1:8786", "tls://[::1]:8786"])
+def test_address_of_a_scheduler_is_let_through(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)  # as if it were not installed
+    with (
+        pytest.raises(StudyError, match="a scheduler needs the package distributed"),
+        design_run.spread(BATCHES, scheduler=address),
     ):
         pass
 

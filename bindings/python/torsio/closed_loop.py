@@ -162,7 +162,13 @@ class ClosedLoop:
         return self._loop.run(_ticks(self.options, duration_s), record_every)
 
     def hold_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
-        """Give the actuators this from now on; the law only senses, without a scene."""
+        """Give the actuators this from now on; the law only senses, without a scene.
+
+        Raises
+        ------
+        InvalidArgument
+            Unless the motor's torque is -100 to 100 N m, and the brake's 0 to 100.
+        """
         self._loop.hold_command(
             checks.number("motor_torque_nm", motor_torque_nm, -MAX_TORQUE_NM, MAX_TORQUE_NM),
             checks.number("brake_torque_nm", brake_torque_nm, 0.0, MAX_TORQUE_NM),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +19,13 @@ app = typer.Typer(
 )
 
 Json = Annotated[
-    Path | None, typer.Option("--json", metavar="FILE", help="Where the results go, as JSON.")
+    Path | None,
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        help="Where the results go, as JSON: '-' is standard output, and everything else then goes "
+        "to standard error.",
+    ),
 ]
 Out = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the pictures go.")]
 Quick = Annotated[bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")]
@@ -38,7 +46,10 @@ def run(
     """Run a study, and turn what can go wrong into one sentence and an exit status."""
     from torsio.studies.common import execute
 
-    console = Console()
+    to_stdout = json_file == Path("-")
+    if to_stdout:
+        json_file = None
+    console = Console(stderr=to_stdout)
     errors = Console(stderr=True)
     try:
         results = execute(
@@ -54,6 +65,8 @@ def run(
     if json_file is not None:
         where.append(str(json_file))
     console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}", highlight=False)
+    if to_stdout:
+        sys.stdout.write(json.dumps(results, indent=2, allow_nan=False) + "\n")
 
 
 def _add(name: str, about: str) -> None:

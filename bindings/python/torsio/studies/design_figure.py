@@ -141,7 +141,8 @@ def maps(figure: Figure, tables: dict[str, Table], side: int) -> None:
     _headline(
         figure,
         "Choosing shaft, control rate and the brake's share",
-        "Each square is a simulated device; the ring marks the paper's. Left and middle: the "
+        "Each square, at the borders half of one, is a simulated device; the ring marks the "
+        "paper's. Left and middle: the "
         "stiffest virtual wall that does not start to buzz. Right: the largest torque that motor "
         "and brake give truly, in a wall of 30 mN·m per degree, going in and coming out again.",
         165,
@@ -196,10 +197,10 @@ def _draw_map(figure: Figure, axes: Axes, panel: _Map, table: Table, side: int) 
 
 
 def _edges(centres: Array, logarithmic: bool) -> Array:
+    """Give the borders of the squares; the outer ones are halves, so that none leaves the range."""
     values = np.log(centres) if logarithmic else centres
     middles = 0.5 * (values[1:] + values[:-1])
-    first, last = 2 * values[0] - middles[0], 2 * values[-1] - middles[-1]
-    edges = np.concatenate([[first], middles, [last]])
+    edges = np.concatenate([values[:1], middles, values[-1:]])
     return np.asarray(np.exp(edges) if logarithmic else edges)
 
 

@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import multiprocessing
 import os
+import re
 import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -20,6 +21,7 @@ Rows = list[dict[str, float]]
 Results = Iterator[tuple[Batch, Rows]]
 
 _ANSWER_S = 10.0  # that a scheduler has to answer
+_ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
 
 
 @contextlib.contextmanager
@@ -81,6 +83,11 @@ def worker_version() -> str:
 
 @contextlib.contextmanager
 def _on_cluster(batches: Sequence[Batch], address: str) -> Iterator[tuple[int, Results]]:
+    # Asked here, for a client that was given something else complains from its threads for long.
+    if not _ADDRESS.fullmatch(address):
+        raise StudyError(
+            f"{address!r} is no address of a Dask scheduler: give one such as tcp://host:8786"
+        )
     try:
         distributed: Any = importlib.import_module("distributed")
     except ImportError:

@@ -278,7 +278,7 @@ def _rounding() -> Iterator[Case]:
     yield Case(
         "subnormals",
         "the emulated knob, a released brake for 60 s",
-        "subnormal states, looked at 798 times",
+        "subnormal torques of motor and brake in 798 looks",
         naive,
         guarded,
         0.0,

@@ -34,22 +34,13 @@ def stiff_wall_torque_nm(stiffness: float, motor_limit_nm: float = runs.MOTOR_NM
     return float(np.abs(rows["motor_command_nm"]).max())
 
 
-def naive_critical_torque(stiffness_ratio: float, beta: float) -> float:
-    """Give the paper's (8) and (11) as they are printed."""
-    if stiffness_ratio <= 1:
-        rest = 1.0 - beta * stiffness_ratio
-    else:
-        rest = (stiffness_ratio - min(1.0, beta * stiffness_ratio)) / stiffness_ratio
-    return runs.MOTOR_NM / rest if rest != 0 else math.inf
-
-
 def critical_errors(cases: tuple[tuple[float, float], ...]) -> list[tuple[float, float]]:
     """Relative errors at (stiffness ratio, beta) of the printed and of the guarded formula."""
     pairs = [(ratio * runs.SHAFT_NM_PER_RAD, beta) for ratio, beta in cases]
     found = runs.measured_critical_torque(pairs, halvings=10)
     return [
         (
-            abs(naive_critical_torque(ratio, beta) / torque - 1.0),
+            abs(runs.printed_critical_torque(ratio, beta) / torque - 1.0),
             abs(runs.critical_torque(ratio * runs.SHAFT_NM_PER_RAD, beta) / torque - 1.0),
         )
         for (ratio, beta), torque in zip(cases, found, strict=True)

@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from typing import Any, Final
 
 import torsio
@@ -87,19 +88,39 @@ CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
 CONFIGS: Final = (ActuatorConfig(), ControlConfig(), BoardConfig(), GameConfig())
 
 
-def spoiled(value: Any) -> Iterator[Callable[[], Any]]:
+Make = Callable[[], Any]
+"""Makes one such copy, or refuses to."""
+
+
+def spoiled(value: Any) -> Iterator[Make]:
     """Give makers of copies with each float in it, however deep, not finite in turn."""
     if isinstance(value, float):
         for bad in NOT_FINITE:
-            yield lambda bad=bad: bad
+            yield partial(float, bad)
     elif isinstance(value, tuple):
         for i, item in enumerate(value):
             for make in spoiled(item):
-                yield lambda i=i, make=make: (*value[:i], make(), *value[i + 1 :])
-    elif is_dataclass(value):
+                yield partial(_with_item, value, i, make)
+    elif is_dataclass(value) and not isinstance(value, type):
         for one in fields(value):
             for make in spoiled(getattr(value, one.name)):
-                yield lambda name=one.name, make=make: replace(value, **{name: make()})
+                yield partial(_with_field, value, one.name, make)
+
+
+def _with_item(values: tuple[Any, ...], index: int, make: Make) -> tuple[Any, ...]:
+    return (*values[:index], make(), *values[index + 1 :])
+
+
+def _with_field(value: Any, name: str, make: Make) -> Any:
+    return replace(value, **{name: make()})
+
+
+def _with_argument(method: Callable[..., Any], name: str, value: float) -> None:
+    method(**{name: value})
+
+
+def _used(use: Callable[[Any], Any], make: Make) -> None:
+    use(make())
 
 
 def accepted_in_python() -> tuple[int, int]:
@@ -110,11 +131,11 @@ def accepted_in_python() -> tuple[int, int]:
     tuple
         How many were offered, and how many were not refused.
     """
-    offers: list[Callable[[], Any]] = []
+    offers: list[Make] = []
 
     def offer(use: Callable[[Any], Any], good: Any) -> None:
         use(good)  # for what would be refused anyway proves nothing
-        offers.extend(lambda make=make: use(make()) for make in spoiled(good))
+        offers.extend(partial(_used, use, make) for make in spoiled(good))
 
     for options in LOOPS:
         offer(lambda one: simulate(one, duration_s=1e-3), options)
@@ -130,7 +151,7 @@ def accepted_in_python() -> tuple[int, int]:
                 for name, parameter in inspect.signature(method).parameters.items()
             }
             for name, good in quantities.items():
-                offer(lambda value, name=name, method=method: method(**{name: value}), float(good))
+                offer(partial(_with_argument, method, name), float(good))
         refused = 0
         for one in offers:
             try:

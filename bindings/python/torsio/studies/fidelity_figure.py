@@ -8,7 +8,17 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from torsio.studies.common import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, TEXT, WALL_FILL
+from torsio.studies.common import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    TEXT,
+    WALL_FILL,
+    headline,
+)
 
 __all__ = ["draw"]
 
@@ -33,16 +43,15 @@ def draw(figure: Figure, rows: Rows, summaries: list[dict[str, Any]]) -> None:
         _panel(ax, [row for row in rows if row["scenario"] == summary["scenario"]], summary)
         if i == 0:
             ax.set_ylabel("largest error of knob angle and spring torque, relative")
-    figure.suptitle(
+    headline(
+        figure,
         "How fast a simulation of the knob is, and how wrong",
-        x=0.01,
-        ha="left",
-        fontsize=15,
-        color=TEXT,
+        "Each point simulates one visit to a virtual wall with one method and one step. Right "
+        "is faster, low is truer: one wants to be at the bottom right.",
     )
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False)
-    figure.subplots_adjust(left=0.07, right=0.985, top=0.84, bottom=0.22, wspace=0.06)
+    figure.subplots_adjust(left=0.07, right=0.985, top=0.76, bottom=0.2, wspace=0.06)
 
 
 def _panel(ax: Axes, rows: Rows, summary: dict[str, Any]) -> None:

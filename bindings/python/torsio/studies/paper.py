@@ -10,6 +10,7 @@ Keys of the results, besides those that all studies have:
     ``rows``: per law, pull_s (time for the way out) and stiffness, tracking errors as fractions of
     the peak, torque gap, error of the sensor, and zero_crossing: where on the way out the sensed
     torque changes sign, as a fraction of the depth, beside zero_crossing_formula.
+    ``events``: time_s of each event of the visit to the wall of 30 mN m/deg.
 ``scenario_3``
     ``rows``: per law and shaft, depths, exit_s (null: never left), stuck_torque_nm, outcome.
 ``characterisation``
@@ -23,7 +24,7 @@ Keys of the results, besides those that all studies have:
     ``rows``: per variant of law, rate and encoder, the measures of scenario 2 at 30 mN m/deg.
 ``statements``
     per statement of the paper: where, paper, found, verdict ("holds", "partly", "wrong",
-    "not found").
+    "not found"), which follows from the numbers.
 """
 
 from __future__ import annotations
@@ -120,20 +121,26 @@ def _push_row(options: LoopOptions, pull_s: float, push: runs.Push) -> Results:
 
 def _scenario_2(study: Study) -> Results:
     rows, visits = [], {}
+    events: list[Results] = []
     for wall in study.track(WALLS, "scenario 2: into the wall and out"):
         options = runs.push_options(runs.per_degree(wall))
         log, push = runs.run_push(options)
         visits[runs.per_degree(wall)] = (log, push)
         rows.append(_push_row(options, runs.PULL_S, push))
         if wall == 30.0:
-            scenario_figures.wall_events(study, log, push, runs.per_degree(wall))
+            indices = runs.wall_events(log, push, options.control.beta)
+            events = [
+                {"event": event, "time_s": log["time_s"][index]}
+                for event, index in zip(runs.WALL_EVENTS, indices, strict=True)
+            ]
+            scenario_figures.wall_events(study, log, push, runs.per_degree(wall), indices)
             for pull_s in PULLS_S:
                 if pull_s != runs.PULL_S:
                     faster = runs.push_options(runs.per_degree(wall), pull_s=pull_s)
                     _, push = runs.run_push(faster, extra_s=max(0.0, pull_s - runs.PULL_S))
                     rows.append(_push_row(faster, pull_s, push))
     scenario_figures.scenario_2(study, visits)
-    return {"rows": rows}
+    return {"rows": rows, "events": events}
 
 
 def _scenario_3(study: Study) -> Results:

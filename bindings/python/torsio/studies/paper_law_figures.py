@@ -101,20 +101,18 @@ def torque_diagrams(study: Study, panels: Sequence[tuple[float, Record]], beta: 
                 ways = ((slice(0, turn), "-"), (slice(turn, None), (0, (4, 2))))
                 for way, dashes in ways:
                     keep = inside[way]
-                    panel.plot(depth[way][keep], torque[way][keep], color=color, ls=dashes, lw=1.8)
+                    # Wide, where the spring's line lies upon the motor's.
+                    wide = ratio < 1 and name == "motor_torque_nm" and dashes == "-"
+                    width = 4.5 if wide else 1.8
+                    panel.plot(
+                        depth[way][keep], torque[way][keep], color=color, ls=dashes, lw=width
+                    )
                 where = int(0.6 * turn)
                 if ratio < 1 and name == "motor_torque_nm":
                     out = turn + int(0.12 * turn)
                     label(panel, depth[out], torque[out] + 5, "motor, out", color)
                 elif ratio < 1 and name == "spring_torque_nm":
-                    label(
-                        panel,
-                        depth[where],
-                        torque[where] - 9,
-                        "motor and spring, in",
-                        color,
-                        ha="center",
-                    )
+                    label(panel, depth[where] - 19, 11, "motor and spring, in", BLACK)
                     out = turn + int(0.18 * turn)
                     label(panel, depth[out] + 1.5, torque[out] - 6, "spring, out", color)
                 else:

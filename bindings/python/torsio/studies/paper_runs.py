@@ -146,6 +146,8 @@ class Push:
     tracking_rms_out: float
     torque_gap_nm: float
     sensor_rms_nm: float
+    brake_for_spring_rms: float
+    """Between Tb + Tm, as the paper has it, and what is felt, Tk + Tm; both ways."""
     zero_crossing: float
     """Depth where the sensed torque changes sign on the way out, as a fraction of the deepest."""
     in_end: int
@@ -182,6 +184,7 @@ def measure_push(rows: Record, stiffness: float) -> Push:
     error = rendered - ideal
     way_out = slice(out_begin, last + 1)
     depth = rows["angle_rad"] - WALL_RAD
+    held = rows["brake_capacity_nm"]
     against = np.flatnonzero(rows["sensed_spring_torque_nm"][way_out] > 0)
     crossing = float(depth[out_begin + against[0]] / depth.max()) if len(against) else 0.0
     return Push(
@@ -189,12 +192,59 @@ def measure_push(rows: Record, stiffness: float) -> Push:
         tracking_rms_in=rms(error[first : in_end + 1]) / peak,
         tracking_rms_out=rms(error[way_out]) / peak,
         torque_gap_nm=float((np.abs(ideal) - rendered * np.sign(ideal))[way_out].max()),
+        brake_for_spring_rms=rms((held - np.abs(rows["spring_torque_nm"]))[inside]) / peak,
         sensor_rms_nm=rms(rows["sensed_spring_torque_nm"] - rows["spring_torque_nm"]),
         zero_crossing=crossing,
         in_end=in_end,
         out_begin=out_begin,
         first=first,
         last=last,
+    )
+
+
+WALL_EVENTS = (
+    "the brake slips along",
+    "it meets the wall",
+    "the motor makes up most",
+    "at rest",
+    "the hand turns round",
+    "the shaft is empty",
+    "the brake has let go",
+    "out of the wall",
+)
+RELEASED_NM = 5e-3
+"""The brake's 2 mN m of drag, and little more."""
+
+
+def wall_events(rows: Record, push: Push, beta: float) -> tuple[int, ...]:
+    """Find the rows at which a visit to a soft wall has its WALL_EVENTS, one by one.
+
+    Raises
+    ------
+    ValueError
+        If one of them does not happen, as in walls stiffer than the shaft.
+    """
+
+    def first(begin: int, holds: npt.NDArray[np.bool_]) -> int:
+        found = np.flatnonzero(holds[begin:])
+        if not len(found):
+            raise ValueError("the visit does not have all of its events")
+        return begin + int(found[0])
+
+    inward = slice(push.first, push.in_end)
+    own_share = (1.0 - beta) * np.abs(rows["desired_torque_nm"][inward])
+    extra = np.abs(rows["motor_torque_nm"][inward]) - own_share
+    speed = np.abs(rows["speed_rad_s"])
+    empty = first(push.out_begin, rows["sensed_spring_torque_nm"] > 0)
+    return (
+        first(0, ~rows["brake_sticks"].astype(bool)),
+        push.first,
+        push.first + int(np.argmax(extra)),
+        first(push.in_end, speed < 0.01 * speed[inward].max()),
+        push.out_begin,
+        empty,
+        first(empty, rows["brake_capacity_nm"] < RELEASED_NM),
+        push.last,
     )
 
 
@@ -318,6 +368,15 @@ def critical_torque(
     else:
         critical = motor * stiffness / (stiffness - shaft)
     return min(critical, motor + brake)
+
+
+def printed_critical_torque(stiffness_ratio: float, beta: float) -> float:
+    """Give the paper's (8) and (11) as they are printed, without the brake's limit."""
+    if stiffness_ratio <= 1:
+        rest = 1.0 - beta * stiffness_ratio
+    else:
+        rest = (stiffness_ratio - min(1.0, beta * stiffness_ratio)) / stiffness_ratio
+    return MOTOR_NM / rest if rest != 0 else math.inf
 
 
 IDEAL_PLANT = PlantParams(

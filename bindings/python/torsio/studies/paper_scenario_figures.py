@@ -236,27 +236,22 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
         )
 
 
-def wall_events(study: Study, rows: Record, push: runs.Push, stiffness: float) -> None:
+def wall_events(
+    study: Study, rows: Record, push: runs.Push, stiffness: float, indices: tuple[int, ...]
+) -> None:
     """One visit to a soft wall, its events numbered in their order."""
     time = rows["time_s"]
-    out = slice(push.out_begin, push.last + 1)
-    empty = push.out_begin + int(np.flatnonzero(rows["sensed_spring_torque_nm"][out] > 0)[0])
-    released = empty + int(np.flatnonzero(rows["brake_capacity_nm"][empty:] < 5e-3)[0])
-    turn = push.out_begin
-    middle = int(0.5 * (push.first + push.in_end))
-    events = (
-        (int(0.45 * push.first), "the knob moves freely; only\nthe brake's drag winds the shaft"),
-        (push.first, "it meets the wall: the brake\nis switched on, and lags"),
-        (middle, "the motor makes up for what\nthe shaft does not carry yet"),
-        (int(0.5 * (push.in_end + turn)), "at rest: motor and shaft\ncarry about half each"),
-        (
-            turn,
-            "the hand turns round: the shaft\nunwinds faster than the wall,\nthe motor fills up",
-        ),
-        (empty, "the shaft is empty: the sensor\nsees it, the brake is let go"),
-        (released, "the brake has let go: the\nmotor alone pushes out"),
-        (push.last, "out of the wall: no torque"),
+    texts = (
+        "the drag has wound the shaft: the\nbrake slips, and the knob is free",
+        "it meets the wall: the brake\nis switched on, and lags",
+        "the motor makes up most for what\nthe shaft does not carry yet",
+        "at rest: motor and shaft\ncarry about half each",
+        "the hand turns round: the shaft\nunwinds faster than the wall,\nthe motor fills up",
+        "the shaft is empty: the sensor\nsees it, the brake is let go",
+        "the brake has let go: the\nmotor alone pushes out",
+        "out of the wall: no torque",
     )
+    events = tuple(zip(indices, texts, strict=True))
     with study.figure("wall_events", size=(13.5, 8.6)) as figure:
         headline(
             figure,
@@ -290,7 +285,7 @@ def wall_events(study: Study, rows: Record, push: runs.Push, stiffness: float) -
         bottom.set_xlabel("time (s)")
         bottom.set_xlim(0, float(time[push.last]) + 0.12)
         bottom.set_ylim(-22, 92)
-        bottom.legend(frameon=False, loc="upper left", fontsize=10)
+        bottom.legend(frameon=False, loc="upper left", bbox_to_anchor=(0.0, 0.88), fontsize=10)
         for number, (index, text) in enumerate(events, 1):
             when = float(time[index])
             for panel in (top, bottom):
