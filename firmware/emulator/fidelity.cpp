@@ -15,10 +15,8 @@ constexpr double kSmallestPeakNm = 1e-3;
 // theta = 1/2 is of second order where nothing sticks or slips within a step; theta = 1 is only of
 // first order but forgets what is too fast for its steps, where 1/2 rings.
 constexpr std::array kChoices{
-    FidelityChoice{Method::semi_implicit, 1}, FidelityChoice{Method::trapezoid, 1},
-    FidelityChoice{Method::semi_implicit, 2}, FidelityChoice{Method::trapezoid, 2},
-    FidelityChoice{Method::semi_implicit, 4}, FidelityChoice{Method::trapezoid, 4},
-    FidelityChoice{Method::trapezoid, 8},     FidelityChoice{Method::trapezoid, 16},
+    FidelityChoice{Method::trapezoid, 1}, FidelityChoice{Method::semi_implicit, 1},
+    FidelityChoice{Method::trapezoid, 2}, FidelityChoice{Method::trapezoid, 4},
     FidelityChoice{Method::exact, 1},
 };
 
@@ -26,10 +24,22 @@ constexpr std::array kChoices{
 
 std::span<const FidelityChoice> fidelity_choices() { return kChoices; }
 
-void FidelityAccount::add(const Defect& defect, double weight) {
-  torque_nm_ += weight * defect.energy_norm * defect.torque_per_norm;
-  angle_rad_ += weight * defect.angle_rad;
-  drift_rad_s_ += weight * defect.drift_rad_s;
+void FidelityAccount::meet(const Error& error) {
+  worst_.angle_rad = std::max(worst_.angle_rad, carried_.angle_rad + error.angle_rad);
+  worst_.torque_nm = std::max(worst_.torque_nm, carried_.torque_nm + error.torque_nm);
+}
+
+void FidelityAccount::carry(const Error& error) {
+  carried_.angle_rad += error.angle_rad;
+  carried_.torque_nm += error.torque_nm;
+  carried_.speed_rad_s += error.speed_rad_s;
+  meet({});
+}
+
+void FidelityAccount::drift(double duration_s) {
+  if (carried_.speed_rad_s == 0.0) return;
+  carried_.angle_rad += carried_.speed_rad_s * duration_s;
+  meet({});
 }
 
 void FidelityAccount::see(double angle_rad, double torque_nm) {
@@ -39,17 +49,20 @@ void FidelityAccount::see(double angle_rad, double torque_nm) {
   seen_ = true;
 }
 
-double FidelityAccount::estimate_with(const Defect& defect, double times) const {
-  const double torque_nm = torque_nm_ + times * defect.energy_norm * defect.torque_per_norm;
-  const double angle_rad = angle_rad_ + times * defect.angle_rad;
-  return std::max(torque_nm / std::max(peak_nm_, kSmallestPeakNm),
-                  angle_rad / std::max(highest_rad_ - lowest_rad_, kSmallestRangeRad));
+double FidelityAccount::relative(const Error& error) const {
+  return std::max(error.torque_nm / std::max(peak_nm_, kSmallestPeakNm),
+                  error.angle_rad / std::max(highest_rad_ - lowest_rad_, kSmallestRangeRad));
+}
+
+double FidelityAccount::carried_with(const Error& error) const {
+  return relative({carried_.angle_rad + error.angle_rad, carried_.torque_nm + error.torque_nm});
 }
 
 void FidelityAccount::restart() {
   const Counts kept = counts;
   *this = FidelityAccount(tolerance_);
   counts = kept;  // work done stays done
+  ++counts.restarts;
 }
 
 FidelityReport FidelityAccount::report(std::int64_t step_ns) const {

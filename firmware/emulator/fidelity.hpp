@@ -37,40 +37,44 @@ struct FidelityReport {
   double relative_cost = 1.0;
 };
 
-/// The error of a run as it adds up. The flow of the plant is not expansive: two motions under the
-/// same inputs never come further apart in the energy norm
+/// The error of a run: what is estimated of it now, the worst so far, and what to compare it with.
+///
+/// The flow of the plant is not expansive: two motions under the same inputs never come further
+/// apart in the energy norm
 ///
 ///     |d|^2 = sum J dw^2 + K dtwist^2 + (hand's stiffness) dangle^2,
 ///
 /// because springs and dampers are linear and friction is monotone (Moreau's sweeping process, see
-/// Brezis 1973). So the error at any time is at most the sum of what the single steps add, each
-/// measured against an exact step from the same begin. Which step is measured is the stepper's
-/// affair; here they are summed.
+/// Brezis 1973). So an error that a run has once does not swell while exact steps follow. It is
+/// carried on as it is, and an error of speed moves a knob that nothing holds until that rests.
 class FidelityAccount {
  public:
   explicit FidelityAccount(double tolerance) : tolerance_(tolerance) {}
 
   [[nodiscard]] double tolerance() const { return tolerance_; }
 
-  /// What one step adds, and how much of it reaches angle and torque.
-  struct Defect {
-    double energy_norm = 0.0;    // sqrt(J) rad
-    double angle_rad = 0.0;      // of the knob
-    double drift_rad_s = 0.0;    // speed of the whole
-    double torque_per_norm = 0;  // N m of the spring at most, over energy_norm
+  struct Error {
+    double angle_rad = 0.0;    // of the knob
+    double torque_nm = 0.0;    // of the shaft spring
+    double speed_rad_s = 0.0;  // of the knob, where an error of it can drift on
   };
-  void add(const Defect& defect, double weight);
-
-  /// A step went by in which differences of speed move the knob, or are at an end.
-  void drift(double duration_s) { angle_rad_ += drift_rad_s_ * duration_s; }
-  void stop_drift() { drift_rad_s_ = 0.0; }
+  /// So much is estimated to be added at this moment to what is carried.
+  void meet(const Error& error);
+  /// From now on so much more is carried.
+  void carry(const Error& error);
+  /// A step goes by in which an error of speed moves the knob, or the knob comes to rest.
+  void drift(double duration_s);
+  void rest() { carried_.speed_rad_s = 0.0; }
 
   /// The knob was seen there.
   void see(double angle_rad, double torque_nm);
 
-  [[nodiscard]] double estimate() const { return estimate_with({}, 0.0); }
-  /// The estimate if so many more defects came.
-  [[nodiscard]] double estimate_with(const Defect& defect, double times) const;
+  /// The worst so far.
+  [[nodiscard]] double estimate() const { return relative(worst_); }
+  /// Of what is carried.
+  [[nodiscard]] double carried() const { return relative(carried_); }
+  [[nodiscard]] double carried_with(const Error& error) const;
+  [[nodiscard]] double peak_nm() const { return peak_nm_; }
 
   /// Begins anew: the plant was put somewhere else.
   void restart();
@@ -83,16 +87,20 @@ class FidelityAccount {
     FidelityChoice choice{Method::exact, 1};  // in use
     std::array<std::int64_t, 4> by_method{};
     std::int64_t checked = 0;
+    std::int64_t restarts = 0;
     double cost_ns = 0.0;
     double exact_cost_ns = 0.0;
   };
   Counts counts;
+  /// What the stepper believes to be the error at this moment, beyond what is carried.
+  Error pending;
 
  private:
+  [[nodiscard]] double relative(const Error& error) const;
+
   double tolerance_;
-  double torque_nm_ = 0.0;
-  double angle_rad_ = 0.0;
-  double drift_rad_s_ = 0.0;
+  Error carried_;
+  Error worst_;
   double lowest_rad_ = 0.0;
   double highest_rad_ = 0.0;
   double peak_nm_ = 0.0;

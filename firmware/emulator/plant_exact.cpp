@@ -34,8 +34,9 @@ constexpr double kEpsilon = 0x1p-52;
 // series to an event, for 1, 2 and 3 shafts. Fitted to runs with few and with many events on one
 // core of a server of 2023, where they predict the time of a run to 15 %.
 constexpr std::array kStepCostNs{18.0, 26.0, 28.0};
-constexpr std::array kRungCostNs{9.0, 22.0, 25.0};
+constexpr std::array kRungCostNs{9.0, 22.0, 35.0};
 constexpr std::array kCreepCostNs{250.0, 370.0, 500.0};
+constexpr double kCoggingCostNs = 50.0;  // a step with the part
 
 enum class Event { none, knob, brake, twist_low, twist_high, travel_low, travel_high };
 
@@ -193,14 +194,14 @@ void ExactStepper<kShafts>::store(PlantState& state, const HeldInputs& inputs,
                                   std::int64_t duration_ns) const {
   state.time_ns += duration_ns;
   state.knob_angle.add(z_[C::kTravel]);
-  state.motor_torque_nm = inputs.motor_command_nm + z_[C::kMotorGap];
+  state.motor_torque_nm = inputs.motor_command_nm + settled(z_[C::kMotorGap]);
   for (std::size_t i = 0; i < 3; ++i) {
     state.speed_rad_s[i] = z_[C::kSpeed + std::min<std::size_t>(i, kShafts - 1)];
   }
   if constexpr (kShafts > 1) {
     for (std::size_t i = 0; i < C::kSprings; ++i) state.twist_rad[i] = z_[C::kTwist + i];
     state.twist_rad[0] += spring_piece().rest_rad;
-    state.brake_capacity_nm = state.brake_target_nm + z_[C::kBrakeGap];
+    state.brake_capacity_nm = state.brake_target_nm + settled(z_[C::kBrakeGap]);
   }
 }
 
@@ -427,7 +428,7 @@ template <int kShafts>
 void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
                                  std::int64_t duration_ns) {
   load(state, inputs);
-  nominal_cost_ns_ += kStepCostNs[kShafts - 1];
+  nominal_cost_ns_ += kStepCostNs[kShafts - 1] + (model_.cogging_nm.empty() ? 0.0 : kCoggingCostNs);
   double remaining_s = 1e-9 * static_cast<double>(duration_ns);
   std::size_t rung = 0;
   while (remaining_s > 0.0) {

@@ -1,16 +1,25 @@
 // Takes each step with the cheapest method that keeps a tolerance.
 //
-// Some steps, the samples, are checked: they are also taken exactly, and by every choice that would
-// be cheaper, all from the same begin. So it is known what each choice would have added to the
-// error and what exact steps cost. Steps in which friction changes are one kind and all others
-// another, because they differ by orders of magnitude in both; each kind is sampled on its own, at
-// first every step and in the long run one in 16, and a sample stands for all steps of its kind
-// since the one before. (Step doubling would not do: it presumes an order of convergence, which is
-// 1 at best where friction changes, and two half steps cost as much as one exact step.)
+// Cheap steps are taken only where the flow brings motions together: while a hand holds the knob
+// firmly enough, or leads it. A knob that nothing holds turns a small error of speed into an error
+// of angle without end, and no estimate made in time could keep that within a tolerance.
 //
-// The tolerance is a budget. A choice is taken if, after as much time again as has passed so far,
-// half of the tolerance would still not be spent; so what a run spends does not depend on its
-// length. When most of it is gone, exact steps, which add nothing, are all that is left.
+// A cheap method covers only what is smooth. Where friction catches or lets go, a spring meets its
+// knee, the command or the hand's path jumps, or the motion is rougher than any that was checked,
+// the step is exact: these few steps would add most of the error, each a different one, so that no
+// sample could speak for the others.
+//
+// What the smooth steps add is measured by a twin, a second motion under the same inputs. In a
+// trial the plant goes exactly and twins try the choices, so that their true error is seen, for a
+// while. Once a choice is in use the plant takes its steps and so does the twin, except that one in
+// 8 of the twin's is exact. What the two differ by is what those steps would have added, with
+// everything that cancels or dies away; 8 times that, and a quarter more, is the estimate. Which
+// steps they are follows the golden ratio, which keeps time with nothing that repeats. (Step
+// doubling would not do: it presumes an order of convergence. Nor would a sum of what single steps
+// add: it forgets nothing, and comes out a hundred times too large for a held knob.)
+//
+// The tolerance is a budget. A choice is given up when it has used half of what is left of it; its
+// error is carried on, and exact steps follow until another trial, each after twice the time.
 //
 // Decisions depend on the motion alone, never on a clock, and so are repeatable.
 
@@ -31,50 +40,37 @@
 namespace torsio::emulator {
 namespace {
 
-using Defect = FidelityAccount::Defect;
+using Error = FidelityAccount::Error;
 
-constexpr std::size_t kMostChoices = 8;      // besides exact steps
-constexpr int kDecideEvery = 64;             // steps
-constexpr std::int64_t kSampleOneIn = 16;    // in the long run, ...
-constexpr std::int64_t kSampleExactIn = 64;  // ... and while steps are exact, which costs no error
-constexpr std::int64_t kSampleShare = 8;     // until then so many to a doubling, nearly
-constexpr std::int64_t kHalvesOneIn = 4;     // samples of exact steps that are checked with halves
-constexpr std::int64_t kFewestSamples = 8;   // that a choice is judged by
-constexpr double kSpendable = 0.5;           // of the tolerance, by plan
-constexpr double kExhausted = 0.9;           // of the tolerance, whatever the plan
-constexpr double kLeastSaving = 0.9;         // of the exact cost; a change for less is not worth it
-constexpr double kForget = 1.0 / 32.0;       // weight of the newest sample in a recent mean
-
-/// Steps of one kind and what samples of them have shown.
-struct Kind {
-  std::int64_t steps = 0;
-  std::int64_t sampled_at = 0;  // value of `steps`
-  std::int64_t next_sample = 1;
-  std::int64_t samples = 0;
-  std::int64_t halved_at = 0;  // value of `steps`
-  double exact_cost_ns = 0.0;  // recent mean
-  struct Added {
-    std::int64_t samples = 0;
-    Defect mean;
-    Defect recent;
-  };
-  std::array<Added, kMostChoices> added;  // by each choice, in one step
-};
-
-void blend(Defect& mean, const Defect& sample, double weight) {
-  mean.energy_norm += weight * (sample.energy_norm - mean.energy_norm);
-  mean.angle_rad += weight * (sample.angle_rad - mean.angle_rad);
-  mean.drift_rad_s += weight * (sample.drift_rad_s - mean.drift_rad_s);
-}
-
-Defect larger(const Defect& a, const Defect& b) {
-  return {std::max(a.energy_norm, b.energy_norm), std::max(a.angle_rad, b.angle_rad),
-          std::max(a.drift_rad_s, b.drift_rad_s), 0.0};
-}
+constexpr std::size_t kMostChoices = 4;   // besides exact steps
+constexpr std::int64_t kSampleOneIn = 8;  // of the twin's steps
+constexpr std::int64_t kFirstTrial = 64;  // exact steps before it
+constexpr std::int64_t kTrialSteps = 64;
+constexpr std::int64_t kTrialPause = 128;   // exact steps before the second trial
+constexpr std::int64_t kHalvesOneIn = 256;  // exact steps that are checked with halves, ...
+constexpr double kRoundingMatters = 1e-6;   // ... for tolerances below this
+constexpr double kSpendable = 0.5;          // of what is left of the tolerance
+constexpr double kTrialShare = 0.25;        // of that, in a trial
+constexpr double kLeastSaving = 0.15;       // of the exact cost, or a choice is not worth it
+constexpr double kJump = 1.0 / 16.0;        // of the peak torque
+constexpr std::int64_t kSettling = 4;       // steps after a jump
+constexpr double kRougher = 2.0;            // than anything in the trial: not smooth
+constexpr double kStepShare = 1.0 / 16.0;   // of what may be spent, in one step
+constexpr double kMargin = 1.25;            // on what the samples stand for
+constexpr double kForget = 1.0 / 128.0;     // weight of the newest in a recent mean
 
 double angle_between(const Angle& a, const Angle& b) {
   return static_cast<double>(a.revolutions - b.revolutions) * Angle::kTurnRad +
          (a.fraction_rad - b.fraction_rad);
+}
+
+Error larger(const Error& a, const Error& b) {
+  return {std::max(a.angle_rad, b.angle_rad), std::max(a.torque_nm, b.torque_nm),
+          std::max(a.speed_rad_s, b.speed_rad_s)};
+}
+
+Error scaled(const Error& error, double factor) {
+  return {factor * error.angle_rad, factor * error.torque_nm, factor * error.speed_rad_s};
 }
 
 class FidelityStepper final : public Stepper {
@@ -85,30 +81,77 @@ class FidelityStepper final : public Stepper {
   void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) override;
 
  private:
-  static constexpr std::size_t kExact = static_cast<std::size_t>(-1);
+  enum class Mode : std::uint8_t { exact, trial, cheap };
+
+  /// How much the speeds change in a step, and how much that change does, as sqrt(energy).
+  struct Roughness {
+    double change = 0.0;
+    double bend = 0.0;
+  };
 
   /// Everything that changes from step to step, so that a step can be taken back.
   struct Memory {
-    std::array<Kind, 2> kinds;
-    std::size_t chosen = kExact;
-    int until_decision = kDecideEvery;
+    Mode mode = Mode::exact;
+    std::size_t chosen = 0;
     std::int64_t steps = 0;
+    std::int64_t next_change = kFirstTrial;  // value of `steps`
+    std::int64_t pause = kTrialPause;
+    std::int64_t restarts = 0;
+    // Inputs of the last step:
+    double motor_nm = 0.0;
+    double brake_nm = 0.0;
+    double loudest_nm = 0.0;  // motor command so far
+    // Recent means:
+    double events = 0.0;  // share of the steps that must be exact
+    double event_cost_ns = 0.0;
+    double smooth_cost_ns = 0.0;
+    std::int64_t settled = 0;              // value of `steps`
+    std::array<double, 3> change_rad_s{};  // of the speeds, in the last step
+    // Of the trial's smooth steps; one for what rests and what moves, none for what was not seen:
+    std::array<Roughness, 4> roughest{};
+    std::int64_t chosen_at = 0;  // value of `steps`
+    // In a trial one twin for each choice, otherwise the first one only:
+    std::array<PlantState, kMostChoices> twins;
+    std::array<Error, kMostChoices> worst{};
+    std::array<bool, kMostChoices> fails{};
   };
 
-  void take(std::size_t choice, PlantState& state, const HeldInputs& inputs,
-            std::int64_t duration_ns);
-  [[nodiscard]] double cost_of(std::size_t choice) const;
-  [[nodiscard]] Defect between(const PlantState& a, const PlantState& b) const;
-  [[nodiscard]] bool friction_changes(const PlantState& a, const PlantState& b) const;
-  void check(Kind& kind, const PlantState& before, const PlantState& after,
-             const HeldInputs& inputs, std::int64_t duration_ns, double cost_ns);
-  [[nodiscard]] double exact_cost_of_kinds() const;
-  void decide();
-  void choose(std::size_t choice) {
-    now_.chosen = choice;
-    account_->counts.choice =
-        choice == kExact ? FidelityChoice{Method::exact, 1} : choices_[choice];
+  /// @returns the nominal cost
+  double take_exact(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns);
+  double take_cheap(std::size_t choice, PlantState& state, const HeldInputs& inputs,
+                    std::int64_t duration_ns);
+  [[nodiscard]] double cost_of(std::size_t choice) const {
+    return choices_[choice].substeps * theta_step_cost_ns(model_);
   }
+  [[nodiscard]] Error between(const PlantState& a, const PlantState& b) const;
+  /// What may come of a difference, with all of its energy in the shaft spring.
+  [[nodiscard]] Error bound_between(const PlantState& a, const PlantState& b) const;
+  [[nodiscard]] bool kinks(const PlantState& a, const PlantState& b) const;
+  /// Whether inputs jump at the begin of the step, or did so just before.
+  [[nodiscard]] bool jumps(const PlantState& state, const HeldInputs& inputs);
+  [[nodiscard]] std::size_t moving(const PlantState& state) const {
+    const auto last = static_cast<std::size_t>(model_.last_shaft());
+    return (state.speed_rad_s[0] != 0.0 ? 1U : 0U) + (state.speed_rad_s[last] != 0.0 ? 2U : 0U);
+  }
+  [[nodiscard]] Roughness roughness(const PlantState& before, const PlantState& after) const;
+  void keep_in_step(PlantState& twin, const PlantState& state) const;
+  /// A twin's way through a step that the plant takes exactly: their difference goes the choice's
+  /// way, and nothing is added to it.
+  void follow(std::size_t choice, PlantState& twin, const PlantState& before,
+              const PlantState& after, const HeldInputs& inputs, std::int64_t duration_ns);
+
+  void step_exactly(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns);
+  void step_cheaply(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns);
+  void learn(bool event, double exact_cost_ns);
+  [[nodiscard]] bool pays(std::size_t choice, double least_saving) const;
+  [[nodiscard]] double spendable() const;
+  void begin_trial(const PlantState& state);
+  void try_choices(const PlantState& before, const PlantState& after, const HeldInputs& inputs,
+                   std::int64_t duration_ns, bool event);
+  void end_trial(const PlantState& state);
+  void give_up();
+  void check_rounding(const PlantState& before, const PlantState& after, const HeldInputs& inputs,
+                      std::int64_t duration_ns);
 
   PlantModel model_;
   std::shared_ptr<FidelityAccount> account_;
@@ -117,9 +160,7 @@ class FidelityStepper final : public Stepper {
   std::unique_ptr<Stepper> halves_;      // exact steps of half the length, to check the exact ones
   std::vector<FidelityChoice> choices_;  // the cheap ones
   std::vector<std::unique_ptr<Stepper>> cheap_;
-  double torque_per_norm_ = 0.0;
-  double total_inertia_ = 0.0;
-  double stiffest_ = 0.0;
+  bool free_;  // nothing brings the knob's angle back, or not against the cogging
 
   Memory now_;
   // Before the last step, if that did not end on the grid: the plant may take it again.
@@ -135,66 +176,157 @@ FidelityStepper::FidelityStepper(const PlantModel& model, const Integration& int
       step_ns_(integration.step_ns),
       exact_(make_exact_stepper(model, integration.step_ns)),
       halves_(make_exact_stepper(model, std::max<std::int64_t>(1, integration.step_ns / 2))) {
+  double steepest = 0.0;  // rise of the cogging's torque along the turn
+  const std::size_t pieces = model_.cogging_nm.size();
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const double rise_nm = model_.cogging_nm[(i + 1) % pieces] - model_.cogging_nm[i];
+    steepest =
+        std::max(steepest, rise_nm / model_.cogging_period_rad * static_cast<double>(pieces));
+  }
+  free_ = !model_.knob_is_driven() && steepest >= model_.hand_stiffness_nm_per_rad;
   for (const FidelityChoice& choice : fidelity_choices()) {
+    if (free_) break;
     if (choice.method == Method::exact || choice.substeps > step_ns_) continue;
     if (choices_.size() == kMostChoices) break;
     choices_.push_back(choice);
     cheap_.push_back(make_theta_stepper(model, choice.method == Method::trapezoid ? 0.5 : 1.0));
   }
-  choose(kExact);
-  for (const SpringPiece& piece : model_.shaft_spring) {
-    stiffest_ = std::max(stiffest_, piece.stiffness_nm_per_rad);
-  }
-  double inverse_inertia = 0.0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(model_.shafts); ++i) {
-    total_inertia_ += model_.inertia_kg_m2[i];
-    if (i < 2) inverse_inertia += 1.0 / model_.inertia_kg_m2[i];
-  }
-  if (model_.has_spring()) {
-    torque_per_norm_ =
-        std::sqrt(stiffest_) + model_.damping_nm_s_per_rad[0] * std::sqrt(inverse_inertia);
-  }
+  // Another stepper may have been at work, for another hand.
+  now_.restarts = account_->counts.restarts;
+  account_->carry(account_->pending);
+  account_->pending = {};
+  account_->counts.choice = {Method::exact, 1};
 }
 
-void FidelityStepper::take(std::size_t choice, PlantState& state, const HeldInputs& inputs,
-                           std::int64_t duration_ns) {
-  if (choice == kExact) {
-    exact_->step(state, inputs, duration_ns);
-    return;
-  }
+double FidelityStepper::take_exact(PlantState& state, const HeldInputs& inputs,
+                                   std::int64_t duration_ns) {
+  const double before_ns = exact_->nominal_cost_ns();
+  exact_->step(state, inputs, duration_ns);
+  const double cost_ns = exact_->nominal_cost_ns() - before_ns;
+  account_->counts.cost_ns += cost_ns;
+  return cost_ns;
+}
+
+double FidelityStepper::take_cheap(std::size_t choice, PlantState& state, const HeldInputs& inputs,
+                                   std::int64_t duration_ns) {
   const std::int64_t substeps = std::min<std::int64_t>(choices_[choice].substeps, duration_ns);
   const std::int64_t begin_ns = state.time_ns;
   for (std::int64_t i = 1; i <= substeps; ++i) {
     const std::int64_t end_ns = begin_ns + duration_ns * i / substeps;
     cheap_[choice]->step(state, inputs, end_ns - state.time_ns);
   }
+  account_->counts.cost_ns += cost_of(choice);
+  return cost_of(choice);
 }
 
-double FidelityStepper::cost_of(std::size_t choice) const {
-  return choices_[choice].substeps * theta_step_cost_ns(model_.shafts);
+Error FidelityStepper::between(const PlantState& a, const PlantState& b) const {
+  Error error;
+  error.angle_rad = std::abs(angle_between(a.knob_angle, b.knob_angle));
+  if (model_.has_spring()) {
+    error.torque_nm =
+        std::abs(spring_torque_nm(model_, a.twist_rad[0]) -
+                 spring_torque_nm(model_, b.twist_rad[0])) +
+        model_.damping_nm_s_per_rad[0] *
+            std::abs(a.speed_rad_s[0] - b.speed_rad_s[0] - a.speed_rad_s[1] + b.speed_rad_s[1]);
+  }
+  error.speed_rad_s = std::abs(a.speed_rad_s[0] - b.speed_rad_s[0]);
+  return error;
 }
 
-Defect FidelityStepper::between(const PlantState& a, const PlantState& b) const {
-  const double angle = angle_between(a.knob_angle, b.knob_angle);
-  double square = model_.hand_stiffness_nm_per_rad * angle * angle;
-  double momentum = 0.0;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(model_.shafts); ++i) {
-    const double speed = a.speed_rad_s[i] - b.speed_rad_s[i];
-    square += model_.inertia_kg_m2[i] * speed * speed;
-    momentum += model_.inertia_kg_m2[i] * speed;
+Error FidelityStepper::bound_between(const PlantState& a, const PlantState& b) const {
+  Error error = between(a, b);
+  if (!model_.has_spring()) return error;
+  double stiffest = 0.0;
+  for (const SpringPiece& piece : model_.shaft_spring) {
+    stiffest = std::max(stiffest, piece.stiffness_nm_per_rad);
   }
   const double twist = a.twist_rad[0] - b.twist_rad[0];
   const double belt = a.twist_rad[1] - b.twist_rad[1];
-  square += stiffest_ * twist * twist + model_.belt_stiffness_nm_per_rad * belt * belt;
-  return {std::sqrt(square), std::abs(angle), std::abs(momentum) / total_inertia_,
-          torque_per_norm_};
+  double square = stiffest * twist * twist + model_.belt_stiffness_nm_per_rad * belt * belt;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(model_.shafts); ++i) {
+    const double speed = a.speed_rad_s[i] - b.speed_rad_s[i];
+    square += model_.inertia_kg_m2[i] * speed * speed;
+  }
+  error.torque_nm = std::max(error.torque_nm, std::sqrt(stiffest * square));
+  return error;
 }
 
-bool FidelityStepper::friction_changes(const PlantState& a, const PlantState& b) const {
+bool FidelityStepper::kinks(const PlantState& a, const PlantState& b) const {
   const auto sign = [](double speed) { return (speed > 0.0) - (speed < 0.0); };
   const auto last = static_cast<std::size_t>(model_.last_shaft());
   return sign(a.speed_rad_s[0]) != sign(b.speed_rad_s[0]) ||
-         sign(a.speed_rad_s[last]) != sign(b.speed_rad_s[last]);
+         sign(a.speed_rad_s[last]) != sign(b.speed_rad_s[last]) ||
+         (model_.has_spring() &&
+          spring_piece_at(model_, a.twist_rad[0]) != spring_piece_at(model_, b.twist_rad[0])) ||
+         (!model_.knob_is_driven() &&
+          cogging_at(model_, a.knob_angle).index != cogging_at(model_, b.knob_angle).index);
+}
+
+bool FidelityStepper::jumps(const PlantState& state, const HeldInputs& inputs) {
+  const double jump_nm = std::abs(inputs.motor_command_nm - now_.motor_nm) +
+                         std::abs(state.brake_target_nm - now_.brake_nm);
+  if (inputs.hand.begin_ns == state.time_ns ||
+      jump_nm > kJump * std::max(account_->peak_nm(), now_.loudest_nm)) {
+    now_.settled = now_.steps + kSettling;
+  }
+  return now_.steps < now_.settled;
+}
+
+FidelityStepper::Roughness FidelityStepper::roughness(const PlantState& before,
+                                                      const PlantState& after) const {
+  double change_square = 0.0;
+  double bend_square = 0.0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(model_.shafts); ++i) {
+    const double change = after.speed_rad_s[i] - before.speed_rad_s[i];
+    const double bend = change - now_.change_rad_s[i];
+    change_square += model_.inertia_kg_m2[i] * change * change;
+    bend_square += model_.inertia_kg_m2[i] * bend * bend;
+  }
+  return {std::sqrt(change_square), std::sqrt(bend_square)};
+}
+
+void FidelityStepper::keep_in_step(PlantState& twin, const PlantState& state) const {
+  twin.brake_target_nm = state.brake_target_nm;
+  if (!model_.knob_is_driven()) return;
+  twin.knob_angle = state.knob_angle;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (i == 0 || model_.shafts == 1) twin.speed_rad_s[i] = state.speed_rad_s[i];
+  }
+}
+
+void FidelityStepper::follow(std::size_t choice, PlantState& twin, const PlantState& before,
+                             const PlantState& after, const HeldInputs& inputs,
+                             std::int64_t duration_ns) {
+  PlantState from = before;
+  take_cheap(choice, from, inputs, duration_ns);
+  take_cheap(choice, twin, inputs, duration_ns);
+  const PlantState to = twin;
+  twin = after;
+  twin.knob_angle.add(angle_between(to.knob_angle, from.knob_angle));
+  for (std::size_t i = 0; i < 3; ++i) {
+    // What friction holds is held in both.
+    if (after.speed_rad_s[i] != 0.0) twin.speed_rad_s[i] += to.speed_rad_s[i] - from.speed_rad_s[i];
+  }
+  for (std::size_t i = 0; i < 2; ++i) twin.twist_rad[i] += to.twist_rad[i] - from.twist_rad[i];
+}
+
+void FidelityStepper::learn(bool event, double exact_cost_ns) {
+  double& mean_ns = event ? now_.event_cost_ns : now_.smooth_cost_ns;
+  mean_ns = mean_ns == 0.0 ? exact_cost_ns : mean_ns + kForget * (exact_cost_ns - mean_ns);
+}
+
+bool FidelityStepper::pays(std::size_t choice, double least_saving) const {
+  const double exact_ns =
+      now_.events * now_.event_cost_ns + (1.0 - now_.events) * now_.smooth_cost_ns;
+  const double sampled_ns = now_.smooth_cost_ns / static_cast<double>(kSampleOneIn);
+  const double in_use_ns = now_.events * (now_.event_cost_ns + cost_of(choice)) +
+                           (1.0 - now_.events) * (2.0 * cost_of(choice) + sampled_ns);
+  return in_use_ns < (1.0 - least_saving) * exact_ns;
+}
+
+double FidelityStepper::spendable() const {
+  const double carried = account_->carried();
+  return carried + kSpendable * (account_->tolerance() - carried);
 }
 
 void FidelityStepper::step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) {
@@ -203,146 +335,225 @@ void FidelityStepper::step(PlantState& state, const HeldInputs& inputs, std::int
     *account_ = account_before_;
   }
   begin_ns_ = -1;
+  if (now_.restarts != account_->counts.restarts) {
+    now_ = {};
+    now_.restarts = account_->counts.restarts;
+    account_->counts.choice = {Method::exact, 1};
+  }
   if (duration_ns < step_ns_) {
     begin_ns_ = state.time_ns;
     before_ = now_;
     account_before_ = *account_;
   }
 
-  const std::size_t choice = now_.chosen;
-  const PlantState before = state;
-  const double cost_before_ns = exact_->nominal_cost_ns();
-  take(choice, state, inputs, duration_ns);
-  const double cost_ns =
-      choice == kExact ? exact_->nominal_cost_ns() - cost_before_ns : cost_of(choice);
-
-  FidelityAccount::Counts& counts = account_->counts;
-  ++counts.by_method[static_cast<std::size_t>(choice == kExact ? Method::exact
-                                                               : choices_[choice].method)];
-  counts.cost_ns += cost_ns;
-  Kind& kind = now_.kinds[friction_changes(before, state) ? 1 : 0];
-  ++kind.steps;
-  if (choice != kExact) {
-    const bool moves = model_.hand_stiffness_nm_per_rad == 0.0 && !model_.knob_is_driven() &&
-                       state.speed_rad_s[0] != 0.0 && state.brake_speed_rad_s() != 0.0;
-    if (moves) {
-      account_->drift(1e-9 * static_cast<double>(duration_ns));
-    } else {
-      account_->stop_drift();
-    }
-  }
-  counts.exact_cost_ns += choice == kExact ? cost_ns : kind.exact_cost_ns;
-  if (kind.steps >= kind.next_sample) check(kind, before, state, inputs, duration_ns, cost_ns);
-  ++now_.steps;
-  if (--now_.until_decision <= 0) decide();
-}
-
-void FidelityStepper::check(Kind& kind, const PlantState& before, const PlantState& after,
-                            const HeldInputs& inputs, std::int64_t duration_ns, double cost_ns) {
-  const std::size_t chosen = now_.chosen;
-  FidelityAccount::Counts& counts = account_->counts;
-  const auto stands_for = static_cast<double>(kind.steps - kind.sampled_at);
-  kind.sampled_at = kind.steps;
-  kind.next_sample =
-      kind.steps + std::clamp<std::int64_t>(kind.steps / kSampleShare, 1,
-                                            chosen == kExact ? kSampleExactIn : kSampleOneIn);
-  ++kind.samples;
-  ++counts.checked;
-
-  PlantState exact = after;
-  double exact_cost_ns = cost_ns;
-  if (chosen == kExact) {
-    if (kind.samples % kHalvesOneIn == 0) {
-      // Two exact steps of half the length go other ways through the stepper; what they differ by
-      // is what rounding does.
-      PlantState halves = before;
-      const double halves_before_ns = halves_->nominal_cost_ns();
-      halves_->step(halves, inputs, duration_ns - duration_ns / 2);
-      if (duration_ns > 1) halves_->step(halves, inputs, duration_ns / 2);
-      counts.cost_ns += halves_->nominal_cost_ns() - halves_before_ns;
-      account_->add(between(halves, after), static_cast<double>(kind.steps - kind.halved_at));
-      kind.halved_at = kind.steps;
-    }
+  now_.loudest_nm = std::max(now_.loudest_nm, std::abs(inputs.motor_command_nm));
+  const std::array<double, 3> begin_rad_s = state.speed_rad_s;
+  if (now_.mode == Mode::cheap) {
+    step_cheaply(state, inputs, duration_ns);
   } else {
-    exact = before;
-    const double before_ns = exact_->nominal_cost_ns();
-    exact_->step(exact, inputs, duration_ns);
-    exact_cost_ns = exact_->nominal_cost_ns() - before_ns;
-    counts.cost_ns += exact_cost_ns;
-    account_->add(between(after, exact), stands_for);
+    step_exactly(state, inputs, duration_ns);
   }
-  account_->see(exact.knob_angle_rad(),
-                model_.has_spring() ? spring_torque_nm(model_, exact.twist_rad[0]) : 0.0);
-  // The first samples count alike.
-  const double weight = std::max(kForget, 1.0 / static_cast<double>(kind.samples));
-  kind.exact_cost_ns += weight * (exact_cost_ns - kind.exact_cost_ns);
+  for (std::size_t i = 0; i < 3; ++i) {
+    now_.change_rad_s[i] = state.speed_rad_s[i] - begin_rad_s[i];
+  }
+  now_.motor_nm = inputs.motor_command_nm;
+  now_.brake_nm = state.brake_target_nm;
+  ++now_.steps;
+  account_->see(state.knob_angle_rad(),
+                model_.has_spring() ? spring_torque_nm(model_, state.twist_rad[0]) : 0.0);
+  const double duration_s = 1e-9 * static_cast<double>(duration_ns);
+  if (!free_ || state.speed_rad_s[0] == 0.0) {
+    account_->rest();
+  } else {
+    account_->drift(duration_s);
+  }
+}
 
-  const double worth_ns = kLeastSaving * exact_cost_of_kinds();
+void FidelityStepper::step_exactly(PlantState& state, const HeldInputs& inputs,
+                                   std::int64_t duration_ns) {
+  FidelityAccount::Counts& counts = account_->counts;
+  const PlantState before = state;
+  const bool jump = jumps(state, inputs);
+  const double cost_ns = take_exact(state, inputs, duration_ns);
+  counts.exact_cost_ns += cost_ns;
+  ++counts.by_method[static_cast<std::size_t>(Method::exact)];
+  const bool event = jump || kinks(before, state);
+  now_.events += kForget * ((event ? 1.0 : 0.0) - now_.events);
+  learn(event, cost_ns);
+  if (account_->tolerance() < kRoundingMatters && now_.steps % kHalvesOneIn == kHalvesOneIn - 1) {
+    check_rounding(before, state, inputs, duration_ns);
+  }
+  if (now_.mode == Mode::trial) try_choices(before, state, inputs, duration_ns, event);
+  if (now_.steps < now_.next_change) return;
+  if (now_.mode == Mode::trial) {
+    end_trial(state);
+  } else {
+    begin_trial(state);
+  }
+}
+
+void FidelityStepper::begin_trial(const PlantState& state) {
+  bool any = false;
+  now_.roughest = {};
   for (std::size_t i = 0; i < choices_.size(); ++i) {
-    if (i != chosen && cost_of(i) > worth_ns) continue;
-    Defect added;
-    if (i == chosen) {
-      added = between(after, exact);
+    now_.fails[i] = !pays(i, kLeastSaving);
+    now_.twins[i] = state;
+    now_.worst[i] = {};
+    any = any || !now_.fails[i];
+  }
+  now_.mode = any ? Mode::trial : Mode::exact;
+  now_.next_change = now_.steps + kTrialSteps;
+}
+
+void FidelityStepper::try_choices(const PlantState& before, const PlantState& after,
+                                  const HeldInputs& inputs, std::int64_t duration_ns, bool event) {
+  ++account_->counts.checked;
+  if (!event) {
+    const Roughness rough = roughness(before, after);
+    Roughness& known = now_.roughest[moving(before)];
+    known = {std::max(known.change, rough.change), std::max(known.bend, rough.bend)};
+  }
+  const double allowed = account_->carried() + kTrialShare * (spendable() - account_->carried());
+  bool any = false;
+  for (std::size_t i = 0; i < choices_.size(); ++i) {
+    if (now_.fails[i]) continue;
+    PlantState& twin = now_.twins[i];
+    keep_in_step(twin, before);
+    if (event) {
+      follow(i, twin, before, after, inputs, duration_ns);
     } else {
-      PlantState other = before;
-      take(i, other, inputs, duration_ns);
-      counts.cost_ns += cost_of(i);
-      added = between(other, exact);
+      const PlantState begin = twin;
+      take_cheap(i, twin, inputs, duration_ns);
+      if (kinks(begin, twin)) {
+        twin = begin;
+        take_exact(twin, inputs, duration_ns);
+      }
     }
-    Kind::Added& known = kind.added[i];
-    ++known.samples;
-    const double share = 1.0 / static_cast<double>(known.samples);
-    blend(known.mean, added, share);
-    blend(known.recent, added, std::max(kForget, share));
+    now_.worst[i] = larger(now_.worst[i], between(twin, after));
+    now_.fails[i] = account_->carried_with(now_.worst[i]) > allowed;
+    any = any || !now_.fails[i];
   }
-
-  const double estimate = account_->estimate();
-  if (chosen == kExact && estimate > account_->tolerance() && counts.by_method[1] == 0 &&
-      counts.by_method[2] == 0) {
-    std::ostringstream text;
-    text << "plant: nothing keeps the tolerance " << account_->tolerance()
-         << " in this scene: rounding alone adds up to " << estimate << " after "
-         << 1e-9 * static_cast<double>(after.time_ns) << " s";
-    throw std::runtime_error(text.str());
-  }
-  if (chosen != kExact && estimate > kExhausted * account_->tolerance()) choose(kExact);
+  if (!any) now_.next_change = now_.steps;
 }
 
-double FidelityStepper::exact_cost_of_kinds() const {
-  double cost_ns = 0.0;
-  for (const Kind& kind : now_.kinds) {
-    cost_ns += static_cast<double>(kind.steps) * kind.exact_cost_ns;
-  }
-  return cost_ns / static_cast<double>(now_.kinds[0].steps + now_.kinds[1].steps);
-}
-
-void FidelityStepper::decide() {
-  now_.until_decision = kDecideEvery;
-  const double exact_ns = exact_cost_of_kinds();
-  const auto steps = static_cast<double>(now_.steps);
-  // As long again as so far, and one second at least.
-  const double ahead = std::max(steps, 1e9 / static_cast<double>(step_ns_));
-  std::size_t best = kExact;
-  double best_ns = kLeastSaving * exact_ns;
+void FidelityStepper::end_trial(const PlantState& state) {
+  now_.mode = Mode::exact;
+  double least_ns = 0.0;
   for (std::size_t i = 0; i < choices_.size(); ++i) {
-    const double cost_ns = cost_of(i) + exact_ns / static_cast<double>(kSampleOneIn);
-    if (cost_ns >= best_ns) continue;
-    Defect ahead_of_us{0.0, 0.0, 0.0, torque_per_norm_};
-    bool known = true;
-    for (const Kind& kind : now_.kinds) {
-      // Of what is rare nothing may be known yet; the budget sees to it.
-      known = known && kind.added[i].samples >= std::min(kind.steps, kFewestSamples);
-      const double share = static_cast<double>(kind.steps) / steps;
-      const Defect added = larger(kind.added[i].mean, kind.added[i].recent);
-      ahead_of_us.energy_norm += share * added.energy_norm;
-      ahead_of_us.angle_rad += share * added.angle_rad;
-    }
-    if (!known) continue;
-    if (account_->estimate_with(ahead_of_us, ahead) > kSpendable * account_->tolerance()) continue;
-    best = i;
-    best_ns = cost_ns;
+    if (now_.fails[i] || !pays(i, kLeastSaving)) continue;
+    const double cost_ns = cost_of(i);
+    const bool better =
+        now_.mode == Mode::exact || cost_ns < least_ns ||
+        (cost_ns == least_ns &&
+         account_->carried_with(now_.worst[i]) < account_->carried_with(now_.worst[now_.chosen]));
+    if (!better) continue;
+    now_.mode = Mode::cheap;
+    now_.chosen = i;
+    least_ns = cost_ns;
   }
-  choose(best);
+  if (now_.mode == Mode::cheap) {
+    account_->counts.choice = choices_[now_.chosen];
+    now_.chosen_at = now_.steps;
+    now_.twins[0] = state;
+    now_.worst[0] = now_.worst[now_.chosen];
+    return;
+  }
+  now_.next_change = now_.steps + now_.pause;
+  now_.pause *= 2;
+}
+
+void FidelityStepper::step_cheaply(PlantState& state, const HeldInputs& inputs,
+                                   std::int64_t duration_ns) {
+  constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
+  FidelityAccount::Counts& counts = account_->counts;
+  const PlantState before = state;
+  PlantState& twin = now_.twins[0];
+  keep_in_step(twin, state);
+  PlantState exact;
+  double exact_cost_ns = 0.0;  // 0: not taken yet
+  bool event = jumps(state, inputs);
+  if (!event) {
+    take_cheap(now_.chosen, state, inputs, duration_ns);
+    event = kinks(before, state);
+    const Roughness rough = roughness(before, state);
+    Roughness& known = now_.roughest[moving(before)];
+    if (!event && (rough.change > kRougher * known.change || rough.bend > kRougher * known.bend)) {
+      // Nothing like it has been checked, so it is now; the next one like it need not be.
+      event = true;
+      exact = before;
+      exact_cost_ns = take_exact(exact, inputs, duration_ns);
+      if (account_->carried_with(bound_between(state, exact)) <
+          account_->carried() + kStepShare * (spendable() - account_->carried())) {
+        known = {std::max(known.change, rough.change), std::max(known.bend, rough.bend)};
+      }
+    }
+  }
+  now_.events += kForget * ((event ? 1.0 : 0.0) - now_.events);
+  if (event) {
+    if (exact_cost_ns == 0.0) {
+      exact = before;
+      exact_cost_ns = take_exact(exact, inputs, duration_ns);
+    }
+    state = exact;
+    counts.exact_cost_ns += exact_cost_ns;
+    ++counts.by_method[static_cast<std::size_t>(Method::exact)];
+    learn(true, exact_cost_ns);
+    follow(now_.chosen, twin, before, state, inputs, duration_ns);
+  } else {
+    counts.exact_cost_ns += now_.smooth_cost_ns;
+    ++counts.by_method[static_cast<std::size_t>(choices_[now_.chosen].method)];
+    const std::uint64_t dice = static_cast<std::uint64_t>(now_.steps) * kGolden;
+    if (dice < UINT64_MAX / kSampleOneIn) {
+      ++counts.checked;
+      learn(false, take_exact(twin, inputs, duration_ns));
+    } else {
+      const PlantState begin = twin;
+      take_cheap(now_.chosen, twin, inputs, duration_ns);
+      if (kinks(begin, twin)) {
+        twin = begin;
+        take_exact(twin, inputs, duration_ns);
+      }
+    }
+  }
+
+  // As much as the samples stand for, and no less than was seen in the trial.
+  now_.worst[0] = larger(now_.worst[0],
+                         scaled(between(state, twin), kMargin * static_cast<double>(kSampleOneIn)));
+  account_->pending = now_.worst[0];
+  account_->meet(now_.worst[0]);
+  if (account_->carried_with(now_.worst[0]) > spendable() || !pays(now_.chosen, 0.0)) give_up();
+}
+
+void FidelityStepper::give_up() {
+  account_->carry(now_.worst[0]);
+  account_->pending = {};
+  account_->counts.choice = {Method::exact, 1};
+  now_.mode = Mode::exact;
+  const bool short_lived = now_.steps - now_.chosen_at < now_.pause;
+  now_.next_change = now_.steps + (short_lived ? now_.pause : 0);
+  if (short_lived) now_.pause *= 2;
+}
+
+void FidelityStepper::check_rounding(const PlantState& before, const PlantState& after,
+                                     const HeldInputs& inputs, std::int64_t duration_ns) {
+  // Two exact steps of half the length go other ways through the stepper; what they differ by is
+  // what rounding does.
+  ++account_->counts.checked;
+  PlantState halves = before;
+  const double before_ns = halves_->nominal_cost_ns();
+  halves_->step(halves, inputs, duration_ns - duration_ns / 2);
+  if (duration_ns > 1) halves_->step(halves, inputs, duration_ns / 2);
+  account_->counts.cost_ns += halves_->nominal_cost_ns() - before_ns;
+  account_->carry(scaled(between(halves, after), static_cast<double>(kHalvesOneIn)));
+  const auto& taken = account_->counts.by_method;
+  const bool always_exact = taken[static_cast<std::size_t>(Method::trapezoid)] == 0 &&
+                            taken[static_cast<std::size_t>(Method::semi_implicit)] == 0;
+  if (!always_exact || account_->estimate() <= account_->tolerance()) return;
+  std::ostringstream text;
+  text << "plant: nothing keeps the tolerance " << account_->tolerance()
+       << " in this scene: rounding alone adds up to " << account_->estimate() << " after "
+       << 1e-9 * static_cast<double>(after.time_ns) << " s";
+  throw std::runtime_error(text.str());
 }
 
 }  // namespace

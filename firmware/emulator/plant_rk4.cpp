@@ -103,7 +103,7 @@ void RegularisedStepper::step(PlantState& state, const HeldInputs& inputs,
   const auto lag = [&](double& value, double target, double time_constant_s) {
     value = time_constant_s == 0.0
                 ? target
-                : target + (value - target) * std::exp(-step_s / time_constant_s);
+                : target + settled((value - target) * std::exp(-step_s / time_constant_s));
   };
   lag(state.motor_torque_nm, inputs.motor_command_nm, model_.motor_time_constant_s);
   lag(state.brake_capacity_nm, state.brake_target_nm, model_.brake_time_constant_s);

@@ -61,6 +61,13 @@ struct PlantState {
   [[nodiscard]] double brake_speed_rad_s() const { return speed_rad_s[2]; }
 };
 
+/// What a lag has left to go, which halves for ever: gone once no torque can feel it. As a
+/// subnormal number it would make every later step several times slower.
+[[nodiscard]] inline double settled(double gap_nm) {
+  constexpr double kNothingNm = 1e-300;
+  return std::abs(gap_nm) < kNothingNm ? 0.0 : gap_nm;
+}
+
 /// Torques wanted from the actuators, held until the next command.
 struct Command {
   double motor_torque_nm = 0.0;  ///< on the knob

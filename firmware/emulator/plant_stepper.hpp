@@ -42,7 +42,7 @@ class Stepper {
                                                                 double smoothing_rad_s);
 
 /// Nominal cost of one step of make_theta_stepper()'s.
-[[nodiscard]] double theta_step_cost_ns(int shafts);
+[[nodiscard]] double theta_step_cost_ns(const PlantModel& model);
 
 /// The stepper that `integration` names.
 [[nodiscard]] std::unique_ptr<Stepper> make_stepper(PlantModel model,

@@ -89,7 +89,10 @@ Matrix invert(Matrix matrix, std::size_t n) {
 class ThetaStepper final : public Stepper {
  public:
   ThetaStepper(PlantModel model, double theta)
-      : model_(std::move(model)), shafts_(static_cast<std::size_t>(model_.shafts)), theta_(theta) {}
+      : model_(std::move(model)),
+        shafts_(static_cast<std::size_t>(model_.shafts)),
+        theta_(theta),
+        cost_ns_(theta_step_cost_ns(model_)) {}
 
   void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) override;
 
@@ -107,6 +110,7 @@ class ThetaStepper final : public Stepper {
   PlantModel model_;
   std::size_t shafts_;
   double theta_;
+  double cost_ns_;
   Key key_;
   double step_s_ = 0.0;
   Matrix damping_{};  // B + theta h S
@@ -217,15 +221,20 @@ void ThetaStepper::step(PlantState& state, const HeldInputs& inputs, std::int64_
   state.knob_angle.add(moved[0]);
   state.twist_rad[0] += moved[0] - moved[1];
   state.twist_rad[1] += moved[1] - moved[2];
-  state.motor_torque_nm = inputs.motor_command_nm + motor_gap * motor_lag_.end;
-  state.brake_capacity_nm = state.brake_target_nm + brake_gap * brake_lag_.end;
+  state.motor_torque_nm = inputs.motor_command_nm + settled(motor_gap * motor_lag_.end);
+  state.brake_capacity_nm = state.brake_target_nm + settled(brake_gap * brake_lag_.end);
   state.time_ns += duration_ns;
-  nominal_cost_ns_ += theta_step_cost_ns(model_.shafts);
+  nominal_cost_ns_ += cost_ns_;
 }
 
 }  // namespace
 
-double theta_step_cost_ns(int shafts) { return shafts == 1 ? 33.0 : 56.0; }
+double theta_step_cost_ns(const PlantModel& model) {
+  constexpr std::array kCostNs{38.0, 54.0, 58.0};
+  constexpr double kCoggingNs = 32.0;
+  return kCostNs[static_cast<std::size_t>(model.shafts) - 1] +
+         (model.cogging_nm.empty() ? 0.0 : kCoggingNs);
+}
 
 std::unique_ptr<Stepper> make_theta_stepper(PlantModel model, double theta) {
   return std::make_unique<ThetaStepper>(std::move(model), theta);

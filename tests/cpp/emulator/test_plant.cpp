@@ -241,3 +241,26 @@ TEST_CASE("plant refuses to run backwards or past the end of time") {
   state.speed_rad_s[0] = NAN;
   CHECK_THROWS_AS(plant.set_state(state), std::invalid_argument);
 }
+
+TEST_CASE("plant ends at exact zeros long before it becomes subnormal, by every method") {
+  for (const Method method :
+       {Method::exact, Method::trapezoid, Method::semi_implicit, Method::regularised}) {
+    CAPTURE(static_cast<int>(method));
+    PlantParams params;
+    params.integration.method = method;
+    params.motor_time_constant_s = 0.05;
+    Plant plant(params);
+    plant.set_command({0.02, 0.1});
+    plant.advance(1'000'000'000);
+    plant.set_command({});
+    for (int second = 0; second < 60; ++second) {
+      plant.advance(1'000'000'000);
+      const PlantState& state = plant.state();
+      for (const double value : {state.motor_torque_nm, state.brake_capacity_nm}) {
+        CHECK(std::fpclassify(value) != FP_SUBNORMAL);
+      }
+    }
+    CHECK(plant.state().motor_torque_nm == 0.0);
+    CHECK(plant.state().brake_capacity_nm == 0.0);
+  }
+}
