@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tests.bench import bench_games
+from tests.vm.guest import effect_forms
 
 
 def test_delay_counts_from_the_call_to_the_first_and_to_nearly_all_of_the_change() -> None:
-    time_s = np.arange(0.0, 0.1, 1e-4)
+    time_s = np.arange(0.0, 0.1, 1e-4, dtype=np.float64)
     sent_s = np.array([0.01, 0.04, 0.07])
     # Up from 3 ms after the first call on, and down from 5 ms after the second: 2 ms each.
     torque = np.interp(time_s, [0.013, 0.015, 0.045, 0.047], [-0.2, 0.6, 0.6, -0.2])
@@ -29,6 +30,6 @@ def test_error_is_told_at_its_largest_and_as_root_mean_square() -> None:
 
 
 def test_every_kind_of_effect_is_played() -> None:
-    timed = " ".join(bench_games.effect_forms.cases())
+    timed = " ".join(effect_forms.cases())
     for kind in ("ramp", "square", "sine", "triangle", "saw_up", "saw_down", "rumble", "envelope"):
         assert kind in timed
