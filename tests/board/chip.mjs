@@ -68,6 +68,7 @@ export class Chip {
     mcu.onBreak = (code) => this.trap(code);
     this.flashBusyUntil = 0;
     this.bootloader = false;
+    this.sleepless = false;
     this.fitTickMeter();
     this.fitUsb();
     this.fitPins();
@@ -88,6 +89,7 @@ export class Chip {
   runUntil(ns, done = () => false) {
     while (this.clock.nanos < ns) {
       const { core } = this.mcu;
+      if (core.waiting && this.sleepless) core.waiting = false;
       if (core.waiting) {
         const sleep = Math.min(this.clock.nanosToNextAlarm, ns - this.clock.nanos);
         this.pioDebt += sleep / NS_PER_CYCLE;
@@ -141,9 +143,10 @@ export class Chip {
     core.waiting = false;
   }
 
-  /** No tick comes any more; the main loop runs. */
+  /** No tick comes any more; the main loop is woken by other things, and often. */
   stopTicks() {
     this.mcu.core.enabledInterrupts &= ~(1 << (TICK_EXCEPTION - 16));
+    this.sleepless = true;
   }
 
   hardFault() {

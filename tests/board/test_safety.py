@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from tests.board.pico import MS, SLOTS_AT, EmulatedPico, PowerCut, enumerated
-from tests.python import wire
 
 
 def _push(pico: EmulatedPico) -> None:
@@ -70,14 +69,6 @@ def test_bus_reset_makes_it_safe_at_once(pico: EmulatedPico) -> None:
     assert pico.get("health")["state"] == "disarmed"
 
 
-def _keep_bus_busy(pico: EmulatedPico, ms: int) -> None:
-    """Wake the main loop every millisecond, whatever becomes of what is sent."""
-    keep_alive = wire.encode("command", {"sequence": 1, "axis": 0, "op": "keep_alive"})
-    for _ in range(ms):
-        pico.write(keep_alive, within_ms=0.1)
-        pico.run(0.9)
-
-
 @pytest.mark.parametrize("what", ["everything", "main loop", "ticks"])
 def test_program_that_hangs_is_restarted_with_its_outputs_off(
     pico: EmulatedPico, what: str
@@ -87,7 +78,7 @@ def test_program_that_hangs_is_restarted_with_its_outputs_off(
         pico.do("stop_ticks")
     else:
         pico.do("hang", masked=what == "everything")
-    _keep_bus_busy(pico, 52)
+    pico.run(52)
     assert pico.status()["watchdog_resets"] == 1
     assert pico.motor() is None
     pico.enumerate()
