@@ -32,6 +32,14 @@ def number(name: str, value: Any, lowest: float = -math.inf, highest: float = ma
     return float(value)
 
 
+def finite(name: str, value: Any) -> float:
+    """Give a number that is neither infinite nor NaN."""
+    value = number(name, value)
+    if not math.isfinite(value):
+        raise InvalidArgument(f"{name} must be finite, is {value:g}")
+    return float(value)
+
+
 def positive(name: str, value: Any) -> float:
     """Give a number that something is divided by: finite and above 0."""
     value = number(name, value)

@@ -15,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams
+from torsio.config import ActuatorConfig, ControlConfig, PlantParams, check_plant
+from torsio.errors import InvalidArgument
 from torsio.facts import Fidelity
 from torsio.hands import Hand, NoHand
 from torsio.scenes import MAX_TORQUE_NM, Scene
@@ -154,6 +155,7 @@ class ClosedLoop:
 
     def __init__(self, options: LoopOptions) -> None:
         """Set it up, and do the spin-up if there is one."""
+        _check(options)
         self.options = options
         self._loop = _torsio.emulator.ClosedLoop(options)
 
@@ -216,10 +218,13 @@ def simulate_many(
         For each of the options LOOP_DTYPE rows, shape (n,): 150 bytes a row, so record less often
         or hand over fewer at once when there are many.
     """
+    if threads is not None:
+        checks.whole("threads", threads, 1, 4096)
+    options = list(options)
+    for one in options:
+        _check(one)
     ticks = [_ticks(one, duration_s) for one in options]
-    return _torsio.emulator.simulate_many(
-        list(options), ticks, record_every, threads or 0, on_progress
-    )
+    return _torsio.emulator.simulate_many(options, ticks, record_every, threads or 0, on_progress)
 
 
 def replay(
@@ -241,12 +246,32 @@ def replay(
     ndarray
         REPLAY_DTYPE rows, shape (n,).
     """
+    _check(options)
+    if precision not in ("float", "double"):
+        raise InvalidArgument(f"precision must be 'float' or 'double', is {precision!r}")
     return _torsio.emulator.replay(
         options, np.ascontiguousarray(counts, dtype=np.uint32), precision == "double"
     )
 
 
 def _ticks(options: LoopOptions, duration_s: float) -> int:
-    return round(
-        checks.number("duration_s", duration_s, 0.0, 1e9) * 1e9 / options.control_period_ns
-    )
+    # Longer than a thousand years is a slip of the keyboard.
+    duration_s = checks.number("duration_s", duration_s, 0.0, 3.2e10)
+    return round(duration_s * 1e9 / options.control_period_ns)
+
+
+def _check(options: LoopOptions) -> None:
+    """Ask for the right kinds; what is out of its range is refused further down."""
+    checks.kind("options", options, LoopOptions, "LoopOptions")
+    check_plant("plant", options.plant)
+    checks.kind("control", options.control, ControlConfig, "a ControlConfig")
+    for name, wanted in (
+        ("actuator", ActuatorConfig),
+        ("spin_up", SpinUp),
+        ("initial", InitialState),
+        ("method", str),
+    ):
+        value = getattr(options, name)
+        if value is not None:
+            checks.kind(name, value, wanted, f"{wanted.__name__} or None")
+    checks.whole("control_period_ns", options.control_period_ns, 1_000, 1_000_000_000)

@@ -282,3 +282,17 @@ class PlantParams:
     def matching_config(self) -> ActuatorConfig:
         """Give the configuration of a device that was calibrated perfectly to this plant."""
         return ActuatorConfig(**_torsio.matching_config(self))
+
+
+def check_plant(name: str, plant: PlantParams) -> None:
+    """Ask for a plant whose parts are what they are said to be."""
+    checks.kind(name, plant, PlantParams, "PlantParams")
+    for part, wanted in (
+        ("shaft_hardening", ShaftHardening),
+        ("brake_hysteresis", BrakeHysteresis),
+        ("belt", Belt),
+        ("cogging", Cogging),
+    ):
+        value = getattr(plant, part)
+        if value is not None:
+            checks.kind(part, value, wanted, f"{wanted.__name__} or None")

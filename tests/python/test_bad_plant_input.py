@@ -1,0 +1,73 @@
+"""Plant and closed loop refuse what makes no sense, by the argument's name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from torsio import PlantParams
+from torsio.closed_loop import ClosedLoop, LoopOptions, replay, simulate, simulate_many
+from torsio.emulator import Plant
+
+ZEROS = np.zeros(3)
+
+
+def run(**options: Any) -> object:
+    return simulate(LoopOptions(**options), duration_s=0.01)
+
+
+def last(duration_s: Any) -> object:
+    return simulate(LoopOptions(), duration_s=duration_s)
+
+
+def hold(**torques: Any) -> None:
+    ClosedLoop(LoopOptions()).hold_command(**torques)
+
+
+BAD: list[tuple[Callable[[], object], type[Exception], str]] = [
+    (lambda: Plant(tolerance="a"), TypeError, "tolerance"),  # type: ignore[arg-type]
+    (lambda: Plant(tolerance=math.nan), ValueError, "tolerance"),
+    (lambda: Plant(step_ns=1.5), TypeError, "step_ns"),  # type: ignore[arg-type]
+    (lambda: Plant(step_ns=0), ValueError, "step_ns"),
+    (lambda: Plant(method=3), TypeError, "method"),  # type: ignore[arg-type]
+    (lambda: Plant(method="magic"), ValueError, "method"),  # type: ignore[arg-type]
+    (lambda: Plant(3), TypeError, "params"),  # type: ignore[arg-type]
+    (lambda: Plant(PlantParams(belt=3)), TypeError, "belt"),  # type: ignore[arg-type]
+    (lambda: Plant().set_command(motor_torque_nm=math.nan), ValueError, "motor_torque_nm"),
+    (lambda: Plant().advance(-1), ValueError, "duration_ns"),
+    (lambda: Plant().record(ZEROS, ZEROS, period_ns=0), ValueError, "period_ns"),
+    (lambda: Plant().drive(ZEROS, ZEROS, period_ns=-1), ValueError, "period_ns"),
+    (lambda: Plant().drive(ZEROS, ZEROS, period_ns=1.5), TypeError, "period_ns"),  # type: ignore[arg-type]
+    (lambda: run(plant=3), TypeError, "plant"),
+    (lambda: run(plant=PlantParams(cogging=3)), TypeError, "cogging"),  # type: ignore[arg-type]
+    (lambda: run(control=3), TypeError, "control"),
+    (lambda: run(actuator=3), TypeError, "actuator"),
+    (lambda: run(initial=3), TypeError, "initial"),
+    (lambda: run(spin_up=3), TypeError, "spin_up"),
+    (lambda: run(method=3), TypeError, "method"),
+    (lambda: run(step_ns=1.5), TypeError, "step_ns"),
+    (lambda: run(tolerance="a"), TypeError, "tolerance"),
+    (lambda: run(control_period_ns=0), ValueError, "control_period_ns"),
+    (lambda: simulate(3, duration_s=1.0), TypeError, "options"),  # type: ignore[arg-type]
+    (lambda: last(math.nan), ValueError, "duration_s"),
+    (lambda: last(math.inf), ValueError, "duration_s"),
+    (lambda: last(-1), ValueError, "duration_s"),
+    (lambda: last("1"), TypeError, "duration_s"),
+    (lambda: last(1e12), ValueError, "duration_s"),
+    (lambda: simulate_many([LoopOptions()], duration_s=0.1, threads=-1), ValueError, "threads"),
+    (lambda: hold(motor_torque_nm=math.nan), ValueError, "motor_torque_nm"),
+    (lambda: hold(brake_torque_nm="a"), TypeError, "brake_torque_nm"),
+    (lambda: replay(LoopOptions(), [0], precision="half"), ValueError, "precision"),  # type: ignore[arg-type]
+]
+
+
+@pytest.mark.parametrize(("call", "kind", "name"), BAD)
+def test_bad_argument_is_refused_by_name(
+    call: Callable[[], object], kind: type[Exception], name: str
+) -> None:
+    with pytest.raises(kind, match=name):
+        call()
