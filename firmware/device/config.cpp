@@ -49,6 +49,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   if (control.speed_limit_rad_s > 0.0F) loop.speed_limit_rad_s = control.speed_limit_rad_s;
   // A quarter of a turn in one period: no hand does that, a lost encoder signal does.
   loop.jump_limit_counts = static_cast<std::int32_t>(actuator.counts_per_rev / 4);
+  // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
+  loop.tick_budget_ns = period_ns - period_ns / 20;
   return loop;
 }
 

@@ -26,6 +26,7 @@ struct LoopConfig {
   float passive_brake_nm = 0;
   float speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
+  std::uint32_t tick_budget_ns = 0;    // a longer tick leaves too little to the main loop
 };
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);

@@ -1,5 +1,7 @@
 #include "device/control_loop.hpp"
 
+#include <algorithm>
+
 #include "core/math.hpp"
 
 namespace torsio::device {
@@ -12,8 +14,11 @@ using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
-// So many ticks missed at once are no longer jitter: the motor has held a stale torque meanwhile.
-constexpr std::uint32_t kOverrunLimitTicks = 16;
+// A tick that takes longer than its budget, or was missed, costs four; one in time earns one back.
+// Up to one late tick in five is jitter. Sixteen on end are a load that does not fit: the motor has
+// held stale torques meanwhile, and the main loop, which the interrupt pre-empts, stands still.
+constexpr std::uint32_t kLateTickCost = 4;
+constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
@@ -23,8 +28,7 @@ constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 // been silent for too long. Then the last decision stands, and only motion and torques are new.
 TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (attention_.load(std::memory_order_relaxed) != 0 || silent_ticks_left_ == 0 ||
-      in.missed_ticks != 0 || in.tick_time_ns > counters_.tick_time_max_ns || game.awake())
-      [[unlikely]] {
+      in.missed_ticks != 0 || in.tick_time_ns > usual_tick_ns_ || game.awake()) [[unlikely]] {
     decide(in);
   } else {
     --silent_ticks_left_;
@@ -49,25 +53,27 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
 /// Out of line, or the ticks without it would save and restore its registers.
 [[gnu::noinline]] void ControlLoop::decide(const TickInputs& in) {
   attention_.store(0, std::memory_order_relaxed);
-  if (in.missed_ticks != 0) {
-    controller_.tick += in.missed_ticks;
-    counters_.tick_overruns += in.missed_ticks;
+  if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {
+    fall_behind(in.missed_ticks);
+  } else if (lateness_ != 0) {
+    --lateness_;
   }
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
+  usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
   if (const Order* order = orders_.front()) {
     carry_out(*order);
     orders_.pop();
   }
-  causes_ = in.missed_ticks >= kOverrunLimitTicks ? fault::overrun : 0;
   core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
   const bool playing = plays() && host_is_there();
   choose_torque(playing, game_force);
+  causes_ = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   // Once the controller knows that its commands came to nothing they stay zero by themselves.
   const bool at_rest = !passive_ && controller_.limits.motor_torque_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
-  if (held_back_ || playing_overlay_ != nullptr) call();
+  if (held_back_ || playing_overlay_ != nullptr || lateness_ != 0) call();
 }
 
 void ControlLoop::give(const Order& order) {
@@ -78,6 +84,15 @@ void ControlLoop::give(const Order& order) {
 void ControlLoop::set_connected(bool connected) {
   connected_.store(connected, std::memory_order_relaxed);
   call();
+}
+
+void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
+  controller_.tick += missed_ticks;
+  counters_.tick_overruns += missed_ticks;
+  const std::uint32_t late_ticks = missed_ticks == 0 ? 1 : missed_ticks;
+  const bool at_once = late_ticks >= kLatenessLimit / kLateTickCost;
+  lateness_ = at_once ? kLatenessLimit : lateness_ + kLateTickCost * late_ticks;
+  if (lateness_ > kLatenessLimit) lateness_ = kLatenessLimit;
 }
 
 Snapshot ControlLoop::snapshot() const {
@@ -159,7 +174,7 @@ Status ControlLoop::execute(const Order& order) {
 
 Status ControlLoop::arm() {
   if (state_ == State::fault) return Status::fault_latched;
-  if (passive_) return Status::busy;
+  if (passive_ || held.load(std::memory_order_relaxed) != 0) return Status::busy;
   if (owner_ == Owner::sdk) return Status::ok;
   soft_start_ticks_left_ = config_.passive_ramp_ticks;
   if (owner_ == Owner::game) {
@@ -177,7 +192,8 @@ Status ControlLoop::arm() {
 /// had nothing to play for a while.
 core::ForceSource* ControlLoop::serve_game() {
   const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
-                        owner_ != Owner::sdk && connected();
+                        owner_ != Owner::sdk && connected() &&
+                        held.load(std::memory_order_relaxed) == 0;
   const bool started = game.take_orders(game_params_, may_play, controller_.tick);
   if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
   if (owner_ == Owner::game && !passive_) {
@@ -307,6 +323,7 @@ TickOutputs ControlLoop::fade() {
 void ControlLoop::set_state(State state, Owner owner) {
   state_ = state;
   owner_ = owner;
+  lateness_ = 0;
   game_idle_ticks_ = 0;
   if (state != State::armed) game.drop();
   passive_ = false;

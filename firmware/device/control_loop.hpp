@@ -22,7 +22,7 @@ struct TickInputs {
   bool emergency_stop = false;
   bool actuator_fault = false;
   std::uint32_t missed_ticks = 0;  // since the last tick; they count as time
-  std::uint32_t tick_time_ns = 0;  // how long the last tick took
+  std::uint32_t tick_time_ns = 0;  // how long the last tick took; 0: not known
 };
 
 /// What the board must do until the next tick.
@@ -121,6 +121,7 @@ class ControlLoop {
 
  private:
   void decide(const TickInputs& in);
+  void fall_behind(std::uint32_t missed_ticks);
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
@@ -140,7 +141,7 @@ class ControlLoop {
   bool armed() const { return state_ == protocol::State::armed; }
   bool plays() const { return armed() && !passive_; }
   /// The next tick must decide anew.
-  void call() { attention_.store(1, std::memory_order_relaxed); }
+  void call() { attention_.store(1, std::memory_order_release); }  // after the change
 
   // Everything that a tick looks at stands together: its loads then need no computed addresses.
 
@@ -154,6 +155,8 @@ class ControlLoop {
   bool enabled_ = false;    // power stages on
   bool held_back_ = false;  // the controller's commands are not followed
   core::Overlay overlay_;
+  // The longest tick so far, but not more than the budget: a longer one is something to decide.
+  std::uint32_t usual_tick_ns_ = 0;
 
   LoopConfig config_;
   game::ForceParams game_params_;
@@ -170,6 +173,7 @@ class ControlLoop {
   std::uint32_t local_model_ticks_left_ = 0;
   std::uint16_t local_model_sequence_ = 0;
 
+  std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
   bool passive_ = false;
@@ -184,6 +188,9 @@ class ControlLoop {
   Ring<Order, 2> orders_;
 
  public:
+  // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
+  // that no arming comes between the question and what must not happen to an armed device.
+  std::atomic<std::uint32_t> held{0};
   Ring<Answer, 16> answers;
   game::Forces game;
   Ring<LoopSample, 64> samples;

@@ -245,17 +245,31 @@ Order Device::configure(const Config& config) {
   return order;
 }
 
+/// Keeps everybody from arming until release().
+/// @returns false if somebody has armed already
+bool Device::hold() {
+  loop_.held.store(1, std::memory_order_relaxed);
+  if (!armed()) return true;
+  release();
+  return false;
+}
+
+void Device::release() {
+  loop_.held.store(bootloader_accepted_ ? 1 : 0, std::memory_order_relaxed);
+}
+
 Order Device::save() {
-  // Writing flash holds the processor up for longer than a tick.
-  if (armed()) return refusal({Status::not_disarmed});
+  // While flash is written nobody serves the bus, and the watchdog is slow.
+  if (!hold()) return refusal({Status::not_disarmed});
   slot_write_ = store_.prepare(config_);
   return order_of(Order::Kind::acknowledge);
 }
 
 Order Device::enter_bootloader() {
   if (!board_.has_bootloader) return refusal({Status::unsupported});
-  if (armed()) return refusal({Status::not_disarmed});
+  if (!hold()) return refusal({Status::not_disarmed});
   bootloader_requested_ = true;
+  bootloader_accepted_ = true;
   return order_of(Order::Kind::acknowledge);
 }
 
@@ -366,13 +380,17 @@ std::optional<SlotWrite> Device::take_slot_write() {
 void Device::storage_written() {
   if (!save_order_) return;
   store_.written();
-  loop_.give(*save_order_);
-  save_order_.reset();
+  finish_save();
 }
 
 void Device::storage_failed() {
   if (!save_order_) return;
   save_order_->verdict = {Status::busy};
+  finish_save();
+}
+
+void Device::finish_save() {
+  release();
   loop_.give(*save_order_);
   save_order_.reset();
 }

@@ -89,7 +89,7 @@ class Device {
   /// How the board is wired. A board looks once, when it starts.
   const protocol::BoardConfig& board_config() const { return config_.board; }
 
-  /// True once after an accepted `bootloader` command.
+  /// True once after an accepted `bootloader` command. From then on nobody can arm.
   [[nodiscard]] bool take_bootloader_request();
 
  private:
@@ -114,7 +114,10 @@ class Device {
 
   void gather_telemetry();
   Order configure(const Config& config);
+  bool hold();
+  void release();
   Order save();
+  void finish_save();
   Order enter_bootloader();
   core::Resolution resolution() const;
   bool armed() const;
@@ -133,6 +136,7 @@ class Device {
   std::optional<SlotWrite> slot_write_;
   std::optional<Order> save_order_;  // acknowledged once the slot is written
   bool bootloader_requested_ = false;
+  bool bootloader_accepted_ = false;
   std::uint32_t stalled_ = 0;  // feature requests
 };
 

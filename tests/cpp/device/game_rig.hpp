@@ -155,6 +155,7 @@ class GameRig : public Rig {
   static device::BoardInfo board(std::uint32_t period_ns) {
     device::BoardInfo info;
     info.control_period_ns = period_ns;
+    info.has_bootloader = true;
     return info;
   }
 

@@ -47,6 +47,42 @@ TEST_CASE("a game gets the actuator when it starts an effect, and not before") {
   CHECK(rig.events.back().owner == Owner::game);
 }
 
+TEST_CASE("a game gets no actuator while flash is written") {
+  GameRig rig;
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{3, 0, Op::save})));
+  rig.tick(2);
+  REQUIRE(rig.device->take_slot_write());
+  rig.play_constant(32767);
+  rig.tick(3);
+  CHECK(rig.state() == State::disarmed);
+  rig.device->storage_written();
+  rig.play_constant(32767);
+  rig.tick(3);
+  CHECK(rig.owner() == Owner::game);
+}
+
+TEST_CASE("a start that waits for the interrupt when a save begins does not arm") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  rig.set_effect(block);
+  rig.constant(block, 32767);
+  rig.start(block);
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{3, 0, Op::save})));
+  rig.device->service();  // the start is in the ring, and then the save begins
+  REQUIRE(rig.device->take_slot_write());
+  for (int tick = 0; tick < 3; ++tick) (void)rig.device->tick(rig.inputs);
+  CHECK(rig.state() == State::disarmed);
+}
+
+TEST_CASE("a game gets no actuator on the way to the bootloader") {
+  GameRig rig;
+  REQUIRE(rig.command(Op::bootloader) == Status::ok);
+  rig.play_constant(32767);
+  rig.tick(3);
+  CHECK(rig.state() == State::disarmed);
+  CHECK_FALSE(rig.outputs.enabled);
+}
+
 TEST_CASE("a game that plays nothing lets go of the actuator after a second") {
   GameRig rig;
   EffectOptions options;

@@ -201,6 +201,88 @@ TEST_CASE("missed ticks count as time") {
   CHECK(rig.get<Clock>().time_ns == 16'000'000);
 }
 
+TEST_CASE("on its way to the bootloader nobody can arm any more") {
+  torsio::device::BoardInfo board;
+  board.has_bootloader = true;
+  Rig rig(board);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  CHECK(rig.command(Op::bootloader) == Status::not_disarmed);
+  CHECK_FALSE(rig.device->take_bootloader_request());
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);  // a refused one leaves nothing behind
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  REQUIRE(rig.command(Op::bootloader) == Status::ok);
+  CHECK(rig.command(Op::arm) == Status::busy);
+  CHECK(rig.device->take_bootloader_request());
+  REQUIRE(rig.device->receive(encode(Command{3, 0, Op::save})));
+  rig.tick(2);
+  REQUIRE(rig.device->take_slot_write());
+  rig.device->storage_written();
+  rig.tick(2);
+  CHECK(rig.command(Op::arm) == Status::busy);
+  CHECK(rig.state() == State::disarmed);
+}
+
+namespace {
+
+/// Ticks until the device gives up, of which every `every`th has `inputs`; 0: it does not.
+int ticks_to_overrun(std::uint32_t missed_ticks, std::uint32_t tick_time_ns, int every) {
+  torsio::device::BoardInfo board;
+  board.control_period_ns = 100'000;
+  Rig rig(board);
+  ControlConfig config;
+  config.watchdog_s = 1.0F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  for (int tick = 1; tick <= 2000; ++tick) {
+    const bool late = tick % every == 0;
+    rig.inputs.missed_ticks = late ? missed_ticks : 0;
+    rig.inputs.tick_time_ns = late ? tick_time_ns : 20'000;
+    rig.tick();
+    if (rig.state() != State::armed) {
+      CHECK(rig.get<Health>().faults == fault::overrun);
+      CHECK_FALSE(rig.outputs.enabled);
+      return tick;
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_CASE("a load that does not fit is a fault, jitter is none") {
+  // A period of 100 us, of which 95 us may be used.
+  CHECK(ticks_to_overrun(0, 95'000, 1) == 0);
+  CHECK(ticks_to_overrun(0, 95'001, 1) == 16);
+  CHECK(ticks_to_overrun(1, 130'000, 1) == 16);
+  CHECK(ticks_to_overrun(2, 0, 1) == 8);
+  CHECK(ticks_to_overrun(15, 0, 1000) == 0);
+  CHECK(ticks_to_overrun(16, 0, 1000) == 1000);
+  CHECK(ticks_to_overrun(1, 130'000, 5) == 0);
+  const int every_fourth = ticks_to_overrun(1, 130'000, 4);
+  CHECK(every_fourth > 200);
+  CHECK(every_fourth < 300);
+}
+
+TEST_CASE("what was late before arming is no fault, and an overrun can be cleared") {
+  Rig rig;
+  rig.inputs.missed_ticks = 100;
+  rig.tick();
+  rig.inputs.missed_ticks = 0;
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.inputs.missed_ticks = 15;
+  rig.tick();
+  CHECK(rig.state() == State::armed);
+  rig.tick();
+  CHECK(rig.get<Health>().faults == fault::overrun);
+  rig.inputs.missed_ticks = 0;
+  rig.tick();
+  CHECK(rig.command(Op::clear_fault) == Status::ok);
+  CHECK(rig.command(Op::arm) == Status::ok);
+  rig.tick(10);
+  CHECK(rig.state() == State::armed);
+}
+
 TEST_CASE("a local model holds until its deadline, then the device fails passive") {
   Rig rig;
   ControlConfig config;
