@@ -1,6 +1,21 @@
 #include "core/controller.hpp"
 
 namespace torsio::core {
+namespace {
+
+/// Out of line: what it needs would otherwise be kept in registers in every tick.
+[[gnu::noinline]] float add_overlay(const Overlay& overlay, float scene_nm, const Motion& motion,
+                                    const Resolution& resolution, std::uint64_t tick) {
+  float desired_nm = scene_nm;
+  if (overlay.local != nullptr) {
+    desired_nm += evaluate_local_model(*overlay.local, motion, resolution);
+  }
+  desired_nm *= overlay.gain;
+  if (overlay.extra != nullptr) desired_nm += overlay.extra->torque_nm(motion, resolution, tick);
+  return desired_nm;
+}
+
+}  // namespace
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params,
                           const ControllerInputs& in) {
@@ -16,16 +31,12 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   if (in.scene != nullptr) {
     desired_nm = evaluate_scene(*in.scene, state.scene, out.motion, resolution, state.tick);
   }
-  if (in.local != nullptr) {
-    desired_nm += evaluate_local_model(*in.local, out.motion, resolution);
-  }
-  desired_nm *= in.scene_gain;
-  if (in.extra != nullptr) [[unlikely]] {
+  if (in.overlay != nullptr) [[unlikely]] {
     // Field by field: a copy as a whole would put the motion into memory in every tick.
     const Motion& now = out.motion;
     const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
                       now.acceleration_rad_s2};
-    desired_nm += in.extra->torque_nm(copy, resolution, state.tick);
+    desired_nm = add_overlay(*in.overlay, desired_nm, copy, resolution, state.tick);
   }
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;

@@ -37,12 +37,17 @@ struct ControllerState {
   float brake_command_nm = 0;  // held since the last tick
 };
 
+/// What is rarely there beside the scene: (scene + local) * gain + extra.
+struct Overlay {
+  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
+  float gain = 1;                     // 0 to 1, for a soft start
+  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
+};
+
 struct ControllerInputs {
   std::uint32_t encoder_count = 0;
-  const Scene* scene = nullptr;       // nullptr: nothing plays
-  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
-  float scene_gain = 1;               // 0 to 1, for a soft start
-  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
+  const Scene* scene = nullptr;      // nullptr: nothing plays
+  const Overlay* overlay = nullptr;  // nullptr: nothing but the scene
 };
 
 struct ControllerOutputs {
@@ -57,8 +62,8 @@ struct ControllerOutputs {
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 
-/// Senses, decides and limits. With scene, local model and extra force absent the commands are
-/// zero, while motion and sensor go on.
+/// Senses, decides and limits. With scene and overlay absent the commands are zero, while motion
+/// and sensor go on.
 ControllerOutputs control(ControllerState& state, const ControllerParams& params,
                           const ControllerInputs& in);
 

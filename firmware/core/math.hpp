@@ -10,6 +10,14 @@ namespace torsio::core {
 
 inline constexpr float kTwoPi = 6.28318530717958647692F;
 
+/// The processor finds the smaller or larger of two numbers in one instruction, VMINNM or VMAXNM,
+/// which do not pass NaN on. Elsewhere fminf and fmaxf would be calls of the library.
+#if defined(__ARM_ARCH_8M_MAIN__) && defined(__ARM_FP)
+inline constexpr bool kHasNumberMinMax = true;
+#else
+inline constexpr bool kHasNumberMinMax = false;
+#endif
+
 /// True for everything but NaN and the infinities. By the bits, so that no compiler option can
 /// remove the question.
 constexpr bool is_finite(float value) {
@@ -19,7 +27,12 @@ constexpr bool is_finite(float value) {
 /// One instruction where there is floating point, without a comparison.
 constexpr float absolute(float value) { return __builtin_fabsf(value); }
 constexpr float smaller(float a, float b) { return b < a ? b : a; }
-constexpr float larger(float a, float b) { return a < b ? b : a; }
+
+/// Of numbers, never NaN. Their order decides between zeros of both signs, but not everywhere.
+constexpr float larger(float a, float b) {
+  if constexpr (kHasNumberMinMax) return __builtin_fmaxf(a, b);
+  return a < b ? b : a;
+}
 
 /// @param limit >= 0
 /// @returns value held within [-limit, limit]
@@ -31,6 +44,12 @@ constexpr float clamp_symmetric(float value, float limit) {
 /// Decaying states end at exactly zero, before they become subnormal: those are slow on some
 /// processors and flushed by others.
 constexpr float flush_tiny(float value) { return absolute(value) < 1e-20F ? 0.0F : value; }
+
+/// The same for a number, never NaN.
+constexpr float clamp_number(float value, float limit) {
+  if constexpr (kHasNumberMinMax) return __builtin_fmaxf(__builtin_fminf(value, limit), -limit);
+  return clamp_symmetric(value, limit);
+}
 
 /// sin(2 pi phase / 2^32). The phase wraps as unsigned integers do, so it never loses precision.
 /// Error below 2e-7 (odd minimax polynomial of degree 9 on a quarter turn).

@@ -19,7 +19,7 @@ struct SoftSensorState {
 constexpr float sense_spring(SoftSensorState& state, float stiffness_nm_per_rad, float delta_rad,
                              float capacity_nm) {
   state.spring_torque_nm =
-      clamp_symmetric(state.spring_torque_nm - stiffness_nm_per_rad * delta_rad, capacity_nm);
+      clamp_number(state.spring_torque_nm - stiffness_nm_per_rad * delta_rad, capacity_nm);
   return state.spring_torque_nm;
 }
 

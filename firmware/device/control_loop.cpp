@@ -1,5 +1,7 @@
 #include "device/control_loop.hpp"
 
+#include <algorithm>
+
 #include "core/math.hpp"
 
 namespace torsio::device {
@@ -18,26 +20,70 @@ using protocol::Status;
 constexpr std::uint32_t kLateTickCost = 4;
 constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
+constexpr std::uint32_t kForever = 0xFFFFFFFFU;
+
 }  // namespace
 
+// Nearly every tick finds nothing to decide: nobody has said anything, nothing fades, nobody has
+// been silent for too long. Then the last decision stands, and only motion and torques are new.
 TickOutputs ControlLoop::tick(const TickInputs& in) {
+  if (attention_.load(std::memory_order_relaxed) != 0 || silent_ticks_left_ == 0 ||
+      in.missed_ticks != 0 || in.tick_time_ns > usual_tick_ns_ || game.awake()) [[unlikely]] {
+    decide(in);
+  } else {
+    --silent_ticks_left_;
+  }
+  const core::ControllerOutputs out = core::control(
+      controller_, config_.controller, {in.encoder_count, playing_scene_, playing_overlay_});
+  const std::uint32_t causes = find_causes(in, out);
+  TickOutputs given{out.motor_torque_nm, out.brake_command_nm, enabled_};
+  if (causes != 0 || held_back_) [[unlikely]] {
+    given = hold_back(causes);
+  }
+  if (decimation_ != 0) [[unlikely]] {
+    sample(out.motion.speed_rad_s, out.desired_torque_nm,
+           static_cast<std::uint8_t>((out.motor_saturated ? flag::motor_saturated : 0) |
+                                     (out.brake_saturated ? flag::brake_saturated : 0)));
+  }
+  counters_.tick_time_ns = in.tick_time_ns;
+  return given;
+}
+
+/// Everything that may change what plays: missed ticks, orders, a game, silence, what fades.
+/// Out of line, or the ticks without it would save and restore its registers.
+[[gnu::noinline]] void ControlLoop::decide(const TickInputs& in) {
+  attention_.store(0, std::memory_order_relaxed);
   if (in.missed_ticks != 0 || in.tick_time_ns > config_.tick_budget_ns) {
     fall_behind(in.missed_ticks);
   } else if (lateness_ != 0) {
     --lateness_;
   }
-  if (const Order* order = orders.front()) {
+  if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
+  usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
+  if (const Order* order = orders_.front()) {
     carry_out(*order);
-    orders.pop();
+    orders_.pop();
   }
   core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
   const bool playing = plays() && host_is_there();
-  const core::ControllerOutputs out = run_controller(in.encoder_count, playing, game_force);
-  TickOutputs given{out.motor_torque_nm, out.brake_command_nm, true};
-  if (!is_sound(in, out) || !playing) given = hold_back();
-  if (decimation_ != 0) sample(out, given);
-  keep_times(in);
-  return given;
+  choose_torque(playing, game_force);
+  causes_ = lateness_ >= kLatenessLimit ? fault::overrun : 0;
+  enabled_ = playing;
+  // Once the controller knows that its commands came to nothing they stay zero by themselves.
+  const bool at_rest = !passive_ && controller_.limits.motor_torque_nm == 0.0F &&
+                       controller_.brake_command_nm == 0.0F;
+  held_back_ = causes_ != 0 || !(playing || at_rest);
+  if (held_back_ || playing_overlay_ != nullptr || lateness_ != 0) call();
+}
+
+void ControlLoop::give(const Order& order) {
+  (void)orders_.push(order);
+  call();
+}
+
+void ControlLoop::set_connected(bool connected) {
+  connected_.store(connected, std::memory_order_relaxed);
+  call();
 }
 
 void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
@@ -146,7 +192,7 @@ Status ControlLoop::arm() {
 /// had nothing to play for a while.
 core::ForceSource* ControlLoop::serve_game() {
   const bool may_play = game_params_.allowed && state_ != State::fault && !passive_ &&
-                        owner_ != Owner::sdk && connected.load(std::memory_order_relaxed) != 0 &&
+                        owner_ != Owner::sdk && connected() &&
                         held.load(std::memory_order_relaxed) == 0;
   const bool started = game.take_orders(game_params_, may_play, controller_.tick);
   if (started && owner_ == Owner::none) set_state(State::armed, Owner::game);
@@ -181,17 +227,15 @@ Status ControlLoop::follow_local_model(const Order& order) {
 }
 
 bool ControlLoop::host_is_there() {
-  if (silent_ticks_left_ != 0 && connected.load(std::memory_order_relaxed) != 0) [[likely]] {
-    --silent_ticks_left_;
-  } else if (owner_ == Owner::game) {
-    // A game says nothing for as long as nothing changes.
-    if (connected.load(std::memory_order_relaxed) != 0) return true;
-    begin_passive(EventKind::watchdog);
-    return false;
-  } else if (config_.watchdog_ticks != 0) {
+  // A game says nothing for as long as nothing changes, and an autonomous device needs nobody.
+  const bool game_plays = owner_ == Owner::game;
+  const bool autonomous = !game_plays && config_.watchdog_ticks == 0;
+  if (game_plays || autonomous) silent_ticks_left_ = kForever;
+  if (!autonomous && (silent_ticks_left_ == 0 || !connected())) {
     begin_passive(EventKind::watchdog);
     return false;
   }
+  --silent_ticks_left_;
   if (local_model_on_ && local_model_ticks_left_-- == 0) {
     begin_passive(EventKind::deadline_missed);
     return false;
@@ -209,26 +253,30 @@ void ControlLoop::begin_passive(EventKind why) {
   report_event(why);
 }
 
-core::ControllerOutputs ControlLoop::run_controller(std::uint32_t encoder_count, bool playing,
-                                                    core::ForceSource* game_force) {
-  core::ControllerInputs in;
-  in.encoder_count = encoder_count;
-  if (playing) {
-    in.scene = scene_;
-    if (game_force != nullptr) [[unlikely]] {
-      in.extra = game_force;
-      if (owner_ == Owner::game) in.scene = nullptr;
-    }
-    in.local = local_model_on_ ? &local_model_ : nullptr;
-    if (soft_start_ticks_left_ != 0) [[unlikely]] {
-      in.scene_gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
-                      static_cast<float>(config_.passive_ramp_ticks);
-    }
+void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
+  playing_scene_ = nullptr;
+  playing_overlay_ = nullptr;
+  if (!playing) {
+    silent_ticks_left_ = kForever;  // whoever arms is heard
+    return;
   }
-  return core::control(controller_, config_.controller, in);
+  overlay_ = {};
+  playing_scene_ = scene_;
+  if (game_force != nullptr) {
+    overlay_.extra = game_force;
+    if (owner_ == Owner::game) playing_scene_ = nullptr;
+  }
+  if (local_model_on_) overlay_.local = &local_model_;
+  const bool soft = soft_start_ticks_left_ != 0;
+  if (soft) {
+    overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
+                    static_cast<float>(config_.passive_ramp_ticks);
+  }
+  if (soft || local_model_on_ || game_force != nullptr) playing_overlay_ = &overlay_;
 }
 
-bool ControlLoop::is_sound(const TickInputs& in, const core::ControllerOutputs& out) {
+std::uint32_t ControlLoop::find_causes(const TickInputs& in,
+                                       const core::ControllerOutputs& out) const {
   std::uint32_t causes = 0;
   if (in.emergency_stop) causes |= fault::emergency_stop;
   if (in.actuator_fault) causes |= fault::actuator;
@@ -238,23 +286,23 @@ bool ControlLoop::is_sound(const TickInputs& in, const core::ControllerOutputs& 
   if (static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts) {
     causes |= fault::encoder;
   }
-  if (armed()) {
-    // These endanger only somebody who feels a torque.
-    if (lateness_ >= kLatenessLimit) causes |= fault::overrun;
-    if (core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
-      causes |= fault::over_speed;
-    }
+  if (core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
+    causes |= fault::over_speed;
   }
+  return causes;
+}
+
+/// Latches the faults, and gives what is left where the controller's commands are not followed.
+[[gnu::noinline]] TickOutputs ControlLoop::hold_back(std::uint32_t causes) {
+  causes |= causes_;
+  // These endanger only somebody who feels a torque.
+  if (!armed()) causes &= ~std::uint32_t{fault::overrun | fault::over_speed};
   causes_ = static_cast<std::uint16_t>(causes);
-  if (causes == 0) return true;
+  if (causes != 0) call();
   if ((causes & ~faults_) != 0) {
     faults_ = static_cast<std::uint16_t>(faults_ | causes);
     set_state(State::fault);
   }
-  return false;
-}
-
-TickOutputs ControlLoop::hold_back() {
   const TickOutputs given = passive_ ? fade() : TickOutputs{};
   // The controller must know what became of its commands.
   controller_.limits.motor_torque_nm = given.motor_torque_nm;
@@ -280,6 +328,7 @@ void ControlLoop::set_state(State state, Owner owner) {
   if (state != State::armed) game.drop();
   passive_ = false;
   local_model_on_ = false;
+  call();
   report_event(EventKind::state_changed);
 }
 
@@ -291,33 +340,28 @@ void ControlLoop::report_event(EventKind kind) {
   (void)answers.push(answer);
 }
 
-void ControlLoop::sample(const core::ControllerOutputs& out, const TickOutputs& given) {
+/// Takes from the controller's state what is there: a tick without a sample keeps less at hand.
+[[gnu::noinline]] void ControlLoop::sample(float speed_rad_s, float desired_torque_nm,
+                                           std::uint8_t saturated) {
   if (ticks_to_sample_ != 0) {
     --ticks_to_sample_;
     return;
   }
   ticks_to_sample_ = static_cast<std::uint8_t>(decimation_ - 1);
-  auto flags = static_cast<std::uint8_t>(state_);
-  if (out.motor_saturated) flags |= flag::motor_saturated;
-  if (out.brake_saturated) flags |= flag::brake_saturated;
+  auto flags = static_cast<std::uint8_t>(static_cast<std::uint8_t>(state_) | saturated);
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
   const LoopSample sample{controller_.tick - 1,
-                          out.motion.position_counts,
-                          out.motion.speed_rad_s,
-                          out.desired_torque_nm,
-                          given.motor_torque_nm,
-                          out.brake_torque_nm,
-                          out.spring_torque_nm,
+                          controller_.motion.position_counts,
+                          speed_rad_s,
+                          desired_torque_nm,
+                          controller_.limits.motor_torque_nm,
+                          controller_.brake.torque_nm,
+                          controller_.sensor.spring_torque_nm,
                           flags,
                           decimation_};
   if (!samples.push(sample)) ++counters_.samples_dropped;
-}
-
-void ControlLoop::keep_times(const TickInputs& in) {
-  counters_.tick_time_ns = in.tick_time_ns;
-  if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
 }
 
 }  // namespace torsio::device

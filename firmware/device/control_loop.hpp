@@ -110,10 +110,17 @@ class ControlLoop {
   // Control interrupt.
   TickOutputs tick(const TickInputs& in);
 
-  // Main loop. The rings are below.
+  // Main loop. The rings of answers and samples are below.
   Snapshot snapshot() const;
+  /// An order may be given only while none is under way: what it points to is then no longer looked
+  /// at, and every answer is sure of its place.
+  bool takes_order() const { return orders_.empty(); }
+  void give(const Order& order);
+  void set_connected(bool connected);
+  bool connected() const { return connected_.load(std::memory_order_relaxed) != 0; }
 
  private:
+  void decide(const TickInputs& in);
   void fall_behind(std::uint32_t missed_ticks);
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
@@ -123,20 +130,34 @@ class ControlLoop {
   protocol::Status follow_local_model(const Order& order);
   bool host_is_there();
   void begin_passive(protocol::EventKind why);
-  core::ControllerOutputs run_controller(std::uint32_t encoder_count, bool playing,
-                                         core::ForceSource* game_force);
-  bool is_sound(const TickInputs& in, const core::ControllerOutputs& out);
-  TickOutputs hold_back();
+  void choose_torque(bool playing, core::ForceSource* game_force);
+  std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
+  TickOutputs hold_back(std::uint32_t causes);
   TickOutputs fade();
   void set_state(protocol::State state, protocol::Owner owner = protocol::Owner::none);
   void report_event(protocol::EventKind kind);
-  void sample(const core::ControllerOutputs& out, const TickOutputs& given);
-  void keep_times(const TickInputs& in);
+  void sample(float speed_rad_s, float desired_torque_nm, std::uint8_t saturated);
 
   bool armed() const { return state_ == protocol::State::armed; }
   bool plays() const { return armed() && !passive_; }
+  /// The next tick must decide anew.
+  void call() { attention_.store(1, std::memory_order_release); }  // after the change
 
   // Everything that a tick looks at stands together: its loads then need no computed addresses.
+
+  // Not zero: something has changed since the last decision, or goes on changing. Set by both
+  // contexts, by the main loop after the change itself; cleared by the interrupt before it looks.
+  std::atomic<std::uint32_t> attention_{1};
+  std::atomic<std::uint32_t> connected_{1};  // 0 or 1; a bool costs an instruction more
+  // What was decided: it holds until there is something to decide again.
+  const core::Scene* playing_scene_ = nullptr;  // nullptr: nothing plays
+  const core::Overlay* playing_overlay_ = nullptr;
+  bool enabled_ = false;    // power stages on
+  bool held_back_ = false;  // the controller's commands are not followed
+  core::Overlay overlay_;
+  // The longest tick so far, but not more than the budget: a longer one is something to decide.
+  std::uint32_t usual_tick_ns_ = 0;
+
   LoopConfig config_;
   game::ForceParams game_params_;
   core::ControllerState controller_;
@@ -164,18 +185,15 @@ class ControlLoop {
   std::uint8_t ticks_to_sample_ = 0;
 
   LoopCounters counters_;
+  Ring<Order, 2> orders_;
 
  public:
-  std::atomic<std::uint32_t> connected{1};  // 0 or 1; a bool costs an instruction more
   // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
   // that no arming comes between the question and what must not happen to an armed device.
   std::atomic<std::uint32_t> held{0};
-  // An order may be given only while `orders` is empty: what it points to is then no longer looked
-  // at, and every answer is sure of its place.
-  Ring<Order, 2> orders;
   Ring<Answer, 16> answers;
-  Ring<LoopSample, 64> samples;
   game::Forces game;
+  Ring<LoopSample, 64> samples;
 };
 
 }  // namespace torsio::device

@@ -351,8 +351,8 @@ void Device::service() {
   const Snapshot now = loop_.snapshot();
   game_.service({now.tick, now.position_counts, now.owner == protocol::Owner::game,
                  now.owner == protocol::Owner::sdk});
-  // One order at a time, and only when its answer and an event have room: see ControlLoop::orders.
-  if (!loop_.orders.empty() || save_order_) return;
+  // One order at a time, and only when its answer and an event have room: see ControlLoop::give().
+  if (!loop_.takes_order() || save_order_) return;
   if (commit_given_) {
     scene_.taken();
     commit_given_ = false;
@@ -367,12 +367,12 @@ void Device::service() {
     save_order_ = order;  // acknowledged when it is true
     return;
   }
-  (void)loop_.orders.push(order);
+  loop_.give(order);
 }
 
 void Device::set_connected(bool connected) {
-  if (!connected && loop_.connected.load(std::memory_order_relaxed)) game_.disconnect();
-  loop_.connected.store(connected, std::memory_order_relaxed);
+  if (!connected && loop_.connected()) game_.disconnect();
+  loop_.set_connected(connected);
 }
 
 std::optional<SlotWrite> Device::take_slot_write() {
@@ -393,7 +393,7 @@ void Device::storage_failed() {
 
 void Device::finish_save() {
   release();
-  (void)loop_.orders.push(*save_order_);
+  loop_.give(*save_order_);
   save_order_.reset();
 }
 

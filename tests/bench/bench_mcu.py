@@ -3,6 +3,10 @@
 ``./dev bench mcu`` prints a line for each scene: a number of walls, or one effect of a kind. The
 Cortex-M33 of ``pico2`` is counted by QEMU, the Cortex-M0+ of ``pico`` by the emulated RP2040; both
 count instructions, not cycles. ``control law`` is the same without the device round it.
+
+What the board adds to the device (encoder, current loop, PWM) is not in these counts. It is in the
+last lines: there the real binary for ``pico`` runs in the emulated RP2040 and tells in its health
+report how long its ticks take.
 """
 
 from __future__ import annotations
@@ -13,8 +17,26 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
+from tests.board.pico import enumerated
 from tests.mcu import mcu
 from tools import firmware_report
+
+
+def _tick_time_ns(walls: int) -> int:
+    """Return how long a tick of the RP2040's binary takes inside so many damped walls."""
+    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 0.1}
+    with enumerated() as pico:
+        pico.set("control_config", passive_ramp_s=0.0)
+        pico.turn(60)
+        for slot in range(walls):
+            pico.send("wall", slot=slot, damping_nm_s_per_rad=1e-4, **wall)
+        pico.send("commit", active=(1 << walls) - 1)
+        assert pico.command("arm") == "ok"
+        pico.run(5)
+        health = pico.get("health")
+        assert health["state"] == "armed"
+        return int(health["tick_time_ns"])
+
 
 if __name__ == "__main__":
     for board in ("pico2", "pico"):
@@ -29,3 +51,10 @@ if __name__ == "__main__":
                 "ram_bytes": sizes.ram,
             }
             print(json.dumps(line))
+    for walls in (0, 1, 4, 8):
+        time_ns = _tick_time_ns(walls)
+        print(
+            json.dumps(
+                {"board": "pico", "scene": "walls", "effects": walls, "tick_time_ns": time_ns}
+            )
+        )

@@ -13,16 +13,26 @@ using mcu::Bench;
 
 alignas(Bench) unsigned char room[sizeof(Bench)];
 
+// Somebody wants the outputs, or the compiler would leave out what makes them.
+volatile float motor_nm;
+volatile float brake_nm;
+volatile bool enabled;
+
 void measure(std::string_view name, unsigned effects, Bench& bench) {
-  mcu::measure(name, effects, [&bench](std::uint32_t count) { (void)bench.tick(count); });
+  mcu::measure(name, effects, [&bench](std::uint32_t count) {
+    const device::TickOutputs out = bench.tick(count);
+    motor_nm = out.motor_torque_nm;
+    brake_nm = out.brake_torque_nm;
+    enabled = out.enabled;
+  });
 }
 
-/// A device that is armed, past its soft start, with the effects of `fill` in its scene.
+/// A device that is armed, with the first so many effects of `fill` in its scene.
 template <class Fill>
-void run(std::string_view name, unsigned effects, Fill&& fill) {
+void run(std::string_view name, unsigned effects, Fill&& fill, float soft_start_s = 0) {
   Bench& bench = *new (room) Bench(50'000);
   protocol::ControlConfig config;
-  config.passive_ramp_s = 0;
+  config.passive_ramp_s = soft_start_s;
   config.watchdog_s = 60;
   bench.set(config);
   fill(bench);
@@ -31,6 +41,17 @@ void run(std::string_view name, unsigned effects, Fill&& fill) {
   for (int i = 0; i < 300; ++i) (void)bench.tick(0);
   if (bench.device().state() != protocol::State::armed) mcu::print("not armed\n");
   measure(name, effects, bench);
+}
+
+void write_walls(Bench& bench, unsigned walls) {
+  for (unsigned slot = 0; slot < walls; ++slot) {
+    protocol::Wall wall{{1, 0, static_cast<std::uint8_t>(slot)}};
+    wall.side = protocol::Side::below;
+    wall.angle_turns_q32 = std::int64_t{1} << 30;
+    wall.stiffness_nm_per_rad = 0.01F;
+    wall.damping_nm_s_per_rad = 1e-4F;
+    bench.send(wall);
+  }
 }
 
 }  // namespace
@@ -42,17 +63,15 @@ int main() {
     measure("disarmed", 0, bench);
   }
   for (const unsigned effects : {0U, 1U, 2U, 4U, 8U, 16U}) {
-    run("walls", effects, [effects](Bench& bench) {
-      for (unsigned slot = 0; slot < effects; ++slot) {
-        protocol::Wall wall{{1, 0, static_cast<std::uint8_t>(slot)}};
-        wall.side = protocol::Side::below;
-        wall.angle_turns_q32 = std::int64_t{1} << 30;
-        wall.stiffness_nm_per_rad = 0.01F;
-        wall.damping_nm_s_per_rad = 1e-4F;
-        bench.send(wall);
-      }
-    });
+    run("walls", effects, [effects](Bench& bench) { write_walls(bench, effects); });
   }
+  run("walls, 16 written", 1, [](Bench& bench) { write_walls(bench, 16); });
+  run("walls, telemetry", 1, [](Bench& bench) {
+    write_walls(bench, 1);
+    bench.send(protocol::Stream{1, 0, 40});  // the ring has room for all that is measured
+  });
+  // Each of these ticks decides anew what plays.
+  run("walls, soft start", 1, [](Bench& bench) { write_walls(bench, 1); }, 1.0F);
   mcu::for_each_kind([]<class Report>(std::string_view name, const Report& report) {
     run(name, 1, [&report](Bench& bench) { bench.send(report); });
   });

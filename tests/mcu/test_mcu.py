@@ -51,6 +51,22 @@ def test_cost_grows_in_a_straight_line_with_the_active_effects(
         assert measured[board, f"walls {effects}"] == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.parametrize("board", BUDGET)
+def test_effects_that_are_written_but_not_in_the_scene_cost_nothing(
+    measured: dict[tuple[str, str], float], board: str
+) -> None:
+    # Of 16 written walls one plays. The counter of pico2 is coarse: 50 in 2048 ticks.
+    alone = measured[board, "walls 1"]
+    assert measured[board, "walls, 16 written 1"] == pytest.approx(alone, abs=0.1)
+
+
+def test_wall_on_the_product_takes_at_most_250_instructions(
+    measured: dict[tuple[str, str], float],
+) -> None:
+    assert measured["pico2", "wall 1"] <= 250
+    assert measured["pico2", "walls 1"] <= 250
+
+
 @pytest.fixture(scope="module")
 def host_replay() -> str:
     return mcu.on_host("replay")

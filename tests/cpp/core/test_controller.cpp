@@ -44,8 +44,7 @@ TEST_CASE("a tick follows the equations of the law in their order") {
                       : i < 500 ? -(i % 4 == 0 ? 1 : 0)
                                 : 0;
     count += delta;
-    const auto out = core::control(state, params,
-                                   {static_cast<std::uint32_t>(count), scene.get(), nullptr, 1.0F});
+    const auto out = core::control(state, params, {static_cast<std::uint32_t>(count), scene.get()});
 
     brake = command + (brake - command) * std::exp(-1e-3 / 0.06);
     const double capacity = std::max(brake, 3.3e-3);
@@ -69,8 +68,8 @@ TEST_CASE("a tick follows the equations of the law in their order") {
 TEST_CASE("without a scene nothing is commanded while motion and sensor go on") {
   core::ControllerState state;
   const core::ControllerParams params = reference_actuator();
-  (void)core::control(state, params, {0, nullptr, nullptr, 1.0F});
-  const auto out = core::control(state, params, {1, nullptr, nullptr, 1.0F});
+  (void)core::control(state, params, core::ControllerInputs{0});
+  const auto out = core::control(state, params, {1});
   CHECK(out.motor_torque_nm == 0.0F);
   CHECK(out.brake_command_nm == 0.0F);
   CHECK(out.motion.position_counts == 1);
@@ -85,12 +84,12 @@ TEST_CASE("a torque that is not finite is told, commands nothing and leaves no t
     auto scene = std::make_unique<core::Scene>();
     scene->effect[0] = core::Constant{bad, {}};
     scene->active = 1;
-    const auto out = core::control(state, params, {5, scene.get(), nullptr, 1.0F});
+    const auto out = core::control(state, params, {5, scene.get()});
     CHECK(out.numeric_error);
     CHECK(out.motor_torque_nm == 0.0F);
     CHECK(out.brake_command_nm == 0.0F);
     scene->effect[0] = core::Constant{0.01F, {}};
-    const auto next = core::control(state, params, {5, scene.get(), nullptr, 1.0F});
+    const auto next = core::control(state, params, {5, scene.get()});
     CHECK_FALSE(next.numeric_error);
     CHECK(next.motor_torque_nm == Approx(0.01));
   }
@@ -100,6 +99,6 @@ TEST_CASE("the gain scales what the scene and the local model ask for") {
   const core::ControllerParams params = reference_actuator();
   core::ControllerState state;
   const core::LocalModel local{0.04F, {}, 0.0F, 0.0F};
-  CHECK(core::control(state, params, {0, nullptr, &local, 0.25F}).desired_torque_nm ==
-        Approx(0.01));
+  const core::Overlay overlay{&local, 0.25F};
+  CHECK(core::control(state, params, {0, nullptr, &overlay}).desired_torque_nm == Approx(0.01));
 }

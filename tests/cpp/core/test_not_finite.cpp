@@ -35,6 +35,7 @@ core::Scene one(const core::Effect& effect) {
 /// Afterwards, with a good scene, everything must be as if nothing had happened.
 void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain,
                      core::ForceSource* extra = nullptr) {
+  const core::Overlay overlay{local, gain, extra};
   for (const core::Law law :
        {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
     const core::ControllerParams p = params(law);
@@ -43,7 +44,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     std::uint32_t count = 0;
     for (int tick = 0; tick < 50; ++tick) {
       count += static_cast<std::uint32_t>(tick % 7);
-      const auto out = core::control(state, p, {count, &scene, local, gain, extra});
+      const auto out = core::control(state, p, {count, &scene, &overlay});
       CHECK(core::is_finite(out.motor_torque_nm));
       CHECK(core::is_finite(out.brake_command_nm));
       CHECK(core::is_finite(out.spring_torque_nm));
@@ -53,7 +54,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
       CHECK(out.brake_command_nm <= 0.110F);
       // The device stops at the first of these.
       if (out.numeric_error) CHECK(out.motor_torque_nm == 0.0F);
-      (void)core::control(clean, p, {count, nullptr, nullptr, 1.0F});
+      (void)core::control(clean, p, {count});
     }
     state.brake = clean.brake;  // a finite scene may have used the brake
     state.sensor = clean.sensor;
@@ -61,7 +62,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     state.scene = {};
     for (int tick = 0; tick < 20; ++tick) {
       ++count;
-      const auto got = core::control(state, p, {count, &good, nullptr, 1.0F});
+      const auto got = core::control(state, p, {count, &good});
       CHECK(core::is_finite(got.motor_torque_nm));
       CHECK_FALSE(got.numeric_error);
       CHECK(got.desired_torque_nm == 0.03F);
