@@ -69,7 +69,11 @@ UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
 
 void UsbDevice::poll() {
   tud_task();
-  device_.set_connected(has_host());
+  // Only what has changed: each call makes the next tick decide anew.
+  if (const bool connected = has_host(); connected != connected_) {
+    connected_ = connected;
+    device_.set_connected(connected);
+  }
   poll_hid();
 }
 

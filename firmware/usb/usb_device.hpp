@@ -55,6 +55,7 @@ class UsbDevice {
 
  private:
   device::Device& device_;
+  bool connected_ = false;  // what the device was told last
   ControlFunction control_;
   GameFunction game_;
 };
