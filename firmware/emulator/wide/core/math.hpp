@@ -22,6 +22,8 @@ constexpr double clamp_symmetric(double value, double limit) {
   return value > limit ? limit : value < -limit ? -limit : value;
 }
 
+constexpr double clamp_number(double value, double limit) { return clamp_symmetric(value, limit); }
+
 constexpr double flush_tiny(double value) { return absolute(value) < 1e-20 ? 0.0 : value; }
 
 /// sin(2 pi phase / 2^32), by its series on a quarter turn.
