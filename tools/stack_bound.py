@@ -19,7 +19,9 @@ from pathlib import Path
 # must exist, unless nothing is ever called there.
 INDIRECT: dict[str, tuple[str, ...]] = {
     # The control law asks the game for its force.
-    r".*(4core7control|ControlLoop4tick|Device4tick|on_tick).*": (r".*6Forces9torque_nm.*",),
+    r".*(4core7control|11add_overlay|ControlLoop4tick|Device4tick|on_tick).*": (
+        r".*6Forces9torque_nm.*",
+    ),
     # An interface of the device's, behind the class driver.
     r".*(15control_request|8poll_hid|12transfer_end|13finish_output).*": (
         r".*11get_feature.*",

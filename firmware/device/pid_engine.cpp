@@ -284,7 +284,8 @@ void PidEngine::watch_silence() {
   if ((forces_.playing_blocks(0) | forces_.playing_blocks(1)) == 0) return;
   for (std::size_t i = 0; i < kBlocks; ++i) {
     Block& block = blocks_[i];
-    if (!plays(i) || !is_timed(block.type) || !is_endless(block)) continue;
+    const bool has_end = !is_endless(block) && block.loops != kEndlessLoops;
+    if (!plays(i) || !is_timed(block.type) || has_end) continue;
     block.play = Order::Play::stop;
     blocks_dirty_ = true;
   }

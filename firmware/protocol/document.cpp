@@ -137,7 +137,8 @@ void print_bits(std::ostream& out) {
          "`faults` (latched until `clear_fault`): "
       << hex(fault::emergency_stop, 2) << " emergency stop, " << hex(fault::over_speed, 2)
       << " over-speed, " << hex(fault::encoder, 2) << " encoder jump, " << hex(fault::actuator, 2)
-      << " power stage, " << hex(fault::overrun, 2) << " missed ticks, " << hex(fault::numeric, 2)
+      << " power stage, " << hex(fault::overrun, 2) << " missed or overlong ticks, "
+      << hex(fault::numeric, 2)
       << " torque not finite.\n\n`flags` of telemetry: bits 0 and 1 are the state (0 disarmed, 1 "
          "armed, 2 fault), "
       << hex(flag::motor_saturated, 2) << " motor saturated, " << hex(flag::brake_saturated, 2)

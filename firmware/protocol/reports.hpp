@@ -164,7 +164,7 @@ struct Layout<Health> {
       any_number("reports_refused", &Health::reports_refused, "", ""),
       any_number("samples_dropped", &Health::samples_dropped, "",
                  "telemetry samples that the host did not fetch in time"),
-      any_number("tick_overruns", &Health::tick_overruns, "", "ticks that came late"),
+      any_number("tick_overruns", &Health::tick_overruns, "", "ticks that were missed"),
       any_number("tick_time_ns", &Health::tick_time_ns, "ns", "time the last tick took"),
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
@@ -186,8 +186,8 @@ struct Layout<Command> {
       "keep_alive: nothing but a sign of life, not acknowledged. arm, disarm. stop: disarm and "
       "empty the scene. zero: this position becomes angle 0. relax: the shaft's spring is known to "
       "be relaxed now. save: keep the configuration. load_defaults: configuration of a new device. "
-      "clear_fault. bootloader: wait for new firmware. zero, relax, load_defaults and bootloader "
-      "only while disarmed.";
+      "clear_fault. bootloader: wait for new firmware, nobody can arm after it. zero, relax, save, "
+      "load_defaults and bootloader only while disarmed.";
   static constexpr std::tuple fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Command::axis, "", "which axis; 0 is the first"),

@@ -41,7 +41,10 @@ def _tick_time_ns(walls: int) -> int:
 if __name__ == "__main__":
     for board in ("pico2", "pico"):
         sizes = firmware_report.sizes(mcu.FIRMWARE / f"torsio-{board}.elf")
+        instructions = {}
         for cost in mcu.costs(board):
+            if cost.scene == "walls":
+                instructions[cost.effects] = cost.instructions
             line = {
                 "board": board,
                 "scene": cost.scene,
@@ -55,6 +58,14 @@ if __name__ == "__main__":
         time_ns = _tick_time_ns(walls)
         print(
             json.dumps(
-                {"board": "pico", "scene": "walls", "effects": walls, "tick_time_ns": time_ns}
+                {
+                    "board": "pico",
+                    "scene": "walls",
+                    "effects": walls,
+                    "instructions_per_tick": instructions[walls],
+                    "flash_bytes": sizes.flash,
+                    "ram_bytes": sizes.ram,
+                    "tick_time_ns": time_ns,
+                }
             )
         )

@@ -11,7 +11,7 @@ import pytest
 
 import torsio
 
-CONSTANT, SINE, SPRING, DAMPER = 1, 4, 8, 9
+CONSTANT, SINE, SPRING, DAMPER, FRICTION = 1, 4, 8, 9, 11
 WEST = 24575  # from the left: to larger angles
 FULL_NM = 0.06
 Floats = npt.NDArray[np.float64]
@@ -191,3 +191,27 @@ def test_without_the_limit_the_knob_oscillates(rate_hz: float, kind: int) -> Non
     # A device that was told of inertia and friction which are not there sets the limit too high.
     wrong = torsio.ActuatorConfig(knob_inertia_kg_m2=1e-2, knob_coulomb_nm=0.1)
     assert _rest(_released(rate_hz, kind, wrong)) > 5 * 2 * np.pi / 8192
+
+
+@pytest.mark.parametrize(("kind", "share"), [(DAMPER, 0.5 * 10 / 20), (FRICTION, 0.5)])
+def test_motor_and_brake_give_together_what_the_game_asks_for(kind: int, share: float) -> None:
+    plant = torsio.PlantParams()
+    config = torsio.GameConfig(torque_max_nm=FULL_NM)
+    with torsio.open(
+        "emulated", control_rate_hz=10_000, game=config, plant=plant, log_truth=True
+    ) as knob:
+        game = Game(knob)
+        block = game.create(kind)
+        game.condition(block, 16384)
+        game.start(block)
+        knob.emulator.advance(0.05)
+        knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.5, 5.0)]))
+        knob.emulator.advance(0.3)
+        knob.emulator.truth()
+        knob.emulator.advance(0.15)
+        truth = knob.emulator.truth()
+    motor_nm, brake_nm = (truth[name].mean() for name in ("motor_torque_nm", "brake_torque_nm"))
+    # A brake that is off still drags.
+    wanted_nm = share * FULL_NM
+    assert motor_nm + brake_nm == pytest.approx(-wanted_nm - plant.brake_drag_nm, rel=0.02)
+    assert brake_nm == pytest.approx(-wanted_nm / 2 - plant.brake_drag_nm, rel=0.05)

@@ -43,8 +43,8 @@ _FAULT_ADVICE = {
         "check supply, motor cable and temperature, then clear the fault",
     ),
     "overrun": (
-        "the control loop missed many ticks in a row",
-        "clear the fault; if it comes back the firmware has a fault: please report it",
+        "ticks were missed, or took nearly the whole control period",
+        "clear the fault; if it comes back the scene is too much for the board: play fewer effects",
     ),
     "numeric": (
         "the control law gave a torque that is no number",

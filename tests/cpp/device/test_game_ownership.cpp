@@ -275,3 +275,18 @@ TEST_CASE("a game that hangs loses its endless push, but keeps spring and what h
   rig.tick(3000);
   CHECK(rig.owner() == Owner::game);  // the spring plays
 }
+
+TEST_CASE("a game that hangs loses what it repeats without end") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+  const int block = rig.create(kConstant);
+  EffectOptions options;
+  options.duration_ms = 20;
+  rig.set_effect(block, options);
+  rig.constant(block, 32767);
+  rig.start(block, 255);
+  rig.tick(490);
+  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  rig.tick(30);
+  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+}
