@@ -39,7 +39,7 @@ def test_rule_is_read_before_the_rules_that_act_on_its_tag() -> None:
 
 def test_rule_gives_hidraw_and_usb_node_of_our_device_to_the_seat_and_to_nobody_else() -> None:
     # Taken apart by the grammar of udev(7): KEY{attribute} operator "value", separated by commas.
-    pair = re.compile(r'\s*([A-Z]+(?:\{\w+\})?)\s*(==|\+=)\s*"([^"]*)"\s*')
+    pair = re.compile(r'\s*([A-Z]+(?:\{\w+\})?)\s*(==|\+=|=)\s*"([^"]*)"\s*')
     parsed = []
     for statement in _statements():
         matches = [pair.fullmatch(part) for part in statement.split(",")]
@@ -51,6 +51,14 @@ def test_rule_gives_hidraw_and_usb_node_of_our_device_to_the_seat_and_to_nobody_
             "ATTRS{idVendor}==": "1209",
             "ATTRS{idProduct}==": "0001",
             "TAG+=": "uaccess",
+        },
+        {
+            "SUBSYSTEM==": "input",
+            "KERNEL==": "event*",
+            "ATTRS{idVendor}==": "1209",
+            "ATTRS{idProduct}==": "0001",
+            "ENV{EVDEV_ABS_00}=": ":::0:0",
+            "RUN{builtin}+=": "keyboard",
         },
         {
             "SUBSYSTEM==": "usb",

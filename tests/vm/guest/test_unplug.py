@@ -120,6 +120,8 @@ def test_two_hundred_plug_cycles(bus: VirtualBus) -> None:
             knob.unplug()
             knob.plug()
     assert [device.serial for device in torsio.list_devices()] == ["KNOB-0", "KNOB-1", "EMULATED"]
+    for knob in knobs:
+        torsio.open(knob.serial).close()
 
 
 def test_knob_without_permission_says_what_to_do(knob: VirtualKnob) -> None:
