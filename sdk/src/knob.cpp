@@ -199,8 +199,10 @@ class Knob::Impl {
     const auto first_tick = session.get<protocol::Clock>().tick;
     const auto ticks = static_cast<std::uint64_t>(
         std::llround(static_cast<double>(duration_ns) / identity().control_period_ns));
+    const std::int64_t report_ns =
+        std::int64_t{protocol::samples_per_report} * decimation_ * identity().control_period_ns;
     std::vector<TelemetrySample> samples = session.collect(
-        first_tick, first_tick + ticks, decimation_, duration_ns + command_timeout_ns_);
+        first_tick, first_tick + ticks, decimation_, command_timeout_ns_ + report_ns);
     if (starts) stop_telemetry();
     return samples;
   }

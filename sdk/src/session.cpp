@@ -462,7 +462,7 @@ std::size_t Session::read(std::span<TelemetrySample> out, std::int64_t timeout_n
 }
 
 std::vector<TelemetrySample> Session::collect(std::uint64_t first_tick, std::uint64_t end_tick,
-                                              unsigned decimation, std::int64_t timeout_ns) {
+                                              unsigned decimation, std::int64_t silence_ns) {
   std::vector<TelemetrySample> collected;
   constexpr std::uint64_t kReserveAtMost =
       1U << 20U;  // some recordings last until they are interrupted
@@ -475,7 +475,15 @@ std::vector<TelemetrySample> Session::collect(std::uint64_t first_tick, std::uin
     }
     return received_until_tick_ + decimation > end_tick;
   };
-  if (!wait_until(take, timeout_ns)) {
+  // As long as samples come, the device is alive, however slow its world: a paced one on a busy
+  // machine falls behind the wall clock.
+  std::uint64_t known_until_tick = 0;
+  while (!wait_until(take, silence_ns)) {
+    const std::lock_guard lock(mutex_);
+    if (received_until_tick_ > known_until_tick) {
+      known_until_tick = received_until_tick_;
+      continue;
+    }
     throw Timeout("telemetry dried up: " + std::to_string(collected.size()) +
                   " samples came, then nothing more; does another program use the device?");
   }

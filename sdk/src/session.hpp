@@ -112,9 +112,9 @@ class Session {
   /// Waits for samples and takes them. @returns how many; 0 if none came in time
   std::size_t read(std::span<TelemetrySample> out, std::int64_t timeout_ns);
   /// Waits for all samples of ticks [first, end) of a stream and takes them; forgets older ones.
-  /// @throws Timeout if they do not come within `timeout_ns`
+  /// @throws Timeout if for `silence_ns` none comes
   std::vector<TelemetrySample> collect(std::uint64_t first_tick, std::uint64_t end_tick,
-                                       unsigned decimation, std::int64_t timeout_ns);
+                                       unsigned decimation, std::int64_t silence_ns);
 
  private:
   struct Pending {

@@ -30,7 +30,8 @@ struct Script {
   std::uint8_t status = 0;
   std::uint8_t field = protocol::kNoField;
   std::deque<ReportBytes> input;
-  int room = 1 << 30;  // reports until the queue is full
+  int room = 1 << 30;                // reports until the queue is full
+  std::int64_t sample_every_ns = 0;  // of telemetry, whose ticks count up; 0: none comes
 };
 
 class FakeTransport final : public Transport {
@@ -83,6 +84,11 @@ class FakeTransport final : public Transport {
   void advance_to(std::int64_t time_ns) override {
     now_ns_ = time_ns;
     if (script_->room == 0) script_->room = 1;
+    if (script_->sample_every_ns > 0 && now_ns_ >= next_sample_ns_) {
+      script_->input.push_back(
+          protocol::encode(protocol::Telemetry{.decimation = 1, .tick = next_tick_++}));
+      next_sample_ns_ = now_ns_ + script_->sample_every_ns;
+    }
   }
 
  private:
@@ -98,6 +104,8 @@ class FakeTransport final : public Transport {
 
   std::shared_ptr<Script> script_;
   std::int64_t now_ns_ = 0;
+  std::int64_t next_sample_ns_ = 0;
+  std::uint64_t next_tick_ = 0;
 };
 
 Knob open(const std::shared_ptr<Script>& script) {
@@ -137,6 +145,16 @@ TEST_CASE("a silent device is a Timeout, and the next call works again") {
   script->answers = true;
   knob.arm();
   CHECK_THROWS_AS((void)knob.record(0.1), Timeout);  // acknowledged, but no sample comes
+}
+
+TEST_CASE("a device whose world is slow is waited for as long as its samples come") {
+  const auto script = std::make_shared<Script>();
+  script->identity.control_period_ns = 1'000'000;
+  script->sample_every_ns = 700'000'000;
+  Knob knob = open(script);
+  CHECK(knob.record(0.004).size() == 4);  // takes 2.8 s
+  script->sample_every_ns = 0;
+  CHECK_THROWS_AS((void)knob.record(0.004), Timeout);
 }
 
 TEST_CASE("a refusal is told in words: why, which report, which field") {
