@@ -41,15 +41,15 @@ constexpr float clamp_symmetric(float value, float limit) {
   return value > limit ? limit : value < -limit ? -limit : value;
 }
 
-/// Decaying states end at exactly zero, before they become subnormal: those are slow on some
-/// processors and flushed by others.
-constexpr float flush_tiny(float value) { return absolute(value) < 1e-20F ? 0.0F : value; }
-
 /// The same for a number, never NaN.
 constexpr float clamp_number(float value, float limit) {
   if constexpr (kHasNumberMinMax) return __builtin_fmaxf(__builtin_fminf(value, limit), -limit);
   return clamp_symmetric(value, limit);
 }
+
+/// Decaying states end at exactly zero, before they become subnormal: those are slow on some
+/// processors and flushed by others.
+constexpr float flush_tiny(float value) { return absolute(value) < 1e-20F ? 0.0F : value; }
 
 /// sin(2 pi phase / 2^32). The phase wraps as unsigned integers do, so it never loses precision.
 /// Error below 2e-7 (odd minimax polynomial of degree 9 on a quarter turn).

@@ -39,19 +39,9 @@ constexpr T take(std::span<const std::uint8_t> bytes, std::size_t& at) {
 }
 
 // One encoder and one reader for each kind of field.
-template <class Owner, class T>
+template <class Owner, class Field>
 constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Value<Owner, T>& field) {
-  put(bytes, at, report.*field.member);
-}
-template <class Owner, std::size_t N>
-constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Choice<Owner, N>& field) {
-  put(bytes, at, report.*field.member);
-}
-template <class Owner, std::size_t N>
-constexpr void write(std::span<std::uint8_t> bytes, std::size_t& at, const Owner& report,
-                     const Bits<Owner, N>& field) {
+                     const Field& field) {
   put(bytes, at, report.*field.member);
 }
 template <class Owner, std::size_t N>

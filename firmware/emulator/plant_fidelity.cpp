@@ -35,6 +35,7 @@
 #include <vector>
 
 #include "emulator/fidelity.hpp"
+#include "emulator/plant_difference.hpp"
 #include "emulator/plant_stepper.hpp"
 
 namespace torsio::emulator {
@@ -58,11 +59,6 @@ constexpr double kRougher = 2.0;            // than anything in the trial: not s
 constexpr double kStepShare = 1.0 / 16.0;   // of what may be spent, in one step
 constexpr double kMargin = 1.25;            // on what the samples stand for
 constexpr double kForget = 1.0 / 128.0;     // weight of the newest in a recent mean
-
-double angle_between(const Angle& a, const Angle& b) {
-  return static_cast<double>(a.revolutions - b.revolutions) * Angle::kTurnRad +
-         (a.fraction_rad - b.fraction_rad);
-}
 
 Error larger(const Error& a, const Error& b) {
   return {std::max(a.angle_rad, b.angle_rad), std::max(a.torque_nm, b.torque_nm),
@@ -123,10 +119,6 @@ class FidelityStepper final : public Stepper {
   [[nodiscard]] double cost_of(std::size_t choice) const {
     return choices_[choice].substeps * theta_step_cost_ns(model_);
   }
-  [[nodiscard]] Error between(const PlantState& a, const PlantState& b) const;
-  /// What may come of a difference, with all of its energy in the shaft spring.
-  [[nodiscard]] Error bound_between(const PlantState& a, const PlantState& b) const;
-  [[nodiscard]] bool kinks(const PlantState& a, const PlantState& b) const;
   /// Whether inputs jump at the begin of the step, or did so just before.
   [[nodiscard]] bool jumps(const PlantState& state, const HeldInputs& inputs);
   [[nodiscard]] std::size_t moving(const PlantState& state) const {
@@ -217,49 +209,6 @@ double FidelityStepper::take_cheap(std::size_t choice, PlantState& state, const 
   }
   account_->counts.cost_ns += cost_of(choice);
   return cost_of(choice);
-}
-
-Error FidelityStepper::between(const PlantState& a, const PlantState& b) const {
-  Error error;
-  error.angle_rad = std::abs(angle_between(a.knob_angle, b.knob_angle));
-  if (model_.has_spring()) {
-    error.torque_nm =
-        std::abs(spring_torque_nm(model_, a.twist_rad[0]) -
-                 spring_torque_nm(model_, b.twist_rad[0])) +
-        model_.damping_nm_s_per_rad[0] *
-            std::abs(a.speed_rad_s[0] - b.speed_rad_s[0] - a.speed_rad_s[1] + b.speed_rad_s[1]);
-  }
-  error.speed_rad_s = std::abs(a.speed_rad_s[0] - b.speed_rad_s[0]);
-  return error;
-}
-
-Error FidelityStepper::bound_between(const PlantState& a, const PlantState& b) const {
-  Error error = between(a, b);
-  if (!model_.has_spring()) return error;
-  double stiffest = 0.0;
-  for (const SpringPiece& piece : model_.shaft_spring) {
-    stiffest = std::max(stiffest, piece.stiffness_nm_per_rad);
-  }
-  const double twist = a.twist_rad[0] - b.twist_rad[0];
-  const double belt = a.twist_rad[1] - b.twist_rad[1];
-  double square = stiffest * twist * twist + model_.belt_stiffness_nm_per_rad * belt * belt;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(model_.shafts); ++i) {
-    const double speed = a.speed_rad_s[i] - b.speed_rad_s[i];
-    square += model_.inertia_kg_m2[i] * speed * speed;
-  }
-  error.torque_nm = std::max(error.torque_nm, std::sqrt(stiffest * square));
-  return error;
-}
-
-bool FidelityStepper::kinks(const PlantState& a, const PlantState& b) const {
-  const auto sign = [](double speed) { return (speed > 0.0) - (speed < 0.0); };
-  const auto last = static_cast<std::size_t>(model_.last_shaft());
-  return sign(a.speed_rad_s[0]) != sign(b.speed_rad_s[0]) ||
-         sign(a.speed_rad_s[last]) != sign(b.speed_rad_s[last]) ||
-         (model_.has_spring() &&
-          spring_piece_at(model_, a.twist_rad[0]) != spring_piece_at(model_, b.twist_rad[0])) ||
-         (!model_.knob_is_driven() &&
-          cogging_at(model_, a.knob_angle).index != cogging_at(model_, b.knob_angle).index);
 }
 
 bool FidelityStepper::jumps(const PlantState& state, const HeldInputs& inputs) {
@@ -377,7 +326,7 @@ void FidelityStepper::step_exactly(PlantState& state, const HeldInputs& inputs,
   const double cost_ns = take_exact(state, inputs, duration_ns);
   counts.exact_cost_ns += cost_ns;
   ++counts.by_method[static_cast<std::size_t>(Method::exact)];
-  const bool event = jump || kinks(before, state);
+  const bool event = jump || kinks(model_, before, state);
   now_.events += kForget * ((event ? 1.0 : 0.0) - now_.events);
   learn(event, cost_ns);
   if (account_->tolerance() < kRoundingMatters && now_.steps % kHalvesOneIn == kHalvesOneIn - 1) {
@@ -424,12 +373,12 @@ void FidelityStepper::try_choices(const PlantState& before, const PlantState& af
     } else {
       const PlantState begin = twin;
       take_cheap(i, twin, inputs, duration_ns);
-      if (kinks(begin, twin)) {
+      if (kinks(model_, begin, twin)) {
         twin = begin;
         take_exact(twin, inputs, duration_ns);
       }
     }
-    now_.worst[i] = larger(now_.worst[i], between(twin, after));
+    now_.worst[i] = larger(now_.worst[i], between(model_, twin, after));
     now_.fails[i] = account_->carried_with(now_.worst[i]) > allowed;
     any = any || !now_.fails[i];
   }
@@ -474,7 +423,7 @@ void FidelityStepper::step_cheaply(PlantState& state, const HeldInputs& inputs,
   bool event = jumps(state, inputs);
   if (!event) {
     take_cheap(now_.chosen, state, inputs, duration_ns);
-    event = kinks(before, state);
+    event = kinks(model_, before, state);
     const Roughness rough = roughness(before, state);
     Roughness& known = now_.roughest[moving(before)];
     if (!event && (rough.change > kRougher * known.change || rough.bend > kRougher * known.bend)) {
@@ -482,7 +431,7 @@ void FidelityStepper::step_cheaply(PlantState& state, const HeldInputs& inputs,
       event = true;
       exact = before;
       exact_cost_ns = take_exact(exact, inputs, duration_ns);
-      if (account_->carried_with(bound_between(state, exact)) <
+      if (account_->carried_with(bound_between(model_, state, exact)) <
           account_->carried() + kStepShare * (spendable() - account_->carried())) {
         known = {std::max(known.change, rough.change), std::max(known.bend, rough.bend)};
       }
@@ -509,7 +458,7 @@ void FidelityStepper::step_cheaply(PlantState& state, const HeldInputs& inputs,
     } else {
       const PlantState begin = twin;
       take_cheap(now_.chosen, twin, inputs, duration_ns);
-      if (kinks(begin, twin)) {
+      if (kinks(model_, begin, twin)) {
         twin = begin;
         take_exact(twin, inputs, duration_ns);
       }
@@ -517,8 +466,8 @@ void FidelityStepper::step_cheaply(PlantState& state, const HeldInputs& inputs,
   }
 
   // As much as the samples stand for, and no less than was seen in the trial.
-  now_.worst[0] = larger(now_.worst[0],
-                         scaled(between(state, twin), kMargin * static_cast<double>(kSampleOneIn)));
+  now_.worst[0] = larger(now_.worst[0], scaled(between(model_, state, twin),
+                                               kMargin * static_cast<double>(kSampleOneIn)));
   account_->pending = now_.worst[0];
   account_->meet(now_.worst[0]);
   if (account_->carried_with(now_.worst[0]) > spendable() || !pays(now_.chosen, 0.0)) give_up();
@@ -544,7 +493,7 @@ void FidelityStepper::check_rounding(const PlantState& before, const PlantState&
   halves_->step(halves, inputs, duration_ns - duration_ns / 2);
   if (duration_ns > 1) halves_->step(halves, inputs, duration_ns / 2);
   account_->counts.cost_ns += halves_->nominal_cost_ns() - before_ns;
-  account_->carry(scaled(between(halves, after), static_cast<double>(kHalvesOneIn)));
+  account_->carry(scaled(between(model_, halves, after), static_cast<double>(kHalvesOneIn)));
   const auto& taken = account_->counts.by_method;
   const bool always_exact = taken[static_cast<std::size_t>(Method::trapezoid)] == 0 &&
                             taken[static_cast<std::size_t>(Method::semi_implicit)] == 0;

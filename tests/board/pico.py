@@ -180,6 +180,19 @@ class EmulatedPico:
         """Give a command and return the name of its status."""
         return STATUS[self.send("command", op=op)["status"]]
 
+    def arm_at_wall(self, walls: int = 1, **values: Any) -> None:
+        """Arm with a wall that begins at angle 0, or with so many of them."""
+        wall = {
+            "angle_turns_q32": 0,
+            "side": "above",
+            "stiffness_nm_per_rad": 2.0,
+            "damping_nm_s_per_rad": 0.0,
+        }
+        for slot in range(walls):
+            assert self.send("wall", slot=slot, **wall | values)["status"] == 0
+        assert self.send("commit", active=(1 << walls) - 1)["status"] == 0
+        assert self.command("arm") == "ok"
+
     def acknowledgement(self, reads: int = 400) -> dict[str, Any]:
         """Return the acknowledgement of the newest report; keep whatever else comes."""
         for _ in range(reads):

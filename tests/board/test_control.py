@@ -26,10 +26,7 @@ def _position(pico: EmulatedPico) -> int:
 def _wall(pico: EmulatedPico, side: str = "above", beta: float = 0.5) -> None:
     """Arm with a wall at angle 0 that is at full strength."""
     assert pico.set("control_config", beta=beta, passive_ramp_s=0.005)["status"] == 0
-    wall = {"angle_turns_q32": 0, "side": side, "stiffness_nm_per_rad": 2.0}
-    assert pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)["status"] == 0
-    assert pico.send("commit", active=1)["status"] == 0
-    assert pico.command("arm") == "ok"
+    pico.arm_at_wall(side=side)
     pico.run(6)
 
 

@@ -14,10 +14,7 @@ PWM_STEP = 1 / 2500
 def _push_hard(pico: EmulatedPico) -> None:
     """Arm and go so deep into a wall that motor and brake are at their limits."""
     assert pico.set("control_config", passive_ramp_s=0.005)["status"] == 0
-    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 2.0}
-    pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)
-    pico.send("commit", active=1)
-    assert pico.command("arm") == "ok"
+    pico.arm_at_wall()
     pico.turn(300)
     pico.run(12)
 

@@ -6,14 +6,13 @@ import pytest
 
 from tests.board.pico import MS, SLOTS_AT, EmulatedPico, PowerCut, enumerated
 
+WEAK_DAMPED = {"stiffness_nm_per_rad": 0.1, "damping_nm_s_per_rad": 1e-4}
+
 
 def _push(pico: EmulatedPico) -> None:
     """Arm, and push into a wall until motor and brake are on."""
     assert pico.set("control_config", passive_ramp_s=0.005, watchdog_s=0.05)["status"] == 0
-    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 2.0}
-    pico.send("wall", slot=0, damping_nm_s_per_rad=0.0, **wall)
-    pico.send("commit", active=1)
-    assert pico.command("arm") == "ok"
+    pico.arm_at_wall()
     pico.turn(120)
     pico.run(8)
     assert pico.motor()
@@ -204,16 +203,6 @@ def test_bootloader_is_refused_while_armed_and_arming_on_the_way_to_it(
     assert pico.do("high_share", pins=[6, 7, 8, 9, 10]) == [0] * 5
 
 
-def _play_walls(pico: EmulatedPico, walls: int) -> None:
-    """Arm inside so many walls at once."""
-    wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 0.1}
-    for slot in range(walls):
-        sent = pico.send("wall", slot=slot, damping_nm_s_per_rad=1e-4, **wall)
-        assert sent["status"] == 0
-    assert pico.send("commit", active=(1 << walls) - 1)["status"] == 0
-    assert pico.command("arm") == "ok"
-
-
 # Twelve take a little more than the period, so that hardly a tick is missed, and yet the main loop
 # gets no time.
 @pytest.mark.parametrize("walls", [12, 16])
@@ -221,7 +210,7 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     pico: EmulatedPico, walls: int
 ) -> None:
     pico.turn(60)
-    _play_walls(pico, walls)
+    pico.arm_at_wall(walls, **WEAK_DAMPED)
     pico.run(3)
     assert pico.motor() is None
     assert pico.brake() is None
@@ -230,7 +219,7 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     assert health["tick_overruns"] > 0 or walls == 12
     assert health["tick_time_max_ns"] > 95_000
     assert pico.command("clear_fault") == "ok"
-    _play_walls(pico, 8)
+    pico.arm_at_wall(8, **WEAK_DAMPED)
     pico.run(20)
     assert pico.get("health")["state"] == "armed"
     assert pico.status()["watchdog_resets"] == 0
@@ -240,7 +229,7 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
 def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: int) -> None:
     pico.turn(60)
     if walls:
-        _play_walls(pico, walls)
+        pico.arm_at_wall(walls, **WEAK_DAMPED)
     pico.run(5)
     health = pico.get("health")
     seen = pico.status()["tick_ns"]

@@ -6,10 +6,8 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <mutex>
-#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -44,18 +42,14 @@ wchar_t* copy_of(const std::wstring& text) {
 
 }  // namespace
 
-FakeBus::FakeBus()
-    : lock_directory_((std::filesystem::temp_directory_path() / "torsio-test-XXXXXX").string()) {
-  if (mkdtemp(lock_directory_.data()) == nullptr)
-    throw std::runtime_error("no directory for locks");
-  setenv("XDG_RUNTIME_DIR", lock_directory_.c_str(), 1);
+FakeBus::FakeBus() {
+  setenv("XDG_RUNTIME_DIR", lock_directory().c_str(), 1);
   const std::lock_guard lock(bus().mutex);
   bus().ports.clear();
 }
 
 FakeBus::~FakeBus() {
   unsetenv("XDG_RUNTIME_DIR");
-  std::filesystem::remove_all(lock_directory_);
   const std::lock_guard lock(bus().mutex);
   bus().ports.clear();
 }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "emulator/emulated_device.hpp"
+#include "temporary_directory.hpp"
 
 namespace torsio::test {
 
@@ -42,10 +43,10 @@ class FakeBus {
   void unplug(const std::string& path);
   void set_emergency_stop(const std::string& path, bool pressed);
   [[nodiscard]] int open_handles(const std::string& path) const;
-  [[nodiscard]] const std::string& lock_directory() const { return lock_directory_; }
+  [[nodiscard]] const std::string& lock_directory() const { return lock_directory_.path(); }
 
  private:
-  std::string lock_directory_;
+  TemporaryDirectory lock_directory_;
 };
 
 }  // namespace torsio::test

@@ -18,6 +18,7 @@
 #include "device_watcher.hpp"
 #include "sdk/errors.hpp"
 #include "sdk/fake_hidapi.hpp"
+#include "temporary_directory.hpp"
 #include "torsio/watch.hpp"
 
 using namespace torsio;
@@ -60,23 +61,16 @@ using Texts = std::vector<std::string>;
 /// A directory in the part of /dev, and its files in the part of the kernel's list of devices.
 class FakeDev {
  public:
-  FakeDev() : path_((std::filesystem::temp_directory_path() / "torsio-dev-XXXXXX").string()) {
-    REQUIRE(mkdtemp(path_.data()) != nullptr);
-  }
-  ~FakeDev() { std::filesystem::remove_all(path_); }
-  FakeDev(const FakeDev&) = delete;
-  FakeDev& operator=(const FakeDev&) = delete;
-
   /// Puts the device on the list, then makes its file, as the kernel does.
   void plug_in(const std::string& name, const std::string& problem = {}) {
     set(name, problem);
-    std::ofstream(path_ + "/" + name).close();
+    std::ofstream(path() + "/" + name).close();
   }
   /// Removes the file first, and takes the device off the list when told.
-  void remove_file(const std::string& name) { std::filesystem::remove(path_ + "/" + name); }
+  void remove_file(const std::string& name) { std::filesystem::remove(path() + "/" + name); }
   void forget(const std::string& name) {
     const std::lock_guard lock(mutex_);
-    std::erase_if(devices_, [&](const auto& listed) { return listed.path == path_ + "/" + name; });
+    std::erase_if(devices_, [&](const auto& listed) { return listed.path == path() + "/" + name; });
   }
   void unplug(const std::string& name) {
     remove_file(name);
@@ -85,7 +79,7 @@ class FakeDev {
   /// What udev does: another attribute of the file.
   void allow(const std::string& name) {
     set(name, {});
-    std::filesystem::permissions(path_ + "/" + name, std::filesystem::perms::owner_all);
+    std::filesystem::permissions(path() + "/" + name, std::filesystem::perms::owner_all);
   }
 
   [[nodiscard]] WatchSource source() {
@@ -95,23 +89,23 @@ class FakeDev {
                   ++looks_;
                   return devices_;
                 },
-            .directory = path_,
+            .directory = path(),
             .prefix = "hidraw"};
   }
   [[nodiscard]] int looks() {
     const std::lock_guard lock(mutex_);
     return looks_;
   }
-  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] const std::string& path() const { return directory_.path(); }
 
  private:
   void set(const std::string& name, const std::string& problem) {
     forget(name);
     const std::lock_guard lock(mutex_);
-    devices_.push_back(knob_at(path_ + "/" + name, "S-" + name, problem));
+    devices_.push_back(knob_at(path() + "/" + name, "S-" + name, problem));
   }
 
-  std::string path_;
+  test::TemporaryDirectory directory_;
   std::mutex mutex_;
   std::vector<ListedDevice> devices_;
   int looks_ = 0;

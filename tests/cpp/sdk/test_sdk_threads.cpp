@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "sdk/busy_threads.hpp"
 #include "torsio/knob.hpp"
 
 using namespace torsio;
@@ -44,32 +45,11 @@ TEST_CASE("a paced emulated knob keeps to the wall clock") {
 TEST_CASE("calls of several threads on a paced knob all get their answers") {
   Knob knob = Knob::open("emulated", paced());
   knob.arm();
-  std::atomic<bool> go_on = true;
-  std::vector<std::thread> threads;
-  threads.emplace_back([&] {
-    for (int i = 0; go_on; ++i) knob.play(Constant{.torque_nm = 1e-5 * (i % 100)});
-  });
-  threads.emplace_back([&] {
-    while (go_on) {
-      (void)knob.clock();
-      (void)knob.health();
-      (void)knob.state();
-      (void)knob.statistics();
-      (void)knob.info();
-    }
-  });
-  threads.emplace_back([&] {
-    while (go_on) {
-      knob.stream_local_model({.torque_nm = 1e-3, .deadline_s = 1.0});
-      std::this_thread::sleep_for(2ms);
-    }
-  });
-  threads.emplace_back([&] {
-    while (go_on) knob.emulator()->set_hand(TorqueHand{{{0.0, 0.03}}});
-  });
-  CHECK(knob.record(0.5).size() == 500);
-  go_on = false;
-  for (std::thread& thread : threads) thread.join();
+  {
+    test::BusyThreads threads(knob);
+    threads.keep_doing([&] { knob.emulator()->set_hand(TorqueHand{{{0.0, 0.03}}}); });
+    CHECK(knob.record(0.5).size() == 500);
+  }
   CHECK(knob.state() == State::armed);
   CHECK(knob.statistics().samples_lost == 0);
 }
