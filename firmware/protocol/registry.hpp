@@ -87,7 +87,7 @@ class Hash {
 
 /// Hash over the id, direction, field names and types of every report: whoever was built from other
 /// layouts has another one. Wording and ranges do not enter.
-constexpr std::uint32_t fingerprint() {
+consteval std::uint32_t fingerprint() {
   detail::Hash hash;
   for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {
     hash.add(Layout<Report>::id);

@@ -140,3 +140,28 @@ def test_uf2_holds_exactly_what_the_elf_loads(board: str, chip: str) -> None:
     elf = (mcu.FIRMWARE / f"torsio-{board}.elf").read_bytes()
     image = (mcu.FIRMWARE / f"torsio-{board}.uf2").read_bytes()
     assert uf2.check(image, chip) == uf2.read_elf(elf)
+
+
+def test_boot_rom_of_the_rp2350_finds_what_it_starts() -> None:
+    """Within 4 kB stands an IMAGE_DEF, and its block loop closes (RP2350 datasheet, 5.9)."""
+    pages = uf2.check((mcu.FIRMWARE / "torsio-pico2.uf2").read_bytes(), "rp2350")
+    flash = {address + at: byte for address, page in pages.items() for at, byte in enumerate(page)}
+
+    def word(address: int) -> int:
+        return int.from_bytes(bytes(flash[address + at] for at in range(4)), "little")
+
+    block_begin, block_end = 0xFFFFDED3, 0xAB123579
+    start = min(flash)
+    first = next(at for at in range(start, start + 4096, 4) if word(at) == block_begin)
+    # One word of image type: an executable, secure, for Arm, for this chip.
+    assert word(first + 4) == 0x42 | 1 << 8 | (0x1 | 2 << 4 | 1 << 12) << 16
+    block, visited = first, []
+    while not visited or block != first:
+        assert block not in visited
+        visited.append(block)
+        assert word(block) == block_begin
+        last = block + 4
+        while word(last) & 0xFF != 0xFF:  # the item that closes the list
+            last += 4 * (word(last) >> 8 & 0xFF)
+        assert word(last + 8) == block_end
+        block = (block + word(last + 4)) % 2**32
