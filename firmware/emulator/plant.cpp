@@ -20,7 +20,8 @@ const Profile* profile_of(const Hand& hand) {
 }
 
 void require(bool condition, const char* message) {
-  if (!condition) throw std::invalid_argument(message);
+  if (!condition) [[unlikely]]
+    throw std::invalid_argument(message);
 }
 
 }  // namespace
