@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "emulator/plant_chain.hpp"
@@ -14,6 +16,12 @@ namespace torsio::emulator {
 
 /// Two numbers that a processor multiplies and adds at once where it can; GCC and Clang know it.
 using Pair = double __attribute__((vector_size(2 * sizeof(double))));
+
+inline Pair magnitude(Pair pair) {
+  using Bits = std::int64_t __attribute__((vector_size(sizeof(Pair))));
+  constexpr std::int64_t kAllButSign = std::numeric_limits<std::int64_t>::max();
+  return std::bit_cast<Pair>(std::bit_cast<Bits>(pair) & Bits{kAllButSign, kAllButSign});
+}
 
 /// What is watched for events, each a linear function of the state: the room that friction has on
 /// knob and brake, which is the speed of a shaft that slips or what is left of the friction that
@@ -32,7 +40,7 @@ struct Rung {
   /// at its first speed is left out. And the bends: for each watch how far at most the value leaves
   /// the straight line from its begin to its end. Such bounds make it cheap to be sure of no event.
   struct Column {
-    std::array<double, C::kMoving> change;
+    std::array<Pair, C::kMoving / 2> change;
     Pair friction_bend;
     Pair piece_bend;
   };
@@ -75,26 +83,24 @@ typename Chain<kShafts>::Vector advanced(const Chain<kShafts>& chain, const Regi
                                          const typename Chain<kShafts>::Vector& z,
                                          const typename Chain<kShafts>::Drives& drive) {
   using C = Chain<kShafts>;
-  std::array<double, C::kMoving> change{};
+  constexpr std::size_t kPairs = C::kMoving / 2;
+  static_assert(C::kMoving % 2 == 0);
+  std::array<Pair, kPairs> change{};
   unrolled<C::kDrives>([&](auto j) {
     if constexpr (acts<kShafts, kMoving>(j)) {
-      const auto& column = rung.columns[j].change;
-      unrolled<C::kMoving>([&](auto i) {
-        constexpr bool kRowOfKnob = i == C::kSpeed || i == C::kTravel;
-        constexpr bool kRowOfBrake = kShafts > 1 && i == C::kLast;
-        if constexpr ((kRowOfKnob && !kMoving.knob) || (kRowOfBrake && !kMoving.brake)) return;
-        change[i] += column[i] * drive[j];
-      });
+      const Pair both{drive[j], drive[j]};
+      unrolled<kPairs>([&](auto i) { change[i] += rung.columns[j].change[i] * both; });
     }
   });
-  typename C::Vector next = z;
+  typename C::Vector next;
+  unrolled<C::kSize>([&](auto i) { next[i] = z[i]; });
   if constexpr (kMoving.knob || kMoving.brake) {
-    for (std::size_t i = 0; i < C::kMoving; ++i) next[i] += change[i];
+    unrolled<C::kMoving>([&](auto i) { next[i] += change[i / 2][i % 2]; });
   }
   next[C::kMotorGap] += rung.motor_change * drive[C::kMotorDrive];
   next[C::kForce] += rung.step_s * drive[C::kForcing];
   if constexpr (kMoving.knob) {
-    next[C::kForce] -= chain.knob_stiffness(regime) * change[C::kTravel];
+    next[C::kForce] -= chain.knob_stiffness(regime) * change[C::kTravel / 2][C::kTravel % 2];
     next[C::kTravel] += rung.step_s * z[C::kSpeed];
   }
   if constexpr (kShafts > 1) next[C::kBrakeGap] += rung.brake_change * drive[C::kBrakeDrive];
@@ -118,8 +124,7 @@ Pair bends_of(Pair Rung<kShafts>::Column::* watched, const Rung<kShafts>& rung,
   Pair bend{};
   unrolled<Chain<kShafts>::kDrives>([&](auto j) {
     if constexpr (bends<kShafts, kMoving>(j)) {
-      const double size = std::abs(drive[j]);
-      bend += rung.columns[j].*watched * Pair{size, size};
+      bend += rung.columns[j].*watched * magnitude(Pair{drive[j], drive[j]});
     }
   });
   return bend;
@@ -165,7 +170,7 @@ template <int kShafts>
         for (std::size_t row = 0; row < C::kMoving; ++row) whole[row] += first[row];
       }
       for (std::size_t row = 0; row < C::kMoving; ++row) {
-        rung.columns[drive].change[row] = whole[row];
+        rung.columns[drive].change[row / 2][row % 2] = whole[row];
       }
     }
   }
