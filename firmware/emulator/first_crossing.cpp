@@ -46,8 +46,12 @@ double refine(const Polynomial& polynomial, double low, double high, double s) {
     }
     (value > 0.0 ? low : high) = s;
     double next = s - value / slope;
-    if (!(next > low && next < high)) next = 0.5 * (low + high);
-    if (std::abs(next - s) <= 1e-15 || next <= low || next >= high) return next;
+    double enough = 1e-10;  // Newton squares what is missing
+    if (!(next > low && next < high)) {
+      next = 0.5 * (low + high);
+      enough = 1e-15;
+    }
+    if (std::abs(next - s) <= enough || next <= low || next >= high) return next;
     s = next;
   }
   return s;
@@ -100,11 +104,7 @@ std::optional<double> first_crossing(const Polynomial& polynomial, double tolera
   // Most curves are nearly straight, and simpler bounds than Bernstein's settle them. The first
   // coefficient that counts decides alone if it outweighs all that follow.
   double rest = 0.0;
-  double rest_of_slope = 0.0;
   for (std::size_t k = 1; k < kCount; ++k) rest += std::abs(polynomial[k]);
-  for (std::size_t k = 2; k < kCount; ++k) {
-    rest_of_slope += static_cast<double>(k) * std::abs(polynomial[k]);
-  }
   for (std::size_t k = 0; k < kCount; ++k) {
     if (std::abs(polynomial[k]) > tolerance) {
       if (polynomial[k] < 0.0) return 0.0;
@@ -113,10 +113,16 @@ std::optional<double> first_crossing(const Polynomial& polynomial, double tolera
     }
     if (k + 1 < kCount) rest -= std::abs(polynomial[k + 1]);
   }
+  double rest_of_slope = 0.0;
+  for (std::size_t k = 2; k < kCount; ++k) {
+    rest_of_slope += static_cast<double>(k) * std::abs(polynomial[k]);
+  }
   if (polynomial[0] > tolerance && -polynomial[1] > rest_of_slope) {
-    // It falls all the way.
+    // It falls all the way. The parabola of its first terms is a good begin.
     if (evaluate(polynomial, 1.0) >= -tolerance) return std::nullopt;
-    return refine(polynomial, 0.0, 1.0, -polynomial[0] / polynomial[1]);
+    const double fall = -0.5 * polynomial[1];
+    const double square = std::max(0.0, fall * fall - polynomial[0] * polynomial[2]);
+    return refine(polynomial, 0.0, 1.0, polynomial[0] / (fall + std::sqrt(square)));
   }
 
   Bernstein b{};

@@ -20,7 +20,8 @@ const Profile* profile_of(const Hand& hand) {
 }
 
 void require(bool condition, const char* message) {
-  if (!condition) throw std::invalid_argument(message);
+  if (!condition) [[unlikely]]
+    throw std::invalid_argument(message);
 }
 
 }  // namespace
@@ -121,19 +122,18 @@ void Plant::advance(std::int64_t duration_ns) {
   // call happens to end: from there, the next call goes back to the begin of the step.
   if (between_) state_ = anchor_;
   between_ = false;
-  while (true) {
+  do {
     const std::int64_t boundary_ns = std::min(grid_ns_, inputs_.hand.end_ns);
-    if (boundary_ns > target_ns) break;
-    if (boundary_ns > state_.time_ns) {
-      stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
+    if (boundary_ns > target_ns) {
+      anchor_ = state_;
+      between_ = true;
+      stepper_->step(state_, inputs_, target_ns - state_.time_ns);
+      return;
     }
+    stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
     if (boundary_ns == grid_ns_) grid_ns_ += params_.integration.step_ns;
     if (boundary_ns == inputs_.hand.end_ns) refresh_hand_segment();
-  }
-  if (target_ns == state_.time_ns) return;
-  anchor_ = state_;
-  between_ = true;
-  stepper_->step(state_, inputs_, target_ns - state_.time_ns);
+  } while (state_.time_ns < target_ns);
 }
 
 }  // namespace torsio::emulator

@@ -38,13 +38,15 @@ struct Chain {
   static constexpr std::size_t kTravel =
       kTwist + kSprings;  ///< of the knob since the begin of the step, rad
   static constexpr std::size_t kMoving = kTravel + 1;
-  // What drives:
+  // What drives, first what varies ...
   static constexpr std::size_t kMotorGap = kMoving;     ///< motor torque less its command, N m
   static constexpr std::size_t kForce = kMotorGap + 1;  ///< command, hand, cogging on the knob, N m
-  static constexpr std::size_t kSlope = kForce + 1;     ///< of the hand's force, N m/s
-  static constexpr std::size_t kCoulomb = kSlope + 1;   ///< friction of the knob, N m
-  static constexpr std::size_t kBrakeGap = kCoulomb + 1;   ///< capacity less its target, N m
-  static constexpr std::size_t kCapacity = kBrakeGap + 1;  ///< target and drag of the brake, N m
+  static constexpr std::size_t kBrakeGap = kForce + 1;  ///< capacity less its target, N m
+  static constexpr std::size_t kVarying = kShafts > 1 ? kBrakeGap + 1 : kForce + 1;
+  // ... and then what is constant:
+  static constexpr std::size_t kSlope = kVarying;         ///< of the hand's force, N m/s
+  static constexpr std::size_t kCoulomb = kSlope + 1;     ///< friction of the knob, N m
+  static constexpr std::size_t kCapacity = kCoulomb + 1;  ///< target and drag of the brake, N m
   static constexpr std::size_t kSize = kShafts > 1 ? kCapacity + 1 : kCoulomb + 1;
 
   using Vector = std::array<double, kSize>;
@@ -64,29 +66,42 @@ struct Chain {
   explicit Chain(const PlantModel& model_in)
       : model(model_in),
         motor_rate(model.motor_time_constant_s > 0.0 ? 1.0 / model.motor_time_constant_s : 0.0),
-        brake_rate(model.brake_time_constant_s > 0.0 ? 1.0 / model.brake_time_constant_s : 0.0) {
-    for (std::size_t i = 0; i < kShafts; ++i) mobility[i] = 1.0 / model.inertia_kg_m2[i];
+        brake_rate(model.brake_time_constant_s > 0.0 ? 1.0 / model.brake_time_constant_s : 0.0),
+        hand_stiffness(model.hand_stiffness_nm_per_rad) {
+    for (std::size_t i = 0; i < kShafts; ++i) {
+      mobility[i] = 1.0 / model.inertia_kg_m2[i];
+      viscous[i] = model.viscous_nm_s_per_rad[i];
+    }
+    for (std::size_t i = 0; i < kSprings; ++i) damping[i] = model.damping_nm_s_per_rad[i];
+    for (std::size_t i = 0; i < model.shaft_spring.size(); ++i) {
+      shaft_stiffness[i] = model.shaft_spring[i].stiffness_nm_per_rad;
+    }
   }
 
   const PlantModel& model;
   double motor_rate;  ///< 1/s; 0 when there is no lag, as the gap is 0 then
   double brake_rate;
   std::array<double, kShafts> mobility{};  ///< 1 / inertia
+  // Copies of the model's, which are at hand where most of the time is spent:
+  std::array<double, kShafts> viscous{};    ///< N m s/rad
+  std::array<double, kSprings> damping{};   ///< N m s/rad
+  std::array<double, 3> shaft_stiffness{};  ///< of each piece, N m/rad
+  double hand_stiffness;                    ///< N m/rad
 
   [[nodiscard]] double stiffness(std::size_t spring, const Regime& regime) const {
     if (spring > 0) return model.belt_stiffness_nm_per_rad;
-    return model.shaft_spring[static_cast<std::size_t>(regime.spring_piece)].stiffness_nm_per_rad;
+    return shaft_stiffness[static_cast<std::size_t>(regime.spring_piece)];
   }
 
   /// Torque that a spring, its damping included, passes on to the shaft after it.
   [[nodiscard]] double link(const Vector& z, std::size_t spring, const Regime& regime) const {
     return stiffness(spring, regime) * z[kTwist + spring] +
-           model.damping_nm_s_per_rad[spring] * (z[kSpeed + spring] - z[kSpeed + spring + 1]);
+           damping[spring] * (z[kSpeed + spring] - z[kSpeed + spring + 1]);
   }
 
   /// All torque on the knob but its Coulomb friction.
   [[nodiscard]] double knob_demand(const Vector& z, const Regime& regime) const {
-    double torque = z[kForce] + z[kMotorGap] - model.viscous_nm_s_per_rad[0] * z[kSpeed];
+    double torque = z[kForce] + z[kMotorGap] - viscous[0] * z[kSpeed];
     if constexpr (kShafts > 1) torque -= link(z, 0, regime);
     return torque;
   }
@@ -95,7 +110,7 @@ struct Chain {
   [[nodiscard]] double brake_demand(const Vector& z, const Regime& regime) const
     requires(kShafts > 1)
   {
-    return link(z, kSprings - 1, regime) - model.viscous_nm_s_per_rad[kShafts - 1] * z[kLast];
+    return link(z, kSprings - 1, regime) - viscous[kShafts - 1] * z[kLast];
   }
 
   [[nodiscard]] double capacity(const Vector& z) const
@@ -123,8 +138,7 @@ struct Chain {
       drive[kTwisting + i] = z[kSpeed + i] - z[kSpeed + i + 1];
     }
     if constexpr (kShafts > 2) {
-      drive[kNet + 1] =
-          link(z, 0, regime) - link(z, 1, regime) - model.viscous_nm_s_per_rad[1] * z[kSpeed + 1];
+      drive[kNet + 1] = link(z, 0, regime) - link(z, 1, regime) - viscous[1] * z[kSpeed + 1];
     }
     if constexpr (kShafts > 1) {
       if (regime.brake != Slip::held) drive[kNetLast] = brake_net(z, regime);
@@ -163,7 +177,7 @@ struct Chain {
 
   /// Stiffness of everything that ties the knob to the ground.
   [[nodiscard]] double knob_stiffness(const Regime& regime) const {
-    return model.hand_stiffness_nm_per_rad - regime.cogging.slope_nm_per_rad;
+    return hand_stiffness - regime.cogging.slope_nm_per_rad;
   }
 
   /// An upper bound, of the right size, of how fast anything oscillates, rad/s, ...

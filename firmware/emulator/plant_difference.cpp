@@ -43,6 +43,25 @@ FidelityAccount::Error bound_between(const PlantModel& model, const PlantState& 
   return error;
 }
 
+FidelityAccount::Error larger(const FidelityAccount::Error& a, const FidelityAccount::Error& b) {
+  return {std::max(a.angle_rad, b.angle_rad), std::max(a.torque_nm, b.torque_nm),
+          std::max(a.speed_rad_s, b.speed_rad_s)};
+}
+
+FidelityAccount::Error scaled(const FidelityAccount::Error& error, double factor) {
+  return {factor * error.angle_rad, factor * error.torque_nm, factor * error.speed_rad_s};
+}
+
+bool nothing_brings_back(const PlantModel& model) {
+  double steepest = 0.0;  // rise of the cogging's torque along the turn
+  const std::size_t pieces = model.cogging_nm.size();
+  for (std::size_t i = 0; i < pieces; ++i) {
+    const double rise_nm = model.cogging_nm[(i + 1) % pieces] - model.cogging_nm[i];
+    steepest = std::max(steepest, rise_nm / model.cogging_period_rad * static_cast<double>(pieces));
+  }
+  return !model.knob_is_driven() && steepest >= model.hand_stiffness_nm_per_rad;
+}
+
 bool kinks(const PlantModel& model, const PlantState& a, const PlantState& b) {
   const auto sign = [](double speed) { return (speed > 0.0) - (speed < 0.0); };
   const auto last = static_cast<std::size_t>(model.last_shaft());

@@ -60,15 +60,6 @@ constexpr double kStepShare = 1.0 / 16.0;   // of what may be spent, in one step
 constexpr double kMargin = 1.25;            // on what the samples stand for
 constexpr double kForget = 1.0 / 128.0;     // weight of the newest in a recent mean
 
-Error larger(const Error& a, const Error& b) {
-  return {std::max(a.angle_rad, b.angle_rad), std::max(a.torque_nm, b.torque_nm),
-          std::max(a.speed_rad_s, b.speed_rad_s)};
-}
-
-Error scaled(const Error& error, double factor) {
-  return {factor * error.angle_rad, factor * error.torque_nm, factor * error.speed_rad_s};
-}
-
 class FidelityStepper final : public Stepper {
  public:
   FidelityStepper(const PlantModel& model, const Integration& integration,
@@ -152,7 +143,7 @@ class FidelityStepper final : public Stepper {
   std::unique_ptr<Stepper> halves_;      // exact steps of half the length, to check the exact ones
   std::vector<FidelityChoice> choices_;  // the cheap ones
   std::vector<std::unique_ptr<Stepper>> cheap_;
-  bool free_;  // nothing brings the knob's angle back, or not against the cogging
+  bool free_;  // nothing brings the knob's angle back
 
   Memory now_;
   // Before the last step, if that did not end on the grid: the plant may take it again.
@@ -167,15 +158,8 @@ FidelityStepper::FidelityStepper(const PlantModel& model, const Integration& int
       account_(std::move(account)),
       step_ns_(integration.step_ns),
       exact_(make_exact_stepper(model, integration.step_ns)),
-      halves_(make_exact_stepper(model, std::max<std::int64_t>(1, integration.step_ns / 2))) {
-  double steepest = 0.0;  // rise of the cogging's torque along the turn
-  const std::size_t pieces = model_.cogging_nm.size();
-  for (std::size_t i = 0; i < pieces; ++i) {
-    const double rise_nm = model_.cogging_nm[(i + 1) % pieces] - model_.cogging_nm[i];
-    steepest =
-        std::max(steepest, rise_nm / model_.cogging_period_rad * static_cast<double>(pieces));
-  }
-  free_ = !model_.knob_is_driven() && steepest >= model_.hand_stiffness_nm_per_rad;
+      halves_(make_exact_stepper(model, std::max<std::int64_t>(1, integration.step_ns / 2))),
+      free_(nothing_brings_back(model)) {
   for (const FidelityChoice& choice : fidelity_choices()) {
     if (free_) break;
     if (choice.method == Method::exact || choice.substeps > step_ns_) continue;

@@ -2,39 +2,34 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
-#include <type_traits>
-#include <utility>
 
-#include "emulator/first_crossing.hpp"
 #include "emulator/plant_chain.hpp"
+#include "emulator/plant_taylor.hpp"
 
 namespace torsio::emulator {
 
-/// Terms of the Taylor series of z(t) over t/step in [0, 1].
-template <int kShafts>
-using Series = std::array<typename Chain<kShafts>::Vector, kPolynomialDegree + 1>;
+/// Two numbers that a processor multiplies and adds at once where it can; GCC and Clang know it.
+using Pair = double __attribute__((vector_size(2 * sizeof(double))));
 
-template <int kShafts>
-Series<kShafts> taylor_series(const Chain<kShafts>& chain, const typename Chain<kShafts>::Vector& z,
-                              const Regime& regime, double step_s) {
-  Series<kShafts> series;
-  series[0] = z;
-  for (std::size_t k = 1; k < series.size(); ++k) {
-    series[k] = chain.rates(series[k - 1], regime);
-    const double scale = step_s / static_cast<double>(k);
-    for (double& term : series[k]) term *= scale;
-  }
-  return series;
+inline Pair magnitude(Pair pair) {
+  using Bits = std::int64_t __attribute__((vector_size(sizeof(Pair))));
+  constexpr std::int64_t kAllButSign = std::numeric_limits<std::int64_t>::max();
+  return std::bit_cast<Pair>(std::bit_cast<Bits>(pair) & Bits{kAllButSign, kAllButSign});
 }
 
-/// What is watched for events, each a linear function of the state. The first two are the room that
-/// friction has: the speed of a shaft that slips, or what is left of the friction that holds it.
-enum class Watch : std::size_t { knob, brake, twist, travel };
-constexpr std::size_t kWatches = 4;
+/// What is watched for events, each a linear function of the state: the room that friction has on
+/// knob and brake, which is the speed of a shaft that slips or what is left of the friction that
+/// holds it; and what is linear in pieces only, the shaft's twist and the knob's travel.
+constexpr int kKnob = 0;
+constexpr int kBrake = 1;
+constexpr int kTwisted = 0;
+constexpr int kTravelled = 1;
 
 /// One step length of a regime.
 template <int kShafts>
@@ -45,8 +40,9 @@ struct Rung {
   /// at its first speed is left out. And the bends: for each watch how far at most the value leaves
   /// the straight line from its begin to its end. Such bounds make it cheap to be sure of no event.
   struct Column {
-    std::array<double, C::kMoving> change;
-    std::array<double, kWatches> bend;
+    std::array<Pair, C::kMoving / 2> change;
+    Pair friction_bend;
+    Pair piece_bend;
   };
 
   double step_s = 0.0;
@@ -68,12 +64,15 @@ struct Moving {
 };
 constexpr Moving kAllMove{true, true};
 
-/// Calls `use(i)` for i = 0, 1, ... kCount - 1 with i as a constant of the compiler's.
-template <std::size_t kCount, class Use>
-constexpr void unrolled(Use&& use) {
-  [&]<std::size_t... kIndex>(std::index_sequence<kIndex...>) {
-    (use(std::integral_constant<std::size_t, kIndex>{}), ...);
-  }(std::make_index_sequence<kCount>{});
+/// Does a drive act on anything that is not still?
+template <int kShafts, Moving kMoving>
+constexpr bool acts(std::size_t drive) {
+  using C = Chain<kShafts>;
+  if (kShafts != 2) return true;
+  const bool of_knob = drive == C::kNet || drive == C::kForcing || drive == C::kMotorDrive;
+  const bool of_brake = drive == C::kNetLast || drive == C::kBrakeDrive;
+  if (!kMoving.knob && !kMoving.brake) return false;
+  return !(of_knob && !kMoving.knob) && !(of_brake && !kMoving.brake);
 }
 
 /// The state a step later: z + the integral of exp(M t) over the step times M z. The rates are
@@ -84,41 +83,49 @@ typename Chain<kShafts>::Vector advanced(const Chain<kShafts>& chain, const Regi
                                          const typename Chain<kShafts>::Vector& z,
                                          const typename Chain<kShafts>::Drives& drive) {
   using C = Chain<kShafts>;
-  constexpr bool kStill = kShafts == 2 && !kMoving.knob && !kMoving.brake;
-  std::array<double, C::kMoving> change{};
+  constexpr std::size_t kPairs = C::kMoving / 2;
+  static_assert(C::kMoving % 2 == 0);
+  std::array<Pair, kPairs> change{};
   unrolled<C::kDrives>([&](auto j) {
-    constexpr bool kOfKnob = j == C::kNet || j == C::kForcing || j == C::kMotorDrive;
-    constexpr bool kOfBrake = kShafts > 1 && (j == C::kNetLast || j == C::kBrakeDrive);
-    if constexpr (kStill || (kOfKnob && !kMoving.knob) || (kOfBrake && !kMoving.brake)) return;
-    const auto& column = rung.columns[j].change;
-    unrolled<C::kMoving>([&](auto i) {
-      constexpr bool kRowOfKnob = i == C::kSpeed || i == C::kTravel;
-      constexpr bool kRowOfBrake = kShafts > 1 && i == C::kLast;
-      if constexpr ((kRowOfKnob && !kMoving.knob) || (kRowOfBrake && !kMoving.brake)) return;
-      change[i] += column[i] * drive[j];
-    });
+    if constexpr (acts<kShafts, kMoving>(j)) {
+      const Pair both{drive[j], drive[j]};
+      unrolled<kPairs>([&](auto i) { change[i] += rung.columns[j].change[i] * both; });
+    }
   });
-  typename C::Vector next = z;
-  if constexpr (!kStill) {
-    for (std::size_t i = 0; i < C::kMoving; ++i) next[i] += change[i];
+  typename C::Vector next;
+  unrolled<C::kSize>([&](auto i) { next[i] = z[i]; });
+  if constexpr (kMoving.knob || kMoving.brake) {
+    unrolled<C::kMoving>([&](auto i) { next[i] += change[i / 2][i % 2]; });
   }
   next[C::kMotorGap] += rung.motor_change * drive[C::kMotorDrive];
   next[C::kForce] += rung.step_s * drive[C::kForcing];
   if constexpr (kMoving.knob) {
-    next[C::kForce] -= chain.knob_stiffness(regime) * change[C::kTravel];
+    next[C::kForce] -= chain.knob_stiffness(regime) * change[C::kTravel / 2][C::kTravel % 2];
     next[C::kTravel] += rung.step_s * z[C::kSpeed];
   }
   if constexpr (kShafts > 1) next[C::kBrakeGap] += rung.brake_change * drive[C::kBrakeDrive];
   return next;
 }
 
-/// How far at most a watched value leaves the straight line within the step.
-template <int kShafts>
-double bend_of(Watch watch, const Rung<kShafts>& rung,
-               const typename Chain<kShafts>::Drives& drive) {
-  double bend = 0.0;
+/// Can a drive bend a watched curve? A torque that friction takes up grows along a straight line.
+template <int kShafts, Moving kMoving>
+constexpr bool bends(std::size_t drive) {
+  using C = Chain<kShafts>;
+  if (kShafts != 2) return true;
+  if (!kMoving.knob && (drive == C::kNet || drive == C::kForcing)) return false;
+  if (!kMoving.brake && drive == C::kNetLast) return false;
+  return kMoving.knob || kMoving.brake || drive != C::kTwisting;
+}
+
+/// How far at most two watched values leave the straight line within the step.
+template <int kShafts, Moving kMoving = kAllMove>
+Pair bends_of(Pair Rung<kShafts>::Column::* watched, const Rung<kShafts>& rung,
+              const typename Chain<kShafts>::Drives& drive) {
+  Pair bend{};
   unrolled<Chain<kShafts>::kDrives>([&](auto j) {
-    bend += rung.columns[j].bend[static_cast<std::size_t>(watch)] * std::abs(drive[j]);
+    if constexpr (bends<kShafts, kMoving>(j)) {
+      bend += rung.columns[j].*watched * magnitude(Pair{drive[j], drive[j]});
+    }
   });
   return bend;
 }
@@ -135,8 +142,8 @@ typename Chain<kShafts>::Vector response(const Chain<kShafts>& chain, const Regi
 /// Makes the rungs of one regime, without their bends.
 /// @param shortest_s length of the last rung; short enough for the Taylor series
 template <int kShafts>
-void build_ladder(const Chain<kShafts>& chain, const Regime& regime, double shortest_s,
-                  std::span<Rung<kShafts>> rungs) {
+[[gnu::noinline]] void build_ladder(const Chain<kShafts>& chain, const Regime& regime,
+                                    double shortest_s, std::span<Rung<kShafts>> rungs) {
   using C = Chain<kShafts>;
   using Vector = typename C::Vector;
   const std::size_t last = rungs.size() - 1;
@@ -163,7 +170,7 @@ void build_ladder(const Chain<kShafts>& chain, const Regime& regime, double shor
         for (std::size_t row = 0; row < C::kMoving; ++row) whole[row] += first[row];
       }
       for (std::size_t row = 0; row < C::kMoving; ++row) {
-        rung.columns[drive].change[row] = whole[row];
+        rung.columns[drive].change[row / 2][row % 2] = whole[row];
       }
     }
   }
@@ -171,7 +178,8 @@ void build_ladder(const Chain<kShafts>& chain, const Regime& regime, double shor
 
 /// Works out the bends of rung 0 of `rungs` from the finer rungs after it.
 template <int kShafts>
-void find_bends(const Chain<kShafts>& chain, const Regime& regime, std::span<Rung<kShafts>> rungs) {
+[[gnu::noinline]] void find_bends(const Chain<kShafts>& chain, const Regime& regime,
+                                  std::span<Rung<kShafts>> rungs) {
   using C = Chain<kShafts>;
   using Vector = typename C::Vector;
   // A bend is largest near a sample, not at one; of a sine of 2 rad a step, the fastest that a rung
@@ -185,35 +193,36 @@ void find_bends(const Chain<kShafts>& chain, const Regime& regime, std::span<Run
       z[i + 1] = advanced<kShafts>(chain, regime, rungs[kFiner], z[i], chain.drives(z[i], regime));
       for (std::size_t row = 0; row < C::kSize; ++row) z[i + 1][row] += of_sample[row];
     }
-    auto& bend = rungs[0].columns[drive].bend;
-    bend = {};
-    const auto add_bend = [&](Watch watch, auto value) {
+    Pair& friction = rungs[0].columns[drive].friction_bend;
+    Pair& piece = rungs[0].columns[drive].piece_bend;
+    const auto add_bend = [&](Pair& bend, int watch, auto value) {
       double largest = 0.0;
       for (std::size_t i = 1; i < kSamples; ++i) {
         const double along = static_cast<double>(i) / static_cast<double>(kSamples);
         largest = std::max(largest, std::abs(value(z[i]) - along * value(z[kSamples])));
       }
-      bend[static_cast<std::size_t>(watch)] += kMargin * largest;
+      bend[watch] += kMargin * largest;
     };
     if (regime.knob != Slip::held) {
-      add_bend(Watch::knob, [](const Vector& at) { return at[C::kSpeed]; });
+      add_bend(friction, kKnob, [](const Vector& at) { return at[C::kSpeed]; });
     } else {
-      add_bend(Watch::knob, [&](const Vector& at) { return chain.knob_demand(at, regime); });
+      add_bend(friction, kKnob, [&](const Vector& at) { return chain.knob_demand(at, regime); });
     }
     if constexpr (kShafts > 1) {
       if (regime.brake != Slip::held) {
-        add_bend(Watch::brake, [](const Vector& at) { return at[C::kLast]; });
+        add_bend(friction, kBrake, [](const Vector& at) { return at[C::kLast]; });
       } else {
         // The room is the capacity less the demand, so their bends add up.
-        add_bend(Watch::brake, [&](const Vector& at) { return chain.brake_demand(at, regime); });
-        add_bend(Watch::brake, [&](const Vector& at) { return chain.capacity(at); });
+        add_bend(friction, kBrake,
+                 [&](const Vector& at) { return chain.brake_demand(at, regime); });
+        add_bend(friction, kBrake, [&](const Vector& at) { return chain.capacity(at); });
       }
       if (chain.model.shaft_spring.size() > 1) {
-        add_bend(Watch::twist, [](const Vector& at) { return at[C::kTwist]; });
+        add_bend(piece, kTwisted, [](const Vector& at) { return at[C::kTwist]; });
       }
     }
     if (!chain.model.cogging_nm.empty()) {
-      add_bend(Watch::travel, [](const Vector& at) { return at[C::kTravel]; });
+      add_bend(piece, kTravelled, [](const Vector& at) { return at[C::kTravel]; });
     }
   }
   rungs[0].bends_known = true;

@@ -100,23 +100,6 @@ PlantModel make_model(const PlantParams& params, const Hand& hand) {
   return model;
 }
 
-HandForce hand_force(const PlantModel& model, const PlantState& state, const HeldInputs& inputs) {
-  switch (model.hand) {
-    case HandKind::torque:
-      return {inputs.hand.value(state.time_ns), inputs.hand.slope_per_s};
-    case HandKind::impedance: {
-      const double stretch_rad = inputs.hand.value(state.time_ns) - state.knob_angle_rad();
-      return {model.hand_stiffness_nm_per_rad * stretch_rad +
-                  model.hand_damping_nm_s_per_rad * inputs.hand.slope_per_s,
-              model.hand_stiffness_nm_per_rad * inputs.hand.slope_per_s};
-    }
-    case HandKind::none:
-    case HandKind::prescribed:
-      break;
-  }
-  return {0.0, 0.0};
-}
-
 int spring_piece_at(const PlantModel& model, double twist_rad) {
   if (model.shaft_spring.size() < 3) return 0;
   if (twist_rad < model.shaft_spring[1].begin_rad) return 0;

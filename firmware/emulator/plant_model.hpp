@@ -70,8 +70,17 @@ struct HandForce {
   double force_nm;
   double slope_nm_per_s;
 };
-[[nodiscard]] HandForce hand_force(const PlantModel& model, const PlantState& state,
-                                   const HeldInputs& inputs);
+[[nodiscard]] inline HandForce hand_force(const PlantModel& model, const PlantState& state,
+                                          const HeldInputs& inputs) {
+  if (model.hand == HandKind::torque) {
+    return {inputs.hand.value(state.time_ns), inputs.hand.slope_per_s};
+  }
+  if (model.hand != HandKind::impedance) return {0.0, 0.0};
+  const double stretch_rad = inputs.hand.value(state.time_ns) - state.knob_angle_rad();
+  return {model.hand_stiffness_nm_per_rad * stretch_rad +
+              model.hand_damping_nm_s_per_rad * inputs.hand.slope_per_s,
+          model.hand_stiffness_nm_per_rad * inputs.hand.slope_per_s};
+}
 
 /// Index of the piece of the shaft spring that a twist lies on; at a border, the inner one.
 [[nodiscard]] int spring_piece_at(const PlantModel& model, double twist_rad);

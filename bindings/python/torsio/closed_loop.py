@@ -7,9 +7,10 @@ takes about a millisecond.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -47,6 +48,8 @@ Measured or decided: ``position_counts`` from the device's zero, ``estimated_spe
 ``sensed_brake_torque_nm`` (without drag), ``motor_saturated``, ``brake_saturated``,
 ``numeric_error``.
 """
+
+_MOST_ROWS: Final = 50_000_000
 
 REPLAY_DTYPE = _torsio.emulator.REPLAY_DTYPE
 """What the controller decides from a count: ``position_counts``, ``speed_rad_s``,
@@ -160,8 +163,15 @@ class ClosedLoop:
         self._loop = _torsio.emulator.ClosedLoop(options)
 
     def run(self, *, duration_s: float, record_every: int = 1) -> Record:
-        """Go on; give LOOP_DTYPE rows of every ``record_every``-th tick, shape (n,)."""
-        return self._loop.run(_ticks(self.options, duration_s), record_every)
+        """Go on; give LOOP_DTYPE rows of every ``record_every``-th tick, shape (n,).
+
+        Raises
+        ------
+        InvalidArgument
+            If that makes more than 50 million rows, 7 GB; record less often, or run on in parts.
+        """
+        (ticks,) = _ticks([self.options], duration_s, record_every)
+        return self._loop.run(ticks, record_every)
 
     def hold_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
         """Give the actuators this from now on; the law only senses, without a scene.
@@ -191,7 +201,7 @@ class ClosedLoop:
 
 
 def simulate(options: LoopOptions, *, duration_s: float, record_every: int = 1) -> Record:
-    """Run a closed loop from its beginning; give LOOP_DTYPE rows, shape (n,)."""
+    """Run a closed loop from its beginning; give LOOP_DTYPE rows, as `ClosedLoop.run` does."""
     return ClosedLoop(options).run(duration_s=duration_s, record_every=record_every)
 
 
@@ -215,15 +225,20 @@ def simulate_many(
     Returns
     -------
     list
-        For each of the options LOOP_DTYPE rows, shape (n,): 150 bytes a row, so record less often
-        or hand over fewer at once when there are many.
+        For each of the options LOOP_DTYPE rows, shape (n,).
+
+    Raises
+    ------
+    InvalidArgument
+        If all of them together make more than 50 million rows, 7 GB; record less often, or hand
+        over fewer at once.
     """
     if threads is not None:
         checks.whole("threads", threads, 1, 4096)
     options = list(options)
     for one in options:
         _check(one)
-    ticks = [_ticks(one, duration_s) for one in options]
+    ticks = _ticks(options, duration_s, record_every)
     return _torsio.emulator.simulate_many(options, ticks, record_every, threads or 0, on_progress)
 
 
@@ -254,10 +269,20 @@ def replay(
     )
 
 
-def _ticks(options: LoopOptions, duration_s: float) -> int:
+def _ticks(options: Sequence[LoopOptions], duration_s: float, record_every: int) -> list[int]:
     # Longer than a thousand years is a slip of the keyboard.
     duration_s = checks.number("duration_s", duration_s, 0.0, 3.2e10)
-    return round(duration_s * 1e9 / options.control_period_ns)
+    every = checks.whole("record_every", record_every, 1, 2**32 - 1)
+    ticks = [round(duration_s * 1e9 / one.control_period_ns) for one in options]
+    rows = sum(-(-count // every) for count in ticks)
+    if rows > _MOST_ROWS:
+        raise InvalidArgument(
+            f"duration_s is {duration_s:g} with record_every {every}, which makes {rows:,} rows of "
+            f"{LOOP_DTYPE.itemsize} bytes; allowed are {_MOST_ROWS:,} at once: set record_every to "
+            f"{math.ceil(sum(ticks) / _MOST_ROWS):,} or more, or run shorter parts one after the "
+            "other (ClosedLoop.run goes on where it stopped)"
+        )
+    return ticks
 
 
 def _check(options: LoopOptions) -> None:

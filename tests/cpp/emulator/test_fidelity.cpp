@@ -67,7 +67,7 @@ Scene random_scene(std::uint64_t seed) {
   Scene scene{"random", {}, NoHand{}, {}};
   const int kind = whole(0, 9);
   if (kind == 1 || kind >= 6) {
-    scene.params.belt = Belt{std::pow(10.0, uniform(1.0, 3.0)), 1e-3, 1e-5};
+    scene.params.belt = Belt{std::pow(10.0, uniform(2.0, 3.0)), 1e-3, 1e-5};
   }
   if (kind == 2 || kind == 8) {
     scene.params.cogging = Cogging::sine(whole(5, 80), std::pow(10.0, uniform(-3.3, -2.2)));

@@ -10,6 +10,7 @@
 
 #include "emulator/plant.hpp"
 #include "emulator/plant_ladder.hpp"
+#include "emulator/plant_taylor.hpp"
 
 using namespace torsio::emulator;
 
@@ -133,6 +134,30 @@ TEST_CASE("rung of the ladder is the matrix exponential") {
       unit[place[column]] = 1.0;
       const auto next = advanced<2>(chain, regime, rungs[0], unit, chain.drives(unit, regime));
       CHECK(next[place[row]] == doctest::Approx(expected[row][column]).epsilon(1e-13));
+    }
+  }
+}
+
+TEST_CASE("Taylor series of the longest cell agrees with the exponential to 1e-11") {
+  PlantModel model = make_model({}, ImpedanceHand{1e-4, 1.0, 0.01, Profile::constant(0.0)});
+  const Chain<2> chain(model);
+  const double cell_s = 0.7 / (chain.fastest_oscillation() + chain.fastest_decay());
+  Regime regime;
+  regime.knob = Slip::forward;
+  regime.brake = Slip::backward;
+  // The exponential's own series is over 1/64 of the cell, and doubled from there.
+  std::vector<Rung<2>> rungs(7);
+  build_ladder<2>(chain, regime, cell_s / 64, rungs);
+  using C = Chain<2>;
+  for (std::size_t column = 0; column < C::kSize; ++column) {
+    CAPTURE(column);
+    C::Vector z{};
+    z[column] = 1.0;
+    const auto expected = advanced<2>(chain, regime, rungs[0], z, chain.drives(z, regime));
+    const auto got = value_at<2>(taylor_series(chain, z, regime, cell_s), 1.0);
+    for (std::size_t row = 0; row < C::kSize; ++row) {
+      CAPTURE(row);
+      CHECK(std::abs(got[row] - expected[row]) <= 1e-11 * std::abs(expected[row]));
     }
   }
 }
