@@ -33,8 +33,6 @@ class DeviceChanges {
   /// True while a device is held back.
   [[nodiscard]] bool waiting() const;
 
-  [[nodiscard]] const auto& known() const { return known_; }
-
  private:
   struct Known {
     ListedDevice device;

@@ -25,7 +25,8 @@ std::vector<ListedDevice> list_unopened() {
 class DeviceWatch::Impl : public DeviceWatcher {
  public:
   Impl(Callback callback, const WatchOptions& options)
-      : DeviceWatcher({.look = &list_unopened}, std::move(callback), options) {}
+      : DeviceWatcher({.look = &list_unopened, .directory = hid_files_directory()},
+                      std::move(callback), options) {}
 };
 
 DeviceWatch::DeviceWatch(const WatchOptions& options) : DeviceWatch(Callback{}, options) {}

@@ -1,6 +1,5 @@
 #include "device_watcher.hpp"
 
-#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -118,10 +117,7 @@ std::vector<ListedDevice> DeviceWatcher::present() const {
 
 std::optional<std::chrono::milliseconds> DeviceWatcher::time_to_next_look() const {
   if (changes_.waiting() || steady_clock::now() < settled_at_) return kSettlePeriod;
-  const bool all_are_files = std::ranges::all_of(changes_.known(), [&](const auto& known) {
-    return known.first.starts_with(source_.directory + "/" + source_.prefix);
-  });
-  if (!directory_.has_notices() || !all_are_files) return kPollPeriod;
+  if (!directory_.has_notices()) return kPollPeriod;
   return std::nullopt;
 }
 

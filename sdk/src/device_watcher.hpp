@@ -22,7 +22,7 @@ namespace torsio {
 /// Where a watcher learns what is there. Tests bring their own.
 struct WatchSource {
   std::function<std::vector<ListedDevice>()> look;  ///< lists all devices, without opening them
-  std::string directory = "/dev";                   ///< where their files appear ...
+  std::string directory = "/dev";                   ///< where their files appear ... (empty: none)
   std::string prefix = "hidraw";                    ///< ... under such names
 };
 

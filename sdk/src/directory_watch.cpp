@@ -43,7 +43,7 @@ DirectoryWatch::DirectoryWatch(std::string directory, std::string prefix)
     ::fcntl(end, F_SETFD, FD_CLOEXEC);
     ::fcntl(end, F_SETFL, O_NONBLOCK);
   }
-  inotify_ = open_inotify(directory_);
+  if (!directory_.empty()) inotify_ = open_inotify(directory_);
 }
 
 DirectoryWatch::~DirectoryWatch() {

@@ -12,6 +12,7 @@ namespace torsio {
 /// One thread waits, any thread may wake it.
 class DirectoryWatch {
  public:
+  /// @param directory empty: there is none, and there are no notices
   /// @param prefix of the names of the files that matter
   /// @throws Error if the system has no descriptors left
   DirectoryWatch(std::string directory, std::string prefix);

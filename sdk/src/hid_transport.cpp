@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
 #include <mutex>
 #include <optional>
@@ -16,6 +17,9 @@
 #include "fair_mutex.hpp"
 #include "protocol/registry.hpp"
 #include "torsio/error.hpp"
+
+// Only hidapi's libusb backend has this; hidapi does not say otherwise which backend it is.
+extern "C" [[gnu::weak]] hid_device* hid_libusb_wrap_sys_device(std::intptr_t, int);
 
 namespace torsio {
 namespace {
@@ -198,6 +202,10 @@ std::vector<HidListing> list_hid() {
   }
   hid_free_enumeration(first);
   return found;
+}
+
+std::string hid_files_directory() {
+  return hid_libusb_wrap_sys_device == nullptr ? "/dev" : std::string();
 }
 
 std::string permission_problem(const std::string& path) {

@@ -20,6 +20,9 @@ struct HidListing {
 /// @returns the vendor interface of each knob; the system's order
 std::vector<HidListing> list_hid();
 
+/// @returns where the files of knobs appear; empty with hidapi's libusb backend, which has none
+std::string hid_files_directory();
+
 /// @returns why this user may not open the file at `path`, and what to do; empty if he may, or if
 ///          it is no file. Does not open it.
 std::string permission_problem(const std::string& path);

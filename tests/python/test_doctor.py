@@ -112,6 +112,16 @@ def test_knob_that_another_driver_holds_is_a_problem(tmp_path: Path) -> None:
     assert "end the program" in finding.advice
 
 
+@pytest.mark.parametrize("driver", ["usbhid", "hid-generic"])
+def test_knob_whose_driver_has_made_no_file_is_a_problem(driver: str, tmp_path: Path) -> None:
+    plug_in(tmp_path, driver=driver, hidraw="")
+    finding = problem(only(tmp_path))
+    assert finding.check == "driver"
+    assert finding.text == "the kernel made no hidraw file"
+    assert "hid-generic" in finding.advice
+    assert "CONFIG_HIDRAW" in finding.advice
+
+
 def test_missing_file_in_a_container_is_a_problem(tmp_path: Path) -> None:
     plug_in(tmp_path)
     finding = problem(only(tmp_path))

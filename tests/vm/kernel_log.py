@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 
 WARNING = 4  # levels up to this one are warnings and worse
 
@@ -13,34 +14,36 @@ MARK = "torsio: boot noise ends here"
 HARMLESS = (
     # The virtual host controller knows high and low speed by name, and says this of full speed.
     r"vhci_hcd: vhci_device speed not set",
-    # A test floods the game interface on purpose; that others lose nothing shows in their torques.
-    r"hid-generic 0003:1209:0001\.[0-9A-F]{4}: output queue full",
 )
-# What the virtual host controller says when the cable of a knob that is in use is pulled on
-# purpose, and at no other time. Between the end of the connection and the moment when the rest of
-# the kernel hears of it, drivers and programs go on asking:
-HARMLESS_WHEN_PULLED = (
-    # EPIPE, ECONNRESET: a request, 48 bytes or with an output report 112, was about to be sent
-    r"vhci_hcd: sendmsg failed!, ret=-(?:32|104) for (?:48|112)",
-    # one was refused at once, with ENODEV
-    r"usb \d+-\d+: enqueue for inactive port \d+",
-)
+# What is harmless only in tests that provoke it, by the mark that these carry.
+HARMLESS_WITH_MARK = {
+    # Between the end of the connection and the moment when the rest of the kernel hears of it,
+    # drivers and programs go on asking, and the virtual host controller says:
+    "pulls_cable": (
+        # EPIPE, ECONNRESET: a request, 48 bytes or with an output report 112, was about to be sent
+        r"vhci_hcd: sendmsg failed!, ret=-(?:32|104) for (?:48|112)",
+        # one was refused at once, with ENODEV
+        r"usb \d+-\d+: enqueue for inactive port \d+",
+    ),
+    # Linux drops a game's report for which its queue has no place.
+    "floods_queue": (r"hid-generic 0003:1209:0001\.[0-9A-F]{4}: output queue full",),
+}
 _LINE = re.compile(r"<(\d+)>(?:\[ *[\d.]+\] ?)?(.*)")
 # Said at any level, these mean trouble.
 _TROUBLE = re.compile(r"Call Trace|\bBUG\b|\bWARNING\b|Oops|\bleak|use-after-free|hung task")
 
 
-def complaints(raw_log: str, *, pulled: bool = False) -> list[str]:
+def complaints(raw_log: str, marks: Collection[str] = ()) -> list[str]:
     """Return the lines of ``dmesg -r`` that are warnings, errors or worse, boot noise left out.
 
     Parameters
     ----------
     raw_log
         The log.
-    pulled
-        The cable of a knob in use was pulled meanwhile.
+    marks
+        Those of `HARMLESS_WITH_MARK` that the tests which ran meanwhile carry.
     """
-    harmless = HARMLESS + (HARMLESS_WHEN_PULLED if pulled else ())
+    harmless = [*HARMLESS, *(text for mark in marks for text in HARMLESS_WITH_MARK[mark])]
     found: list[str] = []
     for line in raw_log.splitlines():
         match = _LINE.match(line)

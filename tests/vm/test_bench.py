@@ -64,14 +64,21 @@ def test_kernel_log_complains_about_warnings_and_traces_but_not_about_boot_noise
     ]
 
 
-def test_kernel_log_may_speak_of_a_pulled_cable_only_where_one_was_pulled() -> None:
+def test_kernel_log_may_speak_of_what_a_test_provokes_only_where_its_mark_says_so() -> None:
     log = """\
 <3>[    1.0] usb 1-1: enqueue for inactive port 0
 <3>[    1.1] vhci_hcd: sendmsg failed!, ret=-104 for 112
 <3>[    1.2] vhci_hcd: sendmsg failed!, ret=-12 for 112
+<4>[    1.3] hid-generic 0003:1209:0001.000A: output queue full
 """
-    assert len(kernel_log.complaints(log)) == 3
-    assert kernel_log.complaints(log, pulled=True) == ["vhci_hcd: sendmsg failed!, ret=-12 for 112"]
+    out_of_memory, full = (
+        "vhci_hcd: sendmsg failed!, ret=-12 for 112",
+        "hid-generic 0003:1209:0001.000A: output queue full",
+    )
+    assert len(kernel_log.complaints(log)) == 4
+    assert kernel_log.complaints(log, ["pulls_cable"]) == [out_of_memory, full]
+    assert len(kernel_log.complaints(log, ["floods_queue"])) == 3
+    assert kernel_log.complaints(log, kernel_log.HARMLESS_WITH_MARK) == [out_of_memory]
 
 
 def test_cpio_is_what_the_tool_of_that_name_unpacks(tmp_path: Path) -> None:

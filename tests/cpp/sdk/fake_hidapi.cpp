@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -204,6 +205,9 @@ int hid_get_feature_report(hid_device* handle, unsigned char* data, size_t lengt
   std::copy_n(report.begin(), bytes, data);
   return static_cast<int>(bytes);
 }
+
+// So that it is known for a libusb backend, as its paths are no files.
+hid_device* hid_libusb_wrap_sys_device(std::intptr_t, int) { return nullptr; }
 
 const wchar_t* hid_error(hid_device* handle) {
   // As hidapi does: the text belongs to the library and lives until the next call.

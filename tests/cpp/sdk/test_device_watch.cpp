@@ -256,11 +256,13 @@ TEST_CASE("an idle watcher does not look at all") {
   CHECK(dev.looks() == looks);
 }
 
-TEST_CASE("a watcher without notices looks twice a second") {
+TEST_CASE("a watcher without notices looks twice a second, also while nothing is there") {
   FakeDev dev;
   WatchSource source = dev.source();
-  source.directory = dev.path() + "/missing";
+  SUBCASE("no such directory") { source.directory = dev.path() + "/missing"; }
+  SUBCASE("devices that are no files") { source.directory.clear(); }
   DeviceWatcher watcher(source, {}, {});
+  while (dev.looks() < 4) std::this_thread::sleep_for(1ms);  // it goes on looking
   dev.plug_in("hidraw0");
   CHECK(next_text(watcher) == "+hidraw0");
   dev.unplug("hidraw0");
@@ -354,9 +356,21 @@ TEST_CASE("a watch refuses times that are none") {
 
 // Over hidapi -------------------------------------------------------------------------------------
 
+// The fake is hidapi's libusb backend: there are no files, and the watch goes by the list alone.
+
+TEST_CASE("a watch over hidapi sees a knob come where none was") {
+  FakeBus bus;
+  DeviceWatch watch;
+  std::this_thread::sleep_for(100ms);  // it has looked, in vain
+  bus.plug_in({.path = "1-1:1.0", .serial = L"A1"});
+  const auto event = watch.next(kLongS);
+  REQUIRE(event);
+  CHECK(event->kind == Kind::arrived);
+  CHECK(event->device.serial == "A1");
+}
+
 TEST_CASE("a watch over hidapi sees a knob go and come, and it opens again by its serial number") {
   FakeBus bus;
-  // Paths of the libusb backend: no files, so that the watch goes by the list alone.
   bus.plug_in({.path = "1-1:1.0", .serial = L"A1"});
   bus.plug_in({.path = "1-2:1.0", .serial = L"B2"});
   std::promise<void> gone;

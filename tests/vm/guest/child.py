@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
+import sys
 import traceback
 from collections.abc import Callable
 from typing import TextIO
@@ -30,6 +32,8 @@ class Child:
                 with os.fdopen(writing, "w", buffering=1) as file:
                     work(file)
                 status = 0
+            except SystemExit as end:
+                status = 0 if not end.code else 1
             except BaseException:
                 traceback.print_exc()
             finally:
@@ -53,6 +57,23 @@ class Child:
             text = self.output.read()
         assert os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1]) == 0, text
         return text
+
+
+def torsio_command(*arguments: str, typed: str = "") -> Child:
+    """Run the command ``torsio``; all that it prints is the child's `output`.
+
+    Parameters
+    ----------
+    typed
+        What is typed while it runs.
+    """
+    from torsio.cli import app  # here: only some tests need it, and it takes long
+
+    def work(output: TextIO) -> None:
+        sys.stdin, sys.stdout, sys.stderr = io.StringIO(typed), output, output
+        app(arguments)
+
+    return Child(work)
 
 
 def become_nobody() -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import torsio
-from tests.vm.guest.virtual_bus import VirtualKnob
+from tests.vm.guest.virtual_bus import DEVICES, VirtualBus, VirtualKnob, ports
 from torsio import protocol
 
 HIDRAW, LIBUSB = "libhidapi-hidraw.so.0", "libhidapi-libusb.so.0"
@@ -22,8 +24,14 @@ SDK_PROGRAM = """
 import sys, torsio
 with open("/proc/self/maps") as maps:
     assert sys.argv[1] in maps.read()
+with torsio.watch() as watch:
+    print("watching", flush=True)
+    event = watch.next(timeout_s=30)
+    assert event is not None
+    print(event.kind, event.device.serial, event.device.path, flush=True)
+sys.stdin.read()  # until the drivers are there
 [listed] = [device for device in torsio.list_devices() if device.serial == sys.argv[2]]
-print(listed.path)
+assert listed.path == event.device.path
 with torsio.open(listed.path) as knob:
     knob.play(torsio.Constant(torque_nm=0.01))
     knob.arm()
@@ -90,17 +98,40 @@ def test_sdk_uses_hidraw_by_itself(knob: VirtualKnob) -> None:
     assert torsio.list_devices()[0].path == str(knob.hidraw)
 
 
-def test_sdk_works_on_libusb_too(knob: VirtualKnob) -> None:
-    knob.say("still")
-    result = subprocess.run(
-        [sys.executable, "-c", SDK_PROGRAM, LIBUSB, knob.serial],
+@contextlib.contextmanager
+def without_drivers() -> Iterator[None]:
+    """Keep all drivers away from what is plugged in meanwhile; give it to them at the end."""
+    probing = DEVICES.parent / "drivers_autoprobe"
+    probing.write_text("0")
+    try:
+        yield
+    finally:
+        probing.write_text("1")
+    for _, bus_id in ports().values():
+        if (DEVICES / bus_id).exists():
+            (DEVICES.parent / "drivers_probe").write_text(bus_id)
+
+
+@pytest.mark.usefixtures("udev")  # which tells libusb of what comes
+def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file(bus: VirtualBus) -> None:
+    program = subprocess.Popen(
+        [sys.executable, "-c", SDK_PROGRAM, LIBUSB, "KNOB-1"],
         env={**os.environ, "LD_PRELOAD": LIBUSB},
-        capture_output=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
-        check=False,
     )
-    assert result.returncode == 0, result.stderr
-    path, done = result.stdout.splitlines()
-    assert path.startswith(f"{knob.bus_id}:")
-    assert done == "done"
+    assert program.stdout is not None
+    assert program.stdout.readline() == "watching\n"
+    with without_drivers():
+        knob = bus.plug("KNOB-1", wait=False)
+        arrival = program.stdout.readline().split()
+        assert not list(Path("/dev").glob("hidraw*"))
+    knob.wait_plugged()
+    assert arrival[:2] == ["arrived", knob.serial]
+    assert arrival[2].startswith(f"{knob.bus_id}:")
+    knob.say("still")
+    output, _ = program.communicate()
+    assert (program.returncode, output) == (0, "done\n")
     assert knob.hidraw.exists()  # the kernel has its driver back

@@ -124,6 +124,7 @@ _QUEUE = 64  # reports that Linux keeps for an endpoint, HID_OUTPUT_FIFO_SIZE
 
 
 @pytest.mark.kernel("6.1")
+@pytest.mark.floods_queue
 def test_flood_of_updates_is_late_by_no_more_than_linux_keeps(
     bus: VirtualBus, tmp_path: Path
 ) -> None:

@@ -71,6 +71,7 @@ def shows(game: Sdl, buttons: list[bool]) -> bool:
     return [game.button(0), game.button(1)] == buttons
 
 
+@pytest.mark.kernel("6.1")
 def test_axis_is_exact_centred_and_monotonic_with_the_udev_rule(
     bus: VirtualBus, tmp_path: Path
 ) -> None:

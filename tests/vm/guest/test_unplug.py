@@ -112,16 +112,12 @@ def test_knob_that_was_unplugged_while_armed_disarms(knob: VirtualKnob) -> None:
 
 
 @pytest.mark.kernel("6.12")
-def test_two_hundred_plug_cycles(bus: VirtualBus) -> None:
-    """Two knobs in turn: the kernel takes a third of a second to get to know each of them."""
-    knobs = [bus.plug(f"KNOB-{n}") for n in range(2)]
-    for _ in range(100):
-        for knob in knobs:
-            knob.unplug()
-            knob.plug()
-    assert [device.serial for device in torsio.list_devices()] == ["KNOB-0", "KNOB-1", "EMULATED"]
-    for knob in knobs:
-        torsio.open(knob.serial).close()
+def test_two_hundred_plug_cycles(knob: VirtualKnob) -> None:
+    for _ in range(200):
+        knob.unplug()
+        knob.plug()
+    assert [device.serial for device in torsio.list_devices()] == [knob.serial, "EMULATED"]
+    torsio.open(knob.serial).close()
 
 
 def test_knob_without_permission_says_what_to_do(knob: VirtualKnob) -> None:

@@ -1,0 +1,148 @@
+// Interrupt transfers: output reports, the answers to them, and what endpoints refuse.
+#include <doctest/doctest.h>
+
+#include "rig.hpp"
+
+using namespace usbip_test;
+
+TEST_CASE("output report is answered by an acknowledgement") {
+  Rig rig;
+  const std::uint32_t in = rig.client.submit_in(1, 64);
+  const std::uint32_t out = rig.client.submit_out(1, command(9, kDisarm));
+  const Reply sent = rig.client.wait();
+  CHECK(sent.sequence == out);
+  CHECK(sent.status == 0);
+  CHECK(sent.length == 64);
+  const Reply answer = rig.client.wait();
+  CHECK(answer.sequence == in);
+  CHECK(answer.status == 0);
+  REQUIRE(answer.data.size() == 64);
+  CHECK(Bytes(answer.data.begin(), answer.data.begin() + 5) == Bytes{0x41, 9, 0, 0x10, 0});
+}
+
+TEST_CASE("IN transfer waits until there is data") {
+  Rig rig;
+  rig.client.submit_in(1, 64);
+  for (int i = 0; i < 50; ++i) rig.client.frame();
+  CHECK_FALSE(rig.client.reply());
+  rig.client.submit_out(1, command(1, kDisarm));
+  (void)rig.client.wait();
+  CHECK(rig.client.wait().data.at(0) == 0x41);
+}
+
+TEST_CASE("an endpoint moves one report in a frame") {
+  Rig rig;
+  for (std::uint8_t n = 0; n < 4; ++n) rig.client.submit_out(1, command(n, kDisarm));
+  for (int frame = 0; frame < 4; ++frame) {
+    CHECK_FALSE(rig.client.reply());
+    rig.client.frame();
+    CHECK(rig.client.reply());
+  }
+  for (int i = 0; i < 10; ++i) rig.client.frame();
+  for (int n = 0; n < 4; ++n) rig.client.submit_in(1, 64);
+  for (int frame = 0; frame < 4; ++frame) {
+    CHECK_FALSE(rig.client.reply());
+    rig.client.frame();
+    CHECK(rig.client.reply());
+  }
+}
+
+TEST_CASE("polls that a late IN transfer has missed are made up for, and no more") {
+  Rig rig;
+  for (std::uint8_t n = 0; n < 6; ++n) rig.client.submit_out(1, command(n, kDisarm));
+  const auto pass = [&](int frames) {
+    for (int i = 0; i < frames; ++i) rig.client.frame();
+  };
+  pass(30);
+  while (rig.client.reply()) {
+  }
+  rig.client.submit_in(1, 64);
+  CHECK_FALSE(rig.client.reply());  // nobody had listened, so there is nothing to make up for
+  pass(1);
+  CHECK(rig.client.reply());
+
+  pass(2);
+  for (int n = 0; n < 4; ++n) rig.client.submit_in(1, 64);
+  for (int n = 0; n < 2; ++n) CHECK(rig.client.reply());
+  for (int n = 0; n < 2; ++n) {
+    CHECK_FALSE(rig.client.reply());
+    pass(1);
+    CHECK(rig.client.reply());
+  }
+
+  pass(25);  // this is not late any more, it has stopped
+  rig.client.submit_in(1, 64);
+  CHECK_FALSE(rig.client.reply());
+  pass(1);
+  CHECK(rig.client.reply());
+}
+
+TEST_CASE("IN transfer with too little room overflows and loses no report") {
+  Rig rig;
+  rig.client.submit_out(1, command(3, kDisarm));
+  (void)rig.client.wait();
+  rig.client.submit_in(1, 10);
+  const Reply cut = rig.client.wait();
+  CHECK(cut.status == -75);
+  CHECK(cut.length == 0);
+  rig.client.submit_in(1, 64);
+  CHECK(rig.client.wait().data.at(1) == 3);
+}
+
+TEST_CASE("host that reads nothing is made to wait and loses no command") {
+  Rig rig;
+  constexpr int kCommands = 100;
+  for (std::uint8_t n = 0; n < kCommands; ++n) rig.client.submit_out(1, command(n, kDisarm));
+  int taken = 0;
+  for (int frame = 0; frame < 300; ++frame) {
+    rig.client.frame();
+    while (rig.client.reply()) ++taken;
+  }
+  CHECK(taken > 4);
+  CHECK(taken < kCommands);
+  std::vector<int> answered;
+  for (int i = 0; i < 400 && answered.size() < kCommands; ++i) {
+    if (rig.client.session().output().empty()) rig.client.submit_in(1, 64);
+    rig.client.frame();
+    while (const auto reply = rig.client.reply()) {
+      if (!reply->data.empty()) answered.push_back(reply->data.at(1));
+    }
+  }
+  REQUIRE(answered.size() == kCommands);
+  for (int n = 0; n < kCommands; ++n) CHECK(answered[static_cast<std::size_t>(n)] == n);
+}
+
+// Refusals ---------------------------------------------------------------------------------------
+
+TEST_CASE("bad output report is taken by the bus and refused by the device") {
+  Rig rig;
+  for (const Bytes& report : {Bytes{0x10, 5}, Bytes{}, Bytes(64, 0xFF), command(1, 200)}) {
+    rig.client.submit_out(1, report);
+    CHECK(rig.client.wait().status == 0);
+    rig.client.submit_in(1, 64);
+    const Bytes answer = rig.client.wait().data;
+    CHECK(answer.at(0) == 0x41);
+    CHECK(answer.at(4) != 0);
+  }
+}
+
+TEST_CASE("transfer to an endpoint that does not exist stalls") {
+  Rig rig;
+  for (const std::uint32_t endpoint : {5U, 7U, 8U, 15U, 16U, 0xFFFFFFFFU}) {
+    rig.client.submit_in(endpoint, 64);
+    CHECK(rig.client.wait().status == kStall);
+    rig.client.submit_out(endpoint, Bytes(3));
+    CHECK(rig.client.wait().status == kStall);
+  }
+}
+
+TEST_CASE("halted endpoint stalls until the halt is cleared") {
+  Rig rig;
+  CHECK(rig.client.control_out(setup_packet(0x02, 3, 0, 0x01, 0)).status == 0);
+  CHECK(rig.client.control_in(setup_packet(0x82, 0, 0, 0x01, 2), 2).data == Bytes{1, 0});
+  rig.client.submit_out(1, command(1, kDisarm));
+  CHECK(rig.client.wait().status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x02, 1, 0, 0x01, 0)).status == 0);
+  rig.client.submit_out(1, command(2, kDisarm));
+  CHECK(rig.client.wait().status == 0);
+}

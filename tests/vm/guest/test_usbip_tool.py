@@ -1,0 +1,63 @@
+"""Linux's own tool ``usbip`` with ``torsio emulate``, as a person uses them."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import torsio
+from tests.vm.guest.child import torsio_command
+from tests.vm.guest.virtual_bus import wait_for
+
+# Ubuntu has it among the tools of its kernels.
+FOLDERS = ["/usr/sbin", *map(str, Path("/usr/lib/linux-tools").glob("*"))]
+# There is nobody but root here, and the module is loaded.
+GUEST = 'sudo() { "$@"; }; modprobe() { [ "$*" = vhci-hcd ]; }; '
+
+
+def shell(command: str) -> str:
+    """Run a command line, which must end well, and return what it prints."""
+    result = subprocess.run(
+        ["sh", "-e", "-c", GUEST + command],
+        env={**os.environ, "PATH": ":".join([*FOLDERS, os.environ["PATH"]])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    assert result.returncode == 0, result.stdout
+    return result.stdout
+
+
+@pytest.mark.kernel("6.12")
+def test_printed_command_plugs_the_knob_in_and_usbip_detach_takes_it_out() -> None:
+    emulate = torsio_command("emulate", "--usbip", "--port", "0", "--serial", "TOOL")
+    listening, linux = emulate.output.readline(), emulate.output.readline()
+    port = re.fullmatch(r"listening 127\.0\.0\.1:(\d+) 1-1\n", listening)
+    assert port is not None
+    assert "(1209:0001)" in shell(f"usbip --tcp-port {port[1]} list -r 127.0.0.1")
+    command = linux.strip().removeprefix("Linux:").strip()
+    assert "usbip" in command
+    shell(command)
+
+    def serials() -> list[str]:
+        return [device.serial for device in torsio.list_devices() if not device.problem]
+
+    wait_for("the knob", lambda: serials() == ["TOOL", "EMULATED"])
+    with torsio.open("TOOL") as knob:
+        knob.arm()
+        assert len(knob.record(duration_s=0.1)) == 100
+    assert f"usbip://127.0.0.1:{port[1]}/1-1" in shell("usbip port")
+    shell("sudo usbip detach -p 00")
+    wait_for("the knob to go", lambda: serials() == ["EMULATED"])
+    emulate.interrupt()
+    lines = [line.split()[0] for line in emulate.end().splitlines() if line]
+    assert [word for word in lines if word in ("attached", "configured", "detached")] == [
+        "attached",
+        "configured",
+        "detached",
+    ]
