@@ -18,8 +18,9 @@
 // doubling would not do: it presumes an order of convergence. Nor would a sum of what single steps
 // add: it forgets nothing, and comes out a hundred times too large for a held knob.)
 //
-// The tolerance is a budget. A choice is given up when it has used half of what is left of it; its
-// error is carried on, and exact steps follow until another trial, each after twice the time.
+// The tolerance is a budget. A choice is given up when it has used three tenths of what is left of
+// it, as an estimate may be low; its error is carried on, and exact steps follow until another
+// trial, each after twice the time.
 //
 // Decisions depend on the motion alone, never on a clock, and so are repeatable.
 
@@ -50,7 +51,7 @@ constexpr std::int64_t kTrialSteps = 64;
 constexpr std::int64_t kTrialPause = 128;   // exact steps before the second trial
 constexpr std::int64_t kHalvesOneIn = 256;  // exact steps that are checked with halves, ...
 constexpr double kRoundingMatters = 1e-6;   // ... for tolerances below this
-constexpr double kSpendable = 0.5;          // of what is left of the tolerance
+constexpr double kSpendable = 0.3;          // of what is left of the tolerance
 constexpr double kTrialShare = 0.25;        // of that, in a trial
 constexpr double kLeastSaving = 0.15;       // of the exact cost, or a choice is not worth it
 constexpr double kJump = 1.0 / 16.0;        // of the peak torque

@@ -155,7 +155,8 @@ def test_boot_rom_of_the_rp2350_finds_what_it_starts() -> None:
     first = next(at for at in range(start, start + 4096, 4) if word(at) == block_begin)
     # One word of image type: an executable, secure, for Arm, for this chip.
     assert word(first + 4) == 0x42 | 1 << 8 | (0x1 | 2 << 4 | 1 << 12) << 16
-    block, visited = first, []
+    block = first
+    visited: list[int] = []
     while not visited or block != first:
         assert block not in visited
         visited.append(block)
