@@ -215,7 +215,8 @@ void bind_protocol(py::module_& parent) {
   py::module_ module = parent.def_submodule("protocol", "Reports as dicts and as bytes.");
   module.attr("REPORT_SIZE") = protocol::report_size;
   module.attr("VERSION") = protocol::protocol_version;
-  module.def("fingerprint", &protocol::fingerprint, "Hash of every report's layout.");
+  module.def(
+      "fingerprint", [] { return protocol::fingerprint(); }, "Hash of every report's layout.");
   module.def("reports", &reports, "Description of every report, as data.");
   module.def("encode", &encode, py::arg("report"), py::arg("values"),
              "Bytes of a report. Fields not given keep their defaults; ranges are not checked.");
