@@ -13,7 +13,7 @@
 // trial the plant goes exactly and twins try the choices, so that their true error is seen, for a
 // while. Once a choice is in use the plant takes its steps and so does the twin, except that one in
 // 8 of the twin's is exact. What the two differ by is what those steps would have added, with
-// everything that cancels or dies away; 8 times that, and a quarter more, is the estimate. Which
+// everything that cancels or dies away; 8 times that, and as much again, is the estimate. Which
 // steps they are follows the golden ratio, which keeps time with nothing that repeats. (Step
 // doubling would not do: it presumes an order of convergence. Nor would a sum of what single steps
 // add: it forgets nothing, and comes out a hundred times too large for a held knob.)
@@ -49,6 +49,7 @@ constexpr std::int64_t kSampleOneIn = 8;  // of the twin's steps
 constexpr std::int64_t kFirstTrial = 64;  // exact steps before it
 constexpr std::int64_t kTrialSteps = 64;
 constexpr std::int64_t kTrialPause = 128;   // exact steps before the second trial
+constexpr std::int64_t kWatched = 64;       // of these, the last ones; the others are just taken
 constexpr std::int64_t kHalvesOneIn = 256;  // exact steps that are checked with halves, ...
 constexpr double kRoundingMatters = 1e-6;   // ... for tolerances below this
 constexpr double kSpendable = 0.3;          // of what is left of the tolerance
@@ -58,8 +59,10 @@ constexpr double kJump = 1.0 / 16.0;        // of the peak torque
 constexpr std::int64_t kSettling = 4;       // steps after a jump
 constexpr double kRougher = 2.0;            // than anything in the trial: not smooth
 constexpr double kStepShare = 1.0 / 16.0;   // of what may be spent, in one step
-constexpr double kMargin = 1.25;            // on what the samples stand for
+constexpr double kMargin = 2.0;             // on what the samples stand for
 constexpr double kForget = 1.0 / 128.0;     // weight of the newest in a recent mean
+// Nominal, like the costs of steps: what a step in use takes besides the steps of plant and twin.
+constexpr double kCareNs = 100.0;
 
 class FidelityStepper final : public Stepper {
  public:
@@ -124,12 +127,19 @@ class FidelityStepper final : public Stepper {
   void follow(std::size_t choice, PlantState& twin, const PlantState& before,
               const PlantState& after, const HeldInputs& inputs, std::int64_t duration_ns);
 
+  /// Nothing is to be decided or learnt in the next step.
+  [[nodiscard]] bool dozes() const;
+  [[nodiscard]] bool must_check_rounding() const {
+    return account_->tolerance() < kRoundingMatters &&
+           now_.steps % kHalvesOneIn == kHalvesOneIn - 1;
+  }
   void step_exactly(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns);
   void step_cheaply(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns);
   void learn(bool event, double exact_cost_ns);
   [[nodiscard]] bool pays(std::size_t choice, double least_saving) const;
   [[nodiscard]] double spendable() const;
   void begin_trial(const PlantState& state);
+  void wait();
   void try_choices(const PlantState& before, const PlantState& after, const HeldInputs& inputs,
                    std::int64_t duration_ns, bool event);
   void end_trial(const PlantState& state);
@@ -253,7 +263,7 @@ bool FidelityStepper::pays(std::size_t choice, double least_saving) const {
   const double exact_ns =
       now_.events * now_.event_cost_ns + (1.0 - now_.events) * now_.smooth_cost_ns;
   const double sampled_ns = now_.smooth_cost_ns / static_cast<double>(kSampleOneIn);
-  const double in_use_ns = now_.events * (now_.event_cost_ns + cost_of(choice)) +
+  const double in_use_ns = kCareNs + now_.events * (now_.event_cost_ns + cost_of(choice)) +
                            (1.0 - now_.events) * (2.0 * cost_of(choice) + sampled_ns);
   return in_use_ns < (1.0 - least_saving) * exact_ns;
 }
@@ -281,17 +291,22 @@ void FidelityStepper::step(PlantState& state, const HeldInputs& inputs, std::int
   }
 
   now_.loudest_nm = std::max(now_.loudest_nm, std::abs(inputs.motor_command_nm));
-  const std::array<double, 3> begin_rad_s = state.speed_rad_s;
-  if (now_.mode == Mode::cheap) {
-    step_cheaply(state, inputs, duration_ns);
+  if (dozes()) {
+    account_->counts.exact_cost_ns += take_exact(state, inputs, duration_ns);
+    ++account_->counts.by_method[static_cast<std::size_t>(Method::exact)];
   } else {
-    step_exactly(state, inputs, duration_ns);
+    const std::array<double, 3> begin_rad_s = state.speed_rad_s;
+    if (now_.mode == Mode::cheap) {
+      step_cheaply(state, inputs, duration_ns);
+    } else {
+      step_exactly(state, inputs, duration_ns);
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      now_.change_rad_s[i] = state.speed_rad_s[i] - begin_rad_s[i];
+    }
+    now_.motor_nm = inputs.motor_command_nm;
+    now_.brake_nm = state.brake_target_nm;
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    now_.change_rad_s[i] = state.speed_rad_s[i] - begin_rad_s[i];
-  }
-  now_.motor_nm = inputs.motor_command_nm;
-  now_.brake_nm = state.brake_target_nm;
   ++now_.steps;
   account_->see(state.knob_angle_rad(),
                 model_.has_spring() ? spring_torque_nm(model_, state.twist_rad[0]) : 0.0);
@@ -301,6 +316,11 @@ void FidelityStepper::step(PlantState& state, const HeldInputs& inputs, std::int
   } else {
     account_->drift(duration_s);
   }
+}
+
+bool FidelityStepper::dozes() const {
+  if (now_.mode != Mode::exact || must_check_rounding()) return false;
+  return choices_.empty() || now_.steps + kWatched < now_.next_change;
 }
 
 void FidelityStepper::step_exactly(PlantState& state, const HeldInputs& inputs,
@@ -314,9 +334,7 @@ void FidelityStepper::step_exactly(PlantState& state, const HeldInputs& inputs,
   const bool event = jump || kinks(model_, before, state);
   now_.events += kForget * ((event ? 1.0 : 0.0) - now_.events);
   learn(event, cost_ns);
-  if (account_->tolerance() < kRoundingMatters && now_.steps % kHalvesOneIn == kHalvesOneIn - 1) {
-    check_rounding(before, state, inputs, duration_ns);
-  }
+  if (must_check_rounding()) check_rounding(before, state, inputs, duration_ns);
   if (now_.mode == Mode::trial) try_choices(before, state, inputs, duration_ns, event);
   if (now_.steps < now_.next_change) return;
   if (now_.mode == Mode::trial) {
@@ -335,13 +353,23 @@ void FidelityStepper::begin_trial(const PlantState& state) {
     now_.worst[i] = {};
     any = any || !now_.fails[i];
   }
-  now_.mode = any ? Mode::trial : Mode::exact;
-  now_.next_change = now_.steps + kTrialSteps;
+  if (any) {
+    now_.mode = Mode::trial;
+    now_.next_change = now_.steps + kTrialSteps;
+  } else {
+    wait();
+  }
+}
+
+void FidelityStepper::wait() {
+  now_.next_change = now_.steps + now_.pause;
+  now_.pause *= 2;
 }
 
 void FidelityStepper::try_choices(const PlantState& before, const PlantState& after,
                                   const HeldInputs& inputs, std::int64_t duration_ns, bool event) {
   ++account_->counts.checked;
+  account_->counts.cost_ns += kCareNs;
   if (!event) {
     const Roughness rough = roughness(before, after);
     Roughness& known = now_.roughest[moving(before)];
@@ -392,14 +420,14 @@ void FidelityStepper::end_trial(const PlantState& state) {
     now_.worst[0] = now_.worst[now_.chosen];
     return;
   }
-  now_.next_change = now_.steps + now_.pause;
-  now_.pause *= 2;
+  wait();
 }
 
 void FidelityStepper::step_cheaply(PlantState& state, const HeldInputs& inputs,
                                    std::int64_t duration_ns) {
   constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15;
   FidelityAccount::Counts& counts = account_->counts;
+  counts.cost_ns += kCareNs;
   const PlantState before = state;
   PlantState& twin = now_.twins[0];
   keep_in_step(twin, state);

@@ -67,7 +67,7 @@ Scene random_scene(std::uint64_t seed) {
   Scene scene{"random", {}, NoHand{}, {}};
   const int kind = whole(0, 9);
   if (kind == 1 || kind >= 6) {
-    scene.params.belt = Belt{std::pow(10.0, uniform(2.0, 3.0)), 1e-3, 1e-5};
+    scene.params.belt = Belt{std::pow(10.0, uniform(3.0, 4.5)), 1e-3, 1e-5};
   }
   if (kind == 2 || kind == 8) {
     scene.params.cogging = Cogging::sine(whole(5, 80), std::pow(10.0, uniform(-3.3, -2.2)));
@@ -158,18 +158,20 @@ TEST_CASE("fidelity keeps tolerances for random plants, hands and commands, and 
       CHECK(outcome.report.estimated_error <= tolerance);
       if (outcome.true_error < 1e-9) continue;  // all steps were exact
       ++cheap;
-      CHECK(outcome.report.estimated_error >= 0.9 * outcome.true_error);
+      // Small ones are known by few samples.
+      const double least = outcome.true_error > 0.1 * tolerance ? 0.9 * outcome.true_error : 0.0;
+      CHECK(outcome.report.estimated_error >= least);
       CHECK(outcome.report.estimated_error <= 50.0 * outcome.true_error + 0.1 * tolerance);
     }
   }
-  CHECK(cheap >= 8);
+  CHECK(cheap >= 40);
 }
 
 TEST_CASE("fidelity takes no cheap steps for a knob that nothing holds") {
   // An error of speed would become one of angle, exact steps or not. The belt makes them tempting.
   for (const Hand& hand : {Hand{NoHand{}}, Hand{TorqueHand{Profile::constant(0.02)}}}) {
     PlantParams params;
-    params.belt = Belt{600.0, 1e-3, 1e-5};
+    params.belt = Belt{1e4, 1e-3, 1e-5};
     const FidelityReport report = play({"free", params, hand, varied(500)}, 0.5).report;
     CHECK(report.steps[static_cast<std::size_t>(Method::exact)] == 500);
   }
@@ -203,7 +205,7 @@ TEST_CASE("fidelity takes cheap steps where they are good enough and exact ones 
   }
   // The swing of a stiff belt makes exact steps dear.
   PlantParams params;
-  params.belt = Belt{600.0, 1e-3, 1e-5};
+  params.belt = Belt{1e4, 1e-3, 1e-5};
   const FidelityReport loose =
       play({"stiff belt", params, scenes()[0].hand, varied(2500)}, 0.1).report;
   CHECK(loose.steps[static_cast<std::size_t>(Method::trapezoid)] > 1800);
@@ -223,7 +225,7 @@ TEST_CASE("fidelity costs hardly more than exact steps where these are the best"
 
 TEST_CASE("fidelity decides alike however a span of time is cut into calls") {
   PlantParams params;
-  params.belt = Belt{};
+  params.belt = Belt{1e4, 1e-3, 1e-5};
   params.integration.tolerance = 0.1;
   const Hand hand = scenes()[0].hand;
   Plant whole(params, hand);
@@ -238,6 +240,7 @@ TEST_CASE("fidelity decides alike however a span of time is cut into calls") {
   CHECK(whole.state().speed_rad_s == cut.state().speed_rad_s);
   CHECK(whole.fidelity().estimated_error == cut.fidelity().estimated_error);
   CHECK(whole.fidelity().steps == cut.fidelity().steps);
+  CHECK(whole.fidelity().steps[static_cast<std::size_t>(Method::exact)] < 1000);
   CHECK(whole.fidelity().steps_checked == cut.fidelity().steps_checked);
 }
 
