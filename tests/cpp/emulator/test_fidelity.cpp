@@ -148,7 +148,7 @@ TEST_CASE("fidelity keeps every tolerance asked for, in every scene, and says so
 
 TEST_CASE("fidelity keeps tolerances for random plants, hands and commands, and knows its error") {
   int cheap = 0;
-  for (std::uint64_t seed = 0; seed < 120; ++seed) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
     const Scene scene = random_scene(seed);
     for (const double tolerance : {0.5, 0.1, 1e-2, 1e-3}) {
       CAPTURE(seed);
@@ -164,7 +164,7 @@ TEST_CASE("fidelity keeps tolerances for random plants, hands and commands, and 
       CHECK(outcome.report.estimated_error <= 50.0 * outcome.true_error + 0.1 * tolerance);
     }
   }
-  CHECK(cheap >= 40);
+  CHECK(cheap >= 20);
 }
 
 TEST_CASE("fidelity takes no cheap steps for a knob that nothing holds") {
