@@ -1,8 +1,8 @@
 """The SDK's own C++ tests over a knob that the kernel has.
 
 To start a process with the sanitizers, and to have it look for leaks at its end, takes an emulated
-processor as long as a short case does. So one process runs all cases that leave the cable in, and another
-one those that pull it; what the kernel logs meanwhile counts against the first case of each.
+processor as long as a short case does. So one process runs all cases that leave the cable in, and
+another one those that pull it. What the kernel logs counts against the first case of each.
 """
 
 from __future__ import annotations
