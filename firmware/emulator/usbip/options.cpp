@@ -64,7 +64,11 @@ ProgramOptions read_options(std::span<const std::string_view> arguments) {
     }
     const std::size_t equals = argument.find('=');
     if (equals != std::string_view::npos) {
-      set(options, argument.substr(0, equals), argument.substr(equals + 1));
+      const std::string_view name = argument.substr(0, equals);
+      if (find_flag(options, name) != nullptr) {
+        throw BadOption(std::string(name) + " takes no value");
+      }
+      set(options, name, argument.substr(equals + 1));
       continue;
     }
     if (i + 1 == arguments.size()) {

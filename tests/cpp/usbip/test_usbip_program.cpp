@@ -156,6 +156,7 @@ TEST_CASE("bad options are refused") {
   CHECK_THROWS_AS(options_from({"--hand", "scripted:"}), BadOption);
   CHECK_THROWS_AS(options_from({"--colour", "red"}), BadOption);
   CHECK_THROWS_AS(options_from({"port"}), BadOption);
+  CHECK_THROWS_WITH_AS(options_from({"--status=1"}), "--status takes no value", BadOption);
 }
 
 TEST_CASE("only addresses of this machine are loopback") {

@@ -170,6 +170,34 @@ TEST_CASE("configuration that is taken back ends what waits and disarms, and may
   CHECK(state() == torsio::protocol::State::armed);
 }
 
+TEST_CASE("bus reset in the middle of transfers ends them and the knob may be configured again") {
+  Rig rig;
+  const auto state = [&] { return rig.knob.device().device().state(); };
+  rig.client.submit_out(1, command(1, kArm));
+  (void)rig.client.wait();
+  std::uint32_t waiting = rig.client.submit_in(1, 64);
+  for (int i = 0; i < 20; ++i) {  // what the device has to say of being armed
+    rig.client.frame();
+    if (rig.client.reply()) waiting = rig.client.submit_in(1, 64);
+  }
+  REQUIRE(state() == torsio::protocol::State::armed);
+  // The device waits for 64 bytes of which none come.
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0305, 0, 64)).status == kStall);
+
+  rig.knob.host().plug();  // to the device this is a reset of the bus
+  const Reply ended = rig.client.wait();
+  CHECK(ended.sequence == waiting);
+  CHECK(ended.status == kStall);  // silicon says nothing at all there, which ends it as well
+  CHECK_FALSE(rig.knob.has_host());
+  CHECK(rig.client.get_feature(1).status == kStall);
+  for (int i = 0; i < 100; ++i) rig.client.frame();  // less than the watchdog's time
+  CHECK(state() == torsio::protocol::State::disarmed);
+
+  rig.client.configure();
+  CHECK(rig.knob.has_host());
+  CHECK(rig.client.get_feature(1).status == 0);
+}
+
 TEST_CASE("client that goes is a pulled plug: the armed knob disarms and the next one is served") {
   UsbKnob knob({});
   {

@@ -29,7 +29,7 @@ with torsio.watch() as watch:
     event = watch.next(timeout_s=30)
     assert event is not None
     print(event.kind, event.device.serial, event.device.path, flush=True)
-sys.stdin.read()  # until the drivers are there
+sys.stdin.readline()  # until the drivers are there
 [listed] = [device for device in torsio.list_devices() if device.serial == sys.argv[2]]
 assert listed.path == event.device.path
 with torsio.open(listed.path) as knob:
@@ -42,7 +42,19 @@ with torsio.open(listed.path) as knob:
     knob.disarm()
     assert knob.control_config().beta == 0.5
     assert knob.statistics().samples_lost == 0
-print("done")
+print("closed", flush=True)
+sys.stdin.readline()  # until they are there again
+with torsio.open(listed.path) as knob:
+    knob.arm()
+    knob.start_telemetry()
+    knob.read()
+    print("reading", flush=True)
+    try:
+        while True:
+            knob.read(timeout_s=60)
+    except torsio.Disconnected:
+        assert knob.state == "disconnected"
+        print("disconnected")
 """
 
 
@@ -112,8 +124,11 @@ def without_drivers() -> Iterator[None]:
             (DEVICES.parent / "drivers_probe").write_text(bus_id)
 
 
+@pytest.mark.pulls_cable
 @pytest.mark.usefixtures("udev")  # which tells libusb of what comes
-def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file(bus: VirtualBus) -> None:
+def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file_and_go(
+    bus: VirtualBus,
+) -> None:
     program = subprocess.Popen(
         [sys.executable, "-c", SDK_PROGRAM, LIBUSB, "KNOB-1"],
         env={**os.environ, "LD_PRELOAD": LIBUSB},
@@ -122,6 +137,7 @@ def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file(bus: Virtu
         stderr=subprocess.STDOUT,
         text=True,
     )
+    assert program.stdin is not None
     assert program.stdout is not None
     assert program.stdout.readline() == "watching\n"
     with without_drivers():
@@ -132,6 +148,13 @@ def test_sdk_works_on_libusb_too_and_sees_a_knob_come_that_is_no_file(bus: Virtu
     assert arrival[:2] == ["arrived", knob.serial]
     assert arrival[2].startswith(f"{knob.bus_id}:")
     knob.say("still")
-    output, _ = program.communicate()
-    assert (program.returncode, output) == (0, "done\n")
+    program.stdin.write("\n")
+    program.stdin.flush()
+    assert program.stdout.readline() == "closed\n"
     assert knob.hidraw.exists()  # the kernel has its driver back
+    program.stdin.write("\n")
+    program.stdin.flush()
+    assert program.stdout.readline() == "reading\n"
+    knob.unplug(wait=False)
+    output, _ = program.communicate()
+    assert (program.returncode, output) == (0, "disconnected\n")

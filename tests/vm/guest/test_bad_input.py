@@ -14,7 +14,7 @@ import torsio
 from tests.python.test_bad_input import BAD_CALLS, BAD_SCENES, OLD_TORQUE_NM, torque
 from tests.vm.guest.virtual_bus import VirtualKnob
 
-pytestmark = pytest.mark.kernel("6.12")
+pytestmark = pytest.mark.kernel("6.1")
 
 
 def is_about_the_emulator(call: Callable[[torsio.Knob], object]) -> bool:

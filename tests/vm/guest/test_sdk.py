@@ -1,18 +1,33 @@
-"""The SDK's own tests, C++ and Python, over a knob that the kernel has."""
+"""The SDK's own C++ tests over a knob that the kernel has.
+
+To start a process with the sanitizers, and to have it look for leaks at its end, takes an emulated
+processor as long as a short case does. So one process runs all cases that leave the cable in, and
+another one those that pull it. What the kernel logs counts against the first case of each.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import io
 import os
 import re
 import subprocess
-from collections.abc import Iterator
+import tempfile
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
-from _pytest.mark import ParameterSet
 
 from tests.vm.guest.virtual_bus import PROGRAM, TREE
 
+pytestmark = pytest.mark.kernel("6.1")
+
 TESTS = TREE / "build/asan-ubsan/tests/cpp/torsio_attached_tests"
+# Of a process, in the guest's time. Less than a test may take, so that the next one need not wait.
+LIMIT_S = 800
 
 _WORLD = "tells a world what only the one inside the process can do"
 _VIRTUAL = "is about virtual time"
@@ -71,36 +86,126 @@ def cases() -> list[str]:
 
 
 CASES = cases()
+OVER_USB = [case for case in CASES if case not in NOT_OVER_USB]
 
 
-def run_case(case: str, **environment: str) -> None:
+def pulls_cable(case: str) -> bool:
+    return re.search("unplug|departures", case) is not None
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a process ended that ran several cases.
+
+    Attributes
+    ----------
+    problems
+        Of each case that came to its end; empty if it passed.
+    status
+        Of the process: 0 if all passed and the sanitizers have nothing to report.
+    output
+        What it printed, the sanitizers' reports for example.
+    """
+
+    problems: dict[str, str]
+    status: int
+    output: str
+
+
+def read_results(text: str) -> dict[str, str]:
+    """Return the problem of each case in doctest's XML, empty if it passed.
+
+    Where a crash has cut the text off, the cases before that are returned.
+    """
+    problems: dict[str, str] = {}
+    with contextlib.suppress(ElementTree.ParseError):
+        for _, element in ElementTree.iterparse(io.StringIO(text)):
+            if element.tag == "TestCase":
+                passed = element.find("OverallResultsAsserts[@test_case_success='true']")
+                problem = ElementTree.tostring(element, encoding="unicode")
+                problems[element.attrib["name"]] = problem if passed is None else ""
+    return problems
+
+
+def run_cases(cases: Sequence[str]) -> Run:
+    """Run cases in one process."""
     # Commas separate filters, and a backslash protects one.
-    pattern = case.replace(",", "\\,")
-    result = subprocess.run(
-        [str(TESTS), f"--test-case={pattern}", "--no-colors"],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "TORSIO_VIRTUAL_KNOB": str(PROGRAM), **environment},
-    )
-    output = result.stdout + result.stderr
-    if result.returncode != 0 or not re.search(r"test cases: +1 \| +1 passed", output):
-        pytest.fail(output, pytrace=False)
+    pattern = ",".join(case.replace(",", "\\,") for case in cases)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "results.xml"
+        command = [str(TESTS), f"--test-case={pattern}", "--reporters=xml", f"--out={file}"]
+        try:
+            result = subprocess.run(
+                [*command, "--no-skipped-summary"],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                check=False,
+                timeout=LIMIT_S,
+                env={**os.environ, "TORSIO_VIRTUAL_KNOB": str(PROGRAM)},
+            )
+            status, output = result.returncode, result.stdout
+        except subprocess.TimeoutExpired as late:
+            status, output = -1, f"{LIMIT_S} s are over\n{late.stdout!r}"
+        text = file.read_text(errors="replace") if file.exists() else ""
+    return Run(read_results(text), status, output)
+
+
+@pytest.fixture(scope="module")
+def run_all(request: pytest.FixtureRequest) -> Callable[[bool], Run]:
+    """Give what runs, once, all selected cases that pull the cable or all that do not."""
+    calls = [getattr(item, "callspec", None) for item in request.session.items]
+    selected = [call.params["case"] for call in calls if call and "case" in call.params]
+
+    @functools.cache
+    def run(pulls: bool) -> Run:
+        cases = [case for case in selected or OVER_USB if pulls_cable(case) == pulls]
+        return run_cases(cases)
+
+    return run
 
 
 def test_list_of_exceptions_has_no_case_that_is_gone() -> None:
     assert set(NOT_OVER_USB) <= set(CASES)
 
 
-def over_usb() -> Iterator[ParameterSet]:
-    """Give the cases that run here."""
-    for case in CASES:
-        pulls = re.search("unplug|departures", case) is not None
-        if case not in NOT_OVER_USB:
-            yield pytest.param(case, marks=[pytest.mark.pulls_cable] if pulls else [])
+def test_results_that_a_crash_has_cut_off_have_only_the_cases_before_it() -> None:
+    text = """<?xml version="1.0" encoding="UTF-8"?>
+<doctest binary="x"><Options order_by="file"/><TestSuite>
+  <TestCase name="good"><OverallResultsAsserts successes="1" test_case_success="true"/></TestCase>
+  <TestCase name="bad"><Expression success="false"><Original>a == b</Original></Expression>
+    <OverallResultsAsserts successes="0" failures="1" test_case_success="false"/></TestCase>
+  <TestCase name="crashed"><Expression success="false">"""
+    problems = read_results(text)
+    assert list(problems) == ["good", "bad"]
+    assert problems["good"] == ""
+    assert "a == b" in problems["bad"]
 
 
-@pytest.mark.kernel("6.1")
-@pytest.mark.parametrize("case", over_usb())
-def test_cpp(case: str) -> None:
-    run_case(case)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=[pytest.mark.pulls_cable] if pulls_cable(case) else [])
+        for case in OVER_USB
+    ],
+)
+def test_cpp(run_all: Callable[[bool], Run], case: str) -> None:
+    run = run_all(pulls_cable(case))
+    problem = run.problems.get(case)
+    if problem is None:
+        pytest.fail(f"did not come to its end; status {run.status}\n{run.output}", pytrace=False)
+    if problem:
+        pytest.fail(f"{problem}\n{run.output}", pytrace=False)
+
+
+@pytest.mark.parametrize(
+    "pulls",
+    [False, pytest.param(True, marks=pytest.mark.pulls_cable)],
+    ids=["cable stays", "cable is pulled"],
+)
+def test_cpp_process_ends_well_and_without_a_leak(
+    run_all: Callable[[bool], Run], pulls: bool
+) -> None:
+    run = run_all(pulls)
+    if run.status != 0 or not run.problems:
+        pytest.fail(f"status {run.status}\n{run.output}", pytrace=False)
