@@ -12,7 +12,7 @@ from tests.python.test_interrupt import CALLS
 from tests.vm.guest.child import Child
 from tests.vm.guest.virtual_bus import VirtualKnob
 
-pytestmark = pytest.mark.kernel("6.1")
+pytestmark = pytest.mark.kernel("6.12")
 
 # These are about the device inside the process.
 NOT_OVER_USB = {"advance", "unpaced", "opening"}
