@@ -121,6 +121,14 @@ def test_tolerance_that_nothing_can_keep_is_refused_by_name(tolerance: float) ->
         Plant(tolerance=tolerance)
 
 
+def test_going_on_is_refused_once_rounding_alone_exceeds_the_tolerance() -> None:
+    # A shaft that swings 3e5 times a tick.
+    plant = Plant(torsio.PlantParams(shaft_stiffness_nm_per_rad=1e14), tolerance=1e-9)
+    ticks = np.arange(300)
+    with pytest.raises(RuntimeError, match=r"nothing keeps the tolerance 1e-09 .*rounding"):
+        plant.record(0.08 * np.sin(0.3 * ticks), np.full(len(ticks), 0.01))
+
+
 def test_open_knob_tells_what_it_took_for_a_tolerance() -> None:
     with torsio.open("emulated", tolerance=1e-3) as knob:
         knob.sleep(0.2)
