@@ -107,7 +107,8 @@ class FidelityAccount {
   bool seen_ = false;
 };
 
-/// Takes in each step the cheapest of fidelity_choices() that keeps the account's tolerance.
+/// Takes exact steps, unless a hand holds or leads the knob and another of fidelity_choices() keeps
+/// the account's tolerance and pays.
 /// @throws std::invalid_argument as make_exact_stepper does; step() throws std::runtime_error when
 ///         not even exact steps keep the tolerance
 [[nodiscard]] std::unique_ptr<Stepper> make_fidelity_stepper(

@@ -21,8 +21,9 @@ struct Integration {
   std::int64_t step_ns = 1'000'000;
   /// Speed over which `regularised` smooths friction, > 0.
   double regularisation_rad_s = 0.01;
-  /// Relative error that is good enough, >= 1e-9. If given, the plant takes the cheapest way to
-  /// cover each step of step_ns that keeps it, whatever `method` says; see FidelityReport.
+  /// Relative error that is good enough, >= 1e-9. If given, whatever `method` says, steps are exact
+  /// unless a hand holds or leads the knob and cheaper ones keep the tolerance and pay; see
+  /// FidelityReport.
   std::optional<double> tolerance{};
 };
 

@@ -13,6 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
+from tests.python.parts_oracle import Rows
 from tests.python.plant_oracle import OraclePlant, OracleRun
 from torsio.cli import app
 from torsio.emulator import Plant
@@ -64,6 +65,37 @@ def test_estimate_bounds_the_true_error_against_an_independent_simulation(
     assert took["estimated_error"] <= 50 * error + 1e-9
 
 
+def test_estimate_bounds_the_error_of_cheap_steps_against_an_independent_simulation() -> None:
+    params = torsio.PlantParams(belt=torsio.Belt(stiffness_nm_per_rad=1e4))
+    path = [(0.0, 0.0), (0.4, 0.4)]
+    hand = torsio.ImpedanceHand(
+        intended_angle_rad=path,
+        stiffness_nm_per_rad=1.0,
+        damping_nm_s_per_rad=10e-3,
+        inertia_kg_m2=1e-4,
+    )
+
+    def hand_nm(time_s: float, angle_rad: float, speed_rad_s: float) -> float:
+        return 1.0 * (time_s - angle_rad) + 10e-3 * (1.0 - speed_rad_s)
+
+    ticks = 250
+    motor, brake = np.full(ticks, -0.01), np.full(ticks, 0.03)
+    plant = Plant(params, hand, tolerance=0.1)
+    rows = plant.record(motor, brake)
+    truth, seen = Rows(params, hand_nm, hand_kg_m2=1e-4, max_step_s=math.inf), []
+    for command in zip(motor, brake, strict=True):
+        truth.advance(*map(float, command))
+        seen.append(truth.seen())
+    errors = []
+    for key, true in zip(("angle_rad", "spring_torque_nm"), np.asarray(seen).T, strict=True):
+        got = np.append(rows[key][1:], plant.state[key])
+        errors.append(float(np.abs(got - true).max()) / float(np.abs(true).max()))
+    took = plant.fidelity
+    assert took["steps_trapezoid"] > 0
+    assert 1e-6 < max(errors) <= 0.1  # far beyond the error of exact steps, and of SciPy
+    assert 0.9 * max(errors) <= took["estimated_error"] <= 0.1
+
+
 def test_cheaper_methods_err_as_their_order_says_and_smoothed_friction_never_gets_there() -> None:
     motor, brake = commands(300)
     profile = [(0.0, 0.0), (0.1, 0.07), (0.2, 0.07), (0.3, -0.05)]
@@ -87,6 +119,14 @@ def test_tolerance_that_nothing_can_keep_is_refused_by_name(tolerance: float) ->
         torsio.open("emulated", tolerance=tolerance)
     with pytest.raises(ValueError, match="tolerance"):
         Plant(tolerance=tolerance)
+
+
+def test_going_on_is_refused_once_rounding_alone_exceeds_the_tolerance() -> None:
+    # A shaft that swings 3e5 times a tick.
+    plant = Plant(torsio.PlantParams(shaft_stiffness_nm_per_rad=1e14), tolerance=1e-9)
+    ticks = np.arange(300)
+    with pytest.raises(RuntimeError, match=r"nothing keeps the tolerance 1e-09 .*rounding"):
+        plant.record(0.08 * np.sin(0.3 * ticks), np.full(len(ticks), 0.01))
 
 
 def test_open_knob_tells_what_it_took_for_a_tolerance() -> None:

@@ -25,6 +25,7 @@ class Case:
     hand: torsio.Hand | None = None
     #: least number of times that friction catches or lets go, so that a case shows what it is for
     events: int = 1
+    shaft_nm_per_rad: float = 2.873
 
 
 def _case(n: int, motor_nm: Array | float, brake_nm: Array | float, **rest: object) -> Case:
@@ -69,12 +70,21 @@ CASES = {
         ),
         events=6,
     ),
+    "very soft shaft": _case(
+        100, 0.05 * np.sin(0.1 * _ticks(100)), 0.005, events=2, shaft_nm_per_rad=1e-3
+    ),
+    "stiff shaft": _case(
+        60, 0.08 * np.sin(0.2 * _ticks(60)), 0.02, events=4, shaft_nm_per_rad=100.0
+    ),
+    "very stiff shaft": _case(
+        30, 0.08 * np.sin(0.3 * _ticks(30)), 0.01, events=4, shaft_nm_per_rad=3e3
+    ),
 }
 
 
 def _oracle(case: Case) -> tuple[Array, Array, int]:
     """Angle and spring torque after every tick, and the number of events."""
-    run = OracleRun(OraclePlant())
+    run = OracleRun(OraclePlant(shaft_stiffness_nm_per_rad=case.shaft_nm_per_rad))
     hand = case.hand
     if isinstance(hand, torsio.ImpedanceHand):
         run.plant = replace(
@@ -114,7 +124,8 @@ def _straight(profile: object, t: float) -> tuple[float, float]:
 @pytest.mark.parametrize("name", CASES)
 def test_exact_plant_agrees_with_independent_integration_at_one_step_per_tick(name: str) -> None:
     case = CASES[name]
-    plant = Plant(hand=case.hand, method="exact", step_ns=1_000_000)
+    params = torsio.PlantParams(shaft_stiffness_nm_per_rad=case.shaft_nm_per_rad)
+    plant = Plant(params, case.hand, method="exact", step_ns=1_000_000)
     rows = plant.record(case.motor_nm, case.brake_nm)
     # Rows are at the begins of the ticks; the state closes the last one.
     angle = np.append(rows["angle_rad"][1:], plant.state["angle_rad"])

@@ -62,7 +62,7 @@ def test_a_full_disk_keeps_the_earlier_results(
     assert [path.name for path in tmp_path.iterdir()] == ["paper.json"]
 
 
-def test_a_truly_full_disk_gives_a_clear_error() -> None:
+def test_a_folder_that_cannot_be_made_gives_a_clear_error() -> None:
     with pytest.raises(StudyError, match=r"cannot write /proc/"):
         common.save(results(), Path("/proc/nowhere/paper.json"))
 

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import errno
-import importlib
 import json
 import math
 import os
 import resource
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,48 +23,14 @@ from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
 from torsio.errors import InvalidArgument
-from torsio.studies import actuators, design, design_figure, design_run, paper_runs
+from torsio.studies import actuators, design, design_figure, paper_runs
 from torsio.studies.common import StudyError, execute
 from torsio.studies.design import SPACE, Batch, Design
 from torsio.studies.design_store import Store
 
 DEVICES = 8
 KEY = {"evaluation": 1}
-# Light devices, so that the tests are quick.
-FAST = tuple(
-    Design(beta=beta, control_rate_hz=500.0, knob_inertia_kg_m2=inertia)
-    for beta in (0.0, 0.5)
-    for inertia in (4e-5, 6e-5)
-)
-Numbers = dict[int, list[dict[str, float | None]]]
-BATCHES = tuple(Batch("sample", i, (one,)) for i, one in enumerate(FAST))
-
-
-def _without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float | None]]:
-    """Leave out what is never the same, and give None for NaN, which equals nothing."""
-    return [
-        {
-            key: None if math.isnan(value) else value
-            for key, value in row.items()
-            if key != "seconds"
-        }
-        for row in rows
-    ]
-
-
-def _done(batches: tuple[Batch, ...], **where: Any) -> Numbers:
-    with design_run.spread(batches, **where) as (_, results):
-        return {batch.index: _without_seconds(rows) for batch, rows in results}
-
-
-def _local_cluster(**options: Any) -> Any:
-    distributed = importlib.import_module("distributed")
-    return distributed.LocalCluster(dashboard_address=None, **options)
-
-
-@pytest.fixture(scope="module")
-def reference() -> Numbers:
-    return _done(BATCHES, workers=1)
+BATCHES = tuple(Batch("sample", i, (Design(beta=0.1 * i),)) for i in range(4))
 
 
 # --- formulas and the sample ---------------------------------------------------------------------
@@ -199,91 +162,6 @@ def test_maps_end_where_their_ranges_do() -> None:
         assert len(edges) == 4
 
 
-# --- spreading -----------------------------------------------------------------------------------
-
-
-def test_two_processes_give_the_same_numbers(
-    reference: Numbers,
-) -> None:
-    assert _done(BATCHES, workers=2) == reference
-
-
-def test_dask_cluster_of_two_workers_gives_the_same_numbers(
-    reference: Numbers,
-) -> None:
-    with _local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
-        with design_run.spread(BATCHES, scheduler=cluster.scheduler_address) as (workers, results):
-            done = {batch.index: _without_seconds(rows) for batch, rows in results}
-        assert workers == 2
-        assert done == reference
-
-
-def test_scheduler_without_workers_is_refused() -> None:
-    with (
-        _local_cluster(n_workers=0) as cluster,
-        pytest.raises(StudyError, match=r"has no workers: start some with dask worker tcp://"),
-        design_run.spread(BATCHES, scheduler=cluster.scheduler_address),
-    ):
-        pass
-
-
-@pytest.fixture
-def silent_port() -> Iterator[int]:
-    with socket.socket() as taken:  # bound but not listening: nobody answers
-        taken.bind(("127.0.0.1", 0))
-        yield taken.getsockname()[1]
-
-
-def test_unreachable_scheduler_is_one_clear_error_and_earlier_results_stay(
-    tmp_path: Path, silent_port: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(design_run, "_ANSWER_S", 0.5)
-    folder = tmp_path / "design"
-    settings = {"evaluation": design.EVALUATION, "law": "paper", "batch_size": 4}
-    earlier = Store(folder, settings)
-    first = next(iter(design.batches(DEVICES, 3, "paper", 4)))
-    row = asdict(Design()) | dict.fromkeys(design.columns()[7:], 1.0)
-    earlier.write(first, [row] * 4)
-    kept = earlier.path(first).read_bytes()
-    address = f"tcp://127.0.0.1:{silent_port}"
-    with pytest.raises(StudyError, match=f"no Dask scheduler answers at {address}") as caught:
-        execute(
-            "design",
-            out=tmp_path,
-            quick=True,
-            settings={"devices": DEVICES, "scheduler": address},
-        )
-    assert "\n" not in str(caught.value)
-    assert earlier.path(first).read_bytes() == kept
-
-
-@pytest.mark.parametrize(
-    "address",
-    ["", "nonsense", "nonsense://here", "tcp://host", "tcp://:8786", "tcp://ho st:1", "http://h:1"],
-)
-def test_address_that_is_none_is_refused_before_dask_is_asked(
-    address: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with (
-        pytest.raises(StudyError, match="is no address of a Dask scheduler: give one such as"),
-        design_run.spread(BATCHES, scheduler=address),
-    ):
-        pass
-
-
-@pytest.mark.parametrize("address", ["host:8786", "tcp://10.0.0.1:8786", "tls://[::1]:8786"])
-def test_address_of_a_scheduler_is_let_through(
-    address: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)  # as if it were not installed
-    with (
-        pytest.raises(StudyError, match="a scheduler needs the package distributed"),
-        design_run.spread(BATCHES, scheduler=address),
-    ):
-        pass
-
-
 # --- results on disk -----------------------------------------------------------------------------
 
 ROW: dict[str, float] = asdict(Design()) | dict.fromkeys(design.columns()[7:], 0.25)
@@ -315,6 +193,36 @@ def test_damaged_file_is_named_and_nothing_is_touched(
     assert "all others are kept" in str(caught.value)
     assert path.read_bytes() == bytes(data)
     assert store.intact(BATCHES[1:]) == {BATCHES[1]}
+
+
+def test_a_flipped_bit_never_gives_other_numbers(tmp_path: Path) -> None:
+    designs = design.sample_design(0), design.sample_design(1), design.sample_design(2)
+    batch = Batch("sample", 0, designs)
+    rows = [
+        asdict(one) | {name: one.beta + i for i, name in enumerate(design.columns()[7:])}
+        for one in designs
+    ]
+    store = Store(tmp_path, KEY)
+    store.write(batch, rows)
+    path = store.path(batch)
+    data, numbers = path.read_bytes(), store.read([batch])["sample"]
+    refused, wrong = 0, []
+    for bit in range(0, 8 * len(data), 251):  # no multiple of 8: every bit of a byte has its turn
+        flipped = bytearray(data)
+        flipped[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(bytes(flipped))
+        try:
+            found = Store(tmp_path, KEY).read([batch])["sample"]
+        except StudyError:
+            refused += 1
+            continue
+        same = list(found) == list(numbers) and all(
+            np.array_equal(found[name], values) for name, values in numbers.items()
+        )
+        if not same:
+            wrong.append(bit)
+    assert wrong == []
+    assert refused > 100
 
 
 def test_results_of_other_settings_are_refused_and_left_alone(tmp_path: Path) -> None:

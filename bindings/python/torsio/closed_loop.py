@@ -124,8 +124,9 @@ class LoopOptions:
     method, step_ns
         How the plant is stepped; None is the plant's default with a step a control period.
     tolerance
-        Relative error of the motion that is good enough, at least 1e-9; the cheapest way that keeps
-        it is then taken, whatever `method` says, see `ClosedLoop.fidelity`.
+        Relative error of the motion that is good enough, at least 1e-9; whatever `method` says,
+        steps are then exact unless a hand holds or leads the knob and cheaper ones keep the
+        tolerance and pay, see `ClosedLoop.fidelity`.
     """
 
     _: KW_ONLY

@@ -243,7 +243,7 @@ class Cogging:
 class PlantParams:
     """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
 
-    Parts that are not named cost nothing.
+    Parts that are not named cost nothing; the lags of motor and brake are always carried.
 
     Attributes
     ----------

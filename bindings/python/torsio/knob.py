@@ -478,8 +478,9 @@ def open(
     actuator, control, game
         Configuration at power-up, in place of the defaults.
     tolerance
-        Relative error of the simulated motion that is good enough, at least 1e-9: the emulator
-        takes the cheapest way of stepping that keeps it, see `Emulator.fidelity`. None is exact.
+        Relative error of the simulated motion that is good enough, at least 1e-9: steps are exact
+        unless a hand holds or leads the knob and cheaper ones keep the tolerance and pay, see
+        `Emulator.fidelity`. None is exact.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
         computed; the same calls with the same seed give the same bytes. True: the wall clock's.

@@ -76,7 +76,8 @@ struct Cogging {
 enum class EncoderRounding : std::uint8_t { floor, nearest };
 
 /// Motor, knob, shaft spring, brake and encoder; docs/theory.md has the equations. Torques are seen
-/// at the knob. The defaults are the reference actuator. Parts that are not named cost nothing.
+/// at the knob. The defaults are the reference actuator. Parts that are not named cost nothing; the
+/// lags of motor and brake are always carried.
 struct PlantParams {
   double knob_inertia_kg_m2 = 6e-5;  ///< motor and knob, > 0
   double knob_viscous_nm_s_per_rad = 2.6e-5;
@@ -122,9 +123,9 @@ struct EmulatorOptions {
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
   bool paced = false;
-  /// Relative error of the simulated motion that is good enough, >= 1e-9. If given, the emulator
-  /// takes the cheapest way of stepping that keeps it; see Emulator::fidelity(). Otherwise every
-  /// step is exact.
+  /// Relative error of the simulated motion that is good enough, >= 1e-9. If given, steps are exact
+  /// unless a hand holds or leads the knob and cheaper ones keep the tolerance and pay; see
+  /// Emulator::fidelity(). Otherwise every step is exact.
   std::optional<double> tolerance{};
   bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::take_truth()
 };

@@ -355,3 +355,26 @@ TEST_CASE("cogging follows its table round the turn") {
   CHECK(torque(16.0 * 3 + 0.5) == doctest::Approx(0.5e-3));
   CHECK(torque(-0.5) == doctest::Approx(-1e-3));
 }
+
+TEST_CASE("exact stepper has less work without spring and brake, and more with every part") {
+  // By the count of what it does, so that no clock is needed.
+  const auto work_ns = [](const PlantParams& params) {
+    const Hand hand = ImpedanceHand{1e-4, 1.0, 10e-3, Profile({{0, 0.0}, {500'000'000, 0.4}})};
+    const auto stepper = make_exact_stepper(make_model(params, hand), 1'000'000);
+    PlantState state;
+    const HeldInputs inputs{-0.01, Profile({{0, 0.0}, {500'000'000, 0.4}}).segment(0)};
+    for (int i = 0; i < 400; ++i) stepper->step(state, inputs, 1'000'000);
+    CHECK(state.knob_angle_rad() > 0.1);
+    return stepper->nominal_cost_ns();
+  };
+  PlantParams rigid;
+  rigid.spring_and_brake = false;
+  PlantParams cogging;
+  cogging.cogging = Cogging::sine(12, 2e-3);
+  PlantParams belt;
+  belt.belt = Belt{};
+  const double basis_ns = work_ns({});
+  CHECK(work_ns(rigid) < 0.75 * basis_ns);
+  CHECK(work_ns(cogging) > basis_ns);
+  CHECK(work_ns(belt) > basis_ns);
+}

@@ -35,7 +35,8 @@ def spread(
     scheduler
         Address of a Dask scheduler, ``tcp://host:8786``; None uses the cores of this machine.
     workers
-        Processes on this machine; None takes one per core. 1 works in this process.
+        Processes on this machine; None takes one per core that this one may use. 1 works in this
+        process.
 
     Raises
     ------
@@ -46,7 +47,7 @@ def spread(
         with _on_cluster(batches, scheduler) as both:
             yield both
         return
-    count = min(workers or os.cpu_count() or 1, max(1, len(batches)))
+    count = min(workers or usable_cores(), max(1, len(batches)))
     if count == 1:
         yield 1, ((batch, evaluate_batch(batch)) for batch in batches)
         return
@@ -58,6 +59,13 @@ def spread(
         yield count, _from_pool(pool, batches)
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def usable_cores() -> int:
+    """Give the cores that this process may use, which may be fewer than the machine has."""
+    if hasattr(os, "sched_getaffinity"):  # on Linux
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def _ignore_interrupts() -> None:

@@ -7,6 +7,7 @@ the batches it was working on, and the next run goes on from there.
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 _KEY = b"torsio_design"
+_DIGEST = b"torsio_digest"
 
 
 def _arrow() -> Any:
@@ -33,6 +35,11 @@ def _arrow() -> Any:
             "results as Parquet need the package pyarrow: pip install 'torsio[studies]'"
         ) from None
     return pyarrow
+
+
+def _digest(table: Any) -> bytes:
+    """Give what changes with any name or number: Parquet's checksums leave out its headers."""
+    return hashlib.sha256(repr(table.to_pydict()).encode()).hexdigest().encode()
 
 
 class Store:
@@ -90,10 +97,13 @@ class Store:
         self._write(table, self.path(batch))
 
     def _write(self, table: Any, path: Path) -> None:
-        table = table.replace_schema_metadata({_KEY: self._key})
+        table = table.replace_schema_metadata({_KEY: self._key, _DIGEST: _digest(table)})
         try:
             write_atomically(
-                path, lambda partial: self._arrow.parquet.write_table(table, str(partial))
+                path,
+                lambda partial: self._arrow.parquet.write_table(
+                    table, str(partial), write_page_checksum=True
+                ),
             )
         except StudyError as error:
             raise StudyError(
@@ -104,19 +114,29 @@ class Store:
         path = self.path(batch)
         try:
             # As one file, whatever Parquet files lie beside it; memory, so that it is closed again.
-            table = self._arrow.parquet.read_table(self._arrow.BufferReader(path.read_bytes()))
-        except (OSError, self._arrow.ArrowException) as error:
+            table = self._arrow.parquet.read_table(
+                self._arrow.BufferReader(path.read_bytes()), page_checksum_verification=True
+            )
+            digest = _digest(table)
+        except (OSError, ValueError, self._arrow.ArrowException) as error:
             if isinstance(error, OSError) and error.errno not in (None, errno.EINVAL):
                 raise StudyError(f"cannot read {path}: {error.strerror}") from None
-            raise StudyError(
-                f"{path} is damaged: delete it to have it computed again; all others are kept"
-            ) from None
-        if (table.schema.metadata or {}).get(_KEY) != self._key:
+            raise self._damaged(path) from None
+        metadata = table.schema.metadata or {}
+        if metadata.get(_KEY) != self._key or _DIGEST not in metadata:
             raise StudyError(
                 f"{path} holds results of other settings or of another version; they are left "
                 "alone: give another folder with --results"
             )
+        if metadata[_DIGEST] != digest:
+            raise self._damaged(path)
         return table
+
+    @staticmethod
+    def _damaged(path: Path) -> StudyError:
+        return StudyError(
+            f"{path} is damaged: delete it to have it computed again; all others are kept"
+        )
 
     def read(self, batches: Sequence[Batch]) -> dict[str, dict[str, Array]]:
         """Give all results: per group, per column, shape (n,)."""

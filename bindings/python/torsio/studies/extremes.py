@@ -137,12 +137,34 @@ def _stiffness() -> Iterator[Case]:
     for stiffness in dynamics.STIFFNESSES:
         yield Case(
             "stiffness",
-            f"{stiffness:g} N m/rad",
+            f"wall of {stiffness:g} N m/rad",
             "peak torque commanded to the motor (N m)",
             dynamics.stiff_wall_torque_nm(stiffness, motor_limit_nm=MAX_TORQUE_NM),
             dynamics.stiff_wall_torque_nm(stiffness),
             1.0000001 * runs.MOTOR_NM,
             "the last step before the motor is its limit",
+        )
+
+    # How stiff the shaft itself is: the plain variant is Runge-Kutta 4 at the same steps.
+    for stiffness in dynamics.SHAFT_STIFFNESSES:
+        yield Case(
+            "stiffness",
+            f"shaft of {stiffness:g} N m/rad",
+            "error of its free swing (share of the amplitude)",
+            dynamics.shaft_swing_error(stiffness, "regularised"),
+            dynamics.shaft_swing_error(stiffness, "exact"),
+            1e-6,
+            "the plant is stepped with the matrix exponential",
+        )
+    for stiffness in dynamics.SHAFT_STIFFNESSES:
+        yield Case(
+            "stiffness",
+            f"shaft of {stiffness:g} N m/rad, friction",
+            "change of the motion with the step (share of the peak)",
+            dynamics.shaft_step_error(stiffness, "regularised"),
+            dynamics.shaft_step_error(stiffness, "exact"),
+            1e-6,
+            "matrix exponentials between events that are located",
         )
 
 

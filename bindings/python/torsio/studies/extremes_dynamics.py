@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,9 @@ from torsio.config import ControlConfig, PlantParams
 from torsio.studies import paper_runs as runs
 
 Array = npt.NDArray[np.float64]
+Method = Literal["exact", "regularised"]
 STIFFNESSES = (0.0, 1e-3, 1.0, 30.0, 1e3, 1e6)
+SHAFT_STIFFNESSES = (1e-3, 1.0, 30.0, 1e3, 1e6)
 TIME_CONSTANTS_S = (0.0, 1e-4, 60e-3, 1.0, 10.0)
 INERTIA_RATIOS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4)
 
@@ -77,6 +79,62 @@ def lag_tracking(time_constant_s: float, *, modelled_s: float) -> float:
     return runs.run_push(options)[1].tracking_rms_in
 
 
+_LOSSLESS = PlantParams(
+    knob_coulomb_nm=0.0,
+    knob_viscous_nm_s_per_rad=0.0,
+    brake_drag_nm=0.0,
+    brake_viscous_nm_s_per_rad=0.0,
+    shaft_damping_nm_s_per_rad=0.0,
+)
+
+
+def shaft_swing_error(stiffness: float, method: Method) -> float:
+    """Error of a free, lossless swing on a shaft of this stiffness, as a share of its amplitude.
+
+    Against the closed form, the twist's cosine, for a tenth of a second in steps of 1 ms.
+    """
+    plant = replace(_LOSSLESS, shaft_stiffness_nm_per_rad=stiffness)
+    amplitude = 1e-3
+    options = LoopOptions(
+        plant=plant, initial=InitialState(twist_rad=amplitude), method=method, step_ns=1_000_000
+    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        rows = simulate(options, duration_s=0.1)
+        twist = rows["angle_rad"] - rows["brake_angle_rad"]
+        inverse = 1.0 / plant.knob_inertia_kg_m2 + 1.0 / plant.brake_inertia_kg_m2
+        swing = amplitude * np.cos(math.sqrt(stiffness * inverse) * rows["time_s"])
+        error = float(np.abs(twist - swing).max()) / amplitude
+    return error if math.isfinite(error) else math.inf
+
+
+def shaft_step_error(stiffness: float, method: Method) -> float:
+    """Give by how much the motion depends on the step, for a shaft of this stiffness.
+
+    Motor and brake work against friction for 0.1 s; knob and brake catch and let go. Compared are
+    steps of 1 ms and of 0.125 ms: the knob's angle as a share of its range, or the shaft's torque
+    as a share of its peak, whichever is worse.
+    """
+    ticks = np.arange(100)
+    motor = np.where(ticks // 25 % 2 == 0, 60e-3, -60e-3)
+    brake = 10e-3 * (1 + ticks // 10 % 4)
+    runs_rows = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for step_ns in (1_000_000, 125_000):
+            plant = emulator.Plant(
+                PlantParams(shaft_stiffness_nm_per_rad=stiffness), method=method, step_ns=step_ns
+            )
+            runs_rows.append(plant.record(motor, brake))
+        coarse, fine = runs_rows
+        errors = [
+            np.abs(coarse[name] - fine[name]).max() / size
+            for name, size in (
+                ("angle_rad", np.ptp(fine["angle_rad"])),
+                ("spring_torque_nm", np.abs(fine["spring_torque_nm"]).max()),
+            )
+        ]
+    return float(max(errors)) if np.isfinite(errors).all() else math.inf
+
+
 def energy_error(ratio: float, method: str) -> float:
     """Relative change of the energy of a free, lossless knob and brake in a tenth of a second.
 
@@ -88,14 +146,7 @@ def energy_error(ratio: float, method: str) -> float:
         "exact", or "regularised": Runge-Kutta 4 at the control period.
     """
     knob = PlantParams().knob_inertia_kg_m2
-    plant = PlantParams(
-        knob_coulomb_nm=0.0,
-        knob_viscous_nm_s_per_rad=0.0,
-        brake_drag_nm=0.0,
-        brake_viscous_nm_s_per_rad=0.0,
-        shaft_damping_nm_s_per_rad=0.0,
-        brake_inertia_kg_m2=ratio * knob,
-    )
+    plant = replace(_LOSSLESS, brake_inertia_kg_m2=ratio * knob)
     options = LoopOptions(
         plant=plant,
         initial=InitialState(speed_rad_s=5.0, twist_rad=0.01),

@@ -225,7 +225,7 @@ def _scenario_3(scenario: Results) -> list[dict[str, str]]:
 
     verdict = {"leaves": "holds", "held by friction": "partly", "stays": "wrong"}
     paper, soft = cut("paper", 25.0), cut("paper", 10.0)
-    rigid = cut("parallel", 25.0, rigid=True)
+    rigid, parallel = cut("parallel", 25.0, rigid=True), cut("parallel", 25.0)
     as_printed_rad = runs.WEIGHT_NM / 25e-3
     return [
         _row(
@@ -237,7 +237,8 @@ def _scenario_3(scenario: Results) -> list[dict[str, str]]:
         _row(
             "scenario 3",
             "brake and motor in parallel without a sensor would stick",
-            f"{_exit(rigid)}, of {1e3 * runs.WEIGHT_NM:.0f} mN·m",
+            f"{_exit(rigid)}, of {1e3 * runs.WEIGHT_NM:.0f} mN·m, on a shaft of "
+            f"{rigid['shaft_nm_per_rad']:.0f} N·m/rad; on the paper's: {_exit(parallel)}",
             "holds" if rigid["outcome"] == "stays" else "wrong",
         ),
         _row(

@@ -1,0 +1,53 @@
+"""The emulator's benchmark prints what it promises. No bound on time: the machine may be busy."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+TREE = Path(__file__).parents[2]
+PARTS = {"plant", "control", "protocol", "encoder", "clock_cable_and_host"}
+#: what is in the plant: numbers that it then carries from step to step
+STATES = {
+    "without_spring_and_brake": 3,
+    "basis": 6,
+    "brake_hysteresis": 7,
+    "shaft_hardening": 6,
+    "cogging": 6,
+    "belt": 8,
+    "all_parts": 9,
+}
+METHODS = {"exact", "trapezoid", "semi_implicit", "regularised"}
+
+
+def test_bench_emulator_prints_a_line_per_rate_plant_and_method() -> None:
+    # The test suite builds the dev preset; `./dev bench` takes the release build.
+    program = TREE / "build" / "release" / "tests" / "bench" / "bench_emulator"
+    result = subprocess.run(
+        [
+            *(sys.executable, "tests/bench/bench_emulator.py", "--program", str(program)),
+            *("--seconds", "0.2", "--repeats", "1"),
+        ],
+        cwd=TREE,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    lines = [json.loads(line) for line in result.stdout.splitlines()]
+    assert {line["benchmark"] for line in lines} == {"emulator"}
+    assert {line["control_rate_hz"] for line in lines} == {1000, 10_000}
+    for rate_hz in (1000, 10_000):
+        of_rate = [line for line in lines if line["control_rate_hz"] == rate_hz]
+        assert all(line["ns_per_tick"] > 0 for line in of_rate)
+        (device,) = (line for line in of_rate if line["what"] == "device")
+        assert device["realtime_factor"] > 0
+        assert set(device["ns_per_tick_by_part"]) == PARTS
+        plants = {line["parts"]: line for line in of_rate if line["what"] == "plant"}
+        assert {name: line["states"] for name, line in plants.items()} == STATES
+        assert plants["all_parts"]["saved_of_all_parts"] == 0.0
+        methods = {line["method"]: line for line in of_rate if line["what"] == "method"}
+        assert set(methods) > METHODS
+        assert all(line["realtime_factor"] > 0 for line in methods.values())
