@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-from pathlib import Path
+from tests.python.bench_lines import bench_lines
 
-TREE = Path(__file__).parents[2]
 PARTS = {"plant", "control", "protocol", "encoder", "clock_cable_and_host"}
 #: what is in the plant: numbers that it then carries from step to step
 STATES = {
@@ -23,20 +19,7 @@ METHODS = {"exact", "trapezoid", "semi_implicit", "regularised"}
 
 
 def test_bench_emulator_prints_a_line_per_rate_plant_and_method() -> None:
-    # The test suite builds the dev preset; `./dev bench` takes the release build.
-    program = TREE / "build" / "release" / "tests" / "bench" / "bench_emulator"
-    result = subprocess.run(
-        [
-            *(sys.executable, "tests/bench/bench_emulator.py", "--program", str(program)),
-            *("--seconds", "0.2", "--repeats", "1"),
-        ],
-        cwd=TREE,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    lines = [json.loads(line) for line in result.stdout.splitlines()]
+    lines = bench_lines("emulator", "--seconds", "0.2", "--repeats", "1")
     assert {line["benchmark"] for line in lines} == {"emulator"}
     assert {line["control_rate_hz"] for line in lines} == {1000, 10_000}
     for rate_hz in (1000, 10_000):

@@ -2,29 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-from pathlib import Path
-
-TREE = Path(__file__).parents[2]
+from tests.python.bench_lines import bench_lines
 
 
 def test_bench_host_prints_a_line_per_command_and_per_sample() -> None:
-    # The test suite builds the dev preset; `./dev bench` takes the release build.
-    program = TREE / "build" / "release" / "tests" / "bench" / "bench_host"
-    result = subprocess.run(
-        [
-            *(sys.executable, "tests/bench/bench_host.py", "--program", str(program)),
-            *("--commands", "50", "--seconds", "0.5", "--repeats", "2"),
-        ],
-        cwd=TREE,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    lines = [json.loads(line) for line in result.stdout.splitlines()]
+    lines = bench_lines("host", "--commands", "50", "--seconds", "0.5", "--repeats", "2")
     assert [line["what"] for line in lines] == ["command", "telemetry_sample"]
     for line in lines:
         assert line["cpp_ns"] > 0

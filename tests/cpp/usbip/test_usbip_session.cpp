@@ -8,6 +8,24 @@ using namespace usbip_test;
 using torsio::emulator::usbip::Session;
 using torsio::emulator::usbip::UsbKnob;
 
+namespace {
+
+/// Arms the knob and takes what it has to say of that.
+/// @returns the number of a transfer IN that waits
+std::uint32_t arm_and_wait(Rig& rig) {
+  rig.client.submit_out(1, command(1, kArm));
+  (void)rig.client.wait();
+  std::uint32_t waiting = rig.client.submit_in(1, 64);
+  for (int i = 0; i < 20; ++i) {
+    rig.client.frame();
+    if (rig.client.reply()) waiting = rig.client.submit_in(1, 64);
+  }
+  REQUIRE(rig.knob.device().device().state() == torsio::protocol::State::armed);
+  return waiting;
+}
+
+}  // namespace
+
 // Before the import ------------------------------------------------------------------------------
 
 TEST_CASE("device list shows one knob at the documented places") {
@@ -137,14 +155,7 @@ TEST_CASE("unlinking what is over is answered with success") {
 TEST_CASE("configuration that is taken back ends what waits and disarms, and may be set again") {
   Rig rig;
   const auto state = [&] { return rig.knob.device().device().state(); };
-  rig.client.submit_out(1, command(1, kArm));
-  (void)rig.client.wait();
-  std::uint32_t waiting = rig.client.submit_in(1, 64);
-  for (int i = 0; i < 20; ++i) {  // what the device has to say of being armed
-    rig.client.frame();
-    if (rig.client.reply()) waiting = rig.client.submit_in(1, 64);
-  }
-  REQUIRE(state() == torsio::protocol::State::armed);
+  const std::uint32_t waiting = arm_and_wait(rig);
 
   CHECK(rig.client.control_out(setup_packet(0x00, 9, 0, 0, 0)).status == 0);
   const Reply ended = rig.client.wait();
@@ -173,14 +184,7 @@ TEST_CASE("configuration that is taken back ends what waits and disarms, and may
 TEST_CASE("bus reset in the middle of transfers ends them and the knob may be configured again") {
   Rig rig;
   const auto state = [&] { return rig.knob.device().device().state(); };
-  rig.client.submit_out(1, command(1, kArm));
-  (void)rig.client.wait();
-  std::uint32_t waiting = rig.client.submit_in(1, 64);
-  for (int i = 0; i < 20; ++i) {  // what the device has to say of being armed
-    rig.client.frame();
-    if (rig.client.reply()) waiting = rig.client.submit_in(1, 64);
-  }
-  REQUIRE(state() == torsio::protocol::State::armed);
+  const std::uint32_t waiting = arm_and_wait(rig);
   // The device waits for 64 bytes of which none come.
   CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0305, 0, 64)).status == kStall);
 
