@@ -18,7 +18,7 @@ from pathlib import Path
 import pybind11
 
 TREE = Path(__file__).parent.parent
-CPP_FOLDERS = ("firmware", "sdk", "bindings", "examples", "tests")
+CPP_FOLDERS = ("firmware", "emulator", "sdk", "bindings", "examples", "tests")
 PYTHON_FOLDERS = ("bindings", "examples", "tests", "tools")
 MAX_LINES = 40
 SHELL_FILES = ("dev", ".ci/run", "tests/vm/init.sh")
@@ -51,14 +51,15 @@ def compile_header(header: str) -> Command:
     """Return the command that compiles one header alone, on the include path of its layer."""
     roots: dict[str, tuple[str, ...]] = {
         "firmware": ("firmware",),
+        "emulator": (".", "firmware"),
         "sdk/include": ("sdk/include",),  # what an installed SDK has
-        "sdk/src": ("sdk/include", "sdk/src", "firmware"),
+        "sdk/src": ("sdk/include", "sdk/src", "firmware", "."),
         "bindings": (
-            *("sdk/include", "firmware", "bindings/src"),
+            *("sdk/include", "firmware", ".", "bindings/src"),
             *(pybind11.get_include(), sysconfig.get_path("include")),
         ),
         "examples": ("examples", "sdk/include", *_sdl_include()),
-        "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "firmware"),
+        "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "firmware", "."),
     }
     layer = next(folder for folder in roots if header.startswith(folder + "/"))
     project = [f"-I{root}" for root in roots[layer] if not os.path.isabs(root)]

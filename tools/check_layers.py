@@ -66,12 +66,12 @@ RULES = (
     ),
     # The only file of the virtual USB knob that knows TinyUSB: its device controller.
     Rule(
-        "firmware/emulator/usbip/bus.cpp",
+        "emulator/usbip/bus.cpp",
         (*FIRMWARE, "usb"),
         third_party=r"tusb\.h|device/dcd\.h",
     ),
-    Rule("firmware/emulator/usbip", (*FIRMWARE, "usb"), posix=True),
-    Rule("firmware/emulator", FIRMWARE, posix=True),
+    Rule("emulator/usbip", (*FIRMWARE, "usb"), posix=True),
+    Rule("emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
         "sdk/src/hid_transport.cpp",

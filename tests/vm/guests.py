@@ -28,7 +28,7 @@ LIMIT_S = 1800.0
 PATHS = "tests/vm/guest tests/python/test_knob.py"
 # What they start.
 PROGRAMS = (
-    "build/release/firmware/emulator/usbip/torsio_virtual_knob "
+    "build/release/emulator/usbip/torsio_virtual_knob "
     "build/asan-ubsan/tests/cpp/torsio_attached_tests"
 )
 _PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovider"

@@ -14,7 +14,7 @@ from typing import TypeVar
 CONTROLLER = Path("/sys/devices/platform/vhci_hcd.0")
 DEVICES = Path("/sys/bus/usb/devices")
 TREE = Path(__file__).parent.parent.parent.parent
-PROGRAM = TREE / "build/release/firmware/emulator/usbip/torsio_virtual_knob"
+PROGRAM = TREE / "build/release/emulator/usbip/torsio_virtual_knob"
 
 _FREE, _USED = 4, 6  # VDEV_ST_NULL, VDEV_ST_USED
 _FULL_SPEED = 2
