@@ -6,12 +6,12 @@ include(GNUInstallDirs)
 
 set(config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/torsio")
 
-install(TARGETS torsio_sdk torsio_emulator torsio_device torsio_core torsio_protocol
+install(TARGETS torsio_sdk torsio_conversion torsio_emulator torsio_device torsio_core torsio_protocol
   EXPORT torsioTargets
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk
   INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-install(DIRECTORY sdk/include/torsio DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT sdk
+install(DIRECTORY sdk/include/torsio emulator/include/torsio DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT sdk
   FILES_MATCHING PATTERN "*.hpp")
 
 install(EXPORT torsioTargets NAMESPACE torsio:: DESTINATION "${config_dir}" COMPONENT sdk)

@@ -1,5 +1,7 @@
 #include "device/telemetry_batch.hpp"
 
+#include "protocol/axis_samples.hpp"
+
 namespace torsio::device {
 namespace {
 

@@ -98,7 +98,8 @@ class Reader {
     }
     const auto exact = static_cast<UnsignedOf<sizeof(T)>>(bits);
     if constexpr (Enumeration<T>) {
-      // An out-of-range number must never become an enumerator, not even for a moment.
+      // An out-of-range number must never become an enumerator, not even for a moment. Open
+      // enumerations have no range.
       const bool known = exact <= field.max;
       value = static_cast<T>(known ? exact : 0);
       if (!known) note(Status::out_of_range);

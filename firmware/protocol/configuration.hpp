@@ -1,5 +1,8 @@
 /// @file
 /// What the device is built of and how it controls: the reports that are kept in flash.
+///
+/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
+/// instead.
 #pragma once
 
 #include <array>
@@ -8,40 +11,29 @@
 #include <tuple>
 
 #include "protocol/effects.hpp"
+#include "protocol/enumerations.hpp"
 #include "protocol/layout.hpp"
 
 namespace torsio::protocol {
 
-enum class Law : std::uint8_t { paper, compensated, parallel, motor_only };
-template <>
-struct Enumerators<Law> {
-  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
-                                                         "motor_only"};
-};
-
-enum class Toggle : std::uint8_t { off, on };
-template <>
-struct Enumerators<Toggle> {
-  static constexpr std::array<std::string_view, 2> names{"off", "on"};
-};
-
-/// The actuator as built. The defaults are those of the reference actuator.
+/// The actuator as built. The defaults are those of the reference actuator. Set only while
+/// disarmed; another encoder empties the scene.
 struct ActuatorConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
-  float motor_torque_max_nm = 85e-3F;
-  float brake_torque_max_nm = 110e-3F;
-  float brake_torque_min_nm = 3.3e-3F;
-  float brake_drag_nm = 2e-3F;
-  float brake_time_constant_s = 60e-3F;
+  float motor_torque_max_nm = 0.085F;
+  float brake_torque_max_nm = 0.11F;
+  float brake_torque_min_nm = 0.0033F;
+  float brake_drag_nm = 0.002F;
+  float brake_time_constant_s = 0.06F;
   float spring_stiffness_nm_per_rad = 2.873F;
   std::uint32_t counts_per_rev = 8192;
   std::uint8_t counter_bits = 32;
   Toggle encoder_reversed = Toggle::off;
   float knob_inertia_kg_m2 = 6e-5F;
-  float knob_coulomb_nm = 6e-3F;
+  float knob_coulomb_nm = 0.006F;
   float knob_viscous_nm_s_per_rad = 2.6e-5F;
-  float motor_time_constant_s = 0.1e-3F;
+  float motor_time_constant_s = 1e-4F;
 };
 template <>
 struct Layout<ActuatorConfig> {
@@ -49,7 +41,8 @@ struct Layout<ActuatorConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "actuator_config";
   static constexpr std::string_view doc =
-      "The actuator as built. Set only while disarmed; another encoder empties the scene.";
+      "The actuator as built. The defaults are those of the reference actuator. Set only while "
+      "disarmed; another encoder empties the scene.";
   static constexpr std::tuple fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
@@ -61,13 +54,15 @@ struct Layout<ActuatorConfig> {
              "floor of the brake's torque in the sensor"),
       number("brake_drag_nm", &ActuatorConfig::brake_drag_nm, "N m", 0, max_torque_nm,
              "what the brake holds with no current"),
-      number("brake_time_constant_s", &ActuatorConfig::brake_time_constant_s, "s", 0, 100, ""),
+      number("brake_time_constant_s", &ActuatorConfig::brake_time_constant_s, "s", 0, 100,
+             "from command to torque"),
       number("spring_stiffness_nm_per_rad", &ActuatorConfig::spring_stiffness_nm_per_rad, "N m/rad",
              0, max_stiffness_nm_per_rad, "of the shaft between knob and brake"),
-      number("counts_per_rev", &ActuatorConfig::counts_per_rev, "", 4, 1U << 24, ""),
+      number("counts_per_rev", &ActuatorConfig::counts_per_rev, "", 4, 1U << 24, "of the encoder"),
       number("counter_bits", &ActuatorConfig::counter_bits, "", 8, 32,
              "width at which the encoder's counter wraps"),
-      choice("encoder_reversed", &ActuatorConfig::encoder_reversed, ""),
+      choice("encoder_reversed", &ActuatorConfig::encoder_reversed,
+             "on: it counts down where the angle grows"),
       number("knob_inertia_kg_m2", &ActuatorConfig::knob_inertia_kg_m2, "kg m^2", 1e-9F, 1,
              "of motor and knob; this and the next three bound what a game may ask for"),
       number("knob_coulomb_nm", &ActuatorConfig::knob_coulomb_nm, "N m", 0, max_torque_nm,
@@ -79,7 +74,7 @@ struct Layout<ActuatorConfig> {
   };
 };
 
-/// How the device controls, and what it does when the host goes silent.
+/// How the device controls, and what it does when the host goes silent. Set only while disarmed.
 struct ControlConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -106,7 +101,8 @@ struct Layout<ControlConfig> {
   static constexpr std::tuple fields{
       any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
-      choice("law", &ControlConfig::law, "partition between motor and brake"),
+      choice("law", &ControlConfig::law,
+             "how the desired torque is shared between motor and brake"),
       number("beta", &ControlConfig::beta, "", 0, 1, "the brake's share of the desired torque"),
       number("speed_bandwidth_hz", &ControlConfig::speed_bandwidth_hz, "Hz", 1, 1e4F,
              "of the speed estimate"),
@@ -128,8 +124,9 @@ struct Layout<ControlConfig> {
   };
 };
 
-/// What is wired to the board, and the electrical values of motor and brake. The defaults fit the
-/// reference actuator and the wiring in docs/hardware.md.
+/// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
+/// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
+/// starts the next time. The emulated device keeps it and has no use for it.
 struct BoardConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -137,7 +134,7 @@ struct BoardConfig {
   float motor_torque_constant_nm_per_a = 0.05F;
   float motor_current_max_a = 2;
   float motor_resistance_ohm = 2.5F;
-  float motor_inductance_h = 1.5e-3F;
+  float motor_inductance_h = 0.0015F;
   float current_bandwidth_hz = 500;
   float current_sense_v_per_a = 0.2F;
   float brake_torque_constant_nm_per_a = 0.44F;
@@ -159,9 +156,9 @@ struct Layout<BoardConfig> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "board_config";
   static constexpr std::string_view doc =
-      "What is wired to the board, and the electrical values of motor and brake. Set only while "
-      "disarmed; save it: it takes effect when the device starts the next time. The emulated "
-      "device keeps it and has no use for it.";
+      "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. "
+      "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
+      "device starts the next time. The emulated device keeps it and has no use for it.";
   static constexpr std::tuple fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "which axis; 0 is the first"),
@@ -170,18 +167,18 @@ struct Layout<BoardConfig> {
              "N m/A", 1e-4F, 100, "at the knob"),
       number("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0, 100,
              "never asked for more; one and a half times as much measured is a fault"),
-      number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 1e-3F, 1e3F,
+      number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001F, 1000,
              "of the winding"),
       number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
              "of the winding"),
-      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 5e3F,
+      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 5000,
              "of the current loop; held at a tenth of the control rate"),
-      number("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 1e-3F, 10,
+      number("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001F, 10,
              "of the current sensor; its zero is measured while the power is off"),
       number("brake_torque_constant_nm_per_a", &BoardConfig::brake_torque_constant_nm_per_a,
-             "N m/A", 1e-4F, 1e3F, "on the pulley"),
-      number("brake_current_max_a", &BoardConfig::brake_current_max_a, "A", 0, 100, ""),
-      number("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 1e-3F, 1e4F,
+             "N m/A", 1e-4F, 1000, "on the pulley"),
+      number("brake_current_max_a", &BoardConfig::brake_current_max_a, "A", 0, 100, "of the coil"),
+      number("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001F, 1e4F,
              "of the coil"),
       choice("motor_reversed", &BoardConfig::motor_reversed,
              "on: a current into the first motor pin turns the knob to smaller angles"),
@@ -202,7 +199,8 @@ struct Layout<BoardConfig> {
   };
 };
 
-/// What games may do, and how their numbers become torques.
+/// What games may do over the game interface, and how their numbers become torques; docs/games.md.
+/// Set only while disarmed.
 struct GameConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -213,7 +211,7 @@ struct GameConfig {
   float spring_gain = 1;
   float speed_full_rad_s = 20;
   float acceleration_full_rad_s2 = 3000;
-  float blend_s = 2e-3F;
+  float blend_s = 0.002F;
   float silence_s = 10;
 };
 template <>

@@ -2,13 +2,18 @@
 /// The effects of a scene as they travel: one report each. Angles that may lie many turns away are
 /// fixed-point turns, so that they stay exact after any amount of turning; every other quantity is
 /// a float in SI units. Torques are torques on the knob, positive along positive angle.
+///
+/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
+/// instead.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <string_view>
 #include <tuple>
+#include <variant>
 
+#include "protocol/enumerations.hpp"
 #include "protocol/layout.hpp"
 
 namespace torsio::protocol {
@@ -16,13 +21,10 @@ namespace torsio::protocol {
 inline constexpr std::uint8_t max_effects = 16;
 inline constexpr std::uint16_t curve_pool_points = 1024;
 inline constexpr std::uint8_t curve_points_per_report = 13;
-
-// Limits shared by several effects. They are wide on purpose: they keep the arithmetic finite, the
-// actuator's own limits are applied where the torque is made.
-inline constexpr float max_torque_nm = 100.0F;
+inline constexpr float max_torque_nm = 100;
 inline constexpr float max_stiffness_nm_per_rad = 1e6F;
-inline constexpr float max_damping_nm_s_per_rad = 1e3F;
-inline constexpr float max_inertia_kg_m2 = 10.0F;
+inline constexpr float max_damping_nm_s_per_rad = 1000;
+inline constexpr float max_inertia_kg_m2 = 10;
 inline constexpr float max_time_s = 1e5F;
 inline constexpr std::int64_t max_turns_q32 = std::int64_t{1} << 58;  // 2^26 turns either way
 inline constexpr std::uint64_t max_span_turns_q32 = std::uint64_t{1} << 39;  // 128 turns
@@ -41,7 +43,7 @@ struct Layout<Target> {
   static constexpr std::tuple fields{
       any_number("sequence", &Target::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Target::axis, "", "which axis; 0 is the first"),
-      number("slot", &Target::slot, "", 0, max_effects - 1, "place in the scene"),
+      number("slot", &Target::slot, "", 0, 15, "place in the scene"),
   };
 };
 
@@ -57,9 +59,10 @@ struct Timing {
 template <>
 struct Layout<Timing> {
   static constexpr std::string_view name = "timing";
-  static constexpr std::string_view doc = "When an effect plays, and its envelope.";
+  static constexpr std::string_view doc =
+      "When an effect plays, and how its strength comes and goes.";
   static constexpr std::tuple fields{
-      number("delay_s", &Timing::delay_s, "s", 0, max_time_s, "silence after the commit"),
+      number("delay_s", &Timing::delay_s, "s", 0, max_time_s, "silence after the scene begins"),
       number("duration_s", &Timing::duration_s, "s", 0, max_time_s, "0 plays without end"),
       number("attack_level", &Timing::attack_level, "", 0, 1, "share of the strength at the start"),
       number("attack_s", &Timing::attack_s, "s", 0, max_time_s, "time to full strength"),
@@ -68,37 +71,7 @@ struct Layout<Timing> {
   };
 };
 
-enum class Side : std::uint8_t { above, below };
-template <>
-struct Enumerators<Side> {
-  static constexpr std::array<std::string_view, 2> names{"above", "below"};
-};
-
-enum class Waveform : std::uint8_t { sine, square, triangle, sawtooth_up, sawtooth_down };
-template <>
-struct Enumerators<Waveform> {
-  static constexpr std::array<std::string_view, 5> names{"sine", "square", "triangle",
-                                                         "sawtooth_up", "sawtooth_down"};
-};
-
-enum class DetentProfile : std::uint8_t { sine, linear, click };
-template <>
-struct Enumerators<DetentProfile> {
-  static constexpr std::array<std::string_view, 3> names{"sine", "linear", "click"};
-};
-
-enum class Grain : std::uint8_t { sine, square, triangle, noise };
-template <>
-struct Enumerators<Grain> {
-  static constexpr std::array<std::string_view, 4> names{"sine", "square", "triangle", "noise"};
-};
-
-enum class Ends : std::uint8_t { hold, repeat };
-template <>
-struct Enumerators<Ends> {
-  static constexpr std::array<std::string_view, 2> names{"hold", "repeat"};
-};
-
+/// A virtual wall: inside it, stiffness times depth plus damping times inward speed, never a pull.
 struct Wall {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -126,6 +99,7 @@ struct Layout<Wall> {
   };
 };
 
+/// A spring to an angle, with an optional dead band.
 struct Spring {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -142,15 +116,17 @@ struct Layout<Spring> {
   static constexpr std::tuple fields{
       group("target", &Spring::target, ""),
       number("angle_turns_q32", &Spring::angle_turns_q32, "2^-32 turn", -max_turns_q32,
-             max_turns_q32, "the spring's rest angle"),
+             max_turns_q32, "rest angle"),
       number("stiffness_nm_per_rad", &Spring::stiffness_nm_per_rad, "N m/rad", 0,
              max_stiffness_nm_per_rad, ""),
-      number("deadband_rad", &Spring::deadband_rad, "rad", 0, 1e3F,
+      number("deadband_rad", &Spring::deadband_rad, "rad", 0, 1000,
              "no torque within this distance of the rest angle"),
-      number("torque_limit_nm", &Spring::torque_limit_nm, "N m", 0, max_torque_nm, ""),
+      number("torque_limit_nm", &Spring::torque_limit_nm, "N m", 0, max_torque_nm,
+             "the torque does not grow beyond this"),
   };
 };
 
+/// Torque against the speed.
 struct Damper {
   Target target;
   float damping_nm_s_per_rad = 0;
@@ -166,10 +142,13 @@ struct Layout<Damper> {
       group("target", &Damper::target, ""),
       number("damping_nm_s_per_rad", &Damper::damping_nm_s_per_rad, "N m s/rad", 0,
              max_damping_nm_s_per_rad, ""),
-      number("torque_limit_nm", &Damper::torque_limit_nm, "N m", 0, max_torque_nm, ""),
+      number("torque_limit_nm", &Damper::torque_limit_nm, "N m", 0, max_torque_nm,
+             "the torque does not grow beyond this"),
   };
 };
 
+/// Dry friction that sticks: a spring to an anchor that is dragged along once the torque is
+/// reached.
 struct Friction {
   Target target;
   float torque_nm = 0;
@@ -191,6 +170,7 @@ struct Layout<Friction> {
   };
 };
 
+/// Torque against the acceleration.
 struct Inertia {
   Target target;
   float inertia_kg_m2 = 0;
@@ -204,11 +184,13 @@ struct Layout<Inertia> {
   static constexpr std::string_view doc = "Torque against the acceleration.";
   static constexpr std::tuple fields{
       group("target", &Inertia::target, ""),
-      number("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m2", 0, max_inertia_kg_m2, ""),
-      number("torque_limit_nm", &Inertia::torque_limit_nm, "N m", 0, max_torque_nm, ""),
+      number("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0, max_inertia_kg_m2, ""),
+      number("torque_limit_nm", &Inertia::torque_limit_nm, "N m", 0, max_torque_nm,
+             "the torque does not grow beyond this"),
   };
 };
 
+/// A constant torque.
 struct Constant {
   Target target;
   float torque_nm = 0;
@@ -223,10 +205,11 @@ struct Layout<Constant> {
   static constexpr std::tuple fields{
       group("target", &Constant::target, ""),
       number("torque_nm", &Constant::torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
-      group("timing", &Constant::timing, ""),
+      group("timing", &Constant::timing, "when it plays, and its envelope"),
   };
 };
 
+/// A torque that goes from start to end over the duration in `timing`, which must not be 0.
 struct Ramp {
   Target target;
   float start_torque_nm = 0;
@@ -239,15 +222,16 @@ struct Layout<Ramp> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "ramp";
   static constexpr std::string_view doc =
-      "A torque that goes from start to end over the duration, which must not be 0.";
+      "A torque that goes from start to end over the duration in `timing`, which must not be 0.";
   static constexpr std::tuple fields{
       group("target", &Ramp::target, ""),
       number("start_torque_nm", &Ramp::start_torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
       number("end_torque_nm", &Ramp::end_torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
-      group("timing", &Ramp::timing, ""),
+      group("timing", &Ramp::timing, "when it plays, and its envelope"),
   };
 };
 
+/// A torque that repeats in time. The envelope acts on the amplitude, not on the offset.
 struct Periodic {
   Target target;
   Waveform waveform = Waveform::sine;
@@ -266,20 +250,22 @@ struct Layout<Periodic> {
       "A torque that repeats in time. The envelope acts on the amplitude, not on the offset.";
   static constexpr std::tuple fields{
       group("target", &Periodic::target, ""),
-      choice("waveform", &Periodic::waveform, ""),
+      choice("waveform", &Periodic::waveform, "starts at 0 and rises; the square starts high"),
       number("amplitude_nm", &Periodic::amplitude_nm, "N m", 0, max_torque_nm, ""),
       number("offset_nm", &Periodic::offset_nm, "N m", -max_torque_nm, max_torque_nm, ""),
       number("frequency_hz", &Periodic::frequency_hz, "Hz", 0, 1e4F,
              "at most half the control rate"),
       number("phase_turns", &Periodic::phase_turns, "turn", 0, 1, "where in the period it starts"),
-      group("timing", &Periodic::timing, ""),
+      group("timing", &Periodic::timing, "when it plays, and its envelope"),
   };
 };
 
+/// Notches at equal distances. sine: torque -T sin(2 pi u) at u pitches from a notch; linear: -2 T
+/// u within half a pitch; click: linear within the width, beyond it T toward the notch.
 struct Detents {
   Target target;
   std::int64_t angle_turns_q32 = 0;
-  std::uint64_t per_turn_q32 = std::uint64_t{24} << 32;
+  std::uint64_t per_turn_q32 = std::uint64_t{3} << 35;
   float torque_nm = 0;
   DetentProfile profile = DetentProfile::sine;
   float width = 0.5F;
@@ -299,11 +285,12 @@ struct Layout<Detents> {
       number("per_turn_q32", &Detents::per_turn_q32, "2^-32", 1, max_cycles_per_turn_q32,
              "notches in a turn; at most half the encoder's counts"),
       number("torque_nm", &Detents::torque_nm, "N m", 0, max_torque_nm, "largest torque"),
-      choice("profile", &Detents::profile, ""),
+      choice("profile", &Detents::profile, "torque from one notch to the next"),
       number("width", &Detents::width, "", 0.01F, 1, "share of the pitch; click only"),
   };
 };
 
+/// Two walls that bound the range between them.
 struct EndStops {
   Target target;
   std::int64_t lower_turns_q32 = 0;
@@ -320,9 +307,9 @@ struct Layout<EndStops> {
   static constexpr std::tuple fields{
       group("target", &EndStops::target, ""),
       number("lower_turns_q32", &EndStops::lower_turns_q32, "2^-32 turn", -max_turns_q32,
-             max_turns_q32, ""),
+             max_turns_q32, "surface of the lower wall"),
       number("upper_turns_q32", &EndStops::upper_turns_q32, "2^-32 turn", -max_turns_q32,
-             max_turns_q32, "not below the lower one"),
+             max_turns_q32, "surface of the upper one, not below the lower one"),
       number("stiffness_nm_per_rad", &EndStops::stiffness_nm_per_rad, "N m/rad", 0,
              max_stiffness_nm_per_rad, ""),
       number("damping_nm_s_per_rad", &EndStops::damping_nm_s_per_rad, "N m s/rad", 0,
@@ -330,6 +317,8 @@ struct Layout<EndStops> {
   };
 };
 
+/// A rough surface fixed to the knob, the same in every turn. sine, square and triangle repeat with
+/// each grain; noise draws a value between -T and T per grain and joins them smoothly.
 struct Texture {
   Target target;
   std::uint16_t grains_per_turn = 1;
@@ -347,14 +336,16 @@ struct Layout<Texture> {
       "with each grain; noise draws a value between -T and T per grain and joins them smoothly.";
   static constexpr std::tuple fields{
       group("target", &Texture::target, ""),
-      number("grains_per_turn", &Texture::grains_per_turn, "", 1, 0xFFFF,
+      number("grains_per_turn", &Texture::grains_per_turn, "", 1, 65535,
              "at most half the encoder's counts"),
       number("torque_nm", &Texture::torque_nm, "N m", 0, max_torque_nm, ""),
-      choice("grain", &Texture::grain, ""),
+      choice("grain", &Texture::grain, "shape of a grain"),
       any_number("seed", &Texture::seed, "", "another seed, another surface; noise only"),
   };
 };
 
+/// A torque over angle, linear between points of the pool. Outside its span it holds its end values
+/// or repeats.
 struct Curve {
   Target target;
   std::int64_t angle_turns_q32 = 0;
@@ -377,13 +368,13 @@ struct Layout<Curve> {
              max_turns_q32, "angle of the first point"),
       number("span_turns_q32", &Curve::span_turns_q32, "2^-32 turn", 1U << 16, max_span_turns_q32,
              "from the first point to the last; at least two of the encoder's counts"),
-      choice("ends", &Curve::ends, ""),
-      number("first_point", &Curve::first_point, "", 0, curve_pool_points - 2, "index in the pool"),
+      choice("ends", &Curve::ends, "what it does outside the span"),
+      number("first_point", &Curve::first_point, "", 0, 1022, "index in the pool"),
       number("points", &Curve::points, "", 2, curve_pool_points, ""),
   };
 };
 
-/// A piece of the pool of curve points.
+/// Writes points into the pool of the scene that is being built.
 struct CurvePoints {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -401,13 +392,20 @@ struct Layout<CurvePoints> {
   static constexpr std::tuple fields{
       any_number("sequence", &CurvePoints::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &CurvePoints::axis, "", "which axis; 0 is the first"),
-      number("first_point", &CurvePoints::first_point, "", 0, curve_pool_points - 1,
-             "index in the pool"),
+      number("first_point", &CurvePoints::first_point, "", 0, 1023, "index in the pool"),
       number("points", &CurvePoints::points, "", 1, curve_points_per_report,
              "how many of the values count"),
       number("torque_nm", &CurvePoints::torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
   };
 };
+
+/// Reports that put an effect into a slot.
+using EffectReports = std::tuple<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
+                                 Detents, EndStops, Texture, Curve>;
+
+/// Any of them.
+using EffectReport = std::variant<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
+                                  Detents, EndStops, Texture, Curve>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Wall>() == 21);

@@ -29,7 +29,8 @@ enum class Direction : std::uint8_t {
 template <class Struct>
 struct Layout;
 
-/// Names of the values of an enumeration, which count from 0 without a hole.
+/// `names` of the values of an enumeration, which count from 0 without a hole, and whether it is `open`:
+/// then a reader takes a number that it has no name for.
 template <class Enum>
 struct Enumerators;
 
@@ -90,7 +91,8 @@ consteval Field<Owner, T> any_number(std::string_view name, T Owner::* member,
 /// One value of an enumeration.
 template <class Owner, Enumeration T>
 consteval Field<Owner, T> choice(std::string_view name, T Owner::* member, std::string_view doc) {
-  return {name, member, "", 0, static_cast<std::uint8_t>(Enumerators<T>::names.size() - 1), doc};
+  constexpr std::size_t last = Enumerators<T>::open ? 0xFF : Enumerators<T>::names.size() - 1;
+  return {name, member, "", 0, static_cast<std::uint8_t>(last), doc};
 }
 
 /// A structure, or an array of structures, with fields of its own.

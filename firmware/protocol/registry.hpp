@@ -1,5 +1,6 @@
 /// @file
-/// The list of all reports, and the fingerprint that two sides compare before they talk.
+/// Walks through the reports and their fields, and the fingerprint that two sides compare before they
+/// talk.
 #pragma once
 
 #include <array>
@@ -13,16 +14,6 @@
 #include "protocol/reports.hpp"
 
 namespace torsio::protocol {
-
-/// Every report, in the order of the documentation.
-using AllReports = std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig,
-                              GameConfig, Command, Commit, Stream, LocalModel, Wall, Spring, Damper,
-                              Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops,
-                              Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
-
-/// Reports that put an effect into a slot.
-using EffectReports = std::tuple<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
-                                 Detents, EndStops, Texture, Curve>;
 
 /// Calls `visit(std::type_identity<Report>{})` for each report of a list, in order.
 template <class List, class Visit>
@@ -72,9 +63,6 @@ class Hash {
           Layout<T>::fields);
     } else {
       add(type_name<T>());
-      if constexpr (Enumeration<T>) {
-        for (const std::string_view name : Enumerators<T>::names) add(name);
-      }
     }
   }
   constexpr std::uint32_t value() const { return value_; }
@@ -86,7 +74,8 @@ class Hash {
 }  // namespace detail
 
 /// Hash over the id, direction, field names and types of every report: whoever was built from other
-/// layouts has another one. Wording and ranges do not enter.
+/// layouts has another one. Wording, ranges and the names of an enumeration's values do not enter: a new
+/// board or law must not part released hosts and devices.
 consteval std::uint32_t fingerprint() {
   detail::Hash hash;
   for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {

@@ -1,6 +1,9 @@
 /// @file
 /// Everything that is neither an effect nor configuration: identity, clock, health, commands,
-/// telemetry.
+/// telemetry; and the list of all reports.
+///
+/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
+/// instead.
 #pragma once
 
 #include <array>
@@ -10,80 +13,16 @@
 
 #include "protocol/configuration.hpp"
 #include "protocol/effects.hpp"
+#include "protocol/enumerations.hpp"
 #include "protocol/layout.hpp"
 #include "protocol/status.hpp"
 
 namespace torsio::protocol {
 
 inline constexpr std::uint16_t protocol_version = 1;
+inline constexpr std::uint8_t samples_per_report = 4;
 
-// Faults, latched until cleared. Bits of every `faults` field.
-namespace fault {
-inline constexpr std::uint16_t emergency_stop = 1 << 0;  // the input is open or pressed
-inline constexpr std::uint16_t over_speed = 1 << 1;      // faster than speed_limit_rad_s
-inline constexpr std::uint16_t encoder = 1 << 2;         // a jump that no knob can make
-inline constexpr std::uint16_t actuator = 1 << 3;        // the power stage reports an error
-inline constexpr std::uint16_t overrun = 1 << 4;         // ticks were missed
-inline constexpr std::uint16_t numeric = 1 << 5;         // the control law gave no finite torque
-}  // namespace fault
-
-// Bits of telemetry's `flags`; the two lowest are the State.
-namespace flag {
-inline constexpr std::uint8_t state_mask = 0x03;
-inline constexpr std::uint8_t motor_saturated = 1 << 2;
-inline constexpr std::uint8_t brake_saturated = 1 << 3;
-inline constexpr std::uint8_t local_model = 1 << 4;  // a streamed local model is in force
-inline constexpr std::uint8_t passive = 1 << 5;      // fading out after silence or a deadline
-inline constexpr std::uint8_t game = 1 << 6;         // a game has the actuator
-}  // namespace flag
-
-enum class State : std::uint8_t { disarmed, armed, fault };
-template <>
-struct Enumerators<State> {
-  static constexpr std::array<std::string_view, 3> names{"disarmed", "armed", "fault"};
-};
-
-/// Who has the actuator while it is armed.
-enum class Owner : std::uint8_t { none, sdk, game };
-template <>
-struct Enumerators<Owner> {
-  static constexpr std::array<std::string_view, 3> names{"none", "sdk", "game"};
-};
-
-enum class Board : std::uint8_t { emulated, pico, pico2 };
-template <>
-struct Enumerators<Board> {
-  static constexpr std::array<std::string_view, 3> names{"emulated", "pico", "pico2"};
-};
-
-enum class Op : std::uint8_t {
-  keep_alive,
-  arm,
-  disarm,
-  stop,
-  zero,
-  relax,
-  save,
-  load_defaults,
-  clear_fault,
-  bootloader,
-};
-template <>
-struct Enumerators<Op> {
-  static constexpr std::array<std::string_view, 10> names{
-      "keep_alive", "arm",  "disarm",        "stop",        "zero",
-      "relax",      "save", "load_defaults", "clear_fault", "bootloader"};
-};
-
-enum class EventKind : std::uint8_t { state_changed, watchdog, deadline_missed, owner_changed };
-template <>
-struct Enumerators<EventKind> {
-  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
-                                                         "deadline_missed", "owner_changed"};
-};
-
-/// Who the device is. Its first two fields never move, so that any two versions can tell each
-/// other what they are.
+/// Who the device is and what it can do. Read only.
 struct Identity {
   std::uint32_t fingerprint = 0;
   std::uint16_t version = protocol_version;
@@ -93,7 +32,7 @@ struct Identity {
   std::uint8_t axes = 1;
   std::uint8_t effects = max_effects;
   std::uint16_t curve_points = curve_pool_points;
-  std::uint32_t control_period_ns = 1'000'000;
+  std::uint32_t control_period_ns = 1000000;
   std::uint32_t counts_per_rev = 8192;
   float torque_step_nm = 1e-5F;
   float speed_step_rad_s = 0.01F;
@@ -108,9 +47,9 @@ struct Layout<Identity> {
       any_number("fingerprint", &Identity::fingerprint, "", "hash of every report's layout"),
       any_number("version", &Identity::version, "", "version of the protocol"),
       any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
-      choice("board", &Identity::board, ""),
+      choice("board", &Identity::board, "what the firmware runs on"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
-      any_number("axes", &Identity::axes, "", ""),
+      any_number("axes", &Identity::axes, "", "that the device has"),
       any_number("effects", &Identity::effects, "", "slots of a scene"),
       any_number("curve_points", &Identity::curve_points, "", "points in the pool"),
       any_number("control_period_ns", &Identity::control_period_ns, "ns", "length of a tick"),
@@ -121,6 +60,7 @@ struct Layout<Identity> {
   };
 };
 
+/// The device's time and position in full. Read only.
 struct Clock {
   std::uint64_t tick = 0;
   std::uint64_t time_ns = 0;
@@ -139,6 +79,7 @@ struct Layout<Clock> {
   };
 };
 
+/// State and counters since power-up. Read only.
 struct Health {
   State state = State::disarmed;
   std::uint16_t faults = 0;
@@ -158,10 +99,10 @@ struct Layout<Health> {
   static constexpr std::string_view name = "health";
   static constexpr std::string_view doc = "State and counters since power-up. Read only.";
   static constexpr std::tuple fields{
-      choice("state", &Health::state, ""),
+      choice("state", &Health::state, "now"),
       any_number("faults", &Health::faults, "", "bits, see above"),
-      any_number("reports_accepted", &Health::reports_accepted, "", ""),
-      any_number("reports_refused", &Health::reports_refused, "", ""),
+      any_number("reports_accepted", &Health::reports_accepted, "", "that did what they asked"),
+      any_number("reports_refused", &Health::reports_refused, "", "that changed nothing"),
       any_number("samples_dropped", &Health::samples_dropped, "",
                  "telemetry samples that the host did not fetch in time"),
       any_number("tick_overruns", &Health::tick_overruns, "", "ticks that were missed"),
@@ -172,6 +113,12 @@ struct Layout<Health> {
   };
 };
 
+/// An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; disarm;
+/// stop: disarm and empty the scene; zero: this position becomes angle 0; only while disarmed;
+/// relax: the shaft's spring is known to be relaxed now; only while disarmed; save: keep the
+/// configuration; only while disarmed; load_defaults: configuration of a new device; only while
+/// disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after it; only while
+/// disarmed.
 struct Command {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -183,18 +130,21 @@ struct Layout<Command> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "command";
   static constexpr std::string_view doc =
-      "keep_alive: nothing but a sign of life, not acknowledged. arm, disarm. stop: disarm and "
-      "empty the scene. zero: this position becomes angle 0. relax: the shaft's spring is known to "
-      "be relaxed now. save: keep the configuration. load_defaults: configuration of a new device. "
-      "clear_fault. bootloader: wait for new firmware, nobody can arm after it. zero, relax, save, "
-      "load_defaults and bootloader only while disarmed.";
+      "An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; "
+      "disarm; stop: disarm and empty the scene; zero: this position becomes angle 0; only while "
+      "disarmed; relax: the shaft's spring is known to be relaxed now; only while disarmed; save: "
+      "keep the configuration; only while disarmed; load_defaults: configuration of a new device; "
+      "only while disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after "
+      "it; only while disarmed.";
   static constexpr std::tuple fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Command::axis, "", "which axis; 0 is the first"),
-      choice("op", &Command::op, ""),
+      choice("op", &Command::op, "what to do"),
   };
 };
 
+/// Plays the scene as written, whole, from the next tick on. Slots written since the last commit
+/// start anew, the others go on.
 struct Commit {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -215,6 +165,7 @@ struct Layout<Commit> {
   };
 };
 
+/// Starts or stops telemetry.
 struct Stream {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -233,6 +184,9 @@ struct Layout<Stream> {
   };
 };
 
+/// A torque, a spring and a damper that the device renders at its own rate, on top of the scene,
+/// until the next one comes. A host that streams these renders stiff things without its own delay.
+/// Only refusals are acknowledged. Past the deadline the device fails passive.
 struct LocalModel {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -268,6 +222,8 @@ struct Layout<LocalModel> {
   };
 };
 
+/// One moment of telemetry. Torques and speed are in the units that identity gives and hold at the
+/// ends of the range.
 struct Sample {
   std::int16_t offset_counts = 0;
   std::int16_t speed = 0;
@@ -280,8 +236,8 @@ template <>
 struct Layout<Sample> {
   static constexpr std::string_view name = "sample";
   static constexpr std::string_view doc =
-      "One moment of telemetry. Torques and speed are in the units that identity gives and hold "
-      "at the ends of the range.";
+      "One moment of telemetry. Torques and speed are in the units that identity gives and hold at "
+      "the ends of the range.";
   static constexpr std::tuple fields{
       any_number("offset_counts", &Sample::offset_counts, "count", "position behind the base"),
       any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
@@ -295,17 +251,9 @@ struct Layout<Sample> {
   };
 };
 
-inline constexpr std::uint8_t samples_per_report = 4;
-
-/// Axis and number of filled samples share a byte, or four samples would not fit.
-constexpr std::uint8_t pack_axis_samples(unsigned axis, unsigned samples) {
-  return static_cast<std::uint8_t>((axis & 0x0FU) | (samples << 4U));
-}
-constexpr std::uint8_t axis_of(std::uint8_t axis_samples) { return axis_samples & 0x0FU; }
-constexpr std::uint8_t samples_of(std::uint8_t axis_samples) { return axis_samples >> 4U; }
-
+/// Samples at equal distances. A gap between two reports shows in their ticks.
 struct Telemetry {
-  std::uint8_t axis_samples = pack_axis_samples(0, 1);
+  std::uint8_t axis_samples = 16;
   std::uint8_t decimation = 0;
   std::uint8_t flags = 0;
   std::uint64_t tick = 0;
@@ -320,8 +268,7 @@ struct Layout<Telemetry> {
   static constexpr std::string_view doc =
       "Samples at equal distances. A gap between two reports shows in their ticks.";
   static constexpr std::tuple fields{
-      number("axis_samples", &Telemetry::axis_samples, "", pack_axis_samples(0, 1),
-             pack_axis_samples(15, samples_per_report),
+      number("axis_samples", &Telemetry::axis_samples, "", 16, 79,
              "low four bits: axis; high four bits: how many samples are filled"),
       any_number("decimation", &Telemetry::decimation, "", "ticks from one sample to the next"),
       any_number("flags", &Telemetry::flags, "", "bits, see above, of all samples together"),
@@ -332,6 +279,7 @@ struct Layout<Telemetry> {
   };
 };
 
+/// What became of a report.
 struct Acknowledgement {
   std::uint16_t sequence = 0;
   std::uint8_t report = 0;
@@ -359,6 +307,7 @@ struct Layout<Acknowledgement> {
   };
 };
 
+/// Something that the host did not ask for.
 struct Event {
   EventKind kind = EventKind::state_changed;
   State state = State::disarmed;
@@ -373,13 +322,19 @@ struct Layout<Event> {
   static constexpr std::string_view name = "event";
   static constexpr std::string_view doc = "Something that the host did not ask for.";
   static constexpr std::tuple fields{
-      choice("kind", &Event::kind, ""),
+      choice("kind", &Event::kind, "what happened"),
       choice("state", &Event::state, "after the event"),
       any_number("faults", &Event::faults, "", "bits, see above"),
       any_number("tick", &Event::tick, "", "when it happened"),
       choice("owner", &Event::owner, "who has the actuator after the event"),
   };
 };
+
+/// Every report, in the order of the documentation.
+using AllReports = std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig,
+                              GameConfig, Command, Commit, Stream, LocalModel, Wall, Spring, Damper,
+                              Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops,
+                              Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);

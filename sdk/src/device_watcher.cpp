@@ -3,7 +3,7 @@
 #include <system_error>
 #include <utility>
 
-#include "field_check.hpp"
+#include "conversion/field_check.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio {

@@ -10,6 +10,7 @@
 #include "knob_access.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
+#include "protocol_names.hpp"
 #include "torsio/error.hpp"
 #include "torsio/knob.hpp"
 
@@ -18,11 +19,6 @@ namespace {
 
 constexpr std::string_view kEmulated = "emulated";
 constexpr std::string_view kEmulatedProduct = "Torsio emulated knob";
-
-std::string board_name(protocol::Board board) {
-  return std::string(
-      protocol::Enumerators<protocol::Board>::names.at(static_cast<std::size_t>(board)));
-}
 
 /// Asks a device what it is, without disturbing whoever has it open.
 ListedDevice describe(const HidListing& hid) {

@@ -12,10 +12,10 @@
 #include <thread>
 #include <utility>
 
-#include "config_encoding.hpp"
+#include "conversion/configuration.hpp"
+#include "conversion/field_check.hpp"
 #include "emulated_plant.hpp"
 #include "emulator/emulated_device.hpp"
-#include "field_check.hpp"
 #include "session.hpp"
 #include "torsio/error.hpp"
 
@@ -141,9 +141,9 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.hand = std::visit(HandConverter{0}, in.hand);
   out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
   out.stored = stored;
-  if (in.actuator) out.actuator = to_wire(*in.actuator);
-  if (in.control) out.control = to_wire(*in.control);
-  if (in.game) out.game = to_wire(*in.game);
+  if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
+  if (in.control) out.control = conversion::to_wire(*in.control);
+  if (in.game) out.game = conversion::to_wire(*in.game);
   out.plant.integration.tolerance = in.tolerance;
   out.log_truth = in.log_truth;
   return out;

@@ -8,15 +8,14 @@
 #include <numbers>
 #include <utility>
 
-#include "config_encoding.hpp"
+#include "conversion/configuration.hpp"
 #include "emulated_transport.hpp"
-#include "field_check.hpp"
 #include "knob_access.hpp"
 #include "protocol/registry.hpp"
 #include "scene_encoding.hpp"
 #include "scene_player.hpp"
 #include "session.hpp"
-#include "words.hpp"
+#include "protocol_names.hpp"
 
 namespace torsio {
 namespace {
@@ -71,8 +70,7 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
   const auto end = std::ranges::find(identity.serial, std::uint8_t{0});
   info.serial.assign(identity.serial.begin(), end);
   info.product = connection.product;
-  info.board =
-      protocol::Enumerators<protocol::Board>::names.at(static_cast<std::size_t>(identity.board));
+  info.board = board_name(identity.board);
   for (const std::uint8_t part : identity.firmware_version) {
     if (!info.firmware_version.empty()) info.firmware_version += ".";
     info.firmware_version += std::to_string(part);
@@ -120,6 +118,15 @@ class Knob::Impl {
   }
 
   void command(protocol::Op op) { session.request(protocol::Command{0, 0, op}); }
+
+  void play(const Scene& scene) {
+    const protocol::Identity device = identity();
+    player.play(encode_scene(conversion::to_wire(
+        scene, {.effects = device.effects,
+                .curve_points = device.curve_points,
+                .counts_per_rev = device.counts_per_rev,
+                .control_period_ns = device.control_period_ns})));
+  }
 
   [[nodiscard]] protocol::Identity identity() const {
     const std::lock_guard lock(mutex_);
@@ -292,40 +299,44 @@ void Knob::zero() {
   impl().session.set_position(impl().session.get<protocol::Clock>().position_counts);
 }
 
-void Knob::play(const Scene& scene) { impl().player.play(encode_scene(scene, impl().identity())); }
+void Knob::play(const Scene& scene) { impl().play(scene); }
 
 void Knob::stream_local_model(const LocalModel& model) {
-  const protocol::ReportBytes report = encode_local_model(model);
+  const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
   impl().session.send_while_armed(report);
 }
 
 ActuatorConfig Knob::actuator_config() {
-  return from_wire(impl().session.get<protocol::ActuatorConfig>());
+  return conversion::convert_back<ActuatorConfig>(
+      impl().session.get<protocol::ActuatorConfig>());
 }
 
 ControlConfig Knob::control_config() {
-  return from_wire(impl().session.get<protocol::ControlConfig>());
+  return conversion::convert_back<ControlConfig>(
+      impl().session.get<protocol::ControlConfig>());
 }
 
-BoardConfig Knob::board_config() { return from_wire(impl().session.get<protocol::BoardConfig>()); }
+BoardConfig Knob::board_config() {
+  return conversion::convert_back<BoardConfig>(impl().session.get<protocol::BoardConfig>());
+}
 
-GameConfig Knob::game_config() { return from_wire(impl().session.get<protocol::GameConfig>()); }
+GameConfig Knob::game_config() { return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>()); }
 
 void Knob::set_actuator_config(const ActuatorConfig& config) {
-  impl().session.set(to_wire(config));
+  impl().session.set(conversion::to_wire(config));
   impl().look_again();
 }
 
 void Knob::set_control_config(const ControlConfig& config) {
-  impl().session.set(to_wire(config));
+  impl().session.set(conversion::to_wire(config));
   impl().look_again();
 }
 
 void Knob::set_board_config(const BoardConfig& config) {
-  impl().session.set(to_wire(config, impl().identity().board));
+  impl().session.set(conversion::to_wire(config, impl().identity().board));
 }
 
-void Knob::set_game_config(const GameConfig& config) { impl().session.set(to_wire(config)); }
+void Knob::set_game_config(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
 
 void Knob::load_defaults() {
   impl().command(protocol::Op::load_defaults);

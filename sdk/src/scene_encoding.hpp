@@ -1,12 +1,11 @@
 /// @file
-/// From the scene that the user wrote to the reports that travel.
+/// From a converted scene to the reports that travel.
 #pragma once
 
 #include <vector>
 
+#include "conversion/scene.hpp"
 #include "protocol/codec.hpp"
-#include "protocol/reports.hpp"
-#include "torsio/scene.hpp"
 
 namespace torsio {
 
@@ -22,10 +21,6 @@ struct EncodedScene {
   std::vector<protocol::ReportBytes> pieces;  // of the pool, from its beginning
 };
 
-/// @throws InvalidArgument that names the effect, the field, its value and its range
-EncodedScene encode_scene(const Scene& scene, const protocol::Identity& device);
-
-/// @throws InvalidArgument as above
-protocol::ReportBytes encode_local_model(const LocalModel& model);
+EncodedScene encode_scene(const conversion::ConvertedScene& scene);
 
 }  // namespace torsio

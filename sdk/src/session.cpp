@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "protocol/axis_samples.hpp"
 #include "torsio/error.hpp"
-#include "words.hpp"
+#include "protocol_names.hpp"
 
 namespace torsio {
 namespace {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "protocol/axis_samples.hpp"
 #include "protocol/reports.hpp"
 #include "torsio/telemetry.hpp"
 

@@ -23,6 +23,7 @@
 
 #include "device/device.hpp"
 #include "emulator/emulated_device.hpp"
+#include "protocol/axis_samples.hpp"
 #include "protocol/registry.hpp"
 
 namespace {

@@ -6,6 +6,7 @@ import math
 import operator
 import reprlib
 from collections.abc import Iterator
+from numbers import Real
 from typing import Any, SupportsFloat, SupportsIndex
 
 import numpy as np
@@ -61,6 +62,19 @@ def each(name: str, values: Any, wanted: str) -> Iterator[Any]:
         return iter(values)
     except TypeError:
         raise TypeError(f"{name} must be {wanted}, is {_show(values)}") from None
+
+
+def knots(name: str, profile: Any) -> tuple[tuple[float, float], ...]:
+    """Give a function of time as a tuple of pairs: a number, or several knots (time_s, value)."""
+    if isinstance(profile, Real):
+        return ((0.0, float(profile)),)
+    pairs = []
+    for knot in each(name, profile, "a number or knots (time_s, value)"):
+        values = numbers(f"{name}, a profile's knot,", knot)
+        if len(values) != 2:
+            raise InvalidArgument(f"{name}: a profile's knot must be (time_s, value), is {knot!r}")
+        pairs.append((values[0], values[1]))
+    return tuple(pairs)
 
 
 def whole(name: str, value: Any, lowest: int, highest: int) -> int:

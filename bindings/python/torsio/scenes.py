@@ -8,6 +8,8 @@ The classes only hold values. Their ranges are checked when they are played, bef
 sent to the device.
 """
 
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+
 from __future__ import annotations
 
 from collections.abc import Iterable
@@ -38,6 +40,16 @@ MAX_TORQUE_NM = 100.0
 """Largest torque of any effect. The actuator's own limits are lower."""
 
 
+class Effect:
+    """Base class of all effects."""
+
+    __slots__ = ()
+
+
+Scene: TypeAlias = Effect | Iterable[Effect]
+"""What `Knob.play` takes."""
+
+
 @dataclass(frozen=True)
 class Timing:
     """When an effect plays, and how its strength comes and goes.
@@ -45,13 +57,17 @@ class Timing:
     Attributes
     ----------
     delay_s
-        Silence after the scene begins, >= 0.
+        Silence after the scene begins; 0 to 1e5.
     duration_s
-        0 plays without end.
-    attack_level, attack_s
-        Share of the strength at the start, 0 to 1, and the time to full strength.
-    fade_level, fade_s
-        Share of the strength at the end, 0 to 1, and the fading time before the end.
+        0 plays without end; 0 to 1e5.
+    attack_level
+        Share of the strength at the start; 0 to 1.
+    attack_s
+        Time to full strength; 0 to 1e5.
+    fade_level
+        Share of the strength at the end; 0 to 1.
+    fade_s
+        Fading time before the end; 0 to 1e5.
     """
 
     _: KW_ONLY
@@ -63,29 +79,11 @@ class Timing:
     fade_s: float = 0.0
 
 
-class Effect:
-    """Base class of all effects."""
-
-    __slots__ = ()
-
-
-class _Timed(Effect):
-    """Base class of effects that come and go in time."""
-
-    timing: Timing
-
-    def __post_init__(self) -> None:
-        """Ask for a `Timing`, for None is a likely slip."""
-        checks.kind("timing", self.timing, Timing, "a torsio.Timing")
-
-
-Scene: TypeAlias = Effect | Iterable[Effect]
-"""What `Knob.play` takes."""
-
-
 @dataclass(frozen=True)
 class Wall(Effect):
-    """A virtual wall: stiffness times depth plus damping times inward speed, never a pull.
+    """A virtual wall.
+
+    Inside it, stiffness times depth plus damping times inward speed, never a pull.
 
     Attributes
     ----------
@@ -93,13 +91,17 @@ class Wall(Effect):
         The wall's surface.
     side
         On which side of the surface the wall is solid.
+    stiffness_nm_per_rad
+        0 to 1e6.
+    damping_nm_s_per_rad
+        0 to 1000.
     """
 
     _: KW_ONLY
     stiffness_nm_per_rad: float
     angle_rad: float = 0.0
-    damping_nm_s_per_rad: float = 0.0
     side: Literal["above", "below"] = "above"
+    damping_nm_s_per_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -110,10 +112,12 @@ class Spring(Effect):
     ----------
     angle_rad
         Rest angle.
+    stiffness_nm_per_rad
+        0 to 1e6.
     deadband_rad
-        No torque within this distance of the rest angle.
+        No torque within this distance of the rest angle; 0 to 1000.
     torque_limit_nm
-        The torque does not grow beyond this.
+        The torque does not grow beyond this; 0 to 100.
     """
 
     _: KW_ONLY
@@ -125,7 +129,15 @@ class Spring(Effect):
 
 @dataclass(frozen=True)
 class Damper(Effect):
-    """Torque against the speed."""
+    """Torque against the speed.
+
+    Attributes
+    ----------
+    damping_nm_s_per_rad
+        0 to 1000.
+    torque_limit_nm
+        The torque does not grow beyond this; 0 to 100.
+    """
 
     _: KW_ONLY
     damping_nm_s_per_rad: float
@@ -134,14 +146,16 @@ class Damper(Effect):
 
 @dataclass(frozen=True)
 class Friction(Effect):
-    """Dry friction that sticks: a spring to an anchor that is dragged along.
+    """Dry friction that sticks.
+
+    A spring to an anchor that is dragged along once the torque is reached.
 
     Attributes
     ----------
     torque_nm
-        While sliding.
+        While sliding; 0 to 100.
     stiffness_nm_per_rad
-        While sticking, > 0.
+        While sticking; 1e-6 to 1e6.
     """
 
     _: KW_ONLY
@@ -151,7 +165,15 @@ class Friction(Effect):
 
 @dataclass(frozen=True)
 class Inertia(Effect):
-    """Torque against the acceleration."""
+    """Torque against the acceleration.
+
+    Attributes
+    ----------
+    inertia_kg_m2
+        0 to 10.
+    torque_limit_nm
+        The torque does not grow beyond this; 0 to 100.
+    """
 
     _: KW_ONLY
     inertia_kg_m2: float
@@ -159,34 +181,68 @@ class Inertia(Effect):
 
 
 @dataclass(frozen=True)
-class Constant(_Timed):
-    """A constant torque."""
+class Constant(Effect):
+    """A constant torque.
+
+    Attributes
+    ----------
+    torque_nm
+        -100 to 100.
+    timing
+        When it plays, and its envelope.
+    """
 
     _: KW_ONLY
     torque_nm: float
     timing: Timing = Timing()
 
+    def __post_init__(self) -> None:
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
+        checks.kind("timing", self.timing, Timing, "a torsio.Timing")
+
 
 @dataclass(frozen=True)
-class Ramp(_Timed):
-    """A torque that goes from start to end over `timing.duration_s`, which must not be 0."""
+class Ramp(Effect):
+    """A torque that goes from start to end over the duration in `timing`, which must not be 0.
+
+    Attributes
+    ----------
+    start_torque_nm
+        -100 to 100.
+    end_torque_nm
+        -100 to 100.
+    timing
+        When it plays, and its envelope.
+    """
 
     _: KW_ONLY
     start_torque_nm: float
     end_torque_nm: float
     timing: Timing = Timing()
 
+    def __post_init__(self) -> None:
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
+        checks.kind("timing", self.timing, Timing, "a torsio.Timing")
+
 
 @dataclass(frozen=True)
-class Periodic(_Timed):
+class Periodic(Effect):
     """A torque that repeats in time. The envelope acts on the amplitude, not on the offset.
 
     Attributes
     ----------
+    waveform
+        Starts at 0 and rises; the square starts high.
+    amplitude_nm
+        0 to 100.
+    offset_nm
+        -100 to 100.
     frequency_hz
-        At most half the control rate.
+        At most half the control rate; 0 to 1e4.
     phase_turns
-        Where in the period it starts, 0 to 1.
+        Where in the period it starts; 0 to 1.
+    timing
+        When it plays, and its envelope.
     """
 
     _: KW_ONLY
@@ -197,6 +253,10 @@ class Periodic(_Timed):
     phase_turns: float = 0.0
     timing: Timing = Timing()
 
+    def __post_init__(self) -> None:
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
+        checks.kind("timing", self.timing, Timing, "a torsio.Timing")
+
 
 @dataclass(frozen=True)
 class Detents(Effect):
@@ -204,33 +264,44 @@ class Detents(Effect):
 
     Attributes
     ----------
-    torque_nm
-        Largest torque.
+    angle_rad
+        Where one of the notches is.
     per_turn
         Notches in a turn, > 0; need not be whole.
     pitch_rad
         Distance of two notches, > 0.
-    angle_rad
-        Where one of the notches is.
+    torque_nm
+        Largest torque; 0 to 100.
     profile
-        "sine", "linear", or "click": linear within the width, beyond it full torque toward the
-        notch.
+        Torque from one notch to the next.
     width
-        Share of the pitch, 0.01 to 1; click only.
+        Share of the pitch; click only; 0.01 to 1.
     """
 
     _: KW_ONLY
     torque_nm: float
+    angle_rad: float = 0.0
     per_turn: float | None = None
     pitch_rad: float | None = None
-    angle_rad: float = 0.0
     profile: Literal["sine", "linear", "click"] = "sine"
     width: float = 0.5
 
 
 @dataclass(frozen=True)
 class EndStops(Effect):
-    """Two walls that bound the range between them."""
+    """Two walls that bound the range between them.
+
+    Attributes
+    ----------
+    lower_rad
+        Surface of the lower wall.
+    upper_rad
+        Surface of the upper one, not below the lower one.
+    stiffness_nm_per_rad
+        0 to 1e6.
+    damping_nm_s_per_rad
+        0 to 1000.
+    """
 
     _: KW_ONLY
     lower_rad: float
@@ -246,32 +317,38 @@ class Texture(Effect):
     Attributes
     ----------
     grains_per_turn
-        1 to half the encoder's counts.
+        At most half the encoder's counts; 1 to 65535.
+    torque_nm
+        0 to 100.
+    grain
+        Shape of a grain.
     seed
         Another seed, another surface; noise only.
     """
 
     _: KW_ONLY
-    torque_nm: float
     grains_per_turn: int
+    torque_nm: float
     grain: Literal["sine", "square", "triangle", "noise"] = "noise"
     seed: int = 0
 
 
 @dataclass(frozen=True)
 class Curve(Effect):
-    """A torque over angle, linear between equally spaced points.
+    """A torque over angle.
+
+    Linear between equally spaced points on [angle_rad, angle_rad + span_rad].
 
     Attributes
     ----------
     torque_nm
-        At least 2 points; all curves of a scene share 1024. Any iterable of numbers.
+        At least 2 points; all curves of a scene share 1024.
     angle_rad
         Angle of the first point.
     span_rad
-        From the first point to the last.
+        From the first point to the last; at least two of the encoder's counts; 0 to 804.247719.
     ends
-        Outside the span: "hold" the end values, or "repeat".
+        What it does outside the span.
     """
 
     _: KW_ONLY
@@ -281,5 +358,5 @@ class Curve(Effect):
     ends: Literal["hold", "repeat"] = "hold"
 
     def __post_init__(self) -> None:
-        """Keep the points as a tuple, so that curves compare and hash by value."""
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
         object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))

@@ -4,6 +4,8 @@ Records are arrays of shape (n_samples,) with the columns below: ``log["angle_ra
 angles, ``log[0]`` the first sample.
 """
 
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+
 from __future__ import annotations
 
 from typing import Any, Final, TypeAlias
@@ -18,9 +20,9 @@ __all__ = [
     "FLAG_MOTOR_SATURATED",
     "FLAG_PASSIVE",
     "FLAG_STATE_MASK",
+    "Record",
     "TELEMETRY_DTYPE",
     "TRUTH_DTYPE",
-    "Record",
 ]
 
 Record: TypeAlias = npt.NDArray[np.void]
@@ -37,15 +39,15 @@ TELEMETRY_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("motor_torque_nm", "<f4"),  # commanded
         ("brake_torque_nm", "<f4"),  # what the brake can hold, estimated
         ("spring_torque_nm", "<f4"),  # of the shaft on the knob, sensed
-        ("flags", "u1"),  # see FLAG_..., of this sample or a neighbour in the same report
+        ("flags", "u1"),  # of this sample or a neighbour in the same report
     ],
     align=True,
 )
-"""One moment of the control loop. Torques are on the knob; padding bytes are zero."""
+"""One moment of the control loop. Torques are on the knob. Padding bytes are zero."""
 
 TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
     [
-        ("time_s", "<f8"),
+        ("time_s", "<f8"),  # device time
         ("angle_rad", "<f8"),  # of the knob
         ("brake_angle_rad", "<f8"),  # of the far side of the shaft spring
         ("speed_rad_s", "<f8"),  # of the knob
@@ -53,18 +55,21 @@ TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
         ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
         ("motor_torque_nm", "<f8"),  # after the motor's lag
-        ("hand_torque_nm", "<f8"),
-    ]
+        ("hand_torque_nm", "<f8"),  # of whoever holds the knob
+    ],
+    align=True,
 )
-"""What no sensor of an emulated knob sees, at the start of a control tick."""
+"""What no sensor of an emulated knob sees, at the start of a control tick. Torques are on the knob. Padding bytes are zero."""
 
 FLAG_STATE_MASK: Final = 0x03
 """The two lowest bits: 0 disarmed, 1 armed, 2 fault."""
 FLAG_MOTOR_SATURATED: Final = 1 << 2
+"""The motor gives all it can."""
 FLAG_BRAKE_SATURATED: Final = 1 << 3
+"""The brake holds all it can."""
 FLAG_LOCAL_MODEL: Final = 1 << 4
 """A streamed local model is in force."""
 FLAG_PASSIVE: Final = 1 << 5
-"""Fading out after silence of the host or a missed deadline."""
+"""Fading out after silence or a deadline."""
 FLAG_GAME: Final = 1 << 6
 """A game has the actuator."""

@@ -8,103 +8,12 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "torsio/config.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio {
-
-/// One corner of a piecewise-linear function of time. The first value holds before the first knot,
-/// the last one after the last. Two knots at the same time make a jump.
-struct Knot {
-  double time_s;
-  double value;
-};
-using Profile = std::vector<Knot>;
-
-/// Nobody touches the knob.
-struct NoHand {};
-
-/// A torque on the knob that does not depend on its motion.
-struct TorqueHand {
-  Profile torque_nm{};
-};
-
-/// A hand that holds the knob and means to move it along a path:
-/// `torque = stiffness (intended - angle) + damping (intended' - speed)`, with the hand's own
-/// inertia fixed to the knob.
-struct ImpedanceHand {
-  double inertia_kg_m2 = 0.0;
-  double stiffness_nm_per_rad = 0.0;
-  double damping_nm_s_per_rad = 0.0;
-  Profile intended_angle_rad{{0.0, 0.0}};  ///< without jumps
-};
-
-/// The knob follows the path whatever torque that takes.
-struct PrescribedMotion {
-  Profile angle_rad{};  ///< without jumps
-};
-
-using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
-
-/// Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
-struct ShaftHardening {
-  double knee_rad = 0.015;        ///< > 0
-  double stiffness_factor = 2.0;  ///< > 0; stiffness beyond the knee over stiffness before it
-};
-
-/// Part: magnetic hysteresis of the brake, a play between its command and its torque.
-struct BrakeHysteresis {
-  double half_width_nm = 5.5e-3;  ///< >= 0
-};
-
-/// Part: a belt that stretches, between the spring's pulley and the brake.
-struct Belt {
-  double stiffness_nm_per_rad = 60.0;  ///< > 0
-  double damping_nm_s_per_rad = 1e-3;  ///< >= 0
-  double pulley_inertia_kg_m2 = 1e-5;  ///< > 0; the share of brake_inertia_kg_m2 before the belt
-};
-
-/// Part: cogging of the motor, a torque on the knob that repeats along the turn.
-struct Cogging {
-  int periods_per_rev = 0;  ///< >= 1
-  /// At equal distances over one period from angle 0, straight lines in between; 2 to 64.
-  std::vector<double> torque_nm{};
-};
-
-enum class EncoderRounding : std::uint8_t { floor, nearest };
-
-/// Motor, knob, shaft spring, brake and encoder; docs/theory.md has the equations. Torques are seen
-/// at the knob. The defaults are the reference actuator. Parts that are not named cost nothing; the
-/// lags of motor and brake are always carried.
-struct PlantParams {
-  double knob_inertia_kg_m2 = 6e-5;  ///< motor and knob, > 0
-  double knob_viscous_nm_s_per_rad = 2.6e-5;
-  double knob_coulomb_nm = 6e-3;
-  double brake_inertia_kg_m2 = 4e-5;  ///< pulleys and brake, > 0
-  double brake_viscous_nm_s_per_rad = 2e-6;
-  double brake_drag_nm = 2e-3;                ///< of the released brake
-  double shaft_stiffness_nm_per_rad = 2.873;  ///< 0: the shaft is cut
-  double shaft_damping_nm_s_per_rad = 2e-4;
-  double brake_time_constant_s = 60e-3;
-  double motor_time_constant_s = 0.1e-3;
-  double motor_limit_nm = 85e-3;
-  double brake_limit_nm = 110e-3;
-  std::uint32_t counts_per_rev = 8192;  ///< of the encoder
-  EncoderRounding encoder_rounding = EncoderRounding::floor;
-  double encoder_phase_counts = 0.0;  ///< where in a count angle 0 lies
-  double encoder_noise_counts = 0.0;  ///< standard deviation, >= 0; 0 leaves the noise out
-
-  /// Part: spring and brake. false takes knob and brake for one rigid body and the brake as never
-  /// engaged, which is what a law or a scene that needs no brake can do with; it saves about half
-  /// of the plant's time. The parts below, but for cogging, need it.
-  bool spring_and_brake = true;
-  std::optional<ShaftHardening> shaft_hardening{};
-  std::optional<BrakeHysteresis> brake_hysteresis{};
-  std::optional<Belt> belt{};
-  std::optional<Cogging> cogging{};
-};
 
 /// The device configuration that describes `plant`: a device that was calibrated perfectly.
 [[nodiscard]] ActuatorConfig matching_config(const PlantParams& plant);
@@ -128,19 +37,6 @@ struct EmulatorOptions {
   /// Emulator::fidelity(). Otherwise every step is exact.
   std::optional<double> tolerance{};
   bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::take_truth()
-};
-
-/// What no sensor of the device sees, at the start of a control tick. Torques are on the knob.
-struct TruthSample {
-  double time_s;
-  double angle_rad;          ///< of the knob
-  double brake_angle_rad;    ///< of the far side of the shaft spring
-  double speed_rad_s;        ///< of the knob
-  double spring_torque_nm;   ///< of the shaft spring
-  double brake_torque_nm;    ///< what the brake transmits, drag included
-  double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
-  double motor_torque_nm;    ///< after the motor's lag
-  double hand_torque_nm;
 };
 
 /// How the motion is simulated, and how well.

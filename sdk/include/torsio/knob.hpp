@@ -18,16 +18,6 @@
 
 namespace torsio {
 
-/// A device that could be opened.
-struct ListedDevice {
-  std::string path;  ///< what open() takes
-  std::string serial;
-  std::string product;
-  std::string board;      ///< empty if the device could not be asked
-  std::string transport;  ///< "hid" or "emulated"
-  std::string problem;    ///< why it cannot be opened now; empty if it can
-};
-
 /// All knobs that are plugged in, and the emulated one, which is always last.
 [[nodiscard]] std::vector<ListedDevice> list_devices();
 

@@ -1,23 +1,39 @@
 /// @file
 /// What the device reports about itself.
+///
+/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
+/// instead.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace torsio {
 
-enum class State : std::uint8_t { disarmed, armed, fault, disconnected };
+/// Whether the device makes torque.
+enum class State : std::uint8_t {
+  disarmed,      ///< no torque
+  armed,         ///< the scene acts
+  fault,         ///< no torque until the fault is cleared
+  disconnected,  ///< the device is unplugged, or does not answer any more
+};
 
-/// Bits of `TelemetrySample::flags`. The two lowest bits are the State.
+/// Who has the actuator: nobody unless it is armed.
+enum class Owner : std::uint8_t { none, sdk, game };
+
+/// Bits of telemetry's `flags`; the two lowest are the state.
 namespace flag {
-inline constexpr std::uint8_t state_mask = 0x03;
-inline constexpr std::uint8_t motor_saturated = 1 << 2;
-inline constexpr std::uint8_t brake_saturated = 1 << 3;
-inline constexpr std::uint8_t local_model = 1 << 4;  ///< a streamed local model is in force
-inline constexpr std::uint8_t passive = 1 << 5;      ///< fading out after silence or a deadline
-inline constexpr std::uint8_t game = 1 << 6;         ///< a game has the actuator
+inline constexpr std::uint8_t state_mask = 0x3;
+inline constexpr std::uint8_t motor_saturated = 1 << 2;  // the motor gives all it can
+inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all it can
+inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
+inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
+inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
+inline constexpr std::array<std::string_view, 5> names{
+    "motor_saturated", "brake_saturated", "local_model", "passive", "game"};  // from bit 2 on
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.
@@ -36,48 +52,57 @@ struct TelemetrySample {
   friend bool operator==(const TelemetrySample&, const TelemetrySample&) = default;
 };
 
-/// Who the device is.
+/// A device that could be opened.
+struct ListedDevice {
+  std::string path{};  ///< what open() takes
+  std::string serial{};
+  std::string product{};
+  std::string board{};      ///< empty if the device could not be asked
+  std::string transport{};  ///< "hid" or "emulated"
+  std::string problem{};    ///< why it cannot be opened now; empty if it can
+
+  friend bool operator==(const ListedDevice&, const ListedDevice&) = default;
+};
+
+/// Who the device is and what it can do.
 struct DeviceInfo {
-  std::string path;
-  std::string serial;
-  std::string product;
-  std::string board;             ///< "pico2", "emulated", ...
-  std::string firmware_version;  ///< "major.minor.patch"
-  std::string transport;         ///< "hid" or "emulated"
+  std::string path{};  ///< what open() takes
+  std::string serial{};
+  std::string product{};
+  std::string board{};             ///< "pico2", "emulated", ...
+  std::string firmware_version{};  ///< "major.minor.patch"
+  std::string transport{};  ///< "hid", "emulated", or what a transport of your own calls itself
   std::uint16_t protocol_version = 0;
   std::uint32_t fingerprint = 0;  ///< of the report layouts, the same as the library's
   int axes = 0;
   int effects = 0;       ///< places in a scene
   int curve_points = 0;  ///< shared by all curves of a scene
   double control_rate_hz = 0.0;
-  std::uint32_t counts_per_rev = 0;
-  double torque_step_nm = 0.0;    ///< resolution of telemetry's torques
-  double speed_step_rad_s = 0.0;  ///< resolution of telemetry's speed
+  std::uint32_t counts_per_rev = 0;  ///< of the encoder
+  double torque_step_nm = 0.0;       ///< resolution of telemetry's torques
+  double speed_step_rad_s = 0.0;     ///< resolution of telemetry's speed
 };
 
 /// The device's time and position, both exact.
 struct Clock {
-  std::uint64_t tick = 0;
-  double time_s = 0.0;
-  std::int64_t position_counts = 0;
-  double angle_rad = 0.0;
+  std::uint64_t tick = 0;            ///< control periods since power-up
+  double time_s = 0.0;               ///< tick times the control period
+  std::int64_t position_counts = 0;  ///< from the device's zero, never wraps
+  double angle_rad = 0.0;            ///< the same as an angle
 };
-
-/// Who has the actuator: nobody unless it is armed.
-enum class Owner : std::uint8_t { none, sdk, game };
 
 /// State and counters of the device since its power-up.
 struct Health {
   State state = State::disarmed;
-  std::vector<std::string> faults;  ///< names of the latched faults: "over_speed", ...
-  std::uint32_t reports_accepted = 0;
-  std::uint32_t reports_refused = 0;
-  std::uint32_t samples_dropped = 0;  ///< telemetry that the host did not fetch in time
-  std::uint32_t tick_overruns = 0;
-  double tick_time_s = 0.0;      ///< time that the last control tick took
-  double tick_time_max_s = 0.0;  ///< longest tick so far
-  std::uint32_t saves = 0;       ///< how often the configuration was saved, ever
-  Owner owner = Owner::none;
+  std::vector<std::string> faults{};   ///< names of the latched faults: "over_speed", ...
+  std::uint32_t reports_accepted = 0;  ///< that did what they asked
+  std::uint32_t reports_refused = 0;   ///< that changed nothing
+  std::uint32_t samples_dropped = 0;   ///< telemetry that the host did not fetch in time
+  std::uint32_t tick_overruns = 0;     ///< ticks that were missed
+  double tick_time_s = 0.0;            ///< time that the last control tick took
+  double tick_time_max_s = 0.0;        ///< longest tick so far
+  std::uint32_t saves = 0;             ///< how often the configuration was saved, ever
+  Owner owner = Owner::none;           ///< who has the actuator
 };
 
 /// Counters of this end of the cable, since the knob was opened.
@@ -88,7 +113,7 @@ struct LinkStatistics {
   std::uint64_t samples_received = 0;
   std::uint64_t samples_lost = 0;  ///< never arrived, or not read before the ring was full
   std::uint64_t local_models_refused = 0;
-  std::string last_refusal;  ///< of a local model, in words
+  std::string last_refusal{};  ///< of a local model, in words
 };
 
 }  // namespace torsio

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "device/rig.hpp"
+#include "protocol/axis_samples.hpp"
 
 using namespace torsio::protocol;
 using doctest::Approx;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "emulator/emulated_device.hpp"
+#include "protocol/axis_samples.hpp"
 #include "protocol/registry.hpp"
 
 using namespace torsio;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/axis_samples.hpp"
 #include "sample_ring.hpp"
 #include "sdk/errors.hpp"
 #include "telemetry_decoder.hpp"

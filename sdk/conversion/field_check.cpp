@@ -1,4 +1,4 @@
-#include "field_check.hpp"
+#include "conversion/field_check.hpp"
 
 #include <array>
 #include <charconv>

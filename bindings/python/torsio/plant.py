@@ -1,0 +1,183 @@
+"""What an emulated knob is made of. Defaults: the reference actuator."""
+
+# Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import KW_ONLY, dataclass
+from typing import Literal
+
+from torsio import checks
+from torsio.plant_methods import CoggingShapes, PlantMethods
+
+__all__ = [
+    "Belt",
+    "BrakeHysteresis",
+    "Cogging",
+    "PlantParams",
+    "ShaftHardening",
+]
+
+
+@dataclass(frozen=True)
+class ShaftHardening:
+    """Part of a plant.
+
+    The shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
+
+    Attributes
+    ----------
+    knee_rad
+        The spring is linear up to here; > 0.
+    stiffness_factor
+        Stiffness beyond the knee over stiffness before it; > 0.
+    """
+
+    _: KW_ONLY
+    knee_rad: float = 0.015
+    stiffness_factor: float = 2.0
+
+
+@dataclass(frozen=True)
+class BrakeHysteresis:
+    """Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.
+
+    Attributes
+    ----------
+    half_width_nm
+        Of the play; the default is 5 % of the brake's limit; >= 0.
+    """
+
+    _: KW_ONLY
+    half_width_nm: float = 0.0055
+
+
+@dataclass(frozen=True)
+class Belt:
+    """Part of a plant: a belt that stretches, between the spring's pulley and the brake.
+
+    Attributes
+    ----------
+    stiffness_nm_per_rad
+        Of the belt; > 0.
+    damping_nm_s_per_rad
+        Of the belt; >= 0.
+    pulley_inertia_kg_m2
+        The share of brake_inertia_kg_m2 that lies before the belt; > 0.
+    """
+
+    _: KW_ONLY
+    stiffness_nm_per_rad: float = 60.0
+    damping_nm_s_per_rad: float = 0.001
+    pulley_inertia_kg_m2: float = 1e-05
+
+
+@dataclass(frozen=True)
+class Cogging(CoggingShapes):
+    """Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.
+
+    Attributes
+    ----------
+    periods_per_rev
+        Of the torque; >= 1.
+    torque_nm
+        2 to 64 torques at equal distances over one period, from angle 0; straight lines between.
+    """
+
+    _: KW_ONLY
+    periods_per_rev: int
+    torque_nm: Iterable[float]
+
+    def __post_init__(self) -> None:
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
+        object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))
+
+
+@dataclass(frozen=True)
+class PlantParams(PlantMethods):
+    """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
+
+    The defaults are the reference actuator; docs/theory.md has the equations. Parts that are not
+    named cost nothing; the lags of motor and brake are always carried.
+
+    Attributes
+    ----------
+    knob_inertia_kg_m2
+        Motor and knob; > 0.
+    knob_viscous_nm_s_per_rad
+        Viscous friction there; >= 0.
+    knob_coulomb_nm
+        Dry friction there; >= 0.
+    brake_inertia_kg_m2
+        Pulleys and brake; > 0.
+    brake_viscous_nm_s_per_rad
+        Viscous friction there; >= 0.
+    brake_drag_nm
+        Drag of the released brake; >= 0.
+    shaft_stiffness_nm_per_rad
+        0: the shaft is cut; >= 0.
+    shaft_damping_nm_s_per_rad
+        Of the shaft; >= 0.
+    brake_time_constant_s
+        From command to torque; 0: no lag; >= 0.
+    motor_time_constant_s
+        From command to torque; 0: no lag; >= 0.
+    motor_limit_nm
+        Commands are clipped to it, both ways; >= 0.
+    brake_limit_nm
+        Commands are clipped to it; >= 0.
+    counts_per_rev
+        Of the encoder; 1 to 16777216.
+    encoder_rounding
+        How the encoder counts.
+    encoder_phase_counts
+        Where in a count angle 0 lies.
+    encoder_noise_counts
+        Standard deviation; 0 leaves the noise out; >= 0.
+    spring_and_brake
+        Part: spring and brake. Without it knob and brake are one rigid body and the brake never
+        engages, for what needs none, such as the law motor_only; it saves about half of the plant's
+        time. The parts below, but for cogging, need it.
+    """
+
+    _: KW_ONLY
+    knob_inertia_kg_m2: float = 6e-05
+    knob_viscous_nm_s_per_rad: float = 2.6e-05
+    knob_coulomb_nm: float = 0.006
+    brake_inertia_kg_m2: float = 4e-05
+    brake_viscous_nm_s_per_rad: float = 2e-06
+    brake_drag_nm: float = 0.002
+    shaft_stiffness_nm_per_rad: float = 2.873
+    shaft_damping_nm_s_per_rad: float = 0.0002
+    brake_time_constant_s: float = 0.06
+    motor_time_constant_s: float = 0.0001
+    motor_limit_nm: float = 0.085
+    brake_limit_nm: float = 0.11
+    counts_per_rev: int = 8192
+    encoder_rounding: Literal["floor", "nearest"] = "floor"
+    encoder_phase_counts: float = 0.0
+    encoder_noise_counts: float = 0.0
+    spring_and_brake: bool = True
+    shaft_hardening: ShaftHardening | None = None
+    brake_hysteresis: BrakeHysteresis | None = None
+    belt: Belt | None = None
+    cogging: Cogging | None = None
+
+    def __post_init__(self) -> None:
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
+        if self.shaft_hardening is not None:
+            checks.kind(
+                "shaft_hardening", self.shaft_hardening, ShaftHardening, "ShaftHardening or None"
+            )
+        if self.brake_hysteresis is not None:
+            checks.kind(
+                "brake_hysteresis",
+                self.brake_hysteresis,
+                BrakeHysteresis,
+                "BrakeHysteresis or None",
+            )
+        if self.belt is not None:
+            checks.kind("belt", self.belt, Belt, "Belt or None")
+        if self.cogging is not None:
+            checks.kind("cogging", self.cogging, Cogging, "Cogging or None")

@@ -1,0 +1,37 @@
+"""What the plant's printed data classes can do besides holding values."""
+
+from __future__ import annotations
+
+from math import pi, sin
+from typing import Any, TypeVar
+
+from torsio import _torsio, checks
+from torsio.config import ActuatorConfig
+
+_Shape = TypeVar("_Shape", bound="CoggingShapes")
+
+
+class CoggingShapes:
+    """Ways to make a table of cogging."""
+
+    def __init__(self, **fields: Any) -> None:
+        """Be a data class with `periods_per_rev` and `torque_nm`."""
+        raise NotImplementedError
+
+    @classmethod
+    def sine(
+        cls: type[_Shape], *, periods_per_rev: int, amplitude_nm: float, points: int = 16
+    ) -> _Shape:
+        """Make a sine wave of so many corners a period."""
+        count = checks.whole("points", points, 2, 64)
+        amplitude_nm = checks.number("amplitude_nm", amplitude_nm)
+        wave = tuple(amplitude_nm * sin(2 * pi * i / count) for i in range(count))
+        return cls(periods_per_rev=periods_per_rev, torque_nm=wave)
+
+
+class PlantMethods:
+    """What a plant can be asked."""
+
+    def matching_config(self) -> ActuatorConfig:
+        """Give the configuration of a device that was calibrated perfectly to this plant."""
+        return ActuatorConfig(**_torsio.matching_config(self))

@@ -1,0 +1,172 @@
+"""What a knob tells about itself: identity, clock, health, and how the cable is doing."""
+
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+__all__ = [
+    "Clock",
+    "DeviceInfo",
+    "Health",
+    "LinkStatistics",
+    "ListedDevice",
+    "State",
+]
+
+State: TypeAlias = Literal["disarmed", "armed", "fault", "disconnected"]
+"""Whether the device makes torque."""
+
+
+@dataclass(frozen=True)
+class ListedDevice:
+    """A device that could be opened.
+
+    Attributes
+    ----------
+    path
+        What open() takes.
+    board
+        Empty if the device could not be asked.
+    transport
+        "hid" or "emulated".
+    problem
+        Why it cannot be opened now; empty if it can.
+    """
+
+    path: str
+    serial: str
+    product: str
+    board: str
+    transport: str
+    problem: str
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """Who the device is and what it can do.
+
+    Attributes
+    ----------
+    path
+        What open() takes.
+    board
+        "pico2", "emulated", ...
+    firmware_version
+        "major.minor.patch".
+    transport
+        "hid", "emulated", or what a transport of your own calls itself.
+    fingerprint
+        Of the report layouts, the same as the library's.
+    effects
+        Places in a scene.
+    curve_points
+        Shared by all curves of a scene.
+    counts_per_rev
+        Of the encoder.
+    torque_step_nm
+        Resolution of telemetry's torques.
+    speed_step_rad_s
+        Resolution of telemetry's speed.
+    """
+
+    path: str
+    serial: str
+    product: str
+    board: str
+    firmware_version: str
+    transport: str
+    protocol_version: int
+    fingerprint: int
+    axes: int
+    effects: int
+    curve_points: int
+    control_rate_hz: float
+    counts_per_rev: int
+    torque_step_nm: float
+    speed_step_rad_s: float
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The device's time and position, both exact.
+
+    Attributes
+    ----------
+    tick
+        Control periods since power-up.
+    time_s
+        Tick times the control period.
+    position_counts
+        From the device's zero, never wraps.
+    angle_rad
+        The same as an angle.
+    """
+
+    tick: int
+    time_s: float
+    position_counts: int
+    angle_rad: float
+
+
+@dataclass(frozen=True)
+class Health:
+    """State and counters of the device since its power-up.
+
+    Attributes
+    ----------
+    faults
+        Names of the latched faults: "over_speed", ...
+    reports_accepted
+        That did what they asked.
+    reports_refused
+        That changed nothing.
+    samples_dropped
+        Telemetry that the host did not fetch in time.
+    tick_overruns
+        Ticks that were missed.
+    tick_time_s
+        Time that the last control tick took.
+    tick_time_max_s
+        Longest tick so far.
+    saves
+        How often the configuration was saved, ever.
+    owner
+        Who has the actuator.
+    """
+
+    state: Literal["disarmed", "armed", "fault", "disconnected"]
+    faults: tuple[str, ...]
+    reports_accepted: int
+    reports_refused: int
+    samples_dropped: int
+    tick_overruns: int
+    tick_time_s: float
+    tick_time_max_s: float
+    saves: int
+    owner: Literal["none", "sdk", "game"]
+
+
+@dataclass(frozen=True)
+class LinkStatistics:
+    """Counters of this end of the cable, since the knob was opened.
+
+    Attributes
+    ----------
+    reports_undecodable
+        Damaged on the way, and ignored.
+    samples_lost
+        Never arrived, or not read before the ring was full.
+    last_refusal
+        Of a local model, in words.
+    """
+
+    reports_sent: int
+    reports_received: int
+    reports_undecodable: int
+    samples_received: int
+    samples_lost: int
+    local_models_refused: int
+    last_refusal: str

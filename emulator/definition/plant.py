@@ -1,0 +1,172 @@
+"""What an emulated knob is made of, who holds it, and what only the simulation knows.
+
+The simulator works with these structures directly, and C++ and Python users fill them in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tools.definition.model import (
+    Field,
+    Structure,
+    choice,
+    enumeration,
+    for_hosts,
+    number,
+    numbers,
+    optional_group,
+    profile,
+    told,
+    whole,
+)
+
+_ANY = 0.0
+
+
+def _quantity(name: str, unit: str, doc: str, default: float | None, *, positive: bool = False) -> Field:
+    made = for_hosts(number(name, unit, _ANY, _ANY, doc, default=default))
+    rule = "> 0" if positive else ">= 0"
+    return replace(made, low=None, high=None, rule=rule)
+
+
+def positive(name: str, unit: str, doc: str, default: float | None = None) -> Field:
+    """Make a quantity that something is divided by."""
+    return _quantity(name, unit, doc, default, positive=True)
+
+
+def amount(name: str, unit: str, doc: str, default: float | None = None) -> Field:
+    """Make a quantity that may be nothing."""
+    return _quantity(name, unit, doc, default)
+
+
+ENCODER_ROUNDING = enumeration(
+    "EncoderRounding", "Which count an angle between two gives.", "floor", "nearest"
+)
+
+SHAFT_HARDENING = Structure(
+    "ShaftHardening",
+    "Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.",
+    (
+        positive("knee_rad", "rad", "the spring is linear up to here", 0.015),
+        positive("stiffness_factor", "", "stiffness beyond the knee over stiffness before it", 2.0),
+    ),
+)
+BRAKE_HYSTERESIS = Structure(
+    "BrakeHysteresis",
+    "Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.",
+    (amount("half_width_nm", "N m", "of the play; the default is 5 % of the brake's limit", 5.5e-3),),
+)
+BELT = Structure(
+    "Belt",
+    "Part of a plant: a belt that stretches, between the spring's pulley and the brake.",
+    (
+        positive("stiffness_nm_per_rad", "N m/rad", "of the belt", 60.0),
+        amount("damping_nm_s_per_rad", "N m s/rad", "of the belt", 1e-3),
+        positive(
+            "pulley_inertia_kg_m2",
+            "kg m^2",
+            "the share of brake_inertia_kg_m2 that lies before the belt",
+            1e-5,
+        ),
+    ),
+)
+COGGING = Structure(
+    "Cogging",
+    "Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.",
+    (
+        replace(
+            for_hosts(whole("periods_per_rev", "u16", 0, 0, "of the torque", default=None)),
+            low=None, high=None, rule=">= 1",
+        ),
+        numbers(
+            "torque_nm", "N m",
+            "2 to 64 torques at equal distances over one period, from angle 0; straight lines between",
+        ),
+    ),
+    base="CoggingShapes",
+)  # fmt: skip
+
+PLANT_PARAMS = Structure(
+    "PlantParams",
+    "Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.",
+    (
+        positive("knob_inertia_kg_m2", "kg m^2", "motor and knob", 6e-5),
+        amount("knob_viscous_nm_s_per_rad", "N m s/rad", "viscous friction there", 2.6e-5),
+        amount("knob_coulomb_nm", "N m", "dry friction there", 6e-3),
+        positive("brake_inertia_kg_m2", "kg m^2", "pulleys and brake", 4e-5),
+        amount("brake_viscous_nm_s_per_rad", "N m s/rad", "viscous friction there", 2e-6),
+        amount("brake_drag_nm", "N m", "drag of the released brake", 2e-3),
+        amount("shaft_stiffness_nm_per_rad", "N m/rad", "0: the shaft is cut", 2.873),
+        amount("shaft_damping_nm_s_per_rad", "N m s/rad", "of the shaft", 2e-4),
+        amount("brake_time_constant_s", "s", "from command to torque; 0: no lag", 60e-3),
+        amount("motor_time_constant_s", "s", "from command to torque; 0: no lag", 0.1e-3),
+        amount("motor_limit_nm", "N m", "commands are clipped to it, both ways", 85e-3),
+        amount("brake_limit_nm", "N m", "commands are clipped to it", 110e-3),
+        for_hosts(whole("counts_per_rev", "u32", 1, 1 << 24, "of the encoder", default=8192)),
+        for_hosts(choice("encoder_rounding", ENCODER_ROUNDING, "how the encoder counts")),
+        told("encoder_phase_counts", "double", "where in a count angle 0 lies"),
+        amount("encoder_noise_counts", "", "standard deviation; 0 leaves the noise out", 0.0),
+        Field(
+            "spring_and_brake",
+            "switch",
+            "part: spring and brake. Without it knob and brake are one rigid body and the brake never "
+            "engages, for what needs none, such as the law motor_only; it saves about half of the "
+            "plant's time. The parts below, but for cogging, need it",
+            default=True,
+            host="bool",
+        ),
+        optional_group("shaft_hardening", SHAFT_HARDENING),
+        optional_group("brake_hysteresis", BRAKE_HYSTERESIS),
+        optional_group("belt", BELT),
+        optional_group("cogging", COGGING),
+    ),
+    notes="The defaults are the reference actuator; docs/theory.md has the equations. Parts that are "
+    "not named cost nothing; the lags of motor and brake are always carried.",
+    base="PlantMethods",
+)
+
+NO_HAND = Structure("NoHand", "Nobody touches the knob.", (), base="Hand")
+TORQUE_HAND = Structure(
+    "TorqueHand",
+    "A torque on the knob that does not depend on its motion, such as a weight on a string.",
+    (profile("torque_nm", "N m", "two knots at the same time make a jump", default="{0.0, 0.0}"),),
+    base="Hand",
+)
+IMPEDANCE_HAND = Structure(
+    "ImpedanceHand",
+    "A hand that holds the knob and means to move it along a path: `torque = stiffness (intended - "
+    "angle) + damping (intended' - speed)`, with the hand's own inertia fixed to the knob.",
+    (
+        amount("inertia_kg_m2", "kg m^2", "of the hand", 0.0),
+        amount("stiffness_nm_per_rad", "N m/rad", "of the hand"),
+        amount("damping_nm_s_per_rad", "N m s/rad", "of the hand", 0.0),
+        profile("intended_angle_rad", "rad", "without jumps", default="{0.0, 0.0}"),
+    ),
+    base="Hand",
+)
+PRESCRIBED_MOTION = Structure(
+    "PrescribedMotion",
+    "The knob follows the path whatever torque that takes.",
+    (profile("angle_rad", "rad", "without jumps", default="{0.0, 0.0}"),),
+    base="Hand",
+)
+PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING)
+HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION)
+
+TRUTH_SAMPLE = Structure(
+    "TruthSample",
+    "What no sensor of an emulated knob sees, at the start of a control tick. Torques are on the knob.",
+    (
+        told("time_s", "double", "device time"),
+        told("angle_rad", "double", "of the knob"),
+        told("brake_angle_rad", "double", "of the far side of the shaft spring"),
+        told("speed_rad_s", "double", "of the knob"),
+        told("spring_torque_nm", "double", "of the shaft spring"),
+        told("brake_torque_nm", "double", "what the brake transmits, drag included"),
+        told("brake_capacity_nm", "double", "what it could transmit, drag included, >= 0"),
+        told("motor_torque_nm", "double", "after the motor's lag"),
+        told("hand_torque_nm", "double", "of whoever holds the knob"),
+    ),
+    array_record=True,
+)

@@ -1,0 +1,119 @@
+/// @file
+/// What an emulated knob is made of, who holds it, and what only the simulation knows.
+///
+/// Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace torsio {
+
+/// One corner of a piecewise-linear function of time. The first value holds before the first knot,
+/// the last one after the last. Two knots at the same time make a jump.
+struct Knot {
+  double time_s;
+  double value;
+};
+using Profile = std::vector<Knot>;
+
+/// Nobody touches the knob.
+struct NoHand {};
+
+/// A torque on the knob that does not depend on its motion, such as a weight on a string.
+struct TorqueHand {
+  Profile torque_nm{{0.0, 0.0}};  ///< two knots at the same time make a jump
+};
+
+/// A hand that holds the knob and means to move it along a path: `torque = stiffness (intended -
+/// angle) + damping (intended' - speed)`, with the hand's own inertia fixed to the knob.
+struct ImpedanceHand {
+  double inertia_kg_m2 = 0.0;              ///< of the hand; >= 0
+  double stiffness_nm_per_rad = 0.0;       ///< of the hand; >= 0
+  double damping_nm_s_per_rad = 0.0;       ///< of the hand; >= 0
+  Profile intended_angle_rad{{0.0, 0.0}};  ///< without jumps
+};
+
+/// The knob follows the path whatever torque that takes.
+struct PrescribedMotion {
+  Profile angle_rad{{0.0, 0.0}};  ///< without jumps
+};
+
+using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
+
+/// Which count an angle between two gives.
+enum class EncoderRounding : std::uint8_t { floor, nearest };
+
+/// Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
+struct ShaftHardening {
+  double knee_rad = 0.015;        ///< the spring is linear up to here; > 0
+  double stiffness_factor = 2.0;  ///< stiffness beyond the knee over stiffness before it; > 0
+};
+
+/// Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.
+struct BrakeHysteresis {
+  double half_width_nm = 0.0055;  ///< of the play; the default is 5 % of the brake's limit; >= 0
+};
+
+/// Part of a plant: a belt that stretches, between the spring's pulley and the brake.
+struct Belt {
+  double stiffness_nm_per_rad = 60.0;   ///< of the belt; > 0
+  double damping_nm_s_per_rad = 0.001;  ///< of the belt; >= 0
+  /// the share of brake_inertia_kg_m2 that lies before the belt; > 0
+  double pulley_inertia_kg_m2 = 1e-5;
+};
+
+/// Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.
+struct Cogging {
+  int periods_per_rev = 0;  ///< of the torque; >= 1
+  /// 2 to 64 torques at equal distances over one period, from angle 0; straight lines between
+  std::vector<double> torque_nm{};
+};
+
+/// Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob. The
+/// defaults are the reference actuator; docs/theory.md has the equations. Parts that are not named
+/// cost nothing; the lags of motor and brake are always carried.
+struct PlantParams {
+  double knob_inertia_kg_m2 = 6e-5;           ///< motor and knob; > 0
+  double knob_viscous_nm_s_per_rad = 2.6e-5;  ///< viscous friction there; >= 0
+  double knob_coulomb_nm = 0.006;             ///< dry friction there; >= 0
+  double brake_inertia_kg_m2 = 4e-5;          ///< pulleys and brake; > 0
+  double brake_viscous_nm_s_per_rad = 2e-6;   ///< viscous friction there; >= 0
+  double brake_drag_nm = 0.002;               ///< drag of the released brake; >= 0
+  double shaft_stiffness_nm_per_rad = 2.873;  ///< 0: the shaft is cut; >= 0
+  double shaft_damping_nm_s_per_rad = 2e-4;   ///< of the shaft; >= 0
+  double brake_time_constant_s = 0.06;        ///< from command to torque; 0: no lag; >= 0
+  double motor_time_constant_s = 1e-4;        ///< from command to torque; 0: no lag; >= 0
+  double motor_limit_nm = 0.085;              ///< commands are clipped to it, both ways; >= 0
+  double brake_limit_nm = 0.11;               ///< commands are clipped to it; >= 0
+  std::uint32_t counts_per_rev = 8192;        ///< of the encoder; 1 to 16777216
+  EncoderRounding encoder_rounding = EncoderRounding::floor;  ///< how the encoder counts
+  double encoder_phase_counts = 0.0;                          ///< where in a count angle 0 lies
+  double encoder_noise_counts = 0.0;  ///< standard deviation; 0 leaves the noise out; >= 0
+  /// part: spring and brake. Without it knob and brake are one rigid body and the brake never
+  /// engages, for what needs none, such as the law motor_only; it saves about half of the plant's
+  /// time. The parts below, but for cogging, need it
+  bool spring_and_brake = true;
+  std::optional<ShaftHardening> shaft_hardening{};
+  std::optional<BrakeHysteresis> brake_hysteresis{};
+  std::optional<Belt> belt{};
+  std::optional<Cogging> cogging{};
+};
+
+/// What no sensor of an emulated knob sees, at the start of a control tick. Torques are on the
+/// knob.
+struct TruthSample {
+  double time_s;             ///< device time
+  double angle_rad;          ///< of the knob
+  double brake_angle_rad;    ///< of the far side of the shaft spring
+  double speed_rad_s;        ///< of the knob
+  double spring_torque_nm;   ///< of the shaft spring
+  double brake_torque_nm;    ///< what the brake transmits, drag included
+  double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
+  double motor_torque_nm;    ///< after the motor's lag
+  double hand_torque_nm;     ///< of whoever holds the knob
+};
+
+}  // namespace torsio

@@ -1,0 +1,181 @@
+"""What the device is built of and how it controls: the reports that are kept in flash."""
+
+from __future__ import annotations
+
+from firmware.protocol.definition import enumerations as e
+from firmware.protocol.definition.effects import torque
+from firmware.protocol.definition.limits import (
+    MAX_DAMPING_NM_S_PER_RAD,
+    MAX_STIFFNESS_NM_PER_RAD,
+    MAX_TORQUE_NM,
+)
+from tools.definition.model import Field, Structure, choice, number, raw, switch, whole
+
+_HEADER = (
+    raw("sequence", "u16", "returned in the acknowledgement"),
+    raw("axis", "u8", "which axis; 0 is the first"),
+)
+
+
+def _configuration(id: int, name: str, doc: str, notes: str, *fields: Field) -> Structure:
+    return Structure(
+        name, doc, (*_HEADER, *fields), notes, f"{doc} {notes}", id, "feature"
+    )  # fmt: skip
+
+
+ACTUATOR_CONFIG = _configuration(
+    0x04,
+    "ActuatorConfig",
+    "The actuator as built. The defaults are those of the reference actuator.",
+    "Set only while disarmed; another encoder empties the scene.",
+    torque("motor_torque_max_nm", "what the motor can give", default=85e-3),
+    torque("brake_torque_max_nm", "what the brake can hold", default=110e-3),
+    torque("brake_torque_min_nm", "floor of the brake's torque in the sensor", default=3.3e-3),
+    torque("brake_drag_nm", "what the brake holds with no current", default=2e-3),
+    number("brake_time_constant_s", "s", 0.0, 100.0, "from command to torque", default=60e-3),
+    number(
+        "spring_stiffness_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
+        "of the shaft between knob and brake", default=2.873,
+    ),
+    whole("counts_per_rev", "u32", 4, 1 << 24, "of the encoder", default=8192),
+    whole(
+        "counter_bits", "u8", 8, 32, "width at which the encoder's counter wraps", default=32
+    ),
+    switch("encoder_reversed", e.TOGGLE, "on: it counts down where the angle grows"),
+    number(
+        "knob_inertia_kg_m2", "kg m^2", 1e-9, 1.0,
+        "of motor and knob; this and the next three bound what a game may ask for", default=6e-5,
+    ),
+    torque("knob_coulomb_nm", "dry friction of motor and knob", default=6e-3),
+    number(
+        "knob_viscous_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,
+        "viscous friction of motor and knob", default=2.6e-5,
+    ),
+    number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=0.1e-3),
+)  # fmt: skip
+
+CONTROL_CONFIG = _configuration(
+    0x05,
+    "ControlConfig",
+    "How the device controls, and what it does when the host goes silent.",
+    "Set only while disarmed.",
+    choice("law", e.LAW, "how the desired torque is shared between motor and brake"),
+    number("beta", "", 0.0, 1.0, "the brake's share of the desired torque", default=0.5),
+    number("speed_bandwidth_hz", "Hz", 1.0, 1e4, "of the speed estimate", default=100.0),
+    torque(
+        "motor_torque_cap_nm", "the user's limit, below the actuator's", default=MAX_TORQUE_NM
+    ),
+    torque(
+        "brake_torque_cap_nm", "the user's limit, below the actuator's", default=MAX_TORQUE_NM
+    ),
+    number(
+        "motor_slew_nm_per_s", "N m/s", 0.0, 1e6,
+        "largest rate of the motor's torque; 0 is no limit",
+    ),
+    number("speed_limit_rad_s", "rad/s", 0.0, 1e4, "faster is a fault; 0 is no limit"),
+    number("watchdog_s", "s", 0.01, 60.0, "silence of the host that disarms", default=0.25),
+    number(
+        "passive_ramp_s", "s", 0.0, 10.0, "the motor's way to zero when the host is lost",
+        default=0.05,
+    ),
+    torque(
+        "passive_brake_nm", "the brake's torque on that way; 0 releases it", default=0.0
+    ),
+    switch("autonomous", e.TOGGLE, "on: no watchdog, plays on without a host"),
+)  # fmt: skip
+
+BOARD_CONFIG = _configuration(
+    0x06,
+    "BoardConfig",
+    "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
+    "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
+    "device starts the next time. The emulated device keeps it and has no use for it.",
+    number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=12.0),
+    number(
+        "motor_torque_constant_nm_per_a", "N m/A", 1e-4, 100.0, "at the knob", default=0.05
+    ),
+    number(
+        "motor_current_max_a", "A", 0.0, 100.0,
+        "never asked for more; one and a half times as much measured is a fault", default=2.0,
+    ),
+    number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=2.5),
+    number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=1.5e-3),
+    number(
+        "current_bandwidth_hz", "Hz", 1.0, 5e3,
+        "of the current loop; held at a tenth of the control rate", default=500.0,
+    ),
+    number(
+        "current_sense_v_per_a", "V/A", 1e-3, 10.0,
+        "of the current sensor; its zero is measured while the power is off", default=0.2,
+    ),
+    number(
+        "brake_torque_constant_nm_per_a", "N m/A", 1e-4, 1e3, "on the pulley", default=0.44
+    ),
+    number("brake_current_max_a", "A", 0.0, 100.0, "of the coil", default=0.3),
+    number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=40.0),
+    switch(
+        "motor_reversed", e.TOGGLE,
+        "on: a current into the first motor pin turns the knob to smaller angles",
+    ),
+    whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
+    whole(
+        "motor_pin", "u8", 0, 28,
+        "GPIO of the first input of the motor's bridge, even; the second is the next one",
+        default=6,
+    ),
+    whole(
+        "brake_pin", "u8", 0, 28,
+        "GPIO of the first input of the brake's bridge, even; the second is the next one",
+        default=8,
+    ),
+    whole("enable_pin", "u8", 0, 29, "GPIO, high while the power stages are on", default=10),
+    whole(
+        "emergency_stop_pin", "u8", 0, 29, "GPIO, low to run; an open wire stops", default=11
+    ),
+    whole(
+        "driver_fault_pin", "u8", 0, 29, "GPIO, low when a bridge reports an error", default=12
+    ),
+    whole("current_sense_pin", "u8", 26, 28, "GPIO of the motor's current sensor", default=26),
+    whole("light_pin", "u8", 0, 29, "GPIO of the status light", default=25),
+)  # fmt: skip
+
+GAME_CONFIG = _configuration(
+    0x07,
+    "GameConfig",
+    "What games may do over the game interface, and how their numbers become torques; docs/games.md.",
+    "Set only while disarmed.",
+    switch("enabled", e.TOGGLE, "off: games see the axis but move nothing", default=True),
+    number(
+        "range_deg", "degree", 10.0, 36000.0,
+        "from one end of the game's axis to the other, round angle 0", default=900.0,
+    ),
+    torque(
+        "torque_max_nm",
+        "torque at full level, and the most that all effects together get; never more than the "
+        "motor's",
+        default=MAX_TORQUE_NM,
+    ),
+    number("gain", "", 0.0, 1.0, "on top of the game's own gains", default=1.0),
+    number(
+        "spring_gain", "", 0.0, 1000.0,
+        "1: a full spring reaches full torque at the end of the axis", default=1.0,
+    ),
+    number(
+        "speed_full_rad_s", "rad/s", 0.1, 1e4,
+        "speed at which a full damper reaches full torque", default=20.0,
+    ),
+    number(
+        "acceleration_full_rad_s2", "rad/s^2", 1.0, 1e7,
+        "acceleration at which a full inertia reaches full torque", default=3000.0,
+    ),
+    number(
+        "blend_s", "s", 0.0, 0.1,
+        "in which a change of an effect, its beginning or its end takes full effect", default=2e-3,
+    ),
+    number(
+        "silence_s", "s", 0.0, 3600.0,
+        "silence of the game that stops forces without end; 0 is never", default=10.0,
+    ),
+)  # fmt: skip
+
+CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG)

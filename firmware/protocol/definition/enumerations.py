@@ -1,0 +1,182 @@
+"""Every enumeration and every set of bits that host and device share.
+
+The number of a value is its place, so a new one goes to the end. Names are words for people and do not
+enter the fingerprint.
+"""
+
+from __future__ import annotations
+
+from tools.definition.model import Bits, Value, enumeration
+
+TOGGLE = enumeration("Toggle", "", "off", "on", public=False)
+
+# --- effects -------------------------------------------------------------------------------------
+
+SIDE = enumeration("Side", "On which side of its surface a wall is solid.", "above", "below")
+WAVEFORM = enumeration(
+    "Waveform",
+    "Shape of a periodic torque.",
+    "sine", "square", "triangle", "sawtooth_up", "sawtooth_down",
+)  # fmt: skip
+DETENT_PROFILE = enumeration(
+    "DetentProfile",
+    "Torque from one notch to the next: -T sin(2 pi u) at u pitches from a notch; -2 T u within half "
+    "a pitch; or linear within the width, beyond it T toward the notch.",
+    "sine", "linear", "click",
+)  # fmt: skip
+GRAIN = enumeration(
+    "Grain",
+    "Shape of a texture's grains; noise draws a value for each and joins them smoothly.",
+    "sine", "square", "triangle", "noise",
+)  # fmt: skip
+ENDS = enumeration("Ends", "What a curve does outside its span.", "hold", "repeat")
+
+# --- configuration -------------------------------------------------------------------------------
+
+LAW = enumeration(
+    "Law",
+    "How the desired torque is shared between motor and brake; docs/theory.md.",
+    Value("paper", "the printed law, as it must be read"),
+    Value("compensated", "the motor makes up for what the brake really holds, its drag counted"),
+    Value("parallel", "fixed shares, without the sensor: it sticks, and is here to show that"),
+    Value("motor_only", "no brake"),
+)
+
+# --- what the device says ------------------------------------------------------------------------
+
+STATE = enumeration(
+    "State",
+    "Whether the device makes torque.",
+    Value("disarmed", "no torque"),
+    Value("armed", "the scene acts"),
+    Value("fault", "no torque until the fault is cleared"),
+    Value("disconnected", "the device is unplugged, or does not answer any more", host_only=True),
+)
+OWNER = enumeration(
+    "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game"
+)
+BOARD = enumeration(
+    "Board", "What the firmware runs on.", "emulated", "pico", "pico2", open=True, public=False
+)
+OP = enumeration(
+    "Op",
+    "What a command asks for.",
+    Value("keep_alive", "nothing but a sign of life, not acknowledged"),
+    Value("arm"),
+    Value("disarm"),
+    Value("stop", "disarm and empty the scene"),
+    Value("zero", "this position becomes angle 0; only while disarmed"),
+    Value("relax", "the shaft's spring is known to be relaxed now; only while disarmed"),
+    Value("save", "keep the configuration; only while disarmed"),
+    Value("load_defaults", "configuration of a new device; only while disarmed"),
+    Value("clear_fault"),
+    Value(
+        "bootloader", "wait for new firmware, nobody can arm after it; only while disarmed"
+    ),
+    public=False,
+)
+EVENT_KIND = enumeration(
+    "EventKind",
+    "What happened.",
+    Value("state_changed", "by an order, a fault or the end of a soft stop"),
+    Value("watchdog", "the host was silent for too long"),
+    Value("deadline_missed", "a streamed local model outlived its deadline"),
+    Value("owner_changed", "somebody else has the actuator now"),
+    open=True,
+    public=False,
+)
+
+STATUS = enumeration(
+    "Status",
+    "Why a report was refused. The device sends the code, the library turns it into a sentence.",
+    Value("ok", "accepted", "accepted"),
+    Value(
+        "bad_length",
+        "not exactly 64 bytes",
+        "the report has the wrong length; it was damaged on the way",
+    ),
+    Value(
+        "bad_padding",
+        "bytes behind the last field are not zero: a newer layout, or garbage",
+        "the report has bytes too many; it was damaged on the way",
+    ),
+    Value(
+        "unknown_report",
+        "no report of this id in this direction",
+        "the device does not know this report",
+    ),
+    Value("not_finite", "a number is not finite", "a value is not a finite number"),
+    Value(
+        "out_of_range",
+        "a value is outside the range given below, or beyond what this encoder or rate can do",
+        "a value is outside the range that docs/protocol.md gives",
+    ),
+    Value(
+        "inconsistent",
+        "each field is in range, but not together",
+        "the values do not fit each other",
+    ),
+    Value("bad_axis", "the device has no such axis", "the device has no such axis"),
+    Value(
+        "empty_slot",
+        "a commit names a slot that was never written",
+        "the scene names a slot that was never written",
+    ),
+    Value(
+        "not_armed", "only while armed", "the device must be armed for this: call arm() first"
+    ),
+    Value(
+        "not_disarmed",
+        "only while disarmed",
+        "the device must be disarmed for this: call disarm() first",
+    ),
+    Value(
+        "fault_latched",
+        "a fault must be cleared first",
+        "a fault is latched: faults() names it, clear_fault() clears it once its cause is gone",
+    ),
+    Value(
+        "fault_persists",
+        "the cause of the fault is still there",
+        "the cause of the fault is still there: faults() names it",
+    ),
+    Value(
+        "stale",
+        "older than what the device already has",
+        "the device already has something newer",
+    ),
+    Value(
+        "busy", "cannot be taken now; try again", "the device has no room for it now: send it again"
+    ),
+    Value("not_owner", "somebody else owns the actuator", "somebody else owns the actuator now"),
+    Value("unsupported", "this board cannot do it", "this board cannot do it"),
+    open=True,
+    public=False,
+)  # fmt: skip
+
+FAULT = Bits(
+    "fault",
+    "u16",
+    (
+        Value("emergency_stop", "the input is open or pressed"),
+        Value("over_speed", "faster than speed_limit_rad_s"),
+        Value("encoder", "a jump that no knob can make"),
+        Value("actuator", "the power stage reports an error"),
+        Value("overrun", "ticks were missed or took too long"),
+        Value("numeric", "the control law gave no finite torque"),
+    ),
+    "Faults, latched until cleared: bits of every `faults` field.",
+)
+FLAG = Bits(
+    "flag",
+    "u8",
+    (
+        Value("motor_saturated", "the motor gives all it can"),
+        Value("brake_saturated", "the brake holds all it can"),
+        Value("local_model", "a streamed local model is in force"),
+        Value("passive", "fading out after silence or a deadline"),
+        Value("game", "a game has the actuator"),
+    ),
+    "Bits of telemetry's `flags`; the two lowest are the state.",
+    first=2,
+)

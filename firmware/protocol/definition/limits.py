@@ -1,0 +1,27 @@
+"""Numbers that several field lists share. They are wide on purpose: they keep the arithmetic finite,
+the actuator's own limits are applied where the torque is made."""
+
+from __future__ import annotations
+
+from tools.definition.model import Constant
+
+MAX_EFFECTS = Constant("max_effects", 16, "std::uint8_t")
+CURVE_POOL_POINTS = Constant("curve_pool_points", 1024, "std::uint16_t")
+CURVE_POINTS_PER_REPORT = Constant("curve_points_per_report", 13, "std::uint8_t")
+SAMPLES_PER_REPORT = Constant("samples_per_report", 4, "std::uint8_t")
+PROTOCOL_VERSION = Constant("protocol_version", 1, "std::uint16_t")
+
+MAX_TORQUE_NM = Constant("max_torque_nm", 100.0)
+MAX_STIFFNESS_NM_PER_RAD = Constant("max_stiffness_nm_per_rad", 1e6)
+MAX_DAMPING_NM_S_PER_RAD = Constant("max_damping_nm_s_per_rad", 1e3)
+MAX_INERTIA_KG_M2 = Constant("max_inertia_kg_m2", 10.0)
+MAX_TIME_S = Constant("max_time_s", 1e5)
+MAX_TURNS_Q32 = Constant(
+    "max_turns_q32", 1 << 58, "std::int64_t", "std::int64_t{1} << 58", "2^26 turns either way"
+)
+MAX_SPAN_TURNS_Q32 = Constant(
+    "max_span_turns_q32", 1 << 39, "std::uint64_t", "std::uint64_t{1} << 39", "128 turns"
+)
+MAX_CYCLES_PER_TURN_Q32 = Constant(
+    "max_cycles_per_turn_q32", 1 << 48, "std::uint64_t", "std::uint64_t{1} << 48"
+)

@@ -1,0 +1,108 @@
+"""What a knob tells its user: identity, clock, health, telemetry. The library fills these in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from firmware.protocol.definition import enumerations as e
+from tools.definition.model import Structure, choice, for_hosts, text, texts, told
+
+_STATE = for_hosts(choice("state", e.STATE))
+_OWNER = for_hosts(choice("owner", e.OWNER, "who has the actuator"))
+
+LISTED_DEVICE = Structure(
+    "ListedDevice",
+    "A device that could be opened.",
+    (
+        text("path", "what open() takes"),
+        text("serial"),
+        text("product"),
+        text("board", "empty if the device could not be asked"),
+        text("transport", '"hid" or "emulated"'),
+        text("problem", "why it cannot be opened now; empty if it can"),
+    ),
+    comparable=True,
+)
+DEVICE_INFO = Structure(
+    "DeviceInfo",
+    "Who the device is and what it can do.",
+    (
+        text("path", "what open() takes"),
+        text("serial"),
+        text("product"),
+        text("board", '"pico2", "emulated", ...'),
+        text("firmware_version", '"major.minor.patch"'),
+        text("transport", '"hid", "emulated", or what a transport of your own calls itself'),
+        told("protocol_version", "std::uint16_t"),
+        told("fingerprint", "std::uint32_t", "of the report layouts, the same as the library's"),
+        told("axes", "int"),
+        told("effects", "int", "places in a scene"),
+        told("curve_points", "int", "shared by all curves of a scene"),
+        told("control_rate_hz", "double"),
+        told("counts_per_rev", "std::uint32_t", "of the encoder"),
+        told("torque_step_nm", "double", "resolution of telemetry's torques"),
+        told("speed_step_rad_s", "double", "resolution of telemetry's speed"),
+    ),
+)
+CLOCK = Structure(
+    "Clock",
+    "The device's time and position, both exact.",
+    (
+        told("tick", "std::uint64_t", "control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+        told("position_counts", "std::int64_t", "from the device's zero, never wraps"),
+        told("angle_rad", "double", "the same as an angle"),
+    ),
+)
+HEALTH = Structure(
+    "Health",
+    "State and counters of the device since its power-up.",
+    (
+        _STATE,
+        texts("faults", 'names of the latched faults: "over_speed", ...'),
+        told("reports_accepted", "std::uint32_t", "that did what they asked"),
+        told("reports_refused", "std::uint32_t", "that changed nothing"),
+        told("samples_dropped", "std::uint32_t", "telemetry that the host did not fetch in time"),
+        told("tick_overruns", "std::uint32_t", "ticks that were missed"),
+        told("tick_time_s", "double", "time that the last control tick took"),
+        told("tick_time_max_s", "double", "longest tick so far"),
+        told("saves", "std::uint32_t", "how often the configuration was saved, ever"),
+        _OWNER,
+    ),
+)
+LINK_STATISTICS = Structure(
+    "LinkStatistics",
+    "Counters of this end of the cable, since the knob was opened.",
+    (
+        told("reports_sent", "std::uint64_t"),
+        told("reports_received", "std::uint64_t"),
+        told("reports_undecodable", "std::uint64_t", "damaged on the way, and ignored"),
+        told("samples_received", "std::uint64_t"),
+        told(
+            "samples_lost", "std::uint64_t", "never arrived, or not read before the ring was full"
+        ),
+        told("local_models_refused", "std::uint64_t"),
+        text("last_refusal", "of a local model, in words"),
+    ),
+)
+TELEMETRY_SAMPLE = Structure(
+    "TelemetrySample",
+    "One moment of the control loop. Torques are on the knob.",
+    (
+        told("tick", "std::uint64_t", "control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+        told("position_counts", "std::int64_t", "from the device's zero, never wraps"),
+        told("angle_rad", "double", "the same as an angle"),
+        told("speed_rad_s", "float", "estimated"),
+        told("desired_torque_nm", "float", "what the scene asks"),
+        told("motor_torque_nm", "float", "commanded"),
+        told("brake_torque_nm", "float", "what the brake can hold, estimated"),
+        told("spring_torque_nm", "float", "of the shaft on the knob, sensed"),
+        told("flags", "std::uint8_t", "of this sample or a neighbour in the same report"),
+    ),
+    array_record=True,
+    comparable=True,
+)
+
+RECORDS = (LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LINK_STATISTICS)
+__all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

@@ -1,0 +1,192 @@
+"""Everything on the wire that is neither an effect nor configuration: identity, commands, telemetry."""
+
+from __future__ import annotations
+
+from firmware.protocol.definition import enumerations as e
+from firmware.protocol.definition.configurations import CONFIGURATIONS
+from firmware.protocol.definition.effects import (
+    CURVE_POINTS,
+    EFFECTS,
+    angle_rad,
+    damping,
+    stiffness,
+    torque,
+)
+from firmware.protocol.definition.limits import (
+    CURVE_POOL_POINTS,
+    MAX_EFFECTS,
+    MAX_TORQUE_NM,
+    PROTOCOL_VERSION,
+    SAMPLES_PER_REPORT,
+)
+from tools.definition.model import Structure, choice, group, number, on_wire, raw
+
+_SEQUENCE = raw("sequence", "u16", "returned in the acknowledgement")
+_AXIS = raw("axis", "u8", "which axis; 0 is the first")
+
+IDENTITY = Structure(
+    "Identity",
+    "Who the device is and what it can do. Read only.",
+    (
+        raw("fingerprint", "u32", "hash of every report's layout"),
+        raw("version", "u16", "version of the protocol", default="protocol_version"),
+        raw("firmware_version", "u8", "major, minor, patch", count=3),
+        on_wire(choice("board", e.BOARD, "what the firmware runs on")),
+        raw("serial", "u8", "ASCII, padded with zeros", count=16),
+        raw("axes", "u8", "that the device has", default=1),
+        raw("effects", "u8", "slots of a scene", default="max_effects"),
+        raw("curve_points", "u16", "points in the pool", default="curve_pool_points"),
+        raw("control_period_ns", "u32", "length of a tick", "ns", default=1_000_000),
+        raw("counts_per_rev", "u32", "of the encoder", default=8192),
+        raw("torque_step_nm", "f32", "unit of telemetry's torques", "N m", default=1e-5),
+        raw("speed_step_rad_s", "f32", "unit of telemetry's speed", "rad/s", default=0.01),
+    ),
+    id=0x01,
+    direction="feature",
+)
+CLOCK = Structure(
+    "Clock",
+    "The device's time and position in full. Read only.",
+    (
+        raw("tick", "u64", "ticks since power-up"),
+        raw("time_ns", "u64", "tick times the control period", "ns"),
+        raw("position_counts", "i64", "from the zero", "count"),
+    ),
+    id=0x02,
+    direction="feature",
+)
+HEALTH = Structure(
+    "Health",
+    "State and counters since power-up. Read only.",
+    (
+        on_wire(choice("state", e.STATE, "now")),
+        raw("faults", "u16", "bits, see above"),
+        raw("reports_accepted", "u32", "that did what they asked"),
+        raw("reports_refused", "u32", "that changed nothing"),
+        raw("samples_dropped", "u32", "telemetry samples that the host did not fetch in time"),
+        raw("tick_overruns", "u32", "ticks that were missed"),
+        raw("tick_time_ns", "u32", "time the last tick took", "ns"),
+        raw("tick_time_max_ns", "u32", "longest tick so far", "ns"),
+        raw("saves", "u32", "how often the configuration was saved, ever"),
+        on_wire(choice("owner", e.OWNER, "who has the actuator")),
+    ),
+    id=0x03,
+    direction="feature",
+)
+COMMAND = Structure(
+    "Command",
+    "An order without values: "
+    + "; ".join(v.name + (f": {v.doc}" if v.doc else "") for v in e.OP.values)
+    + ".",
+    (_SEQUENCE, _AXIS, on_wire(choice("op", e.OP, "what to do"))),
+    id=0x10,
+    direction="output",
+)
+COMMIT = Structure(
+    "Commit",
+    "Plays the scene as written, whole, from the next tick on. Slots written since the last commit "
+    "start anew, the others go on.",
+    (_SEQUENCE, _AXIS, raw("active", "u16", "bit n: slot n plays")),
+    id=0x11,
+    direction="output",
+)
+STREAM = Structure(
+    "Stream",
+    "Starts or stops telemetry.",
+    (_SEQUENCE, _AXIS, raw("decimation", "u8", "one sample every so many ticks; 0 stops")),
+    id=0x12,
+    direction="output",
+)
+LOCAL_MODEL = Structure(
+    "LocalModel",
+    "A torque, a spring and a damper that the device renders at its own rate, on top of the scene, "
+    "until the next one comes: `torque - stiffness (angle - angle_rad) - damping speed`.",
+    (
+        raw("sequence", "u16", "must be newer (modulo 2^16) than the last one"),
+        _AXIS,
+        torque("torque_nm", "at the reference, at rest", low=-MAX_TORQUE_NM, default=0.0),
+        angle_rad("angle_rad", "reference position"),
+        stiffness(default=0.0),
+        damping(),
+        number(
+            "deadline_s", "s", 0.0, 60.0,
+            "how long it holds; 0 ends the stream in good order", default=0.02,
+        ),
+    ),
+    wire_doc="A torque, a spring and a damper that the device renders at its own rate, on top of the "
+    "scene, until the next one comes. A host that streams these renders stiff things without its own "
+    "delay. Only refusals are acknowledged. Past the deadline the device fails passive.",
+    id=0x13,
+    direction="output",
+)  # fmt: skip
+
+SAMPLE = Structure(
+    "Sample",
+    "One moment of telemetry. Torques and speed are in the units that identity gives and hold at the "
+    "ends of the range.",
+    (
+        raw("offset_counts", "i16", "position behind the base", "count"),
+        raw("speed", "i16", "estimated", "speed_step_rad_s"),
+        raw("desired_torque", "i16", "what the scene asks", "torque_step_nm"),
+        raw("motor_torque", "i16", "commanded", "torque_step_nm"),
+        raw("brake_torque", "i16", "what the brake can hold, estimated", "torque_step_nm"),
+        raw("spring_torque", "i16", "of the shaft on the knob, sensed", "torque_step_nm"),
+    ),
+)
+TELEMETRY = Structure(
+    "Telemetry",
+    "Samples at equal distances. A gap between two reports shows in their ticks.",
+    (
+        raw(
+            "axis_samples", "u8",
+            "low four bits: axis; high four bits: how many samples are filled", "",
+            0x10, 0x4F, default=0x10,
+        ),
+        raw("decimation", "u8", "ticks from one sample to the next"),
+        raw("flags", "u8", "bits, see above, of all samples together"),
+        raw("tick", "u64", "of the first sample"),
+        raw("base_counts", "i32", "low 32 bits of the first sample's position", "count"),
+        on_wire(group("sample", SAMPLE, count=SAMPLES_PER_REPORT)),
+    ),
+    id=0x40,
+    direction="input",
+)  # fmt: skip
+ACKNOWLEDGEMENT = Structure(
+    "Acknowledgement",
+    "What became of a report.",
+    (
+        raw("sequence", "u16", "of the report that is answered"),
+        raw("report", "u8", "its id"),
+        raw("status", "u8", "0 is accepted, else why not, see above"),
+        raw(
+            "field", "u8", "index of the offending field, nested fields opened; 255 is none",
+            default="kNoField",
+        ),
+        on_wire(choice("state", e.STATE, "after the report")),
+        raw("tick", "u64", "when it took effect or was refused"),
+        on_wire(choice("owner", e.OWNER, "who has the actuator after the report")),
+    ),
+    id=0x41,
+    direction="input",
+)  # fmt: skip
+EVENT = Structure(
+    "Event",
+    "Something that the host did not ask for.",
+    (
+        on_wire(choice("kind", e.EVENT_KIND, "what happened")),
+        on_wire(choice("state", e.STATE, "after the event")),
+        raw("faults", "u16", "bits, see above"),
+        raw("tick", "u64", "when it happened"),
+        on_wire(choice("owner", e.OWNER, "who has the actuator after the event")),
+    ),
+    id=0x42,
+    direction="input",
+)
+
+ALL_REPORTS = (
+    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, COMMAND, COMMIT, STREAM, LOCAL_MODEL, *EFFECTS,
+    CURVE_POINTS, TELEMETRY, ACKNOWLEDGEMENT, EVENT,
+)  # fmt: skip
+"""Every report, in the order of the documentation and of the fingerprint."""
+
+__all__ = ["ALL_REPORTS", "CURVE_POOL_POINTS", "MAX_EFFECTS", "PROTOCOL_VERSION"]

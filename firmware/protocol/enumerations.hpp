@@ -1,0 +1,217 @@
+/// @file
+/// Every enumeration and every set of bits that travels.
+///
+/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
+/// instead.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <tuple>
+
+#include "protocol/layout.hpp"
+
+namespace torsio::protocol {
+
+enum class Toggle : std::uint8_t { off, on };
+template <>
+struct Enumerators<Toggle> {
+  static constexpr std::array<std::string_view, 2> names{"off", "on"};
+  static constexpr bool open = false;
+};
+
+/// On which side of its surface a wall is solid.
+enum class Side : std::uint8_t { above, below };
+template <>
+struct Enumerators<Side> {
+  static constexpr std::array<std::string_view, 2> names{"above", "below"};
+  static constexpr bool open = false;
+};
+
+/// Shape of a periodic torque.
+enum class Waveform : std::uint8_t { sine, square, triangle, sawtooth_up, sawtooth_down };
+template <>
+struct Enumerators<Waveform> {
+  static constexpr std::array<std::string_view, 5> names{"sine", "square", "triangle",
+                                                         "sawtooth_up", "sawtooth_down"};
+  static constexpr bool open = false;
+};
+
+/// Torque from one notch to the next: -T sin(2 pi u) at u pitches from a notch; -2 T u within half
+/// a pitch; or linear within the width, beyond it T toward the notch.
+enum class DetentProfile : std::uint8_t { sine, linear, click };
+template <>
+struct Enumerators<DetentProfile> {
+  static constexpr std::array<std::string_view, 3> names{"sine", "linear", "click"};
+  static constexpr bool open = false;
+};
+
+/// Shape of a texture's grains; noise draws a value for each and joins them smoothly.
+enum class Grain : std::uint8_t { sine, square, triangle, noise };
+template <>
+struct Enumerators<Grain> {
+  static constexpr std::array<std::string_view, 4> names{"sine", "square", "triangle", "noise"};
+  static constexpr bool open = false;
+};
+
+/// What a curve does outside its span.
+enum class Ends : std::uint8_t { hold, repeat };
+template <>
+struct Enumerators<Ends> {
+  static constexpr std::array<std::string_view, 2> names{"hold", "repeat"};
+  static constexpr bool open = false;
+};
+
+/// How the desired torque is shared between motor and brake; docs/theory.md.
+enum class Law : std::uint8_t {
+  paper,        // the printed law, as it must be read
+  compensated,  // the motor makes up for what the brake really holds, its drag counted
+  parallel,     // fixed shares, without the sensor: it sticks, and is here to show that
+  motor_only,   // no brake
+};
+template <>
+struct Enumerators<Law> {
+  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
+                                                         "motor_only"};
+  static constexpr bool open = false;
+};
+
+/// Whether the device makes torque.
+enum class State : std::uint8_t {
+  disarmed,  // no torque
+  armed,     // the scene acts
+  fault,     // no torque until the fault is cleared
+};
+template <>
+struct Enumerators<State> {
+  static constexpr std::array<std::string_view, 3> names{"disarmed", "armed", "fault"};
+  static constexpr bool open = false;
+};
+
+/// Who has the actuator: nobody unless it is armed.
+enum class Owner : std::uint8_t { none, sdk, game };
+template <>
+struct Enumerators<Owner> {
+  static constexpr std::array<std::string_view, 3> names{"none", "sdk", "game"};
+  static constexpr bool open = false;
+};
+
+/// What the firmware runs on.
+enum class Board : std::uint8_t { emulated, pico, pico2 };
+template <>
+struct Enumerators<Board> {
+  static constexpr std::array<std::string_view, 3> names{"emulated", "pico", "pico2"};
+  static constexpr bool open = true;
+};
+
+/// What a command asks for.
+enum class Op : std::uint8_t {
+  keep_alive,  // nothing but a sign of life, not acknowledged
+  arm,
+  disarm,
+  stop,           // disarm and empty the scene
+  zero,           // this position becomes angle 0; only while disarmed
+  relax,          // the shaft's spring is known to be relaxed now; only while disarmed
+  save,           // keep the configuration; only while disarmed
+  load_defaults,  // configuration of a new device; only while disarmed
+  clear_fault,
+  bootloader,  // wait for new firmware, nobody can arm after it; only while disarmed
+};
+template <>
+struct Enumerators<Op> {
+  static constexpr std::array<std::string_view, 10> names{
+      "keep_alive", "arm",  "disarm",        "stop",        "zero",
+      "relax",      "save", "load_defaults", "clear_fault", "bootloader"};
+  static constexpr bool open = false;
+};
+
+/// What happened.
+enum class EventKind : std::uint8_t {
+  state_changed,    // by an order, a fault or the end of a soft stop
+  watchdog,         // the host was silent for too long
+  deadline_missed,  // a streamed local model outlived its deadline
+  owner_changed,    // somebody else has the actuator now
+};
+template <>
+struct Enumerators<EventKind> {
+  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
+                                                         "deadline_missed", "owner_changed"};
+  static constexpr bool open = true;
+};
+
+/// Why a report was refused. The device sends the code, the library turns it into a sentence.
+enum class [[nodiscard]] Status : std::uint8_t {
+  ok,              // accepted
+  bad_length,      // not exactly 64 bytes
+  bad_padding,     // bytes behind the last field are not zero: a newer layout, or garbage
+  unknown_report,  // no report of this id in this direction
+  not_finite,      // a number is not finite
+  out_of_range,    // a value is outside the range given below, or beyond what this encoder or rate
+                   // can do
+  inconsistent,    // each field is in range, but not together
+  bad_axis,        // the device has no such axis
+  empty_slot,      // a commit names a slot that was never written
+  not_armed,       // only while armed
+  not_disarmed,    // only while disarmed
+  fault_latched,   // a fault must be cleared first
+  fault_persists,  // the cause of the fault is still there
+  stale,           // older than what the device already has
+  busy,            // cannot be taken now; try again
+  not_owner,       // somebody else owns the actuator
+  unsupported,     // this board cannot do it
+};
+template <>
+struct Enumerators<Status> {
+  static constexpr std::array<std::string_view, 17> names{
+      "ok",           "bad_length",    "bad_padding",    "unknown_report", "not_finite",
+      "out_of_range", "inconsistent",  "bad_axis",       "empty_slot",     "not_armed",
+      "not_disarmed", "fault_latched", "fault_persists", "stale",          "busy",
+      "not_owner",    "unsupported"};
+  /// For the user whom it stops.
+  static constexpr std::array<std::string_view, 17> advice{
+      "accepted",
+      "the report has the wrong length; it was damaged on the way",
+      "the report has bytes too many; it was damaged on the way",
+      "the device does not know this report",
+      "a value is not a finite number",
+      "a value is outside the range that docs/protocol.md gives",
+      "the values do not fit each other",
+      "the device has no such axis",
+      "the scene names a slot that was never written",
+      "the device must be armed for this: call arm() first",
+      "the device must be disarmed for this: call disarm() first",
+      "a fault is latched: faults() names it, clear_fault() clears it once its cause is gone",
+      "the cause of the fault is still there: faults() names it",
+      "the device already has something newer",
+      "the device has no room for it now: send it again",
+      "somebody else owns the actuator now",
+      "this board cannot do it"};
+  static constexpr bool open = true;
+};
+
+/// Faults, latched until cleared: bits of every `faults` field.
+namespace fault {
+inline constexpr std::uint16_t emergency_stop = 1 << 0;  // the input is open or pressed
+inline constexpr std::uint16_t over_speed = 1 << 1;      // faster than speed_limit_rad_s
+inline constexpr std::uint16_t encoder = 1 << 2;         // a jump that no knob can make
+inline constexpr std::uint16_t actuator = 1 << 3;        // the power stage reports an error
+inline constexpr std::uint16_t overrun = 1 << 4;         // ticks were missed or took too long
+inline constexpr std::uint16_t numeric = 1 << 5;         // the control law gave no finite torque
+inline constexpr std::array<std::string_view, 6> names{
+    "emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"};  // from bit 0 on
+}  // namespace fault
+
+/// Bits of telemetry's `flags`; the two lowest are the state.
+namespace flag {
+inline constexpr std::uint8_t state_mask = 0x3;
+inline constexpr std::uint8_t motor_saturated = 1 << 2;  // the motor gives all it can
+inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all it can
+inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
+inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
+inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
+inline constexpr std::array<std::string_view, 5> names{
+    "motor_saturated", "brake_saturated", "local_model", "passive", "game"};  // from bit 2 on
+}  // namespace flag
+
+}  // namespace torsio::protocol

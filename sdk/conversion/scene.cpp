@@ -1,0 +1,171 @@
+#include "conversion/scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+
+#include "conversion/convert.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio::conversion {
+namespace {
+
+constexpr long double kTurnRad = 2.0L * std::numbers::pi_v<long double>;
+
+[[noreturn]] void refuse(std::string_view what) { throw InvalidArgument(std::string(what)); }
+
+void check_timing(const Timing& in) {
+  if (in.duration_s > 0.0 && in.attack_s + in.fade_s > in.duration_s) {
+    refuse("attack_s and fade_s together are " + number_text(in.attack_s + in.fade_s) +
+           " s, longer than duration_s, which is " + number_text(in.duration_s) + " s");
+  }
+  if (in.duration_s == 0.0 && in.fade_s > 0.0) {
+    refuse("fade_s is " + number_text(in.fade_s) +
+           " s but duration_s is 0: an endless effect cannot fade, give it a duration");
+  }
+}
+
+/// Rules across fields and against the device, one function for each effect that has any. They fill in
+/// what does not travel under its own name.
+class Rules {
+ public:
+  Rules(const SceneLimits& limits, std::vector<float>& pool) : limits_(limits), pool_(pool) {}
+
+  template <class Host, class Wire>
+  void apply(const Host& in, Wire&) {
+    if constexpr (requires { in.timing; }) check_timing(in.timing);
+  }
+
+  void apply(const Ramp& in, protocol::Ramp&) {
+    if (in.timing.duration_s == 0.0) refuse("duration_s is 0, but a ramp needs a duration");
+    check_timing(in.timing);
+  }
+
+  void apply(const Periodic& in, protocol::Periodic&) {
+    const double highest_hz = 0.5e9 / limits_.control_period_ns;
+    if (in.frequency_hz > highest_hz) {
+      refuse("frequency_hz is " + number_text(in.frequency_hz) + ", allowed are 0 to " +
+             number_text(highest_hz) + " Hz (half of this device's control rate)");
+    }
+    check_timing(in.timing);
+  }
+
+  /// Notches in a turn as 2^-32.
+  void apply(const Detents& in, protocol::Detents& wire) {
+    if (in.per_turn.has_value() == in.pitch_rad.has_value()) {
+      refuse("give exactly one of per_turn and pitch_rad");
+    }
+    const bool by_pitch = in.pitch_rad.has_value();
+    const long double given = by_pitch ? *in.pitch_rad : *in.per_turn;
+    const long double per_turn = by_pitch ? kTurnRad / given : given;
+    // Rounded before it is compared, so that the pitch of two counts is one of the allowed ones.
+    const long double q32 = std::round(per_turn * 0x1p32L);
+    const long double most_q32 = limits_.counts_per_rev * 0x1p31L;
+    // The comparison is also false for NaN.
+    if (!(q32 >= 1.0L && q32 <= most_q32)) {
+      const long double most = most_q32 / 0x1p32L;
+      const auto text = [](long double value) { return number_text(static_cast<double>(value)); };
+      refuse((by_pitch ? "pitch_rad is " : "per_turn is ") + text(given) + ", allowed are " +
+             (by_pitch ? text(kTurnRad / most) + " to " + text(kTurnRad * 0x1p32L) + " rad"
+                       : text(0x1p-32L) + " to " + text(most)) +
+             " (a notch takes at least two counts of this encoder)");
+    }
+    wire.per_turn_q32 = static_cast<std::uint64_t>(q32);
+  }
+
+  void apply(const EndStops& in, protocol::EndStops&) {
+    if (in.upper_rad < in.lower_rad) {
+      refuse("upper_rad is " + number_text(in.upper_rad) + ", below lower_rad, which is " +
+             number_text(in.lower_rad));
+    }
+  }
+
+  void apply(const Texture& in, protocol::Texture&) {
+    const auto most =
+        static_cast<std::uint16_t>(std::min<std::uint32_t>(limits_.counts_per_rev / 2, 0xFFFF));
+    static_cast<void>(
+        whole_number<std::uint16_t>("grains_per_turn", in.grains_per_turn, 1, most));
+  }
+
+  void apply(const Curve& in, protocol::Curve& wire) {
+    const std::size_t room = limits_.curve_points - pool_.size();
+    if (in.torque_nm.size() < 2 || in.torque_nm.size() > room) {
+      refuse("torque_nm has " + std::to_string(in.torque_nm.size()) + " points, allowed are 2 to " +
+             std::to_string(room) + " (all curves of a scene share " +
+             std::to_string(limits_.curve_points) + ")");
+    }
+    wire.span_turns_q32 = span_turns_q32(in.span_rad);
+    wire.first_point = static_cast<std::uint16_t>(pool_.size());
+    wire.points = static_cast<std::uint16_t>(in.torque_nm.size());
+    for (std::size_t i = 0; i < in.torque_nm.size(); ++i) {
+      // False for NaN.
+      if (!(std::abs(in.torque_nm[i]) <= kMaxTorqueNm)) {
+        refuse("torque_nm[" + std::to_string(i) + "] is " + number_text(in.torque_nm[i]) +
+               ", allowed are " + number_text(-kMaxTorqueNm) + " to " + number_text(kMaxTorqueNm) +
+               " N m");
+      }
+      pool_.push_back(narrow(in.torque_nm[i]));
+    }
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t span_turns_q32(double span_rad) const {
+    const std::int64_t turns = turns_q32("span_rad", span_rad);
+    constexpr auto kMost = static_cast<std::int64_t>(protocol::max_span_turns_q32);
+    const auto least = static_cast<std::int64_t>(std::ceil(0x1p33L / limits_.counts_per_rev));
+    if (turns < least || turns > kMost) {
+      const auto text = [](std::int64_t q32) {
+        return number_text(static_cast<double>(q32 * kTurnRad / 0x1p32L));
+      };
+      refuse("span_rad is " + number_text(span_rad) + ", allowed are " + text(least) + " to " +
+             text(kMost) + " rad");
+    }
+    return static_cast<std::uint64_t>(turns);
+  }
+
+  const SceneLimits& limits_;
+  std::vector<float>& pool_;
+};
+
+}  // namespace
+
+ConvertedScene to_wire(const Scene& scene, const SceneLimits& limits) {
+  if (scene.size() > limits.effects) {
+    throw InvalidArgument("the scene has " + std::to_string(scene.size()) +
+                          " effects, the device can play " + std::to_string(limits.effects) +
+                          " at once");
+  }
+  ConvertedScene converted;
+  Rules rules(limits, converted.curve_torque_nm);
+  const auto convert_one = [&]<class Host>(const Host& effect) {
+    using Wire = typename WireType<Host>::type;
+    const auto slot = static_cast<std::uint8_t>(converted.effects.size());
+    try {
+      Wire wire;
+      rules.apply(effect, wire);
+      convert_fields(effect, wire);
+      wire.target.slot = slot;
+      check_fields(wire);
+      converted.effects.emplace_back(wire);
+    } catch (const InvalidArgument& error) {
+      throw InvalidArgument("effect " + std::to_string(slot) + " (" +
+                            std::string(protocol::Layout<Wire>::name) + "): " + error.what());
+    }
+  };
+  for (const Effect& effect : scene) std::visit(convert_one, effect);
+  return converted;
+}
+
+protocol::LocalModel to_wire(const LocalModel& model) {
+  try {
+    return convert(model);
+  } catch (const InvalidArgument& error) {
+    throw InvalidArgument(std::string("local model: ") + error.what());
+  }
+}
+
+}  // namespace torsio::conversion

@@ -1,0 +1,35 @@
+/// @file
+/// A scene as it travels, with the rules across the fields of its effects and those of the device.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "protocol/effects.hpp"
+#include "protocol/reports.hpp"
+#include "torsio/scene.hpp"
+
+namespace torsio::conversion {
+
+/// What a device can play.
+struct SceneLimits {
+  std::size_t effects = protocol::max_effects;
+  std::size_t curve_points = protocol::curve_pool_points;
+  std::uint32_t counts_per_rev = 8192;
+  std::uint32_t control_period_ns = 1'000'000;
+};
+
+/// One report for each effect, in its slot, and the pool that the curves read.
+struct ConvertedScene {
+  std::vector<protocol::EffectReport> effects;
+  std::vector<float> curve_torque_nm;
+};
+
+/// @throws InvalidArgument that names the effect, the field, its value and its range
+ConvertedScene to_wire(const Scene& scene, const SceneLimits& limits);
+
+/// @throws InvalidArgument as above
+protocol::LocalModel to_wire(const LocalModel& model);
+
+}  // namespace torsio::conversion

@@ -1,0 +1,464 @@
+/// @file
+/// The fields of every public structure by name, with unit, range and sentence, and the names of
+/// every enumeration's values: for tools that show, keep or edit them.
+///
+/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
+/// instead.
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <tuple>
+
+#include "torsio/config.hpp"
+#include "torsio/field.hpp"
+#include "torsio/scene.hpp"
+#include "torsio/telemetry.hpp"
+
+namespace torsio {
+
+template <>
+struct Names<Side> {
+  static constexpr std::array<std::string_view, 2> values{"above", "below"};
+};
+template <>
+struct Names<Waveform> {
+  static constexpr std::array<std::string_view, 5> values{"sine", "square", "triangle",
+                                                          "sawtooth_up", "sawtooth_down"};
+};
+template <>
+struct Names<DetentProfile> {
+  static constexpr std::array<std::string_view, 3> values{"sine", "linear", "click"};
+};
+template <>
+struct Names<Grain> {
+  static constexpr std::array<std::string_view, 4> values{"sine", "square", "triangle", "noise"};
+};
+template <>
+struct Names<Ends> {
+  static constexpr std::array<std::string_view, 2> values{"hold", "repeat"};
+};
+template <>
+struct Names<Law> {
+  static constexpr std::array<std::string_view, 4> values{"paper", "compensated", "parallel",
+                                                          "motor_only"};
+};
+template <>
+struct Names<State> {
+  static constexpr std::array<std::string_view, 4> values{"disarmed", "armed", "fault",
+                                                          "disconnected"};
+};
+template <>
+struct Names<Owner> {
+  static constexpr std::array<std::string_view, 3> values{"none", "sdk", "game"};
+};
+
+template <>
+struct Fields<Timing> {
+  static constexpr std::string_view name = "Timing";
+  static constexpr std::tuple list{
+      field("delay_s", &Timing::delay_s, "s", 0.0, 1e5, "silence after the scene begins"),
+      field("duration_s", &Timing::duration_s, "s", 0.0, 1e5, "0 plays without end"),
+      field("attack_level", &Timing::attack_level, "", 0.0, 1.0,
+            "share of the strength at the start"),
+      field("attack_s", &Timing::attack_s, "s", 0.0, 1e5, "time to full strength"),
+      field("fade_level", &Timing::fade_level, "", 0.0, 1.0, "share of the strength at the end"),
+      field("fade_s", &Timing::fade_s, "s", 0.0, 1e5, "fading time before the end"),
+  };
+};
+template <>
+struct Fields<Wall> {
+  static constexpr std::string_view name = "Wall";
+  static constexpr std::tuple list{
+      field("angle_rad", &Wall::angle_rad, "rad", -kNoLimit, kNoLimit, "the wall's surface"),
+      field("side", &Wall::side, "", -kNoLimit, kNoLimit,
+            "on which side of the surface the wall is solid"),
+      field("stiffness_nm_per_rad", &Wall::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
+      field("damping_nm_s_per_rad", &Wall::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0, ""),
+  };
+};
+template <>
+struct Fields<Spring> {
+  static constexpr std::string_view name = "Spring";
+  static constexpr std::tuple list{
+      field("angle_rad", &Spring::angle_rad, "rad", -kNoLimit, kNoLimit, "rest angle"),
+      field("stiffness_nm_per_rad", &Spring::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
+      field("deadband_rad", &Spring::deadband_rad, "rad", 0.0, 1000.0,
+            "no torque within this distance of the rest angle"),
+      field("torque_limit_nm", &Spring::torque_limit_nm, "N m", 0.0, 100.0,
+            "the torque does not grow beyond this"),
+  };
+};
+template <>
+struct Fields<Damper> {
+  static constexpr std::string_view name = "Damper";
+  static constexpr std::tuple list{
+      field("damping_nm_s_per_rad", &Damper::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0, ""),
+      field("torque_limit_nm", &Damper::torque_limit_nm, "N m", 0.0, 100.0,
+            "the torque does not grow beyond this"),
+  };
+};
+template <>
+struct Fields<Friction> {
+  static constexpr std::string_view name = "Friction";
+  static constexpr std::tuple list{
+      field("torque_nm", &Friction::torque_nm, "N m", 0.0, 100.0, "while sliding"),
+      field("stiffness_nm_per_rad", &Friction::stiffness_nm_per_rad, "N m/rad", 1e-6, 1e6,
+            "while sticking"),
+  };
+};
+template <>
+struct Fields<Inertia> {
+  static constexpr std::string_view name = "Inertia";
+  static constexpr std::tuple list{
+      field("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0.0, 10.0, ""),
+      field("torque_limit_nm", &Inertia::torque_limit_nm, "N m", 0.0, 100.0,
+            "the torque does not grow beyond this"),
+  };
+};
+template <>
+struct Fields<Constant> {
+  static constexpr std::string_view name = "Constant";
+  static constexpr std::tuple list{
+      field("torque_nm", &Constant::torque_nm, "N m", -100.0, 100.0, ""),
+      field("timing", &Constant::timing, "", -kNoLimit, kNoLimit,
+            "when it plays, and its envelope"),
+  };
+};
+template <>
+struct Fields<Ramp> {
+  static constexpr std::string_view name = "Ramp";
+  static constexpr std::tuple list{
+      field("start_torque_nm", &Ramp::start_torque_nm, "N m", -100.0, 100.0, ""),
+      field("end_torque_nm", &Ramp::end_torque_nm, "N m", -100.0, 100.0, ""),
+      field("timing", &Ramp::timing, "", -kNoLimit, kNoLimit, "when it plays, and its envelope"),
+  };
+};
+template <>
+struct Fields<Periodic> {
+  static constexpr std::string_view name = "Periodic";
+  static constexpr std::tuple list{
+      field("waveform", &Periodic::waveform, "", -kNoLimit, kNoLimit,
+            "starts at 0 and rises; the square starts high"),
+      field("amplitude_nm", &Periodic::amplitude_nm, "N m", 0.0, 100.0, ""),
+      field("offset_nm", &Periodic::offset_nm, "N m", -100.0, 100.0, ""),
+      field("frequency_hz", &Periodic::frequency_hz, "Hz", 0.0, 1e4,
+            "at most half the control rate"),
+      field("phase_turns", &Periodic::phase_turns, "turn", 0.0, 1.0,
+            "where in the period it starts"),
+      field("timing", &Periodic::timing, "", -kNoLimit, kNoLimit,
+            "when it plays, and its envelope"),
+  };
+};
+template <>
+struct Fields<Detents> {
+  static constexpr std::string_view name = "Detents";
+  static constexpr std::tuple list{
+      field("angle_rad", &Detents::angle_rad, "rad", -kNoLimit, kNoLimit,
+            "where one of the notches is"),
+      field("per_turn", &Detents::per_turn, "", -kNoLimit, kNoLimit,
+            "notches in a turn, > 0; need not be whole"),
+      field("pitch_rad", &Detents::pitch_rad, "rad", -kNoLimit, kNoLimit,
+            "distance of two notches, > 0"),
+      field("torque_nm", &Detents::torque_nm, "N m", 0.0, 100.0, "largest torque"),
+      field("profile", &Detents::profile, "", -kNoLimit, kNoLimit,
+            "torque from one notch to the next"),
+      field("width", &Detents::width, "", 0.01, 1.0, "share of the pitch; click only"),
+  };
+};
+template <>
+struct Fields<EndStops> {
+  static constexpr std::string_view name = "EndStops";
+  static constexpr std::tuple list{
+      field("lower_rad", &EndStops::lower_rad, "rad", -kNoLimit, kNoLimit,
+            "surface of the lower wall"),
+      field("upper_rad", &EndStops::upper_rad, "rad", -kNoLimit, kNoLimit,
+            "surface of the upper one, not below the lower one"),
+      field("stiffness_nm_per_rad", &EndStops::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
+      field("damping_nm_s_per_rad", &EndStops::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0, ""),
+  };
+};
+template <>
+struct Fields<Texture> {
+  static constexpr std::string_view name = "Texture";
+  static constexpr std::tuple list{
+      field("grains_per_turn", &Texture::grains_per_turn, "", 1.0, 65535.0,
+            "at most half the encoder's counts"),
+      field("torque_nm", &Texture::torque_nm, "N m", 0.0, 100.0, ""),
+      field("grain", &Texture::grain, "", -kNoLimit, kNoLimit, "shape of a grain"),
+      field("seed", &Texture::seed, "", -kNoLimit, kNoLimit,
+            "another seed, another surface; noise only"),
+  };
+};
+template <>
+struct Fields<Curve> {
+  static constexpr std::string_view name = "Curve";
+  static constexpr std::tuple list{
+      field("torque_nm", &Curve::torque_nm, "N m", -kNoLimit, kNoLimit,
+            "at least 2 points; all curves of a scene share 1024"),
+      field("angle_rad", &Curve::angle_rad, "rad", -kNoLimit, kNoLimit, "angle of the first point"),
+      field("span_rad", &Curve::span_rad, "rad", 0.0, 804.247719318987,
+            "from the first point to the last; at least two of the encoder's counts"),
+      field("ends", &Curve::ends, "", -kNoLimit, kNoLimit, "what it does outside the span"),
+  };
+};
+template <>
+struct Fields<LocalModel> {
+  static constexpr std::string_view name = "LocalModel";
+  static constexpr std::tuple list{
+      field("torque_nm", &LocalModel::torque_nm, "N m", -100.0, 100.0, "at the reference, at rest"),
+      field("angle_rad", &LocalModel::angle_rad, "rad", -kNoLimit, kNoLimit, "reference position"),
+      field("stiffness_nm_per_rad", &LocalModel::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
+      field("damping_nm_s_per_rad", &LocalModel::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            ""),
+      field("deadline_s", &LocalModel::deadline_s, "s", 0.0, 60.0,
+            "how long it holds; 0 ends the stream in good order"),
+  };
+};
+template <>
+struct Fields<ActuatorConfig> {
+  static constexpr std::string_view name = "ActuatorConfig";
+  static constexpr std::tuple list{
+      field("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0.0, 100.0,
+            "what the motor can give"),
+      field("brake_torque_max_nm", &ActuatorConfig::brake_torque_max_nm, "N m", 0.0, 100.0,
+            "what the brake can hold"),
+      field("brake_torque_min_nm", &ActuatorConfig::brake_torque_min_nm, "N m", 0.0, 100.0,
+            "floor of the brake's torque in the sensor"),
+      field("brake_drag_nm", &ActuatorConfig::brake_drag_nm, "N m", 0.0, 100.0,
+            "what the brake holds with no current"),
+      field("brake_time_constant_s", &ActuatorConfig::brake_time_constant_s, "s", 0.0, 100.0,
+            "from command to torque"),
+      field("spring_stiffness_nm_per_rad", &ActuatorConfig::spring_stiffness_nm_per_rad, "N m/rad",
+            0.0, 1e6, "of the shaft between knob and brake"),
+      field("counts_per_rev", &ActuatorConfig::counts_per_rev, "", 4.0, 16777216.0,
+            "of the encoder"),
+      field("counter_bits", &ActuatorConfig::counter_bits, "", 8.0, 32.0,
+            "width at which the encoder's counter wraps"),
+      field("encoder_reversed", &ActuatorConfig::encoder_reversed, "", -kNoLimit, kNoLimit,
+            "on: it counts down where the angle grows"),
+      field("knob_inertia_kg_m2", &ActuatorConfig::knob_inertia_kg_m2, "kg m^2", 1e-9, 1.0,
+            "of motor and knob; this and the next three bound what a game may ask for"),
+      field("knob_coulomb_nm", &ActuatorConfig::knob_coulomb_nm, "N m", 0.0, 100.0,
+            "dry friction of motor and knob"),
+      field("knob_viscous_nm_s_per_rad", &ActuatorConfig::knob_viscous_nm_s_per_rad, "N m s/rad",
+            0.0, 1000.0, "viscous friction of motor and knob"),
+      field("motor_time_constant_s", &ActuatorConfig::motor_time_constant_s, "s", 0.0, 1.0,
+            "from command to torque"),
+  };
+};
+template <>
+struct Fields<ControlConfig> {
+  static constexpr std::string_view name = "ControlConfig";
+  static constexpr std::tuple list{
+      field("law", &ControlConfig::law, "", -kNoLimit, kNoLimit,
+            "how the desired torque is shared between motor and brake"),
+      field("beta", &ControlConfig::beta, "", 0.0, 1.0, "the brake's share of the desired torque"),
+      field("speed_bandwidth_hz", &ControlConfig::speed_bandwidth_hz, "Hz", 1.0, 1e4,
+            "of the speed estimate"),
+      field("motor_torque_cap_nm", &ControlConfig::motor_torque_cap_nm, "N m", 0.0, 100.0,
+            "the user's limit, below the actuator's"),
+      field("brake_torque_cap_nm", &ControlConfig::brake_torque_cap_nm, "N m", 0.0, 100.0,
+            "the user's limit, below the actuator's"),
+      field("motor_slew_nm_per_s", &ControlConfig::motor_slew_nm_per_s, "N m/s", 0.0, 1e6,
+            "largest rate of the motor's torque; 0 is no limit"),
+      field("speed_limit_rad_s", &ControlConfig::speed_limit_rad_s, "rad/s", 0.0, 1e4,
+            "faster is a fault; 0 is no limit"),
+      field("watchdog_s", &ControlConfig::watchdog_s, "s", 0.01, 60.0,
+            "silence of the host that disarms"),
+      field("passive_ramp_s", &ControlConfig::passive_ramp_s, "s", 0.0, 10.0,
+            "the motor's way to zero when the host is lost"),
+      field("passive_brake_nm", &ControlConfig::passive_brake_nm, "N m", 0.0, 100.0,
+            "the brake's torque on that way; 0 releases it"),
+      field("autonomous", &ControlConfig::autonomous, "", -kNoLimit, kNoLimit,
+            "on: no watchdog, plays on without a host"),
+  };
+};
+template <>
+struct Fields<BoardConfig> {
+  static constexpr std::string_view name = "BoardConfig";
+  static constexpr std::tuple list{
+      field("supply_v", &BoardConfig::supply_v, "V", 3.0, 60.0, "of both H-bridges"),
+      field("motor_torque_constant_nm_per_a", &BoardConfig::motor_torque_constant_nm_per_a, "N m/A",
+            1e-4, 100.0, "at the knob"),
+      field("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0.0, 100.0,
+            "never asked for more; one and a half times as much measured is a fault"),
+      field("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001, 1000.0,
+            "of the winding"),
+      field("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6, 1.0,
+            "of the winding"),
+      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 5000.0,
+            "of the current loop; held at a tenth of the control rate"),
+      field("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001, 10.0,
+            "of the current sensor; its zero is measured while the power is off"),
+      field("brake_torque_constant_nm_per_a", &BoardConfig::brake_torque_constant_nm_per_a, "N m/A",
+            1e-4, 1000.0, "on the pulley"),
+      field("brake_current_max_a", &BoardConfig::brake_current_max_a, "A", 0.0, 100.0,
+            "of the coil"),
+      field("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001, 1e4,
+            "of the coil"),
+      field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
+            "on: a current into the first motor pin turns the knob to smaller angles"),
+      field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
+            "GPIO of A; B is the next one"),
+      field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,
+            "GPIO of the first input of the motor's bridge, even; the second is the next one"),
+      field("brake_pin", &BoardConfig::brake_pin, "", 0.0, 28.0,
+            "GPIO of the first input of the brake's bridge, even; the second is the next one"),
+      field("enable_pin", &BoardConfig::enable_pin, "", 0.0, 29.0,
+            "GPIO, high while the power stages are on"),
+      field("emergency_stop_pin", &BoardConfig::emergency_stop_pin, "", 0.0, 29.0,
+            "GPIO, low to run; an open wire stops"),
+      field("driver_fault_pin", &BoardConfig::driver_fault_pin, "", 0.0, 29.0,
+            "GPIO, low when a bridge reports an error"),
+      field("current_sense_pin", &BoardConfig::current_sense_pin, "", 26.0, 28.0,
+            "GPIO of the motor's current sensor"),
+      field("light_pin", &BoardConfig::light_pin, "", 0.0, 29.0, "GPIO of the status light"),
+  };
+};
+template <>
+struct Fields<GameConfig> {
+  static constexpr std::string_view name = "GameConfig";
+  static constexpr std::tuple list{
+      field("enabled", &GameConfig::enabled, "", -kNoLimit, kNoLimit,
+            "off: games see the axis but move nothing"),
+      field("range_deg", &GameConfig::range_deg, "degree", 10.0, 36000.0,
+            "from one end of the game's axis to the other, round angle 0"),
+      field("torque_max_nm", &GameConfig::torque_max_nm, "N m", 0.0, 100.0,
+            "torque at full level, and the most that all effects together get; never more than the "
+            "motor's"),
+      field("gain", &GameConfig::gain, "", 0.0, 1.0, "on top of the game's own gains"),
+      field("spring_gain", &GameConfig::spring_gain, "", 0.0, 1000.0,
+            "1: a full spring reaches full torque at the end of the axis"),
+      field("speed_full_rad_s", &GameConfig::speed_full_rad_s, "rad/s", 0.1, 1e4,
+            "speed at which a full damper reaches full torque"),
+      field("acceleration_full_rad_s2", &GameConfig::acceleration_full_rad_s2, "rad/s^2", 1.0, 1e7,
+            "acceleration at which a full inertia reaches full torque"),
+      field("blend_s", &GameConfig::blend_s, "s", 0.0, 0.1,
+            "in which a change of an effect, its beginning or its end takes full effect"),
+      field("silence_s", &GameConfig::silence_s, "s", 0.0, 3600.0,
+            "silence of the game that stops forces without end; 0 is never"),
+  };
+};
+template <>
+struct Fields<TelemetrySample> {
+  static constexpr std::string_view name = "TelemetrySample";
+  static constexpr std::tuple list{
+      field("tick", &TelemetrySample::tick, "", -kNoLimit, kNoLimit,
+            "control periods since power-up"),
+      field("time_s", &TelemetrySample::time_s, "", -kNoLimit, kNoLimit,
+            "tick times the control period"),
+      field("position_counts", &TelemetrySample::position_counts, "", -kNoLimit, kNoLimit,
+            "from the device's zero, never wraps"),
+      field("angle_rad", &TelemetrySample::angle_rad, "", -kNoLimit, kNoLimit,
+            "the same as an angle"),
+      field("speed_rad_s", &TelemetrySample::speed_rad_s, "", -kNoLimit, kNoLimit, "estimated"),
+      field("desired_torque_nm", &TelemetrySample::desired_torque_nm, "", -kNoLimit, kNoLimit,
+            "what the scene asks"),
+      field("motor_torque_nm", &TelemetrySample::motor_torque_nm, "", -kNoLimit, kNoLimit,
+            "commanded"),
+      field("brake_torque_nm", &TelemetrySample::brake_torque_nm, "", -kNoLimit, kNoLimit,
+            "what the brake can hold, estimated"),
+      field("spring_torque_nm", &TelemetrySample::spring_torque_nm, "", -kNoLimit, kNoLimit,
+            "of the shaft on the knob, sensed"),
+      field("flags", &TelemetrySample::flags, "", -kNoLimit, kNoLimit,
+            "of this sample or a neighbour in the same report"),
+  };
+};
+template <>
+struct Fields<ListedDevice> {
+  static constexpr std::string_view name = "ListedDevice";
+  static constexpr std::tuple list{
+      field("path", &ListedDevice::path, "", -kNoLimit, kNoLimit, "what open() takes"),
+      field("serial", &ListedDevice::serial, "", -kNoLimit, kNoLimit, ""),
+      field("product", &ListedDevice::product, "", -kNoLimit, kNoLimit, ""),
+      field("board", &ListedDevice::board, "", -kNoLimit, kNoLimit,
+            "empty if the device could not be asked"),
+      field("transport", &ListedDevice::transport, "", -kNoLimit, kNoLimit,
+            "\"hid\" or \"emulated\""),
+      field("problem", &ListedDevice::problem, "", -kNoLimit, kNoLimit,
+            "why it cannot be opened now; empty if it can"),
+  };
+};
+template <>
+struct Fields<DeviceInfo> {
+  static constexpr std::string_view name = "DeviceInfo";
+  static constexpr std::tuple list{
+      field("path", &DeviceInfo::path, "", -kNoLimit, kNoLimit, "what open() takes"),
+      field("serial", &DeviceInfo::serial, "", -kNoLimit, kNoLimit, ""),
+      field("product", &DeviceInfo::product, "", -kNoLimit, kNoLimit, ""),
+      field("board", &DeviceInfo::board, "", -kNoLimit, kNoLimit, "\"pico2\", \"emulated\", ..."),
+      field("firmware_version", &DeviceInfo::firmware_version, "", -kNoLimit, kNoLimit,
+            "\"major.minor.patch\""),
+      field("transport", &DeviceInfo::transport, "", -kNoLimit, kNoLimit,
+            "\"hid\", \"emulated\", or what a transport of your own calls itself"),
+      field("protocol_version", &DeviceInfo::protocol_version, "", -kNoLimit, kNoLimit, ""),
+      field("fingerprint", &DeviceInfo::fingerprint, "", -kNoLimit, kNoLimit,
+            "of the report layouts, the same as the library's"),
+      field("axes", &DeviceInfo::axes, "", -kNoLimit, kNoLimit, ""),
+      field("effects", &DeviceInfo::effects, "", -kNoLimit, kNoLimit, "places in a scene"),
+      field("curve_points", &DeviceInfo::curve_points, "", -kNoLimit, kNoLimit,
+            "shared by all curves of a scene"),
+      field("control_rate_hz", &DeviceInfo::control_rate_hz, "", -kNoLimit, kNoLimit, ""),
+      field("counts_per_rev", &DeviceInfo::counts_per_rev, "", -kNoLimit, kNoLimit,
+            "of the encoder"),
+      field("torque_step_nm", &DeviceInfo::torque_step_nm, "", -kNoLimit, kNoLimit,
+            "resolution of telemetry's torques"),
+      field("speed_step_rad_s", &DeviceInfo::speed_step_rad_s, "", -kNoLimit, kNoLimit,
+            "resolution of telemetry's speed"),
+  };
+};
+template <>
+struct Fields<Clock> {
+  static constexpr std::string_view name = "Clock";
+  static constexpr std::tuple list{
+      field("tick", &Clock::tick, "", -kNoLimit, kNoLimit, "control periods since power-up"),
+      field("time_s", &Clock::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
+      field("position_counts", &Clock::position_counts, "", -kNoLimit, kNoLimit,
+            "from the device's zero, never wraps"),
+      field("angle_rad", &Clock::angle_rad, "", -kNoLimit, kNoLimit, "the same as an angle"),
+  };
+};
+template <>
+struct Fields<Health> {
+  static constexpr std::string_view name = "Health";
+  static constexpr std::tuple list{
+      field("state", &Health::state, "", -kNoLimit, kNoLimit, ""),
+      field("faults", &Health::faults, "", -kNoLimit, kNoLimit,
+            "names of the latched faults: \"over_speed\", ..."),
+      field("reports_accepted", &Health::reports_accepted, "", -kNoLimit, kNoLimit,
+            "that did what they asked"),
+      field("reports_refused", &Health::reports_refused, "", -kNoLimit, kNoLimit,
+            "that changed nothing"),
+      field("samples_dropped", &Health::samples_dropped, "", -kNoLimit, kNoLimit,
+            "telemetry that the host did not fetch in time"),
+      field("tick_overruns", &Health::tick_overruns, "", -kNoLimit, kNoLimit,
+            "ticks that were missed"),
+      field("tick_time_s", &Health::tick_time_s, "", -kNoLimit, kNoLimit,
+            "time that the last control tick took"),
+      field("tick_time_max_s", &Health::tick_time_max_s, "", -kNoLimit, kNoLimit,
+            "longest tick so far"),
+      field("saves", &Health::saves, "", -kNoLimit, kNoLimit,
+            "how often the configuration was saved, ever"),
+      field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+  };
+};
+template <>
+struct Fields<LinkStatistics> {
+  static constexpr std::string_view name = "LinkStatistics";
+  static constexpr std::tuple list{
+      field("reports_sent", &LinkStatistics::reports_sent, "", -kNoLimit, kNoLimit, ""),
+      field("reports_received", &LinkStatistics::reports_received, "", -kNoLimit, kNoLimit, ""),
+      field("reports_undecodable", &LinkStatistics::reports_undecodable, "", -kNoLimit, kNoLimit,
+            "damaged on the way, and ignored"),
+      field("samples_received", &LinkStatistics::samples_received, "", -kNoLimit, kNoLimit, ""),
+      field("samples_lost", &LinkStatistics::samples_lost, "", -kNoLimit, kNoLimit,
+            "never arrived, or not read before the ring was full"),
+      field("local_models_refused", &LinkStatistics::local_models_refused, "", -kNoLimit, kNoLimit,
+            ""),
+      field("last_refusal", &LinkStatistics::last_refusal, "", -kNoLimit, kNoLimit,
+            "of a local model, in words"),
+  };
+};
+
+}  // namespace torsio

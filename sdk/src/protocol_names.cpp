@@ -1,0 +1,66 @@
+#include "protocol_names.hpp"
+
+#include <array>
+#include <cstdio>
+#include <type_traits>
+
+#include "protocol/registry.hpp"
+
+namespace torsio {
+namespace {
+
+using Statuses = protocol::Enumerators<protocol::Status>;
+
+std::string format(const char* pattern, unsigned value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), pattern, value);
+  return text.data();
+}
+
+}  // namespace
+
+std::string status_name(std::uint8_t status) {
+  return status < Statuses::names.size() ? std::string(Statuses::names.at(status))
+                                      : format("status %u", status);
+}
+
+std::string_view status_advice(std::uint8_t status) {
+  return status < Statuses::advice.size() ? Statuses::advice.at(status)
+                                      : "this version of the library does not know the reason";
+}
+
+std::string report_name(std::uint8_t id) {
+  std::string_view name;
+  protocol::for_each_report<protocol::AllReports>([&]<class Report>(std::type_identity<Report>) {
+    if (protocol::Layout<Report>::id == id) name = protocol::Layout<Report>::name;
+  });
+  return name.empty() ? format("report 0x%02x", id) : std::string(name);
+}
+
+std::string report_field_name(std::uint8_t report_id, std::uint8_t field) {
+  std::string_view name;
+  protocol::for_each_report<protocol::AllReports>([&]<class Report>(std::type_identity<Report>) {
+    if (protocol::Layout<Report>::id == report_id) name = protocol::field_name<Report>(field);
+  });
+  return std::string(name);
+}
+
+std::vector<std::string> fault_names(std::uint16_t faults) {
+  std::vector<std::string> names;
+  for (unsigned bit = 0; bit < 16; ++bit) {
+    if ((faults >> bit & 1U) == 0) continue;
+    names.push_back(bit < protocol::fault::names.size() ? std::string(protocol::fault::names.at(bit))
+                                             : format("fault bit %u", bit));
+  }
+  return names;
+}
+
+std::string board_name(protocol::Board board) {
+  const auto number = static_cast<std::uint8_t>(board);
+  const auto& names = protocol::Enumerators<protocol::Board>::names;
+  return number < names.size() ? std::string(names.at(number)) : format("board %u", number);
+}
+
+std::string hex32(std::uint32_t value) { return format("0x%08x", value); }
+
+}  // namespace torsio

@@ -1,0 +1,167 @@
+"""Prints the Python of the field lists: frozen data classes with documentation and types."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+
+from tools.definition.cpp import host_note
+from tools.definition.model import Bits, Constant, Enumeration, Field, Structure, value_of
+
+WIDTH = 100
+
+
+def module(doc: str, lists: str, body: str, exported: Iterable[str]) -> str:
+    """Put together one module."""
+    names = "".join(f'    "{name}",\n' for name in sorted(exported))
+    return (
+        f'"""{doc}\n"""\n\n'
+        f"# Printed from the field lists in {lists} by `./dev generate`; change those instead.\n"
+        f"\n{body.format(all=f'__all__ = [{chr(10)}{names}]')}"
+    )
+
+
+def literal_type(of: Enumeration) -> str:
+    """Write the type of an enumeration's names."""
+    return "Literal[" + ", ".join(f'"{value.name}"' for value in of.values) + "]"
+
+
+def _type(field: Field) -> str:
+    if isinstance(field.of, Enumeration) and field.kind == "choice":
+        return literal_type(field.of)
+    if field.kind == "optional":
+        return f"{field.of.name if field.of else 'float'} | None"
+    if isinstance(field.of, Structure):
+        return field.of.name
+    return {
+        "number": "float",
+        "angle": "float",
+        "whole": "int",
+        "switch": "bool",
+        "numbers": "Iterable[float]",
+        "profile": "Profile",
+        "text": "str",
+        "texts": "tuple[str, ...]",
+    }[field.kind]
+
+
+def _default(field: Field, told: bool) -> str:
+    if told:
+        return ""
+    if field.kind == "optional":
+        return " = None"
+    if field.kind in ("profile", "numbers"):
+        return ""
+    if isinstance(field.of, Structure):
+        return f" = {field.of.name}()"
+    default = field.default
+    if default is None:
+        return ""
+    if isinstance(default, Constant):
+        return f" = {default.name.upper()}"
+    if isinstance(default, str):
+        return f' = "{default}"'
+    if field.kind in ("number", "angle"):
+        return f" = {float(default)!r}"
+    return f" = {default!r}"
+
+
+def _checks(field: Field) -> str:
+    """Write what the class asks of a value when it is made; ranges are asked when it is used."""
+    name, own = field.name, f"self.{field.name}"
+    if field.kind == "group" and isinstance(field.of, Structure):
+        return f'checks.kind("{name}", {own}, {field.of.name}, "a torsio.{field.of.name}")\n'
+    if field.kind == "optional" and field.of:
+        return (
+            f"if {own} is not None:\n"
+            f'    checks.kind("{name}", {own}, {field.of.name}, "{field.of.name} or None")\n'
+        )
+    if field.kind in ("numbers", "profile"):
+        how = "numbers" if field.kind == "numbers" else "knots"
+        return f'object.__setattr__(self, "{name}", checks.{how}("{name}", {own}))\n'
+    return ""
+
+
+def _docstring(of: Structure) -> str:
+    lines = textwrap.wrap(of.doc, WIDTH - 7)
+    text = of.doc if len(lines) == 1 else _first_sentence_and_rest(of.doc)
+    if of.notes:
+        text += "\n\n" + textwrap.fill(of.notes, WIDTH - 4)
+    told = [(f.name, _note(f)) for f in of.host_fields if _note(f)]
+    if told:
+        text += "\n\nAttributes\n----------\n"
+        for name, note in told:
+            text += f"{name}\n{textwrap.indent(textwrap.fill(note, WIDTH - 8), '    ')}\n"
+        text = text.rstrip()
+    ends = "\n" if "\n" in text else ""
+    return textwrap.indent(f'"""{text}{ends}"""', "    ") + "\n"
+
+
+def _first_sentence_and_rest(doc: str) -> str:
+    """Break a long sentence where its first half says enough by itself."""
+    for mark in (". ", ": ", "; "):
+        head, found, rest = doc.partition(mark)
+        if found and len(head) < WIDTH - 9:
+            return f"{head}.\n\n" + textwrap.fill(rest[0].upper() + rest[1:], WIDTH - 4)
+    head, _, rest = doc.partition(", ")
+    return f"{head}.\n\n" + textwrap.fill(rest[0].upper() + rest[1:], WIDTH - 4)
+
+
+def _note(field: Field) -> str:
+    note = host_note(field).replace("true: ", "True: ").replace("false: ", "False: ")
+    return note[:1].upper() + note[1:] + ("." if note and note[-1] not in ".)" else "")
+
+
+def data_class(of: Structure, *, told: bool = False) -> str:
+    """Write a data class. What is `told` is only ever made by the library, so it has no defaults."""
+    base = f"({of.base})" if of.base else ""
+    out = f"\n\n@dataclass(frozen=True)\nclass {of.name}{base}:\n{_docstring(of)}\n"
+    if of.host_fields and not told:
+        out += "    _: KW_ONLY\n"
+    required = [f for f in of.host_fields if _default(f, told) == ""]
+    others = [f for f in of.host_fields if _default(f, told) != ""]
+    for field in (*required, *others):
+        out += f"    {field.name}: {_type(field)}{_default(field, told)}\n"
+    checks = "".join(_checks(field) for field in of.host_fields) if not told else ""
+    if checks:
+        out += (
+            "\n    def __post_init__(self) -> None:\n"
+            '        """Ask for the right kinds, and keep sequences so that they compare by value."""\n'
+            + textwrap.indent(checks, "        ")
+        )
+    return out
+
+
+def flags(of: Bits) -> str:
+    """Write the bits as constants."""
+    mask = (1 << of.first) - 1
+    out = f"\nFLAG_STATE_MASK: Final = 0x{mask:02X}\n"
+    out += '"""The two lowest bits: 0 disarmed, 1 armed, 2 fault."""\n'
+    for place, bit in enumerate(of.bits, of.first):
+        out += f'FLAG_{bit.name.upper()}: Final = 1 << {place}\n"""{bit.doc.capitalize()}."""\n'
+    return out
+
+
+_FORMATS = {
+    "std::uint64_t": "<u8",
+    "std::int64_t": "<i8",
+    "std::uint32_t": "<u4",
+    "std::uint8_t": "u1",
+    "bool": "?",
+    "double": "<f8",
+    "float": "<f4",
+}
+
+
+def record_type(name: str, of: Structure) -> str:
+    """Write the type of a structured array's rows."""
+    out = f"\n{name}: Final[np.dtype[Any]] = np.dtype(\n    [\n"
+    for field in of.host_fields:
+        note = f"  # {field.doc}" if field.doc else ""
+        out += f'        ("{field.name}", "{_FORMATS[field.host]}"),{note}\n'
+    return out + f'    ],\n    align=True,\n)\n"""{of.doc} Padding bytes are zero."""\n'
+
+
+def number(of: Constant) -> str:
+    """Write a named number."""
+    return f'\n{of.name.upper()} = {value_of(of)!r}\n"""{of.doc}"""\n'
