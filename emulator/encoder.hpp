@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "emulator/plant_state.hpp"
+#include "emulator/plant/state.hpp"
 #include "emulator/random.hpp"
 
 namespace torsio::emulator {

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,10 +19,11 @@
 #include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
-#include "emulator/plant.hpp"
+#include "emulator/plant/plant.hpp"
 #include "emulator_convert.hpp"
 #include "module.hpp"
 #include "sdk/src/emulated_plant.hpp"
+#include "stepper_capsule.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -33,17 +33,6 @@ namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Release = py::call_guard<py::gil_scoped_release>;
-
-constexpr std::array<std::string_view, 4> method_names{"exact", "trapezoid", "semi_implicit",
-                                                       "regularised"};
-
-emulator::Method method_from_name(const std::string& name) {
-  for (std::size_t i = 0; i < method_names.size(); ++i) {
-    if (method_names[i] == name) return static_cast<emulator::Method>(i);
-  }
-  throw py::value_error(
-      "method must be 'exact', 'trapezoid', 'semi_implicit' or 'regularised', is '" + name + "'");
-}
 
 emulator::Profile profile(const Profile& from) {
   std::vector<emulator::ProfileKnot> knots;
@@ -115,16 +104,9 @@ PlantRow plant_row(const emulator::Plant& plant) {
 }
 
 std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::object& held_by,
-                                            const std::optional<std::string>& method,
-                                            const std::optional<std::int64_t>& step_ns,
-                                            const std::optional<double>& tolerance,
-                                            const std::optional<double>& regularisation_rad_s) {
-  emulator::PlantParams plant = plant_params(params);
-  if (method) plant.integration.method = method_from_name(*method);
-  if (step_ns) plant.integration.step_ns = *step_ns;
-  plant.integration.tolerance = tolerance;
-  if (regularisation_rad_s) plant.integration.regularisation_rad_s = *regularisation_rad_s;
-  return std::make_unique<emulator::Plant>(plant, hand(held_by));
+                                            std::int64_t step_ns, const py::object& stepper) {
+  return std::make_unique<emulator::Plant>(plant_params(params), hand(held_by), step_ns,
+                                           stepper_from_python(stepper));
 }
 
 py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_torque_nm,
@@ -199,8 +181,7 @@ void bind_plant(py::module_& module) {
   py::class_<emulator::Plant>(module, "Plant",
                               "Motor, knob, shaft spring, brake and hand under a virtual clock.")
       .def(py::init(&make_plant), arg("params") = py::none(), arg("hand") = py::none(),
-           py::kw_only(), arg("method") = py::none(), arg("step_ns") = py::none(),
-           arg("tolerance") = py::none(), arg("regularisation_rad_s") = py::none())
+           py::kw_only(), arg("step_ns") = emulator::Plant::kStepNs, arg("stepper") = py::none())
       .def(
           "set_command",
           [](emulator::Plant& plant, double motor_torque_nm, double brake_torque_nm) {
@@ -234,11 +215,7 @@ void bind_plant(py::module_& module) {
             plant.set_command({});
             plant.set_state({});
           },
-          "Back to rest at time 0 and angle 0.")
-      .def_property_readonly(
-          "fidelity",
-          [](const emulator::Plant& plant) { return fidelity_to_python(plant.fidelity()); },
-          "How it is stepped; keys as torsio.Fidelity.");
+          "Back to rest at time 0 and angle 0.");
 }
 
 void bind_profile_and_encoder(py::module_& module) {
@@ -367,24 +344,6 @@ void bind_device(py::module_& module) {
 }  // namespace
 
 emulator::Hand emulator_hand(const py::object& source) { return hand(source); }
-py::dict fidelity_to_python(const emulator::FidelityReport& report) {
-  const auto steps = [&](emulator::Method method) {
-    return report.steps[static_cast<std::size_t>(method)];
-  };
-  py::dict dict;
-  dict["tolerance"] = report.tolerance;
-  dict["method"] = std::string(method_names[static_cast<std::size_t>(report.method)]);
-  dict["step_s"] = 1e-9 * static_cast<double>(report.step_ns);
-  dict["estimated_error"] = report.estimated_error;
-  dict["steps_exact"] = steps(emulator::Method::exact);
-  dict["steps_trapezoid"] = steps(emulator::Method::trapezoid);
-  dict["steps_semi_implicit"] = steps(emulator::Method::semi_implicit);
-  dict["steps_checked"] = report.steps_checked;
-  dict["relative_cost"] = report.relative_cost;
-  return dict;
-}
-
-emulator::Method emulator_method(const std::string& name) { return method_from_name(name); }
 
 void bind_emulator(py::module_& parent) {
   py::module_ module =
@@ -402,8 +361,6 @@ void bind_emulator(py::module_& parent) {
   bind_profile_and_encoder(module);
   bind_device(module);
   bind_closed_loop(module);
-  bind_actuators(module);
-  bind_foreign_stepper(module);
 }
 
 }  // namespace torsio::bindings

@@ -96,8 +96,7 @@ class PyKnob {
 PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control_rate_hz,
                  const py::object& plant, const py::object& hand, const std::string& serial,
                  const py::object& actuator, const py::object& control, const py::object& game,
-                 const std::optional<double>& tolerance, bool paced, bool log_truth,
-                 double command_timeout_s, std::size_t ring_samples) {
+                 bool paced, bool log_truth, double command_timeout_s, std::size_t ring_samples) {
   OpenOptions options;
   options.emulator.seed = seed;
   options.emulator.control_rate_hz = control_rate_hz;
@@ -107,7 +106,6 @@ PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control
   if (!actuator.is_none()) options.emulator.actuator = actuator_config_from_python(actuator);
   if (!control.is_none()) options.emulator.control = control_config_from_python(control);
   if (!game.is_none()) options.emulator.game = game_config_from_python(game);
-  options.emulator.tolerance = tolerance;
   options.emulator.paced = paced;
   options.emulator.log_truth = log_truth;
   options.command_timeout_s = command_timeout_s;
@@ -257,23 +255,6 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
   knob.def(
       "advance", [](const PyKnob& self, double duration_s) { emulator(self).advance(duration_s); },
       Release());
-  knob.def("fidelity", [](const PyKnob& self) {
-    const Fidelity fidelity = [&] {
-      const py::gil_scoped_release release;
-      return emulator(self).fidelity();
-    }();
-    py::dict dict;
-    dict["tolerance"] = fidelity.tolerance;
-    dict["method"] = fidelity.method;
-    dict["step_s"] = fidelity.step_s;
-    dict["estimated_error"] = fidelity.estimated_error;
-    dict["steps_exact"] = fidelity.steps_exact;
-    dict["steps_trapezoid"] = fidelity.steps_trapezoid;
-    dict["steps_semi_implicit"] = fidelity.steps_semi_implicit;
-    dict["steps_checked"] = fidelity.steps_checked;
-    dict["relative_cost"] = fidelity.relative_cost;
-    return dict;
-  });
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
     emulator(self).game_write(bytes_of(report));
   });
@@ -431,8 +412,8 @@ void bind_knob(py::module_& module) {
   py::class_<PyKnob> knob(module, "Knob");
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("seed"),
              arg("control_rate_hz"), arg("plant"), arg("hand"), arg("serial"), arg("actuator"),
-             arg("control"), arg("game"), arg("tolerance"), arg("paced"), arg("log_truth"),
-             arg("command_timeout_s"), arg("ring_samples"));
+             arg("control"), arg("game"), arg("paced"), arg("log_truth"), arg("command_timeout_s"),
+             arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
   knob.def_property_readonly("state", [](const PyKnob& self) { return state_name(self->state()); });

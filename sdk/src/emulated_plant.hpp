@@ -3,7 +3,7 @@
 #pragma once
 
 #include "emulator/encoder.hpp"
-#include "emulator/plant_params.hpp"
+#include "emulator/plant/params.hpp"
 #include "torsio/emulator.hpp"
 
 namespace torsio {

@@ -1,7 +1,6 @@
 #include "emulated_transport.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <chrono>
 #include <cmath>
@@ -144,7 +143,6 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   if (in.actuator) out.actuator = to_wire(*in.actuator);
   if (in.control) out.control = to_wire(*in.control);
   if (in.game) out.game = to_wire(*in.game);
-  out.plant.integration.tolerance = in.tolerance;
   out.log_truth = in.log_truth;
   return out;
 }
@@ -378,24 +376,6 @@ std::vector<TruthSample> Emulator::take_truth() {
                      .hand_torque_nm = sample.torque.hand_torque_nm});
   }
   return truth;
-}
-
-Fidelity Emulator::fidelity() const {
-  const emulator::FidelityReport report = impl_->world->with_device(
-      [](emulator::EmulatedDevice& device) { return device.plant().fidelity(); });
-  constexpr std::array names{"exact", "trapezoid", "semi_implicit", "regularised"};
-  const auto steps = [&](emulator::Method method) {
-    return static_cast<std::uint64_t>(report.steps[static_cast<std::size_t>(method)]);
-  };
-  return {.tolerance = report.tolerance,
-          .method = names[static_cast<std::size_t>(report.method)],
-          .step_s = 1e-9 * static_cast<double>(report.step_ns),
-          .estimated_error = report.estimated_error,
-          .steps_exact = steps(emulator::Method::exact),
-          .steps_trapezoid = steps(emulator::Method::trapezoid),
-          .steps_semi_implicit = steps(emulator::Method::semi_implicit),
-          .steps_checked = static_cast<std::uint64_t>(report.steps_checked),
-          .relative_cost = report.relative_cost};
 }
 
 void Emulator::game_write(std::span<const std::uint8_t> report) {

@@ -9,7 +9,6 @@ __all__ = [
     "Clock",
     "DeviceEvent",
     "DeviceInfo",
-    "Fidelity",
     "Health",
     "LinkStatistics",
     "ListedDevice",
@@ -136,34 +135,3 @@ class LinkStatistics:
     samples_lost: int
     local_models_refused: int
     last_refusal: str
-
-
-@dataclass(frozen=True)
-class Fidelity:
-    """How the motion of an emulated knob is simulated, and how well.
-
-    Attributes
-    ----------
-    tolerance
-        That was asked for; 0 for none, and then every step is exact.
-    method, step_s
-        In use now: "exact", "trapezoid" or "semi_implicit".
-    estimated_error
-        Relative, the larger one of knob angle and spring torque; 0 without a tolerance.
-    steps_exact, steps_trapezoid, steps_semi_implicit
-        Taken so far; as with the others below, only counted with a tolerance.
-    steps_checked
-        Of all, that were taken exactly as well to estimate the error.
-    relative_cost
-        All work, checks included, over that of exact steps alone, by their nominal cost.
-    """
-
-    tolerance: float
-    method: str
-    step_s: float
-    estimated_error: float
-    steps_exact: int
-    steps_trapezoid: int
-    steps_semi_implicit: int
-    steps_checked: int
-    relative_cost: float

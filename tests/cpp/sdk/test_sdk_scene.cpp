@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "config_encoding.hpp"
-#include "emulator/plant_params.hpp"
+#include "emulator/plant/params.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
