@@ -44,6 +44,7 @@ def run(
     name: str, json_file: Path | None, out: Path, quick: bool, settings: dict[str, Any]
 ) -> None:
     """Run a study, and turn what can go wrong into one sentence and an exit status."""
+    # Only here: it takes a second that other commands need not wait for.
     from torsio_studies.common import execute
 
     to_stdout = json_file == Path("-")
