@@ -15,18 +15,13 @@ void require(bool condition, const std::string& message) {
   if (!condition) throw std::invalid_argument(message);
 }
 
-PlantParams plant_params(const ClosedLoopOptions& options) {
-  PlantParams params = options.plant;
-  params.integration.step_ns = std::min(params.integration.step_ns, options.control_period_ns);
-  return params;
-}
-
 }  // namespace
 
 ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
     : period_ns_(options.control_period_ns),
       setup_(make_control_setup(options)),
-      plant_(plant_params(options), options.hand),
+      plant_(options.plant, options.hand, std::min(options.step_ns, options.control_period_ns),
+             options.make_stepper),
       encoder_(options.encoder) {
   require(options.delay_ticks <= kMostDelayTicks,
           "delay_ticks must be at most 1000, is " + std::to_string(options.delay_ticks));

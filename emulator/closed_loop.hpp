@@ -13,7 +13,7 @@
 #include "core/controller.hpp"
 #include "emulator/closed_loop_options.hpp"
 #include "emulator/encoder.hpp"
-#include "emulator/plant.hpp"
+#include "emulator/plant/plant.hpp"
 #include "emulator/replay.hpp"
 
 namespace torsio::emulator {

@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "emulator/encoder.hpp"
-#include "emulator/hand.hpp"
-#include "emulator/plant.hpp"
+#include "emulator/plant/hand.hpp"
+#include "emulator/plant/plant.hpp"
+#include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
 
@@ -34,7 +35,7 @@ struct ClosedLoopOptions {
   std::uint32_t delay_ticks = 0;               ///< commands act so many ticks late, at most 1000
   protocol::ActuatorConfig actuator{};
   protocol::ControlConfig control{};
-  PlantParams plant{};  ///< its steps are never longer than a control period
+  PlantParams plant{};
   EncoderParams encoder{};
   Hand hand = NoHand{};
   std::optional<PlantState> initial{};   ///< where the plant begins, if not at rest at 0
@@ -42,7 +43,14 @@ struct ClosedLoopOptions {
   std::vector<float> curve_torque_nm{};  ///< the pool that curves read; at most 1024 points
   std::optional<SpinUp> spin_up{};
   std::uint64_t first_tick = 0;  ///< the controller's own count; effects began when it was 0
+  std::int64_t step_ns = Plant::kStepNs;  ///< of the plant, > 0; never longer than a control period
+  MakeStepper make_stepper = make_exact_stepper;
 };
+
+/// Adds what a report says, rounded and checked as on its way to a device: a configuration, an
+/// effect of the scene, or points that its curves read.
+/// @returns false if it is none of these, or damaged
+[[nodiscard]] bool take_report(const protocol::ReportBytes& report, ClosedLoopOptions& options);
 
 /// What the controller decided from a count. Torques in N m, on the knob.
 struct ReplayRow {

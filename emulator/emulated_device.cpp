@@ -29,8 +29,6 @@ EmulatedDeviceOptions checked(EmulatedDeviceOptions options) {
                                 (printable ? std::to_string(options.serial.size()) : "others"));
   }
   options.encoder.seed += options.seed;
-  options.plant.integration.step_ns =
-      std::min(options.plant.integration.step_ns, options.control_period_ns);
   return options;
 }
 
@@ -68,7 +66,7 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
 
 EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
     : options_(checked(std::move(options))),
-      plant_(options_.plant, options_.hand),
+      plant_(options_.plant, options_.hand, options_.control_period_ns),
       encoder_(options_.encoder),
       link_(options_.seed, options_.input_queue_reports),
       stored_(with_overrides(options_)) {

@@ -10,8 +10,8 @@
 
 #include "device/device.hpp"
 #include "emulator/encoder.hpp"
-#include "emulator/hand.hpp"
-#include "emulator/plant.hpp"
+#include "emulator/plant/hand.hpp"
+#include "emulator/plant/plant.hpp"
 #include "emulator/usb_link.hpp"
 #include "protocol/codec.hpp"
 
@@ -21,7 +21,7 @@ struct EmulatedDeviceOptions {
   /// Of everything random; the encoder's own seed is added to it for its noise.
   std::uint64_t seed = 0;
   std::int64_t control_period_ns = 1'000'000;  ///< 50,000 to 1,000,000: 20 kHz to 1 kHz
-  PlantParams plant{};                         ///< its steps are never longer than a period
+  PlantParams plant{};
   EncoderParams encoder{};
   Hand hand = NoHand{};
   std::string serial = "EMULATED";  ///< 1 to 16 printable ASCII characters

@@ -17,6 +17,13 @@ std::int64_t floor_to_integer(double value) {
 
 }  // namespace
 
+EncoderParams encoder_of(const PlantParams& plant) {
+  return {.counts_per_rev = plant.counts_per_rev,
+          .rounding = plant.encoder_rounding,
+          .phase_counts = plant.encoder_phase_counts,
+          .noise_counts = plant.encoder_noise_counts};
+}
+
 void validate(const EncoderParams& params) {
   const auto refuse = [](const char* field, const char* rule, double value) {
     throw std::invalid_argument(std::string("encoder: ") + field + " must be " + rule + ", is " +
@@ -48,7 +55,7 @@ std::uint32_t Encoder::sample(const Angle& angle) {
   const double counts_per_rad = params_.counts_per_rev / Angle::kTurnRad;
   double within = params_.direction * angle.fraction_rad * counts_per_rad + params_.phase_counts;
   if (params_.noise_counts > 0.0) within += draw_noise_counts();
-  if (params_.rounding == Rounding::nearest) within += 0.5;
+  if (params_.rounding == EncoderRounding::nearest) within += 0.5;
   const std::int64_t whole = params_.direction * angle.revolutions;
   // Unsigned arithmetic, so that wrapping is defined whatever the distance.
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(whole) * params_.counts_per_rev +

@@ -2,23 +2,25 @@
 
 #include <cstdint>
 
-#include "emulator/plant_state.hpp"
+#include "emulator/plant/state.hpp"
 #include "emulator/random.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio::emulator {
-
-enum class Rounding : std::uint8_t { floor, nearest };
 
 /// An incremental encoder on the knob's shaft, after quadrature decoding.
 struct EncoderParams {
   std::uint32_t counts_per_rev = 8192;  ///< >= 1
-  Rounding rounding = Rounding::floor;
+  EncoderRounding rounding = EncoderRounding::floor;
   std::int8_t direction = 1;  ///< +1, or -1 if it counts down along positive angle
   double phase_counts = 0.0;  ///< where in a count angle 0 lies; finite
   /// Part: standard deviation of noise that is added to the angle before rounding, >= 0 counts.
   double noise_counts = 0.0;
   std::uint64_t seed = 0;  ///< of the noise
 };
+
+/// The encoder of a plant, without a seed.
+[[nodiscard]] EncoderParams encoder_of(const PlantParams& plant);
 
 /// @throws std::invalid_argument that names the field, its range and its value
 void validate(const EncoderParams& params);

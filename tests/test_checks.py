@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -33,9 +36,15 @@ def test_header_compiles_alone(header: str) -> None:
         ("firmware/core/planted.cpp", "#include <vector>"),
         ("firmware/core/planted.cpp", "#include <stdio.h>"),
         ("firmware/protocol/planted.hpp", '#include "core/motion.hpp"'),
-        ("firmware/device/planted.cpp", '#include "emulator/plant.hpp"'),
+        ("firmware/device/planted.cpp", '#include "emulator/plant/plant.hpp"'),
+        ("emulator/plant/planted.hpp", '#include "core/motion.hpp"'),
+        ("emulator/plant/exact/planted.cpp", '#include "emulator/encoder.hpp"'),
+        ("emulator/planted.cpp", '#include "steppers/steppers.hpp"'),
+        ("bindings/src/planted.cpp", '#include "wide/emulator/replay.hpp"'),
+        ("studies/src/actuators/planted.cpp", '#include "torsio/knob.hpp"'),
+        ("studies/src/bindings/planted.cpp", '#include "bindings/src/convert.hpp"'),
         ("firmware/device/planted.cpp", "#  include <string>"),
-        ("firmware/usb/planted.cpp", '#include "emulator/plant.hpp"'),
+        ("firmware/usb/planted.cpp", '#include "emulator/plant/plant.hpp"'),
         ("firmware/usb/planted.cpp", "#include <pico/stdlib.h>"),
         ("firmware/device/planted.cpp", "#include <tusb.h>"),
         ("emulator/planted.cpp", '#include "torsio/knob.hpp"'),
@@ -44,17 +53,15 @@ def test_header_compiles_alone(header: str) -> None:
         ("emulator/usbip/bus.cpp", "#include <sys/socket.h>"),
         ("firmware/somewhere/planted.cpp", ""),
         ("sdk/include/torsio/planted.hpp", '#include "protocol/reports.hpp"'),
-        ("sdk/src/planted.cpp", '#include "emulator/plant.hpp"'),
+        ("sdk/src/planted.cpp", '#include "emulator/plant/plant.hpp"'),
         ("sdk/src/planted.cpp", "#include <hidapi.h>"),
         ("sdk/src/planted.cpp", "#include <hidapi/hidapi.h>"),
         ("sdk/src/emulated_transport.cpp", "#include <hidapi.h>"),
-        ("sdk/src/hid_transport.cpp", '#include "emulator/plant.hpp"'),
+        ("sdk/src/hid_transport.cpp", '#include "emulator/plant/plant.hpp"'),
         ("sdk/src/planted.cpp", "#include PLANTED"),
-        ("bindings/python/torsio/planted.py", "from tests.python import wire"),
-        ("examples/cpp/planted.cpp", '#include "emulator/plant.hpp"'),
+        ("examples/cpp/planted.cpp", '#include "emulator/plant/plant.hpp"'),
         ("examples/game/planted.cpp", '#include "torsio/knob.hpp"'),
         ("examples/game/lock.cpp", "#include <SDL.h>"),
-        ("examples/python/planted.py", "from torsio import _torsio"),
     ],
 )
 def test_layer_check_finds_a_planted_violation(tmp_path: Path, file: str, line: str) -> None:
@@ -72,6 +79,48 @@ def test_layer_check_finds_a_planted_violation(tmp_path: Path, file: str, line: 
     found = set(check_layers.check(tmp_path)) - set(before)
     assert len(found) == 1
     assert found.pop().startswith(f"{file}:")
+
+
+@pytest.mark.parametrize(
+    ("file", "line", "contract"),
+    [
+        ("bindings/python/torsio/scenes.py", "import torsio_studies", "never the other way"),
+        ("bindings/python/torsio/scenes.py", "from tests.python import wire", "know nothing of"),
+        (
+            "bindings/python/torsio/errors.py",
+            "def planted() -> None:\n    from torsio import knob",
+            "in a circle",
+        ),
+        (
+            "studies/python/torsio_studies/actuators/trials.py",
+            "from torsio_studies.actuators import figure",
+            "in a circle",
+        ),
+    ],
+)
+def test_import_check_finds_a_planted_violation(
+    tmp_path: Path, file: str, line: str, contract: str
+) -> None:
+    for folder in check.PACKAGE_FOLDERS:
+        shutil.copytree(check.TREE / folder, tmp_path / folder)
+    with (tmp_path / file).open("a", encoding="utf-8") as stream:
+        stream.write(f"\n\n{line}\n")
+    command = check.import_linter(tmp_path)
+    result = subprocess.run(command, cwd=check.TREE, capture_output=True, text=True, check=False)
+    assert result.returncode == 1
+    assert re.search(rf"{contract}.* BROKEN", result.stdout)
+    assert "1 broken" in result.stdout
+
+
+@pytest.mark.parametrize("line", ["from torsio import _torsio", "from tests.python import wire"])
+def test_linter_refuses_what_an_example_may_not_import(line: str) -> None:
+    ruff = Path(sys.executable).parent / "ruff"
+    command = [ruff, "check", "--select", "TID251", "--stdin-filename", "examples/python/a.py", "-"]
+    result = subprocess.run(
+        command, cwd=check.TREE, input=line, capture_output=True, text=True, check=False
+    )
+    assert result.returncode == 1
+    assert "TID251" in result.stdout
 
 
 def test_layer_check_names_file_and_line(tmp_path: Path) -> None:

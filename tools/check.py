@@ -18,8 +18,9 @@ from pathlib import Path
 import pybind11
 
 TREE = Path(__file__).parent.parent
-CPP_FOLDERS = ("firmware", "emulator", "sdk", "bindings", "examples", "tests")
-PYTHON_FOLDERS = ("bindings", "examples", "tests", "tools")
+CPP_FOLDERS = ("firmware", "emulator", "sdk", "bindings", "studies", "examples", "tests")
+PYTHON_FOLDERS = ("bindings", "studies", "examples", "tests", "tools")
+PACKAGE_FOLDERS = ("bindings/python", "studies/python")
 MAX_LINES = 40
 SHELL_FILES = ("dev", ".ci/run", "tests/vm/init.sh")
 
@@ -58,20 +59,33 @@ def compile_header(header: str) -> Command:
             *("sdk/include", "firmware", ".", "bindings/src"),
             *(pybind11.get_include(), sysconfig.get_path("include")),
         ),
+        # Without the wide controller, which is made from the firmware's sources when it is built.
+        "studies": (
+            *("studies/src", "firmware", "."),
+            *(pybind11.get_include(), sysconfig.get_path("include")),
+        ),
         "examples": ("examples", "sdk/include", *_sdl_include()),
-        "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "firmware", "."),
+        "tests": ("tests/cpp", "tests/fuzz", "sdk/include", "studies/src", "firmware", "."),
     }
     layer = next(folder for folder in roots if header.startswith(folder + "/"))
     project = [f"-I{root}" for root in roots[layer] if not os.path.isabs(root)]
     system = [f"-isystem{root}" for root in roots[layer] if os.path.isabs(root)]
     command = ["g++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror"]
-    if layer == "bindings":
+    if layer in ("bindings", "studies"):
         command.append("-fvisibility=hidden")  # as pybind11 compiles its modules
     return [*command, *project, *system, "-include", header, "-x", "c++", os.devnull]
 
 
 def _tool(name: str, *arguments: str) -> Command:
     return [str(_BIN / name), *arguments]
+
+
+def import_linter(tree: Path) -> Command:
+    """Return the command that looks for cycles and wrong layers in a tree's Python packages."""
+    path = os.pathsep.join(str(tree / folder) for folder in PACKAGE_FOLDERS)
+    # Before those that are installed.
+    linter = _tool("lint-imports", "--no-cache", "--no-logo")
+    return ["env", f"PYTHONPATH={path}", *linter]
 
 
 def _python_folders() -> list[str]:
@@ -86,7 +100,8 @@ CHECKS: dict[str, Callable[[], Command]] = {
     "ruff lint": lambda: _tool("ruff", "check", *_python_folders()),
     "mypy": lambda: _tool("mypy", *_python_folders()),
     "shellcheck": lambda: _tool("shellcheck", *SHELL_FILES),
-    "layers": lambda: [sys.executable, "-m", "tools.check_layers"],
+    "includes": lambda: [sys.executable, "-m", "tools.check_layers"],
+    "imports": lambda: import_linter(TREE),
 }
 
 FIXES: dict[str, Callable[[], Command]] = {

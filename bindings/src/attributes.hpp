@@ -57,6 +57,12 @@ class Attributes {
     return truth != 0;
   }
 
+  [[nodiscard]] std::string text(const char* name) const {
+    const pybind11::object value = get(name);
+    if (!pybind11::isinstance<pybind11::str>(value)) refuse_type(name, "a string", value);
+    return value.cast<std::string>();
+  }
+
   /// An enumeration that counts from 0, given by the name of its value.
   template <class Enum, std::size_t N>
   [[nodiscard]] Enum choice(const char* name, const std::array<std::string_view, N>& names) const {

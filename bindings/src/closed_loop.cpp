@@ -7,7 +7,6 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -15,26 +14,21 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
-#include <string>
-#include <string_view>
 #include <thread>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "attributes.hpp"
+#include "conversion/configuration.hpp"
+#include "conversion/scene_encoding.hpp"
 #include "convert.hpp"
 #include "emulator_convert.hpp"
 #include "module.hpp"
-#include "protocol/codec.hpp"
-#include "protocol/registry.hpp"
-#include "sdk/src/emulated_plant.hpp"
-#include "torsio/wire.hpp"
-#include "wide/emulator/replay.hpp"
+#include "stepper_capsule.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -46,73 +40,67 @@ using emulator::ClosedLoopOptions;
 using emulator::LoopRow;
 using Rows = py::array_t<LoopRow>;
 
-/// The scene and the configuration go through the wire's own bytes, so that they are rounded and
-/// checked as on their way to a device.
-void read_effect(const WireReport& bytes, ClosedLoopOptions& options) {
-  protocol::for_each_report<protocol::EffectReports>([&]<class Report>(std::type_identity<Report>) {
-    Report report;
-    if (bytes[0] == protocol::Layout<Report>::id && protocol::decode(bytes, report).ok()) {
-      options.scene.emplace_back(report);
-    }
-  });
-  protocol::CurvePoints points;
-  if (bytes[0] == protocol::Layout<protocol::CurvePoints>::id &&
-      protocol::decode(bytes, points).ok()) {
-    options.curve_torque_nm.insert(options.curve_torque_nm.end(), points.torque_nm.begin(),
-                                   points.torque_nm.begin() + points.points);
+/// What a device would be told before such a loop: rounded and checked as on its way there.
+struct Told {
+  protocol::ActuatorConfig actuator;
+  protocol::ControlConfig control;
+  conversion::ConvertedScene scene;
+};
+
+Told read_told(const Attributes& from, const PlantParams& plant) {
+  const py::object given = from.get("actuator");
+  const auto actuator =
+      given.is_none() ? matching_config(plant) : from_python<ActuatorConfig>(given);
+  Told told{conversion::to_wire(actuator),
+            conversion::to_wire(from_python<ControlConfig>(from.get("control"))),
+            {}};
+  if (const py::object scene = from.get("scene"); !scene.is_none()) {
+    const auto period_ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
+        from.integer<std::int64_t>("control_period_ns"), 1, 1'000'000'000));
+    told.scene = conversion::to_wire(
+        scene_from_python(scene),
+        {.counts_per_rev = actuator.counts_per_rev, .control_period_ns = period_ns});
   }
+  return told;
 }
 
-template <class Config, class Source>
-Config read_config(const Source& source) {
-  Config config;
-  // Cannot fail: what was encoded a moment ago has been checked.
-  (void)protocol::decode(wire_report(source), config);
-  return config;
-}
-
-void read_integration(const Attributes& from, emulator::PlantParams& plant) {
-  const py::object method = from.get("method");
-  if (!method.is_none()) plant.integration.method = emulator_method(method.cast<std::string>());
-  if (!from.get("step_ns").is_none()) {
-    plant.integration.step_ns = from.integer<std::int64_t>("step_ns");
-  }
-  if (const py::object given = from.get("tolerance"); !given.is_none()) {
-    plant.integration.tolerance = from.number("tolerance");
-  }
+/// The same as the bytes of reports, for those who have a controller of their own.
+py::list loop_reports(const py::object& source) {
+  const Attributes from(source);
+  const Told told = read_told(from, from_python<PlantParams>(from.get("plant")));
+  const conversion::EncodedScene scene = conversion::encode(told.scene);
+  py::list reports;
+  const auto add = [&](const protocol::ReportBytes& report) {
+    reports.append(py::bytes(reinterpret_cast<const char*>(report.data()), report.size()));
+  };
+  add(protocol::encode(told.actuator));
+  add(protocol::encode(told.control));
+  for (const auto& slot : scene.slots) add(slot.report);
+  for (const auto& piece : scene.pieces) add(piece);
+  return reports;
 }
 
 ClosedLoopOptions read_options(const py::object& source) {
   const Attributes from(source);
-  const py::object plant_source = from.get("plant");
-  const PlantParams plant = plant_from_python(plant_source);
-  const py::object actuator_source = from.get("actuator");
-  const ActuatorConfig actuator = actuator_source.is_none()
-                                      ? matching_config(plant)
-                                      : actuator_config_from_python(actuator_source);
+  const auto plant = from_python<PlantParams>(from.get("plant"));
+  Told told = read_told(from, plant);
 
   ClosedLoopOptions options;
   options.control_period_ns = from.integer<std::int64_t>("control_period_ns");
   options.delay_ticks = from.integer<std::uint32_t>("delay_ticks");
   options.first_tick = from.integer<std::uint64_t>("first_tick");
-  options.actuator = read_config<protocol::ActuatorConfig>(actuator);
-  options.control =
-      read_config<protocol::ControlConfig>(control_config_from_python(from.get("control")));
-  options.plant = to_emulator(plant);
-  read_integration(from, options.plant);
-  options.encoder = encoder_of(plant);
+  options.actuator = told.actuator;
+  options.control = told.control;
+  options.scene = std::move(told.scene.effects);
+  options.curve_torque_nm = std::move(told.scene.curve_torque_nm);
+  options.plant = plant;
+  if (!from.get("step_ns").is_none()) options.step_ns = from.integer<std::int64_t>("step_ns");
+  options.make_stepper = stepper_from_python(from.get("stepper"));
+  options.encoder = emulator::encoder_of(plant);
   options.encoder.seed = from.integer<std::uint64_t>("seed");
   options.hand = emulator_hand(from.get("hand"));
   if (const py::object initial = from.get("initial"); !initial.is_none()) {
     options.initial = initial_state_from_python(initial);
-  }
-  if (const py::object scene = from.get("scene"); !scene.is_none()) {
-    const auto period_ns = static_cast<std::uint32_t>(
-        std::clamp<std::int64_t>(options.control_period_ns, 1, 1'000'000'000));
-    for (const WireReport& report :
-         wire_reports(scene_from_python(scene), actuator.counts_per_rev, period_ns)) {
-      read_effect(report, options);
-    }
   }
   if (const py::object given = from.get("spin_up"); !given.is_none()) {
     const Attributes spin_up(given);
@@ -227,7 +215,7 @@ py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>
 using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 using emulator::ReplayRow;
 
-py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts, bool wide) {
+py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts) {
   if (counts.ndim() != 1) throw py::value_error("the counts must have one dimension");
   const ClosedLoopOptions options = read_options(source);
   const auto size = static_cast<std::size_t>(counts.size());
@@ -237,11 +225,7 @@ py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts, bo
   const std::span<const std::uint32_t> in(counts.data(), size);
   const std::span<ReplayRow> out(rows.mutable_data(), size);
   const py::gil_scoped_release release;
-  if (wide) {
-    torsio::wide::emulator::replay(options, in, out);
-  } else {
-    emulator::replay(options, in, out);
-  }
+  emulator::replay(options, in, out);
   return rows;
 }
 
@@ -298,14 +282,12 @@ void bind_closed_loop(py::module_& module) {
           [](emulator::ClosedLoop& loop, const py::object& hand) {
             loop.set_hand(emulator_hand(hand));
           },
-          arg("hand"))
-      .def_property_readonly("fidelity", [](const emulator::ClosedLoop& loop) {
-        return fidelity_to_python(loop.plant().fidelity());
-      });
+          arg("hand"));
   PYBIND11_NUMPY_DTYPE(ReplayRow, position_counts, speed_rad_s, desired_torque_nm, motor_torque_nm,
                        brake_torque_nm, spring_torque_nm, numeric_error);
   module.attr("REPLAY_DTYPE") = py::dtype::of<ReplayRow>();
-  module.def("replay", &replay, arg("options"), arg("counts"), arg("wide"));
+  module.def("replay", &replay, arg("options"), arg("counts"));
+  module.def("loop_reports", &loop_reports, arg("options"));
   module.def("simulate_many", &simulate_many, arg("options"), arg("ticks"), arg("every"),
              arg("threads"), arg("on_progress"));
 }

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,10 +19,10 @@
 #include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
-#include "emulator/plant.hpp"
+#include "emulator/plant/plant.hpp"
 #include "emulator_convert.hpp"
 #include "module.hpp"
-#include "sdk/src/emulated_plant.hpp"
+#include "stepper_capsule.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -34,49 +33,8 @@ namespace {
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Release = py::call_guard<py::gil_scoped_release>;
 
-constexpr std::array<std::string_view, 4> method_names{"exact", "trapezoid", "semi_implicit",
-                                                       "regularised"};
-
-emulator::Method method_from_name(const std::string& name) {
-  for (std::size_t i = 0; i < method_names.size(); ++i) {
-    if (method_names[i] == name) return static_cast<emulator::Method>(i);
-  }
-  throw py::value_error(
-      "method must be 'exact', 'trapezoid', 'semi_implicit' or 'regularised', is '" + name + "'");
-}
-
-emulator::Profile profile(const Profile& from) {
-  std::vector<emulator::ProfileKnot> knots;
-  knots.reserve(from.size());
-  for (const Knot& knot : from) {
-    if (!std::isfinite(knot.time_s) || std::abs(knot.time_s) > 9e9) {
-      throw std::invalid_argument("profile: every time_s must be finite and below 9e9");
-    }
-    knots.push_back({std::llround(knot.time_s * 1e9), knot.value});
-  }
-  return emulator::Profile(std::move(knots));
-}
-
-struct HandConverter {
-  emulator::Hand operator()(const NoHand&) const { return emulator::NoHand{}; }
-  emulator::Hand operator()(const TorqueHand& hand) const {
-    return emulator::TorqueHand{profile(hand.torque_nm)};
-  }
-  emulator::Hand operator()(const ImpedanceHand& hand) const {
-    return emulator::ImpedanceHand{hand.inertia_kg_m2, hand.stiffness_nm_per_rad,
-                                   hand.damping_nm_s_per_rad, profile(hand.intended_angle_rad)};
-  }
-  emulator::Hand operator()(const PrescribedMotion& hand) const {
-    return emulator::PrescribedMotion{profile(hand.angle_rad)};
-  }
-};
-
-emulator::Hand hand(const py::object& source) {
-  return std::visit(HandConverter{}, hand_from_python(source));
-}
-
-emulator::PlantParams plant_params(const py::object& source) {
-  return source.is_none() ? emulator::PlantParams{} : to_emulator(plant_from_python(source));
+PlantParams plant_params(const py::object& source) {
+  return source.is_none() ? PlantParams{} : from_python<PlantParams>(source);
 }
 
 // State and truth of the plant side by side; one row of a record.
@@ -115,16 +73,9 @@ PlantRow plant_row(const emulator::Plant& plant) {
 }
 
 std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::object& held_by,
-                                            const std::optional<std::string>& method,
-                                            const std::optional<std::int64_t>& step_ns,
-                                            const std::optional<double>& tolerance,
-                                            const std::optional<double>& regularisation_rad_s) {
-  emulator::PlantParams plant = plant_params(params);
-  if (method) plant.integration.method = method_from_name(*method);
-  if (step_ns) plant.integration.step_ns = *step_ns;
-  plant.integration.tolerance = tolerance;
-  if (regularisation_rad_s) plant.integration.regularisation_rad_s = *regularisation_rad_s;
-  return std::make_unique<emulator::Plant>(plant, hand(held_by));
+                                            std::int64_t step_ns, const py::object& stepper) {
+  return std::make_unique<emulator::Plant>(plant_params(params), emulator_hand(held_by), step_ns,
+                                           stepper_from_python(stepper));
 }
 
 py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_torque_nm,
@@ -199,8 +150,7 @@ void bind_plant(py::module_& module) {
   py::class_<emulator::Plant>(module, "Plant",
                               "Motor, knob, shaft spring, brake and hand under a virtual clock.")
       .def(py::init(&make_plant), arg("params") = py::none(), arg("hand") = py::none(),
-           py::kw_only(), arg("method") = py::none(), arg("step_ns") = py::none(),
-           arg("tolerance") = py::none(), arg("regularisation_rad_s") = py::none())
+           py::kw_only(), arg("step_ns") = emulator::Plant::kStepNs, arg("stepper") = py::none())
       .def(
           "set_command",
           [](emulator::Plant& plant, double motor_torque_nm, double brake_torque_nm) {
@@ -210,7 +160,7 @@ void bind_plant(py::module_& module) {
           "Set what is held from now on.")
       .def(
           "set_hand",
-          [](emulator::Plant& plant, const py::object& source) { plant.set_hand(hand(source)); },
+          [](emulator::Plant& plant, const py::object& source) { plant.set_hand(emulator_hand(source)); },
           arg("hand"), "Another hand takes over; times of its profiles are plant time.")
       .def("advance", &emulator::Plant::advance, arg("duration_ns"), Release(), "Let time pass.")
       .def_property_readonly("time_ns",
@@ -234,16 +184,12 @@ void bind_plant(py::module_& module) {
             plant.set_command({});
             plant.set_state({});
           },
-          "Back to rest at time 0 and angle 0.")
-      .def_property_readonly(
-          "fidelity",
-          [](const emulator::Plant& plant) { return fidelity_to_python(plant.fidelity()); },
-          "How it is stepped; keys as torsio.Fidelity.");
+          "Back to rest at time 0 and angle 0.");
 }
 
 void bind_profile_and_encoder(py::module_& module) {
   py::class_<emulator::Profile>(module, "Profile", "Piecewise-linear function of time.")
-      .def(py::init([](const py::object& knots) { return profile(profile_from_python(knots)); }),
+      .def(py::init([](const py::object& knots) { return emulator::Profile(profile_from_python(knots), 0); }),
            arg("knots"))
       .def("value", &emulator::Profile::value, arg("time_ns"))
       .def("slope_per_s", &emulator::Profile::slope_per_s, arg("time_ns"));
@@ -257,7 +203,7 @@ void bind_profile_and_encoder(py::module_& module) {
             }
             return emulator::Encoder(
                 {counts_per_rev,
-                 rounding == "floor" ? emulator::Rounding::floor : emulator::Rounding::nearest,
+                 rounding == "floor" ? EncoderRounding::floor : EncoderRounding::nearest,
                  static_cast<std::int8_t>(direction), phase_counts, noise_counts, seed});
           }),
           py::kw_only(), arg("counts_per_rev") = 8192, arg("rounding") = "floor",
@@ -305,8 +251,8 @@ std::unique_ptr<emulator::EmulatedDevice> make_device(std::uint64_t seed,
   options.seed = seed;
   options.control_period_ns = control_period_ns;
   options.plant = plant_params(plant);
-  if (!plant.is_none()) options.encoder = encoder_of(plant_from_python(plant));
-  options.hand = hand(held_by);
+  options.encoder = emulator::encoder_of(options.plant);
+  options.hand = emulator_hand(held_by);
   options.serial = serial;
   return std::make_unique<emulator::EmulatedDevice>(std::move(options));
 }
@@ -354,7 +300,7 @@ void bind_device(py::module_& module) {
           arg("report_id"), "Ask for a feature report; None if the device stalls.")
       .def(
           "set_hand",
-          [](EmulatedDevice& device, const py::object& source) { device.set_hand(hand(source)); },
+          [](EmulatedDevice& device, const py::object& source) { device.set_hand(emulator_hand(source)); },
           arg("hand"), "The hand takes over at the next tick; its times are device time.")
       .def_property_readonly(
           "plant_state", [](const EmulatedDevice& device) { return plant_state(device.plant()); },
@@ -366,25 +312,9 @@ void bind_device(py::module_& module) {
 
 }  // namespace
 
-emulator::Hand emulator_hand(const py::object& source) { return hand(source); }
-py::dict fidelity_to_python(const emulator::FidelityReport& report) {
-  const auto steps = [&](emulator::Method method) {
-    return report.steps[static_cast<std::size_t>(method)];
-  };
-  py::dict dict;
-  dict["tolerance"] = report.tolerance;
-  dict["method"] = std::string(method_names[static_cast<std::size_t>(report.method)]);
-  dict["step_s"] = 1e-9 * static_cast<double>(report.step_ns);
-  dict["estimated_error"] = report.estimated_error;
-  dict["steps_exact"] = steps(emulator::Method::exact);
-  dict["steps_trapezoid"] = steps(emulator::Method::trapezoid);
-  dict["steps_semi_implicit"] = steps(emulator::Method::semi_implicit);
-  dict["steps_checked"] = report.steps_checked;
-  dict["relative_cost"] = report.relative_cost;
-  return dict;
+emulator::Hand emulator_hand(const py::object& source) {
+  return emulator::take_hold(hand_from_python(source));
 }
-
-emulator::Method emulator_method(const std::string& name) { return method_from_name(name); }
 
 void bind_emulator(py::module_& parent) {
   py::module_ module =
@@ -402,8 +332,6 @@ void bind_emulator(py::module_& parent) {
   bind_profile_and_encoder(module);
   bind_device(module);
   bind_closed_loop(module);
-  bind_actuators(module);
-  bind_foreign_stepper(module);
 }
 
 }  // namespace torsio::bindings

@@ -9,15 +9,13 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <array>
+#include <algorithm>
 #include <cstddef>
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -31,18 +29,14 @@ using Release = py::call_guard<py::gil_scoped_release>;
 namespace torsio::bindings {
 namespace {
 
-constexpr std::array<std::string_view, 4> state_names{"disarmed", "armed", "fault", "disconnected"};
-
-std::string state_name(State state) {
-  return std::string(state_names[static_cast<std::size_t>(state)]);
-}
-
 State state_from_name(const std::string& name) {
-  for (std::size_t i = 0; i < state_names.size(); ++i) {
-    if (state_names[i] == name) return static_cast<State>(i);
+  const auto& names = Names<State>::values;
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end()) {
+    throw InvalidArgument("state must be 'disarmed', 'armed', 'fault' or 'disconnected', is '" +
+                          name + "'");
   }
-  throw InvalidArgument("state must be 'disarmed', 'armed', 'fault' or 'disconnected', is '" +
-                        name + "'");
+  return static_cast<State>(found - names.begin());
 }
 
 /// Runs Python's signal handlers; what they raise (KeyboardInterrupt) ends the waiting call.
@@ -50,27 +44,6 @@ bool check_signals() {
   const py::gil_scoped_acquire acquire;
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   return false;
-}
-
-/// The samples as a NumPy array that owns the vector's memory: no copy.
-template <class Sample>
-py::array_t<Sample> as_array(std::vector<Sample>&& samples) {
-  auto owner = std::make_unique<std::vector<Sample>>(std::move(samples));
-  const auto size = static_cast<py::ssize_t>(owner->size());
-  const Sample* data = owner->data();
-  const py::capsule base(owner.release(),
-                         [](void* vector) { delete static_cast<std::vector<Sample>*>(vector); });
-  return py::array_t<Sample>(size, data, base);
-}
-
-/// Bytes between and behind the fields are zero, so that equal records have equal bytes.
-std::vector<TelemetrySample> without_padding(std::vector<TelemetrySample>&& samples) {
-  constexpr std::size_t end = offsetof(TelemetrySample, flags) + sizeof(TelemetrySample::flags);
-  static_assert(std::is_trivially_copyable_v<TelemetrySample>);
-  for (TelemetrySample& sample : samples) {
-    std::memset(reinterpret_cast<unsigned char*>(&sample) + end, 0, sizeof(TelemetrySample) - end);
-  }
-  return std::move(samples);
 }
 
 /// Closing waits for the device, so the lock must be free whichever way the knob goes.
@@ -96,18 +69,16 @@ class PyKnob {
 PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control_rate_hz,
                  const py::object& plant, const py::object& hand, const std::string& serial,
                  const py::object& actuator, const py::object& control, const py::object& game,
-                 const std::optional<double>& tolerance, bool paced, bool log_truth,
-                 double command_timeout_s, std::size_t ring_samples) {
+                 bool paced, bool log_truth, double command_timeout_s, std::size_t ring_samples) {
   OpenOptions options;
   options.emulator.seed = seed;
   options.emulator.control_rate_hz = control_rate_hz;
-  if (!plant.is_none()) options.emulator.plant = plant_from_python(plant);
+  if (!plant.is_none()) options.emulator.plant = from_python<PlantParams>(plant);
   options.emulator.hand = hand_from_python(hand);
   options.emulator.serial = serial;
-  if (!actuator.is_none()) options.emulator.actuator = actuator_config_from_python(actuator);
-  if (!control.is_none()) options.emulator.control = control_config_from_python(control);
-  if (!game.is_none()) options.emulator.game = game_config_from_python(game);
-  options.emulator.tolerance = tolerance;
+  if (!actuator.is_none()) options.emulator.actuator = from_python<ActuatorConfig>(actuator);
+  if (!control.is_none()) options.emulator.control = from_python<ControlConfig>(control);
+  if (!game.is_none()) options.emulator.game = from_python<GameConfig>(game);
   options.emulator.paced = paced;
   options.emulator.log_truth = log_truth;
   options.command_timeout_s = command_timeout_s;
@@ -128,73 +99,22 @@ py::list list_all() {
   return list;
 }
 
-py::dict info(const PyKnob& knob) {
-  const DeviceInfo& info = knob->info();
-  py::dict dict;
-  dict["path"] = info.path;
-  dict["serial"] = info.serial;
-  dict["product"] = info.product;
-  dict["board"] = info.board;
-  dict["firmware_version"] = info.firmware_version;
-  dict["transport"] = info.transport;
-  dict["protocol_version"] = info.protocol_version;
-  dict["fingerprint"] = info.fingerprint;
-  dict["axes"] = info.axes;
-  dict["effects"] = info.effects;
-  dict["curve_points"] = info.curve_points;
-  dict["control_rate_hz"] = info.control_rate_hz;
-  dict["counts_per_rev"] = info.counts_per_rev;
-  dict["torque_step_nm"] = info.torque_step_nm;
-  dict["speed_step_rad_s"] = info.speed_step_rad_s;
-  return dict;
-}
-
-py::dict health(const PyKnob& knob) {
-  Health health;
-  {
+/// Runs a call without the interpreter's lock and gives what it returns as Python has it.
+template <class Call>
+py::object told(Call&& call) {
+  auto value = [&] {
     const py::gil_scoped_release release;
-    health = knob->health();
-  }
-  py::dict dict;
-  dict["state"] = state_name(health.state);
-  dict["faults"] = py::tuple(py::cast(health.faults));
-  dict["reports_accepted"] = health.reports_accepted;
-  dict["reports_refused"] = health.reports_refused;
-  dict["samples_dropped"] = health.samples_dropped;
-  dict["tick_overruns"] = health.tick_overruns;
-  dict["tick_time_s"] = health.tick_time_s;
-  dict["tick_time_max_s"] = health.tick_time_max_s;
-  dict["saves"] = health.saves;
-  constexpr std::array owner_names{"none", "sdk", "game"};
-  dict["owner"] = owner_names.at(static_cast<std::size_t>(health.owner));
-  return dict;
+    return call();
+  }();
+  return to_python(value);
 }
 
-py::dict clock(const PyKnob& knob) {
-  Clock clock;
-  {
-    const py::gil_scoped_release release;
-    clock = knob->clock();
-  }
-  py::dict dict;
-  dict["tick"] = clock.tick;
-  dict["time_s"] = clock.time_s;
-  dict["position_counts"] = clock.position_counts;
-  dict["angle_rad"] = clock.angle_rad;
-  return dict;
-}
-
-py::dict statistics(const PyKnob& knob) {
-  const LinkStatistics statistics = knob->statistics();
-  py::dict dict;
-  dict["reports_sent"] = statistics.reports_sent;
-  dict["reports_received"] = statistics.reports_received;
-  dict["reports_undecodable"] = statistics.reports_undecodable;
-  dict["samples_received"] = statistics.samples_received;
-  dict["samples_lost"] = statistics.samples_lost;
-  dict["local_models_refused"] = statistics.local_models_refused;
-  dict["last_refusal"] = statistics.last_refusal;
-  return dict;
+/// The same for a call that takes a data class.
+template <class T, class Call>
+void give(const py::object& source, Call&& call) {
+  const T value = from_python<T>(source);
+  const py::gil_scoped_release release;
+  call(value);
 }
 
 void play(const PyKnob& knob, const py::object& source) {
@@ -203,20 +123,22 @@ void play(const PyKnob& knob, const py::object& source) {
   knob->play(scene);
 }
 
-py::array_t<TelemetrySample> read(const PyKnob& knob, std::size_t max_samples, double timeout_s) {
+py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s) {
   std::vector<TelemetrySample> samples;
   {
     const py::gil_scoped_release release;
-    samples = without_padding(knob->read(max_samples, timeout_s));
+    samples = knob->read(max_samples, timeout_s);
+    clear_padding(samples);
   }
   return as_array(std::move(samples));
 }
 
-py::array_t<TelemetrySample> record(const PyKnob& knob, double duration_s) {
+py::array record(const PyKnob& knob, double duration_s) {
   std::vector<TelemetrySample> samples;
   {
     const py::gil_scoped_release release;
-    samples = without_padding(knob->record(duration_s));
+    samples = knob->record(duration_s);
+    clear_padding(samples);
   }
   return as_array(std::move(samples));
 }
@@ -257,23 +179,6 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
   knob.def(
       "advance", [](const PyKnob& self, double duration_s) { emulator(self).advance(duration_s); },
       Release());
-  knob.def("fidelity", [](const PyKnob& self) {
-    const Fidelity fidelity = [&] {
-      const py::gil_scoped_release release;
-      return emulator(self).fidelity();
-    }();
-    py::dict dict;
-    dict["tolerance"] = fidelity.tolerance;
-    dict["method"] = fidelity.method;
-    dict["step_s"] = fidelity.step_s;
-    dict["estimated_error"] = fidelity.estimated_error;
-    dict["steps_exact"] = fidelity.steps_exact;
-    dict["steps_trapezoid"] = fidelity.steps_trapezoid;
-    dict["steps_semi_implicit"] = fidelity.steps_semi_implicit;
-    dict["steps_checked"] = fidelity.steps_checked;
-    dict["relative_cost"] = fidelity.relative_cost;
-    return dict;
-  });
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
     emulator(self).game_write(bytes_of(report));
   });
@@ -339,57 +244,25 @@ void bind_orders(py::class_<PyKnob>& knob) {
       },
       arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
       arg("deadline_s"), Release());
-  knob.def("actuator_config", [](const PyKnob& self) {
-    ActuatorConfig config;
-    {
-      const py::gil_scoped_release release;
-      config = self->actuator_config();
-    }
-    return to_python(config);
-  });
-  knob.def("control_config", [](const PyKnob& self) {
-    ControlConfig config;
-    {
-      const py::gil_scoped_release release;
-      config = self->control_config();
-    }
-    return to_python(config);
-  });
-  knob.def("board_config", [](const PyKnob& self) {
-    BoardConfig config;
-    {
-      const py::gil_scoped_release release;
-      config = self->board_config();
-    }
-    return to_python(config);
-  });
-  knob.def("set_board_config", [](const PyKnob& self, const py::object& source) {
-    const BoardConfig config = board_config_from_python(source);
-    const py::gil_scoped_release release;
-    self->set_board_config(config);
-  });
-  knob.def("game_config", [](const PyKnob& self) {
-    GameConfig config;
-    {
-      const py::gil_scoped_release release;
-      config = self->game_config();
-    }
-    return to_python(config);
-  });
-  knob.def("set_game_config", [](const PyKnob& self, const py::object& source) {
-    const GameConfig config = game_config_from_python(source);
-    const py::gil_scoped_release release;
-    self->set_game_config(config);
-  });
+  knob.def("actuator_config",
+           [](const PyKnob& self) { return told([&] { return self->actuator_config(); }); });
+  knob.def("control_config",
+           [](const PyKnob& self) { return told([&] { return self->control_config(); }); });
+  knob.def("board_config",
+           [](const PyKnob& self) { return told([&] { return self->board_config(); }); });
+  knob.def("game_config",
+           [](const PyKnob& self) { return told([&] { return self->game_config(); }); });
   knob.def("set_actuator_config", [](const PyKnob& self, const py::object& source) {
-    const ActuatorConfig config = actuator_config_from_python(source);
-    const py::gil_scoped_release release;
-    self->set_actuator_config(config);
+    give<ActuatorConfig>(source, [&](const auto& config) { self->set_actuator_config(config); });
   });
   knob.def("set_control_config", [](const PyKnob& self, const py::object& source) {
-    const ControlConfig config = control_config_from_python(source);
-    const py::gil_scoped_release release;
-    self->set_control_config(config);
+    give<ControlConfig>(source, [&](const auto& config) { self->set_control_config(config); });
+  });
+  knob.def("set_board_config", [](const PyKnob& self, const py::object& source) {
+    give<BoardConfig>(source, [&](const auto& config) { self->set_board_config(config); });
+  });
+  knob.def("set_game_config", [](const PyKnob& self, const py::object& source) {
+    give<GameConfig>(source, [&](const auto& config) { self->set_game_config(config); });
   });
 }
 
@@ -414,40 +287,27 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
 }  // namespace
 
 void bind_knob(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(TelemetrySample, tick, time_s, position_counts, angle_rad, speed_rad_s,
-                       desired_torque_nm, motor_torque_nm, brake_torque_nm, spring_torque_nm,
-                       flags);
-  PYBIND11_NUMPY_DTYPE(TruthSample, time_s, angle_rad, brake_angle_rad, speed_rad_s,
-                       spring_torque_nm, brake_torque_nm, brake_capacity_nm, motor_torque_nm,
-                       hand_torque_nm);
-  module.attr("TELEMETRY_DTYPE") = py::dtype::of<TelemetrySample>();
-  module.attr("TRUTH_DTYPE") = py::dtype::of<TruthSample>();
+  module.attr("TELEMETRY_DTYPE") = row_type<TelemetrySample>();
+  module.attr("TRUTH_DTYPE") = row_type<TruthSample>();
 
   module.def("list_devices", &list_all);
   module.def("matching_config", [](const py::object& plant) {
-    return to_python(matching_config(plant_from_python(plant)));
+    return to_python(matching_config(from_python<PlantParams>(plant)));
   });
 
   py::class_<PyKnob> knob(module, "Knob");
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("seed"),
              arg("control_rate_hz"), arg("plant"), arg("hand"), arg("serial"), arg("actuator"),
-             arg("control"), arg("game"), arg("tolerance"), arg("paced"), arg("log_truth"),
-             arg("command_timeout_s"), arg("ring_samples"));
+             arg("control"), arg("game"), arg("paced"), arg("log_truth"), arg("command_timeout_s"),
+             arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
-  knob.def_property_readonly("state", [](const PyKnob& self) { return state_name(self->state()); });
-  knob.def("info", &info);
-  knob.def("health", &health);
-  knob.def("faults", [](const PyKnob& self) {
-    std::vector<std::string> faults;
-    {
-      const py::gil_scoped_release release;
-      faults = self->faults();
-    }
-    return py::tuple(py::cast(faults));
-  });
-  knob.def("clock", &clock);
-  knob.def("statistics", &statistics);
+  knob.def_property_readonly("state", [](const PyKnob& self) { return to_python(self->state()); });
+  knob.def("info", [](const PyKnob& self) { return to_python(self->info()); });
+  knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
+  knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
+  knob.def("clock", [](const PyKnob& self) { return told([&] { return self->clock(); }); });
+  knob.def("statistics", [](const PyKnob& self) { return to_python(self->statistics()); });
   knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());
   bind_orders(knob);
   bind_telemetry(knob);

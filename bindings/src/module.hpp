@@ -12,8 +12,6 @@ void bind_core(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
 void bind_emulator(pybind11::module_& module);
 void bind_closed_loop(pybind11::module_& emulator);
-void bind_actuators(pybind11::module_& emulator);
-void bind_foreign_stepper(pybind11::module_& emulator);
 void bind_knob(pybind11::module_& module);
 void bind_watch(pybind11::module_& module);
 

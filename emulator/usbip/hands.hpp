@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "emulator/emulated_device.hpp"
-#include "emulator/hand.hpp"
+#include "emulator/plant/hand.hpp"
 
 namespace torsio::emulator::usbip {
 

@@ -1,7 +1,6 @@
 #include "emulated_transport.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <chrono>
 #include <cmath>
@@ -14,7 +13,6 @@
 
 #include "conversion/configuration.hpp"
 #include "conversion/field_check.hpp"
-#include "emulated_plant.hpp"
 #include "emulator/emulated_device.hpp"
 #include "session.hpp"
 #include "torsio/error.hpp"
@@ -90,39 +88,6 @@ class Claim {
 
 // From the user's structures to the emulator's -------------------------------------------------
 
-emulator::Profile to_emulator(std::string_view name, const Profile& profile,
-                              std::int64_t start_ns) {
-  constexpr double kLongestS = 1e9;
-  std::vector<emulator::ProfileKnot> knots;
-  for (const Knot& knot : profile) {
-    if (!(std::abs(knot.time_s) <= kLongestS)) {
-      throw InvalidArgument(std::string(name) + ": a knot's time_s is " + number_text(knot.time_s) +
-                            ", allowed are -1e9 to 1e9 s");
-    }
-    knots.push_back({start_ns + std::llround(knot.time_s * 1e9), knot.value});
-  }
-  return emulator::Profile(std::move(knots));
-}
-
-struct HandConverter {
-  std::int64_t start_ns;
-
-  emulator::Hand operator()(const NoHand&) const { return emulator::NoHand{}; }
-  emulator::Hand operator()(const TorqueHand& hand) const {
-    return emulator::TorqueHand{to_emulator("torque_nm", hand.torque_nm, start_ns)};
-  }
-  emulator::Hand operator()(const ImpedanceHand& hand) const {
-    return emulator::ImpedanceHand{
-        .inertia_kg_m2 = hand.inertia_kg_m2,
-        .stiffness_nm_per_rad = hand.stiffness_nm_per_rad,
-        .damping_nm_s_per_rad = hand.damping_nm_s_per_rad,
-        .intended_angle_rad = to_emulator("intended_angle_rad", hand.intended_angle_rad, start_ns)};
-  }
-  emulator::Hand operator()(const PrescribedMotion& hand) const {
-    return emulator::PrescribedMotion{to_emulator("angle_rad", hand.angle_rad, start_ns)};
-  }
-};
-
 std::int64_t control_period_ns(double rate_hz) {
   if (!(rate_hz >= 1e3 && rate_hz <= 20e3)) {
     throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) +
@@ -136,15 +101,14 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   emulator::EmulatedDeviceOptions out;
   out.seed = in.seed;
   out.control_period_ns = control_period_ns(in.control_rate_hz);
-  out.plant = to_emulator(in.plant);
-  out.encoder = encoder_of(in.plant);
-  out.hand = std::visit(HandConverter{0}, in.hand);
+  out.plant = in.plant;
+  out.encoder = emulator::encoder_of(in.plant);
+  out.hand = emulator::take_hold(in.hand);
   out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
   out.stored = stored;
   if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
   if (in.control) out.control = conversion::to_wire(*in.control);
   if (in.game) out.game = conversion::to_wire(*in.game);
-  out.plant.integration.tolerance = in.tolerance;
   out.log_truth = in.log_truth;
   return out;
 }
@@ -348,7 +312,7 @@ Emulator::~Emulator() = default;
 
 void Emulator::set_hand(const Hand& hand) {
   impl_->world->with_device([&](emulator::EmulatedDevice& device) {
-    checked([&] { device.set_hand(std::visit(HandConverter{device.next_tick_ns()}, hand)); });
+    checked([&] { device.set_hand(emulator::take_hold(hand, device.next_tick_ns())); });
   });
 }
 
@@ -378,24 +342,6 @@ std::vector<TruthSample> Emulator::take_truth() {
                      .hand_torque_nm = sample.torque.hand_torque_nm});
   }
   return truth;
-}
-
-Fidelity Emulator::fidelity() const {
-  const emulator::FidelityReport report = impl_->world->with_device(
-      [](emulator::EmulatedDevice& device) { return device.plant().fidelity(); });
-  constexpr std::array names{"exact", "trapezoid", "semi_implicit", "regularised"};
-  const auto steps = [&](emulator::Method method) {
-    return static_cast<std::uint64_t>(report.steps[static_cast<std::size_t>(method)]);
-  };
-  return {.tolerance = report.tolerance,
-          .method = names[static_cast<std::size_t>(report.method)],
-          .step_s = 1e-9 * static_cast<double>(report.step_ns),
-          .estimated_error = report.estimated_error,
-          .steps_exact = steps(emulator::Method::exact),
-          .steps_trapezoid = steps(emulator::Method::trapezoid),
-          .steps_semi_implicit = steps(emulator::Method::semi_implicit),
-          .steps_checked = static_cast<std::uint64_t>(report.steps_checked),
-          .relative_cost = report.relative_cost};
 }
 
 void Emulator::game_write(std::span<const std::uint8_t> report) {

@@ -121,7 +121,7 @@ class Knob::Impl {
 
   void play(const Scene& scene) {
     const protocol::Identity device = identity();
-    player.play(encode_scene(conversion::to_wire(
+    player.play(conversion::encode(conversion::to_wire(
         scene, {.effects = device.effects,
                 .curve_points = device.curve_points,
                 .counts_per_rev = device.counts_per_rev,

@@ -8,7 +8,7 @@
 
 namespace torsio {
 
-void ScenePlayer::play(const EncodedScene& scene) {
+void ScenePlayer::play(const conversion::EncodedScene& scene) {
   const std::lock_guard lock(mutex_);
   std::vector<protocol::ReportBytes> reports;
   std::array<bool, kPieces> piece_differs{};
@@ -20,7 +20,7 @@ void ScenePlayer::play(const EncodedScene& scene) {
     if (piece_differs.at(i)) reports.push_back(scene.pieces[i]);
   }
   for (std::size_t i = 0; i < scene.slots.size(); ++i) {
-    const EncodedScene::Slot& slot = scene.slots[i];
+    const conversion::EncodedScene::Slot& slot = scene.slots[i];
     slot_differs.at(i) =
         slots_.at(i) != slot.report ||
         std::any_of(piece_differs.begin() + slot.first_piece,

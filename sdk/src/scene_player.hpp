@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
+#include "conversion/scene_encoding.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
-#include "scene_encoding.hpp"
 #include "session.hpp"
 
 namespace torsio {
@@ -22,7 +22,7 @@ class ScenePlayer {
 
   /// Writes what differs, waits until the device has accepted all of it, and commits.
   /// @throws Refused, and as Session::exchange() does; what plays goes on then
-  void play(const EncodedScene& scene);
+  void play(const conversion::EncodedScene& scene);
 
   /// The device may have lost its scene: the next play() writes everything.
   void forget();

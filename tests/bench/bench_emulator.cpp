@@ -3,7 +3,6 @@
 //   device   the whole emulated device in closed loop, the host's end of the cable included
 //   part     each part of it alone, fed with what it was fed there
 //   plant    the plant alone, with and without parts that a scene may name
-//   method   the plant alone, by each method of integration
 //
 // Measurements take turns over the repeats, and the least of each counts: what else the machine
 // does only ever adds.
@@ -208,8 +207,8 @@ int main(int count, char** arguments) {
 
   std::vector<Measurement> measurements;
   std::vector<std::shared_ptr<void>> kept;
-  const auto keep_plant = [&](const PlantParams& params) {
-    auto plant = std::make_shared<Plant>(params, busy_hand(seconds + 1.0));
+  const auto keep_plant = [&](const PlantParams& params, std::int64_t step_ns) {
+    auto plant = std::make_shared<Plant>(params, busy_hand(seconds + 1.0), step_ns);
     kept.push_back(plant);
     return plant;
   };
@@ -227,16 +226,15 @@ int main(int count, char** arguments) {
         [=] { return run_firmware(recording->counts, period_ns, true); });
     add(text("part", "encoder"), [=] { return run_encoder(recording->angles); });
 
-    PlantParams basis;
-    basis.integration.step_ns = period_ns;
+    const PlantParams basis;
     {
-      const auto plant = keep_plant(basis);
+      const auto plant = keep_plant(basis, period_ns);
       add(text("part", "plant"), [=] { return run_plant(*plant, recording->commands, period_ns); });
     }
     const auto add_plant = [&](const char* name, const std::function<void(PlantParams&)>& change) {
       PlantParams params = basis;
       change(params);
-      const auto plant = keep_plant(params);
+      const auto plant = keep_plant(params, period_ns);
       add(text("plant", name, ", \"states\": " + std::to_string(states(params))),
           [=] { return run_plant(*plant, recording->commands, period_ns); });
     };
@@ -244,26 +242,14 @@ int main(int count, char** arguments) {
     add_plant("basis", [](PlantParams&) {});
     add_plant("brake_hysteresis", [](PlantParams& p) { p.brake_hysteresis = BrakeHysteresis{}; });
     add_plant("shaft_hardening", [](PlantParams& p) { p.shaft_hardening = ShaftHardening{}; });
-    add_plant("cogging", [](PlantParams& p) { p.cogging = Cogging::sine(12, 2e-3); });
+    add_plant("cogging", [](PlantParams& p) { p.cogging = sine_cogging(12, 2e-3); });
     add_plant("belt", [](PlantParams& p) { p.belt = Belt{}; });
     add_plant("all_parts", [](PlantParams& p) {
       p.brake_hysteresis = BrakeHysteresis{};
       p.shaft_hardening = ShaftHardening{};
-      p.cogging = Cogging::sine(12, 2e-3);
+      p.cogging = sine_cogging(12, 2e-3);
       p.belt = Belt{};
     });
-    const auto add_method = [&](const char* name, Method method, std::optional<double> tolerance) {
-      PlantParams params = basis;
-      params.integration.method = method;
-      params.integration.tolerance = tolerance;
-      const auto plant = keep_plant(params);
-      add(text("method", name), [=] { return run_plant(*plant, recording->commands, period_ns); });
-    };
-    add_method("exact", Method::exact, {});
-    add_method("trapezoid", Method::trapezoid, {});
-    add_method("semi_implicit", Method::semi_implicit, {});
-    add_method("regularised", Method::regularised, {});
-    add_method("tolerance_1e-3", Method::exact, 1e-3);
   }
 
   for (int i = 0; i < repeats; ++i) {

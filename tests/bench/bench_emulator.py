@@ -1,8 +1,8 @@
 """What the emulated device costs, in CPU time of one core: one JSON line each.
 
 The whole device in closed loop at 1 and 10 kHz with a wall, a hand and telemetry; its parts alone,
-fed with what they were fed there; the plant with and without the parts that a scene may name; and
-the plant by each method of integration. The numbers are the least of several repeats, in turns.
+fed with what they were fed there; and the plant with and without the parts that a scene may name.
+The numbers are the least of several repeats, in turns.
 """
 
 from __future__ import annotations
@@ -73,18 +73,6 @@ def summarise(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
                         "saved_of_all_parts": round(1.0 - row["ns_per_tick"] / everything, 3),
                     }
                 )
-        lines += [
-            {
-                "benchmark": "emulator",
-                "what": "method",
-                "method": row["name"],
-                "control_rate_hz": rate_hz,
-                "ns_per_tick": row["ns_per_tick"],
-                "realtime_factor": row["realtime_factor"],
-            }
-            for row in at_rate
-            if row["kind"] == "method"
-        ]
     return lines
 
 

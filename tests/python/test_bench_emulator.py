@@ -15,10 +15,9 @@ STATES = {
     "belt": 8,
     "all_parts": 9,
 }
-METHODS = {"exact", "trapezoid", "semi_implicit", "regularised"}
 
 
-def test_bench_emulator_prints_a_line_per_rate_plant_and_method() -> None:
+def test_bench_emulator_prints_a_line_per_rate_and_plant() -> None:
     lines = bench_lines("emulator", "--seconds", "0.2", "--repeats", "1")
     assert {line["benchmark"] for line in lines} == {"emulator"}
     assert {line["control_rate_hz"] for line in lines} == {1000, 10_000}
@@ -31,6 +30,3 @@ def test_bench_emulator_prints_a_line_per_rate_plant_and_method() -> None:
         plants = {line["parts"]: line for line in of_rate if line["what"] == "plant"}
         assert {name: line["states"] for name, line in plants.items()} == STATES
         assert plants["all_parts"]["saved_of_all_parts"] == 0.0
-        methods = {line["method"]: line for line in of_rate if line["what"] == "method"}
-        assert set(methods) > METHODS
-        assert all(line["realtime_factor"] > 0 for line in methods.values())

@@ -14,9 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 import torsio
+from torsio import other_commands
 from torsio.cli import app
 from torsio.demos import wall, wall_figure
 
@@ -255,3 +257,18 @@ def test_interrupted_demo_has_status_130(tmp_path: Path) -> None:
     assert errors.splitlines() == ["torsio: interrupted; the knob is disarmed"]
     assert process.returncode == 130
     assert not folder.exists()
+
+
+def test_study_says_what_to_install_where_the_studies_are_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(other_commands, "entry_points", lambda group: ())
+    bare = typer.Typer()
+    bare.command("list")(lambda: None)
+    other_commands.add_commands(bare)
+    for arguments in ([], ["paper"], ["design", "--devices", "9", "--help"]):
+        result = CliRunner().invoke(bare, ["study", *arguments])
+        assert result.exit_code == 1
+        assert result.stderr.endswith("in a clone of the project: pip install ./studies\n")
+        assert result.stdout == ""
+    assert "Not installed" in CliRunner().invoke(bare, ["--help"]).output

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 
 import torsio
 from torsio import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
-from torsio.closed_loop import ClosedLoop, LoopOptions, simulate
 from torsio.emulator import InitialState, Plant
 
 K = 2.873
@@ -113,15 +111,3 @@ def test_open_with_a_noisy_encoder_sees_that_noise() -> None:
 def test_open_refuses_a_part_by_name(plant: PlantParams, wanted: str) -> None:
     with pytest.raises(torsio.InvalidArgument, match=wanted):
         torsio.open("emulated", plant=plant)
-
-
-def test_closed_loop_with_a_tolerance_tells_what_it_took_and_keeps_it() -> None:
-    hand = torsio.TorqueHand(torque_nm=[(0, 0), (0.5, 0.03), (1, 0)])
-    options = LoopOptions(hand=hand, plant=PlantParams(belt=Belt()))
-    exact = simulate(options, duration_s=1.5)
-    loop = ClosedLoop(replace(options, tolerance=0.05))
-    rows = loop.run(duration_s=1.5)
-    error = np.abs(rows["angle_rad"] - exact["angle_rad"]).max() / np.ptp(exact["angle_rad"])
-    assert loop.fidelity.tolerance == 0.05
-    assert error <= max(loop.fidelity.estimated_error / 0.9, 1e-9)
-    assert loop.fidelity.estimated_error <= 0.05

@@ -11,6 +11,7 @@ import pytest
 
 import torsio
 from tests.python import reference
+from torsio import protocol
 from torsio.emulator import (
     LOOP_DTYPE,
     ClosedLoop,
@@ -18,6 +19,7 @@ from torsio.emulator import (
     LoopOptions,
     SpinUp,
     replay,
+    reports,
     simulate,
     simulate_many,
 )
@@ -115,11 +117,9 @@ def _with(**parts: Any) -> LoopOptions:
         (_with(cogging=torsio.Cogging(periods_per_rev=7, torque_nm=())), "cogging.torque_nm"),
         (_with(shaft_hardening=torsio.ShaftHardening(knee_rad=0.0)), "knee_rad"),
         (_with(belt=torsio.Belt(), spring_and_brake=False), "need spring_and_brake"),
-        (LoopOptions(tolerance=1e-12), "tolerance"),
         (LoopOptions(initial=InitialState(brake_torque_nm=-1.0)), "brake_capacity_nm"),
         (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.0, speed_rad_s=1.0)), "motor_torque_nm"),
         (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.1, speed_rad_s=-1.0)), "speed_rad_s"),
-        (LoopOptions(method="rk4"), "method"),  # type: ignore[arg-type]
     ],
 )
 def test_options_out_of_range_are_refused_by_name(options: LoopOptions, name: str) -> None:
@@ -143,13 +143,18 @@ def test_held_commands_act_until_they_are_released() -> None:
     assert loop.run(duration_s=0.01)["desired_torque_nm"][0] == pytest.approx(0.02)
 
 
-def test_replay_in_64_bits_differs_by_rounding_only() -> None:
+def test_replay_decides_what_the_loop_decided() -> None:
     rows = simulate(push(), duration_s=0.8)
-    single = replay(push(), rows["position_counts"])
-    double = replay(push(), rows["position_counts"], precision="double")
+    replayed = replay(push(), rows["position_counts"])
     np.testing.assert_array_equal(
-        single["motor_torque_nm"].astype(np.float32), rows["motor_command_nm"]
+        replayed["motor_torque_nm"].astype(np.float32), rows["motor_command_nm"]
     )
-    for name in ("motor_torque_nm", "brake_torque_nm", "spring_torque_nm", "desired_torque_nm"):
-        difference = np.abs(single[name] - double[name])
-        assert 0 < difference.max() < 1e-7, name
+
+
+def test_reports_are_what_a_device_is_sent() -> None:
+    scene = [torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.5), torsio.Curve(torque_nm=(0, 1))]
+    found = [protocol.decode(data) for data in reports(replace(push(), scene=scene))]
+    assert [name for name, _ in found] == [
+        *("actuator_config", "control_config", "wall", "curve", "curve_points")
+    ]
+    assert found[2][1]["stiffness_nm_per_rad"] == 1.5

@@ -13,19 +13,22 @@ from typing import Any
 import pytest
 
 from torsio import _torsio
+from torsio_studies import _studies
 
 TREE = Path(__file__).parents[2]
 STUBS = TREE / "bindings" / "python" / "torsio" / "_torsio"
+STUDIES_STUB = TREE / "studies" / "python" / "torsio_studies" / "_studies.pyi"
 
 
 def test_stubs_and_module_have_the_same_names() -> None:
     result = subprocess.run(
         [
-            *(sys.executable, "-m", "mypy.stubtest", "torsio._torsio"),
+            *(sys.executable, "-m", "mypy.stubtest"),
+            *("torsio._torsio", "torsio_studies._studies"),
             *("--allowlist", "tests/python/stubtest_allowlist.txt", "--concise"),
         ],
         cwd=TREE,
-        env={**os.environ, "MYPYPATH": str(STUBS.parents[1])},
+        env={**os.environ, "MYPYPATH": f"{STUBS.parents[1]}{os.pathsep}{STUDIES_STUB.parents[1]}"},
         capture_output=True,
         text=True,
         check=False,
@@ -65,8 +68,12 @@ def _arguments_of_runtime(function: Any) -> list[str]:
 
 
 def _functions() -> Iterator[tuple[str, list[str], Any]]:
-    for stub in sorted(STUBS.glob("*.pyi")):
-        module: Any = _torsio if stub.stem == "__init__" else getattr(_torsio, stub.stem)
+    modules = {
+        stub: _torsio if stub.stem == "__init__" else getattr(_torsio, stub.stem)
+        for stub in sorted(STUBS.glob("*.pyi"))
+    }
+    module: Any
+    for stub, module in {**modules, STUDIES_STUB: _studies}.items():
         for node in ast.parse(stub.read_text()).body:
             owner, nodes = module, [node]
             if isinstance(node, ast.ClassDef):

@@ -14,17 +14,8 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, telemetry
-from torsio.config import (
-    ActuatorConfig,
-    Belt,
-    BoardConfig,
-    BrakeHysteresis,
-    Cogging,
-    ControlConfig,
-    GameConfig,
-    PlantParams,
-    ShaftHardening,
-)
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -38,18 +29,16 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
-from torsio.facts import (
+from torsio.records import (
     Clock,
-    DeviceEvent,
     DeviceInfo,
-    Fidelity,
     Health,
     LinkStatistics,
     ListedDevice,
 )
 from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
-from torsio.hotplug import DeviceWatch, watch
+from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Emulator, Knob, list_devices, open
 from torsio.scenes import (
     Constant,
@@ -97,7 +86,6 @@ __all__ = [
     "Emulator",
     "EndStops",
     "Error",
-    "Fidelity",
     "Friction",
     "GameConfig",
     "GamePort",

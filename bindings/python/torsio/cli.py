@@ -21,7 +21,7 @@ from rich.text import Text
 import torsio
 from torsio import doctor
 from torsio.demos import output, wall
-from torsio.studies import cli as studies
+from torsio.other_commands import add_commands
 from torsio.virtual_knob import cli as virtual_knob
 
 P = ParamSpec("P")
@@ -35,7 +35,7 @@ app = typer.Typer(
 )
 demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
 app.add_typer(demo_app, name="demo")
-app.add_typer(studies.app, name="study")
+add_commands(app)
 
 out = Console()
 err = Console(stderr=True)
@@ -223,12 +223,6 @@ def demo_wall(
     paced: Annotated[
         bool, typer.Option("--paced", help="Emulated knob only: take real time.")
     ] = False,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(
-            help="Relative error of the simulated motion that is good enough; exact if unset."
-        ),
-    ] = None,
     out_folder: Annotated[
         Path, typer.Option("--out", metavar="FOLDER", help="Where the picture goes.")
     ] = Path("out"),
@@ -247,11 +241,7 @@ def demo_wall(
     The exit status is 0 only if it feels like a wall.
     """
     if device != "emulated" and not device.startswith("emulated:"):
-        for option, given in (
-            ("--seed", seed is not None),
-            ("--paced", paced),
-            ("--tolerance", tolerance is not None),
-        ):
+        for option, given in (("--seed", seed is not None), ("--paced", paced)):
             if given:
                 raise typer.BadParameter("only for the emulated knob", param_hint=option)
     to_stdout = json_file == Path("-")
@@ -266,23 +256,13 @@ def demo_wall(
         options[json_file] = json_option
     output.check(options)
 
-    with _opened(
-        device,
-        seed=1 if seed is None else seed,
-        paced=paced,
-        tolerance=tolerance,
-        log_truth=True,
-    ) as knob:
+    with _opened(device, seed=1 if seed is None else seed, paced=paced, log_truth=True) as knob:
         say.print(f"knob     {knob.info.serial or knob.info.path}", highlight=False, markup=False)
         if not knob.is_emulated:
             _prompt_user(say)
         visit = _run_with_progress(knob, say)
-        fidelity = knob.emulator.fidelity() if knob.is_emulated else None
     measures = wall.measure(visit)
-    results = measures.as_dict()
-    if fidelity is not None:
-        results["fidelity"] = asdict(fidelity)
-    numbers = json.dumps(results, indent=2) + "\n"
+    numbers = json.dumps(measures.as_dict(), indent=2) + "\n"
 
     # Only here: it takes a second that list and info need not wait for.
     from torsio.demos.wall_figure import save_figure
@@ -294,8 +274,6 @@ def demo_wall(
         writers[json_file] = lambda part: part.write_text(numbers)
     output.write(writers, options)
     _print_measures(measures, say)
-    if tolerance is not None and fidelity is not None:
-        _print_fidelity(fidelity, say)
     say.print(f"\npicture  {png_file}", highlight=False, markup=False, soft_wrap=True)
     if to_stdout:
         sys.stdout.write(numbers)
@@ -385,24 +363,6 @@ def _print_measures(measures: wall.WallMeasures, say: Console) -> None:
         if measures.shortcomings()
         else "\n[bold]It feels like a wall:[/bold] firm on the way in, and it lets go on the way "
         "out.",
-        highlight=False,
-    )
-
-
-def _print_fidelity(fidelity: torsio.Fidelity, say: Console) -> None:
-    counts = {
-        "exact": fidelity.steps_exact,
-        "trapezoid": fidelity.steps_trapezoid,
-        "semi-implicit": fidelity.steps_semi_implicit,
-    }
-    taken = ", ".join(
-        f"{100 * count / sum(counts.values()):.0f} % {name}"
-        for name, count in counts.items()
-        if count
-    )
-    say.print(
-        f"\nFor an error of at most {fidelity.tolerance:g} the steps were {taken}; "
-        f"the error is estimated at {fidelity.estimated_error:.1e}.",
         highlight=False,
     )
 

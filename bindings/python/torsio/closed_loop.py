@@ -10,15 +10,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig, PlantParams, check_plant
+from torsio.config import ActuatorConfig, ControlConfig
+from torsio.plant import PlantParams
 from torsio.errors import InvalidArgument
-from torsio.facts import Fidelity
 from torsio.hands import Hand, NoHand
 from torsio.scenes import MAX_TORQUE_NM, Scene
 from torsio.telemetry import Record
@@ -31,6 +31,7 @@ __all__ = [
     "LoopOptions",
     "SpinUp",
     "replay",
+    "reports",
     "simulate",
     "simulate_many",
 ]
@@ -121,12 +122,9 @@ class LoopOptions:
         What the controller's own count of ticks begins with; the effects began when it was 0.
     seed
         Of the encoder's noise.
-    method, step_ns
-        How the plant is stepped; None is the plant's default with a step a control period.
-    tolerance
-        Relative error of the motion that is good enough, at least 1e-9; whatever `method` says,
-        steps are then exact unless a hand holds or leads the knob and cheaper ones keep the
-        tolerance and pay, see `ClosedLoop.fidelity`.
+    step_ns, stepper
+        Of the plant, as in `torsio.emulator.Plant`; a step is never longer than a control period,
+        and at most 1 ms if `step_ns` is None.
     """
 
     _: KW_ONLY
@@ -141,9 +139,8 @@ class LoopOptions:
     spin_up: SpinUp | None = None
     initial: InitialState | None = None
     seed: int = 0
-    method: Literal["exact", "trapezoid", "semi_implicit", "regularised"] | None = None
     step_ns: int | None = None
-    tolerance: float | None = None
+    stepper: object | None = None
 
 
 class ClosedLoop:
@@ -190,11 +187,6 @@ class ClosedLoop:
     def release_command(self) -> None:
         """Let the law act again."""
         self._loop.release_command()
-
-    @property
-    def fidelity(self) -> Fidelity:
-        """What was chosen to keep the tolerance, and the error that is estimated."""
-        return Fidelity(**self._loop.fidelity)
 
     def set_hand(self, hand: Hand) -> None:
         """Let another hand take over; times of its profiles are the rows' times."""
@@ -243,9 +235,7 @@ def simulate_many(
     return _torsio.emulator.simulate_many(options, ticks, record_every, threads or 0, on_progress)
 
 
-def replay(
-    options: LoopOptions, counts: npt.ArrayLike, *, precision: Literal["float", "double"] = "float"
-) -> Record:
+def replay(options: LoopOptions, counts: npt.ArrayLike) -> Record:
     """Run the controller alone over recorded counts of its encoder, one tick each.
 
     Parameters
@@ -254,8 +244,6 @@ def replay(
         Plant, encoder, hand and delay are not looked at, except that `plant` gives the actuator.
     counts
         Unsigned 32-bit numbers, shape (n,).
-    precision
-        "double" takes the build of the same sources that has 64 bits in place of 32.
 
     Returns
     -------
@@ -263,11 +251,13 @@ def replay(
         REPLAY_DTYPE rows, shape (n,).
     """
     _check(options)
-    if precision not in ("float", "double"):
-        raise InvalidArgument(f"precision must be 'float' or 'double', is {precision!r}")
-    return _torsio.emulator.replay(
-        options, np.ascontiguousarray(counts, dtype=np.uint32), precision == "double"
-    )
+    return _torsio.emulator.replay(options, np.ascontiguousarray(counts, dtype=np.uint32))
+
+
+def reports(options: LoopOptions) -> list[bytes]:
+    """Give the configuration and the scene of a loop as the reports that a device would be sent."""
+    _check(options)
+    return _torsio.emulator.loop_reports(options)
 
 
 def _ticks(options: Sequence[LoopOptions], duration_s: float, record_every: int) -> list[int]:
@@ -289,13 +279,12 @@ def _ticks(options: Sequence[LoopOptions], duration_s: float, record_every: int)
 def _check(options: LoopOptions) -> None:
     """Ask for the right kinds; what is out of its range is refused further down."""
     checks.kind("options", options, LoopOptions, "LoopOptions")
-    check_plant("plant", options.plant)
+    checks.kind("plant", options.plant, PlantParams, "PlantParams")
     checks.kind("control", options.control, ControlConfig, "a ControlConfig")
     for name, wanted in (
         ("actuator", ActuatorConfig),
         ("spin_up", SpinUp),
         ("initial", InitialState),
-        ("method", str),
     ):
         value = getattr(options, name)
         if value is not None:

@@ -18,7 +18,7 @@ from torsio.errors import (
     ProtocolMismatch,
     Timeout,
 )
-from torsio.facts import Clock, DeviceInfo, Health, LinkStatistics
+from torsio.records import Clock, DeviceInfo, Health, LinkStatistics
 from torsio.knob import Knob
 
 VENDOR_ID, PRODUCT_ID = "1209", "0001"

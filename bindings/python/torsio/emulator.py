@@ -6,8 +6,6 @@ the whole device at the level of report bytes.
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import numpy.typing as npt
 
@@ -21,10 +19,11 @@ from torsio.closed_loop import (
     LoopOptions,
     SpinUp,
     replay,
+    reports,
     simulate,
     simulate_many,
 )
-from torsio.config import PlantParams, check_plant
+from torsio.plant import PlantParams
 from torsio.hands import Hand
 from torsio.telemetry import Record
 
@@ -41,6 +40,7 @@ __all__ = [
     "Profile",
     "SpinUp",
     "replay",
+    "reports",
     "simulate",
     "simulate_many",
 ]
@@ -53,12 +53,11 @@ class Plant(_torsio.emulator.Plant):
 
     Parameters
     ----------
-    method, step_ns
-        How it is stepped: "exact", "trapezoid", "semi_implicit" or "regularised"; 1 ms.
-    tolerance
-        Relative error that is good enough, at least 1e-9, whatever `method` says; see `fidelity`.
-    regularisation_rad_s
-        Speed over which "regularised" smooths friction, > 0.
+    step_ns
+        Sets the cost of the exact steps, not their accuracy; best the control period.
+    stepper
+        A capsule of another extension module that steps the plant in place of the exact method;
+        the package torsio-studies has some to compare with.
 
     Raises
     ------
@@ -71,30 +70,14 @@ class Plant(_torsio.emulator.Plant):
         params: PlantParams | None = None,
         hand: Hand | None = None,
         *,
-        method: Literal["exact", "trapezoid", "semi_implicit", "regularised"] | None = None,
-        step_ns: int | None = None,
-        tolerance: float | None = None,
-        regularisation_rad_s: float | None = None,
+        step_ns: int = 1_000_000,
+        stepper: object | None = None,
     ) -> None:
         """Put it at rest at angle 0."""
         if params is not None:
-            check_plant("params", params)
-        if method is not None:
-            checks.text("method", method)
-        if step_ns is not None:
-            step_ns = checks.whole("step_ns", step_ns, 1, _LONGEST_NS)
-        if tolerance is not None:
-            tolerance = checks.number("tolerance", tolerance)
-        if regularisation_rad_s is not None:
-            regularisation_rad_s = checks.positive("regularisation_rad_s", regularisation_rad_s)
-        super().__init__(
-            params,
-            hand,
-            method=method,
-            step_ns=step_ns,
-            tolerance=tolerance,
-            regularisation_rad_s=regularisation_rad_s,
-        )
+            checks.kind("params", params, PlantParams, "PlantParams")
+        step_ns = checks.whole("step_ns", step_ns, 1, _LONGEST_NS)
+        super().__init__(params, hand, step_ns=step_ns, stepper=stepper)
 
     def set_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
         """Set what is held from now on."""

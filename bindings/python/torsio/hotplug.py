@@ -1,18 +1,35 @@
-"""Knobs that come and go."""
+"""Tells when a knob is plugged in or pulled out."""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from types import TracebackType
+from typing import Literal
 
 from torsio import _torsio, checks
 from torsio.errors import Error
-from torsio.facts import DeviceEvent, ListedDevice
+from torsio.records import ListedDevice
 
-__all__ = ["DeviceWatch", "watch"]
+__all__ = ["DeviceEvent", "DeviceWatch", "watch"]
 
 _LONGEST_S = 1e9  # thirty years
+
+
+@dataclass(frozen=True)
+class DeviceEvent:
+    """A knob was plugged in or pulled out.
+
+    Attributes
+    ----------
+    device
+        As `list_devices` has it, but without `board`: a watch does not open the device, so that it
+        never gets into the way of who opens it.
+    """
+
+    kind: Literal["arrived", "departed"]
+    device: ListedDevice
 
 
 class DeviceWatch:

@@ -7,12 +7,12 @@ from itertools import islice
 from types import TracebackType
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, PlantParams
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.plant import PlantParams
 from torsio.errors import Closed, Error, Timeout
-from torsio.facts import (
+from torsio.records import (
     Clock,
     DeviceInfo,
-    Fidelity,
     Health,
     LinkStatistics,
     ListedDevice,
@@ -61,10 +61,6 @@ class Emulator:
             Of `torsio.telemetry.TRUTH_DTYPE`; empty unless opened with ``log_truth=True``.
         """
         return self._knob.take_truth()
-
-    def fidelity(self) -> Fidelity:
-        """Tell how the motion is simulated, and how well."""
-        return Fidelity(**self._knob.fidelity())
 
     @property
     def game(self) -> GamePort:
@@ -449,7 +445,6 @@ def open(
     actuator: ActuatorConfig | None = None,
     control: ControlConfig | None = None,
     game: GameConfig | None = None,
-    tolerance: float | None = None,
     paced: bool = False,
     log_truth: bool = False,
     command_timeout_s: float = 1.0,
@@ -477,10 +472,6 @@ def open(
         At most 16 ASCII characters.
     actuator, control, game
         Configuration at power-up, in place of the defaults.
-    tolerance
-        Relative error of the simulated motion that is good enough, at least 1e-9: steps are exact
-        unless a hand holds or leads the knob and cheaper ones keep the tolerance and pay, see
-        `Emulator.fidelity`. None is exact.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
         computed; the same calls with the same seed give the same bytes. True: the wall clock's.
@@ -509,7 +500,6 @@ def open(
             actuator=actuator,
             control=control,
             game=game,
-            tolerance=None if tolerance is None else checks.number("tolerance", tolerance),
             paced=checks.flag("paced", paced),
             log_truth=checks.flag("log_truth", log_truth),
             command_timeout_s=checks.number("command_timeout_s", command_timeout_s),

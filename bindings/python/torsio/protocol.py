@@ -10,35 +10,14 @@ from typing import Any, Final
 
 from torsio._torsio import protocol as _protocol
 from torsio.errors import MalformedReport
+from torsio.statuses import STATUS_NAMES
 
-__all__ = ["REPORT_SIZE", "VERSION", "decode", "encode", "fingerprint", "reports"]
+__all__ = ["REPORT_SIZE", "STATUS_NAMES", "VERSION", "decode", "encode", "fingerprint", "reports"]
 
 REPORT_SIZE: Final[int] = _protocol.REPORT_SIZE
 """Bytes of every report."""
 VERSION: Final[int] = _protocol.VERSION
 """Version of the protocol."""
-
-STATUS_NAMES: Final = (
-    "ok",
-    "bad_length",
-    "bad_padding",
-    "unknown_report",
-    "not_finite",
-    "out_of_range",
-    "inconsistent",
-    "bad_axis",
-    "empty_slot",
-    "not_armed",
-    "not_disarmed",
-    "fault_latched",
-    "fault_persists",
-    "stale",
-    "busy",
-    "not_owner",
-    "unsupported",
-)
-"""Names of the status codes, by code."""
-
 
 def fingerprint() -> int:
     """Hash of every report's layout; two sides that differ cannot talk."""

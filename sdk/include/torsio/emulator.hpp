@@ -32,24 +32,7 @@ struct EmulatorOptions {
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
   bool paced = false;
-  /// Relative error of the simulated motion that is good enough, >= 1e-9. If given, steps are exact
-  /// unless a hand holds or leads the knob and cheaper ones keep the tolerance and pay; see
-  /// Emulator::fidelity(). Otherwise every step is exact.
-  std::optional<double> tolerance{};
   bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::take_truth()
-};
-
-/// How the motion is simulated, and how well.
-struct Fidelity {
-  double tolerance;        ///< that was asked for; 0: none
-  std::string method;      ///< in use now: "exact", "trapezoid" or "semi_implicit"
-  double step_s;           ///< in use now
-  double estimated_error;  ///< relative, of knob angle and spring torque; 0 without a tolerance
-  std::uint64_t steps_exact;
-  std::uint64_t steps_trapezoid;
-  std::uint64_t steps_semi_implicit;
-  std::uint64_t steps_checked;  ///< of all, that were taken exactly as well to estimate the error
-  double relative_cost;         ///< of all work, checks included, over that of exact steps alone
 };
 
 /// Damage to reports on the way, as probabilities per report.
@@ -76,9 +59,6 @@ class Emulator {
 
   /// The log since the last call; empty unless EmulatorOptions::log_truth.
   [[nodiscard]] std::vector<TruthSample> take_truth();
-
-  /// What was chosen to keep EmulatorOptions::tolerance, and the error that is estimated.
-  [[nodiscard]] Fidelity fidelity() const;
 
   // The game interface, for the tests of those who talk to it: reports as bytes, each beginning
   // with its id; docs/games.md has them all. They take effect at the next control tick.

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "emulator/plant.hpp"
+#include "emulator/plant/plant.hpp"
 
 using namespace torsio::emulator;
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "emulator/first_crossing.hpp"
+#include "emulator/plant/exact/first_crossing.hpp"
 
 using namespace torsio::emulator;
 

@@ -25,7 +25,7 @@ TEST_CASE("encoder floors towards negative angle, and counts wrap at 32 bits") {
 
 TEST_CASE("encoder rounds to the nearest count, with phase and direction") {
   EncoderParams params;
-  params.rounding = Rounding::nearest;
+  params.rounding = EncoderRounding::nearest;
   CHECK(Encoder(params).sample(Angle::from_rad(kTurn / 8192 * 1.6)) == 2u);
   params.phase_counts = 0.25;
   CHECK(Encoder(params).sample(Angle::from_rad(kTurn / 8192 * 1.3)) == 2u);

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "emulator/profile.hpp"
+#include "emulator/plant/profile.hpp"
 
 using torsio::emulator::Profile;
 using torsio::emulator::ProfileKnot;

@@ -8,16 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "config_encoding.hpp"
-#include "emulator/plant_params.hpp"
+#include "conversion/configuration.hpp"
+#include "conversion/scene_encoding.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
-#include "scene_encoding.hpp"
 #include "sdk/errors.hpp"
 #include "torsio/knob.hpp"
 
 using namespace torsio;
+using conversion::convert_back;
+using conversion::EncodedScene;
+using conversion::to_wire;
 using test::contains;
 using test::message_of;
 
@@ -27,9 +29,11 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
+EncodedScene encode_scene(const Scene& scene) { return conversion::encode(to_wire(scene, {})); }
+
 template <class Report>
 Report wire(const Effect& effect) {
-  const EncodedScene scene = encode_scene({effect}, protocol::Identity{});
+  const EncodedScene scene = encode_scene({effect});
   Report report{};
   REQUIRE(protocol::decode(scene.slots.at(0).report, report).ok());
   return report;
@@ -89,7 +93,7 @@ TEST_CASE("every field of an effect arrives in its own place") {
 
 TEST_CASE("every field of the simple effects arrives in its own place") {
   const auto wall = wire<protocol::Wall>(
-      Wall{.stiffness_nm_per_rad = 2, .damping_nm_s_per_rad = 0.5, .side = Side::below});
+      Wall{.side = Side::below, .stiffness_nm_per_rad = 2, .damping_nm_s_per_rad = 0.5});
   CHECK(wall.side == protocol::Side::below);
   CHECK(wall.stiffness_nm_per_rad == 2.0F);
   CHECK(wall.damping_nm_s_per_rad == 0.5F);
@@ -123,9 +127,9 @@ TEST_CASE("every field of the simple effects arrives in its own place") {
   CHECK(ramp.end_torque_nm == 0.25F);
   CHECK(ramp.timing.duration_s == 2.0F);
 
-  const auto detents = wire<protocol::Detents>(Detents{.per_turn = 2.5,
+  const auto detents = wire<protocol::Detents>(Detents{.angle_rad = kTurn,
+                                                       .per_turn = 2.5,
                                                        .torque_nm = 0.5,
-                                                       .angle_rad = kTurn,
                                                        .profile = DetentProfile::click,
                                                        .width = 0.25});
   CHECK(detents.per_turn_q32 == 5ULL << 31U);
@@ -148,14 +152,11 @@ TEST_CASE("every field of the simple effects arrives in its own place") {
   CHECK(curve.ends == protocol::Ends::repeat);
   CHECK(curve.points == 3);
 
-  protocol::LocalModel model;
-  REQUIRE(protocol::decode(encode_local_model({.torque_nm = -0.5,
+  const protocol::LocalModel model = to_wire(LocalModel{.torque_nm = -0.5,
                                                .angle_rad = kTurn,
                                                .stiffness_nm_per_rad = 2,
                                                .damping_nm_s_per_rad = 0.25,
-                                               .deadline_s = 0.125}),
-                           model)
-              .ok());
+                                               .deadline_s = 0.125});
   CHECK(model.torque_nm == -0.5F);
   CHECK(model.angle_turns_q32 == 1LL << 32);
   CHECK(model.stiffness_nm_per_rad == 2.0F);
@@ -182,7 +183,7 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
   CHECK(actuator.counts_per_rev == 16);
   CHECK(actuator.counter_bits == 24);
   CHECK(actuator.encoder_reversed == protocol::Toggle::on);
-  CHECK(protocol::encode(to_wire(from_wire(actuator))) == protocol::encode(actuator));
+  CHECK(protocol::encode(to_wire(convert_back<ActuatorConfig>(actuator))) == protocol::encode(actuator));
 
   const protocol::ControlConfig control = to_wire(ControlConfig{.law = Law::parallel,
                                                                 .beta = 0.25,
@@ -206,7 +207,7 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
   CHECK(control.passive_ramp_s == 8.0F);
   CHECK(control.passive_brake_nm == 9.0F);
   CHECK(control.autonomous == protocol::Toggle::on);
-  CHECK(protocol::encode(to_wire(from_wire(control))) == protocol::encode(control));
+  CHECK(protocol::encode(to_wire(convert_back<ControlConfig>(control))) == protocol::encode(control));
 }
 
 TEST_CASE("every field of the board's configuration arrives in its own place and comes back") {
@@ -248,9 +249,9 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
   CHECK(board.driver_fault_pin == 20);
   CHECK(board.current_sense_pin == 28);
   CHECK(board.light_pin == 29);
-  CHECK(protocol::encode(to_wire(from_wire(board))) == protocol::encode(board));
-  CHECK(to_wire(from_wire(board), protocol::Board::pico2).motor_pin == 14);
-  CHECK_THROWS_WITH_AS(to_wire(from_wire(board), protocol::Board::pico),
+  CHECK(protocol::encode(to_wire(convert_back<BoardConfig>(board))) == protocol::encode(board));
+  CHECK(to_wire(convert_back<BoardConfig>(board), protocol::Board::pico2).motor_pin == 14);
+  CHECK_THROWS_WITH_AS(to_wire(convert_back<BoardConfig>(board), protocol::Board::pico),
                        doctest::Contains("motor_pin is 14: the next pin"), InvalidArgument);
 }
 
@@ -269,32 +270,31 @@ TEST_CASE("what is not given is what the device has by default") {
         protocol::encode(protocol::Detents{}));
   CHECK(protocol::encode(wire<protocol::Texture>(Texture{})) ==
         protocol::encode(protocol::Texture{}));
-  CHECK(encode_local_model({}) == protocol::encode(protocol::LocalModel{}));
+  CHECK(protocol::encode(to_wire(LocalModel{})) == protocol::encode(protocol::LocalModel{}));
 }
 
 TEST_CASE("the emulated plant is the reference actuator by default, and its configuration fits") {
-  const PlantParams ours;
-  const emulator::PlantParams theirs;
-  CHECK(ours.knob_inertia_kg_m2 == theirs.knob_inertia_kg_m2);
-  CHECK(ours.knob_viscous_nm_s_per_rad == theirs.knob_viscous_nm_s_per_rad);
-  CHECK(ours.knob_coulomb_nm == theirs.knob_coulomb_nm);
-  CHECK(ours.brake_inertia_kg_m2 == theirs.brake_inertia_kg_m2);
-  CHECK(ours.brake_viscous_nm_s_per_rad == theirs.brake_viscous_nm_s_per_rad);
-  CHECK(ours.brake_drag_nm == theirs.brake_drag_nm);
-  CHECK(ours.shaft_stiffness_nm_per_rad == theirs.shaft_stiffness_nm_per_rad);
-  CHECK(ours.shaft_damping_nm_s_per_rad == theirs.shaft_damping_nm_s_per_rad);
-  CHECK(ours.brake_time_constant_s == theirs.brake_time_constant_s);
-  CHECK(ours.motor_time_constant_s == theirs.motor_time_constant_s);
-  CHECK(ours.motor_limit_nm == theirs.motor_limit_nm);
-  CHECK(ours.brake_limit_nm == theirs.brake_limit_nm);
-  CHECK(protocol::encode(to_wire(matching_config(ours))) ==
+  const PlantParams plant;
+  CHECK(plant.knob_inertia_kg_m2 == 6e-5);
+  CHECK(plant.knob_viscous_nm_s_per_rad == 2.6e-5);
+  CHECK(plant.knob_coulomb_nm == 6e-3);
+  CHECK(plant.brake_inertia_kg_m2 == 4e-5);
+  CHECK(plant.brake_viscous_nm_s_per_rad == 2e-6);
+  CHECK(plant.brake_drag_nm == 2e-3);
+  CHECK(plant.shaft_stiffness_nm_per_rad == 2.873);
+  CHECK(plant.shaft_damping_nm_s_per_rad == 2e-4);
+  CHECK(plant.brake_time_constant_s == 60e-3);
+  CHECK(plant.motor_time_constant_s == 0.1e-3);
+  CHECK(plant.motor_limit_nm == 85e-3);
+  CHECK(plant.brake_limit_nm == 110e-3);
+  CHECK(protocol::encode(to_wire(matching_config(plant))) ==
         protocol::encode(protocol::ActuatorConfig{}));
 }
 
 TEST_CASE("curves of a scene share the pool one after the other") {
   const Curve first{.torque_nm = std::vector<double>(20, 0.25)};
   const Curve second{.torque_nm = {0.5, 0.75}};
-  const EncodedScene scene = encode_scene({first, second}, protocol::Identity{});
+  const EncodedScene scene = encode_scene({first, second});
   REQUIRE(scene.pieces.size() == 2);  // 22 points, 13 in a report
   protocol::CurvePoints piece;
   REQUIRE(protocol::decode(scene.pieces[1], piece).ok());
@@ -370,8 +370,7 @@ TEST_CASE("the whole range of every limit is accepted") {
        Friction{.stiffness_nm_per_rad = 1e-6},
        Detents{.per_turn = 4096, .torque_nm = 100, .width = 0.01}, Texture{.grains_per_turn = 4096},
        Periodic{.frequency_hz = 500, .phase_turns = 1},
-       Curve{.torque_nm = std::vector<double>(1024, 100.0), .span_rad = 800}},
-      protocol::Identity{});
+       Curve{.torque_nm = std::vector<double>(1024, 100.0), .span_rad = 800}});
   CHECK(scene.slots.size() == 8);
   CHECK(scene.pieces.size() == 79);
 }

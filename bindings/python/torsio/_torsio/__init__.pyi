@@ -3,7 +3,8 @@ from typing import Any, Final, Literal
 import numpy as np
 import numpy.typing as npt
 
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, PlantParams
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.plant import PlantParams
 from torsio.hands import Hand
 from torsio.scenes import Scene
 
@@ -30,7 +31,6 @@ def open_knob(
     actuator: ActuatorConfig | None,
     control: ControlConfig | None,
     game: GameConfig | None,
-    tolerance: float | None,
     paced: bool,
     log_truth: bool,
     command_timeout_s: float,
@@ -95,7 +95,6 @@ class Knob:
     def take_truth(self) -> _Record: ...
     def emulator_time_s(self) -> float: ...
     def advance(self, duration_s: float, /) -> None: ...
-    def fidelity(self) -> dict[str, Any]: ...
     def game_write(self, report: bytes, /) -> None: ...
     def game_read(self) -> bytes: ...
     def game_set_feature(self, report: bytes, /) -> bool: ...

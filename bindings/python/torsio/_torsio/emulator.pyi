@@ -5,13 +5,11 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import InitialState, LoopOptions
-from torsio.config import PlantParams
+from torsio.plant import PlantParams
 from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
 
 PLANT_DTYPE: Final[np.dtype[Any]]
-
-_Method = Literal["exact", "trapezoid", "semi_implicit", "regularised"]
 
 def usb_report_descriptor(interface: int) -> bytes: ...
 
@@ -21,10 +19,8 @@ class Plant:
         params: PlantParams | None = None,
         hand: Hand | None = None,
         *,
-        method: _Method | None = None,
-        step_ns: int | None = None,
-        tolerance: float | None = None,
-        regularisation_rad_s: float | None = None,
+        step_ns: int = 1_000_000,
+        stepper: object | None = None,
     ) -> None: ...
     def set_command(
         self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0
@@ -51,8 +47,6 @@ class Plant:
     ) -> npt.NDArray[np.float64]: ...
     def set_state(self, state: InitialState) -> None: ...
     def restart(self) -> None: ...
-    @property
-    def fidelity(self) -> dict[str, Any]: ...
 
 class Profile:
     def __init__(self, knots: _Knots) -> None: ...
@@ -107,8 +101,6 @@ class ClosedLoop:
     def hold_command(self, motor_torque_nm: float, brake_torque_nm: float) -> None: ...
     def release_command(self) -> None: ...
     def set_hand(self, hand: Hand) -> None: ...
-    @property
-    def fidelity(self) -> dict[str, Any]: ...
 
 def simulate_many(
     options: list[LoopOptions],
@@ -117,40 +109,8 @@ def simulate_many(
     threads: int,
     on_progress: Callable[[int], None] | None,
 ) -> list[npt.NDArray[np.void]]: ...
-def drive_foreign(
-    *,
-    step: int,
-    model: int,
-    data: int,
-    torque: int,
-    friction: int,
-    angles: int,
-    torque_nm: npt.ArrayLike,
-    friction_nm: npt.ArrayLike,
-    steps_per_row: int,
-) -> npt.NDArray[np.float64]: ...
 
 REPLAY_DTYPE: Final[np.dtype[Any]]
 
-def replay(
-    options: LoopOptions, counts: npt.NDArray[np.uint32], wide: bool
-) -> npt.NDArray[np.void]: ...
-
-TRIAL_DTYPE: Final[np.dtype[Any]]
-ACTUATORS: Final[tuple[str, ...]]
-
-def actuator_parts() -> dict[str, float]: ...
-def run_actuator(
-    actuator: str,
-    *,
-    hand: Hand,
-    duration_ns: int,
-    parts: dict[str, float] = ...,
-    stiffness_nm_per_rad: float = 0.0,
-    angle_rad: float = 0.0,
-    both_ways: bool = False,
-    initial_speed_rad_s: float = 0.0,
-    counts_per_rev: int = 8192,
-    period_ns: int = 1_000_000,
-    step_ns: int = 20_000,
-) -> npt.NDArray[np.void]: ...
+def replay(options: LoopOptions, counts: npt.NDArray[np.uint32]) -> npt.NDArray[np.void]: ...
+def loop_reports(options: LoopOptions) -> list[bytes]: ...

@@ -31,7 +31,7 @@ using test::VirtualKnob;
 }
 
 std::shared_ptr<VirtualKnob> start(const std::string& name, const EmulatorOptions& options) {
-  if (options.tolerance || options.log_truth) only_in_process("tolerance, log_truth");
+  if (options.log_truth) only_in_process("log_truth");
   const std::string serial = !options.serial.empty() ? options.serial
                              : name.empty()          ? "EMULATED"
                                                      : name;
@@ -161,7 +161,6 @@ void Emulator::set_emergency_stop(bool pressed) {
 
 double Emulator::time_s() const { only_in_process("time_s"); }
 std::vector<TruthSample> Emulator::take_truth() { only_in_process("take_truth"); }
-Fidelity Emulator::fidelity() const { only_in_process("fidelity"); }
 void Emulator::set_actuator_fault(bool) { only_in_process("set_actuator_fault"); }
 void Emulator::freeze_encoder(bool) { only_in_process("freeze_encoder"); }
 void Emulator::jump_encoder(std::int32_t) { only_in_process("jump_encoder"); }

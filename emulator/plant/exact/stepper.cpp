@@ -1,0 +1,473 @@
+// The exact stepper. Between events the plant is linear, z' = M z, and exp(M t) takes it as far as
+// one likes in one go; events are where friction lets go or catches, where the shaft spring passes
+// its knee, and where the cogging goes on to its next straight piece.
+//
+// Each regime has a ladder of step lengths h, h/2, h/4, ... with their exponentials. A step first
+// tries the longest rung. It is taken if a bound makes certain that no event lies within; otherwise
+// the way is cut into cells as long as the last rung, and whole rungs of them are taken up to the
+// cell where the event appears to lie. Within a cell the solution is its Taylor series, and the
+// first root of each watched quantity is isolated and refined on that polynomial; another one leads
+// from the event to the end of its cell, from where rungs fit again.
+
+#include "emulator/plant/exact/stepper.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "emulator/plant/exact/chain.hpp"
+#include "emulator/plant/exact/ladder.hpp"
+#include "emulator/plant/exact/taylor.hpp"
+
+namespace torsio::emulator {
+namespace {
+
+constexpr double kEpsilon = 0x1p-52;
+
+template <int kShafts>
+class ExactStepper final : public Stepper {
+ public:
+  ExactStepper(PlantModel model, std::int64_t step_ns);
+
+  void step(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) override;
+
+ private:
+  using C = Chain<kShafts>;
+  using Vector = typename C::Vector;
+  static constexpr std::size_t kFrictions = kShafts > 1 ? 2 : 1;
+
+  struct Outcome {
+    double elapsed_s;
+    Event event;
+  };
+
+  void load(const PlantState& state, const HeldInputs& inputs);
+  void store(PlantState& state, const HeldInputs& inputs, std::int64_t duration_ns) const;
+
+  /// The ladder of the present regime, made when it is met for the first time.
+  [[nodiscard]] std::span<Rung<kShafts>> ladder();
+
+  /// What is left until friction lets go or catches: of its torque, or of the speed.
+  [[nodiscard]] double knob_room(const Vector& z) const {
+    if (regime_.knob != Slip::held) return sign_of(regime_.knob) * z[C::kSpeed];
+    return z[C::kCoulomb] - std::abs(chain_.knob_demand(z, regime_));
+  }
+  [[nodiscard]] double brake_room(const Vector& z) const
+    requires(kShafts > 1)
+  {
+    if (regime_.brake != Slip::held) return sign_of(regime_.brake) * z[C::kLast];
+    return chain_.capacity(z) - std::abs(chain_.brake_demand(z, regime_));
+  }
+  [[nodiscard]] const SpringPiece& spring_piece() const {
+    return model_.shaft_spring[static_cast<std::size_t>(regime_.spring_piece)];
+  }
+
+  /// Takes the first of `rungs` if that certainly holds no event; if it does not, reach_ tells how
+  /// much of it is worth another try.
+  [[nodiscard]] bool climb(std::span<Rung<kShafts>> rungs);
+  template <Moving kMoving>
+  [[nodiscard]] bool climb_with(const Rung<kShafts>& rung);
+  /// Goes on for `duration_ns` after the longest rung could not be taken.
+  void go_in_cells(std::int64_t duration_ns);
+
+  /// Goes along the Taylor series for `step_s`, or up to the first event.
+  [[nodiscard]] Outcome creep(double step_s);
+
+  /// Changes the regime as the event has it.
+  void take(Event event);
+  [[nodiscard]] Slip knob_at_rest() const;
+  [[nodiscard]] Slip brake_at_rest() const;
+
+  PlantModel model_;
+  Chain<kShafts> chain_;
+  bool driven_;  // the knob is on a prescribed path
+  bool pieces_;  // something is linear in pieces only
+  std::size_t rungs_ = 1;
+  std::int64_t step_ns_;
+  std::int64_t cells_ = 1;              // of a whole step
+  std::int64_t longest_ns_;             // the whole step if the first rung is as long, otherwise 0
+  double cell_s_;                       // the length of the last rung
+  std::vector<Rung<kShafts>> ladders_;  // of all regimes, one after the other
+
+  // Of the step under way:
+  Vector z_{};
+  Regime regime_;
+  // The ends of the cogging's piece:
+  double travel_low_ = -std::numeric_limits<double>::infinity();
+  double travel_high_ = std::numeric_limits<double>::infinity();
+  // Of the rung that was tried last:
+  double reach_ = 1.0;     // what part of it may hold no event
+  bool crossing_ = false;  // its end is beyond an event
+  int stalled_ = 0;        // events in a row without any time between them
+};
+
+template <int kShafts>
+ExactStepper<kShafts>::ExactStepper(PlantModel model, std::int64_t step_ns)
+    : model_(std::move(model)),
+      chain_(model_),
+      driven_(model_.knob_is_driven()),
+      pieces_(model_.shaft_spring.size() > 1 || !model_.cogging_nm.empty()),
+      step_ns_(step_ns),
+      cell_s_(1e-9 * static_cast<double>(step_ns)) {
+  // On the longest rung the sampled bounds must resolve every oscillation; within the last one the
+  // Taylor series must converge. With n = kPolynomialDegree and x = rate times step, it leaves out
+  // less than x^(n+1) / (n+1)! of a torque that decays at that rate, the first term of an
+  // alternating series; of the speed that the torque makes, which begins with x, 1 / x times as
+  // much, and of the angle, which begins with x^2 / 2, 2 / x^2 times: 2e-12, 3e-12 and 7e-12 for x
+  // = 0.7.
+  constexpr double kResolved = 2.0;
+  constexpr double kConverged = 0.7;
+  static_assert(kPolynomialDegree >= 12);
+  constexpr int kMostHalvings = 40;
+  const double oscillation = chain_.fastest_oscillation();
+  const double fastest = oscillation + chain_.fastest_decay();
+  int halvings = 0;
+  while (cell_s_ * fastest > kConverged) {
+    if (cell_s_ * oscillation <= kResolved) ++rungs_;
+    cell_s_ *= 0.5;
+    cells_ *= 2;
+    if (++halvings > kMostHalvings) {
+      throw std::invalid_argument(
+          "plant: its fastest motion is more than 1e11 times faster than step_ns; "
+          "shorten the step, or set a time constant that does not matter to 0");
+    }
+  }
+  longest_ns_ = cells_ == std::int64_t{1} << (rungs_ - 1) ? step_ns : 0;
+  const std::size_t pieces = std::max<std::size_t>(1, model_.cogging_nm.size());
+  const std::size_t regimes = pieces * std::max<std::size_t>(1, model_.shaft_spring.size()) * 9;
+  ladders_.resize(regimes * (rungs_ + kFiner));
+}
+
+template <int kShafts>
+[[gnu::always_inline]] inline std::span<Rung<kShafts>> ExactStepper<kShafts>::ladder() {
+  int regime = 3 * static_cast<int>(regime_.knob) + static_cast<int>(regime_.brake) + 4;
+  if (pieces_) {
+    const int springs = static_cast<int>(std::max<std::size_t>(1, model_.shaft_spring.size()));
+    regime += 9 * (regime_.cogging.index * springs + regime_.spring_piece);
+  }
+  const std::size_t length = rungs_ + kFiner;
+  const std::span rungs{&ladders_[static_cast<std::size_t>(regime) * length], length};
+  if (rungs[0].step_s == 0.0) [[unlikely]] {
+    build_ladder<kShafts>(chain_, regime_, cell_s_ / kSamples, rungs);
+  }
+  return rungs;
+}
+
+template <int kShafts>
+[[gnu::always_inline]] inline void ExactStepper<kShafts>::load(const PlantState& state,
+                                                               const HeldInputs& inputs) {
+  stalled_ = 0;
+  if (pieces_ && !model_.cogging_nm.empty()) {
+    regime_.cogging = cogging_at(model_, state.knob_angle);
+    travel_low_ = regime_.cogging.begin_rad;
+    travel_high_ = regime_.cogging.end_rad;
+  }
+  const HandForce hand = hand_force(model_, state, inputs);
+  z_[C::kForce] = inputs.motor_command_nm + hand.force_nm + regime_.cogging.torque_nm;
+  z_[C::kSlope] = hand.slope_nm_per_s;
+  z_[C::kCoulomb] = model_.knob_coulomb_nm;
+  z_[C::kTravel] = 0.0;
+  z_[C::kMotorGap] =
+      chain_.motor_rate > 0.0 ? state.motor_torque_nm - inputs.motor_command_nm : 0.0;
+  for (std::size_t i = 0; i < kShafts; ++i) z_[C::kSpeed + i] = state.speed_rad_s[i];
+  if constexpr (kShafts > 1) {
+    for (std::size_t i = 0; i < C::kSprings; ++i) z_[C::kTwist + i] = state.twist_rad[i];
+    if (pieces_) {
+      regime_.spring_piece = spring_piece_at(model_, state.twist_rad[0]);
+      z_[C::kTwist] -= spring_piece().rest_rad;
+    }
+    z_[C::kCapacity] = state.brake_target_nm + model_.brake_drag_nm;
+    z_[C::kBrakeGap] =
+        chain_.brake_rate > 0.0 ? state.brake_capacity_nm - state.brake_target_nm : 0.0;
+    const double speed = z_[C::kLast];
+    regime_.brake = speed == 0.0 ? brake_at_rest() : direction_of(speed);
+  }
+  if (driven_) return;
+  const double speed = z_[C::kSpeed];
+  regime_.knob = speed == 0.0 ? knob_at_rest() : direction_of(speed);
+}
+
+template <int kShafts>
+[[gnu::always_inline]] inline void ExactStepper<kShafts>::store(PlantState& state,
+                                                                const HeldInputs& inputs,
+                                                                std::int64_t duration_ns) const {
+  state.time_ns += duration_ns;
+  state.knob_angle.add(z_[C::kTravel]);
+  state.motor_torque_nm = inputs.motor_command_nm + settled(z_[C::kMotorGap]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    state.speed_rad_s[i] = z_[C::kSpeed + std::min<std::size_t>(i, kShafts - 1)];
+  }
+  if constexpr (kShafts > 1) {
+    for (std::size_t i = 0; i < C::kSprings; ++i) state.twist_rad[i] = z_[C::kTwist + i];
+    if (pieces_) state.twist_rad[0] += spring_piece().rest_rad;
+    state.brake_capacity_nm = state.brake_target_nm + settled(z_[C::kBrakeGap]);
+  }
+}
+
+template <int kShafts>
+Slip ExactStepper<kShafts>::knob_at_rest() const {
+  const double demand = chain_.knob_demand(z_, regime_);
+  if (std::abs(demand) <= z_[C::kCoulomb]) return Slip::held;
+  return direction_of(demand);
+}
+
+template <int kShafts>
+Slip ExactStepper<kShafts>::brake_at_rest() const {
+  if constexpr (kShafts > 1) {
+    const double demand = chain_.brake_demand(z_, regime_);
+    if (std::abs(demand) <= chain_.capacity(z_)) return Slip::held;
+    return direction_of(demand);
+  }
+  return Slip::held;
+}
+
+template <int kShafts>
+[[gnu::always_inline]] inline bool ExactStepper<kShafts>::climb(std::span<Rung<kShafts>> rungs) {
+  if (!rungs[0].bends_known) [[unlikely]]
+    find_bends<kShafts>(chain_, regime_, rungs);
+  if constexpr (kShafts == 2) {
+    const bool knob = regime_.knob != Slip::held || driven_;
+    if (regime_.brake == Slip::held) {
+      return knob ? climb_with<Moving{true, false}>(rungs[0])
+                  : climb_with<Moving{false, false}>(rungs[0]);
+    }
+    if (!knob) return climb_with<Moving{false, true}>(rungs[0]);
+  }
+  return climb_with<kAllMove>(rungs[0]);
+}
+
+// Nearly all of the emulator's time is spent here.
+template <int kShafts>
+template <Moving kMoving>
+[[gnu::flatten]] bool ExactStepper<kShafts>::climb_with(const Rung<kShafts>& rung) {
+  const auto drive = chain_.drives(z_, regime_);
+  const Vector next = advanced<kShafts, kMoving>(chain_, regime_, rung, z_, drive);
+  bool certain = true;
+  reach_ = 1.0;
+  crossing_ = false;
+  // Between its ends a curve is nowhere lower than the lower end less the bend.
+  const auto look = [&](double begin, double end, double bend) {
+    if (std::min(begin, end) >= bend) return;
+    certain = false;
+    double reach = 0.5;
+    if (end < 0.0) {
+      crossing_ = true;
+      reach = begin / (begin - end);
+    } else if (begin < bend) {
+      reach = std::sqrt(std::max(0.0, begin / bend));  // bends grow with the square of the step
+    }
+    reach_ = std::min(reach_, reach);
+  };
+  using Column = typename Rung<kShafts>::Column;
+  const Pair friction_bends = bends_of<kShafts, kMoving>(&Column::friction_bend, rung, drive);
+  if (!driven_) look(knob_room(z_), knob_room(next), friction_bends[kKnob]);
+  if constexpr (kShafts > 1) look(brake_room(z_), brake_room(next), friction_bends[kBrake]);
+  if (pieces_) {
+    const Pair bends = bends_of<kShafts, kMoving>(&Column::piece_bend, rung, drive);
+    if constexpr (kShafts > 1) {
+      const SpringPiece& piece = spring_piece();
+      const double begin = z_[C::kTwist] + piece.rest_rad;
+      const double end = next[C::kTwist] + piece.rest_rad;
+      look(begin - piece.begin_rad, end - piece.begin_rad, bends[kTwisted]);
+      look(piece.end_rad - begin, piece.end_rad - end, bends[kTwisted]);
+    }
+    const double bend = bends[kTravelled];
+    look(z_[C::kTravel] - travel_low_, next[C::kTravel] - travel_low_, bend);
+    look(travel_high_ - z_[C::kTravel], travel_high_ - next[C::kTravel], bend);
+  }
+  if (!certain) return false;
+  unrolled<C::kVarying>([&](auto i) { z_[i] = next[i]; });
+  return true;
+}
+
+template <int kShafts>
+typename ExactStepper<kShafts>::Outcome ExactStepper<kShafts>::creep(double step_s) {
+  constexpr int kMostStalled = 16;
+  if (stalled_ == kMostStalled) {
+    // Rounding makes laws contradict each other here: each sends the shaft to the other one. The
+    // contradiction is gone a moment later.
+    stalled_ = 0;
+    const double moment_s = 1e-6 * step_s;
+    z_ = value_at<kShafts>(taylor_series(chain_, z_, regime_, moment_s), 1.0);
+    return {moment_s, Event::none};
+  }
+
+  const auto series = taylor_series(chain_, z_, regime_, step_s);
+  EventSearch<kShafts> search(series);
+  // Rounding of the torques that are summed up, which no event may be made of.
+  double torque = std::abs(z_[C::kForce]) + std::abs(z_[C::kMotorGap]) + z_[C::kCoulomb];
+  for (std::size_t i = 0; i < C::kSprings; ++i) {
+    torque += std::abs(chain_.stiffness(i, regime_) * z_[C::kTwist + i]) +
+              chain_.damping[i] * (std::abs(z_[C::kSpeed + i]) + std::abs(z_[C::kSpeed + i + 1]));
+  }
+  const auto speed_rounding = [&](std::size_t shaft) {
+    return 4.0 * kEpsilon *
+           (torque * step_s * chain_.mobility[shaft] + std::abs(z_[C::kSpeed + shaft]));
+  };
+  if (regime_.knob != Slip::held) {
+    search.look_slipping(Event::knob, regime_.knob, C::kSpeed, speed_rounding(0));
+  } else if (!driven_) {
+    search.look_held(
+        Event::knob, [](const Vector& z) { return z[C::kCoulomb]; },
+        [&](const Vector& z) { return chain_.knob_demand(z, regime_); }, 4.0 * kEpsilon * torque);
+  }
+  if constexpr (kShafts > 1) {
+    torque += z_[C::kCapacity] + std::abs(z_[C::kBrakeGap]);
+    if (regime_.brake != Slip::held) {
+      search.look_slipping(Event::brake, regime_.brake, C::kLast, speed_rounding(kShafts - 1));
+    } else {
+      search.look_held(
+          Event::brake, [&](const Vector& z) { return chain_.capacity(z); },
+          [&](const Vector& z) { return chain_.brake_demand(z, regime_); },
+          4.0 * kEpsilon * torque);
+    }
+    if (pieces_) {
+      const SpringPiece& piece = spring_piece();
+      const double tolerance =
+          4.0 * kEpsilon * (std::abs(z_[C::kTwist]) + std::abs(piece.rest_rad));
+      for (const auto& [which, side, border_rad] :
+           {std::tuple{Event::twist_low, -1.0, piece.begin_rad},
+            std::tuple{Event::twist_high, 1.0, piece.end_rad}}) {
+        if (!std::isfinite(border_rad)) continue;
+        search.look_border(which, side, C::kTwist, border_rad - piece.rest_rad, tolerance);
+      }
+    }
+  }
+  if (!model_.cogging_nm.empty()) {
+    const double tolerance =
+        4.0 * kEpsilon * (std::abs(z_[C::kTravel]) + travel_high_ - travel_low_);
+    search.look_border(Event::travel_low, -1.0, C::kTravel, travel_low_, tolerance);
+    search.look_border(Event::travel_high, 1.0, C::kTravel, travel_high_, tolerance);
+  }
+
+  z_ = value_at<kShafts>(series, search.until());
+  const double share = search.event() == Event::none ? 1.0 : search.until();
+  return {share * step_s, search.event()};
+}
+
+template <int kShafts>
+void ExactStepper<kShafts>::take(Event event) {
+  switch (event) {
+    case Event::none:
+      break;
+    case Event::knob:
+      if (regime_.knob == Slip::held) {
+        regime_.knob = direction_of(chain_.knob_demand(z_, regime_));
+      } else {
+        z_[C::kSpeed] = 0.0;
+        regime_.knob = knob_at_rest();
+      }
+      break;
+    case Event::brake:
+      if constexpr (kShafts > 1) {
+        if (regime_.brake == Slip::held) {
+          regime_.brake = direction_of(chain_.brake_demand(z_, regime_));
+        } else {
+          z_[C::kLast] = 0.0;
+          regime_.brake = brake_at_rest();
+        }
+      }
+      break;
+    case Event::twist_low:
+    case Event::twist_high: {
+      const auto rest = [&] { return spring_piece().rest_rad; };
+      const double twist = z_[C::kTwist] + rest();
+      regime_.spring_piece += event == Event::twist_high ? 1 : -1;
+      z_[C::kTwist] = twist - rest();
+      break;
+    }
+    case Event::travel_low:
+    case Event::travel_high: {
+      const int steps = event == Event::travel_high ? 1 : -1;
+      const double border = steps > 0 ? travel_high_ : travel_low_;
+      regime_.cogging = neighbour(model_, regime_.cogging, steps);
+      travel_low_ = border + regime_.cogging.begin_rad;
+      travel_high_ = border + regime_.cogging.end_rad;
+      break;
+    }
+  }
+}
+
+template <int kShafts>
+[[gnu::noinline]] void ExactStepper<kShafts>::go_in_cells(std::int64_t duration_ns) {
+  constexpr double kAnywhere = std::numeric_limits<double>::infinity();
+  // Whole cells, after what is left of the first one.
+  std::int64_t cells = cells_;
+  double rest_s = 0.0;
+  double reach = kAnywhere;  // cells up to the next event, if there are signs of one
+  double limit = static_cast<double>(cells);  // cells that are worth a try
+  if (duration_ns == longest_ns_) {
+    limit *= reach_;
+    if (crossing_) reach = limit;
+  } else if (duration_ns != step_ns_) {
+    const double duration_s = 1e-9 * static_cast<double>(duration_ns);
+    constexpr double kRounding = 1e-12;
+    cells = static_cast<std::int64_t>(duration_s / cell_s_ + kRounding);
+    rest_s = std::max(0.0, duration_s - static_cast<double>(cells) * cell_s_);
+    limit = kAnywhere;
+  }
+  const auto cells_of = [&](std::size_t rung) { return std::int64_t{1} << (rungs_ - 1 - rung); };
+  while (true) {
+    while (rest_s > 0.0) {
+      const Outcome outcome = creep(rest_s);
+      rest_s -= outcome.elapsed_s;
+      if (outcome.event == Event::none) continue;
+      stalled_ = outcome.elapsed_s > 1e-6 * cell_s_ ? 0 : stalled_ + 1;
+      take(outcome.event);
+    }
+    if (cells == 0) return;
+    const auto rungs = ladder();
+    std::size_t rung = 0;
+    limit = std::min(limit, static_cast<double>(cells));
+    while (true) {
+      while (rung<rungs_&& static_cast<double>(cells_of(rung))> limit) ++rung;
+      if (rung == rungs_) break;
+      if (climb(rungs.subspan(rung))) break;
+      limit = reach_ * static_cast<double>(cells_of(rung));
+      if (crossing_) reach = limit;
+      ++rung;
+    }
+    if (rung < rungs_) {
+      cells -= cells_of(rung);
+      reach -= static_cast<double>(cells_of(rung));
+    } else {
+      --cells;
+      rest_s = cell_s_;
+      reach = kAnywhere;
+    }
+    limit = reach;
+  }
+}
+
+template <int kShafts>
+void ExactStepper<kShafts>::step(PlantState& state, const HeldInputs& inputs,
+                                 std::int64_t duration_ns) {
+  load(state, inputs);
+  if (duration_ns != longest_ns_ || !climb(ladder())) go_in_cells(duration_ns);
+  store(state, inputs, duration_ns);
+}
+
+}  // namespace
+
+std::unique_ptr<Stepper> make_exact_stepper(PlantModel model, std::int64_t step_ns) {
+  switch (model.shafts) {
+    case 1:
+      return std::make_unique<ExactStepper<1>>(std::move(model), step_ns);
+    case 2:
+      return std::make_unique<ExactStepper<2>>(std::move(model), step_ns);
+    default:
+      return std::make_unique<ExactStepper<3>>(std::move(model), step_ns);
+  }
+}
+
+}  // namespace torsio::emulator

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <variant>
+
+#include "emulator/plant/profile.hpp"
+#include "torsio/plant.hpp"
+
+namespace torsio::emulator {
+
+/// Nobody touches the knob.
+struct NoHand {};
+
+/// A torque on the knob that does not depend on its motion: a weight on a string, a motor test rig.
+struct TorqueHand {
+  Profile torque_nm;  ///< on the knob; may jump
+};
+
+/// A hand that holds the knob and means to move it along a path:
+///
+///     torque = stiffness (intended - angle) + damping (intended' - speed),
+///
+/// with the hand's own inertia fixed to the knob.
+struct ImpedanceHand {
+  double inertia_kg_m2 = 0.0;                           ///< >= 0
+  double stiffness_nm_per_rad = 0.0;                    ///< >= 0
+  double damping_nm_s_per_rad = 0.0;                    ///< >= 0
+  Profile intended_angle_rad = Profile::constant(0.0);  ///< continuous
+};
+
+/// The knob follows the path whatever torque that takes. Where the path has a corner the speed
+/// jumps. When the hand takes the knob, the shafts are turned together to the path's angle.
+struct PrescribedMotion {
+  Profile angle_rad;  ///< continuous
+};
+
+using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
+
+/// The user's hand as the plant wants it: times of its profiles in nanoseconds of the plant.
+/// @param start_ns when it takes over, which is time 0 of its profiles
+/// @throws std::invalid_argument that names the profile which breaks its rules
+[[nodiscard]] Hand take_hold(const torsio::Hand& hand, std::int64_t start_ns = 0);
+
+/// @throws std::invalid_argument that names the field: a quantity out of its range or not finite,
+///         or a path that jumps
+void validate(const Hand& hand);
+
+}  // namespace torsio::emulator

@@ -1,0 +1,130 @@
+#include "emulator/plant/plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+namespace torsio::emulator {
+namespace {
+
+/// The profile that a hand follows, if it has one.
+const Profile* profile_of(const Hand& hand) {
+  if (const auto* torque = std::get_if<TorqueHand>(&hand)) return &torque->torque_nm;
+  if (const auto* impedance = std::get_if<ImpedanceHand>(&hand)) {
+    return &impedance->intended_angle_rad;
+  }
+  if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand)) return &prescribed->angle_rad;
+  return nullptr;
+}
+
+void require(bool condition, const char* message) {
+  if (!condition) [[unlikely]]
+    throw std::invalid_argument(message);
+}
+
+}  // namespace
+
+Plant::Plant(const PlantParams& params, Hand hand, std::int64_t step_ns, MakeStepper make_stepper)
+    : params_(params), step_ns_(step_ns), make_stepper_(std::move(make_stepper)) {
+  require(step_ns > 0, "plant: step_ns must be > 0");
+  attach(std::move(hand));
+}
+
+void Plant::attach(Hand hand) {
+  PlantModel model = make_model(params_, hand);
+  stepper_ = make_stepper_(model, step_ns_);
+  model_ = std::move(model);
+  hand_ = std::move(hand);
+  if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand_)) {
+    state_.knob_angle = Angle::from_rad(prescribed->angle_rad.value(state_.time_ns));
+  }
+  refresh_hand_segment();
+  start_from_here();
+}
+
+void Plant::refresh_hand_segment() {
+  const Profile* profile = profile_of(hand_);
+  inputs_.hand = profile != nullptr ? profile->segment(state_.time_ns)
+                                    : ProfileSegment{Profile::kAlwaysNs, Profile::kForeverNs, 0, 0};
+  if (model_.knob_is_driven()) {
+    state_.speed_rad_s[0] = inputs_.hand.slope_per_s;
+    make_consistent();
+  }
+}
+
+void Plant::make_consistent() {
+  for (int shaft = model_.shafts; shaft < 3; ++shaft) {
+    const auto s = static_cast<std::size_t>(shaft);
+    state_.speed_rad_s[s] = state_.speed_rad_s[s - 1];
+    state_.twist_rad[s - 1] = 0.0;
+  }
+}
+
+void Plant::start_from_here() {
+  between_ = false;
+  grid_ns_ = (state_.time_ns / step_ns_ + 1) * step_ns_;
+}
+
+void Plant::set_command(const Command& command) {
+  require(std::isfinite(command.motor_torque_nm), "plant: motor_torque_nm must be finite");
+  require(std::isfinite(command.brake_torque_nm), "plant: brake_torque_nm must be finite");
+  command_ = command;
+  inputs_.motor_command_nm =
+      std::clamp(command.motor_torque_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
+  double target_nm = std::clamp(command.brake_torque_nm, 0.0, params_.brake_limit_nm);
+  if (params_.brake_hysteresis) {
+    const double play_nm = params_.brake_hysteresis->half_width_nm;
+    target_nm =
+        std::max(0.0, std::clamp(state_.brake_target_nm, target_nm - play_nm, target_nm + play_nm));
+  }
+  state_.brake_target_nm = target_nm;
+  between_ = false;  // the next step starts from here
+}
+
+void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
+
+void Plant::set_state(const PlantState& state) {
+  require(state.time_ns >= 0 && state.time_ns < Profile::kForeverNs - step_ns_,
+          "plant: time_ns must be >= 0 and leave room for a step");
+  for (const double value :
+       {state.knob_angle.fraction_rad, state.speed_rad_s[0], state.speed_rad_s[1],
+        state.speed_rad_s[2], state.twist_rad[0], state.twist_rad[1], state.motor_torque_nm}) {
+    require(std::isfinite(value), "plant: every value of the state must be finite");
+  }
+  require(std::isfinite(state.brake_capacity_nm) && state.brake_capacity_nm >= 0.0,
+          "plant: brake_capacity_nm must be finite and >= 0");
+  require(std::isfinite(state.brake_target_nm) && state.brake_target_nm >= 0.0,
+          "plant: brake_target_nm must be finite and >= 0");
+  state_ = state;
+  make_consistent();
+  refresh_hand_segment();
+  start_from_here();
+}
+
+void Plant::advance(std::int64_t duration_ns) {
+  require(duration_ns >= 0, "plant: advance needs a duration >= 0");
+  require(duration_ns < Profile::kForeverNs - step_ns_ - state_.time_ns,
+          "plant: advance runs past the end of 64-bit time");
+  if (duration_ns == 0) return;
+  const std::int64_t target_ns = state_.time_ns + duration_ns;
+  // Steps start at grid times, corners of the hand's profile and changes of inputs, never where a
+  // call happens to end: from there, the next call goes back to the begin of the step.
+  if (between_) state_ = anchor_;
+  between_ = false;
+  do {
+    const std::int64_t boundary_ns = std::min(grid_ns_, inputs_.hand.end_ns);
+    if (boundary_ns > target_ns) {
+      anchor_ = state_;
+      between_ = true;
+      stepper_->step(state_, inputs_, target_ns - state_.time_ns);
+      return;
+    }
+    stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
+    if (boundary_ns == grid_ns_) grid_ns_ += step_ns_;
+    if (boundary_ns == inputs_.hand.end_ns) refresh_hand_segment();
+  } while (state_.time_ns < target_ns);
+}
+
+}  // namespace torsio::emulator

@@ -1,0 +1,75 @@
+/// @file
+/// The plant: the mechanics that the emulated device moves.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "emulator/plant/exact/stepper.hpp"
+#include "emulator/plant/hand.hpp"
+#include "emulator/plant/params.hpp"
+#include "emulator/plant/state.hpp"
+#include "emulator/plant/stepper.hpp"
+
+namespace torsio::emulator {
+
+/// Motor, knob, shaft spring, brake and hand under a virtual clock. Commands are held until they
+/// are changed. Time is in whole nanoseconds, and where the plant is at some time does not depend,
+/// to the bit, on how the way there is cut into calls of advance().
+class Plant {
+ public:
+  /// At rest at time 0, angle 0, except that a PrescribedMotion puts the knob on its path.
+  /// @param step_ns steps end on multiples of this since time 0, > 0. It sets the cost of exact
+  ///        steps, not their accuracy, and is best the control period.
+  /// @throws std::invalid_argument that names the field which is out of its range
+  explicit Plant(const PlantParams& params = {}, Hand hand = NoHand{},
+                 std::int64_t step_ns = kStepNs, MakeStepper make_stepper = make_exact_stepper);
+
+  static constexpr std::int64_t kStepNs = 1'000'000;
+
+  /// Sets what is held from now on. Values beyond the actuators' limits are clipped to them.
+  /// @throws std::invalid_argument if a value is not finite
+  void set_command(const Command& command);
+
+  /// Another hand takes over now; motion goes on from where it is.
+  /// @throws std::invalid_argument as the constructor does; the old hand then stays
+  void set_hand(Hand hand);
+
+  /// Puts the plant into another state, its time included; the parts that the plant lacks are
+  /// ignored.
+  /// @throws std::invalid_argument if a value is not finite, or time or a capacity negative
+  void set_state(const PlantState& state);
+
+  /// Lets time pass.
+  /// @param duration_ns >= 0
+  /// @throws std::invalid_argument if it is negative or runs past the end of 64-bit time
+  void advance(std::int64_t duration_ns);
+
+  [[nodiscard]] const PlantState& state() const { return state_; }
+  [[nodiscard]] Truth truth() const { return emulator::truth(model_, state_, inputs_); }
+  [[nodiscard]] const Command& command() const { return command_; }
+  [[nodiscard]] const PlantParams& params() const { return params_; }
+
+ private:
+  void attach(Hand hand);
+  void refresh_hand_segment();
+  /// Goes on from where the plant is, whatever the grid: after every change of an input.
+  void start_from_here();
+  /// What rigid connections make of a state.
+  void make_consistent();
+
+  PlantParams params_;
+  std::int64_t step_ns_;
+  MakeStepper make_stepper_;
+  Hand hand_ = NoHand{};
+  PlantModel model_;
+  std::unique_ptr<Stepper> stepper_;
+  Command command_;
+  HeldInputs inputs_{};
+  PlantState state_;          // now
+  PlantState anchor_;         // where the step under way began, if between_ is set
+  bool between_ = false;      // now is neither a grid time nor a change of inputs
+  std::int64_t grid_ns_ = 0;  // the next grid time
+};
+
+}  // namespace torsio::emulator

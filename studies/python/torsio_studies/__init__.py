@@ -1,0 +1,21 @@
+"""Studies of the Torsio knob: what `torsio study NAME` runs.
+
+A study is a folder whose module `study` has a function ``run(study: common.Study) -> dict`` that
+gives its results, and a function ``show(results: dict, console: rich.console.Console) -> None``
+that prints them briefly. To add one, add its line here.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["STUDIES"]
+
+STUDIES: Final[dict[str, str]] = {
+    "paper": "The paper's experiments and formulas again, each statement beside what came out.",
+    "actuators": "Rival actuators in the same scenes: what each does well, and where it fails.",
+    "design": "Thousands of devices: what motor, brake, shaft, rate and encoder are worth.",
+    "fidelity": "Error against speed of every way to simulate the knob, MuJoCo among them.",
+    "extremes": "Where numbers break, and what holds there.",
+}
+"""Name of the folder in this package: what it is about, in one sentence."""

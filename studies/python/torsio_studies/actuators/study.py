@@ -1,0 +1,76 @@
+"""`torsio study actuators`: every rival actuator in the same scenes."""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+
+from rich.console import Console
+from rich.table import Table
+
+from torsio_studies import _studies
+from torsio_studies.actuators import figure
+from torsio_studies.actuators.trials import (
+    ACTUATORS,
+    STIFFEST_NM_PER_RAD,
+    WALLS_MNM_PER_DEG,
+    exit_text,
+    measure,
+    step_error,
+)
+from torsio_studies.common import Results, Study
+
+
+def run(study: Study) -> Results:
+    """Run the study."""
+    coarse_steps = 12 if study.quick else 34
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        rows = list(
+            study.track(
+                pool.map(lambda actuator: measure(actuator, coarse_steps=coarse_steps), ACTUATORS),
+                "twelve actuators in the same scenes",
+                total=len(ACTUATORS),
+            )
+        )
+    figure.draw(study, rows)
+    return {
+        "rows": [asdict(row) for row in rows],
+        "walls_mnm_per_deg": list(WALLS_MNM_PER_DEG),
+        "stiffest_tried_nm_per_rad": STIFFEST_NM_PER_RAD,
+        "parts": _studies.actuator_parts(),
+        "step_error": step_error(),
+    }
+
+
+def show(results: Results, console: Console) -> None:
+    """Print the results as a table."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("actuator")
+    for heading in (
+        "in",
+        "out",
+        "gap\nmN·m",
+        "leaves after\nms",
+        "stable to\nN·m/rad",
+        "drag\nmN·m",
+        "peak\nmN·m",
+        "motor\nheat",
+    ):
+        table.add_column(heading, justify="right")
+    for row in results["rows"]:
+        wall = row["walls"][1]
+        limit = row["stable_stiffness_nm_per_rad"]
+        table.add_row(
+            f"({row['figure']}) {row['title']}" if row["figure"] else row["title"],
+            f"{100 * wall['tracking_in']:.1f} %",
+            f"{100 * wall['tracking_out']:.1f} %",
+            f"{1e3 * wall['torque_gap_nm']:.1f}",
+            exit_text(row["outcome"], row["exit_time_s"], row["stuck_torque_nm"]),
+            f"{limit:.1f}" if limit is not None else f">{STIFFEST_NM_PER_RAD:.0f}",
+            f"{1e3 * row['drag_nm']:.1f}",
+            f"{1e3 * row['peak_torque_nm']:.0f}",
+            f"{100 * row['motor_heat']:.0f} %",
+        )
+    console.print(table, highlight=False)
+    console.print("in, out, gap: a wall of 30 mN·m/deg", highlight=False)

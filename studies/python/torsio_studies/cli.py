@@ -1,0 +1,117 @@
+"""`torsio study NAME`, which the command `torsio` finds as an entry point."""
+
+from __future__ import annotations
+
+import json
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+
+from torsio.errors import Error
+from torsio_studies import STUDIES
+
+app = typer.Typer(
+    help="Find out what the knob can do, and what cannot be trusted.", no_args_is_help=True
+)
+
+Json = Annotated[
+    Path | None,
+    typer.Option(
+        "--json",
+        metavar="FILE",
+        help="Where the results go, as JSON: '-' is standard output, and everything else then goes "
+        "to standard error.",
+    ),
+]
+Out = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the pictures go.")]
+Quick = Annotated[bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")]
+
+
+class DesignLaw(str, Enum):
+    """Laws that the study of designs knows."""
+
+    paper = "paper"
+    compensated = "compensated"
+    parallel = "parallel"
+    motor_only = "motor_only"
+
+
+def run(
+    name: str, json_file: Path | None, out: Path, quick: bool, settings: dict[str, Any]
+) -> None:
+    """Run a study, and turn what can go wrong into one sentence and an exit status."""
+    # Only here: it takes a second that other commands need not wait for.
+    from torsio_studies.common import execute
+
+    to_stdout = json_file == Path("-")
+    if to_stdout:
+        json_file = None
+    console = Console(stderr=to_stdout)
+    errors = Console(stderr=True)
+    try:
+        results = execute(
+            name, json_file=json_file, out=out, quick=quick, console=console, settings=settings
+        )
+    except KeyboardInterrupt:
+        errors.print("torsio: interrupted; earlier results are kept", highlight=False)
+        raise typer.Exit(130) from None
+    except (Error, OSError) as error:
+        errors.print(f"torsio: error: {error}", highlight=False, markup=False, soft_wrap=True)
+        raise typer.Exit(1) from None
+    where = [str(out / figure) for figure in results["figures"]]
+    if json_file is not None:
+        where.append(str(json_file))
+    console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}", highlight=False)
+    if to_stdout:
+        sys.stdout.write(json.dumps(results, indent=2, allow_nan=False) + "\n")
+
+
+def _add(name: str, about: str) -> None:
+    def command(json_file: Json = None, out: Out = Path("out"), quick: Quick = False) -> None:
+        run(name, json_file, out, quick, {})
+
+    app.command(name, help=about)(command)
+
+
+# A study with options of its own has its command below instead, and passes them as settings.
+for _name, _about in STUDIES.items():
+    if _name != "design":
+        _add(_name, _about)
+
+
+@app.command("design", help=STUDIES["design"])
+def design(
+    json_file: Json = None,
+    out: Out = Path("out"),
+    quick: Quick = False,
+    devices: Annotated[
+        int | None, typer.Option("--devices", min=8, help="Size of the sample; 2000 if unset.")
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option("--results", metavar="FOLDER", help="Parquet files; OUT/design if unset."),
+    ] = None,
+    law: Annotated[
+        DesignLaw, typer.Option("--law", help="How motor and brake share the torque.")
+    ] = DesignLaw.paper,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes; one per core if unset.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Dask, such as tcp://host:8786."),
+    ] = None,
+) -> None:
+    """Run the study of designs; an interrupted one goes on where it was."""
+    settings = {
+        "devices": devices,
+        "results": results,
+        "law": law.value,
+        "workers": workers,
+        "scheduler": scheduler,
+    }
+    run("design", json_file, out, quick, settings)

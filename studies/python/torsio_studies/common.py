@@ -1,0 +1,346 @@
+"""What every study needs: progress, results that are written whole or not at all, figures."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import importlib
+import json
+import math
+import os
+import tempfile
+import textwrap
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final, Literal, Protocol, TypeVar, cast
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+from torsio.demos.wall_figure import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    STYLE,
+    TEXT,
+    WALL_FILL,
+)
+from torsio.errors import Error
+from torsio_studies import STUDIES
+
+__all__ = [
+    "BLACK",
+    "BLUE",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "PURPLE",
+    "SCHEMA",
+    "TEXT",
+    "WALL_FILL",
+    "Results",
+    "Study",
+    "StudyError",
+    "caption",
+    "check_replaceable",
+    "execute",
+    "headline",
+    "label",
+    "load",
+    "save",
+    "write_atomically",
+]
+
+T = TypeVar("T")
+Results = dict[str, Any]
+
+SCHEMA: Final = 1
+"""Of the keys that all results share: schema, study, torsio, quick, seconds, figures."""
+
+
+class StudyError(Error):
+    """A study cannot be run, or its results cannot be read or written."""
+
+
+class _Module(Protocol):
+    def run(self, study: Study) -> Results: ...
+    def show(self, results: Results, console: Console) -> None: ...
+
+
+@dataclass
+class Study:
+    """What a study's `run` is given.
+
+    Attributes
+    ----------
+    out
+        Folder for the figures; None draws none.
+    quick
+        Ask for a coarser version that takes a few seconds, for tests.
+    settings
+        Options that only this study has.
+    """
+
+    name: str
+    out: Path | None = None
+    quick: bool = False
+    settings: dict[str, Any] = field(default_factory=dict)
+    progress: Progress | None = None
+    figures: list[str] = field(default_factory=list)
+
+    def track(self, items: Iterable[T], label: str, total: int | None = None) -> Iterator[T]:
+        """Go through the items with a line of progress."""
+        if self.progress is None:
+            yield from items
+            return
+        if total is None:
+            items = list(items)
+            total = len(items)
+        task = self.progress.add_task(label, total=total)
+        for item in items:
+            yield item
+            self.progress.advance(task)
+
+    def counter(self, label: str, total: int) -> Callable[[int], None]:
+        """Give a function to be called with how many of `total` are done."""
+        progress = self.progress
+        if progress is None:
+            return lambda _: None
+        task = progress.add_task(label, total=total)
+        return lambda done: progress.update(task, completed=done)
+
+    @contextlib.contextmanager
+    def figure(
+        self, name: str, *, size: tuple[float, float] = (13.5, 6.0), dpi: int = 100
+    ) -> Iterator[Figure]:
+        """Draw a figure in the project's look; it becomes ``OUT/STUDY_NAME.png``."""
+        with mpl.rc_context(STYLE):
+            figure = Figure(figsize=size, dpi=dpi, facecolor="white")
+            FigureCanvasAgg(figure)
+            yield figure
+            if self.out is None:
+                return
+            path = self.out / f"{self.name}_{name}.png"
+            write_atomically(path, lambda partial: figure.savefig(partial, format="png"))
+            self.figures.append(path.name)
+
+
+def headline(figure: Figure, title: str, text: str, *, width: int = 150) -> None:
+    """Write what the figure is about over it, within the top 1.15 inches."""
+    inch = 1.0 / figure.get_size_inches()[1]
+    figure.text(0.05, 1 - 0.42 * inch, title, fontsize=19, fontweight="bold", color=BLACK)
+    figure.text(
+        0.05,
+        1 - 0.56 * inch,
+        textwrap.fill(text, width),
+        fontsize=11,
+        color=TEXT,
+        va="top",
+        linespacing=1.4,
+    )
+
+
+def caption(axes: Axes, text: str, *, width: int = 80, below: float = 0.52) -> None:
+    """Write a few lines under the axes, so many inches below them."""
+    inches = axes.get_window_extent().height / cast(Figure, axes.figure).dpi
+    axes.text(
+        0.0,
+        -below / inches,
+        textwrap.fill(text, width),
+        transform=axes.transAxes,
+        fontsize=9.5,
+        color=TEXT,
+        va="top",
+        linespacing=1.4,
+    )
+
+
+def label(
+    axes: Axes,
+    x: float,
+    y: float,
+    text: str,
+    color: str,
+    *,
+    ha: Literal["left", "center", "right"] = "left",
+    va: Literal["top", "center", "bottom"] = "center",
+    bold: bool = True,
+) -> None:
+    """Name a line where it is."""
+    axes.text(
+        x,
+        y,
+        text,
+        color=color,
+        ha=ha,
+        va=va,
+        fontsize=10,
+        fontweight="bold" if bold else "normal",
+        bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0},
+    )
+
+
+def execute(
+    name: str,
+    *,
+    json_file: Path | None = None,
+    out: Path | None = None,
+    quick: bool = False,
+    console: Console | None = None,
+    settings: dict[str, Any] | None = None,
+) -> Results:
+    """Run a study: progress, figures into `out`, results into `json_file`.
+
+    Raises
+    ------
+    StudyError
+        If there is no such study, or something cannot be written; earlier results are kept.
+    """
+    if name not in STUDIES:
+        raise StudyError(f"there is no study {name!r}; there are {', '.join(sorted(STUDIES))}")
+    if json_file is not None:
+        check_replaceable(json_file, name)
+    if out is not None:
+        with _explained(out):
+            out.mkdir(parents=True, exist_ok=True)
+    module = cast(_Module, importlib.import_module(f"torsio_studies.{name}.study"))
+    begin = time.perf_counter()
+    study = Study(name, out, quick, settings or {})
+    with contextlib.ExitStack() as stack:
+        if console is not None:
+            columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+            progress = Progress(*columns, TimeElapsedColumn(), console=console)
+            study.progress = stack.enter_context(progress)
+        own = module.run(study)
+    results: Results = {
+        "schema": SCHEMA,
+        "study": name,
+        "torsio": version("torsio"),
+        "quick": quick,
+        "seconds": round(time.perf_counter() - begin, 3),
+        "figures": study.figures,
+        **own,
+    }
+    results = cast(Results, _plain(results))
+    if json_file is not None:
+        save(results, json_file)
+    if console is not None:
+        module.show(results, console)
+    return results
+
+
+def save(results: Results, path: Path) -> None:
+    """Write results as JSON, whole or not at all."""
+    text = json.dumps(_plain(results), indent=2, allow_nan=False) + "\n"
+    with _explained(path.parent):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def load(path: Path, name: str) -> Results:
+    """Read the results of the study `name`.
+
+    Raises
+    ------
+    StudyError
+        If the file cannot be read, is damaged, or holds something else.
+    """
+    try:
+        results = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise StudyError(f"{path} cannot be read: {error}") from None
+    except json.JSONDecodeError as error:
+        raise StudyError(f"{path} is damaged: {error}") from None
+    if not isinstance(results, dict) or results.get("study") != name:
+        raise StudyError(f"{path} does not hold results of `torsio study {name}`")
+    if results.get("schema") != SCHEMA:
+        raise StudyError(
+            f"{path} has results of schema {results.get('schema')}, this version reads {SCHEMA}"
+        )
+    return results
+
+
+def check_replaceable(path: Path, name: str) -> None:
+    """Refuse to replace what is not an intact file of results of this study.
+
+    Raises
+    ------
+    StudyError
+        With the reason, and what to do.
+    """
+    if not path.exists():
+        return
+    try:
+        load(path, name)
+    except StudyError as error:
+        raise StudyError(f"{error}; it is left alone: move it away or give another name") from None
+
+
+def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
+    """Let `write` fill a file beside `path`, and put it in the place of `path` when it is whole.
+
+    Raises
+    ------
+    StudyError
+        If that fails, for want of space for instance; what was at `path` is then still there.
+    """
+    with _explained(path):
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        os.close(descriptor)
+        partial = Path(name)
+        try:
+            write(partial)
+            with partial.open("rb") as file:
+                os.fsync(file.fileno())
+            partial.chmod(0o666 & ~_umask())
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _explained(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        why = "the disk is full" if error.errno == errno.ENOSPC else str(error.strerror or error)
+        kept = "; what was there before is kept" if path.exists() else ""
+        raise StudyError(f"cannot write {path}: {why}{kept}") from None
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _plain(value: Any) -> Any:
+    """Give what JSON knows: plain numbers and lists, and null for what is not finite."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

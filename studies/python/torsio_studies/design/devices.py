@@ -1,0 +1,341 @@
+"""What each choice of a designer is worth, from thousands of simulated devices.
+
+Two maps on regular grids, and a sample that fills the space of all seven parameters evenly. Every
+device is simulated on its own, so that the work can be spread and interrupted as one likes:
+`design_store` keeps what is done, `design_run` spreads the rest. docs/studies/design.md has the
+keys of the results.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import KW_ONLY, asdict, dataclass, fields
+from typing import Any, Final, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio import checks
+from torsio.closed_loop import InitialState, LoopOptions, simulate
+from torsio.config import ControlConfig
+from torsio.plant import PlantParams
+from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.scenes import Spring, Wall
+from torsio.telemetry import Record
+from torsio_studies import exits
+from torsio_studies.actuators import trials
+from torsio_studies.exits import Exit
+from torsio_studies.paper.runs import critical_torque
+
+Array = npt.NDArray[np.float64]
+Law = Literal["paper", "compensated", "parallel", "motor_only"]
+
+WALL_NM_PER_RAD = 30.0 / trials.NM_PER_RAD
+SOFTEST_NM_PER_RAD, STIFFEST_NM_PER_RAD = 0.5, 200.0
+FRICTION_NM = 8e-3  # of the knob and the released brake, in every device here
+EVALUATION: Final = 2
+"""Raise it when `evaluate` gives other numbers: results of different ones are never mixed."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """What a designer chooses. Everything else is the default device."""
+
+    _: KW_ONLY
+    beta: float = 0.5
+    motor_limit_nm: float = 85e-3
+    brake_limit_nm: float = 110e-3
+    shaft_stiffness_nm_per_rad: float = 2.873
+    control_rate_hz: float = 1000.0
+    counts_per_rev: int = 8192
+    knob_inertia_kg_m2: float = 6e-5
+
+    def __post_init__(self) -> None:
+        """Refuse what no device can have, before hours are spent on others."""
+        checks.number("beta", self.beta, 0.0, 1.0)
+        for one in fields(self):
+            if one.name != "beta":
+                checks.positive(one.name, getattr(self, one.name))
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where the sample takes a parameter from."""
+
+    title: str
+    low: float
+    high: float
+    logarithmic: bool
+
+    def at(self, share: float) -> float:
+        """Give the value at a share of the way, 0 to 1."""
+        if self.logarithmic:
+            return self.low * math.exp(share * math.log(self.high / self.low))
+        return self.low + share * (self.high - self.low)
+
+
+SPACE: Final = {
+    "beta": Range("brake's share β", 0.0, 1.0, False),
+    "motor_limit_nm": Range("motor torque", 30e-3, 200e-3, True),
+    "brake_limit_nm": Range("brake torque", 30e-3, 300e-3, True),
+    "shaft_stiffness_nm_per_rad": Range("shaft stiffness", 0.5, 20.0, True),
+    "control_rate_hz": Range("control rate", 500.0, 10_000.0, True),
+    "counts_per_rev": Range("encoder counts", 1024, 65_536, True),
+    "knob_inertia_kg_m2": Range("knob inertia", 2e-5, 5e-4, True),
+}
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What a device can do.
+
+    Attributes
+    ----------
+    stable_stiffness_nm_per_rad
+        Of the softest virtual spring that keeps swinging after a spin; the stiffest tried if none
+        does.
+    critical_torque_nm
+        Largest torque that the device presses and releases, in a wall of 30 mN m/deg, with a motor
+        that never saturates; found by simulation.
+    critical_formula_nm
+        The same from the formula of docs/theory.md.
+    tracking_in, tracking_out
+        RMS error in that wall, as a share of the peak.
+    sensor_rms_nm
+        RMS error of the sensed torque of the shaft there.
+    exit_time_s
+        From the cut of a string until the knob has left a wall; NaN if it is still inside at the
+        end.
+    stuck_torque_nm
+        What the wall then asks for; 0 outside.
+    stays
+        1 if that is more than friction can hold, else 0.
+    seconds
+        Of one core that it took to find all this.
+    """
+
+    stable_stiffness_nm_per_rad: float
+    critical_torque_nm: float
+    critical_formula_nm: float
+    tracking_in: float
+    tracking_out: float
+    torque_gap_nm: float
+    sensor_rms_nm: float
+    exit_time_s: float
+    stuck_torque_nm: float
+    stays: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Designs that are computed and stored together."""
+
+    group: str
+    index: int
+    designs: tuple[Design, ...]
+    law: Law = "paper"
+
+
+def critical_torque_nm(design: Design, wall_nm_per_rad: float) -> float:
+    """Give the largest torque that motor and brake can render, by docs/theory.md."""
+    return critical_torque(
+        wall_nm_per_rad,
+        design.beta,
+        shaft=design.shaft_stiffness_nm_per_rad,
+        motor=design.motor_limit_nm,
+        brake=design.brake_limit_nm,
+    )
+
+
+def _options(design: Design, law: Law, **scene: Any) -> LoopOptions:
+    return LoopOptions(
+        plant=PlantParams(
+            knob_inertia_kg_m2=design.knob_inertia_kg_m2,
+            shaft_stiffness_nm_per_rad=design.shaft_stiffness_nm_per_rad,
+            motor_limit_nm=design.motor_limit_nm,
+            brake_limit_nm=design.brake_limit_nm,
+            counts_per_rev=design.counts_per_rev,
+        ),
+        control=ControlConfig(law=law, beta=design.beta),
+        control_period_ns=round(1e9 / design.control_rate_hz),
+        **scene,
+    )
+
+
+def _run(options: LoopOptions, duration_s: float) -> Record:
+    """Simulate, with about a row a millisecond."""
+    every = max(1, round(1_000_000 / options.control_period_ns))
+    return simulate(options, duration_s=duration_s, record_every=every)
+
+
+def _is_stable(design: Design, law: Law, stiffness_nm_per_rad: float) -> bool:
+    return all(
+        _comes_to_rest(design, law, stiffness_nm_per_rad, speed) for speed in trials.SPINS_RAD_S
+    )
+
+
+def _comes_to_rest(
+    design: Design, law: Law, stiffness_nm_per_rad: float, speed_rad_s: float
+) -> bool:
+    options = _options(
+        design,
+        law,
+        scene=Spring(stiffness_nm_per_rad=stiffness_nm_per_rad),
+        hand=NoHand(),
+        initial=InitialState(speed_rad_s=speed_rad_s),
+    )
+    return trials.comes_to_rest(_run(options, trials.SPIN_S))
+
+
+def _saturates(design: Design, law: Law, peak_nm: float) -> bool:
+    deepest_rad = peak_nm / WALL_NM_PER_RAD
+    path = [(0.0, 0.0), (0.75, deepest_rad), (0.85, deepest_rad), (1.6, 0.0)]
+    options = _options(
+        design,
+        law,
+        scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=WALL_NM_PER_RAD),
+        hand=PrescribedMotion(angle_rad=path),
+    )
+    return bool(np.any(simulate(options, duration_s=1.6)["motor_saturated"]))
+
+
+def _critical_torque(design: Design, law: Law) -> float:
+    low, high = 0.0, 1.25 * (design.motor_limit_nm + design.brake_limit_nm)
+    for _ in range(7):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if _saturates(design, law, middle) else (middle, high)
+    return low
+
+
+def _visit_wall(design: Design, law: Law) -> tuple[trials.WallMeasures, float]:
+    depth_rad = trials.PEAK_NM / WALL_NM_PER_RAD
+    deepest_rad = trials.WALL_ANGLE_RAD + depth_rad + trials.PEAK_NM + 6e-3
+    options = _options(
+        design,
+        law,
+        scene=Wall(angle_rad=trials.WALL_ANGLE_RAD, stiffness_nm_per_rad=WALL_NM_PER_RAD),
+        hand=ImpedanceHand(
+            intended_angle_rad=[(0.0, 0.0), (1.0, deepest_rad), (1.2, deepest_rad), (2.2, 0.0)],
+            stiffness_nm_per_rad=1.0,
+            damping_nm_s_per_rad=10e-3,
+            inertia_kg_m2=1e-4,
+        ),
+    )
+    log = _run(options, 2.4)
+    depth = np.maximum(log["angle_rad"] - trials.WALL_ANGLE_RAD, 0.0)
+    felt = log["spring_torque_nm"] + log["motor_torque_nm"]
+    as_trial = {
+        "ideal_torque_nm": -WALL_NM_PER_RAD * depth,
+        "rendered_torque_nm": felt,
+        "time_s": log["time_s"],
+    }
+    sensor_error = log["sensed_spring_torque_nm"] - log["spring_torque_nm"]
+    return (
+        trials.measure_wall(as_trial, WALL_NM_PER_RAD),
+        float(np.sqrt(np.mean(np.square(sensor_error)))),
+    )
+
+
+def _cut_string(design: Design, law: Law) -> Exit:
+    wall = trials.CUT_WALL_MNM_PER_DEG / trials.NM_PER_RAD
+    weight = trials.CUT_TORQUE_NM
+    options = _options(
+        design,
+        law,
+        scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=wall),
+        hand=TorqueHand(torque_nm=[(0, 0), (0.5, weight), (1, weight), (1, 0)]),
+    )
+    log = _run(options, 2.0)
+    return exits.measure_exit(
+        log["time_s"],
+        wall * np.maximum(log["angle_rad"], 0.0),
+        let_go_s=trials.CUT_S,
+        friction_nm=FRICTION_NM,
+        count_nm=wall * 2 * math.pi / design.counts_per_rev,
+    )
+
+
+def evaluate(design: Design, law: Law = "paper") -> Measures:
+    """Simulate one device in all scenes."""
+    begin = time.thread_time()  # what others do on this core does not count
+    limit = trials.stable_limit(
+        lambda stiffness: _is_stable(design, law, stiffness),
+        softest=SOFTEST_NM_PER_RAD,
+        stiffest=STIFFEST_NM_PER_RAD,
+        coarse_steps=15,
+        tolerance=0.06,
+    )
+    wall, sensor_rms = _visit_wall(design, law)
+    left = _cut_string(design, law)
+    return Measures(
+        stable_stiffness_nm_per_rad=STIFFEST_NM_PER_RAD if limit is None else limit,
+        critical_torque_nm=_critical_torque(design, law),
+        critical_formula_nm=critical_torque_nm(design, WALL_NM_PER_RAD),
+        tracking_in=wall.tracking_in,
+        tracking_out=wall.tracking_out,
+        torque_gap_nm=wall.torque_gap_nm,
+        sensor_rms_nm=sensor_rms,
+        exit_time_s=math.nan if left.exit_s is None else left.exit_s,
+        stuck_torque_nm=left.stuck_torque_nm,
+        stays=float(left.outcome == "stays"),
+        seconds=time.thread_time() - begin,
+    )
+
+
+def evaluate_batch(batch: Batch) -> list[dict[str, float]]:
+    """Simulate the devices of a batch; a row each, parameters and measures."""
+    return [asdict(design) | asdict(evaluate(design, batch.law)) for design in batch.designs]
+
+
+def sample_design(index: int) -> Design:
+    """Give device `index` of the sample.
+
+    Each depends on its number only, and the first n fill the space evenly for every n: the additive
+    sequence of Roberts (2018), whose steps are powers of the root of x**8 = x + 1.
+    """
+    root = 1.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (len(SPACE) + 1))
+    values: dict[str, float] = {}
+    for power, (name, span) in enumerate(SPACE.items(), start=1):
+        values[name] = span.at(math.fmod(0.5 + (index + 1) * root**-power, 1.0))
+    return _design(**values)
+
+
+def _design(**values: float) -> Design:
+    counts = round(values.pop("counts_per_rev", Design.counts_per_rev))
+    return Design(**values, counts_per_rev=counts)
+
+
+def map_designs(x: str, y: str, side: int) -> list[Design]:
+    """Give a grid of two parameters, row by row of `y`, the others at their defaults."""
+    shares = np.linspace(0.0, 1.0, side)
+    return [
+        _design(**{x: SPACE[x].at(float(a)), y: SPACE[y].at(float(b))})
+        for b in shares
+        for a in shares
+    ]
+
+
+MAPS: Final = {
+    "rate": ("shaft_stiffness_nm_per_rad", "control_rate_hz"),
+    "beta": ("shaft_stiffness_nm_per_rad", "beta"),
+}
+
+
+def batches(devices: int, side: int, law: Law, size: int) -> Iterator[Batch]:
+    """Cut all the work into batches of at most `size` devices."""
+    groups = {"sample": [sample_design(i) for i in range(devices)]}
+    for name, (x, y) in MAPS.items():
+        groups[f"map_{name}_{side}"] = map_designs(x, y, side)
+    for group, designs in groups.items():
+        for begin in range(0, len(designs), size):
+            yield Batch(group, begin // size, tuple(designs[begin : begin + size]), law)
+
+
+def columns() -> list[str]:
+    """Give the columns of the results, in order."""
+    return [field.name for kind in (Design, Measures) for field in fields(kind) if field.init]

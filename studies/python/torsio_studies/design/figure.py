@@ -1,0 +1,266 @@
+"""Pictures of the study `design`, for somebody who has not read the paper."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from torsio_studies.actuators import trials
+from torsio_studies.common import BLACK, GREY, TEXT, Study
+from torsio_studies.design.devices import MAPS, SPACE
+
+Array = npt.NDArray[np.float64]
+Table = dict[str, Array]
+
+#: measure: what it is called, and whether more of it is better
+OUTCOMES: Final = {
+    "stable_stiffness_nm_per_rad": ("stiffest wall\nwithout buzz", True),
+    "critical_torque_nm": ("largest\ntrue torque", True),
+    "tracking_in": ("error\ngoing in", False),
+    "tracking_out": ("error\ncoming out", False),
+    "torque_gap_nm": ("torque gap\ncoming out", False),
+    "sensor_rms_nm": ("error of the\nsensed torque", False),
+}
+
+
+def influences(sample: Table) -> list[dict[str, Any]]:
+    """Give Spearman's rank correlation of every parameter with every measure.
+
+    1: more of the parameter always means more of the measure; -1: always less; 0: no such relation.
+    A parameter or measure that is the same for all devices has 0.
+    """
+    rows = []
+    for parameter in SPACE:
+        row: dict[str, Any] = {"parameter": parameter}
+        for outcome in OUTCOMES:
+            row[outcome] = rank_correlation(sample[parameter], sample[outcome])
+        rows.append(row)
+    return rows
+
+
+def rank_correlation(a: Array, b: Array) -> float:
+    """Give Spearman's rank correlation, ties by their mean rank, pairs with NaN left out."""
+    known = np.isfinite(a) & np.isfinite(b)
+    if known.sum() < 2:
+        return 0.0
+    ranks = [_ranks(values[known]) for values in (a, b)]
+    if any(np.ptp(rank) == 0 for rank in ranks):
+        return 0.0
+    return float(np.corrcoef(ranks[0], ranks[1])[0, 1])
+
+
+def _ranks(values: Array) -> Array:
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    mean = np.cumsum(counts) - 0.5 * (counts - 1)
+    return np.asarray(mean[inverse], dtype=np.float64)
+
+
+def draw(study: Study, table: dict[str, Table], side: int) -> None:
+    """Draw all pictures."""
+    with study.figure("maps", size=(14.0, 6.6)) as figure:
+        maps(figure, {name: table[f"map_{name}_{side}"] for name in MAPS}, side)
+    with study.figure("influence", size=(13.0, 6.4)) as figure:
+        influence(figure, table["sample"])
+
+
+def _headline(figure: Figure, title: str, text: str, width: int) -> None:
+    figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", color=BLACK, va="top")
+    figure.text(
+        0.045,
+        0.895,
+        textwrap.fill(text, width),
+        fontsize=11.5,
+        color=TEXT,
+        va="top",
+        linespacing=1.45,
+    )
+
+
+@dataclass(frozen=True)
+class _Map:
+    name: str
+    measure: str
+    title: str
+    unit: str
+    scale: float
+    text: Callable[[float], str]
+    logarithmic: bool
+
+
+_PANELS = (
+    _Map(
+        "rate",
+        "stable_stiffness_nm_per_rad",
+        "How stiff can a wall be?",
+        "mN·m per degree before it buzzes",
+        trials.NM_PER_RAD,
+        lambda v: f"{v:.0f}",
+        True,
+    ),
+    _Map(
+        "beta",
+        "stable_stiffness_nm_per_rad",
+        "... with another share for the brake?",
+        "mN·m per degree before it buzzes",
+        trials.NM_PER_RAD,
+        lambda v: f"{v:.0f}",
+        True,
+    ),
+    _Map(
+        "beta",
+        "critical_torque_nm",
+        "How much torque is true?",
+        "mN·m with the motor below its limit",
+        1e3,
+        lambda v: f"{v:.0f}",
+        False,
+    ),
+)
+
+_AXES = {
+    "shaft_stiffness_nm_per_rad": (
+        "stiffness of the shaft (mN·m per degree)",
+        trials.NM_PER_RAD,
+    ),
+    "control_rate_hz": ("control rate (kHz)", 1e-3),
+    "beta": ("brake's share of the torque, β", 1.0),
+}
+
+
+def maps(figure: Figure, tables: dict[str, Table], side: int) -> None:
+    """Draw the stability and critical-torque maps."""
+    _headline(
+        figure,
+        "Choosing shaft, control rate and the brake's share",
+        "Each square, at the borders half of one, is a simulated device; the ring marks the "
+        "paper's. Left and middle: the "
+        "stiffest virtual wall that does not start to buzz. Right: the largest torque that motor "
+        "and brake give truly, in a wall of 30 mN·m per degree, going in and coming out again.",
+        165,
+    )
+    for i, panel in enumerate(_PANELS):
+        axes = figure.add_axes((0.055 + i * 0.325, 0.2, 0.275, 0.56))
+        _draw_map(figure, axes, panel, tables[panel.name], side)
+
+
+def _draw_map(figure: Figure, axes: Axes, panel: _Map, table: Table, side: int) -> None:
+    x_name, y_name = MAPS[panel.name]
+    values = panel.scale * table[panel.measure].reshape(side, side)
+    if panel.logarithmic:
+        norm: Normalize = LogNorm(20, trials.NM_PER_RAD * 200)
+    else:
+        norm = Normalize(0, 220)
+    x, y = (
+        _AXES[name][1] * table[name].reshape(side, side)[index]
+        for name, index in ((x_name, (0, slice(None))), (y_name, (slice(None), 0)))
+    )
+    image = axes.pcolormesh(
+        _edges(x, SPACE[x_name].logarithmic),
+        _edges(y, SPACE[y_name].logarithmic),
+        values,
+        norm=norm,
+        cmap="viridis",
+    )
+    axes.grid(False)
+    axes.set_title(panel.title)
+    for name, axis, set_scale in (
+        (x_name, axes.xaxis, axes.set_xscale),
+        (y_name, axes.yaxis, axes.set_yscale),
+    ):
+        axis.set_label_text(_AXES[name][0])
+        if SPACE[name].logarithmic:
+            set_scale("log")
+            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+            axis.set_minor_formatter(NullFormatter())
+    axes.set_xticks([10, 20, 50, 100, 200])
+    if y_name == "control_rate_hz":
+        axes.set_yticks([0.5, 1, 2, 5, 10])
+    own = (2.873 * trials.NM_PER_RAD, 1.0 if y_name == "control_rate_hz" else 0.5)
+    axes.plot(*own, "o", ms=11, mfc="none", mec="white", mew=2.2)
+    bar_axes = figure.add_axes((axes.get_position().x0, 0.075, axes.get_position().width, 0.022))
+    bar = figure.colorbar(image, cax=bar_axes, orientation="horizontal")
+    bar_axes.spines[:].set_visible(False)
+    bar.set_label(panel.unit)
+    if panel.logarithmic:
+        bar.set_ticks([20, 50, 100, 200, 500, 1000, 2000])
+        bar.ax.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+        bar.ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _edges(centres: Array, logarithmic: bool) -> Array:
+    """Give the borders of the squares; the outer ones are halves, so that none leaves the range."""
+    values = np.log(centres) if logarithmic else centres
+    middles = 0.5 * (values[1:] + values[:-1])
+    edges = np.concatenate([values[:1], middles, values[-1:]])
+    return np.asarray(np.exp(edges) if logarithmic else edges)
+
+
+def influence(figure: Figure, sample: Table) -> None:
+    """Draw the rank correlations as a coloured table."""
+    _headline(
+        figure,
+        "What each choice changes",
+        f"{len(sample['beta'])} random devices. A number near +1: more of what is on the left "
+        "always means more of what is above; near -1: always less; near 0: it hardly matters. "
+        "Green is a change for the better, orange for the worse.",
+        150,
+    )
+    axes = figure.add_axes((0.045, 0.03, 0.93, 0.77))
+    axes.set_axis_off()
+    axes.set_xlim(0, 1)
+    axes.set_ylim(len(SPACE), -0.9)
+    left = 0.27
+    width = (1 - left) / len(OUTCOMES)
+    for i, (heading, _) in enumerate(OUTCOMES.values()):
+        axes.text(
+            left + (i + 0.5) * width,
+            -0.1,
+            heading,
+            ha="center",
+            va="bottom",
+            fontweight="bold",
+        )
+    for r, row in enumerate(influences(sample)):
+        span = SPACE[row["parameter"]]
+        axes.text(0.0, r + 0.4, span.title, va="center", fontweight="bold")
+        axes.text(0.0, r + 0.7, _range_text(row["parameter"]), va="center", fontsize=9, color=GREY)
+        for i, (outcome, (_, more_is_better)) in enumerate(OUTCOMES.items()):
+            value = row[outcome]
+            good = value if more_is_better else -value
+            colour = (0.0, 0.62, 0.45) if good > 0 else (0.84, 0.37, 0.0)
+            x = left + i * width
+            axes.fill_between(
+                [x + 0.003, x + width - 0.003],
+                r + 0.06,
+                r + 0.94,
+                color=colour,
+                alpha=min(1.0, 0.04 + 0.66 * abs(value)),
+                lw=0,
+            )
+            axes.text(x + 0.5 * width, r + 0.5, f"{value:+.2f}", ha="center", va="center")
+
+
+def _range_text(name: str) -> str:
+    span = SPACE[name]
+    scale, unit = {
+        "beta": (1.0, ""),
+        "motor_limit_nm": (1e3, " mN·m"),
+        "brake_limit_nm": (1e3, " mN·m"),
+        "shaft_stiffness_nm_per_rad": (trials.NM_PER_RAD, " mN·m per degree"),
+        "control_rate_hz": (1e-3, " kHz"),
+        "counts_per_rev": (1.0, " a turn"),
+        "knob_inertia_kg_m2": (1e7, " g cm²"),
+    }[name]
+    low, high = (
+        f"{v:,.0f}" if v >= 10 else f"{v:.3g}" for v in (scale * span.low, scale * span.high)
+    )
+    return f"{low} to {high}{unit}"

@@ -1,0 +1,165 @@
+"""`torsio study design`: what each choice of a designer is worth."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from rich.console import Console
+from rich.table import Table
+
+from torsio_studies.common import Results, Study, StudyError
+from torsio_studies.design import figure
+from torsio_studies.design.devices import EVALUATION, SPACE, Law, batches, columns
+from torsio_studies.design.spread import spread
+from torsio_studies.design.store import Store
+
+Array = npt.NDArray[np.float64]
+
+
+def run(study: Study) -> Results:
+    """Run the study; what an earlier run has left in the results folder is not computed again."""
+    settings = study.settings
+    devices = int(settings.get("devices") or (24 if study.quick else 2000))
+    law: Law = settings.get("law", "paper")
+    side = 3 if study.quick else 13
+    size = 4 if study.quick else 16
+    if devices < 8:
+        raise StudyError(f"at least 8 devices make a sample, not {devices}")
+    folder = settings.get("results") or (study.out or Path("out")) / "design"
+    store = Store(Path(folder), {"evaluation": EVALUATION, "law": law, "batch_size": size})
+    work = list(batches(devices, side, law, size))
+    kept = store.intact(work)
+    todo = [batch for batch in work if batch not in kept]
+
+    core_s = 0.0
+    growth: list[dict[str, float]] = []
+    total = sum(len(batch.designs) for batch in work)
+    done = total - sum(len(batch.designs) for batch in todo)
+    report = study.counter(f"{total} devices, {done} of them from before", total)
+    report(done)
+    computed = 0
+    begin = time.perf_counter()
+    with spread(todo, scheduler=settings.get("scheduler"), workers=settings.get("workers")) as (
+        workers,
+        results,
+    ):
+        for batch, rows in results:
+            store.write(batch, rows)
+            computed += len(rows)
+            report(done + computed)
+            core_s += sum(row["seconds"] for row in rows)
+            wall_s = time.perf_counter() - begin
+            growth.append({"devices": computed, "core_seconds": core_s, "wall_seconds": wall_s})
+
+    table = store.read(work)
+    merged = store.merge(work, store.folder.parent / f"{store.folder.name}.parquet")
+    figure.draw(study, table, side)
+    sample = table["sample"]
+    return {
+        "rows": figure.influences(sample),
+        "devices": total,
+        "computed_now": computed,
+        "law": law,
+        "workers": workers,
+        "parquet": str(merged),
+        "columns": columns(),
+        "space": {name: asdict(span) for name, span in SPACE.items()},
+        "cost_by_rate": cost_by_rate(sample),
+        "cost_by_devices": cost_by_devices(growth),
+        "formula_error": formula_error(sample),
+        "exits": count_exits(sample),
+    }
+
+
+def cost_by_rate(sample: dict[str, Array]) -> list[dict[str, float]]:
+    """Give the seconds of one core per device, in bands of the control rate."""
+    rows = []
+    span = SPACE["control_rate_hz"]
+    for low, high in itertools.pairwise(np.geomspace(span.low, span.high, 6)):
+        rate = sample["control_rate_hz"]
+        chosen = (rate >= low) & (rate <= high)
+        if np.any(chosen):
+            seconds = float(sample["seconds"][chosen].mean())
+            rows.append(
+                {
+                    "rate_from_hz": float(low),
+                    "rate_to_hz": float(high),
+                    "devices": int(chosen.sum()),
+                    "seconds_per_device": seconds,
+                }
+            )
+    return rows
+
+
+def cost_by_devices(growth: list[dict[str, float]]) -> list[dict[str, float]]:
+    """Give the cores' own time and the clock's, after parts of this run's devices.
+
+    An eighth, a quarter, half and all of them. The clock begins before the workers are started.
+    """
+    if not growth:
+        return []
+    total = growth[-1]["devices"]
+    rows = []
+    for share in (0.125, 0.25, 0.5, 1.0):
+        entry = next(entry for entry in growth if entry["devices"] >= share * total)
+        rows.append(entry | {"seconds_per_device": entry["core_seconds"] / entry["devices"]})
+    return rows
+
+
+def count_exits(sample: dict[str, Array]) -> dict[str, int]:
+    """Count what became of the knobs after the cut of a string, by outcome."""
+    inside = np.isnan(sample["exit_time_s"])
+    stays = int(sample["stays"].sum())
+    return {
+        "leaves": int((~inside).sum()),
+        "held by friction": int(inside.sum()) - stays,
+        "stays": stays,
+    }
+
+
+def formula_error(sample: dict[str, Array]) -> float:
+    """Give the median of how far the simulated critical torque is from the formula's."""
+    relative = sample["critical_torque_nm"] / sample["critical_formula_nm"] - 1
+    return float(np.median(np.abs(relative)))
+
+
+def show(results: Results, console: Console) -> None:
+    """Print what the devices cost, and what matters most."""
+    console.print(
+        f"{results['devices']} devices, {results['computed_now']} of them computed now by "
+        f"{results['workers']} workers; all are in {results['parquet']}",
+        highlight=False,
+        soft_wrap=True,
+    )
+    cost = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("control rate, Hz", "devices", "ms of one core a device"):
+        cost.add_column(heading, justify="right")
+    for row in results["cost_by_rate"]:
+        cost.add_row(
+            f"{row['rate_from_hz']:.0f} to {row['rate_to_hz']:.0f}",
+            f"{row['devices']}",
+            f"{1e3 * row['seconds_per_device']:.0f}",
+        )
+    console.print(cost, highlight=False)
+    growth = Table(box=None, pad_edge=False, header_style="bold")
+    headings = (
+        "devices done",
+        "seconds of cores",
+        "ms of one core a device",
+        "seconds by the clock",
+    )
+    for heading in headings:
+        growth.add_column(heading, justify="right")
+    for row in results["cost_by_devices"]:
+        growth.add_row(
+            f"{row['devices']}",
+            f"{row['core_seconds']:.1f}",
+            f"{1e3 * row['seconds_per_device']:.0f}",
+            f"{row['wall_seconds']:.1f}",
+        )
+    console.print(growth, highlight=False)

@@ -1,0 +1,275 @@
+"""Extremes: what is not finite, offered in Python, as bytes, and to the core's inner functions."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
+from functools import partial
+from typing import Any, Final
+
+import torsio
+from torsio import core, protocol
+from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.emulator import EmulatedDevice
+from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.scenes import (
+    Constant,
+    Curve,
+    Damper,
+    Detents,
+    Effect,
+    EndStops,
+    Friction,
+    Inertia,
+    Periodic,
+    Ramp,
+    Spring,
+    Texture,
+    Timing,
+    Wall,
+)
+
+NOT_FINITE: Final = (math.nan, math.inf, -math.inf)
+
+# One good value of everything that has quantities; which they are is read from the classes, and a
+# test sees to it that no class is missing.
+SCENE: Final[tuple[Effect, ...]] = (
+    Wall(stiffness_nm_per_rad=1.0),
+    Spring(stiffness_nm_per_rad=1.0),
+    Damper(damping_nm_s_per_rad=1e-3),
+    Friction(torque_nm=1e-2),
+    Inertia(inertia_kg_m2=1e-5),
+    Constant(torque_nm=1e-2),
+    Ramp(start_torque_nm=0.0, end_torque_nm=1e-2, timing=Timing(duration_s=1.0)),
+    Periodic(amplitude_nm=1e-2, frequency_hz=5.0),
+    Detents(torque_nm=1e-2, per_turn=24.0),
+    Detents(torque_nm=1e-2, pitch_rad=0.2),
+    EndStops(lower_rad=-1.0, upper_rad=1.0, stiffness_nm_per_rad=1.0),
+    Texture(torque_nm=1e-2, grains_per_turn=100),
+    Curve(torque_nm=(0.0, 0.1)),
+)
+PLANT: Final = PlantParams(
+    shaft_hardening=ShaftHardening(),
+    brake_hysteresis=BrakeHysteresis(),
+    belt=Belt(),
+    cogging=Cogging(periods_per_rev=7, torque_nm=(1e-3, -1e-3)),
+)
+_PATH: Final = ((0.0, 0.0), (1.0, 0.1))
+LOOPS: Final = (
+    LoopOptions(scene=SCENE, actuator=ActuatorConfig()),
+    LoopOptions(plant=PLANT, actuator=ActuatorConfig(), initial=InitialState()),
+    LoopOptions(hand=TorqueHand(torque_nm=_PATH)),
+    LoopOptions(
+        hand=ImpedanceHand(
+            intended_angle_rad=_PATH,
+            stiffness_nm_per_rad=1.0,
+            damping_nm_s_per_rad=1e-2,
+            inertia_kg_m2=1e-4,
+        )
+    ),
+    LoopOptions(hand=PrescribedMotion(angle_rad=_PATH)),
+    LoopOptions(spin_up=SpinUp(motor_torque_nm=40e-3, speed_rad_s=1.0)),
+)
+REFUSED: Final = protocol.STATUS_NAMES.index("not_finite")
+CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
+CONFIGS: Final = (ActuatorConfig(), ControlConfig(), BoardConfig(), GameConfig())
+
+
+Make = Callable[[], Any]
+"""Makes one such copy, or refuses to."""
+
+
+def spoiled(value: Any) -> Iterator[Make]:
+    """Give makers of copies with each float in it, however deep, not finite in turn."""
+    if isinstance(value, float):
+        for bad in NOT_FINITE:
+            yield partial(float, bad)
+    elif isinstance(value, tuple):
+        for i, item in enumerate(value):
+            for make in spoiled(item):
+                yield partial(_with_item, value, i, make)
+    elif is_dataclass(value) and not isinstance(value, type):
+        for one in fields(value):
+            for make in spoiled(getattr(value, one.name)):
+                yield partial(_with_field, value, one.name, make)
+
+
+def _with_item(values: tuple[Any, ...], index: int, make: Make) -> tuple[Any, ...]:
+    return (*values[:index], make(), *values[index + 1 :])
+
+
+def _with_field(value: Any, name: str, make: Make) -> Any:
+    return replace(value, **{name: make()})
+
+
+def _with_argument(method: Callable[..., Any], name: str, value: float) -> None:
+    method(**{name: value})
+
+
+def _used(use: Callable[[Any], Any], make: Make) -> None:
+    use(make())
+
+
+def accepted_in_python() -> tuple[int, int]:
+    """Offer NaN and infinities in every quantity of the Python package.
+
+    Returns
+    -------
+    tuple
+        How many were offered, and how many were not refused.
+    """
+    offers: list[Make] = []
+
+    def offer(use: Callable[[Any], Any], good: Any) -> None:
+        use(good)  # for what would be refused anyway proves nothing
+        offers.extend(partial(_used, use, make) for make in spoiled(good))
+
+    for options in LOOPS:
+        offer(lambda one: simulate(one, duration_s=1e-3), options)
+    offer(lambda seconds: simulate(LoopOptions(), duration_s=seconds), 1e-3)
+    with torsio.open("emulated") as knob:
+        for config in CONFIGS:
+            offer(knob.configure, config)
+        knob.arm()
+        loop = ClosedLoop(LoopOptions())
+        for method in (knob.stream_local_model, loop.hold_command):
+            quantities = {
+                name: parameter.default
+                for name, parameter in inspect.signature(method).parameters.items()
+            }
+            for name, good in quantities.items():
+                offer(partial(_with_argument, method, name), float(good))
+        refused = 0
+        for one in offers:
+            try:
+                one()
+            except ValueError:
+                refused += 1
+    return len(offers), len(offers) - refused
+
+
+def _spoiled_values(layout: list[dict[str, Any]], bad: float) -> Iterator[dict[str, Any]]:
+    """Give the values of a report with this layout, with each of its floats bad in turn."""
+    for field in layout:
+        name = field["name"]
+        if "fields" in field:
+            for values in _spoiled_values(field["fields"], bad):
+                yield {name: values}
+        elif field["type"] == "f32" and field["count"] == 1:
+            yield {name: bad}
+        elif field["type"] == "f32":
+            for i in range(field["count"]):
+                yield {name: [bad if j == i else 0.0 for j in range(field["count"])]}
+
+
+def spoiled_reports() -> Iterator[tuple[str, bytes]]:
+    """Give direction and bytes of every report to the device, each float not finite in turn."""
+    for report in protocol.reports():
+        # What is only read has no sequence number.
+        to_device = report["fields"][0]["name"] in ("sequence", "target")
+        if report["direction"] != "input" and to_device:
+            for bad in NOT_FINITE:
+                for values in _spoiled_values(report["fields"], bad):
+                    yield report["direction"], protocol.encode(report["name"], values)
+
+
+def _play(reports: list[tuple[str, bytes]], *, offered: bool) -> tuple[list[float], int]:
+    """Push an emulated knob into a wall while such reports come, one a tick, or nothing instead.
+
+    Returns
+    -------
+    tuple
+        The motor's true torque at every tick, and how many of the reports were refused for not
+        being finite.
+    """
+    device = EmulatedDevice(hand=TorqueHand(torque_nm=[(0.0, 0.0), (0.1, 40e-3)]))
+    torque_nm: list[float] = []
+    refused = 0
+
+    def tick() -> None:
+        nonlocal refused
+        device.advance(1_000_000)
+        while (data := device.read()) is not None:
+            name, values = protocol.decode(data)
+            refused += name == "acknowledgement" and values["status"] == REFUSED
+        torque_nm.append(device.plant_state["motor_torque_nm"])
+
+    wall = {"stiffness_nm_per_rad": 1.4}
+    start = (("command", {"op": "arm"}), ("wall", wall), ("commit", {"active": 1}))
+    for name, values in start:
+        device.write(protocol.encode(name, values))
+        tick()
+    keep_alive = protocol.encode("command", {"op": "keep_alive"})
+    for i, (direction, data) in enumerate(reports):
+        if i % 100 == 0:
+            device.write(keep_alive)
+        if offered and direction == "feature":
+            refused += device.set_feature(data)[0] == REFUSED
+        elif offered:
+            device.write(data)
+        tick()
+    for _ in range(10):  # until the last answers are there
+        tick()
+    return torque_nm, refused
+
+
+def accepted_as_bytes() -> tuple[int, int]:
+    """Offer NaN and infinities in every float of every report, past the checks of the SDK.
+
+    Returns
+    -------
+    tuple
+        How many were offered, and how many were not refused; all of them if the torque of a knob
+        in a wall is not what it is without them.
+    """
+    reports = list(spoiled_reports())
+    without, _ = _play(reports, offered=False)
+    found, refused = _play(reports, offered=True)
+    if found != without or max(without) == min(without):
+        return len(reports), len(reports)
+    return len(reports), len(reports) - refused
+
+
+def spoiled_for_good() -> tuple[int, int]:
+    """Give the core's inner functions, which check nothing, a value that is not finite once.
+
+    They are chained as the device's controller chains them, round a wall that is turned into; the
+    value takes the place of one of their inputs for one tick.
+
+    Returns
+    -------
+    tuple
+        How many values were tried, and after how many the motor's torque was wrong to the end.
+    """
+    good = _chained(None, 0.0)
+    wrong = 0
+    for name in CHAIN_INPUTS:
+        for bad in NOT_FINITE:
+            last = _chained(name, bad)
+            wrong += not math.isclose(last, good, abs_tol=1e-6)
+    return len(CHAIN_INPUTS) * len(NOT_FINITE), wrong
+
+
+def _chained(spoiled_input: str | None, bad: float) -> float:
+    """Motor's torque at the end of 60 counts into the wall."""
+    brake, sensor = core.BrakeState(), core.SoftSensorState()
+    brake_params, law = core.BrakeParams(), core.PartitionParams(law="paper")
+    count_rad = 2.0 * math.pi / 8192
+    command_nm, motor_nm = 0.0, 0.0
+    for tick in range(60):
+        inputs = {
+            "delta_rad": count_rad,
+            "held_command_nm": command_nm,
+            "desired_nm": -1.4 * tick * count_rad,
+        }
+        if tick == 20 and spoiled_input is not None:
+            inputs[spoiled_input] = bad
+        capacity = core.model_brake(brake, brake_params, inputs["held_command_nm"])
+        spring = core.sense_spring(sensor, inputs["delta_rad"], capacity)
+        shares = core.partition(law, inputs["desired_nm"], spring)
+        motor_nm, command_nm = shares.motor_torque_nm, shares.brake_torque_nm
+    return motor_nm

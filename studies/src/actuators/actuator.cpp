@@ -1,0 +1,246 @@
+#include "actuators/actuator.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace torsio::studies::actuators {
+namespace {
+
+constexpr std::array<std::string_view, kKinds> kNames{"motor_only",
+                                                      "brake_only",
+                                                      "parallel",
+                                                      "parallel_torque_sensor",
+                                                      "series_elastic_motor",
+                                                      "series_elastic_brake",
+                                                      "differential_clutch",
+                                                      "soft_spring",
+                                                      "soft_sensor_paper",
+                                                      "soft_sensor_compensated",
+                                                      "one_way_brakes",
+                                                      "transfer_function"};
+
+double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
+
+MachineCommand both_ways(double motor_nm, double brake_nm) {
+  return {.motor_torque_nm = motor_nm, .brake_forward_nm = brake_nm, .brake_backward_nm = brake_nm};
+}
+
+}  // namespace
+
+std::string_view name_of(Kind kind) { return kNames[static_cast<std::size_t>(kind)]; }
+
+Kind kind_from_name(std::string_view name) {
+  const auto* found = std::find(kNames.begin(), kNames.end(), name);
+  if (found != kNames.end()) return static_cast<Kind>(found - kNames.begin());
+  std::string message = "actuator must be one of";
+  for (const std::string_view known : kNames) message.append(" ").append(known);
+  throw std::invalid_argument(message.append("; is '").append(name).append("'"));
+}
+
+MachineParams machine_params(Kind kind, const Parts& parts) {
+  const Shaft knob{parts.knob_inertia_kg_m2, 0.0, parts.knob_coulomb_nm};
+  const Shaft rotor{parts.rotor_inertia_kg_m2, parts.rotor_viscous_nm_s_per_rad,
+                    parts.rotor_coulomb_nm};
+  const Shaft brake{parts.brake_inertia_kg_m2, parts.brake_viscous_nm_s_per_rad, 0.0};
+  const auto together = [](const Shaft& a, const Shaft& b) {
+    return Shaft{a.inertia_kg_m2 + b.inertia_kg_m2, a.viscous_nm_s_per_rad + b.viscous_nm_s_per_rad,
+                 a.coulomb_nm + b.coulomb_nm};
+  };
+
+  MachineParams machine;
+  machine.damping_nm_s_per_rad = parts.spring_damping_nm_s_per_rad;
+  machine.brake_drag_nm = parts.brake_drag_nm;
+  machine.motor_time_constant_s = parts.motor_time_constant_s;
+  machine.brake_time_constant_s = parts.brake_time_constant_s;
+  machine.motor_limit_nm = parts.motor_limit_nm;
+  machine.brake_limit_nm = parts.brake_limit_nm;
+  machine.source_acceleration_rad_s2 = parts.source_acceleration_rad_s2;
+  const auto behind_spring = [&](const Shaft& far_shaft, double stiffness_nm_per_rad) {
+    machine.far_shaft = far_shaft;
+    machine.has_far_shaft = true;
+    machine.stiffness_nm_per_rad = stiffness_nm_per_rad;
+  };
+  switch (kind) {
+    case Kind::motor_only:
+      machine.knob = together(knob, rotor);
+      machine.motor = Seat::knob;
+      break;
+    case Kind::brake_only:
+      machine.knob = together(knob, brake);
+      machine.brake = Seat::knob;
+      break;
+    case Kind::parallel:
+    case Kind::parallel_torque_sensor:
+    case Kind::one_way_brakes:
+    case Kind::transfer_function:
+      machine.knob = together(together(knob, rotor), brake);
+      machine.motor = Seat::knob;
+      machine.brake = Seat::knob;
+      break;
+    case Kind::series_elastic_motor:
+      machine.knob = knob;
+      behind_spring(rotor, parts.soft_spring_nm_per_rad);
+      machine.motor = Seat::far_shaft;
+      break;
+    case Kind::series_elastic_brake:
+      machine.knob = knob;
+      behind_spring(brake, parts.soft_spring_nm_per_rad);
+      machine.brake = Seat::far_shaft;
+      break;
+    case Kind::differential_clutch:
+      machine.knob = knob;
+      behind_spring(brake, parts.stiff_spring_nm_per_rad);
+      machine.brake = Seat::far_shaft;
+      machine.brake_time_constant_s = parts.clutch_time_constant_s;
+      break;
+    case Kind::soft_spring:
+    case Kind::soft_sensor_paper:
+    case Kind::soft_sensor_compensated:
+      machine.knob = together(knob, rotor);
+      behind_spring(brake, kind == Kind::soft_spring ? parts.soft_spring_nm_per_rad
+                                                     : parts.stiff_spring_nm_per_rad);
+      machine.motor = Seat::knob;
+      machine.brake = Seat::far_shaft;
+      break;
+  }
+  return machine;
+}
+
+LawOf::LawOf(Kind kind, const Parts& parts, std::uint32_t counts_per_rev, double period_s)
+    : kind_(kind),
+      parts_(parts),
+      rad_per_count_(2.0 * std::numbers::pi / counts_per_rev),
+      period_s_(period_s) {
+  const bool compensated = kind == Kind::soft_sensor_compensated;
+  const bool sensed = compensated || kind == Kind::soft_sensor_paper;
+  brake_params_ = core::make_brake_params(
+      static_cast<float>(parts.brake_time_constant_s), static_cast<float>(period_s),
+      sensed ? static_cast<float>(parts.brake_floor_nm) : 0.0F,
+      compensated ? static_cast<float>(parts.brake_drag_nm) : 0.0F);
+}
+
+/// Two counts, so that a hand at rest on the border between two counts is no motion.
+void LawOf::notice_direction(std::int64_t counts) {
+  constexpr std::int64_t least_counts = 2;
+  const std::int64_t moved = counts - extreme_counts_;
+  if (moved * direction_ <= 0) {
+    if (std::abs(moved) < least_counts) return;
+    direction_ = moved > 0 ? 1 : -1;
+  }
+  extreme_counts_ = counts;
+}
+
+/// What the brake can hold now, after the last command was held for a period.
+double LawOf::model_brake(double command_nm) {
+  const double now =
+      core::model_brake(brake_state_, brake_params_, static_cast<float>(held_brake_nm_));
+  held_brake_nm_ = std::min(command_nm, parts_.brake_limit_nm);
+  return now;
+}
+
+/// Brake and motor on one shaft: while the hand presses against the torque the brake takes beta of
+/// it, and the motor what the brake does not yet give; otherwise the motor takes all.
+MachineCommand LawOf::share(double desired_nm, bool pressing) {
+  const double brake_nm = pressing ? parts_.beta * std::abs(desired_nm) : 0.0;
+  const double available_nm = model_brake(brake_nm);
+  double motor_nm = desired_nm;
+  if (pressing) motor_nm -= sign(desired_nm) * std::min(available_nm, std::abs(desired_nm));
+  return both_ways(motor_nm, brake_nm);
+}
+
+MachineCommand LawOf::soft_sensor(const Senses& senses, core::Law law) {
+  const auto delta_rad =
+      static_cast<float>(senses.knob_counts - last_counts_) * static_cast<float>(rad_per_count_);
+  const float capacity_nm =
+      core::model_brake(brake_state_, brake_params_, static_cast<float>(held_brake_nm_));
+  const float spring_nm = core::sense_spring(
+      sensor_, static_cast<float>(parts_.stiff_spring_nm_per_rad), delta_rad, capacity_nm);
+  const core::PartitionParams partition{law, static_cast<float>(parts_.beta),
+                                        static_cast<float>(parts_.motor_limit_nm),
+                                        static_cast<float>(parts_.brake_limit_nm)};
+  const core::Shares shares =
+      core::partition(partition, static_cast<float>(senses.desired_torque_nm), spring_nm);
+  held_brake_nm_ = shares.brake_torque_nm;
+  return both_ways(shares.motor_torque_nm, shares.brake_torque_nm);
+}
+
+/// While the hand presses, the brake answers at once and the motor takes over by and by; otherwise
+/// the motor gives all.
+MachineCommand LawOf::hand_over(double desired_nm, bool pressing) {
+  const double weight = pressing ? -std::expm1(-period_s_ / parts_.handover_time_constant_s) : 1.0;
+  handed_over_nm_ += weight * (desired_nm - handed_over_nm_);
+  const double rest_nm = desired_nm - handed_over_nm_;
+  // A brake cannot give what would be a push.
+  return both_ways(handed_over_nm_, rest_nm * desired_nm > 0.0 ? std::abs(rest_nm) : 0.0);
+}
+
+MachineCommand LawOf::operator()(const Senses& senses) {
+  if (!primed_) {
+    last_counts_ = extreme_counts_ = senses.knob_counts;
+    primed_ = true;
+  }
+  notice_direction(senses.knob_counts);
+  const double desired = senses.desired_torque_nm;
+  const bool pressing = desired * direction_ < 0.0;
+  // Of the spring on the knob, from two encoders.
+  const double spring = -parts_.soft_spring_nm_per_rad * rad_per_count_ *
+                        static_cast<double>(senses.knob_counts - senses.far_counts);
+  MachineCommand command;
+  switch (kind_) {
+    case Kind::motor_only:
+      command = both_ways(desired, 0.0);
+      break;
+    case Kind::brake_only:
+      command = both_ways(0.0, pressing ? std::abs(desired) : 0.0);
+      break;
+    case Kind::parallel:
+      command = share(desired, pressing);
+      break;
+    case Kind::parallel_torque_sensor:
+      // Pressing harder than the torque that is wanted: the knob is about to go in.
+      command = share(desired, -sign(desired) * senses.hand_torque_nm >
+                                   std::abs(desired) + parts_.sensor_threshold_nm);
+      break;
+    case Kind::series_elastic_motor:
+      command = both_ways(desired + parts_.force_gain * (desired - spring), 0.0);
+      break;
+    case Kind::series_elastic_brake:
+      command = both_ways(0.0, desired * spring >= 0.0 ? std::abs(desired) : 0.0);
+      break;
+    case Kind::differential_clutch:
+      command = both_ways(0.0, std::abs(desired));
+      command.source_speed_rad_s = sign(desired) * parts_.source_speed_rad_s;
+      break;
+    case Kind::soft_spring:
+      // With nothing wanted the motor cancels the drag that the spring shows.
+      command = desired * spring >= 0.0 ? both_ways(desired - spring, std::abs(desired))
+                                        : both_ways(desired, 0.0);
+      break;
+    case Kind::soft_sensor_paper:
+      command = soft_sensor(senses, core::Law::paper);
+      break;
+    case Kind::soft_sensor_compensated:
+      command = soft_sensor(senses, core::Law::compensated);
+      break;
+    case Kind::one_way_brakes:
+      command = share(desired, pressing);
+      (desired < 0.0 ? command.brake_backward_nm : command.brake_forward_nm) = 0.0;
+      break;
+    case Kind::transfer_function:
+      command = hand_over(desired, pressing);
+      break;
+  }
+  last_counts_ = senses.knob_counts;
+  return command;
+}
+
+double LawOf::motor_load_nm(const MachineState& state) const {
+  if (kind_ != Kind::differential_clutch) return state.motor_torque_nm;
+  return (parts_.brake_drag_nm + state.brake_forward_nm) / parts_.source_gear_ratio;
+}
+
+}  // namespace torsio::studies::actuators

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "actuators/machine.hpp"
+#include "core/brake_model.hpp"
+#include "core/partition.hpp"
+#include "core/soft_sensor.hpp"
+
+namespace torsio::studies::actuators {
+
+/// The actuators that are compared. docs/studies/actuators.md has the equations and the sources.
+enum class Kind : std::uint8_t {
+  motor_only,
+  brake_only,
+  parallel,                 ///< (a) brake and motor on one shaft
+  parallel_torque_sensor,   ///< (b) the same, with the user's torque measured
+  series_elastic_motor,     ///< (c) top
+  series_elastic_brake,     ///< (c) bottom
+  differential_clutch,      ///< (d)
+  soft_spring,              ///< (e) two encoders
+  soft_sensor_paper,        ///< (f) as published
+  soft_sensor_compensated,  ///< (f) with the law `compensated`
+  one_way_brakes,           ///< two brakes, each behind a one-way bearing, and a motor
+  transfer_function,        ///< brake first, motor after, by a filter
+};
+
+inline constexpr int kKinds = 12;
+
+[[nodiscard]] std::string_view name_of(Kind kind);
+/// @throws std::invalid_argument that lists the names
+[[nodiscard]] Kind kind_from_name(std::string_view name);
+
+/// What all actuators are built from, so that the comparison is one of arrangements and laws.
+/// Motor, brake, stiff spring and encoder are those of the default plant; its shaft A is here split
+/// into the knob on its bearing and the motor's rotor.
+struct Parts {
+  double knob_inertia_kg_m2 = 2e-5;
+  double knob_coulomb_nm = 1e-3;
+  double rotor_inertia_kg_m2 = 4e-5;
+  double rotor_coulomb_nm = 5e-3;
+  double rotor_viscous_nm_s_per_rad = 2.6e-5;
+  double brake_inertia_kg_m2 = 4e-5;
+  double brake_viscous_nm_s_per_rad = 2e-6;
+  double brake_drag_nm = 2e-3;
+  double stiff_spring_nm_per_rad = 2.873;
+  double soft_spring_nm_per_rad = 1.0;
+  double spring_damping_nm_s_per_rad = 2e-4;
+  double motor_time_constant_s = 0.1e-3;
+  double motor_limit_nm = 85e-3;
+  double brake_time_constant_s = 60e-3;
+  double brake_limit_nm = 110e-3;
+  double brake_floor_nm = 3.3e-3;     ///< of the soft sensor
+  double beta = 0.5;                  ///< the brake's share, where a law has one
+  double sensor_threshold_nm = 3e-3;  ///< of the torque sensor of (b), against its noise
+  double force_gain = 1.0;            ///< of the series elastic motor's torque loop
+  /// A clutch that drives is built to be fast: fluid in a gap, not powder. Assumed.
+  double clutch_time_constant_s = 5e-3;
+  double source_speed_rad_s = 30.0;  ///< at which the clutch's motor runs
+  double source_acceleration_rad_s2 = 3000.0;
+  double source_gear_ratio = 4.0;         ///< torque at the clutch over torque of its motor
+  double handover_time_constant_s = 0.1;  ///< of the transfer function
+};
+
+[[nodiscard]] MachineParams machine_params(Kind kind, const Parts& parts);
+
+/// What a law may look at in one tick. Angles are encoders' counts; only (c) and (e) have an
+/// encoder on the far shaft and only (b) has the torque sensor.
+struct Senses {
+  std::int64_t knob_counts = 0;
+  std::int64_t far_counts = 0;
+  double hand_torque_nm = 0.0;
+  double desired_torque_nm = 0.0;  ///< of the virtual environment, from knob_counts
+};
+
+/// One actuator's control law with its memory.
+class LawOf {
+ public:
+  LawOf(Kind kind, const Parts& parts, std::uint32_t counts_per_rev, double period_s);
+
+  [[nodiscard]] MachineCommand operator()(const Senses& senses);
+
+  /// Torque that the actuator's motor has to give, for its heat.
+  [[nodiscard]] double motor_load_nm(const MachineState& state) const;
+
+ private:
+  void notice_direction(std::int64_t counts);
+  [[nodiscard]] double model_brake(double command_nm);
+  [[nodiscard]] MachineCommand share(double desired_nm, bool pressing);
+  [[nodiscard]] MachineCommand soft_sensor(const Senses& senses, core::Law law);
+  [[nodiscard]] MachineCommand hand_over(double desired_nm, bool pressing);
+
+  Kind kind_;
+  Parts parts_;
+  double rad_per_count_;
+  double period_s_;
+  bool primed_ = false;
+  std::int64_t last_counts_ = 0;
+  std::int64_t extreme_counts_ = 0;  ///< farthest since the last turn
+  int direction_ = 0;                ///< of the knob's motion, as the encoder shows it
+  core::BrakeParams brake_params_;
+  core::BrakeState brake_state_;
+  double held_brake_nm_ = 0.0;
+  core::SoftSensorState sensor_;
+  double handed_over_nm_ = 0.0;
+};
+
+}  // namespace torsio::studies::actuators

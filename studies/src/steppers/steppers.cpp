@@ -1,0 +1,25 @@
+#include "steppers/steppers.hpp"
+
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
+
+namespace torsio::studies {
+
+emulator::MakeStepper stepper_by_name(const std::string& name) {
+  if (name == "trapezoid" || name == "semi_implicit") {
+    const double theta = name == "trapezoid" ? 0.5 : 1.0;
+    return [theta](emulator::PlantModel model, std::int64_t) {
+      return make_theta_stepper(std::move(model), theta);
+    };
+  }
+  if (name == "regularised") {
+    return [](emulator::PlantModel model, std::int64_t) {
+      return make_regularised_stepper(std::move(model), kSmoothingRadS);
+    };
+  }
+  throw std::invalid_argument("a stepper is 'trapezoid', 'semi_implicit' or 'regularised', not '" +
+                              name + "'");
+}
+
+}  // namespace torsio::studies

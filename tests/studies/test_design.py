@@ -1,0 +1,370 @@
+"""The study of designs: its formulas, and that it can be spread, interrupted and resumed."""
+
+from __future__ import annotations
+
+import errno
+import json
+import math
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import spearmanr
+
+from torsio.errors import InvalidArgument
+from torsio_studies.actuators import trials
+from torsio_studies.common import StudyError, execute
+from torsio_studies.design import devices, figure, study
+from torsio_studies.design.devices import SPACE, Batch, Design
+from torsio_studies.design.store import Store
+from torsio_studies.paper import runs as paper_runs
+
+DEVICES = 8
+KEY = {"evaluation": 1}
+BATCHES = tuple(Batch("sample", i, (Design(beta=0.1 * i),)) for i in range(4))
+
+
+# --- formulas and the sample ---------------------------------------------------------------------
+
+
+designs = st.builds(
+    Design,
+    beta=st.floats(0.0, 1.0),
+    motor_limit_nm=st.floats(0.01, 0.5),
+    brake_limit_nm=st.floats(0.01, 0.5),
+    shaft_stiffness_nm_per_rad=st.floats(0.1, 50.0),
+)
+
+
+@given(designs, st.floats(0.01, 100.0))
+def test_critical_torque_is_at_least_the_motors_and_at_most_the_sum(
+    one: Design, wall: float
+) -> None:
+    torque = devices.critical_torque_nm(one, wall)
+    most = one.motor_limit_nm + one.brake_limit_nm
+    assert one.motor_limit_nm * (1 - 1e-12) <= torque <= most * (1 + 1e-12)
+
+
+@given(designs)
+def test_critical_torque_has_no_jumps_where_its_branches_meet(one: Design) -> None:
+    stiffness = one.shaft_stiffness_nm_per_rad
+    for border in (stiffness, stiffness / max(one.beta, 1e-3)):
+        below, above = (
+            devices.critical_torque_nm(one, border * factor) for factor in (1 - 1e-9, 1 + 1e-9)
+        )
+        assert below == pytest.approx(above, rel=1e-5)
+
+
+@given(designs, st.floats(0.01, 100.0), st.floats(1.0, 3.0))
+def test_critical_torque_grows_with_motor_and_brake(
+    one: Design, wall: float, factor: float
+) -> None:
+    torque = devices.critical_torque_nm(one, wall)
+    for name in ("motor_limit_nm", "brake_limit_nm"):
+        stronger = replace(one, **{name: getattr(one, name) * factor})
+        assert devices.critical_torque_nm(stronger, wall) >= torque * (1 - 1e-12)
+
+
+def test_critical_torque_of_the_default_device() -> None:
+    wall = math.degrees(30e-3)
+    expected = 85e-3 / (1 - 0.5 * wall / 2.873)
+    assert devices.critical_torque_nm(Design(), wall) == pytest.approx(expected)
+    assert devices.critical_torque_nm(Design(beta=0.0), wall) == pytest.approx(85e-3)
+
+
+@given(st.integers(0, 10**6))
+def test_sampled_design_lies_in_its_ranges_and_depends_on_its_number_only(index: int) -> None:
+    one = devices.sample_design(index)
+    assert one == devices.sample_design(index)
+    for name, span in SPACE.items():
+        assert span.low * (1 - 1e-9) <= getattr(one, name) <= span.high * (1 + 1e-9)
+
+
+def test_sample_fills_every_parameter_evenly() -> None:
+    sample = [devices.sample_design(i) for i in range(512)]
+    for name, span in SPACE.items():
+        edges = [span.at(share) for share in np.linspace(0, 1, 9)]
+        counts, _ = np.histogram([getattr(one, name) for one in sample], edges)
+        assert counts.min() >= 56, name
+        assert counts.max() <= 72, name
+
+
+@given(st.integers(8, 300), st.integers(2, 8), st.integers(1, 40))
+def test_batches_hold_every_device_once(count: int, side: int, size: int) -> None:
+    work = list(devices.batches(count, side, "paper", size))
+    assert len(set(work)) == len(work)
+    groups = Counter(batch.group for batch in work for _ in batch.designs)
+    assert groups == {"sample": count, f"map_rate_{side}": side**2, f"map_beta_{side}": side**2}
+
+
+@given(st.integers(8, 200), st.integers(0, 200))
+def test_larger_sample_begins_with_the_batches_of_a_smaller_one(count: int, more: int) -> None:
+    few = list(devices.batches(count, 2, "paper", 16))
+    many = set(devices.batches(count + more, 2, "paper", 16))
+    assert {batch for batch in few if len(batch.designs) == 16} <= many
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 9), st.one_of(st.integers(0, 9), st.just(math.nan))), max_size=30
+    )
+)
+def test_rank_correlation_agrees_with_scipy(pairs: list[tuple[float, float]]) -> None:
+    a, b = (np.array([pair[i] for pair in pairs], dtype=float) for i in (0, 1))
+    known = np.isfinite(b)
+    found = figure.rank_correlation(a, b)
+    if known.sum() < 2 or np.ptp(a[known]) == 0 or np.ptp(b[known]) == 0:
+        assert found == 0.0
+    else:
+        assert found == pytest.approx(float(spearmanr(a[known], b[known]).statistic), abs=1e-9)
+
+
+def test_evaluation_of_the_default_device_is_what_the_theory_says() -> None:
+    measures = devices.evaluate(Design())
+    assert 7.0 < measures.stable_stiffness_nm_per_rad < 15.0
+    assert measures.critical_torque_nm == pytest.approx(measures.critical_formula_nm, rel=0.06)
+    assert measures.tracking_in <= 0.07
+    assert measures.tracking_out <= 0.09
+    assert measures.sensor_rms_nm <= 4.5e-3
+    assert measures.exit_time_s < 0.1
+    assert measures.stuck_torque_nm == measures.stays == 0.0
+
+
+def test_a_knob_that_stays_in_the_wall_says_how_much_the_wall_asks() -> None:
+    stiff = Design(shaft_stiffness_nm_per_rad=50.0, beta=1.0)
+    measures = devices.evaluate(stiff, "parallel")
+    assert math.isnan(measures.exit_time_s)
+    assert measures.stuck_torque_nm > 40e-3
+    assert measures.stays == 1.0
+    table = {
+        "exit_time_s": np.array([0.1, math.nan, math.nan]),
+        "stays": np.array([0.0, 0.0, 1.0]),
+    }
+    assert study.count_exits(table) == {"leaves": 1, "held by friction": 1, "stays": 1}
+
+
+def test_maps_end_where_their_ranges_do() -> None:
+    for name in ("beta", "control_rate_hz"):
+        span = SPACE[name]
+        centres = np.array([span.at(share) for share in (0.0, 0.5, 1.0)])
+        edges = figure._edges(centres, span.logarithmic)
+        assert edges[0] == pytest.approx(span.low)
+        assert edges[-1] == pytest.approx(span.high)
+        assert len(edges) == 4
+
+
+# --- results on disk -----------------------------------------------------------------------------
+
+ROW: dict[str, float] = asdict(Design()) | dict.fromkeys(devices.columns()[7:], 0.25)
+
+
+def test_store_gives_back_what_was_written(tmp_path: Path) -> None:
+    store = Store(tmp_path / "r", KEY)
+    store.write(BATCHES[1], [ROW])
+    assert Store(tmp_path / "r", KEY).intact(BATCHES) == {BATCHES[1]}
+    table = store.read([BATCHES[1]])["sample"]
+    assert {name: float(values[0]) for name, values in table.items()} == ROW
+
+
+@given(cut=st.integers(0, 400), flip=st.integers(0, 400))
+@settings(max_examples=30, deadline=None)
+def test_damaged_file_is_named_and_nothing_is_touched(
+    tmp_path_factory: pytest.TempPathFactory, cut: int, flip: int
+) -> None:
+    store = Store(tmp_path_factory.mktemp("r"), KEY)
+    store.write(BATCHES[0], [ROW])
+    store.write(BATCHES[1], [ROW])
+    path = store.path(BATCHES[0])
+    data = bytearray(path.read_bytes()[:cut])
+    if data:
+        data[flip % len(data)] ^= 0x5A
+    path.write_bytes(bytes(data))
+    with pytest.raises(StudyError, match=f"{path.name} is damaged: delete it") as caught:
+        store.intact(BATCHES)
+    assert "all others are kept" in str(caught.value)
+    assert path.read_bytes() == bytes(data)
+    assert store.intact(BATCHES[1:]) == {BATCHES[1]}
+
+
+def test_a_flipped_bit_never_gives_other_numbers(tmp_path: Path) -> None:
+    designs = devices.sample_design(0), devices.sample_design(1), devices.sample_design(2)
+    batch = Batch("sample", 0, designs)
+    rows = [
+        asdict(one) | {name: one.beta + i for i, name in enumerate(devices.columns()[7:])}
+        for one in designs
+    ]
+    store = Store(tmp_path, KEY)
+    store.write(batch, rows)
+    path = store.path(batch)
+    data, numbers = path.read_bytes(), store.read([batch])["sample"]
+    refused, wrong = 0, []
+    for bit in range(0, 8 * len(data), 251):  # no multiple of 8: every bit of a byte has its turn
+        flipped = bytearray(data)
+        flipped[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(bytes(flipped))
+        try:
+            found = Store(tmp_path, KEY).read([batch])["sample"]
+        except StudyError:
+            refused += 1
+            continue
+        same = list(found) == list(numbers) and all(
+            np.array_equal(found[name], values) for name, values in numbers.items()
+        )
+        if not same:
+            wrong.append(bit)
+    assert wrong == []
+    assert refused > 100
+
+
+def test_results_of_other_settings_are_refused_and_left_alone(tmp_path: Path) -> None:
+    store = Store(tmp_path, KEY)
+    store.write(BATCHES[0], [ROW])
+    before = store.path(BATCHES[0]).read_bytes()
+    with pytest.raises(StudyError, match="other settings"):
+        Store(tmp_path, {"evaluation": 2}).intact(BATCHES)
+    assert store.path(BATCHES[0]).read_bytes() == before
+
+
+def test_full_disk_is_a_clear_error_and_earlier_batches_stay(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = Store(tmp_path, KEY)
+    store.write(BATCHES[0], [ROW])
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(StudyError, match=r"the disk is full.*are kept: run again to go on"):
+        store.write(BATCHES[1], [ROW])
+    monkeypatch.undo()
+    assert store.intact(BATCHES) == {BATCHES[0]}
+    assert sorted(path.name for path in tmp_path.iterdir()) == [store.path(BATCHES[0]).name]
+
+
+def test_folder_that_cannot_be_made_is_a_clear_error(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(StudyError, match="cannot make"):
+        Store(tmp_path / "file" / "r", KEY)
+
+
+# --- the whole study -----------------------------------------------------------------------------
+
+
+def _study(out: Path, *options: str) -> list[str]:
+    program = str(Path(sys.executable).parent / "torsio")
+    where = ["--out", str(out), "--json", str(out / "d.json"), "--workers", "1"]
+    return [program, "study", "design", "--quick", "--devices", str(DEVICES), *where, *options]
+
+
+def test_study_killed_in_the_middle_goes_on_where_it_was(tmp_path: Path) -> None:
+    folder = tmp_path / "design"
+    process = subprocess.Popen(
+        _study(tmp_path), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    deadline = time.monotonic() + 60
+    while len(list(folder.glob("*.parquet"))) < 2 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    kept = {path: path.read_bytes() for path in folder.glob("[!.]*.parquet")}
+    assert kept
+    assert not (tmp_path / "d.json").exists()
+
+    subprocess.run(_study(tmp_path), check=True, capture_output=True)
+    results = json.loads((tmp_path / "d.json").read_text())
+    total = DEVICES + 2 * 9
+    assert results["devices"] == total
+    assert 0 < results["computed_now"] <= total - 4 * len(kept)
+    for path, data in kept.items():
+        assert path.read_bytes() == data
+
+    # What was resumed equals what is computed in one go.
+    work = list(devices.batches(DEVICES, 3, "paper", 4))
+    settings = {"evaluation": devices.EVALUATION, "law": "paper", "batch_size": 4}
+    rows = Store(folder, settings).read(work[:1])["sample"]
+    again = devices.evaluate_batch(work[0])
+    for name in devices.columns():
+        if name != "seconds":
+            np.testing.assert_array_equal(rows[name], [row[name] for row in again], err_msg=name)
+
+    assert set(results) >= {"rows", "cost_by_rate", "cost_by_devices", "parquet", "space"}
+    assert {row["parameter"] for row in results["rows"]} == set(SPACE)
+    for name in results["figures"]:
+        assert 20_000 < (tmp_path / name).stat().st_size < 200_000
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("knob_inertia_kg_m2", -6e-5),
+        ("shaft_stiffness_nm_per_rad", 0.0),
+        ("control_rate_hz", 0.0),
+        ("counts_per_rev", 0),
+        ("motor_limit_nm", math.nan),
+        ("beta", 1.5),
+        ("beta", math.nan),
+    ],
+)
+def test_impossible_design_is_refused_by_name(name: str, value: float) -> None:
+    with pytest.raises(InvalidArgument, match=name):
+        Design(**{name: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: paper_runs.critical_torque(1.0, 0.5, shaft=0.0), "shaft"),
+        (lambda: paper_runs.critical_torque(-1.0, 0.5), "stiffness"),
+        (lambda: paper_runs.critical_torque(math.nan, 0.5), "stiffness"),
+        (lambda: paper_runs.critical_torque(1.0, 1.5), "beta"),
+        (lambda: paper_runs.push_options(0.0), "stiffness"),
+        (lambda: paper_runs.ideal_push(0.0, 0.5, 50e-3), "stiffness"),
+        (lambda: trials.visit_wall("motor_only", 0.0), "stiffness"),
+    ],
+)
+def test_stiffness_that_something_is_divided_by_is_refused(
+    call: Callable[[], object], name: str
+) -> None:
+    with pytest.raises(InvalidArgument, match=name):
+        call()
+
+
+def test_files_that_may_not_grow_end_the_study_with_one_sentence_and_keep_what_is_there(
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / "design"
+    settings = {"evaluation": devices.EVALUATION, "law": "paper", "batch_size": 4}
+    first = next(iter(devices.batches(DEVICES, 3, "paper", 4)))
+    row = asdict(Design()) | dict.fromkeys(devices.columns()[7:], 1.0)
+    Store(folder, settings).write(first, [row] * 4)
+    kept = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    # The kernel itself refuses to write on, in the middle of a file.
+    outcome = subprocess.run(
+        _study(tmp_path),
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)),
+    )
+    assert outcome.returncode == 1
+    assert "torsio: error: cannot write" in outcome.stderr
+    assert "are kept: run again to go on" in outcome.stderr
+    assert "Traceback" not in outcome.stderr
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == kept
+
+
+def test_too_small_a_sample_is_refused() -> None:
+    with pytest.raises(StudyError, match="at least 8 devices"):
+        execute("design", settings={"devices": 3})

@@ -1,0 +1,162 @@
+"""Every extreme of the study holds, and what the guards are for is shown to break without them."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import math
+import typing
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+
+from torsio import closed_loop, config, hands, protocol, scenes
+from torsio_studies import common
+from torsio_studies.extremes import dynamics, not_finite, study
+from torsio_studies.paper import runs
+
+EXTREMES = {
+    "turning",
+    "counter wraps",
+    "clock wraps",
+    "stiffness",
+    "critical torque",
+    "beta",
+    "friction",
+    "brake lag",
+    "inertia ratio",
+    "subnormals",
+    "delay",
+    "not finite",
+    "precision",
+}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    out: Path = tmp_path_factory.mktemp("out")
+    return common.execute("extremes", out=out, json_file=out / "extremes.json", quick=True)
+
+
+def test_every_extreme_holds_with_its_guard(results: dict[str, Any]) -> None:
+    assert {row["extreme"] for row in results["rows"]} == EXTREMES
+    broken = [(row["extreme"], row["case"]) for row in results["rows"] if not row["holds"]]
+    assert broken == []
+    assert results["all_hold"]
+
+
+@pytest.mark.parametrize("extreme", sorted(EXTREMES))
+def test_each_guard_is_needed(results: dict[str, Any], extreme: str) -> None:
+    assert any(row["naive_breaks"] for row in results["rows"] if row["extreme"] == extreme)
+
+
+def test_figures_and_results_are_written(results: dict[str, Any]) -> None:
+    assert results["figures"] == ["extremes_overview.png"]
+
+
+def test_table_fits_into_80_columns_without_shreds(results: dict[str, Any]) -> None:
+    console = Console(width=80, file=io.StringIO(), record=True)
+    study.show(results, console)
+    lines = console.export_text().splitlines()
+    assert max(len(line) for line in lines) <= 80
+    assert len(lines) < 3 * len(results["rows"])
+    for row in results["rows"]:
+        assert any(row["case"][:20] in line for line in lines), row["case"]
+
+
+# Delay --------------------------------------------------------------------------------------------
+
+
+def test_it_is_the_delay_that_breaks_what_is_shown_with_one() -> None:
+    for stiffness, law in ((7.0, "paper"), (1.5, "motor_only")):
+        without = dynamics.bounce_oscillation_rad(stiffness, law)  # type: ignore[arg-type]
+        late = dynamics.bounce_oscillation_rad(stiffness, law, delay_ticks=1)  # type: ignore[arg-type]
+        assert without < runs.AT_REST_RAD < 0.05 < late
+
+
+# Not finite ---------------------------------------------------------------------------------------
+
+
+def _parts(value: Any) -> Iterator[type]:
+    """Give the classes of a value and of all that is in it."""
+    if isinstance(value, tuple):
+        for item in value:
+            yield from _parts(item)
+    elif dataclasses.is_dataclass(value):
+        yield type(value)
+        for one in dataclasses.fields(value):
+            yield from _parts(getattr(value, one.name))
+
+
+def _has_floats(kind: type) -> bool:
+    return any("float" in str(hint) for hint in typing.get_type_hints(kind).values())
+
+
+def test_every_class_with_quantities_is_offered_what_is_not_finite() -> None:
+    offered = {kind for good in (*not_finite.LOOPS, *not_finite.CONFIGS) for kind in _parts(good)}
+    public = {
+        getattr(module, name)
+        for module in (closed_loop, config, hands, scenes)
+        for name in module.__all__
+    }
+    wanted = {
+        one
+        for one in public
+        if isinstance(one, type) and dataclasses.is_dataclass(one) and _has_floats(one)
+    }
+    assert {scenes.Ramp, scenes.Timing, hands.ImpedanceHand, config.BoardConfig} <= wanted
+    assert wanted <= offered, {one.__name__ for one in wanted - offered}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (scenes.Detents, "per_turn"),
+        (scenes.Detents, "pitch_rad"),
+        (closed_loop.LoopOptions, "tolerance"),
+    ],
+)
+def test_quantities_that_may_be_left_out_are_offered_as_well(kind: type, name: str) -> None:
+    values = [
+        getattr(part, name)
+        for options in not_finite.LOOPS
+        for part in (options, *not_finite.SCENE)
+        if isinstance(part, kind)
+    ]
+    assert any(isinstance(value, float) for value in values)
+
+
+def test_spoiled_copies_differ_in_one_number_however_deep() -> None:
+    ramp = scenes.Ramp(
+        start_torque_nm=0.0, end_torque_nm=1e-2, timing=scenes.Timing(duration_s=1.0)
+    )
+    copies = [make() for make in not_finite.spoiled(ramp)]
+    assert len(copies) == 3 * (2 + 6)  # two torques, and six numbers of the timing
+    assert sum(math.isnan(copy.timing.fade_s) for copy in copies) == 1
+    curve = [make() for make in not_finite.spoiled(scenes.Curve(torque_nm=(0.0, 0.1)))]
+    assert len(curve) == 3 * (2 + 2)
+
+
+def test_a_value_that_is_let_in_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not_finite.accepted_in_python()[1] == 0
+
+    def lenient(_: Any, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
+        pass
+
+    monkeypatch.setattr(closed_loop.ClosedLoop, "hold_command", lenient)
+    assert not_finite.accepted_in_python()[1] == 3 * 2
+
+
+def test_bytes_that_the_device_lets_in_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    good = list(not_finite.spoiled_reports())
+    assert not_finite.accepted_as_bytes() == (len(good), 0)
+    spring = protocol.encode("damper", {"damping_nm_s_per_rad": 1e-3})
+    monkeypatch.setattr(not_finite, "spoiled_reports", lambda: [*good, ("output", spring)])
+    assert not_finite.accepted_as_bytes() == (len(good) + 1, 1)
+    # A report that changes the torque spoils all.
+    stop = protocol.encode("command", {"op": "stop"})
+    monkeypatch.setattr(not_finite, "spoiled_reports", lambda: [*good[:50], ("output", stop)])
+    assert not_finite.accepted_as_bytes() == (51, 51)

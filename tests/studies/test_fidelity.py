@@ -1,0 +1,85 @@
+"""The methods that step the plant, and the study that sets them beside the truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import torsio
+from tests.python.plant_oracle import OraclePlant, OracleRun
+from torsio_studies import common
+from torsio_studies.steppers import Method, make_plant
+
+MS = 1_000_000
+Array = npt.NDArray[np.float64]
+
+
+def commands(count: int) -> tuple[Array, Array]:
+    tick = np.arange(count)
+    motor = -0.01 - 0.005 * (tick // 40 % 3)
+    brake = 0.03 + 0.01 * (tick // 90 % 4)
+    return motor.astype(np.float64), brake.astype(np.float64)
+
+
+def relative_error(angles: Array, truth: Array) -> float:
+    twist, true_twist = angles[:, 0] - angles[:, 1], truth[:, 0] - truth[:, 1]
+    return max(
+        float(np.abs(angles[:, 0] - truth[:, 0]).max() / np.ptp(truth[:, 0])),
+        float(np.abs(twist - true_twist).max() / np.abs(true_twist).max()),
+    )
+
+
+def oracle(profile: list[tuple[float, float]], motor: Array, brake: Array) -> Array:
+    """Angles of knob and brake at the ticks' ends, from an independent simulation."""
+    times, values = np.asarray(profile).T
+    run = OracleRun(OraclePlant(), hand_torque_nm=lambda t: float(np.interp(t, times, values)))
+    rows = []
+    for command in zip(motor, brake, strict=True):
+        run.advance(1e-3, *map(float, command))
+        rows.append(run.y[:2].copy())
+    return np.asarray(rows)
+
+
+def test_cheaper_methods_err_as_their_order_says_and_smoothed_friction_never_gets_there() -> None:
+    motor, brake = commands(300)
+    profile = [(0.0, 0.0), (0.1, 0.07), (0.2, 0.07), (0.3, -0.05)]
+    hand = torsio.TorqueHand(torque_nm=profile)
+    truth = oracle(profile, motor, brake)
+
+    def error(method: Method, step_us: int) -> float:
+        plant = make_plant(method, hand=hand, step_ns=1000 * step_us)
+        return relative_error(plant.drive(motor, brake), truth)
+
+    assert error("exact", 1000) < 1e-9
+    assert error("trapezoid", 10) < 0.1 * error("trapezoid", 250) < 0.1
+    assert error("semi_implicit", 10) < 0.2 * error("semi_implicit", 250)
+    assert error("trapezoid", 10) < error("semi_implicit", 10)
+    assert error("regularised", 10) > 1e-3
+
+
+def test_study_fidelity_sets_every_method_beside_the_truth(tmp_path: Path) -> None:
+    results = common.execute(
+        "fidelity", json_file=tmp_path / "fidelity.json", out=tmp_path, quick=True
+    )
+    assert results == common.load(tmp_path / "fidelity.json", "fidelity")
+    assert (tmp_path / "fidelity_pareto.png").stat().st_size > 20_000
+    rows = results["rows"]
+    methods = {"exact", "trapezoid", "semi_implicit", "regularised", "mujoco", "mujoco_default"}
+    for number in (2, 3):
+        own = [row for row in rows if row["scenario"] == number]
+        assert {row["method"] for row in own} == methods
+        for row in own:
+            assert row["realtime_factor"] > 0
+            if row["method"] == "exact":
+                assert row["error"] < 1e-8
+            if row["method"] in ("regularised", "mujoco_default"):
+                assert row["error"] > 1e-3
+    for summary in results["summary"]:
+        assert summary["target_error"] == 1e-3
+        assert summary["exact"]["error"] <= 1e-3
+        # No assertion on time beyond what no load of the machine can turn round.
+        if summary["ratio"] is not None:
+            assert summary["ratio"] > 10
+            assert summary["mujoco"]["error"] <= 1e-3

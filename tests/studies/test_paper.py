@@ -1,0 +1,420 @@
+"""What must come out on the reference actuator, comes out."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from torsio.closed_loop import simulate, simulate_many
+from torsio.plant import BrakeHysteresis, PlantParams
+from torsio_studies import common
+from torsio_studies.paper import runs
+from torsio_studies.paper import statements as paper_statements
+
+WALLS = (10.0, 20.0, 30.0, 50.0, 70.0, 100.0)  # mN m per degree
+
+
+def bounces(stiffness: float, law: runs.Law = "paper", **options: Any) -> runs.Bounces:
+    loop = runs.bounce_options(stiffness, law, **options)
+    return runs.count_bounces(simulate(loop, duration_s=1.0))
+
+
+def limit(law: runs.Law = "paper", *, most: float = 14.0, **options: Any) -> float:
+    stiffness = np.array(np.arange(3.0, most, 0.25 if most < 20 else 1.0), dtype=np.float64)
+    loops = [runs.bounce_options(float(k), law, **options) for k in stiffness]
+    outcomes = [runs.count_bounces(rows) for rows in simulate_many(loops, duration_s=1.0)]
+    return runs.largest_stable(stiffness, outcomes)
+
+
+# Scenario 1 ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 1.0, 2.0, 2.873, 4.0, 6.0, 8.0])
+def test_bounce_dies_away_after_a_few_up_to_8(stiffness: float) -> None:
+    outcome = bounces(stiffness)
+    assert outcome.at_rest
+    assert outcome.crossings <= 8
+
+
+@pytest.mark.parametrize("stiffness", [15.0, 20.0, 40.0])
+def test_bounce_never_ends_from_15_on(stiffness: float) -> None:
+    outcome = bounces(stiffness)
+    assert not outcome.at_rest
+    assert outcome.crossings > 50
+
+
+def test_ten_times_the_rate_at_least_doubles_the_stable_stiffness() -> None:
+    base = limit()
+    assert 8.0 <= base <= 15.0
+    assert limit(rate_hz=10_000.0, most=32.0) >= 2.0 * base
+
+
+def test_one_sample_of_delay_takes_about_45_percent_off_the_stable_stiffness() -> None:
+    # Where exactly it ends without delay depends a little on how the knob was spun up.
+    assert limit(delay_ticks=1) / limit() == pytest.approx(0.55, abs=0.08)
+
+
+# Scenario 2 ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_wall_is_followed_in_and_out_by_the_papers_law(wall: float) -> None:
+    _, push = runs.run_push(runs.push_options(runs.per_degree(wall)))
+    assert push.peak_torque_nm == pytest.approx(75e-3, rel=0.05)
+    assert push.tracking_rms_in <= 0.07
+    assert push.tracking_rms_out <= 0.09
+    assert push.sensor_rms_nm <= 4.5e-3
+
+
+def test_torque_gap_is_larger_for_softer_walls() -> None:
+    gaps = [
+        runs.run_push(runs.push_options(runs.per_degree(wall)))[1].torque_gap_nm for wall in WALLS
+    ]
+    assert gaps == sorted(gaps, reverse=True)
+    assert gaps[0] > 2 * gaps[-1]
+
+
+def test_torque_gap_is_larger_for_faster_hands() -> None:
+    gaps = [
+        runs.run_push(runs.push_options(runs.per_degree(30.0), pull_s=pull), extra_s=pull)[
+            1
+        ].torque_gap_nm
+        for pull in (0.5, 1.0, 2.0, 4.0)
+    ]
+    assert gaps == sorted(gaps, reverse=True)
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.4, 0.6, 0.8, 1.0, 1.5])
+def test_sensor_crosses_zero_where_the_formula_says(ratio: float) -> None:
+    stiffness = ratio * runs.SHAFT_NM_PER_RAD
+    rows = simulate(runs.ideal_push(stiffness, 0.5, 50e-3), duration_s=runs.IDEAL_PUSH_S)
+    depth = rows["angle_rad"] - 0.01
+    turn = int(np.argmax(depth))
+    crossing = turn + int(np.flatnonzero(rows["sensed_spring_torque_nm"][turn:] > 0)[0])
+    assert depth[crossing] / depth[turn] == pytest.approx(1.0 - 0.5 * ratio, abs=0.01)
+
+
+# Scenario 3 ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wall", [5.0, 10.0, 25.0, 50.0, 100.0])
+@pytest.mark.parametrize("law", ["paper", "compensated"])
+def test_knob_leaves_the_wall_when_the_string_is_cut_or_friction_holds_it(
+    wall: float, law: runs.Law
+) -> None:
+    stiffness = runs.per_degree(wall)
+    _, cut = runs.run_cut(runs.cut_options(stiffness, law))
+    assert cut.outcome in ("leaves", "held by friction")
+    assert cut.stuck_torque_nm == stiffness * max(0.0, cut.final_depth_rad)
+    assert (cut.exit_s is None) == (cut.stuck_torque_nm > 0.0)
+    assert cut.stuck_torque_nm <= 6e-3 + 2e-3 + stiffness * runs.COUNT_RAD
+
+
+def test_brake_and_motor_in_parallel_without_a_sensor_stick() -> None:
+    rigid = PlantParams(shaft_stiffness_nm_per_rad=50.0)
+    _, cut = runs.run_cut(runs.cut_options(runs.per_degree(25.0), "parallel", plant=rigid))
+    assert cut.exit_s is None
+    assert cut.outcome == "stays"
+    assert cut.stuck_torque_nm > 40e-3
+
+
+# Formulas -----------------------------------------------------------------------------------------
+
+
+def test_characterisation_finds_the_shaft_and_the_friction() -> None:
+    found = runs.characterise()
+    assert found.slope_nm_per_rad == pytest.approx(2.873, rel=0.01)
+    assert found.offset_nm == pytest.approx(6e-3, rel=0.05)
+
+
+def test_critical_torque_is_that_of_the_formula_on_an_ideal_plant() -> None:
+    cases = [
+        (ratio * runs.SHAFT_NM_PER_RAD, beta)
+        for beta in (0.1, 0.5, 0.9, 1.0)
+        for ratio in (0.1, 0.5, 1.0, 2.5, 4.0)
+    ]
+    found = runs.measured_critical_torque(cases, halvings=9)
+    expected = [runs.critical_torque(stiffness, beta) for stiffness, beta in cases]
+    np.testing.assert_allclose(found, expected, rtol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "beta", "expected"),
+    [
+        (0.0, 0.5, 85e-3),
+        (0.5 * 2.873, 0.5, 85e-3 / 0.75),
+        (2.873, 0.5, 170e-3),
+        (3 * 2.873, 0.5, 127.5e-3),
+        (2.873, 1.0, 195e-3),  # a pole of the printed formula
+        (0.5 * 2.873, 1.0, 140e-3),  # the brake's own limit
+        (1e6, 0.5, 85e-3 * 1e6 / (1e6 - 2.873)),
+    ],
+)
+def test_critical_torque_formula_at_known_points(
+    stiffness: float, beta: float, expected: float
+) -> None:
+    assert runs.critical_torque(stiffness, beta) == pytest.approx(expected)
+
+
+# Better than the paper ----------------------------------------------------------------------------
+
+
+def test_compensated_law_closes_the_gap_and_halves_the_way_out() -> None:
+    stiffness = runs.per_degree(30.0)
+    _, paper = runs.run_push(runs.push_options(stiffness))
+    _, better = runs.run_push(runs.push_options(stiffness, "compensated"))
+    assert 10e-3 <= paper.torque_gap_nm <= 16e-3
+    assert 0.05 <= paper.tracking_rms_out <= 0.075
+    assert better.torque_gap_nm <= 3e-3
+    assert better.tracking_rms_out <= 0.015
+    assert better.sensor_rms_nm <= 0.75 * paper.sensor_rms_nm
+
+    _, slow = runs.run_cut(runs.cut_options(runs.per_degree(25.0)))
+    _, fast = runs.run_cut(runs.cut_options(runs.per_degree(25.0), "compensated"))
+    assert slow.exit_s is not None
+    assert fast.exit_s is not None
+    assert fast.exit_s <= 0.6 * slow.exit_s
+
+
+def test_higher_rate_and_finer_encoder_are_better_still() -> None:
+    stiffness = runs.per_degree(30.0)
+    fine: dict[str, Any] = {"rate_hz": 10_000.0, "counts_per_rev": 32_768}
+    _, push = runs.run_push(runs.push_options(stiffness, "compensated", **fine))
+    assert push.tracking_rms_out <= 0.011
+    assert limit("compensated", most=32.0, **fine) >= 20.0
+
+
+def test_it_is_the_brakes_lag_that_damps_the_compensated_law() -> None:
+    with_lag = runs.bounce_options(2.0, "compensated")
+    assert runs.count_bounces(simulate(with_lag, duration_s=1.0)).at_rest
+    for drag in (0.0, 2e-3):
+        plant = replace(with_lag.plant, brake_time_constant_s=0.0, brake_drag_nm=drag)
+        without = simulate(replace(with_lag, plant=plant), duration_s=1.0)
+        assert runs.count_bounces(without).oscillation_rad > 0.1
+
+
+def test_hysteresis_of_5_percent_is_the_main_threat() -> None:
+    stiffness = runs.per_degree(30.0)
+    _, clean = runs.run_push(runs.push_options(stiffness))
+    _, real = runs.run_push(
+        runs.push_options(stiffness, plant=PlantParams(brake_hysteresis=BrakeHysteresis()))
+    )
+    assert real.tracking_rms_out - clean.tracking_rms_out >= 0.04
+
+
+# The study ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("out")
+
+
+@pytest.fixture(scope="module")
+def results(folder: Path) -> dict[str, Any]:
+    return common.execute("paper", out=folder, json_file=folder / "paper.json", quick=True)
+
+
+def test_study_sets_the_papers_statements_beside_what_came_out(
+    results: dict[str, Any], folder: Path
+) -> None:
+    assert len(results["figures"]) == 8
+    for figure in results["figures"]:
+        assert (folder / figure).stat().st_size > 20_000
+    verdicts = {row["verdict"] for row in results["statements"]}
+    assert verdicts == {"holds", "partly", "wrong", "not found"}
+    assert results["critical_torque"]["largest_error"] <= 0.03
+    for row in results["zero_crossing"]["rows"]:
+        assert math.isclose(row["found"], row["formula"], abs_tol=0.01)
+
+
+def _scale(rows: str, key: str, factor: float) -> Callable[[dict[str, Any]], None]:
+    part, _, name = rows.partition(".")
+
+    def change(results: dict[str, Any]) -> None:
+        for row in results[part][name]:
+            row[key] *= factor
+            if key == "found_nm":
+                row["error"] = row["found_nm"] / row["formula_nm"] - 1.0
+
+    return change
+
+
+def _slope(factor: float) -> Callable[[dict[str, Any]], None]:
+    def change(results: dict[str, Any]) -> None:
+        results["characterisation"]["linear"]["slope_nm_per_rad"] *= factor
+
+    return change
+
+
+def _as_min(results: dict[str, Any]) -> None:
+    """Let the motor's limit be met where the printed formula says."""
+    for row in results["critical_torque"]["rows"]:
+        ratio, beta = row["stiffness_ratio"], row["beta"]
+        if ratio > 1.0:
+            row["found_nm"] = runs.MOTOR_NM * ratio / min(ratio - 1.0, (1.0 - beta) * ratio)
+
+
+def _printed(results: dict[str, Any]) -> None:
+    for row in results["critical_torque"]["rows"]:
+        row["found_nm"] = runs.printed_critical_torque(row["stiffness_ratio"], row["beta"])
+
+
+def _condition_met(results: dict[str, Any]) -> None:
+    for row in results["critical_torque"]["rows"]:
+        if row["stiffness_ratio"] < 1.0:
+            row["beta"] = 12.0
+
+
+def _empty_elsewhere(results: dict[str, Any]) -> None:
+    results["zero_crossing"]["rows"][2]["found"] += 0.05
+
+
+def _swings_near_the_shaft(results: dict[str, Any]) -> None:
+    for row in results["scenario_1"]["rows"]:
+        if abs(row["stiffness_nm_per_rad"] / runs.SHAFT_NM_PER_RAD - 1) < 0.25:
+            row["oscillation_rad"] = 0.1
+
+
+def _all_stay(results: dict[str, Any]) -> None:
+    for row in results["scenario_3"]["rows"]:
+        row.update(outcome="stays", exit_s=None, stuck_torque_nm=30e-3)
+
+
+def _all_leave(results: dict[str, Any]) -> None:
+    for row in results["scenario_3"]["rows"]:
+        row.update(outcome="leaves", exit_s=0.02, stuck_torque_nm=0.0)
+
+
+@pytest.mark.parametrize(
+    ("where", "paper", "verdict", "change", "changed"),
+    [
+        ("eq. (7)", "", "wrong", _as_min, "holds"),
+        ("eq. (7)", "", "wrong", _scale("critical_torque.rows", "found_nm", 1.1), "not found"),
+        ("eq. (8)", "", "holds", _scale("critical_torque.rows", "found_nm", 1.1), "wrong"),
+        ("eq. (11)", "", "partly", _scale("critical_torque.rows", "found_nm", 1.1), "wrong"),
+        ("eq. (11)", "", "partly", _condition_met, "holds"),
+        ("sec. II-D", "", "wrong", _printed, "holds"),
+        ("fig. 3, P8", "", "holds", _empty_elsewhere, "wrong"),
+        ("fig. 6", "", "wrong", _slope(35.0 / 50.1), "partly"),
+        ("fig. 6", "", "wrong", _slope(1.2), "not found"),
+        ("sec. IV", "", "partly", _slope(4.0), "holds"),
+        ("sec. IV", "", "partly", _slope(1.2), "wrong"),
+        ("scenario 1", "few", "holds", _scale("scenario_1.rows", "crossings", 20), "partly"),
+        (
+            "scenario 1",
+            "few",
+            "holds",
+            _scale("scenario_1.limits", "stable_to_nm_per_rad", 0.5),
+            "partly",
+        ),
+        ("scenario 1", "another", "not found", _swings_near_the_shaft, "holds"),
+        (
+            "scenario 1",
+            "'with",
+            "partly",
+            _scale("scenario_1.limits", "stable_to_nm_per_rad", 5.0),
+            "holds",
+        ),
+        (
+            "scenario 2",
+            "stiff",
+            "holds",
+            _scale("scenario_2.rows", "tracking_rms_out", 4.0),
+            "wrong",
+        ),
+        (
+            "scenario 2",
+            "soft",
+            "holds",
+            lambda r: r["scenario_2"]["rows"][0].update(torque_gap_nm=0),
+            "wrong",
+        ),
+        (
+            "scenario 2",
+            "the gap",
+            "wrong",
+            _scale("scenario_2.rows", "zero_crossing", 57.3),
+            "holds",
+        ),
+        (
+            "scenario 2",
+            "the gap",
+            "wrong",
+            _scale("scenario_2.rows", "zero_crossing", 0.1),
+            "not found",
+        ),
+        (
+            "scenario 2",
+            "total",
+            "wrong",
+            _scale("scenario_2.rows", "brake_for_spring_rms", 0.1),
+            "holds",
+        ),
+        ("scenario 3", "the knob", "holds", _all_stay, "wrong"),
+        ("scenario 3", "brake", "holds", _all_leave, "wrong"),
+        (
+            "scenario 3",
+            "a wall",
+            "wrong",
+            _scale("scenario_3.rows", "depth_at_cut_rad", 57.3),
+            "holds",
+        ),
+    ],
+)
+def test_a_changed_number_changes_the_verdict(
+    results: dict[str, Any],
+    where: str,
+    paper: str,
+    verdict: str,
+    change: Callable[[dict[str, Any]], None],
+    changed: str,
+) -> None:
+    def verdict_of(numbers: dict[str, Any]) -> str:
+        found = [
+            row["verdict"]
+            for row in paper_statements.statements(numbers)
+            if row["where"] == where and row["paper"].startswith(paper)
+        ]
+        assert len(found) == 1
+        return found[0]
+
+    assert verdict_of(results) == verdict
+    others = copy.deepcopy(results)
+    change(others)
+    assert verdict_of(others) == changed
+
+
+def test_events_of_a_visit_come_in_the_order_of_the_papers_figure() -> None:
+    rows, push = runs.run_push(runs.push_options(runs.per_degree(30.0)))
+    events = runs.wall_events(rows, push, 0.5)
+    assert len(events) == len(runs.WALL_EVENTS)
+    assert list(events) == sorted(set(events))
+    slips, meets, most, rests, turns, empty, released, leaves = events
+    depth = rows["angle_rad"] - runs.WALL_RAD
+    assert rows["brake_sticks"][:slips].all()
+    assert abs(rows["spring_torque_nm"][slips]) == pytest.approx(2e-3, rel=0.2)  # the drag
+    assert abs(depth[meets]) < 2 * runs.COUNT_RAD
+    assert abs(depth[leaves]) < 2 * runs.COUNT_RAD
+    # In between the motor gives more than its half of what is wanted.
+    share = np.abs(rows["motor_torque_nm"]) / np.maximum(np.abs(rows["desired_torque_nm"]), 1e-9)
+    assert share[most] > 0.5 + 0.05
+    assert share[rests] < share[most]
+    assert depth[rests] == pytest.approx(depth.max(), rel=0.01)
+    assert rows["spring_torque_nm"][turns] < 0 <= rows["sensed_spring_torque_nm"][empty]
+    assert rows["brake_capacity_nm"][released] < 5e-3 < rows["brake_capacity_nm"][empty]
+
+
+def test_a_wall_stiffer_than_the_shaft_lacks_one_of_the_events() -> None:
+    rows, push = runs.run_push(runs.push_options(runs.per_degree(30.0)))
+    rows = rows.copy()
+    rows["sensed_spring_torque_nm"] = -1e-3
+    with pytest.raises(ValueError, match="all of its events"):
+        runs.wall_events(rows, push, 0.5)
