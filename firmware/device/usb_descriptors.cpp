@@ -5,7 +5,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include "device/game_descriptor.hpp"
+#include "device/game/report_descriptor.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
