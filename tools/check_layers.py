@@ -48,7 +48,7 @@ RULES = (
     Rule("firmware/core", ("core",), std=FREE_STD),
     # Write documentation on the host; no part of the library.
     Rule("firmware/protocol/document.cpp", ("protocol",)),
-    Rule("firmware/protocol/wiring.cpp", ("protocol",)),
+    Rule("firmware/boards/wiring.cpp", ("protocol",)),
     Rule("firmware/protocol", ("protocol",), std=FREE_STD),
     Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
     # The device on TinyUSB's device stack, whatever it runs on.
@@ -58,7 +58,10 @@ RULES = (
         std=DEVICE_STD,
         third_party=r"tusb\.h|device/(dcd|usbd_pvt)\.h",
     ),
-    # The boards: the SDK, and what it generates.
+    # What a board says of itself and its pins is for the host too.
+    Rule("firmware/boards/board.hpp", ("device",), std=DEVICE_STD),
+    Rule("firmware/boards/rp2/pins.hpp", ("protocol", "device"), std=DEVICE_STD),
+    # Everything else there: the SDK, and what it generates.
     Rule(
         "firmware/boards",
         ("core", "protocol", "device", "usb", "boards"),
@@ -71,6 +74,8 @@ RULES = (
         third_party=r"tusb\.h|device/dcd\.h",
     ),
     Rule("emulator/usbip", (*FIRMWARE, "usb"), posix=True),
+    # It has the wiring of the board that it stands in for.
+    Rule("emulator/emulated_device.cpp", (*FIRMWARE, "boards")),
     Rule("emulator", FIRMWARE, posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
@@ -82,6 +87,10 @@ RULES = (
     Rule("sdk/src/emulated_plant.hpp", (*FIRMWARE, "torsio")),
     Rule("sdk/src/emulated_plant.cpp", (*FIRMWARE, "torsio")),
     Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "torsio"), posix=True),
+    # They say why a board refuses a wiring.
+    Rule("sdk/src/known_boards.cpp", ("protocol", "device", "boards")),
+    Rule("sdk/src/known_boards.hpp", ("protocol", "device")),
+    Rule("sdk/src/config_encoding.hpp", ("protocol", "device", "torsio")),
     Rule("sdk/src", ("protocol", "torsio"), posix=True),
     Rule(
         "bindings/src",

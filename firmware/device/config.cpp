@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <optional>
 
-#include "protocol/board_pins.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
@@ -66,8 +65,10 @@ protocol::Verdict check_consistent(const ActuatorConfig& config) {
   return {};
 }
 
-protocol::Verdict check_consistent(const protocol::BoardConfig& config, protocol::Board board) {
-  const std::optional<protocol::PinConflict> conflict = protocol::find_pin_conflict(config, board);
+/// Out of line, so that tools/stack_bound.py finds the call through the pointer here.
+[[gnu::noinline]] protocol::Verdict check_consistent(const protocol::BoardConfig& config,
+                                                     WiringRule rule) {
+  const std::optional<PinConflict> conflict = rule(config);
   if (!conflict) return {};
   return {protocol::Status::inconsistent, conflict->field};
 }

@@ -21,6 +21,7 @@
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "device/telemetry_batch.hpp"
+#include "device/wiring.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
 
@@ -33,6 +34,7 @@ struct BoardInfo {
   std::array<std::uint8_t, 3> firmware_version{};
   std::uint32_t control_period_ns = 1'000'000;
   bool has_bootloader = false;
+  WiringRule wiring_rule = any_wiring;
 };
 
 class Device {

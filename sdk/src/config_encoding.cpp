@@ -3,11 +3,11 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "field_check.hpp"
-#include "protocol/board_pins.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio {
@@ -81,7 +81,7 @@ protocol::ControlConfig to_wire(const ControlConfig& config) {
   return wire;
 }
 
-protocol::BoardConfig to_wire(const BoardConfig& config, protocol::Board board) {
+protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule) {
   protocol::BoardConfig wire;
   wire.supply_v = narrow(config.supply_v);
   wire.motor_torque_constant_nm_per_a = narrow(config.motor_torque_constant_nm_per_a);
@@ -103,7 +103,8 @@ protocol::BoardConfig to_wire(const BoardConfig& config, protocol::Board board) 
   wire.current_sense_pin = pin("current_sense_pin", config.current_sense_pin);
   wire.light_pin = pin("light_pin", config.light_pin);
   check_fields(wire);
-  if (const auto conflict = protocol::find_pin_conflict(wire, board)) {
+  const auto conflict = rule != nullptr ? rule(wire) : std::nullopt;
+  if (conflict) {
     throw InvalidArgument(
         std::string(protocol::field_name<protocol::BoardConfig>(conflict->field)) + " is " +
         std::to_string(conflict->pin) + ": " + std::string(conflict->reason));

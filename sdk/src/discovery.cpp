@@ -8,6 +8,7 @@
 #include "emulated_transport.hpp"
 #include "hid_transport.hpp"
 #include "knob_access.hpp"
+#include "known_boards.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
 #include "torsio/error.hpp"
@@ -18,11 +19,6 @@ namespace {
 
 constexpr std::string_view kEmulated = "emulated";
 constexpr std::string_view kEmulatedProduct = "Torsio emulated knob";
-
-std::string board_name(protocol::Board board) {
-  return std::string(
-      protocol::Enumerators<protocol::Board>::names.at(static_cast<std::size_t>(board)));
-}
 
 /// Asks a device what it is, without disturbing whoever has it open.
 ListedDevice describe(const HidListing& hid) {

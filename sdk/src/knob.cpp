@@ -12,6 +12,7 @@
 #include "emulated_transport.hpp"
 #include "field_check.hpp"
 #include "knob_access.hpp"
+#include "known_boards.hpp"
 #include "protocol/registry.hpp"
 #include "scene_encoding.hpp"
 #include "scene_player.hpp"
@@ -71,8 +72,7 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
   const auto end = std::ranges::find(identity.serial, std::uint8_t{0});
   info.serial.assign(identity.serial.begin(), end);
   info.product = connection.product;
-  info.board =
-      protocol::Enumerators<protocol::Board>::names.at(static_cast<std::size_t>(identity.board));
+  info.board = board_name(identity.board);
   for (const std::uint8_t part : identity.firmware_version) {
     if (!info.firmware_version.empty()) info.firmware_version += ".";
     info.firmware_version += std::to_string(part);
@@ -322,7 +322,7 @@ void Knob::set_control_config(const ControlConfig& config) {
 }
 
 void Knob::set_board_config(const BoardConfig& config) {
-  impl().session.set(to_wire(config, impl().identity().board));
+  impl().session.set(to_wire(config, wiring_rule(impl().identity().board)));
 }
 
 void Knob::set_game_config(const GameConfig& config) { impl().session.set(to_wire(config)); }

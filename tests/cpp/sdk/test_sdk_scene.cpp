@@ -10,6 +10,7 @@
 
 #include "config_encoding.hpp"
 #include "emulator/plant_params.hpp"
+#include "known_boards.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
@@ -249,8 +250,8 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
   CHECK(board.current_sense_pin == 28);
   CHECK(board.light_pin == 29);
   CHECK(protocol::encode(to_wire(from_wire(board))) == protocol::encode(board));
-  CHECK(to_wire(from_wire(board), protocol::Board::pico2).motor_pin == 14);
-  CHECK_THROWS_WITH_AS(to_wire(from_wire(board), protocol::Board::pico),
+  CHECK(to_wire(from_wire(board), wiring_rule(protocol::Board::pico2)).motor_pin == 14);
+  CHECK_THROWS_WITH_AS(to_wire(from_wire(board), wiring_rule(protocol::Board::pico)),
                        doctest::Contains("motor_pin is 14: the next pin"), InvalidArgument);
 }
 
