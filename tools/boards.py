@@ -1,4 +1,4 @@
-"""The boards that the firmware is built for: the folders of ``firmware/boards/`` with a board.cmake.
+"""The boards that the firmware is built for: ``firmware/boards/*/board.cmake``.
 
 ``python -m tools.boards`` prints their names, one a line.
 """

@@ -1,4 +1,4 @@
-"""Write the table in docs/hardware.md anew, from the field list that the firmware is compiled with."""
+"""Write the table in docs/hardware.md anew, from the firmware's own field list."""
 
 from __future__ import annotations
 
