@@ -6,7 +6,8 @@ include(GNUInstallDirs)
 
 set(config_dir "${CMAKE_INSTALL_LIBDIR}/cmake/torsio")
 
-install(TARGETS torsio_sdk torsio_conversion torsio_emulator torsio_device torsio_core torsio_protocol
+install(TARGETS torsio_sdk torsio_conversion torsio_emulator torsio_boards torsio_device torsio_core
+  torsio_protocol
   EXPORT torsioTargets
   ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT sdk

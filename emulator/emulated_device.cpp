@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "boards/reference.hpp"
 #include "device/config.hpp"
 #include "device/config_store.hpp"
 #include "protocol/registry.hpp"
@@ -51,7 +52,7 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
   check_override(options.actuator);
   check_override(options.control);
   check_override(options.game);
-  const device::ConfigStore store(options.stored);
+  const device::ConfigStore store(options.stored, boards::kReference.wiring_rule);
   device::Config config = store.loaded().value_or(device::Config{});
   config.actuator = options.actuator.value_or(config.actuator);
   config.control = options.control.value_or(config.control);
@@ -75,7 +76,8 @@ EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
 
 device::BoardInfo EmulatedDevice::board() const {
   device::BoardInfo board;
-  board.board = protocol::Board::emulated;
+  board.board = 0;
+  board.wiring_rule = boards::kReference.wiring_rule;
   std::ranges::copy(options_.serial, board.serial.begin());
   board.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
   board.control_period_ns = static_cast<std::uint32_t>(options_.control_period_ns);

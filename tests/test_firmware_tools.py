@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tools import apt, firmware_sources, uf2
+from tools import apt, boards, firmware_sources, uf2
 
 KEY = "/usr/share/keyrings/example.gpg"
 
@@ -156,6 +156,39 @@ def test_bad_elf_file_makes_no_image(
     assert uf2.main([str(tmp_path / "torsio-pico.elf"), str(target)]) == 1
     assert complaint in capsys.readouterr().err
     assert not target.exists()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Make a folder of boards, with one board in it and one folder that is none."""
+    monkeypatch.setattr(boards, "FOLDER", tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "board.cmake").write_text(
+        "# A board.\nset(PICO_BOARD mine)\nset(TORSIO_CHIP rp2350)\n", encoding="utf-8"
+    )
+    (tmp_path / "rp2").mkdir()
+    return tmp_path
+
+
+def test_a_folder_is_all_that_the_tools_need_to_know_a_board(folder: Path) -> None:
+    assert boards.chips() == {"mine": "rp2350"}
+    source, target = folder / "torsio-mine.elf", folder / "torsio-mine.uf2"
+    source.write_bytes(elf())
+    assert uf2.main([str(source), str(target)]) == 0
+    assert uf2.check(target.read_bytes(), "rp2350") == uf2.read_elf(elf())
+
+
+def test_firmware_of_no_board_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = folder / "torsio-yours.elf"
+    source.write_bytes(elf())
+    assert uf2.main([str(source), str(folder / "torsio-yours.uf2")]) == 1
+    assert "no board 'yours'; there are mine" in capsys.readouterr().err
+
+
+def test_board_without_a_chip_is_refused(folder: Path) -> None:
+    (folder / "mine" / "board.cmake").write_text("set(PICO_BOARD mine)\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"board\.cmake: no line set\(TORSIO_CHIP"):
+        boards.chips()
 
 
 def image(chip: str = "rp2040") -> bytes:

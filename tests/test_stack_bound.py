@@ -53,7 +53,7 @@ def test_bound_adds_every_interrupt_and_what_the_processor_pushes() -> None:
     listing = LISTING.replace("<root>:", "<main>:").replace("<root+", "<main+")
     listing += "".join(empty(f"2000010{n}", name) for n, name in enumerate(handlers))
     listing += empty("20000200", "runtime_init")
-    deepest = bound(listing, frozenset(), "pico", 4096)
+    deepest = bound(listing, frozenset(), "rp2040", 4096)
     assert deepest.main_bytes == 60 + LARGE
     assert deepest.interrupt_bytes == 3 * (8 + 36 + 8)
     assert deepest.path == ["main", "large"]

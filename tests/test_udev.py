@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.python import wire
+from tools import usb_ids
+
 TREE = Path(__file__).parent.parent
 RULE = TREE / "sdk" / "60-torsio.rules"
 INSTALLED = Path("etc/udev/rules.d/60-torsio.rules")
@@ -45,29 +48,51 @@ def test_rule_gives_hidraw_and_usb_node_of_our_device_to_the_seat_and_to_nobody_
         matches = [pair.fullmatch(part) for part in statement.split(",")]
         assert all(matches)
         parsed.append({match[1] + match[2]: match[3] for match in matches if match})
+    vendor, product = wire.USB_ID.split(":")
     assert parsed == [
         {
             "SUBSYSTEM==": "hidraw",
-            "ATTRS{idVendor}==": "1209",
-            "ATTRS{idProduct}==": "0001",
+            "ATTRS{idVendor}==": vendor,
+            "ATTRS{idProduct}==": product,
             "TAG+=": "uaccess",
         },
         {
             "SUBSYSTEM==": "input",
             "KERNEL==": "event*",
-            "ATTRS{idVendor}==": "1209",
-            "ATTRS{idProduct}==": "0001",
+            "ATTRS{idVendor}==": vendor,
+            "ATTRS{idProduct}==": product,
             "ENV{EVDEV_ABS_00}=": ":::0:0",
             "RUN{builtin}+=": "keyboard",
         },
         {
             "SUBSYSTEM==": "usb",
             "ENV{DEVTYPE}==": "usb_device",
-            "ATTR{idVendor}==": "1209",
-            "ATTR{idProduct}==": "0001",
+            "ATTR{idVendor}==": vendor,
+            "ATTR{idProduct}==": product,
             "TAG+=": "uaccess",
         },
     ]
+
+
+def test_ids_of_the_header_stand_in_the_rule_and_the_documents() -> None:
+    assert ":".join(usb_ids.ids()) == wire.USB_ID
+    hardware = TREE / "docs" / "hardware.md"
+    assert wire.USB_ID in hardware.read_text(encoding="utf-8")
+    assert {RULE, hardware} <= set(usb_ids.places())
+    for place in usb_ids.places():
+        text = place.read_text(encoding="utf-8")
+        if usb_ids.with_ids(text) != text:
+            pytest.fail(f"{place} has other ids; run python -m tools.usb_ids", pytrace=False)
+
+
+def test_other_ids_are_put_into_rule_and_document(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(usb_ids, "ids", lambda: ("16c0", "27d9"))
+    rule = 'ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", TAG+="uaccess"'
+    assert (
+        usb_ids.with_ids(rule)
+        == 'ATTRS{idVendor}=="16c0", ATTRS{idProduct}=="27d9", TAG+="uaccess"'
+    )
+    assert usb_ids.with_ids("calls itself 1209:0001,") == "calls itself 16c0:27d9,"
 
 
 def test_dev_udev_installs_the_rule_below_destdir_and_removes_it(tmp_path: Path) -> None:

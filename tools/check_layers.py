@@ -55,7 +55,10 @@ RULES = (
         std=DEVICE_STD,
         third_party=r"tusb\.h|device/(dcd|usbd_pvt)\.h",
     ),
-    # The boards: the SDK, and what it generates.
+    # What a board says of itself and its pins is for the host too.
+    Rule("firmware/boards/board.hpp", ("device",), std=DEVICE_STD),
+    Rule("firmware/boards/rp2/pins.hpp", ("protocol", "device"), std=DEVICE_STD),
+    # Everything else there: the SDK, and what it generates.
     Rule(
         "firmware/boards",
         ("core", "protocol", "device", "usb", "boards"),
@@ -71,6 +74,8 @@ RULES = (
     # The physics know nothing of what they move.
     Rule("emulator/plant", ("emulator/plant", "torsio/plant.hpp")),
     Rule("emulator/include", ("torsio",)),
+    # It has the wiring of the board that it stands in for.
+    Rule("emulator/emulated_device.cpp", (*FIRMWARE, "boards", "torsio/plant.hpp")),
     Rule("emulator", (*FIRMWARE, "torsio/plant.hpp"), posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
@@ -80,7 +85,10 @@ RULES = (
         third_party=r"(hidapi/)?hidapi(_libusb)?\.h",
     ),
     # Host units and wire units; bindings and studies have it too.
-    Rule("sdk/conversion", ("protocol", "conversion", "torsio")),
+    Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),
+    # They say why a board refuses a wiring.
+    Rule("sdk/src/known_boards.cpp", ("protocol", "device", "boards")),
+    Rule("sdk/src/known_boards.hpp", ("protocol", "device")),
     Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "conversion", "torsio"), posix=True),
     Rule("sdk/src", ("protocol", "conversion", "torsio"), posix=True),
     Rule(

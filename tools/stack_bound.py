@@ -15,6 +15,8 @@ import subprocess
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from tools import boards
+
 # What a function calls through pointers, both as regular expressions of mangled names. Every target
 # must exist, unless nothing is ever called there.
 INDIRECT: dict[str, tuple[str, ...]] = {
@@ -22,6 +24,8 @@ INDIRECT: dict[str, tuple[str, ...]] = {
     r".*(4core7control|11add_overlay|ControlLoop4tick|Device4tick|on_tick).*": (
         r".*6Forces9torque_nm.*",
     ),
+    # The board's rule for its wiring.
+    r".*6device16check_consistent.*11BoardConfig.*": (r".*17find_pin_conflict.*",),
     # An interface of the device's, behind the class driver.
     r".*(15control_request|8poll_hid|12transfer_end|13finish_output).*": (
         r".*11get_feature.*",
@@ -54,7 +58,7 @@ PROGRAM = ("runtime_init", "main")
 INTERRUPTS = (r".*7on_tickEv", r"dcd_rp2040_irq", r"alarm_pool_irq_handler")
 # What the processor itself pushes: 8 registers, 17 of floating point with one of padding, and 4
 # bytes of alignment; and the SDK's chain of handlers for a shared interrupt.
-EXCEPTION_BYTES = {"pico": 36 + 8, "pico2": 108 + 8}
+EXCEPTION_BYTES = {"rp2040": 36 + 8, "rp2350": 108 + 8}
 
 
 class UnknownStack(ValueError):
@@ -228,7 +232,7 @@ class Bound:
         return self.main_bytes + self.interrupt_bytes
 
 
-def bound(listing: str, labels: frozenset[str], board: str, room_bytes: int) -> Bound:
+def bound(listing: str, labels: frozenset[str], chip: str, room_bytes: int) -> Bound:
     """Return the bound of one firmware.
 
     Raises
@@ -247,7 +251,7 @@ def bound(listing: str, labels: frozenset[str], board: str, room_bytes: int) -> 
 
     main, path = max(depth_bytes(functions, only(root)) for root in PROGRAM)
     interrupts = sum(
-        depth_bytes(functions, only(root))[0] + EXCEPTION_BYTES[board] for root in INTERRUPTS
+        depth_bytes(functions, only(root))[0] + EXCEPTION_BYTES[chip] for root in INTERRUPTS
     )
     return Bound(main, interrupts, room_bytes, path)
 
@@ -266,5 +270,5 @@ def of_firmware(elf: Path) -> Bound:
     labels = {words[7] for words in symbols if words[3] == "NOTYPE" and words[4] == "LOCAL"}
     values = {words[7]: int(words[1], 16) for words in symbols}
     listing = output("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(elf))
-    board = elf.stem.removeprefix("torsio-")
-    return bound(listing, frozenset(labels), board, values["__StackTop"] - values["__StackBottom"])
+    room_bytes = values["__StackTop"] - values["__StackBottom"]
+    return bound(listing, frozenset(labels), boards.chip_of(elf), room_bytes)

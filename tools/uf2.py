@@ -1,6 +1,6 @@
 """Make UF2 files, which a board in its boot loader takes like a memory stick, and check them.
 
-``python -m tools.uf2 FIRMWARE.elf FIRMWARE.uf2`` writes one. The format is Microsoft's
+``python -m tools.uf2 torsio-BOARD.elf FIRMWARE.uf2`` writes one. The format is Microsoft's
 (https://github.com/microsoft/uf2): blocks of 512 bytes, each with up to 476 bytes of payload, an
 address and the number of the chip's family.
 """
@@ -12,6 +12,8 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+
+from tools import boards
 
 MAGIC_START = (0x0A324655, 0x9E5D5157)
 MAGIC_END = 0x0AB16F30
@@ -152,13 +154,13 @@ def check(uf2: bytes, chip: str) -> dict[int, bytes]:
 
 
 def main(arguments: list[str]) -> int:
-    """Convert one file; the chip is told by the name, ``pico2`` being an RP2350."""
+    """Convert one file, whose name tells the board and so the chip."""
     source, target = (Path(argument) for argument in arguments)
-    chip = "rp2350" if "pico2" in source.name else "rp2040"
     try:
+        chip = boards.chip_of(source)
         uf2 = make(read_elf(source.read_bytes()), chip)
         check(uf2, chip)
-    except FormatError as error:
+    except ValueError as error:
         print(f"{source}: {error}", file=sys.stderr)
         return 1
     target.write_bytes(uf2)

@@ -14,6 +14,7 @@
 #include "module.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
+#include "protocol/usb_ids.hpp"
 
 namespace py = pybind11;
 
@@ -215,6 +216,8 @@ void bind_protocol(py::module_& parent) {
   py::module_ module = parent.def_submodule("protocol", "Reports as dicts and as bytes.");
   module.attr("REPORT_SIZE") = protocol::report_size;
   module.attr("VERSION") = protocol::protocol_version;
+  module.attr("USB_VENDOR_ID") = protocol::usb_vendor_id;
+  module.attr("USB_PRODUCT_ID") = protocol::usb_product_id;
   module.def(
       "fingerprint", [] { return protocol::fingerprint(); }, "Hash of every report's layout.");
   module.def("reports", &reports, "Description of every report, as data.");

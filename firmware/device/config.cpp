@@ -1,9 +1,9 @@
 #include "device/config.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
-#include "protocol/board_pins.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
@@ -11,12 +11,8 @@ namespace torsio::device {
 using protocol::ActuatorConfig;
 
 // The law's number on the wire is its number in the core.
-static_assert(static_cast<int>(protocol::Law::paper) == static_cast<int>(core::Law::paper));
-static_assert(static_cast<int>(protocol::Law::compensated) ==
-              static_cast<int>(core::Law::compensated));
-static_assert(static_cast<int>(protocol::Law::parallel) == static_cast<int>(core::Law::parallel));
-static_assert(static_cast<int>(protocol::Law::motor_only) ==
-              static_cast<int>(core::Law::motor_only));
+static_assert(std::ranges::equal(protocol::Enumerators<protocol::Law>::names, core::kLaws, {}, {},
+                                 &core::LawTraits::name));
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   const protocol::ActuatorConfig& actuator = config.actuator;
@@ -33,11 +29,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   loop.controller.motion = core::make_motion_params(
       resolution, actuator.counter_bits, actuator.encoder_reversed == protocol::Toggle::on,
       control.speed_bandwidth_hz);
-  // Only the compensated law counts the drag: with the paper's the drag's help is what keeps the
-  // motor from overcompensating (docs/theory.md).
   loop.controller.brake = core::make_brake_params(
       actuator.brake_time_constant_s, period_s, actuator.brake_torque_min_nm,
-      law == core::Law::compensated ? actuator.brake_drag_nm : 0.0F);
+      core::traits(law).counts_drag ? actuator.brake_drag_nm : 0.0F);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
   loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
@@ -66,8 +60,10 @@ protocol::Verdict check_consistent(const ActuatorConfig& config) {
   return {};
 }
 
-protocol::Verdict check_consistent(const protocol::BoardConfig& config, protocol::Board board) {
-  const std::optional<protocol::PinConflict> conflict = protocol::find_pin_conflict(config, board);
+/// Out of line, so that tools/stack_bound.py finds the call through the pointer here.
+[[gnu::noinline]] protocol::Verdict check_consistent(const protocol::BoardConfig& config,
+                                                     WiringRule rule) {
+  const std::optional<PinConflict> conflict = rule(config);
   if (!conflict) return {};
   return {protocol::Status::inconsistent, conflict->field};
 }

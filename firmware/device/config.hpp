@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/controller.hpp"
+#include "device/wiring.hpp"
 #include "protocol/reports.hpp"
 #include "protocol/status.hpp"
 
@@ -34,8 +35,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
 
-/// Each pin can do its job on this board; see find_pin_conflict().
-protocol::Verdict check_consistent(const protocol::BoardConfig& config, protocol::Board board);
+/// Each pin can do its job on this board.
+protocol::Verdict check_consistent(const protocol::BoardConfig& config, WiringRule rule);
 
 /// Unit of torque in telemetry: the finest of 1, 2, 5 times a power of ten that shows one and a
 /// half times what motor and brake can give together.

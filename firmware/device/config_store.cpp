@@ -51,7 +51,7 @@ std::uint32_t checksum(const SlotBytes& bytes) {
   return crc32(std::span(bytes).first(kChecksumAt));
 }
 
-std::optional<Config> read_slot(const SlotBytes& bytes, protocol::Board board) {
+std::optional<Config> read_slot(const SlotBytes& bytes, WiringRule rule) {
   if (get_u32(bytes, 0) != kMagic || get_u32(bytes, kLayoutAt) != protocol::fingerprint() ||
       get_u32(bytes, kChecksumAt) != checksum(bytes)) {
     return std::nullopt;
@@ -64,7 +64,7 @@ std::optional<Config> read_slot(const SlotBytes& bytes, protocol::Board board) {
     good = good && protocol::decode(padded, report).ok();
   });
   if (!good || !check_consistent(config.actuator).ok() ||
-      !check_consistent(config.board, board).ok()) {
+      !check_consistent(config.board, rule).ok()) {
     return std::nullopt;
   }
   return config;
@@ -81,10 +81,10 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
   return ~crc;
 }
 
-ConfigStore::ConfigStore(const StoredSlots& slots, protocol::Board board) {
+ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {
   for (std::uint8_t slot = 0; slot < 2; ++slot) {
     const SlotBytes& bytes = slots.slot[slot];
-    const std::optional<Config> config = read_slot(bytes, board);
+    const std::optional<Config> config = read_slot(bytes, rule);
     const std::uint32_t saves = get_u32(bytes, kSavesAt);
     if (!config || (loaded_ && saves < saves_)) continue;
     loaded_ = config;

@@ -38,8 +38,8 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes);
 
 class ConfigStore {
  public:
-  /// @param board a configuration that cannot be on it counts as none
-  explicit ConfigStore(const StoredSlots& slots, protocol::Board board = protocol::Board::emulated);
+  /// @param rule a configuration with another wiring counts as none
+  explicit ConfigStore(const StoredSlots& slots, WiringRule rule = any_wiring);
 
   /// The newest intact configuration; nothing if neither slot holds one of this layout.
   const std::optional<Config>& loaded() const { return loaded_; }

@@ -9,7 +9,7 @@
 
 #include "core/controller.hpp"
 #include "device/config.hpp"
-#include "device/game_forces.hpp"
+#include "device/game/forces.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "protocol/reports.hpp"

@@ -74,7 +74,7 @@ bool decode_any(std::span<const std::uint8_t> bytes, Direction direction, Visit&
 
 Device::Device(const BoardInfo& board, const StoredSlots& stored)
     : board_(board),
-      store_(stored, board.board),
+      store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(Config{})),
       loop_config_(make_loop_config(config_, board.control_period_ns)),
       game_params_(game::make_force_params(config_, board.control_period_ns)),
@@ -103,8 +103,8 @@ Verdict Device::set_feature(std::span<const std::uint8_t> report) {
       verdict = found;
       if constexpr (requires { check_consistent(content); }) {
         if (verdict.ok()) verdict = check_consistent(content);
-      } else if constexpr (requires { check_consistent(content, board_.board); }) {
-        if (verdict.ok()) verdict = check_consistent(content, board_.board);
+      } else if constexpr (requires { check_consistent(content, board_.wiring_rule); }) {
+        if (verdict.ok()) verdict = check_consistent(content, board_.wiring_rule);
       }
     });
   }

@@ -16,11 +16,12 @@
 #include "core/controller.hpp"
 #include "device/config_store.hpp"
 #include "device/control_loop.hpp"
-#include "device/game_config.hpp"
-#include "device/pid_engine.hpp"
+#include "device/game/params.hpp"
+#include "device/game/pid_engine.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "device/telemetry_batch.hpp"
+#include "device/wiring.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
 
@@ -28,11 +29,12 @@ namespace torsio::device {
 
 /// What a board knows about itself at power-up.
 struct BoardInfo {
-  protocol::Board board = protocol::Board::emulated;
+  std::uint8_t board = 0;  // its number in firmware/boards/; 0 is the emulated one
   std::array<std::uint8_t, 16> serial{};  // ASCII, padded with zeros
   std::array<std::uint8_t, 3> firmware_version{};
   std::uint32_t control_period_ns = 1'000'000;
   bool has_bootloader = false;
+  WiringRule wiring_rule = any_wiring;
 };
 
 class Device {

@@ -1,5 +1,8 @@
 #include "device/prepare.hpp"
 
+#include <cstdint>
+#include <tuple>
+
 #include "core/angle.hpp"
 #include "protocol/registry.hpp"
 
@@ -11,12 +14,14 @@ using protocol::field_index;
 using protocol::Status;
 using protocol::Verdict;
 
-// Choices keep their number from the wire to the core.
-static_assert(static_cast<int>(protocol::Waveform::sawtooth_down) ==
-              static_cast<int>(core::Waveform::sawtooth_down));
-static_assert(static_cast<int>(protocol::DetentProfile::click) ==
-              static_cast<int>(core::DetentProfile::click));
-static_assert(static_cast<int>(protocol::Grain::noise) == static_cast<int>(core::Grain::noise));
+/// Choices keep their number from the wire to the core, where `last` is the last one.
+template <class Wire, class Core>
+constexpr bool has_as_many(Core last) {
+  return protocol::Enumerators<Wire>::names.size() == static_cast<std::size_t>(last) + 1;
+}
+static_assert(has_as_many<protocol::Waveform>(core::Waveform::sawtooth_down));
+static_assert(has_as_many<protocol::DetentProfile>(core::DetentProfile::click));
+static_assert(has_as_many<protocol::Grain>(core::Grain::noise));
 static_assert(protocol::max_effects == core::kMaxEffects);
 static_assert(protocol::curve_pool_points == core::kCurvePoolPoints);
 
@@ -64,43 +69,43 @@ core::Wall make_wall(std::int64_t angle_turns_q32, bool solid_above, float stiff
           stiffness, damping};
 }
 
-}  // namespace
+// One for each effect of protocol::EffectReports.
 
-Verdict prepare(const protocol::Wall& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Wall& in, const Resolution& r, core::Effect& effect) {
   effect = make_wall(in.angle_turns_q32, in.side == protocol::Side::above, in.stiffness_nm_per_rad,
                      in.damping_nm_s_per_rad, r);
   return {};
 }
 
-Verdict prepare(const protocol::Spring& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Spring& in, const Resolution& r, core::Effect& effect) {
   effect = core::Spring{core::make_origin(in.angle_turns_q32, r.counts_per_rev),
                         in.stiffness_nm_per_rad, in.deadband_rad, in.torque_limit_nm};
   return {};
 }
 
-Verdict prepare(const protocol::Damper& in, const Resolution&, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Damper& in, const Resolution&, core::Effect& effect) {
   effect = core::Damper{in.damping_nm_s_per_rad, in.torque_limit_nm};
   return {};
 }
 
-Verdict prepare(const protocol::Friction& in, const Resolution&, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Friction& in, const Resolution&, core::Effect& effect) {
   effect = core::Friction{in.stiffness_nm_per_rad, in.torque_nm / in.stiffness_nm_per_rad};
   return {};
 }
 
-Verdict prepare(const protocol::Inertia& in, const Resolution&, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Inertia& in, const Resolution&, core::Effect& effect) {
   effect = core::Inertia{in.inertia_kg_m2, in.torque_limit_nm};
   return {};
 }
 
-Verdict prepare(const protocol::Constant& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Constant& in, const Resolution& r, core::Effect& effect) {
   core::Constant constant{in.torque_nm, {}};
   const Verdict verdict = prepare_timing<protocol::Constant>(in.timing, r, constant.timing);
   if (verdict.ok()) effect = constant;
   return verdict;
 }
 
-Verdict prepare(const protocol::Ramp& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Ramp& in, const Resolution& r, core::Effect& effect) {
   if (in.timing.duration_s <= 0.0F) {
     return {Status::inconsistent, field_index<protocol::Ramp>("duration_s")};
   }
@@ -113,7 +118,7 @@ Verdict prepare(const protocol::Ramp& in, const Resolution& r, core::Effect& eff
   return {};
 }
 
-Verdict prepare(const protocol::Periodic& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Periodic& in, const Resolution& r, core::Effect& effect) {
   const float cycles_per_tick = in.frequency_hz * r.period_s;
   if (cycles_per_tick > 0.5F) {
     return {Status::out_of_range, field_index<protocol::Periodic>("frequency_hz")};
@@ -131,7 +136,7 @@ Verdict prepare(const protocol::Periodic& in, const Resolution& r, core::Effect&
   return {};
 }
 
-Verdict prepare(const protocol::Detents& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Detents& in, const Resolution& r, core::Effect& effect) {
   if (in.per_turn_q32 > static_cast<std::uint64_t>(r.counts_per_rev) << 31) {
     return {Status::out_of_range, field_index<protocol::Detents>("per_turn_q32")};
   }
@@ -141,7 +146,7 @@ Verdict prepare(const protocol::Detents& in, const Resolution& r, core::Effect& 
   return {};
 }
 
-Verdict prepare(const protocol::EndStops& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::EndStops& in, const Resolution& r, core::Effect& effect) {
   if (in.upper_turns_q32 < in.lower_turns_q32) {
     return {Status::inconsistent, field_index<protocol::EndStops>("upper_turns_q32")};
   }
@@ -151,7 +156,7 @@ Verdict prepare(const protocol::EndStops& in, const Resolution& r, core::Effect&
   return {};
 }
 
-Verdict prepare(const protocol::Texture& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Texture& in, const Resolution& r, core::Effect& effect) {
   if (in.grains_per_turn > r.counts_per_rev / 2) {
     return {Status::out_of_range, field_index<protocol::Texture>("grains_per_turn")};
   }
@@ -166,7 +171,7 @@ Verdict prepare(const protocol::Texture& in, const Resolution& r, core::Effect& 
   return {};
 }
 
-Verdict prepare(const protocol::Curve& in, const Resolution& r, core::Effect& effect) {
+Verdict prepare_effect(const protocol::Curve& in, const Resolution& r, core::Effect& effect) {
   if (in.first_point + in.points > protocol::curve_pool_points) {
     return {Status::inconsistent, field_index<protocol::Curve>("points")};
   }
@@ -184,6 +189,23 @@ Verdict prepare(const protocol::Curve& in, const Resolution& r, core::Effect& ef
   effect = curve;
   return {};
 }
+
+}  // namespace
+
+template <class EffectReport>
+Verdict prepare(const EffectReport& in, const Resolution& r, core::Effect& effect) {
+  return prepare_effect(in, r, effect);
+}
+
+/// Has the compiler make prepare() for every effect of a list here, not where it is called: this
+/// file is compiled by the rules of the microcontroller. Nobody calls all().
+template <class List>
+struct Prepared;
+template <class... EffectReport>
+struct Prepared<std::tuple<EffectReport...>> {
+  static auto all() { return std::tuple{&prepare<EffectReport>...}; }
+};
+template struct Prepared<protocol::EffectReports>;
 
 core::LocalModel prepare(const protocol::LocalModel& in, const Resolution& r) {
   return {in.torque_nm, core::make_origin(in.angle_turns_q32, r.counts_per_rev),

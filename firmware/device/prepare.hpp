@@ -11,33 +11,11 @@
 namespace torsio::device {
 
 /// Prepares an effect whose fields are each in range.
+/// @param in one of protocol::EffectReports
 /// @returns inconsistent or out_of_range with the field, if the fields do not fit each other or
-/// this
-///          encoder and rate; `effect` is then untouched
-protocol::Verdict prepare(const protocol::Wall& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Spring& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Damper& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Friction& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Inertia& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Constant& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Ramp& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Periodic& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Detents& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::EndStops& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Texture& in, const core::Resolution& r,
-                          core::Effect& effect);
-protocol::Verdict prepare(const protocol::Curve& in, const core::Resolution& r,
-                          core::Effect& effect);
+///          this encoder and rate; `effect` is then untouched
+template <class EffectReport>
+protocol::Verdict prepare(const EffectReport& in, const core::Resolution& r, core::Effect& effect);
 
 core::LocalModel prepare(const protocol::LocalModel& in, const core::Resolution& r);
 

@@ -5,8 +5,9 @@
 #include <tuple>
 #include <type_traits>
 
-#include "device/game_descriptor.hpp"
+#include "device/game/report_descriptor.hpp"
 #include "protocol/registry.hpp"
+#include "protocol/usb_ids.hpp"
 
 namespace torsio::device {
 namespace {
@@ -77,8 +78,8 @@ constexpr std::size_t kReports = std::tuple_size_v<protocol::AllReports>;
 
 consteval auto make_control_report_descriptor() {
   Bytes<17 + 6 * kReports> bytes;
-  bytes.add({0x06, low(kVendorUsagePage), high(kVendorUsagePage)});
-  bytes.add({0x09, kVendorUsage});
+  bytes.add({0x06, low(protocol::usb_usage_page), high(protocol::usb_usage_page)});
+  bytes.add({0x09, protocol::usb_usage});
   bytes.add({0xA1, 0x01});        // collection (application)
   bytes.add({0x15, 0x00});        // logical minimum
   bytes.add({0x26, 0xFF, 0x00});  // logical maximum
@@ -153,10 +154,10 @@ std::array<std::uint8_t, kDeviceDescriptorSize> device_descriptor(
           0,
           0,
           kEndpointSize,  // of endpoint 0
-          low(kUsbVendorId),
-          high(kUsbVendorId),
-          low(kUsbProductId),
-          high(kUsbProductId),
+          low(protocol::usb_vendor_id),
+          high(protocol::usb_vendor_id),
+          low(protocol::usb_product_id),
+          high(protocol::usb_product_id),
           minor_patch,
           digit(firmware_version[0]),
           manufacturer,
@@ -181,9 +182,9 @@ StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint
       return string;
     }
     case manufacturer:
-      return make_string("Torsio");
+      return make_string(protocol::usb_manufacturer);
     case product:
-      return make_string("Torsio haptic knob");
+      return make_string(protocol::usb_product);
     case serial_number: {
       std::array<char, 31> text{};
       std::size_t size = 0;

@@ -1,9 +1,6 @@
 /// @file
 /// What the device tells a host about itself when it is plugged in: plain bytes, made from the list
 /// of reports, for whichever USB stack carries them.
-///
-/// The vendor and product number are pid.codes' numbers for tests. A device that is given away must
-/// be built with numbers of its own.
 #pragma once
 
 #include <array>
@@ -15,10 +12,6 @@
 
 namespace torsio::device {
 
-inline constexpr std::uint16_t kUsbVendorId = 0x1209;
-inline constexpr std::uint16_t kUsbProductId = 0x0001;
-inline constexpr std::uint16_t kVendorUsagePage = 0xFF00;
-inline constexpr std::uint8_t kVendorUsage = 0x01;
 inline constexpr std::uint8_t kEndpointSize = 64;
 static_assert(kEndpointSize == protocol::report_size);
 

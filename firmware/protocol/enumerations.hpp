@@ -97,14 +97,6 @@ struct Enumerators<Owner> {
   static constexpr bool open = false;
 };
 
-/// What the firmware runs on.
-enum class Board : std::uint8_t { emulated, pico, pico2 };
-template <>
-struct Enumerators<Board> {
-  static constexpr std::array<std::string_view, 3> names{"emulated", "pico", "pico2"};
-  static constexpr bool open = true;
-};
-
 /// What a command asks for.
 enum class Op : std::uint8_t {
   keep_alive,  // nothing but a sign of life, not acknowledged

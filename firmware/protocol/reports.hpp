@@ -27,7 +27,7 @@ struct Identity {
   std::uint32_t fingerprint = 0;
   std::uint16_t version = protocol_version;
   std::array<std::uint8_t, 3> firmware_version{};
-  Board board = Board::emulated;
+  std::uint8_t board = 0;
   std::array<std::uint8_t, 16> serial{};
   std::uint8_t axes = 1;
   std::uint8_t effects = max_effects;
@@ -47,7 +47,8 @@ struct Layout<Identity> {
       any_number("fingerprint", &Identity::fingerprint, "", "hash of every report's layout"),
       any_number("version", &Identity::version, "", "version of the protocol"),
       any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
-      choice("board", &Identity::board, "what the firmware runs on"),
+      any_number("board", &Identity::board, "",
+                 "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
       any_number("axes", &Identity::axes, "", "that the device has"),
       any_number("effects", &Identity::effects, "", "slots of a scene"),

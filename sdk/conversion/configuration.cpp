@@ -1,8 +1,8 @@
 #include "conversion/configuration.hpp"
 
+#include <optional>
 #include <string>
 
-#include "protocol/board_pins.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio::conversion {
@@ -25,9 +25,10 @@ protocol::ActuatorConfig to_wire(const ActuatorConfig& config) {
 
 protocol::ControlConfig to_wire(const ControlConfig& config) { return convert(config); }
 
-protocol::BoardConfig to_wire(const BoardConfig& config, protocol::Board board) {
+protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule) {
   const protocol::BoardConfig wire = convert(config);
-  if (const auto conflict = protocol::find_pin_conflict(wire, board)) {
+  const auto conflict = rule != nullptr ? rule(wire) : std::nullopt;
+  if (conflict) {
     throw InvalidArgument(
         std::string(protocol::field_name<protocol::BoardConfig>(conflict->field)) + " is " +
         std::to_string(conflict->pin) + ": " + std::string(conflict->reason));

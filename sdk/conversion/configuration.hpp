@@ -3,14 +3,15 @@
 #pragma once
 
 #include "conversion/convert.hpp"
+#include "device/wiring.hpp"
 
 namespace torsio::conversion {
 
 /// @throws InvalidArgument that names the field, its value and its range; likewise below
 protocol::ActuatorConfig to_wire(const ActuatorConfig& config);
 protocol::ControlConfig to_wire(const ControlConfig& config);
-protocol::BoardConfig to_wire(const BoardConfig& config,
-                              protocol::Board board = protocol::Board::emulated);
+/// @param rule what the board finds wrong with its wiring; nullptr: not known here, the device asks
+protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule = nullptr);
 protocol::GameConfig to_wire(const GameConfig& config);
 
 }  // namespace torsio::conversion

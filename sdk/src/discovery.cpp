@@ -8,9 +8,9 @@
 #include "emulated_transport.hpp"
 #include "hid_transport.hpp"
 #include "knob_access.hpp"
+#include "known_boards.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
-#include "protocol_names.hpp"
 #include "torsio/error.hpp"
 #include "torsio/knob.hpp"
 
@@ -96,7 +96,7 @@ std::vector<ListedDevice> list_devices() {
   listed.push_back({.path = std::string(kEmulated),
                     .serial = "EMULATED",
                     .product = std::string(kEmulatedProduct),
-                    .board = board_name(protocol::Board::emulated),
+                    .board = board_name(0),
                     .transport = std::string(kEmulated),
                     .problem = {}});
   return listed;

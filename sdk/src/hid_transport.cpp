@@ -16,6 +16,7 @@
 #include "device_lock.hpp"
 #include "fair_mutex.hpp"
 #include "protocol/registry.hpp"
+#include "protocol/usb_ids.hpp"
 #include "torsio/error.hpp"
 
 // Only hidapi's libusb backend has this; hidapi does not say otherwise which backend it is.
@@ -25,12 +26,6 @@ namespace torsio {
 namespace {
 
 using protocol::ReportBytes;
-
-// pid.codes' identifiers for tests.
-constexpr unsigned short kVendorId = 0x1209;
-constexpr unsigned short kProductId = 0x0001;
-constexpr unsigned short kUsagePage = 0xFF00;
-constexpr unsigned short kUsage = 0x01;
 
 constexpr const char* kUdevHint =
     "Torsio's udev rule is not in force; run `./dev udev` in its source tree, or copy "
@@ -58,7 +53,7 @@ std::string narrow_text(const wchar_t* text) {
 }
 
 bool is_knob(const hid_device_info& info) {
-  if (info.usage_page == kUsagePage) return info.usage == kUsage;
+  if (info.usage_page == protocol::usb_usage_page) return info.usage == protocol::usb_usage;
   // hidapi's libusb backend does not read report descriptors: there the interface has to do.
   return info.usage_page == 0 && info.interface_number == 0;
 }
@@ -192,7 +187,7 @@ class HidTransport final : public Transport {
 std::vector<HidListing> list_hid() {
   const std::lock_guard guard(hidapi_mutex());
   std::vector<HidListing> found;
-  hid_device_info* const first = hid_enumerate(kVendorId, kProductId);
+  hid_device_info* const first = hid_enumerate(protocol::usb_vendor_id, protocol::usb_product_id);
   for (const hid_device_info* info = first; info != nullptr; info = info->next) {
     if (!is_knob(*info) || info->path == nullptr) continue;
     // An interface is listed once for each of its collections.

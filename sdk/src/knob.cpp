@@ -11,8 +11,8 @@
 #include "conversion/configuration.hpp"
 #include "emulated_transport.hpp"
 #include "knob_access.hpp"
+#include "known_boards.hpp"
 #include "protocol/registry.hpp"
-#include "scene_encoding.hpp"
 #include "scene_player.hpp"
 #include "session.hpp"
 #include "protocol_names.hpp"
@@ -333,7 +333,7 @@ void Knob::set_control_config(const ControlConfig& config) {
 }
 
 void Knob::set_board_config(const BoardConfig& config) {
-  impl().session.set(conversion::to_wire(config, impl().identity().board));
+  impl().session.set(conversion::to_wire(config, wiring_rule(impl().identity().board)));
 }
 
 void Knob::set_game_config(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }

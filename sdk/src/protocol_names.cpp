@@ -55,12 +55,6 @@ std::vector<std::string> fault_names(std::uint16_t faults) {
   return names;
 }
 
-std::string board_name(protocol::Board board) {
-  const auto number = static_cast<std::uint8_t>(board);
-  const auto& names = protocol::Enumerators<protocol::Board>::names;
-  return number < names.size() ? std::string(names.at(number)) : format("board %u", number);
-}
-
 std::string hex32(std::uint32_t value) { return format("0x%08x", value); }
 
 }  // namespace torsio

@@ -26,9 +26,6 @@ std::string report_field_name(std::uint8_t report_id, std::uint8_t field);
 /// Names of the bits of a `faults` field.
 std::vector<std::string> fault_names(std::uint16_t faults);
 
-/// "pico2"; "board 7" if this library does not know it.
-std::string board_name(protocol::Board board);
-
 /// "0x1a2b3c4d".
 std::string hex32(std::uint32_t value);
 

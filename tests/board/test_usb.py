@@ -25,7 +25,7 @@ def test_firmware_enumerates_as_the_knob() -> None:
         pico.boot()
         found = pico.enumerate()
     vendor, product = struct.unpack_from("<HH", found["device"], 8)
-    assert (vendor, product) == (0x1209, 0x0001)
+    assert (vendor, product) == (wire.USB_VENDOR_ID, wire.USB_PRODUCT_ID)
     assert _text(found["manufacturer"]) == "Torsio"
     assert _text(found["product"]) == "Torsio haptic knob"
     assert _text(found["serial"]) == SERIAL.hex().upper()
@@ -46,7 +46,7 @@ def test_firmware_enumerates_as_the_knob() -> None:
 
 def test_identity_gives_board_rate_and_the_chips_serial_number(pico: EmulatedPico) -> None:
     identity = pico.get("identity")
-    assert identity["board"] == "pico"
+    assert identity["board"] == 1
     assert identity["control_period_ns"] == 100_000
     assert bytes(identity["serial"]).decode() == SERIAL.hex().upper()
 

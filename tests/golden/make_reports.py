@@ -48,7 +48,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "fingerprint": 0x89ABCDEF,
             "version": 0x0102,
             "firmware_version": [1, 20, 255],
-            "board": "pico2",
+            "board": 2,
             "serial": [*b"TS-0042", *[0] * 9],
             "axes": 1,
             "effects": 16,

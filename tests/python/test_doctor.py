@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 import torsio
+from tests.python import wire
 from torsio import doctor, doctor_facts
 from torsio.doctor_facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
 
@@ -36,13 +37,14 @@ def plug_in(
     device = root / "sys/bus/usb/devices" / port
     interface = device / f"{port}:1.0"
     interface.mkdir(parents=True)
-    for name, text in (("idVendor", "1209"), ("idProduct", "0001"), ("serial", "TS-1")):
+    vendor, product = wire.USB_ID.split(":")
+    for name, text in (("idVendor", vendor), ("idProduct", product), ("serial", "TS-1")):
         (device / name).write_text(text + "\n")
     if driver:
         (root / "sys/bus/usb/drivers" / driver).mkdir(parents=True, exist_ok=True)
         (interface / "driver").symlink_to(root / "sys/bus/usb/drivers" / driver)
     if hidraw:
-        (interface / "0003:1209:0001.0001/hidraw" / hidraw).mkdir(parents=True)
+        (interface / f"0003:{wire.USB_ID}.0001/hidraw" / hidraw).mkdir(parents=True)
 
 
 def make_node(root: Path, mode: int, name: str = "hidraw3") -> None:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 REPORT_SIZE = 64
+USB_VENDOR_ID, USB_PRODUCT_ID = 0x1209, 0x0001
+USB_ID = "1209:0001"
 
 Values = dict[str, Any]
 
@@ -166,7 +168,6 @@ ENUMERATORS = {
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
     "owner": ("none", "sdk", "game"),
-    "board": ("emulated", "pico", "pico2"),
     "law": ("paper", "compensated", "parallel", "motor_only"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),

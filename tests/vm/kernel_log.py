@@ -26,7 +26,7 @@ HARMLESS_WITH_MARK = {
         r"usb \d+-\d+: enqueue for inactive port \d+",
     ),
     # Linux drops a game's report for which its queue has no place.
-    "floods_queue": (r"hid-generic 0003:1209:0001\.[0-9A-F]{4}: output queue full",),
+    "floods_queue": (r"hid-generic [0-9A-F:.]+: output queue full",),
 }
 _LINE = re.compile(r"<(\d+)>(?:\[ *[\d.]+\] ?)?(.*)")
 # Said at any level, these mean trouble.

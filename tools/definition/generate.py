@@ -35,7 +35,7 @@ def _wire_header(doc: str, includes: tuple[str, ...], body: str) -> str:
 def wire_enumerations() -> str:
     """Write firmware/protocol/enumerations.hpp."""
     listed: tuple[Enumeration, ...] = (
-        e.TOGGLE, *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.BOARD, e.OP, e.EVENT_KIND,
+        e.TOGGLE, *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.OP, e.EVENT_KIND,
         e.STATUS,
     )  # fmt: skip
     body = "".join(map(cpp.wire_enumeration, listed)) + cpp.bits(e.FAULT) + cpp.bits(e.FLAG)

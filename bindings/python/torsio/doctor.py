@@ -14,7 +14,7 @@ from typing import Any
 
 import torsio
 from torsio import doctor_facts
-from torsio.doctor_facts import KnobFacts, Permission, UsbKnob
+from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, KnobFacts, Permission, UsbKnob
 from torsio.errors import Error
 
 __all__ = ["Finding", "Report", "diagnose"]
@@ -107,7 +107,8 @@ def check_usb(knobs: list[UsbKnob]) -> Finding:
         False,
         "the kernel sees no Torsio knob on the USB",
         "plug it in; if it is, try another port and a cable that carries data, not only power, and "
-        "look for it in `lsusb -d 1209:0001`; without hardware use `--device emulated`",
+        f"look for it in `lsusb -d {VENDOR_ID}:{PRODUCT_ID}`; without hardware use "
+        "`--device emulated`",
     )
 
 

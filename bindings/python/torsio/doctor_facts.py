@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from torsio._torsio import protocol as _protocol
 from torsio.errors import (
     DeviceBusy,
     DeviceNotFound,
@@ -21,7 +22,7 @@ from torsio.errors import (
 from torsio.records import Clock, DeviceInfo, Health, LinkStatistics
 from torsio.knob import Knob
 
-VENDOR_ID, PRODUCT_ID = "1209", "0001"
+VENDOR_ID, PRODUCT_ID = f"{_protocol.USB_VENDOR_ID:04x}", f"{_protocol.USB_PRODUCT_ID:04x}"
 RULE = "60-torsio.rules"
 # Those of udev(7), in the order in which one hides another of the same name.
 RULE_FOLDERS = (

@@ -2,13 +2,19 @@
 /// Raspberry Pi Pico (RP2040): Cortex-M0+ without floating point, which halves the control rate.
 #pragma once
 
-#include <cstdint>
+#include <optional>
 
-#include "protocol/reports.hpp"
+#include "boards/board.hpp"
+#include "boards/rp2/pins.hpp"
 
-namespace torsio::boards {
+namespace torsio::boards::pico {
 
-inline constexpr protocol::Board kBoard = protocol::Board::pico;
-inline constexpr std::uint32_t kControlPeriodNs = 100'000;
+/// The RP2040's USB controller is helped out of a bus reset by way of GP15 (erratum E5).
+constexpr std::optional<device::PinConflict> find_pin_conflict(
+    const protocol::BoardConfig& config) {
+  return rp2::find_pin_conflict(config, rp2::kPicoPins | 1U << 15);
+}
 
-}  // namespace torsio::boards
+inline constexpr Board kBoard{"pico", 1, 100'000, find_pin_conflict};
+
+}  // namespace torsio::boards::pico

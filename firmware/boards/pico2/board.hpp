@@ -2,13 +2,18 @@
 /// Raspberry Pi Pico 2 (RP2350): Cortex-M33 with single precision floating point.
 #pragma once
 
-#include <cstdint>
+#include <optional>
 
-#include "protocol/reports.hpp"
+#include "boards/board.hpp"
+#include "boards/rp2/pins.hpp"
 
-namespace torsio::boards {
+namespace torsio::boards::pico2 {
 
-inline constexpr protocol::Board kBoard = protocol::Board::pico2;
-inline constexpr std::uint32_t kControlPeriodNs = 50'000;
+constexpr std::optional<device::PinConflict> find_pin_conflict(
+    const protocol::BoardConfig& config) {
+  return rp2::find_pin_conflict(config, rp2::kPicoPins);
+}
 
-}  // namespace torsio::boards
+inline constexpr Board kBoard{"pico2", 2, 50'000, find_pin_conflict};
+
+}  // namespace torsio::boards::pico2

@@ -55,9 +55,6 @@ STATE = enumeration(
 OWNER = enumeration(
     "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game"
 )
-BOARD = enumeration(
-    "Board", "What the firmware runs on.", "emulated", "pico", "pico2", open=True, public=False
-)
 OP = enumeration(
     "Op",
     "What a command asks for.",

@@ -31,7 +31,7 @@ IDENTITY = Structure(
         raw("fingerprint", "u32", "hash of every report's layout"),
         raw("version", "u16", "version of the protocol", default="protocol_version"),
         raw("firmware_version", "u8", "major, minor, patch", count=3),
-        on_wire(choice("board", e.BOARD, "what the firmware runs on")),
+        raw("board", "u8", "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
         raw("serial", "u8", "ASCII, padded with zeros", count=16),
         raw("axes", "u8", "that the device has", default=1),
         raw("effects", "u8", "slots of a scene", default="max_effects"),

@@ -5,6 +5,9 @@
 #include <limits>
 #include <random>
 
+#include "boards/pico/board.hpp"
+#include "boards/pico2/board.hpp"
+#include "boards/reference.hpp"
 #include "device/rig.hpp"
 #include "protocol/axis_samples.hpp"
 
@@ -205,7 +208,9 @@ TEST_CASE("configuration is set while disarmed, read back and refused when it ma
 }
 
 TEST_CASE("wiring is read back as it was set, and refused when a pin has two jobs") {
-  Rig rig;
+  torsio::device::BoardInfo board;
+  board.wiring_rule = torsio::boards::kReference.wiring_rule;
+  Rig rig(board);
   BoardConfig wiring;
   wiring.sequence = 9;
   wiring.motor_pin = 14;
@@ -233,24 +238,26 @@ TEST_CASE("wiring is read back as it was set, and refused when a pin has two job
 }
 
 TEST_CASE("GP15 is the RP2040's own, whatever stands in its flash, and free on the RP2350") {
+  namespace pico = torsio::boards::pico;
+  namespace pico2 = torsio::boards::pico2;
   torsio::device::BoardInfo board;
   BoardConfig first;
   first.light_pin = 15;
   BoardConfig second;
   second.motor_pin = 14;
-  for (const Board which : {Board::pico, Board::pico2}) {
-    board.board = which;
+  for (const bool free : {false, true}) {
+    board.wiring_rule = (free ? pico2::kBoard : pico::kBoard).wiring_rule;
     Rig rig(board);
-    CHECK(rig.set(first).ok() == (which == Board::pico2));
-    CHECK(rig.set(second).ok() == (which == Board::pico2));
-    CHECK(rig.get<BoardConfig>().motor_pin == (which == Board::pico2 ? 14 : 6));
+    CHECK(rig.set(first).ok() == free);
+    CHECK(rig.set(second).ok() == free);
+    CHECK(rig.get<BoardConfig>().motor_pin == (free ? 14 : 6));
   }
   torsio::device::Config config;
   config.board = second;
   torsio::device::StoredSlots slots = torsio::device::empty_slots();
   slots.slot[0] = torsio::device::ConfigStore(slots).prepare(config).bytes;
   CHECK(Rig(board, slots).get<BoardConfig>().motor_pin == 14);
-  board.board = Board::pico;
+  board.wiring_rule = pico::kBoard.wiring_rule;
   CHECK(Rig(board, slots).get<BoardConfig>().motor_pin == 6);
 }
 

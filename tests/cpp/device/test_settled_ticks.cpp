@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "device/game_rig.hpp"
+#include "device/game/game_rig.hpp"
 
 using namespace torsio;
 using namespace torsio::protocol;

@@ -10,6 +10,7 @@
 
 #include "device/usb_descriptors.hpp"
 #include "protocol/registry.hpp"
+#include "protocol/usb_ids.hpp"
 
 namespace {
 
@@ -124,8 +125,8 @@ TEST_CASE("the device descriptor names a full-speed USB 2.0 device with the test
   CHECK(u16(d, 2) == 0x0200);
   CHECK(d[4] == 0);
   CHECK(d[7] == 64);
-  CHECK(u16(d, 8) == 0x1209);
-  CHECK(u16(d, 10) == 0x0001);
+  CHECK(u16(d, 8) == torsio::protocol::usb_vendor_id);
+  CHECK(u16(d, 10) == torsio::protocol::usb_product_id);
   CHECK(u16(d, 12) == 0x0123);
   CHECK(d[14] == 1);
   CHECK(d[15] == 2);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "emulator/emulated_device.hpp"
+#include "protocol/usb_ids.hpp"
 #include "temporary_directory.hpp"
 
 namespace torsio::test {
@@ -17,8 +18,8 @@ struct FakePort {
   std::string path{};
   std::wstring serial = L"FAKE";
   std::wstring product = L"Torsio knob";
-  unsigned short vendor_id = 0x1209;
-  unsigned short product_id = 0x0001;
+  unsigned short vendor_id = protocol::usb_vendor_id;
+  unsigned short product_id = protocol::usb_product_id;
   unsigned short usage_page = 0xFF00;
   unsigned short usage = 0x01;
   int interface_number = 0;

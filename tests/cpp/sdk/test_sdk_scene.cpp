@@ -10,6 +10,7 @@
 
 #include "conversion/configuration.hpp"
 #include "conversion/scene_encoding.hpp"
+#include "known_boards.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
@@ -27,6 +28,8 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr std::uint8_t kPico = 1;
+constexpr std::uint8_t kPico2 = 2;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 EncodedScene encode_scene(const Scene& scene) { return conversion::encode(to_wire(scene, {})); }
@@ -250,8 +253,8 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
   CHECK(board.current_sense_pin == 28);
   CHECK(board.light_pin == 29);
   CHECK(protocol::encode(to_wire(convert_back<BoardConfig>(board))) == protocol::encode(board));
-  CHECK(to_wire(convert_back<BoardConfig>(board), protocol::Board::pico2).motor_pin == 14);
-  CHECK_THROWS_WITH_AS(to_wire(convert_back<BoardConfig>(board), protocol::Board::pico),
+  CHECK(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico2)).motor_pin == 14);
+  CHECK_THROWS_WITH_AS(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico)),
                        doctest::Contains("motor_pin is 14: the next pin"), InvalidArgument);
 }
 

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "device/usb_descriptors.hpp"
+#include "protocol/usb_ids.hpp"
 #include "rig.hpp"
 
 using namespace usbip_test;
@@ -42,7 +43,8 @@ TEST_CASE("device list shows one knob at the documented places") {
   CHECK(word(list, 0x12C) == 1);  // bus
   CHECK(word(list, 0x130) == 2);  // device
   CHECK(word(list, 0x134) == 2);  // full speed
-  CHECK(word(list, 0x138) == 0x12090001);
+  CHECK(word(list, 0x138) ==
+        (torsio::protocol::usb_vendor_id << 16 | torsio::protocol::usb_product_id));
   // Class 0; configuration 1 of 1; one interface at least, the first of them HID.
   CHECK(Bytes(list.begin() + 0x13E, list.begin() + 0x143) == Bytes{0, 0, 0, 1, 1});
   CHECK(list[0x143] == torsio::device::usb_interfaces().size());

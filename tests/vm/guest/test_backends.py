@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import torsio
+from tests.python import wire
 from tests.vm.guest.virtual_bus import DEVICES, VirtualBus, VirtualKnob, ports
 from torsio import protocol
 
@@ -64,7 +65,7 @@ def test_hidapi_opens_asks_sends_and_receives(knob: VirtualKnob, library: str) -
     hidapi.hid_open.restype = ctypes.c_void_p
     hidapi.hid_open.argtypes = (ctypes.c_ushort, ctypes.c_ushort, ctypes.c_wchar_p)
     assert hidapi.hid_init() == 0
-    device = ctypes.c_void_p(hidapi.hid_open(0x1209, 0x0001, knob.serial))
+    device = ctypes.c_void_p(hidapi.hid_open(wire.USB_VENDOR_ID, wire.USB_PRODUCT_ID, knob.serial))
     assert device
     try:
         text = ctypes.create_unicode_buffer(64)

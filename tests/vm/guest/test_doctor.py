@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
+from tests.python import wire
 from tests.vm.guest.child import Child, become_nobody
 from tests.vm.guest.virtual_bus import VirtualKnob, wait_for
 from torsio import doctor
@@ -91,7 +92,7 @@ def test_knob_that_no_driver_has_taken_is_said(knob: VirtualKnob) -> None:
 
 
 def test_knob_that_usbhid_has_and_that_has_no_file_is_said(knob: VirtualKnob) -> None:
-    [hid] = knob.interface.glob("*:1209:0001.*")
+    [hid] = knob.interface.glob(f"*:{wire.USB_ID}.*")
     (HID_GENERIC / "unbind").write_text(hid.name)
     try:
         finding = problem(only_report())

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import torsio
+from tests.python import wire
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 
 # HIDIOCGRDESCSIZE and HIDIOCGRDESC of linux/hidraw.h
@@ -34,8 +35,9 @@ def report_descriptor(device: Path) -> bytes:
 
 
 def test_device_is_what_the_board_is(knob: VirtualKnob) -> None:
-    # pid.codes' numbers for tests; full speed is 12 Mbit/s.
-    expected = {"idVendor": "1209", "idProduct": "0001", "speed": "12", "bNumConfigurations": "1"}
+    # Full speed is 12 Mbit/s.
+    expected = {"speed": "12", "bNumConfigurations": "1"}
+    expected["idVendor"], expected["idProduct"] = wire.USB_ID.split(":")
     found = {name: attribute(knob.sysfs / name) for name in expected}
     assert found == expected
     assert attribute(knob.sysfs / "serial") == knob.serial
@@ -74,7 +76,7 @@ def test_descriptors_have_their_own_lengths(knob: VirtualKnob) -> None:
 
 def test_report_descriptor_is_ours_and_the_kernel_parsed_it(knob: VirtualKnob) -> None:
     ours = report_descriptor(knob.hidraw)
-    hid = next(knob.interface.glob("*:1209:0001.*"))
+    hid = next(knob.interface.glob(f"*:{wire.USB_ID}.*"))
     assert (hid / "report_descriptor").read_bytes() == ours
     parsed = Path("/sys/kernel/debug/hid", hid.name, "rdesc").read_text()
     first = bytes.fromhex(parsed.splitlines()[0])

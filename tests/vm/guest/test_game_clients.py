@@ -131,7 +131,7 @@ def test_flood_of_updates_is_late_by_no_more_than_linux_keeps(
     """10,000 updates in a second, ten times what the bus carries.
 
     A minute of it would fill the kernel's log with what it drops; the device's side of a minute is
-    tests/cpp/device/test_game_reports.cpp.
+    tests/cpp/device/game/test_game_reports.cpp.
     """
     knob, log = plug(bus, tmp_path, blend_s=0)
     pad = Gamepad(knob)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import torsio
+from tests.python import wire
 from tests.vm.guest.child import torsio_command
 from tests.vm.guest.virtual_bus import wait_for
 
@@ -39,7 +40,7 @@ def test_printed_command_plugs_the_knob_in_and_usbip_detach_takes_it_out() -> No
     listening, linux = emulate.output.readline(), emulate.output.readline()
     port = re.fullmatch(r"listening 127\.0\.0\.1:(\d+) 1-1\n", listening)
     assert port is not None
-    assert "(1209:0001)" in shell(f"usbip --tcp-port {port[1]} list -r 127.0.0.1")
+    assert f"({wire.USB_ID})" in shell(f"usbip --tcp-port {port[1]} list -r 127.0.0.1")
     command = linux.strip().removeprefix("Linux:").strip()
     assert "usbip" in command
     shell(command)

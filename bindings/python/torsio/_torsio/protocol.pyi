@@ -2,6 +2,8 @@ from typing import Any, Final
 
 REPORT_SIZE: Final[int]
 VERSION: Final[int]
+USB_VENDOR_ID: Final[int]
+USB_PRODUCT_ID: Final[int]
 
 def fingerprint() -> int: ...
 def reports() -> list[dict[str, Any]]: ...

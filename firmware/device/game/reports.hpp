@@ -1,7 +1,7 @@
 /// @file
 /// The reports of the game interface: a joystick with force feedback, as the USB Physical Interface
 /// Device class (PID 1.0) describes it. Each report is one list of fields; the report descriptor
-/// (game_descriptor.hpp) and the codec (game_codec.hpp) are both made from it.
+/// (report_descriptor.hpp) and the codec (codec.hpp) are both made from it.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <tuple>
 
-#include "device/game_fields.hpp"
+#include "device/game/fields.hpp"
 
 namespace torsio::device::game {
 
@@ -66,7 +66,7 @@ struct Joystick {
   friend bool operator==(const Joystick&, const Joystick&) = default;
 };
 template <>
-struct Layout<Joystick> {
+struct PidLayout<Joystick> {
   static constexpr std::uint8_t id = 0x01;
   static constexpr Main main = Main::input;
   static constexpr std::uint8_t usage = 0;  // stands in the application collection itself
@@ -79,7 +79,7 @@ struct Layout<Joystick> {
 
 /// Without a safety switch: Linux makes a button of it, which a game would find pressed all the
 /// time.
-struct State {
+struct PidState {
   std::uint8_t status = 0;  // bits, see state_bit
   std::uint8_t playing = 0;
   std::uint8_t block = 0;
@@ -91,18 +91,18 @@ inline constexpr std::uint8_t override_switch = 1 << 2;  // the SDK has the actu
 inline constexpr std::uint8_t actuator_power = 1 << 3;   // the game has the actuator
 }  // namespace state_bit
 template <>
-struct Layout<State> {
+struct PidLayout<PidState> {
   static constexpr std::uint8_t id = 0x02;
   static constexpr Main main = Main::input;
   static constexpr std::uint8_t usage = 0x92;
   static constexpr std::tuple fields{
-      Bits<State, 4>{&State::status,
-                     {{{game::usage::pid, 0x9F},
-                       {game::usage::pid, 0xA0},
-                       {game::usage::pid, 0xA5},
-                       {game::usage::pid, 0xA6}}}},
-      Bits<State, 1>{&State::playing, {{{game::usage::pid, 0x94}}}},
-      detail::block_index(&State::block),
+      Bits<PidState, 4>{&PidState::status,
+                        {{{game::usage::pid, 0x9F},
+                          {game::usage::pid, 0xA0},
+                          {game::usage::pid, 0xA5},
+                          {game::usage::pid, 0xA6}}}},
+      Bits<PidState, 1>{&PidState::playing, {{{game::usage::pid, 0x94}}}},
+      detail::block_index(&PidState::block),
   };
 };
 
@@ -118,7 +118,7 @@ struct SetEffect {
   std::array<std::uint16_t, 2> direction{};
 };
 template <>
-struct Layout<SetEffect> {
+struct PidLayout<SetEffect> {
   static constexpr std::uint8_t id = 0x11;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x21;
@@ -147,7 +147,7 @@ struct SetEnvelope {
   std::uint16_t fade_ms = 0;
 };
 template <>
-struct Layout<SetEnvelope> {
+struct PidLayout<SetEnvelope> {
   static constexpr std::uint8_t id = 0x12;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x5A;
@@ -171,7 +171,7 @@ struct SetCondition {
   std::uint16_t dead_band = 0;
 };
 template <>
-struct Layout<SetCondition> {
+struct PidLayout<SetCondition> {
   static constexpr std::uint8_t id = 0x13;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x5F;
@@ -195,7 +195,7 @@ struct SetPeriodic {
   std::uint16_t period_ms = 0;
 };
 template <>
-struct Layout<SetPeriodic> {
+struct PidLayout<SetPeriodic> {
   static constexpr std::uint8_t id = 0x14;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x6E;
@@ -213,7 +213,7 @@ struct SetConstant {
   std::int16_t magnitude = 0;
 };
 template <>
-struct Layout<SetConstant> {
+struct PidLayout<SetConstant> {
   static constexpr std::uint8_t id = 0x15;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x73;
@@ -229,7 +229,7 @@ struct SetRamp {
   std::int16_t end = 0;
 };
 template <>
-struct Layout<SetRamp> {
+struct PidLayout<SetRamp> {
   static constexpr std::uint8_t id = 0x16;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x74;
@@ -248,7 +248,7 @@ struct EffectOperation {
   std::uint8_t loops = 1;
 };
 template <>
-struct Layout<EffectOperation> {
+struct PidLayout<EffectOperation> {
   static constexpr std::uint8_t id = 0x1A;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x77;
@@ -263,7 +263,7 @@ struct BlockFree {
   std::uint8_t block = 0;
 };
 template <>
-struct Layout<BlockFree> {
+struct PidLayout<BlockFree> {
   static constexpr std::uint8_t id = 0x1B;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x90;
@@ -284,7 +284,7 @@ struct DeviceControl {
   std::uint8_t control = 0;
 };
 template <>
-struct Layout<DeviceControl> {
+struct PidLayout<DeviceControl> {
   static constexpr std::uint8_t id = 0x1C;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0;  // the choice's own collection is the report's
@@ -297,7 +297,7 @@ struct DeviceGain {
   std::uint16_t gain = 0;
 };
 template <>
-struct Layout<DeviceGain> {
+struct PidLayout<DeviceGain> {
   static constexpr std::uint8_t id = 0x1D;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x7D;
@@ -309,7 +309,7 @@ struct CreateEffect {
   std::uint16_t custom_bytes = 0;  // of custom forces, which there are none of
 };
 template <>
-struct Layout<CreateEffect> {
+struct PidLayout<CreateEffect> {
   static constexpr std::uint8_t id = 0x21;
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0xAB;
@@ -328,7 +328,7 @@ struct BlockLoad {
   std::uint16_t pool_available = 0;
 };
 template <>
-struct Layout<BlockLoad> {
+struct PidLayout<BlockLoad> {
   static constexpr std::uint8_t id = 0x22;
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0x89;
@@ -345,7 +345,7 @@ struct Pool {
   std::uint8_t managed = 1;  // bit 0: by the device; bit 1: parameter blocks are shared
 };
 template <>
-struct Layout<Pool> {
+struct PidLayout<Pool> {
   static constexpr std::uint8_t id = 0x23;
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0x7F;
@@ -357,7 +357,7 @@ struct Layout<Pool> {
 };
 
 /// Every report in the order of the descriptor; the joystick's is the first.
-using AllReports = std::tuple<Joystick, State, SetEffect, SetEnvelope, SetCondition, SetPeriodic,
+using PidReports = std::tuple<Joystick, PidState, SetEffect, SetEnvelope, SetCondition, SetPeriodic,
                               SetConstant, SetRamp, EffectOperation, BlockFree, DeviceControl,
                               DeviceGain, CreateEffect, BlockLoad, Pool>;
 

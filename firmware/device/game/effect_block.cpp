@@ -1,4 +1,4 @@
-#include "device/pid_block.hpp"
+#include "device/game/effect_block.hpp"
 
 #include "core/math.hpp"
 
@@ -49,7 +49,7 @@ std::uint32_t phase_per_tick(std::uint16_t period_ms, std::uint32_t period_ns) {
   return static_cast<std::uint32_t>(((std::uint64_t{period_ns} << 32) + wave_ns / 2) / wave_ns);
 }
 
-void prepare_condition(const Block& block, const GameScale& scale, Effect& effect) {
+void prepare_condition(const Block& block, const GameScale& scale, PreparedEffect& effect) {
   const SetCondition& set = block.condition;
   float full = scale.half_range_rad;
   float gain = scale.stiffness_nm_per_rad;
@@ -106,12 +106,12 @@ void prepare_condition(const Block& block, const GameScale& scale, Effect& effec
 
 }  // namespace
 
-Effect prepare(const Block& block, const GameScale& scale, std::uint32_t period_ns) {
+PreparedEffect prepare_effect(const Block& block, const GameScale& scale, std::uint32_t period_ns) {
   const auto ticks = [period_ns](std::uint16_t ms) {
     return static_cast<std::uint32_t>((std::uint64_t{ms} * 1'000'000 + period_ns / 2) / period_ns);
   };
   const SetEffect& set = block.effect;
-  Effect effect;
+  PreparedEffect effect;
   effect.delay_ticks = ticks(set.start_delay_ms);
   effect.duration_ticks = is_endless(block) ? 0 : ticks(set.duration_ms);
   effect.gain = level(set.gain) * scale.gain;

@@ -1,4 +1,4 @@
-#include "device/game_forces.hpp"
+#include "device/game/forces.hpp"
 
 #include "core/math.hpp"
 
@@ -72,7 +72,7 @@ float slip_nm(const Condition& condition, const core::Motion& motion, float peri
 
 }  // namespace
 
-bool Forces::give(const Order& order) {
+bool Forces::give(const ForceOrder& order) {
   if (!orders_.push(order)) return false;
   awake_.store(1, std::memory_order_release);
   return true;
@@ -91,9 +91,9 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
   blend_ticks_ = params.blend_ticks;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
   for (std::uint32_t n = 0; n < 4; ++n) {
-    const Order* order = orders_.front();
+    const ForceOrder* order = orders_.front();
     if (order == nullptr) break;
-    if (order->kind == Order::Kind::settings) {
+    if (order->kind == ForceOrder::Kind::settings) {
       if (order->paused && !paused_) paused_at_ = tick;
       if (!order->paused && paused_) pauses_ += tick - paused_at_;
       paused_ = order->paused;
@@ -101,7 +101,7 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
       gain_ = order->gain;
       changed_ = true;
       if (!enabled_) release(params.release_ticks);
-    } else if (order->kind == Order::Kind::stop_all) {
+    } else if (order->kind == ForceOrder::Kind::stop_all) {
       stop_all();
     } else {
       started = execute(*order, may_play && enabled_, time(tick)) || started;
@@ -111,23 +111,23 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
   return started;
 }
 
-bool Forces::execute(const Order& order, bool may_play, std::uint64_t now) {
+bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) {
   effect_[order.block] = order.effect;
   switch (order.play) {
-    case Order::Play::as_it_is:
+    case ForceOrder::Play::as_it_is:
       changed_ = changed_ || play_[order.block].loops_left != 0;
       break;
-    case Order::Play::start:
+    case ForceOrder::Play::start:
       if (may_play) start(order, now);
       return may_play;
-    case Order::Play::stop:
+    case ForceOrder::Play::stop:
       stop(order.block);
       break;
   }
   return false;
 }
 
-void Forces::start(const Order& order, std::uint64_t now) {
+void Forces::start(const ForceOrder& order, std::uint64_t now) {
   Playing& play = play_[order.block];
   if (play.loops_left == 0) {
     order_[active_++] = order.block;
@@ -181,7 +181,7 @@ void Forces::share_out() {
   std::array<float, kMetrics> sum{};
   float slip_limit_nm = 0.0F;
   for (std::uint8_t i = 0; i < active_; ++i) {
-    const Effect& effect = effect_[order_[i]];
+    const PreparedEffect& effect = effect_[order_[i]];
     const Condition& condition = effect.condition;
     const float gain = effect.gain * gain_;
     sum[at(effect.metric)] += gain * core::larger(core::absolute(condition.positive_gain),
@@ -201,7 +201,7 @@ void Forces::share_out() {
 
 float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float period_s,
                        std::uint64_t now, bool& ended) {
-  const Effect& effect = effect_[block];
+  const PreparedEffect& effect = effect_[block];
   Playing& play = play_[block];
   if (!play.sounding) {
     if (now - play.start < effect.delay_ticks) return 0.0F;

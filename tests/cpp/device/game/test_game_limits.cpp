@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "device/game_rig.hpp"
+#include "device/game/game_rig.hpp"
 
 using namespace torsio;
 using namespace torsio::test;

@@ -14,7 +14,7 @@
 
 #include "core/effects.hpp"
 #include "core/force_source.hpp"
-#include "device/game_reports.hpp"
+#include "device/game/reports.hpp"
 #include "device/ring.hpp"
 
 namespace torsio::device::game {
@@ -61,7 +61,7 @@ struct Condition {
   float negative_limit_nm = 0;
 };
 
-struct Effect {
+struct PreparedEffect {
   Metric metric = Metric::time;
   std::uint32_t delay_ticks = 0;
   std::uint32_t duration_ticks = 0;  // 0: without end
@@ -72,7 +72,7 @@ struct Effect {
 
 /// What the main loop wants the interrupt to do. Effects come whole, so that a later one may
 /// replace an earlier one that was never sent.
-struct Order {
+struct ForceOrder {
   enum class Kind : std::uint8_t { effect, settings, stop_all };
   enum class Play : std::uint8_t { as_it_is, start, stop };
 
@@ -81,7 +81,7 @@ struct Order {
   std::uint8_t block = 0;  // from 0
   Play play = Play::as_it_is;
   std::uint8_t loops = 1;
-  Effect effect;
+  PreparedEffect effect;
   // settings
   float gain = 1;
   bool paused = false;
@@ -128,7 +128,7 @@ class Forces final : public core::ForceSource {
 
   // Main loop.
   /// @returns false if there is no room
-  [[nodiscard]] bool give(const Order& order);
+  [[nodiscard]] bool give(const ForceOrder& order);
   std::uint32_t free_orders() const { return orders_.free(); }
   /// Bit n % 32 of word n / 32: block n plays.
   std::uint32_t playing_blocks(std::size_t word) const {
@@ -143,8 +143,8 @@ class Forces final : public core::ForceSource {
     float slip_rad = 0;
   };
 
-  bool execute(const Order& order, bool may_play, std::uint64_t now);
-  void start(const Order& order, std::uint64_t now);
+  bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
+  void start(const ForceOrder& order, std::uint64_t now);
   void stop(std::uint8_t block);
   void mark(std::uint8_t block, bool plays);
   void stop_all();
@@ -155,9 +155,9 @@ class Forces final : public core::ForceSource {
 
   // Set by both contexts, cleared by the interrupt only.
   std::atomic<std::uint32_t> awake_{0};
-  Ring<Order, 4> orders_;
+  Ring<ForceOrder, 4> orders_;
 
-  std::array<Effect, kBlocks> effect_;
+  std::array<PreparedEffect, kBlocks> effect_;
   std::array<Playing, kBlocks> play_;
   std::array<std::uint8_t, kBlocks> order_{};  // blocks that play
   std::uint8_t active_ = 0;

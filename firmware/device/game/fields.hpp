@@ -82,6 +82,6 @@ struct Values {
 };
 
 template <class Report>
-struct Layout;
+struct PidLayout;
 
 }  // namespace torsio::device::game

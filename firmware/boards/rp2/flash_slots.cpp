@@ -1,4 +1,4 @@
-#include "boards/common/flash_slots.hpp"
+#include "boards/rp2/flash_slots.hpp"
 
 #include <hardware/flash.h>
 

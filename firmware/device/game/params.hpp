@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "device/config.hpp"
-#include "device/game_forces.hpp"
+#include "device/game/forces.hpp"
 
 namespace torsio::device::game {
 

@@ -1,7 +1,7 @@
 // Who has the actuator, and that it changes hands without a jump.
 #include <cmath>
 
-#include "device/game_rig.hpp"
+#include "device/game/game_rig.hpp"
 
 using namespace torsio;
 using namespace torsio::test;

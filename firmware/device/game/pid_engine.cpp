@@ -1,8 +1,8 @@
-#include "device/pid_engine.hpp"
+#include "device/game/pid_engine.hpp"
 
 #include <bit>
 
-#include "device/game_codec.hpp"
+#include "device/game/codec.hpp"
 
 namespace torsio::device::game {
 namespace {
@@ -57,13 +57,13 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
     return [type](const Block& block, const auto&) { return block.type == type; };
   };
   switch (report[0]) {
-    case Layout<SetEffect>::id:
+    case PidLayout<SetEffect>::id:
       take<SetEffect>(
           report,
           [](const Block& block, const SetEffect& set) { return set.type == number(block.type); },
           [](Block& block) -> SetEffect& { return block.effect; });
       break;
-    case Layout<SetEnvelope>::id:
+    case PidLayout<SetEnvelope>::id:
       take<SetEnvelope>(
           report, [](const Block& block, const SetEnvelope&) { return is_timed(block.type); },
           [](Block& block) -> SetEnvelope& {
@@ -71,7 +71,7 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
             return block.envelope;
           });
       break;
-    case Layout<SetCondition>::id:
+    case PidLayout<SetCondition>::id:
       // There is one axis; what is said about a second one is for another device.
       take<SetCondition>(
           report,
@@ -80,35 +80,35 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
           },
           [](Block& block) -> SetCondition& { return block.condition; });
       break;
-    case Layout<SetPeriodic>::id:
+    case PidLayout<SetPeriodic>::id:
       take<SetPeriodic>(
           report, [](const Block& block, const SetPeriodic&) { return is_periodic(block.type); },
           [](Block& block) -> SetPeriodic& { return block.periodic; });
       break;
-    case Layout<SetConstant>::id:
+    case PidLayout<SetConstant>::id:
       take<SetConstant>(report, of_type(EffectType::constant),
                         [](Block& block) -> SetConstant& { return block.constant; });
       break;
-    case Layout<SetRamp>::id:
+    case PidLayout<SetRamp>::id:
       take<SetRamp>(report, of_type(EffectType::ramp),
                     [](Block& block) -> SetRamp& { return block.ramp; });
       break;
-    case Layout<EffectOperation>::id: {
+    case PidLayout<EffectOperation>::id: {
       EffectOperation operation;
       if (decode(report, operation)) operate(operation);
       break;
     }
-    case Layout<BlockFree>::id: {
+    case PidLayout<BlockFree>::id: {
       BlockFree free;
       if (decode(report, free)) free_block(free.block);
       break;
     }
-    case Layout<DeviceControl>::id: {
+    case PidLayout<DeviceControl>::id: {
       DeviceControl device;
       if (decode(report, device)) control(static_cast<Control>(device.control));
       break;
     }
-    case Layout<DeviceGain>::id: {
+    case PidLayout<DeviceGain>::id: {
       DeviceGain gain;
       if (!decode(report, gain)) break;
       gain_ = level(gain.gain);
@@ -123,7 +123,7 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
 
 bool PidEngine::set_feature(std::span<const std::uint8_t> report) {
   CreateEffect create_effect;
-  if (report.empty() || report[0] != Layout<CreateEffect>::id) return false;
+  if (report.empty() || report[0] != PidLayout<CreateEffect>::id) return false;
   heard_ = true;
   // A type that does not exist is answered by the block load report, as the standard wants it.
   const bool known = decode(report, create_effect);
@@ -140,7 +140,7 @@ void PidEngine::create(EffectType type) {
   for (std::uint8_t i = 0; i < kBlocks; ++i) {
     Block& block = blocks_[i];
     if (block.type != EffectType::none) continue;
-    const Order::Play play = block.play;  // a stop that is still on its way
+    const ForceOrder::Play play = block.play;  // a stop that is still on its way
     block = Block{};
     block.type = type;
     touch(block);
@@ -157,12 +157,12 @@ void PidEngine::free_block(std::uint8_t index) {
   Block* block = find(index);
   if (block == nullptr) return;
   block->type = EffectType::none;
-  block->play = Order::Play::stop;
+  block->play = ForceOrder::Play::stop;
   touch(*block);
 }
 
 void PidEngine::play(Block& block, std::uint8_t loops) {
-  block.play = Order::Play::start;
+  block.play = ForceOrder::Play::start;
   block.loops = loops;
   touch(block);
 }
@@ -180,7 +180,7 @@ void PidEngine::operate(const EffectOperation& operation) {
       play(*block, operation.loops);
       break;
     case Operation::stop:
-      block->play = Order::Play::stop;
+      block->play = ForceOrder::Play::stop;
       touch(*block);
       break;
   }
@@ -189,7 +189,7 @@ void PidEngine::operate(const EffectOperation& operation) {
 void PidEngine::stop_all() {
   stop_all_dirty_ = true;
   // What was asked for before is not to come after it.
-  for (Block& block : blocks_) block.play = Order::Play::as_it_is;
+  for (Block& block : blocks_) block.play = ForceOrder::Play::as_it_is;
 }
 
 void PidEngine::control(Control control) {
@@ -227,8 +227,8 @@ void PidEngine::control(Control control) {
 
 void PidEngine::send_orders() {
   if (settings_dirty_) {
-    Order order;
-    order.kind = Order::Kind::settings;
+    ForceOrder order;
+    order.kind = ForceOrder::Kind::settings;
     order.gain = gain_;
     order.paused = paused_;
     order.enabled = enabled_;
@@ -236,24 +236,24 @@ void PidEngine::send_orders() {
     settings_dirty_ = false;
   }
   if (stop_all_dirty_) {
-    Order order;
-    order.kind = Order::Kind::stop_all;
+    ForceOrder order;
+    order.kind = ForceOrder::Kind::stop_all;
     if (!forces_.give(order)) return;
     stop_all_dirty_ = false;
   }
   if (!blocks_dirty_) return;
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
     Block& block = blocks_[next_dirty_];
-    if (block.dirty || block.play != Order::Play::as_it_is) {
+    if (block.dirty || block.play != ForceOrder::Play::as_it_is) {
       if (forces_.free_orders() == 0) return;
-      Order order;
+      ForceOrder order;
       order.block = next_dirty_;
       order.play = block.play;
       order.loops = block.loops;
-      if (block.type != EffectType::none) order.effect = prepare(block, scale_, period_ns_);
+      if (block.type != EffectType::none) order.effect = prepare_effect(block, scale_, period_ns_);
       (void)forces_.give(order);
       block.dirty = false;
-      block.play = Order::Play::as_it_is;
+      block.play = ForceOrder::Play::as_it_is;
     }
     next_dirty_ = next_dirty_ + 1 == kBlocks ? 0 : static_cast<std::uint8_t>(next_dirty_ + 1);
   }
@@ -272,7 +272,7 @@ void PidEngine::service(const Moment& now) {
 }
 
 void PidEngine::disconnect() {
-  for (Block& block : blocks_) block.play = Order::Play::as_it_is;
+  for (Block& block : blocks_) block.play = ForceOrder::Play::as_it_is;
   stop_all_dirty_ = true;
   joystick_sent_ = false;
 }
@@ -286,7 +286,7 @@ void PidEngine::watch_silence() {
     Block& block = blocks_[i];
     const bool has_end = !is_endless(block) && block.loops != kEndlessLoops;
     if (!plays(i) || !is_timed(block.type) || has_end) continue;
-    block.play = Order::Play::stop;
+    block.play = ForceOrder::Play::stop;
     blocks_dirty_ = true;
   }
 }
@@ -323,10 +323,10 @@ std::size_t PidEngine::get_feature(std::uint8_t id, std::span<std::uint8_t> repo
   heard_ = true;
   if (report.size() < kLongestReport) return 0;
   switch (id) {
-    case Layout<BlockLoad>::id:
+    case PidLayout<BlockLoad>::id:
       block_load_.pool_available = pool_available();
       return encode(block_load_, report);
-    case Layout<Pool>::id: {
+    case PidLayout<Pool>::id: {
       Pool pool;
       pool.size = kBlocks * kBlockBytes;
       return encode(pool, report);
@@ -390,7 +390,7 @@ std::size_t PidEngine::next_joystick(std::span<std::uint8_t> report) {
 }
 
 std::size_t PidEngine::next_state(std::span<std::uint8_t> report) {
-  State state;
+  PidState state;
   state.status = status();
   for (std::size_t word = 0; word < playing_sent_.size(); ++word) {
     const std::uint32_t playing = forces_.playing_blocks(word);

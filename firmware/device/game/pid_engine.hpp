@@ -1,7 +1,7 @@
 /// @file
 /// The game interface: a HID PID device's pool of effect blocks, its reports in and out, and the
 /// knob as a joystick's axis. It belongs to the main loop; what the control interrupt has to render
-/// goes to it as orders (game_forces.hpp).
+/// goes to it as orders (forces.hpp).
 ///
 /// Parameters may come in any order and over either endpoint, each names its block. What does not
 /// fit (a block that is free, another kind of effect, a value without meaning) changes nothing.
@@ -12,9 +12,9 @@
 #include <cstdint>
 #include <span>
 
-#include "device/game_config.hpp"
-#include "device/game_forces.hpp"
-#include "device/pid_block.hpp"
+#include "device/game/effect_block.hpp"
+#include "device/game/forces.hpp"
+#include "device/game/params.hpp"
 
 namespace torsio::device::game {
 

@@ -1,4 +1,4 @@
-#include "device/game_config.hpp"
+#include "device/game/params.hpp"
 
 #include "core/math.hpp"
 

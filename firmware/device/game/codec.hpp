@@ -8,7 +8,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include "device/game_reports.hpp"
+#include "device/game/reports.hpp"
 
 namespace torsio::device::game {
 
@@ -16,7 +16,7 @@ namespace torsio::device::game {
 template <class Report>
 consteval std::size_t size_of() {
   return std::apply([](const auto&... field) { return (std::size_t{1} + ... + field.bytes); },
-                    Layout<Report>::fields);
+                    PidLayout<Report>::fields);
 }
 
 namespace detail {
@@ -87,10 +87,10 @@ constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner&
 template <class Report>
 constexpr std::size_t encode(const Report& report, std::span<std::uint8_t> bytes) {
   static_assert(size_of<Report>() <= kLongestReport);
-  bytes[0] = Layout<Report>::id;
+  bytes[0] = PidLayout<Report>::id;
   std::size_t at = 1;
   std::apply([&](const auto&... field) { (detail::write(bytes, at, report, field), ...); },
-             Layout<Report>::fields);
+             PidLayout<Report>::fields);
   return at;
 }
 
@@ -99,12 +99,12 @@ constexpr std::size_t encode(const Report& report, std::span<std::uint8_t> bytes
 /// @returns false if it is another report, too short, or a value has no meaning
 template <class Report>
 constexpr bool decode(std::span<const std::uint8_t> bytes, Report& report) {
-  if (bytes.size() < size_of<Report>() || bytes[0] != Layout<Report>::id) return false;
+  if (bytes.size() < size_of<Report>() || bytes[0] != PidLayout<Report>::id) return false;
   std::size_t at = 1;
   bool good = true;
   std::apply(
       [&](const auto&... field) { ((good = detail::read(bytes, at, report, field) && good), ...); },
-      Layout<Report>::fields);
+      PidLayout<Report>::fields);
   return good;
 }
 

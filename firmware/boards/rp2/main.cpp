@@ -16,18 +16,21 @@
 #include <new>
 #include <optional>
 
-#include "boards/common/board.hpp"
-#include "boards/common/flash_slots.hpp"
-#include "boards/common/power_stage.hpp"
-#include "boards/common/quadrature.hpp"
-#include "boards/common/status_light.hpp"
+#include "boards/all.hpp"
+#include "boards/rp2/flash_slots.hpp"
+#include "boards/rp2/power_stage.hpp"
+#include "boards/rp2/quadrature.hpp"
+#include "boards/rp2/status_light.hpp"
 #include "device/device.hpp"
 #include "usb/usb_device.hpp"
 
 namespace torsio::boards {
 namespace {
 
-constexpr std::uint32_t kControlPeriodUs = kControlPeriodNs / 1000;
+constexpr const Board& kBoard = TORSIO_BOARD::kBoard;
+constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
+// Without a tick or a round of the main loop for so long, the chip starts anew: outputs off.
+constexpr std::uint32_t kWatchdogMs = 50;
 constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
@@ -91,9 +94,10 @@ void on_tick() {
 
 device::BoardInfo board_info() {
   device::BoardInfo info;
-  info.board = kBoard;
+  info.board = kBoard.number;
   info.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
-  info.control_period_ns = kControlPeriodNs;
+  info.control_period_ns = kBoard.control_period_ns;
+  info.wiring_rule = kBoard.wiring_rule;
   info.has_bootloader = true;
   pico_unique_board_id_t id;
   pico_get_unique_board_id(&id);
@@ -108,7 +112,7 @@ device::BoardInfo board_info() {
 
 void start_control(const protocol::BoardConfig& config) {
   encoder.make(config.encoder_pin);
-  power.make(config, kControlPeriodNs);
+  power.make(config, kBoard.control_period_ns);
   emergency_stop_pin = config.emergency_stop_pin;
   gpio_init(config.light_pin);
   gpio_set_dir(config.light_pin, GPIO_OUT);

@@ -9,7 +9,7 @@
 #include <initializer_list>
 #include <tuple>
 
-#include "device/game_reports.hpp"
+#include "device/game/reports.hpp"
 
 namespace torsio::device::game {
 namespace detail {
@@ -125,7 +125,7 @@ constexpr void describe(DescriptorWriter& to, Main main, const Values<Owner, N>&
 
 template <class Report>
 constexpr void describe(DescriptorWriter& to) {
-  using L = Layout<Report>;
+  using L = PidLayout<Report>;
   if (L::usage != 0) to.open(usage::pid, L::usage, kLogical);
   to.report_id(L::id);
   std::apply([&](const auto&... field) { (describe(to, L::main, field), ...); }, L::fields);
@@ -137,7 +137,7 @@ constexpr DescriptorWriter describe_all() {
   to.open(usage::desktop, 0x04, kApplication);  // joystick
   [&]<class... Report>(std::type_identity<std::tuple<Report...>>) {
     (describe<Report>(to), ...);
-  }(std::type_identity<AllReports>{});
+  }(std::type_identity<PidReports>{});
   to.close();
   return to;
 }

@@ -1,4 +1,4 @@
-#include "boards/common/power_stage.hpp"
+#include "boards/rp2/power_stage.hpp"
 
 #include <hardware/adc.h>
 #include <hardware/clocks.h>
@@ -6,11 +6,13 @@
 #include <hardware/irq.h>
 #include <hardware/pwm.h>
 
-#include "boards/common/board.hpp"
 #include "core/math.hpp"
 
 namespace torsio::boards {
 namespace {
+
+// Above hearing, and a whole multiple of either control rate.
+constexpr std::uint32_t kPwmHz = 40'000;
 
 constexpr float kAdcReferenceV = 3.3F;
 constexpr float kAdcSteps = 4096;

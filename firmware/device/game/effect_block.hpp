@@ -5,9 +5,9 @@
 
 #include <cstdint>
 
-#include "device/game_config.hpp"
-#include "device/game_forces.hpp"
-#include "device/game_reports.hpp"
+#include "device/game/forces.hpp"
+#include "device/game/params.hpp"
+#include "device/game/reports.hpp"
 
 namespace torsio::device::game {
 
@@ -21,7 +21,7 @@ struct Block {
   SetRamp ramp;
   bool has_envelope = false;
   bool dirty = false;  // the interrupt does not know yet
-  Order::Play play = Order::Play::as_it_is;
+  ForceOrder::Play play = ForceOrder::Play::as_it_is;
   std::uint8_t loops = 1;
   std::uint64_t triggered_tick = 0;
 };
@@ -41,6 +41,6 @@ constexpr float level(std::int32_t value) {
 }
 
 /// @param block must not be free
-Effect prepare(const Block& block, const GameScale& scale, std::uint32_t period_ns);
+PreparedEffect prepare_effect(const Block& block, const GameScale& scale, std::uint32_t period_ns);
 
 }  // namespace torsio::device::game

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "../../fuzz/fuzz_game_reports.cpp"
+#include "../../../fuzz/fuzz_game_reports.cpp"
 
 namespace {
 

@@ -1,6 +1,6 @@
 /// @file
-/// Which pins may have which job. Device and host ask the same question: the device to refuse, the
-/// host to say why.
+/// Which pins of the RP2040 and the RP2350 may have which job. Device and host ask the same
+/// question: the device to refuse, the host to say why.
 #pragma once
 
 #include <array>
@@ -8,20 +8,24 @@
 #include <optional>
 #include <string_view>
 
+#include "device/wiring.hpp"
 #include "protocol/configuration.hpp"
 #include "protocol/registry.hpp"
 
-namespace torsio::protocol {
+namespace torsio::boards::rp2 {
 
-struct PinConflict {
-  std::uint8_t field = 0;  // of BoardConfig
-  std::uint8_t pin = 0;    // its value
-  std::string_view reason;
-};
+/// What boards of the Pico's layout use themselves, bit n for GPn: the power supply's mode and the
+/// bus voltage.
+inline constexpr std::uint32_t kPicoPins = (1U << 23) | (1U << 24);
 
 /// No pin has two jobs, what needs a hardware unit of its own gets one, and no pin is one that the
 /// board uses itself.
-constexpr std::optional<PinConflict> find_pin_conflict(const BoardConfig& config, Board board) {
+/// @param taken pins that the board uses itself, bit n for GPn
+constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::BoardConfig& config,
+                                                               std::uint32_t taken) {
+  using device::PinConflict;
+  using protocol::BoardConfig;
+  using protocol::field_index;
   constexpr auto motor = field_index<BoardConfig>("motor_pin");
   constexpr auto brake = field_index<BoardConfig>("brake_pin");
   // The two inputs of a bridge are the two outputs of one PWM unit, of which there are eight.
@@ -47,11 +51,6 @@ constexpr std::optional<PinConflict> find_pin_conflict(const BoardConfig& config
       Use{config.current_sense_pin, 1, field_index<BoardConfig>("current_sense_pin")},
       Use{config.light_pin, 1, field_index<BoardConfig>("light_pin")},
   };
-  // Power supply mode and bus voltage.
-  constexpr std::uint32_t everywhere = (1U << 23) | (1U << 24);
-  // The RP2040's USB controller is helped out of a bus reset by way of this one (erratum E5).
-  const std::uint32_t here = board == Board::pico ? 1U << 15 : 0;
-  std::uint32_t taken = everywhere | here;
   for (const Use& use : uses) {
     const std::uint32_t pins = ((1U << use.pins) - 1) << use.first_pin;
     if ((taken & pins) != 0) {
@@ -64,4 +63,4 @@ constexpr std::optional<PinConflict> find_pin_conflict(const BoardConfig& config
   return {};
 }
 
-}  // namespace torsio::protocol
+}  // namespace torsio::boards::rp2

@@ -1,4 +1,4 @@
-#include "boards/common/quadrature.hpp"
+#include "boards/rp2/quadrature.hpp"
 
 #include <hardware/gpio.h>
 #include <hardware/pio.h>

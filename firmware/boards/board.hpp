@@ -1,0 +1,19 @@
+/// @file
+/// What every board says of itself, in the header of its own folder.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "device/wiring.hpp"
+
+namespace torsio::boards {
+
+struct Board {
+  std::string_view name;    // its folder's
+  std::uint8_t number = 0;  // what it calls itself on the wire, its own for ever; 0 is the emulated
+  std::uint32_t control_period_ns = 0;
+  device::WiringRule wiring_rule = nullptr;
+};
+
+}  // namespace torsio::boards

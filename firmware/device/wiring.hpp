@@ -1,0 +1,26 @@
+/// @file
+/// What a board says of its wiring. The device keeps the rule and knows nothing of pins.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "protocol/configuration.hpp"
+
+namespace torsio::device {
+
+/// A pin that cannot have the job it is given.
+struct PinConflict {
+  std::uint8_t field = 0;  // of BoardConfig
+  std::uint8_t pin = 0;    // its value
+  std::string_view reason;
+};
+
+/// What a board finds wrong with a wiring whose fields are each in range: the first conflict.
+using WiringRule = std::optional<PinConflict> (*)(const protocol::BoardConfig&);
+
+/// Nothing is wired.
+constexpr std::optional<PinConflict> any_wiring(const protocol::BoardConfig&) { return {}; }
+
+}  // namespace torsio::device

@@ -1,0 +1,18 @@
+/// @file
+/// The boards that this version of the library knows.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "device/wiring.hpp"
+
+namespace torsio {
+
+/// "pico2", "emulated"; "board 7" for one that is newer than this library.
+std::string board_name(std::uint8_t number);
+
+/// What the board finds wrong with its wiring; nullptr if it is newer than this library.
+device::WiringRule wiring_rule(std::uint8_t number);
+
+}  // namespace torsio
