@@ -29,6 +29,7 @@
 #include "emulator_convert.hpp"
 #include "module.hpp"
 #include "stepper_capsule.hpp"
+#include "torsio/emulator.hpp"
 
 namespace py = pybind11;
 using py::arg;

@@ -66,14 +66,14 @@ const Classes<Hand>& hand_classes() {
   return classes;
 }
 
-std::string repr(const py::handle& source) { return py::repr(source).cast<std::string>(); }
+std::string text_of(const py::handle& source) { return py::repr(source).cast<std::string>(); }
 
 }  // namespace
 
 Effect effect_from_python(const py::handle& source) {
   const std::size_t found = effect_classes().find(source);
   if (found < effect_classes().count) return effect_classes().convert(source, found);
-  throw py::type_error("not an effect: " + repr(source) +
+  throw py::type_error("not an effect: " + text_of(source) +
                        " (see torsio.scenes for those that there are)");
 }
 
@@ -101,7 +101,7 @@ Hand hand_from_python(const py::handle& source) {
   if (source.is_none()) return NoHand{};
   const std::size_t found = hand_classes().find(source);
   if (found < hand_classes().count) return hand_classes().convert(source, found);
-  throw py::type_error("not a hand: " + repr(source) +
+  throw py::type_error("not a hand: " + text_of(source) +
                        " (see torsio.hands for those that there are)");
 }
 

@@ -373,7 +373,7 @@ def test_scene_classes_compare_show_and_hash_by_value() -> None:
     assert hash(one) == hash(same)
     assert repr(one).startswith("Curve(torque_nm=(0.0, 0.5)")
     assert repr(WALL) == (
-        "Wall(stiffness_nm_per_rad=1.4, angle_rad=0.02, damping_nm_s_per_rad=0.0, side='above')"
+        "Wall(stiffness_nm_per_rad=1.4, angle_rad=0.02, side='above', damping_nm_s_per_rad=0.0)"
     )
     assert replace(WALL, angle_rad=0.5) != WALL
     with pytest.raises(FrozenInstanceError):

@@ -197,6 +197,4 @@ def _layout(fields: list[dict[str, Any]]) -> bytes:
             text += _layout(field["fields"])
         else:
             text += field["type"].encode() + b"\0"
-            for name in field.get("choices", ()):
-                text += name.encode() + b"\0"
     return text
