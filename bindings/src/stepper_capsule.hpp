@@ -21,11 +21,12 @@ inline const char* stepper_capsule_name() {
 }
 
 inline pybind11::capsule stepper_capsule(emulator::MakeStepper make) {
-  return {new emulator::MakeStepper(std::move(make)), stepper_capsule_name(),
-          [](PyObject* capsule) {
-            delete static_cast<emulator::MakeStepper*>(
-                PyCapsule_GetPointer(capsule, PyCapsule_GetName(capsule)));
-          }};
+  const auto drop = [](PyObject* capsule) {
+    delete static_cast<emulator::MakeStepper*>(
+        PyCapsule_GetPointer(capsule, PyCapsule_GetName(capsule)));
+  };
+  return pybind11::capsule(new emulator::MakeStepper(std::move(make)), stepper_capsule_name(),
+                           drop);
 }
 
 /// @param source a capsule, or None for the exact stepper
