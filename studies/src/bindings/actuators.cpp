@@ -74,17 +74,23 @@ emulator::Profile profile(const Knots& from) {
   return emulator::Profile(std::move(knots));
 }
 
-/// @param torque_nm of a hand that pulls; @param intended_angle_rad of one that holds the knob
-emulator::Hand hand(const std::optional<Knots>& torque_nm,
-                    const std::optional<Knots>& intended_angle_rad, double stiffness_nm_per_rad,
-                    double damping_nm_s_per_rad, double inertia_kg_m2) {
-  if (torque_nm) return emulator::TorqueHand{profile(*torque_nm)};
-  if (!intended_angle_rad) return emulator::NoHand{};
-  return emulator::ImpedanceHand{inertia_kg_m2, stiffness_nm_per_rad, damping_nm_s_per_rad,
-                                 profile(*intended_angle_rad)};
+/// Wrapped, for pybind11 would take a variant apart.
+struct Holder {
+  emulator::Hand hand;
+};
+
+/// @param torque_nm of a hand that pulls
+/// @param intended_angle_rad of one that holds the knob
+Holder make_holder(const std::optional<Knots>& torque_nm,
+                   const std::optional<Knots>& intended_angle_rad, double stiffness_nm_per_rad,
+                   double damping_nm_s_per_rad, double inertia_kg_m2) {
+  if (torque_nm) return {emulator::TorqueHand{profile(*torque_nm)}};
+  if (!intended_angle_rad) return {emulator::NoHand{}};
+  return {emulator::ImpedanceHand{inertia_kg_m2, stiffness_nm_per_rad, damping_nm_s_per_rad,
+                                  profile(*intended_angle_rad)}};
 }
 
-py::array_t<TrialRow> run_actuator(const std::string& actuator, const emulator::Hand& hand,
+py::array_t<TrialRow> run_actuator(const std::string& actuator, const Holder& holder,
                                    std::int64_t duration_ns,
                                    const std::map<std::string, double>& parts,
                                    double stiffness_nm_per_rad, double angle_rad, bool both_ways,
@@ -94,7 +100,7 @@ py::array_t<TrialRow> run_actuator(const std::string& actuator, const emulator::
       .kind = actuators::kind_from_name(actuator),
       .parts = parts_from(parts),
       .environment = {stiffness_nm_per_rad, angle_rad, both_ways},
-      .hand = hand,
+      .hand = holder.hand,
       .initial_speed_rad_s = initial_speed_rad_s,
       .counts_per_rev = counts_per_rev,
       .period_ns = period_ns,
@@ -134,8 +140,8 @@ void bind_actuators(py::module_& module) {
         return parts;
       },
       "What all actuators are built from, by default.");
-  py::class_<emulator::Hand>(module, "Hand", "Who holds the knob.", py::module_local())
-      .def(py::init(&hand), py::kw_only(), arg("torque_nm") = py::none(),
+  py::class_<Holder>(module, "Hand", "Who holds the knob.")
+      .def(py::init(&make_holder), py::kw_only(), arg("torque_nm") = py::none(),
            arg("intended_angle_rad") = py::none(), arg("stiffness_nm_per_rad") = 0.0,
            arg("damping_nm_s_per_rad") = 0.0, arg("inertia_kg_m2") = 0.0);
   module.def("run_actuator", &run_actuator, arg("actuator"), py::kw_only(), arg("hand"),

@@ -46,8 +46,8 @@ Bytes replay_wide(const std::vector<py::bytes>& reports, std::int64_t control_pe
     wide::emulator::replay(options, {counts.data(), size}, rows);
   }
   const std::span<const std::byte> bytes = std::as_bytes(std::span(rows));
-  return {static_cast<py::ssize_t>(bytes.size()),
-          reinterpret_cast<const std::uint8_t*>(bytes.data())};
+  return Bytes(static_cast<py::ssize_t>(bytes.size()),
+               reinterpret_cast<const std::uint8_t*>(bytes.data()));
 }
 
 }  // namespace
