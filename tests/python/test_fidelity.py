@@ -116,7 +116,7 @@ def test_cheaper_methods_err_as_their_order_says_and_smoothed_friction_never_get
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 1e-12, float("nan"), float("inf")])
 def test_tolerance_that_nothing_can_keep_is_refused_by_name(tolerance: float) -> None:
     with pytest.raises(torsio.InvalidArgument, match="tolerance"):
-        torsio.open("emulated", tolerance=tolerance)
+        torsio.open("emulated", emulator=torsio.EmulatorOptions(tolerance=tolerance))
     with pytest.raises(ValueError, match="tolerance"):
         Plant(tolerance=tolerance)
 
@@ -130,7 +130,7 @@ def test_going_on_is_refused_once_rounding_alone_exceeds_the_tolerance() -> None
 
 
 def test_open_knob_tells_what_it_took_for_a_tolerance() -> None:
-    with torsio.open("emulated", tolerance=1e-3) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(tolerance=1e-3)) as knob:
         knob.sleep(0.2)
         took = knob.emulator.fidelity()
     assert took.tolerance == 1e-3

@@ -21,7 +21,7 @@ WALL = Wall(angle_rad=0.02, stiffness_nm_per_rad=1.4)
 
 @pytest.fixture
 def knob() -> Iterator[Knob]:
-    with torsio.open("emulated", seed=1, log_truth=True) as opened:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(seed=1, log_truth=True)) as opened:
         yield opened
 
 
@@ -205,7 +205,9 @@ def test_same_seed_gives_the_same_bytes() -> None:
         hand = ImpedanceHand(
             intended_angle_rad=[(0, 0), (0.3, 0.15), (0.6, -0.1)], stiffness_nm_per_rad=1.0
         )
-        with torsio.open("emulated", seed=seed, hand=hand, log_truth=True) as knob:
+        with torsio.open(
+            "emulated", emulator=torsio.EmulatorOptions(seed=seed, hand=hand, log_truth=True)
+        ) as knob:
             knob.play([WALL, torsio.Texture(torque_nm=0.01, grains_per_turn=500)])
             knob.arm()
             knob.start_telemetry()
@@ -220,7 +222,9 @@ def test_same_seed_gives_the_same_bytes() -> None:
 @pytest.mark.parametrize("cut_s", [0.001, 0.007, 0.05, 0.3])
 def test_result_does_not_depend_on_how_time_is_cut(cut_s: float) -> None:
     def run(cut_s: float) -> tuple[bytes, bytes]:
-        with torsio.open("emulated", seed=1, log_truth=True) as knob:
+        with torsio.open(
+            "emulated", emulator=torsio.EmulatorOptions(seed=1, log_truth=True)
+        ) as knob:
             knob.play(WALL)
             knob.arm()
             knob.start_telemetry()
@@ -235,7 +239,7 @@ def test_result_does_not_depend_on_how_time_is_cut(cut_s: float) -> None:
 
 
 def test_ten_kilohertz_device_controls_at_ten_kilohertz() -> None:
-    with torsio.open("emulated", control_rate_hz=10_000) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(control_rate_hz=10_000)) as knob:
         assert knob.info.control_rate_hz == 10_000
         rate_hz = knob.start_telemetry()
         log = knob.record(duration_s=0.2)
@@ -325,7 +329,7 @@ def test_torque_hand_turns_the_free_knob(knob: Knob) -> None:
 
 
 def test_waiting_lets_other_threads_run() -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         count = 0
         done = threading.Event()
 
@@ -345,7 +349,7 @@ def test_waiting_lets_other_threads_run() -> None:
 
 
 def test_close_from_another_thread_ends_a_waiting_call() -> None:
-    knob = torsio.open("emulated", paced=True)
+    knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True))
     timer = threading.Timer(0.2, knob.close)
     timer.start()
     begin = time.monotonic()
@@ -356,7 +360,7 @@ def test_close_from_another_thread_ends_a_waiting_call() -> None:
 
 
 def test_paced_device_takes_real_time() -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         begin = time.monotonic()
         log = knob.record(duration_s=0.3)
         elapsed = time.monotonic() - begin

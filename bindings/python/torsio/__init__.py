@@ -1,12 +1,13 @@
 """Torsio: a USB knob that pushes back.
 
 >>> import torsio
->>> with torsio.open("emulated", seed=1) as knob:
+>>> hand = torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.8, 0.05)])
+>>> with torsio.open("emulated", emulator=torsio.EmulatorOptions(hand=hand)) as knob:
 ...     knob.play(torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4))
 ...     knob.arm()
-...     log = knob.record(duration_s=0.5)
->>> len(log)
-500
+...     log = knob.record(1.0)
+>>> bool(log["desired_torque_nm"].min() < -0.04)
+True
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from torsio.config import (
     PlantParams,
     ShaftHardening,
 )
+from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -50,7 +52,7 @@ from torsio.facts import (
 from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceWatch, watch
-from torsio.knob import Emulator, Knob, list_devices, open
+from torsio.knob import Knob, list_devices, open
 from torsio.scenes import (
     Constant,
     Curve,
@@ -95,6 +97,7 @@ __all__ = [
     "Disconnected",
     "Effect",
     "Emulator",
+    "EmulatorOptions",
     "EndStops",
     "Error",
     "Fidelity",

@@ -22,19 +22,19 @@ using test::message_of;
 namespace {
 
 OpenOptions turning(double rate_hz = 1000.0) {
-  OpenOptions options;
-  options.emulator.control_rate_hz = rate_hz;
-  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {1000.0, 1000.0}}};  // 1 rad/s
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->control_rate_hz = rate_hz;
+  options.emulator->hand = PrescribedMotion{{{0.0, 0.0}, {1000.0, 1000.0}}};  // 1 rad/s
   return options;
 }
 
 std::vector<TelemetrySample> wall_in_pieces(std::uint64_t seed, double piece_s) {
-  OpenOptions options;
-  options.emulator.seed = seed;
-  options.emulator.control_rate_hz = 10e3;
-  options.emulator.hand = TorqueHand{{{0.0, 0.0}, {0.5, 0.07}, {1.0, 0.0}}};
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->seed = seed;
+  options.emulator->control_rate_hz = 10e3;
+  options.emulator->hand = TorqueHand{{{0.0, 0.0}, {0.5, 0.07}, {1.0, 0.0}}};
   Knob knob = Knob::open("emulated", options);
-  knob.emulator()->set_link_faults({.drop_input = seed == 0 ? 0.0 : 0.01});
+  knob.emulator().set_link_faults({.drop_input = seed == 0 ? 0.0 : 0.01});
   knob.arm();
   knob.play(Wall{.angle_rad = 0.02, .stiffness_nm_per_rad = 1.4});
   knob.start_telemetry();
@@ -172,9 +172,9 @@ TEST_CASE("a full ring loses the oldest samples and counts them") {
 TEST_CASE("samples that are lost on the way are counted as gaps") {
   Knob knob = Knob::open("emulated", turning());
   knob.start_telemetry();
-  knob.emulator()->set_link_faults({.drop_input = 0.2});
+  knob.emulator().set_link_faults({.drop_input = 0.2});
   knob.sleep(1.0);
-  knob.emulator()->set_link_faults({});
+  knob.emulator().set_link_faults({});
   knob.sleep(0.02);
   const auto log = knob.read(10'000, 0.0);
   const std::uint64_t span = log.back().tick - log.front().tick + 1;
@@ -199,7 +199,7 @@ TEST_CASE("telemetry is the same however calls cut the time") {
 
 TEST_CASE("virtual time passes exactly as long as asked, and not in calls that do not wait") {
   Knob knob = Knob::open("emulated");
-  Emulator& world = *knob.emulator();
+  Emulator& world = knob.emulator();
   CHECK(world.time_s() == 0.0);
   (void)knob.health();
   (void)knob.clock();
@@ -218,10 +218,10 @@ TEST_CASE("virtual time passes exactly as long as asked, and not in calls that d
 
 TEST_CASE("truth fits telemetry tick by tick") {
   OpenOptions options = turning();
-  options.emulator.log_truth = true;
+  options.emulator->log_truth = true;
   Knob knob = Knob::open("emulated", options);
   const auto log = knob.record(0.1);
-  const auto truth = knob.emulator()->take_truth();
+  const auto truth = knob.emulator().truth();
   for (const TelemetrySample& sample : log) {
     const TruthSample& match = truth.at(sample.tick);
     CHECK(match.time_s == doctest::Approx(sample.time_s));

@@ -165,7 +165,8 @@ TEST_CASE("a knob over hidapi arms, plays and records without a lost sample") {
   bus.plug_in({.path = kPath}, {.hand = emulator::TorqueHand{emulator::Profile::constant(0.03)}});
   Knob knob = Knob::open(kPath);
   CHECK(knob.info().transport == "hid");
-  CHECK(knob.emulator() == nullptr);
+  CHECK_FALSE(knob.is_emulated());
+  CHECK(contains(message_of<Error>([&] { (void)knob.emulator(); }), "real hardware"));
   knob.arm();
   CHECK(knob.state() == State::armed);
   knob.play(Wall{.angle_rad = 0.02, .stiffness_nm_per_rad = 1.0});
@@ -191,7 +192,7 @@ TEST_CASE("signs of life keep an idle knob armed longer than its watchdog") {
   Knob knob = Knob::open(kPath);
   ControlConfig config = knob.control_config();
   config.watchdog_s = 0.2;
-  knob.set_control_config(config);
+  knob.configure(config);
   knob.arm();
   knob.sleep(0.6);
   CHECK(knob.health().state == State::armed);
@@ -214,7 +215,7 @@ TEST_CASE("configuration is refused while armed, with the reason") {
   Knob knob = Knob::open(kPath);
   knob.arm();
   try {
-    knob.set_control_config({});
+    knob.configure(ControlConfig{});
     FAIL("no error");
   } catch (const Refused& refused) {
     CHECK(refused.status() == "not_disarmed");
@@ -243,7 +244,7 @@ TEST_CASE("an unplug wakes a waiting call at once, and every later call says so"
     CHECK_THROWS_AS(knob.play(Scene{}), Disconnected);
     CHECK_THROWS_AS((void)knob.health(), Disconnected);
     CHECK_THROWS_AS((void)knob.control_config(), Disconnected);
-    CHECK_THROWS_AS(knob.set_control_config({}), Disconnected);
+    CHECK_THROWS_AS(knob.configure(ControlConfig{}), Disconnected);
     CHECK_THROWS_AS((void)knob.record(0.1), Disconnected);
     knob.close();
     knob.close();
