@@ -18,6 +18,15 @@ with torsio.open("emulated", emulator=torsio.EmulatorOptions(hand=hand)) as knob
     print(len(knob.record(0.5)))
 """
 
+BLOCK = """
+import sys
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name in {without!r}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Block())
+"""
+
 WHICH = """
 import sys
 print(*sorted({name.partition(".")[0] for name in sys.modules} - sys.stdlib_module_names))
@@ -33,7 +42,7 @@ def run(
     program: str, *arguments: str, without: tuple[str, ...] = (), cwd: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a program for which some packages are not installed."""
-    block = f"import sys; sys.modules.update(dict.fromkeys({without!r}))\n"
+    block = BLOCK.format(without=without)
     return subprocess.run(
         [sys.executable, "-c", block + program, *arguments],
         capture_output=True,

@@ -169,12 +169,31 @@ TEST_CASE("configuration comes back as it was set, and bad values are refused by
   CHECK(knob.info().counts_per_rev == 8192);
 }
 
+TEST_CASE("update changes what it is told to and keeps the rest, in each configuration") {
+  Knob knob = Knob::open("emulated");
+  knob.update([](ControlConfig& config) { config.motor_torque_cap_nm = 0.04; });
+  knob.update([](ControlConfig& config) { config.law = Law::compensated; });
+  CHECK(knob.control_config().law == Law::compensated);
+  CHECK(knob.control_config().motor_torque_cap_nm == 0.04);
+  knob.update([](ActuatorConfig& config) { config.counts_per_rev = 4096; });
+  CHECK(knob.actuator_config().counts_per_rev == 4096);
+  CHECK(knob.info().counts_per_rev == 4096);
+  knob.update([](BoardConfig& config) { config.supply_v = 24.0; });
+  CHECK(knob.board_config().supply_v == 24.0);
+  knob.update([](GameConfig& config) { config.gain = 0.5; });
+  CHECK(knob.game_config().gain == 0.5);
+  CHECK(knob.game_config().range_deg == 900.0);
+  CHECK(contains(message_of<InvalidArgument>(
+                     [&] { knob.update([](ControlConfig& config) { config.beta = 1.5; }); }),
+                 "beta is 1.5"));
+  knob.arm();
+  CHECK_THROWS_AS(knob.update([](GameConfig& config) { config.gain = 0.1; }), Refused);
+}
+
 TEST_CASE("a named emulated knob keeps what was saved, and only that") {
   const std::string selector = "emulated:keeps";
   const auto set_beta = [](Knob& knob, double beta) {
-    ControlConfig config = knob.control_config();
-    config.beta = beta;
-    knob.configure(config);
+    knob.update([&](ControlConfig& config) { config.beta = beta; });
   };
   {
     Knob knob = Knob::open(selector);

@@ -84,7 +84,7 @@ TEST_CASE("a ring or a read of more samples than memory holds is InvalidArgument
   }
   Knob knob = Knob::open("emulated");
   CHECK(contains(message_of<InvalidArgument>([&] { (void)knob.read(kMost + 1, 0.0); }),
-                 "max is 16777217, allowed are 0 to 16777216"));
+                 "max_samples is 16777217, allowed are 0 to 16777216"));
   CHECK(knob.read(0, 0.0).empty());
 }
 
@@ -227,6 +227,18 @@ TEST_CASE("truth fits telemetry tick by tick") {
     CHECK(match.time_s == doctest::Approx(sample.time_s));
     CHECK(std::abs(match.angle_rad - sample.angle_rad) < 2 * std::numbers::pi / 8192 + 1e-9);
   }
+}
+
+TEST_CASE("truth without a log is an error that says how to get one") {
+  Knob knob = Knob::open("emulated");
+  CHECK(contains(message_of<Error>([&] { (void)knob.emulator().truth(); }), "log_truth"));
+}
+
+TEST_CASE("recording at a rate starts telemetry at that rate") {
+  Knob knob = Knob::open("emulated", turning());
+  const auto log = knob.record(0.1, 100.0);
+  REQUIRE(log.size() == 10);
+  for (std::size_t i = 1; i < log.size(); ++i) CHECK(log[i].tick - log[i - 1].tick == 10);
 }
 
 TEST_CASE("every call that waits can be interrupted, and what the callback throws comes through") {

@@ -160,6 +160,16 @@ TEST_CASE("a device with other report layouts is a ProtocolMismatch that names b
   CHECK(bus.open_handles(kPath) == 0);
 }
 
+TEST_CASE("emulator options for a real knob are refused before it is opened") {
+  FakeBus bus;
+  bus.plug_in({.path = kPath, .serial = L"A1"});
+  for (const std::string& selector : {kPath, std::string("A1"), std::string()}) {
+    const auto open = [&] { (void)Knob::open(selector, {.emulator = EmulatorOptions{}}); };
+    CHECK(contains(message_of<InvalidArgument>(open), "only for an emulated knob"));
+  }
+  CHECK(Knob::open(kPath).is_open());
+}
+
 TEST_CASE("a knob over hidapi arms, plays and records without a lost sample") {
   FakeBus bus;
   bus.plug_in({.path = kPath}, {.hand = emulator::TorqueHand{emulator::Profile::constant(0.03)}});
