@@ -105,12 +105,10 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
   given("plant", [&](const py::object& value) { options.plant = plant_from_python(value); });
   given("hand", [&](const py::object& value) { options.hand = hand_from_python(value); });
   options.serial = source.attr("serial").cast<std::string>();
-  given("actuator", [&](const py::object& value) {
-    options.actuator = actuator_config_from_python(value);
-  });
-  given("control", [&](const py::object& value) {
-    options.control = control_config_from_python(value);
-  });
+  given("actuator",
+        [&](const py::object& value) { options.actuator = actuator_config_from_python(value); });
+  given("control",
+        [&](const py::object& value) { options.control = control_config_from_python(value); });
   given("game", [&](const py::object& value) { options.game = game_config_from_python(value); });
   given("tolerance", [&](const py::object& value) { options.tolerance = value.cast<double>(); });
   options.paced = source.attr("paced").cast<bool>();
@@ -244,8 +242,7 @@ py::bytes to_bytes(const std::vector<std::uint8_t>& bytes) {
 }
 
 void bind_emulator_calls(py::class_<PyKnob>& knob) {
-  knob.def_property_readonly("is_emulated",
-                             [](const PyKnob& self) { return self->is_emulated(); });
+  knob.def_property_readonly("is_emulated", [](const PyKnob& self) { return self->is_emulated(); });
   knob.def("set_hand", [](const PyKnob& self, const py::object& source) {
     const Hand hand = hand_from_python(source);
     const py::gil_scoped_release release;
@@ -262,7 +259,8 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
   knob.def(
       "emulator_time_s", [](const PyKnob& self) { return self->emulator().time_s(); }, Release());
   knob.def(
-      "advance", [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
+      "advance",
+      [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
       Release());
   knob.def("fidelity", [](const PyKnob& self) {
     const Fidelity fidelity = [&] {
@@ -284,7 +282,8 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
     self->emulator().game().write(bytes_of(report));
   });
-  knob.def("game_read", [](const PyKnob& self) { return to_bytes(self->emulator().game().read()); });
+  knob.def("game_read",
+           [](const PyKnob& self) { return to_bytes(self->emulator().game().read()); });
   knob.def("game_set_feature", [](const PyKnob& self, const py::bytes& report) {
     return self->emulator().game().set_feature(bytes_of(report));
   });
@@ -312,7 +311,8 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
       Release());
   knob.def(
       "skip_ticks",
-      [](const PyKnob& self, std::uint32_t count) { self->emulator().skip_ticks(count); }, Release());
+      [](const PyKnob& self, std::uint32_t count) { self->emulator().skip_ticks(count); },
+      Release());
   knob.def(
       "set_link_faults",
       [](const PyKnob& self, double drop_output, double corrupt_output, double drop_input,
@@ -341,12 +341,12 @@ void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob
     }
     return to_python(config);
   });
-  knob.def(("configure_" + name).c_str(), [from_python](const PyKnob& self,
-                                                        const py::object& source) {
-    const Config config = from_python(source);
-    const py::gil_scoped_release release;
-    self->configure(config);
-  });
+  knob.def(("configure_" + name).c_str(),
+           [from_python](const PyKnob& self, const py::object& source) {
+             const Config config = from_python(source);
+             const py::gil_scoped_release release;
+             self->configure(config);
+           });
 }
 
 void bind_orders(py::class_<PyKnob>& knob) {

@@ -414,11 +414,13 @@ std::vector<std::uint8_t> GamePort::read() {
 }
 
 bool GamePort::set_feature(std::span<const std::uint8_t> report) {
-  return emulator_->impl_->world->with_device([&](auto& device) { return device.game_set_feature(report); });
+  return emulator_->impl_->world->with_device(
+      [&](auto& device) { return device.game_set_feature(report); });
 }
 
 std::vector<std::uint8_t> GamePort::get_feature(std::uint8_t report_id) {
-  return emulator_->impl_->world->with_device([&](auto& device) { return device.game_get_feature(report_id); });
+  return emulator_->impl_->world->with_device(
+      [&](auto& device) { return device.game_get_feature(report_id); });
 }
 
 void GamePort::set_buttons(std::uint8_t pressed) {

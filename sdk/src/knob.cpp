@@ -362,7 +362,9 @@ void Knob::load_defaults() {
   impl().look_again();
 }
 
-double Knob::start_telemetry(std::optional<double> rate_hz) { return impl().start_telemetry(rate_hz); }
+double Knob::start_telemetry(std::optional<double> rate_hz) {
+  return impl().start_telemetry(rate_hz);
+}
 void Knob::stop_telemetry() { impl().stop_telemetry(); }
 
 std::size_t Knob::read(std::span<TelemetrySample> out, double timeout_s) {

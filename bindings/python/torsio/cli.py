@@ -320,12 +320,12 @@ def _figure_writer() -> Callable[[wall.WallVisit, wall.WallMeasures, Path], None
     """Give what draws the picture, if matplotlib is installed."""
     # Only here: it takes a second that list and info need not wait for.
     try:
-        from torsio.demos import wall_figure
+        from torsio.demos.wall_figure import save_figure
     except ModuleNotFoundError as error:
         if error.name != "matplotlib":
             raise
         return None
-    return wall_figure.save_figure
+    return save_figure
 
 
 def _prompt_user(say: Console) -> None:

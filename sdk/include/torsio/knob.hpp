@@ -137,7 +137,8 @@ class Knob {
   // Telemetry --------------------------------------------------------------------------------
 
   /// Starts telemetry, or changes its rate, and forgets what was not read.
-  /// @param rate_hz highest rate wanted, up to the control rate and 4,000 Hz; the device sends every
+  /// @param rate_hz highest rate wanted, up to the control rate and 4,000 Hz; the device sends
+  /// every
   ///        n-th tick. None takes the highest rate up to 3,600 Hz, which leaves the cable room for
   ///        answers. Above that samples are lost if commands are sent all the time.
   /// @returns the true rate
