@@ -29,7 +29,9 @@ PROGRAMS = re.findall(
 @pytest.mark.parametrize("program", PROGRAMS, ids=["other parts", "first power"])
 def test_programs_of_the_guide_run(program: str, monkeypatch: pytest.MonkeyPatch) -> None:
     real = torsio.open
-    monkeypatch.setattr(torsio, "open", lambda: real("emulated", seed=1))
+    monkeypatch.setattr(
+        torsio, "open", lambda: real("emulated", emulator=torsio.EmulatorOptions(seed=1))
+    )
     exec(compile(program, "docs/hardware.md", "exec"), {})
 
 

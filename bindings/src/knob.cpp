@@ -66,21 +66,32 @@ class PyKnob {
   std::unique_ptr<Knob> knob_;
 };
 
-PyKnob open_knob(const std::string& selector, std::uint64_t seed, double control_rate_hz,
-                 const py::object& plant, const py::object& hand, const std::string& serial,
-                 const py::object& actuator, const py::object& control, const py::object& game,
-                 bool paced, bool log_truth, double command_timeout_s, std::size_t ring_samples) {
+/// An EmulatorOptions of the package, which has looked at the kinds of its values.
+EmulatorOptions emulator_options_from_python(const py::object& source) {
+  EmulatorOptions options;
+  options.seed = source.attr("seed").cast<std::uint64_t>();
+  options.control_rate_hz = source.attr("control_rate_hz").cast<double>();
+  const auto given = [&](const char* name, auto&& take) {
+    const py::object value = source.attr(name);
+    if (!value.is_none()) take(value);
+  };
+  given("plant", [&](const py::object& value) { options.plant = from_python<PlantParams>(value); });
+  given("hand", [&](const py::object& value) { options.hand = hand_from_python(value); });
+  options.serial = source.attr("serial").cast<std::string>();
+  given("actuator",
+        [&](const py::object& value) { options.actuator = from_python<ActuatorConfig>(value); });
+  given("control",
+        [&](const py::object& value) { options.control = from_python<ControlConfig>(value); });
+  given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
+  options.paced = source.attr("paced").cast<bool>();
+  options.log_truth = source.attr("log_truth").cast<bool>();
+  return options;
+}
+
+PyKnob open_knob(const std::string& selector, const py::object& emulator, double command_timeout_s,
+                 std::size_t ring_samples) {
   OpenOptions options;
-  options.emulator.seed = seed;
-  options.emulator.control_rate_hz = control_rate_hz;
-  if (!plant.is_none()) options.emulator.plant = from_python<PlantParams>(plant);
-  options.emulator.hand = hand_from_python(hand);
-  options.emulator.serial = serial;
-  if (!actuator.is_none()) options.emulator.actuator = from_python<ActuatorConfig>(actuator);
-  if (!control.is_none()) options.emulator.control = from_python<ControlConfig>(control);
-  if (!game.is_none()) options.emulator.game = from_python<GameConfig>(game);
-  options.emulator.paced = paced;
-  options.emulator.log_truth = log_truth;
+  if (!emulator.is_none()) options.emulator = emulator_options_from_python(emulator);
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
   options.interrupted = &check_signals;
@@ -133,11 +144,11 @@ py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s) {
   return as_array(std::move(samples));
 }
 
-py::array record(const PyKnob& knob, double duration_s) {
+py::array record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz) {
   std::vector<TelemetrySample> samples;
   {
     const py::gil_scoped_release release;
-    samples = knob->record(duration_s);
+    samples = knob->record(duration_s, rate_hz);
     clear_padding(samples);
   }
   return as_array(std::move(samples));
@@ -152,77 +163,95 @@ py::bytes to_bytes(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-Emulator& emulator(const PyKnob& knob) {
-  Emulator* emulator = knob->emulator();
-  if (emulator == nullptr) throw Error("this knob is real hardware: it has no emulated world");
-  return *emulator;
-}
-
 void bind_emulator_calls(py::class_<PyKnob>& knob) {
-  knob.def_property_readonly("is_emulated",
-                             [](const PyKnob& self) { return self->emulator() != nullptr; });
+  knob.def_property_readonly("is_emulated", [](const PyKnob& self) { return self->is_emulated(); });
   knob.def("set_hand", [](const PyKnob& self, const py::object& source) {
     const Hand hand = hand_from_python(source);
     const py::gil_scoped_release release;
-    emulator(self).set_hand(hand);
+    self->emulator().set_hand(hand);
   });
-  knob.def("take_truth", [](const PyKnob& self) {
+  knob.def("truth", [](const PyKnob& self) {
     std::vector<TruthSample> samples;
     {
       const py::gil_scoped_release release;
-      samples = emulator(self).take_truth();
+      samples = self->emulator().truth();
     }
     return as_array(std::move(samples));
   });
   knob.def(
-      "emulator_time_s", [](const PyKnob& self) { return emulator(self).time_s(); }, Release());
+      "emulator_time_s", [](const PyKnob& self) { return self->emulator().time_s(); }, Release());
   knob.def(
-      "advance", [](const PyKnob& self, double duration_s) { emulator(self).advance(duration_s); },
+      "advance",
+      [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
       Release());
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
-    emulator(self).game_write(bytes_of(report));
+    self->emulator().game().write(bytes_of(report));
   });
-  knob.def("game_read", [](const PyKnob& self) { return to_bytes(emulator(self).game_read()); });
+  knob.def("game_read",
+           [](const PyKnob& self) { return to_bytes(self->emulator().game().read()); });
   knob.def("game_set_feature", [](const PyKnob& self, const py::bytes& report) {
-    return emulator(self).game_set_feature(bytes_of(report));
+    return self->emulator().game().set_feature(bytes_of(report));
   });
   knob.def("game_get_feature", [](const PyKnob& self, std::uint8_t id) {
-    return to_bytes(emulator(self).game_get_feature(id));
+    return to_bytes(self->emulator().game().get_feature(id));
   });
-  knob.def("set_game_buttons", [](const PyKnob& self, std::uint8_t pressed) {
-    emulator(self).set_game_buttons(pressed);
+  knob.def("game_set_buttons", [](const PyKnob& self, std::uint8_t pressed) {
+    self->emulator().game().set_buttons(pressed);
   });
-  knob.def("unplug", [](const PyKnob& self) { emulator(self).unplug(); }, Release());
+  knob.def("unplug", [](const PyKnob& self) { self->emulator().unplug(); }, Release());
   knob.def(
       "set_emergency_stop",
-      [](const PyKnob& self, bool pressed) { emulator(self).set_emergency_stop(pressed); },
+      [](const PyKnob& self, bool pressed) { self->emulator().set_emergency_stop(pressed); },
       Release());
   knob.def(
       "set_actuator_fault",
-      [](const PyKnob& self, bool present) { emulator(self).set_actuator_fault(present); },
+      [](const PyKnob& self, bool present) { self->emulator().set_actuator_fault(present); },
       Release());
   knob.def(
       "freeze_encoder",
-      [](const PyKnob& self, bool frozen) { emulator(self).freeze_encoder(frozen); }, Release());
+      [](const PyKnob& self, bool frozen) { self->emulator().freeze_encoder(frozen); }, Release());
   knob.def(
       "jump_encoder",
-      [](const PyKnob& self, std::int32_t counts) { emulator(self).jump_encoder(counts); },
+      [](const PyKnob& self, std::int32_t counts) { self->emulator().jump_encoder(counts); },
       Release());
   knob.def(
       "skip_ticks",
-      [](const PyKnob& self, std::uint32_t count) { emulator(self).skip_ticks(count); }, Release());
+      [](const PyKnob& self, std::uint32_t count) { self->emulator().skip_ticks(count); },
+      Release());
   knob.def(
       "set_link_faults",
       [](const PyKnob& self, double drop_output, double corrupt_output, double drop_input,
          double corrupt_input) {
-        emulator(self).set_link_faults({drop_output, corrupt_output, drop_input, corrupt_input});
+        self->emulator().set_link_faults({drop_output, corrupt_output, drop_input, corrupt_input});
       },
       py::kw_only(), arg("drop_output"), arg("corrupt_output"), arg("drop_input"),
       arg("corrupt_input"), Release());
   knob.def(
       "cut_power_in_next_save",
-      [](const PyKnob& self, std::uint32_t bytes) { emulator(self).cut_power_in_next_save(bytes); },
+      [](const PyKnob& self, std::uint32_t after_bytes) {
+        self->emulator().cut_power_in_next_save(after_bytes);
+      },
       Release());
+}
+
+/// Both ways of one configuration: NAME_config() and configure_NAME(config).
+template <class Config>
+void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob::*get)(),
+                 Config (*from_python)(const py::handle&)) {
+  knob.def((name + "_config").c_str(), [get](const PyKnob& self) {
+    Config config;
+    {
+      const py::gil_scoped_release release;
+      config = ((*self).*get)();
+    }
+    return to_python(config);
+  });
+  knob.def(("configure_" + name).c_str(),
+           [from_python](const PyKnob& self, const py::object& source) {
+             const Config config = from_python(source);
+             const py::gil_scoped_release release;
+             self->configure(config);
+           });
 }
 
 void bind_orders(py::class_<PyKnob>& knob) {
@@ -244,36 +273,22 @@ void bind_orders(py::class_<PyKnob>& knob) {
       },
       arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
       arg("deadline_s"), Release());
-  knob.def("actuator_config",
-           [](const PyKnob& self) { return told([&] { return self->actuator_config(); }); });
-  knob.def("control_config",
-           [](const PyKnob& self) { return told([&] { return self->control_config(); }); });
-  knob.def("board_config",
-           [](const PyKnob& self) { return told([&] { return self->board_config(); }); });
-  knob.def("game_config",
-           [](const PyKnob& self) { return told([&] { return self->game_config(); }); });
-  knob.def("set_actuator_config", [](const PyKnob& self, const py::object& source) {
-    give<ActuatorConfig>(source, [&](const auto& config) { self->set_actuator_config(config); });
-  });
-  knob.def("set_control_config", [](const PyKnob& self, const py::object& source) {
-    give<ControlConfig>(source, [&](const auto& config) { self->set_control_config(config); });
-  });
-  knob.def("set_board_config", [](const PyKnob& self, const py::object& source) {
-    give<BoardConfig>(source, [&](const auto& config) { self->set_board_config(config); });
-  });
-  knob.def("set_game_config", [](const PyKnob& self, const py::object& source) {
-    give<GameConfig>(source, [&](const auto& config) { self->set_game_config(config); });
-  });
+  bind_config(knob, "actuator", &Knob::actuator_config, &actuator_config_from_python);
+  bind_config(knob, "control", &Knob::control_config, &control_config_from_python);
+  bind_config(knob, "board", &Knob::board_config, &board_config_from_python);
+  bind_config(knob, "game", &Knob::game_config, &game_config_from_python);
 }
 
 void bind_telemetry(py::class_<PyKnob>& knob) {
   knob.def(
       "start_telemetry",
-      [](const PyKnob& self, double rate_hz) { return self->start_telemetry(rate_hz); },
+      [](const PyKnob& self, std::optional<double> rate_hz) {
+        return self->start_telemetry(rate_hz);
+      },
       arg("rate_hz"), Release());
   knob.def("stop_telemetry", [](const PyKnob& self) { self->stop_telemetry(); }, Release());
   knob.def("read", &read, arg("max_samples"), arg("timeout_s"));
-  knob.def("record", &record, arg("duration_s"));
+  knob.def("record", &record, arg("duration_s"), arg("rate_hz"));
   knob.def(
       "sleep", [](const PyKnob& self, double duration_s) { self->sleep(duration_s); },
       arg("duration_s"), Release());
@@ -296,10 +311,8 @@ void bind_knob(py::module_& module) {
   });
 
   py::class_<PyKnob> knob(module, "Knob");
-  module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("seed"),
-             arg("control_rate_hz"), arg("plant"), arg("hand"), arg("serial"), arg("actuator"),
-             arg("control"), arg("game"), arg("paced"), arg("log_truth"), arg("command_timeout_s"),
-             arg("ring_samples"));
+  module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("emulator"),
+             arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
   knob.def_property_readonly("state", [](const PyKnob& self) { return to_python(self->state()); });

@@ -28,10 +28,12 @@ def main(device: str = "emulated") -> None:
         damping_nm_s_per_rad=2e-3,
         inertia_kg_m2=1e-4,
     )
-    with torsio.open(device, hand=hand) as knob:
+    with torsio.open(device) as knob:
         knob.play(scene)
         knob.arm()
-        log = knob.record(duration_s=3.2)
+        if knob.is_emulated:  # a real one is turned by you
+            knob.emulator.set_hand(hand)
+        log = knob.record(3.2)
 
     # A soft hand dwells in the notches and jumps from one to the next.
     notch = np.round(log["angle_rad"] / pitch_rad).astype(int)

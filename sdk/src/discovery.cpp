@@ -111,12 +111,18 @@ Knob Knob::open(std::string_view selector, const OpenOptions& options) {
     if (selector != kEmulated && name.empty()) {
       throw InvalidArgument("\"emulated:\" lacks a name; write \"emulated:NAME\" or \"emulated\"");
     }
-    EmulatedConnection emulated = open_emulated(name, options.emulator);
+    EmulatedConnection emulated = open_emulated(name, options.emulator.value_or(EmulatorOptions{}));
     connection.transport = std::move(emulated.transport);
     connection.world = std::move(emulated.world);
     connection.path = selector;
     connection.product = kEmulatedProduct;
   } else {
+    if (options.emulator) {
+      std::string message = "emulator options are only for an emulated knob, and ";
+      message += selector.empty() ? std::string_view("an empty selector") : selector;
+      throw InvalidArgument(message +
+                            " means a real one: leave the options out, or open \"emulated\"");
+    }
     const HidListing hid = choose(selector);
     connection.transport = open_hid(hid.path);
     connection.path = hid.path;

@@ -131,7 +131,7 @@ auto checked(Make&& make) {
 class EmulatedWorld {
  public:
   EmulatedWorld(const std::string& name, const EmulatorOptions& options)
-      : claim_(name), paced_(options.paced), device_(checked([&] {
+      : claim_(name), paced_(options.paced), logs_truth_(options.log_truth), device_(checked([&] {
           return std::make_unique<emulator::EmulatedDevice>(
               to_emulator(options, name, claim_.stored()));
         })) {
@@ -173,6 +173,7 @@ class EmulatedWorld {
 
   void notify() const { news_.notify_all(); }
   [[nodiscard]] bool paced() const { return paced_; }
+  [[nodiscard]] bool logs_truth() const { return logs_truth_; }
 
  private:
   void throw_if_closed() const {
@@ -207,6 +208,7 @@ class EmulatedWorld {
 
   Claim claim_;
   const bool paced_;
+  const bool logs_truth_;
   mutable std::mutex mutex_;
   mutable std::condition_variable news_;
   std::unique_ptr<emulator::EmulatedDevice> device_;
@@ -325,7 +327,12 @@ void Emulator::advance(double duration_s) {
   impl_->session.sleep(whole_ns("duration_s", duration_s));
 }
 
-std::vector<TruthSample> Emulator::take_truth() {
+std::vector<TruthSample> Emulator::truth() {
+  if (!impl_->world->logs_truth()) {
+    throw Error(
+        "this emulated knob keeps no log of the truth: open it with log_truth set in its "
+        "EmulatorOptions");
+  }
   const std::vector<emulator::TruthSample> log = impl_->world->with_device(
       [](emulator::EmulatedDevice& device) { return device.take_truth(); });
   std::vector<TruthSample> truth;
@@ -344,24 +351,26 @@ std::vector<TruthSample> Emulator::take_truth() {
   return truth;
 }
 
-void Emulator::game_write(std::span<const std::uint8_t> report) {
-  impl_->world->with_device([&](auto& device) { (void)device.game_write(report); });
+void GamePort::write(std::span<const std::uint8_t> report) {
+  emulator_->impl_->world->with_device([&](auto& device) { (void)device.game_write(report); });
 }
 
-std::vector<std::uint8_t> Emulator::game_read() {
-  return impl_->world->with_device([](auto& device) { return device.game_read(); });
+std::vector<std::uint8_t> GamePort::read() {
+  return emulator_->impl_->world->with_device([](auto& device) { return device.game_read(); });
 }
 
-bool Emulator::game_set_feature(std::span<const std::uint8_t> report) {
-  return impl_->world->with_device([&](auto& device) { return device.game_set_feature(report); });
+bool GamePort::set_feature(std::span<const std::uint8_t> report) {
+  return emulator_->impl_->world->with_device(
+      [&](auto& device) { return device.game_set_feature(report); });
 }
 
-std::vector<std::uint8_t> Emulator::game_get_feature(std::uint8_t id) {
-  return impl_->world->with_device([&](auto& device) { return device.game_get_feature(id); });
+std::vector<std::uint8_t> GamePort::get_feature(std::uint8_t report_id) {
+  return emulator_->impl_->world->with_device(
+      [&](auto& device) { return device.game_get_feature(report_id); });
 }
 
-void Emulator::set_game_buttons(std::uint8_t pressed) {
-  impl_->world->with_device([&](auto& device) { device.set_buttons(pressed); });
+void GamePort::set_buttons(std::uint8_t pressed) {
+  emulator_->impl_->world->with_device([&](auto& device) { device.set_buttons(pressed); });
 }
 
 void Emulator::unplug() {
@@ -400,8 +409,8 @@ void Emulator::set_link_faults(const LinkFaults& faults) {
   });
 }
 
-void Emulator::cut_power_in_next_save(std::uint32_t bytes) {
-  impl_->world->with_device([&](auto& device) { device.cut_power_in_next_save(bytes); });
+void Emulator::cut_power_in_next_save(std::uint32_t after_bytes) {
+  impl_->world->with_device([&](auto& device) { device.cut_power_in_next_save(after_bytes); });
 }
 
 ActuatorConfig matching_config(const PlantParams& plant) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <mutex>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "conversion/configuration.hpp"
@@ -101,6 +102,12 @@ SessionOptions session_options(const OpenOptions& options) {
           .interrupted = options.interrupted};
 }
 
+template <class Config>
+Config changed(Config config, const std::function<void(Config&)>& change) {
+  change(config);
+  return config;
+}
+
 }  // namespace
 
 class Knob::Impl {
@@ -163,19 +170,20 @@ class Knob::Impl {
     player.forget();
   }
 
-  double start_telemetry(double rate_hz) {
+  double start_telemetry(std::optional<double> rate_hz) {
     const double control_rate_hz = 1e9 / identity().control_period_ns;
     const double highest_hz = std::min(control_rate_hz, kMaxSampleRateHz);
     const double lowest_hz = control_rate_hz / 255.0;
     double ticks = fewest_ticks(control_rate_hz, kEasySampleRateHz);
-    if (rate_hz != 0.0) {
+    if (rate_hz) {
       // The comparison is also false for NaN; a little room for rates that were computed.
-      if (!(rate_hz >= lowest_hz * (1 - 1e-9) && rate_hz <= highest_hz * (1 + 1e-9))) {
-        throw InvalidArgument("rate_hz is " + number_text(rate_hz) + ", allowed are " +
+      if (!(*rate_hz >= lowest_hz * (1 - 1e-9) && *rate_hz <= highest_hz * (1 + 1e-9))) {
+        throw InvalidArgument("rate_hz is " + number_text(*rate_hz) + ", allowed are " +
                               number_text(lowest_hz) + " to " + number_text(highest_hz) +
-                              " Hz, or 0 for the highest");
+                              " Hz with this knob; without a rate it takes the highest that "
+                              "leaves room for answers");
       }
-      ticks = std::clamp(std::round(control_rate_hz / rate_hz),
+      ticks = std::clamp(std::round(control_rate_hz / *rate_hz),
                          fewest_ticks(control_rate_hz, kMaxSampleRateHz), 255.0);
     }
     session.set_position(session.get<protocol::Clock>().position_counts);
@@ -189,8 +197,9 @@ class Knob::Impl {
     decimation_ = 0;
   }
 
-  std::vector<TelemetrySample> record(double duration_s) {
+  std::vector<TelemetrySample> record(double duration_s, std::optional<double> rate_hz) {
     const std::int64_t duration_ns = whole_ns("duration_s", duration_s);
+    if (rate_hz) start_telemetry(rate_hz);
     const unsigned decimation = decimation_;
     const bool starts = decimation == 0;
     const double control_rate_hz = 1e9 / identity().control_period_ns;
@@ -202,7 +211,7 @@ class Knob::Impl {
                             number_text(longest_s) +
                             " s at this rate; for more take samples with read() as they come");
     }
-    if (starts) start_telemetry(0.0);
+    if (starts) start_telemetry({});
     const auto first_tick = session.get<protocol::Clock>().tick;
     const auto ticks = static_cast<std::uint64_t>(
         std::llround(static_cast<double>(duration_ns) / identity().control_period_ns));
@@ -261,7 +270,12 @@ bool Knob::is_open() const noexcept { return impl_ != nullptr && impl_->session.
 DeviceInfo Knob::info() const { return impl().info(); }
 State Knob::state() const { return impl().session.state(); }
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
-Emulator* Knob::emulator() const { return impl().emulator.get(); }
+bool Knob::is_emulated() const { return impl().emulator != nullptr; }
+
+Emulator& Knob::emulator() const {
+  if (!is_emulated()) throw Error("this knob is real hardware: it has no emulated world");
+  return *impl().emulator;
+}
 
 std::vector<std::string> Knob::faults() { return health().faults; }
 
@@ -322,41 +336,61 @@ BoardConfig Knob::board_config() {
 
 GameConfig Knob::game_config() { return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>()); }
 
-void Knob::set_actuator_config(const ActuatorConfig& config) {
+void Knob::configure(const ActuatorConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
 }
 
-void Knob::set_control_config(const ControlConfig& config) {
+void Knob::configure(const ControlConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
 }
 
-void Knob::set_board_config(const BoardConfig& config) {
+void Knob::configure(const BoardConfig& config) {
   impl().session.set(conversion::to_wire(config, wiring_rule(impl().identity().board)));
 }
 
-void Knob::set_game_config(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
+void Knob::configure(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
+
+void Knob::update(const std::function<void(ActuatorConfig&)>& change) {
+  configure(changed(actuator_config(), change));
+}
+
+void Knob::update(const std::function<void(ControlConfig&)>& change) {
+  configure(changed(control_config(), change));
+}
+
+void Knob::update(const std::function<void(BoardConfig&)>& change) {
+  configure(changed(board_config(), change));
+}
+
+void Knob::update(const std::function<void(GameConfig&)>& change) {
+  configure(changed(game_config(), change));
+}
 
 void Knob::load_defaults() {
   impl().command(protocol::Op::load_defaults);
   impl().look_again();
 }
 
-double Knob::start_telemetry(double rate_hz) { return impl().start_telemetry(rate_hz); }
+double Knob::start_telemetry(std::optional<double> rate_hz) {
+  return impl().start_telemetry(rate_hz);
+}
 void Knob::stop_telemetry() { impl().stop_telemetry(); }
 
 std::size_t Knob::read(std::span<TelemetrySample> out, double timeout_s) {
   return impl().session.read(out, whole_ns("timeout_s", timeout_s));
 }
 
-std::vector<TelemetrySample> Knob::read(std::size_t max, double timeout_s) {
-  std::vector<TelemetrySample> samples(checked_samples("max", max, 0));
+std::vector<TelemetrySample> Knob::read(std::size_t max_samples, double timeout_s) {
+  std::vector<TelemetrySample> samples(checked_samples("max_samples", max_samples, 0));
   samples.resize(read(std::span(samples), timeout_s));
   return samples;
 }
 
-std::vector<TelemetrySample> Knob::record(double duration_s) { return impl().record(duration_s); }
+std::vector<TelemetrySample> Knob::record(double duration_s, std::optional<double> rate_hz) {
+  return impl().record(duration_s, rate_hz);
+}
 
 void Knob::sleep(double duration_s) { impl().session.sleep(whole_ns("duration_s", duration_s)); }
 

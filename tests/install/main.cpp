@@ -8,8 +8,8 @@ int main() {
   constexpr double kFrictionNm = 0.01;  // more than the emulated actuator has
   const torsio::Wall wall{.angle_rad = 0.1, .stiffness_nm_per_rad = 1.0};
 
-  torsio::OpenOptions options;
-  options.emulator.hand = torsio::TorqueHand{{{0.0, kPushNm}}};
+  torsio::OpenOptions options{.emulator = torsio::EmulatorOptions{}};
+  options.emulator->hand = torsio::TorqueHand{{{0.0, kPushNm}}};
   torsio::Knob knob = torsio::Knob::open("emulated", options);
   knob.play(wall);
   knob.arm();

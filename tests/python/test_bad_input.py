@@ -41,7 +41,9 @@ OLD_TORQUE_NM = 0.0123
 @pytest.fixture
 def playing() -> Iterator[Knob]:
     """Give an armed knob that plays a constant torque."""
-    with torsio.open("emulated", hand=PrescribedMotion(angle_rad=0.0)) as knob:
+    with torsio.open(
+        "emulated", emulator=torsio.EmulatorOptions(hand=PrescribedMotion(angle_rad=0.0))
+    ) as knob:
         knob.play(Constant(torque_nm=OLD_TORQUE_NM))
         knob.arm()
         knob.sleep(0.1)
@@ -182,7 +184,6 @@ BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"seed": -1}, InvalidArgument, "seed"),
     ({"seed": 1.5}, TypeError, "seed must be a whole number, is 1.5"),
     ({"seed": "a"}, TypeError, "seed"),
-    ({"ring_samples": "a"}, TypeError, "ring_samples"),
     ({"control_rate_hz": "fast"}, TypeError, "control_rate_hz must be a number"),
     ({"serial": b"TS-0001"}, TypeError, "serial must be a string"),
     ({"paced": "yes"}, TypeError, "paced must be True or False"),
@@ -190,8 +191,6 @@ BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"actuator": 3}, TypeError, "actuator"),
     ({"control": ActuatorConfig()}, TypeError, "control must be a torsio.ControlConfig"),
     ({"hand": 3}, TypeError, "hand"),
-    ({"ring_samples": 0}, InvalidArgument, "ring_samples"),
-    ({"command_timeout_s": -1.0}, InvalidArgument, "command_timeout_s"),
     ({"plant": PlantParams(knob_inertia_kg_m2=-1e-5)}, InvalidArgument, "knob_inertia_kg_m2"),
     ({"plant": PlantParams(counts_per_rev=-1)}, InvalidArgument, "counts_per_rev"),
     ({"control": ControlConfig(beta=-0.1)}, InvalidArgument, "beta"),
@@ -201,11 +200,34 @@ BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
 
 
 @pytest.mark.parametrize(("options", "kind", "message"), BAD_OPENS)
-def test_bad_option_of_open_is_refused_by_name(
+def test_bad_option_of_an_emulated_knob_is_refused_by_name(
+    options: dict[str, Any], kind: type[Exception], message: str
+) -> None:
+    with pytest.raises(kind, match=message):
+        torsio.open("emulated", emulator=torsio.EmulatorOptions(**options))
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "message"),
+    [
+        ({"ring_samples": "a"}, TypeError, "ring_samples"),
+        ({"ring_samples": 0}, InvalidArgument, "ring_samples"),
+        ({"command_timeout_s": -1.0}, InvalidArgument, "command_timeout_s"),
+        ({"emulator": {"seed": 1}}, TypeError, "emulator must be a torsio.EmulatorOptions or None"),
+    ],
+)
+def test_bad_argument_of_open_is_refused_by_name(
     options: dict[str, Any], kind: type[Exception], message: str
 ) -> None:
     with pytest.raises(kind, match=message):
         torsio.open("emulated", **options)
+
+
+@pytest.mark.parametrize("selector", ["/dev/hidraw250", "TS-9999", ""])
+def test_emulator_options_for_a_real_knob_are_refused(selector: str) -> None:
+    with pytest.raises(InvalidArgument, match="only for an emulated knob") as caught:
+        torsio.open(selector, emulator=torsio.EmulatorOptions())
+    assert selector in str(caught.value)
 
 
 @pytest.mark.parametrize("selector", [3, None, b"emulated"])
@@ -242,7 +264,13 @@ def test_numbers_of_numpy_are_numbers() -> None:
     hand = TorqueHand(torque_nm=np.float32(0.5))  # type: ignore[arg-type]
     assert hand.torque_nm == ((0.0, 0.5),)
     assert Curve(torque_nm=np.array([0.25, 0.5], np.float32)).torque_nm == (0.25, 0.5)
-    with torsio.open("emulated", seed=np.uint8(3), control_rate_hz=np.float64(2000)) as knob:  # type: ignore[arg-type]
+    with torsio.open(
+        "emulated",
+        emulator=torsio.EmulatorOptions(
+            seed=np.uint8(3),  # type: ignore[arg-type]
+            control_rate_hz=np.float64(2000),
+        ),
+    ) as knob:
         assert len(knob.record(duration_s=np.float32(0.5))) > 0  # type: ignore[arg-type]
 
 
@@ -282,7 +310,7 @@ def test_close_may_be_called_twice_and_ends_everything() -> None:
 
 
 def test_unplugged_device_says_so_everywhere() -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         knob.arm()
         knob.start_telemetry()
         knob.sleep(0.05)
@@ -306,7 +334,9 @@ def test_knob_that_loses_answers_times_out() -> None:
 
 def test_silent_host_disarms_the_device() -> None:
     """Cut the way to the device: the watchdog must act by itself."""
-    with torsio.open("emulated", hand=PrescribedMotion(angle_rad=0.0)) as knob:
+    with torsio.open(
+        "emulated", emulator=torsio.EmulatorOptions(hand=PrescribedMotion(angle_rad=0.0))
+    ) as knob:
         knob.play(Constant(torque_nm=0.02))
         knob.arm()
         knob.start_telemetry()

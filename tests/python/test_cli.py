@@ -57,13 +57,87 @@ def test_list_json_has_the_fields_of_a_listed_device() -> None:
 
 def test_info_json_tells_identity_health_and_configuration() -> None:
     info = json.loads(run("info", "--json").stdout)
-    assert set(info) == {"info", "health", "clock", "actuator_config", "control_config"}
+    assert set(info) == {
+        *("info", "health", "clock"),
+        *("actuator_config", "control_config", "board_config", "game_config"),
+    }
+    assert info["board_config"]["motor_pin"] == 6
+    assert info["game_config"]["range_deg"] == 900
     assert info["info"]["fingerprint"] == torsio.protocol.fingerprint()
     assert info["control_config"]["law"] == "paper"
 
 
 def test_info_shows_the_same_as_a_table() -> None:
-    assert "control_rate_hz" in run("info").stdout
+    printed = run("info").stdout
+    for name in ("control_rate_hz", "motor_torque_max_nm", "beta", "motor_pin", "range_deg"):
+        assert name in printed
+
+
+@pytest.mark.parametrize("arguments", [("info", "--json"), ("demo", "wall", "--json")])
+def test_without_a_real_knob_it_is_the_emulated_one_and_that_is_said(
+    arguments: tuple[str, ...], tmp_path: Path
+) -> None:
+    result = run(*arguments, cwd=tmp_path)
+    first = result.stderr.splitlines()[0]
+    assert first == "knob     emulated, serial number EMULATED, for no real knob is plugged in"
+
+
+@pytest.mark.parametrize("command", [("info",), ("demo", "wall")])
+@pytest.mark.parametrize("arguments", [(), ("--device", "emulated")])
+def test_real_knob_is_taken_unless_another_is_named(
+    command: tuple[str, ...], arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "Torsio haptic knob", "pico2", "hid", "")
+    asked: list[tuple[str, bool]] = []
+
+    def refuse(selector: str, *, emulator: torsio.EmulatorOptions | None) -> None:
+        asked.append((selector, emulator is not None))
+        raise torsio.DeviceBusy("in use")
+
+    monkeypatch.setattr(torsio, "list_devices", lambda: [real])
+    monkeypatch.setattr(torsio, "open", refuse)
+    result = CliRunner().invoke(app, [*command, *arguments])
+    assert result.exit_code == 1
+    assert asked == [("emulated", command[0] == "demo") if arguments else ("", False)]
+
+
+def test_options_of_the_emulated_knob_are_refused_while_a_real_one_would_be_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    real = torsio.ListedDevice("/dev/hidraw3", "TS-1", "Torsio haptic knob", "pico2", "hid", "")
+    monkeypatch.setattr(torsio, "list_devices", lambda: [real])
+    result = CliRunner().invoke(app, ["demo", "wall", "--seed", "3"])
+    assert result.exit_code == 2
+    assert "add --device emulated" in result.stderr
+
+
+@pytest.mark.parametrize("arguments", [(), ("info",), ("demo", "wall"), ("study",)])
+def test_short_and_long_option_for_help_are_the_same(arguments: tuple[str, ...]) -> None:
+    assert run(*arguments, "-h").stdout == run(*arguments, "--help").stdout
+
+
+def test_module_runs_as_the_command_does() -> None:
+    result = subprocess.run(
+        [sys.executable, "-m", "torsio", "list", "--json"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert result.stdout == run("list", "--json").stdout
+    usage = subprocess.run(
+        [sys.executable, "-m", "torsio", "-h"], capture_output=True, text=True, check=True
+    )
+    assert "Usage: torsio " in usage.stdout
+
+
+def test_shell_completes_commands() -> None:
+    environment = {
+        **os.environ,
+        "_TORSIO_COMPLETE": "complete_bash",
+        "COMP_WORDS": "torsio in",
+        "COMP_CWORD": "1",
+    }
+    assert run(env=environment).stdout.split() == ["info"]
 
 
 @pytest.mark.parametrize(
@@ -87,7 +161,7 @@ def test_missing_device_is_one_sentence_and_status_1(arguments: tuple[str, ...])
         ("demo",),
         ("demo", "wall", "--device", "TS-9999", "--paced"),
         ("demo", "wall", "--device", "TS-9999", "--seed", "1"),
-        ("demo", "wall", "--json", "out/virtual_wall.png"),
+        ("demo", "wall", "--json", "numbers.json"),
         ("demo", "wall", "--seed", "-1"),
         ("info", "--colour"),
     ],
@@ -97,25 +171,25 @@ def test_usage_error_has_status_2(arguments: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "option"),
+    "arguments",
     [
-        (("--out", "file/out"), "--out"),
-        (("--out", "taken"), "--out"),
-        (("--json", "folder"), "--json"),
-        (("--json", "file/numbers.json"), "--json"),
-        (("--json", "/dev/stdout"), "--json"),
-        (("--json", "/dev/null"), "--json"),
+        ("--out", "file/out"),
+        ("-o", "taken"),
+        ("-o", "taken_too"),
+        ("--out", "linked"),
     ],
 )
 def test_place_that_cannot_be_written_is_named_before_the_visit(
-    tmp_path: Path, arguments: tuple[str, ...], option: str
+    tmp_path: Path, arguments: tuple[str, ...]
 ) -> None:
     (tmp_path / "file").write_text("")
-    (tmp_path / "folder").mkdir()
     (tmp_path / "taken" / "virtual_wall.png").mkdir(parents=True)
+    (tmp_path / "taken_too" / "virtual_wall.json").mkdir(parents=True)
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked" / "virtual_wall.json").symlink_to("/dev/stdout")
     before = sorted(tmp_path.rglob("*"))
     result = run("demo", "wall", *arguments, status=1, cwd=tmp_path)
-    assert result.stderr.startswith(f"torsio: error: {option}: ")
+    assert result.stderr.startswith("torsio: error: --out: ")
     assert result.stderr.endswith("choose another place\n")
     assert len(result.stderr.splitlines()) == 1
     assert result.stdout == ""
@@ -153,21 +227,20 @@ def test_demo_picture_is_a_large_png(demo: tuple[Path, dict[str, Any], str]) -> 
 def test_demo_is_the_same_again_but_for_its_speed(
     demo: tuple[Path, dict[str, Any], str], tmp_path: Path
 ) -> None:
-    file = tmp_path / "numbers" / "wall.json"
-    run("demo", "wall", "--out", str(tmp_path), "--json", str(file))
-    again = json.loads(file.read_text())
+    run("demo", "wall", "--out", str(tmp_path / "again"))
+    again = json.loads((tmp_path / "again" / "virtual_wall.json").read_text())
     assert again | {"realtime_factor": 0} == demo[1] | {"realtime_factor": 0}
-    assert not (tmp_path / "virtual_wall.json").exists()
 
 
 def test_demo_json_to_standard_output_is_all_that_is_there(
     demo: tuple[Path, dict[str, Any], str], tmp_path: Path
 ) -> None:
-    result = run("demo", "wall", "--out", str(tmp_path), "--json", "-")
+    result = run("demo", "wall", "--out", str(tmp_path), "--json")
     measures = json.loads(result.stdout)
+    assert measures == json.loads((tmp_path / "virtual_wall.json").read_text())
     assert measures | {"realtime_factor": 0} == demo[1] | {"realtime_factor": 0}
     assert "It feels like a wall" in result.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["virtual_wall.png"]
+    assert (tmp_path / "virtual_wall.png").exists()
 
 
 def test_demo_that_is_not_as_it_should_be_has_status_1_and_writes_its_files(

@@ -26,9 +26,9 @@ def device_record(
     """Give telemetry as the reference names it, and the truth, both from the hand's beginning."""
     with torsio.open(
         "emulated",
-        control=torsio.ControlConfig(law="paper", beta=beta),
-        plant=plant,
-        log_truth=True,
+        emulator=torsio.EmulatorOptions(
+            control=torsio.ControlConfig(law="paper", beta=beta), plant=plant, log_truth=True
+        ),
     ) as knob:
         knob.play(torsio.Wall(angle_rad=WALL_RAD, stiffness_nm_per_rad=stiffness))
         knob.arm()

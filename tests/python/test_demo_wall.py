@@ -92,7 +92,9 @@ def test_figure_is_drawn_with_and_without_the_truth(tmp_path: Path, on_hardware:
 
 def test_run_leaves_the_knob_disarmed_and_configured_as_before() -> None:
     control = torsio.ControlConfig(law="motor_only", beta=0.1)
-    with torsio.open("emulated", control=control, log_truth=True) as knob:
+    with torsio.open(
+        "emulated", emulator=torsio.EmulatorOptions(control=control, log_truth=True)
+    ) as knob:
         shares: list[float] = []
         seen = wall.run(knob, shares.append)
         assert knob.state == "disarmed"
@@ -105,7 +107,7 @@ def test_run_leaves_the_knob_disarmed_and_configured_as_before() -> None:
 
 def test_run_without_the_truth_of_an_emulated_knob_says_so() -> None:
     with torsio.open("emulated") as knob:
-        with pytest.raises(torsio.InvalidArgument, match="open it with log_truth=True"):
+        with pytest.raises(torsio.Error, match="open it with log_truth"):
             wall.run(knob)
         assert knob.state == "disarmed"
 

@@ -331,7 +331,9 @@ def test_late_and_long_ticks_are_a_problem(facts: KnobFacts) -> None:
 
 
 def test_damaged_cable_shows_in_an_examination() -> None:
-    with torsio.open("emulated", paced=True, command_timeout_s=5.0) as knob:
+    with torsio.open(
+        "emulated", emulator=torsio.EmulatorOptions(paced=True), command_timeout_s=5.0
+    ) as knob:
         knob.emulator.set_link_faults(drop_input=0.02, corrupt_input=0.0)
         try:
             finding = doctor.check_losses(doctor_facts.examine(knob))
@@ -344,7 +346,7 @@ def test_damaged_cable_shows_in_an_examination() -> None:
 def test_pressed_emergency_stop_and_late_ticks_show_in_an_examination(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         monkeypatch.setattr(
             doctor_facts, "time_round_trips", lambda *_: knob.emulator.skip_ticks(count=3)
         )
@@ -359,7 +361,7 @@ def test_pressed_emergency_stop_and_late_ticks_show_in_an_examination(
 
 
 def test_armed_knob_is_examined_and_stays_armed() -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         knob.arm()
         facts = doctor_facts.examine(knob)
         assert knob.health().state == "armed"

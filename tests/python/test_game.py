@@ -60,7 +60,10 @@ class Game:
 def test_a_sine_reaches_the_simulated_motor() -> None:
     game_config = torsio.GameConfig(torque_max_nm=FULL_NM)
     with torsio.open(
-        "emulated", control_rate_hz=10_000, game=game_config, control=MOTOR_ONLY, log_truth=True
+        "emulated",
+        emulator=torsio.EmulatorOptions(
+            control_rate_hz=10_000, game=game_config, control=MOTOR_ONLY, log_truth=True
+        ),
     ) as knob:
         game = Game(knob)
         knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0)]))
@@ -81,7 +84,10 @@ def test_a_sine_reaches_the_simulated_motor() -> None:
 
 def test_axis_follows_the_knob_over_the_configured_range() -> None:
     hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, 1.5), (2.0, -1.0)])
-    with torsio.open("emulated", hand=hand, game=torsio.GameConfig(range_deg=180)) as knob:
+    with torsio.open(
+        "emulated",
+        emulator=torsio.EmulatorOptions(hand=hand, game=torsio.GameConfig(range_deg=180)),
+    ) as knob:
         game = Game(knob)
         seen = []
         for _ in range(40):
@@ -100,7 +106,9 @@ def test_axis_follows_the_knob_over_the_configured_range() -> None:
 
 def test_sdk_takes_over_and_the_game_comes_back_by_starting() -> None:
     config = torsio.GameConfig(torque_max_nm=FULL_NM)
-    with torsio.open("emulated", game=config, control=MOTOR_ONLY) as knob:
+    with torsio.open(
+        "emulated", emulator=torsio.EmulatorOptions(game=config, control=MOTOR_ONLY)
+    ) as knob:
         game = Game(knob)
         block = game.create(CONSTANT)
         game.constant(block, 32767)
@@ -125,9 +133,16 @@ def test_sdk_takes_over_and_the_game_comes_back_by_starting() -> None:
 
 def test_game_configuration_is_kept_and_checked() -> None:
     config = torsio.GameConfig(
-        enabled=False, range_deg=1440, torque_max_nm=0.05, gain=0.25, spring_gain=2,
-        speed_full_rad_s=30, acceleration_full_rad_s2=2000, blend_s=0.004, silence_s=5,
-    )  # fmt: skip
+        enabled=False,
+        range_deg=1440,
+        torque_max_nm=0.05,
+        gain=0.25,
+        spring_gain=2,
+        speed_full_rad_s=30,
+        acceleration_full_rad_s2=2000,
+        blend_s=0.004,
+        silence_s=5,
+    )
     with torsio.open("emulated") as knob:
         assert knob.game_config() == torsio.GameConfig()
         knob.configure(config)
@@ -157,9 +172,15 @@ def _released(rate_hz: float, kind: int, actuator: torsio.ActuatorConfig | None)
         range_deg=100, spring_gain=1000, speed_full_rad_s=0.1, torque_max_nm=0.085, silence_s=0
     )
     with torsio.open(
-        "emulated", control_rate_hz=rate_hz, game=config, control=MOTOR_ONLY,
-        actuator=actuator, log_truth=True,
-    ) as knob:  # fmt: skip
+        "emulated",
+        emulator=torsio.EmulatorOptions(
+            control_rate_hz=rate_hz,
+            game=config,
+            control=MOTOR_ONLY,
+            actuator=actuator,
+            log_truth=True,
+        ),
+    ) as knob:
         game = Game(knob)
         knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 0.4)]))
         block = game.create(kind)
@@ -198,7 +219,10 @@ def test_motor_and_brake_give_together_what_the_game_asks_for(kind: int, share: 
     plant = torsio.PlantParams()
     config = torsio.GameConfig(torque_max_nm=FULL_NM)
     with torsio.open(
-        "emulated", control_rate_hz=10_000, game=config, plant=plant, log_truth=True
+        "emulated",
+        emulator=torsio.EmulatorOptions(
+            control_rate_hz=10_000, game=config, plant=plant, log_truth=True
+        ),
     ) as knob:
         game = Game(knob)
         block = game.create(kind)

@@ -11,7 +11,7 @@ import pytest
 
 PROGRAM = """
 import sys, torsio
-with torsio.open("emulated", paced=True) as knob:
+with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
     knob.play(torsio.Wall(stiffness_nm_per_rad=1.0))
     knob.arm()
     print("ready", flush=True)

@@ -7,7 +7,7 @@ import pickle
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import FrozenInstanceError, replace
+from dataclasses import FrozenInstanceError, fields, replace
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ WALL = Wall(angle_rad=0.02, stiffness_nm_per_rad=1.4)
 
 @pytest.fixture
 def knob() -> Iterator[Knob]:
-    with torsio.open("emulated", seed=1, log_truth=True) as opened:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(seed=1, log_truth=True)) as opened:
         yield opened
 
 
@@ -163,6 +163,29 @@ def test_record_at_a_rate_takes_every_nth_tick(knob: Knob) -> None:
     assert np.all(np.diff(log["tick"]) == 10)
 
 
+def test_rate_that_this_knob_has_not_is_refused_with_those_it_has(knob: Knob) -> None:
+    message = "rate_hz is 4000, allowed are 3.921569 to 1000 Hz with this knob; without a rate"
+    with pytest.raises(torsio.InvalidArgument, match=message):
+        knob.start_telemetry(4000.0)
+    with pytest.raises(torsio.InvalidArgument, match="rate_hz is 0"):
+        knob.start_telemetry(0.0)
+
+
+def test_single_quantities_need_no_name(knob: Knob) -> None:
+    assert len(knob.record(0.1)) == 100
+    assert knob.start_telemetry(500.0) == 500.0
+    assert sum(map(len, knob.telemetry(0.1))) == 100
+    before_s = knob.emulator.time_s
+    knob.sleep(0.1)
+    knob.emulator.advance(0.1)
+    assert knob.emulator.time_s - before_s == pytest.approx(0.2)
+
+
+def test_truth_without_a_log_says_how_to_get_one() -> None:
+    with torsio.open("emulated") as knob, pytest.raises(torsio.Error, match="log_truth"):
+        knob.emulator.truth()
+
+
 def test_telemetry_iterator_gives_what_was_asked(knob: Knob) -> None:
     chunks = list(knob.telemetry(duration_s=0.5, max_samples=64))
     assert max(len(chunk) for chunk in chunks) <= 64
@@ -205,7 +228,9 @@ def test_same_seed_gives_the_same_bytes() -> None:
         hand = ImpedanceHand(
             intended_angle_rad=[(0, 0), (0.3, 0.15), (0.6, -0.1)], stiffness_nm_per_rad=1.0
         )
-        with torsio.open("emulated", seed=seed, hand=hand, log_truth=True) as knob:
+        with torsio.open(
+            "emulated", emulator=torsio.EmulatorOptions(seed=seed, hand=hand, log_truth=True)
+        ) as knob:
             knob.play([WALL, torsio.Texture(torque_nm=0.01, grains_per_turn=500)])
             knob.arm()
             knob.start_telemetry()
@@ -220,7 +245,9 @@ def test_same_seed_gives_the_same_bytes() -> None:
 @pytest.mark.parametrize("cut_s", [0.001, 0.007, 0.05, 0.3])
 def test_result_does_not_depend_on_how_time_is_cut(cut_s: float) -> None:
     def run(cut_s: float) -> tuple[bytes, bytes]:
-        with torsio.open("emulated", seed=1, log_truth=True) as knob:
+        with torsio.open(
+            "emulated", emulator=torsio.EmulatorOptions(seed=1, log_truth=True)
+        ) as knob:
             knob.play(WALL)
             knob.arm()
             knob.start_telemetry()
@@ -235,7 +262,7 @@ def test_result_does_not_depend_on_how_time_is_cut(cut_s: float) -> None:
 
 
 def test_ten_kilohertz_device_controls_at_ten_kilohertz() -> None:
-    with torsio.open("emulated", control_rate_hz=10_000) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(control_rate_hz=10_000)) as knob:
         assert knob.info.control_rate_hz == 10_000
         rate_hz = knob.start_telemetry()
         log = knob.record(duration_s=0.2)
@@ -257,6 +284,59 @@ def test_configuration_comes_back_as_it_was_set(knob: Knob) -> None:
     board = replace(knob.board_config(), motor_pin=14, supply_v=24.0, motor_reversed=True)
     knob.configure(board)
     assert knob.board_config() == board
+
+
+def test_update_changes_fields_and_keeps_the_rest(knob: Knob) -> None:
+    knob.update(motor_torque_cap_nm=0.04, speed_limit_rad_s=50.0)
+    knob.update(law="compensated")
+    expected = ControlConfig(law="compensated", motor_torque_cap_nm=0.04, speed_limit_rad_s=50.0)
+    assert knob.control_config() == expected
+    knob.update(counts_per_rev=4096)
+    assert knob.actuator_config() == torsio.ActuatorConfig(counts_per_rev=4096)
+    assert knob.info.counts_per_rev == 4096
+    knob.update(supply_v=24)
+    assert knob.board_config() == torsio.BoardConfig(supply_v=24.0)
+    knob.update(gain=0.5)
+    assert knob.game_config() == torsio.GameConfig(gain=0.5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({}, "needs a field"),
+        (
+            {"lav": "paper"},
+            r"no configuration has a field 'lav'; there are .*law \(ControlConfig\)",
+        ),
+        ({"gear": 1}, r"beta \(ControlConfig\).*supply_v \(BoardConfig\)"),
+        ({"law": "paper", "gain": 1.0}, "law of ControlConfig and gain of GameConfig"),
+    ],
+)
+def test_update_of_what_is_no_field_of_one_configuration_is_refused(
+    knob: Knob, changes: dict[str, object], message: str
+) -> None:
+    with pytest.raises(TypeError, match=message):
+        knob.update(**changes)
+
+
+def test_update_that_the_device_would_refuse_changes_nothing(knob: Knob) -> None:
+    with pytest.raises(torsio.InvalidArgument, match=r"beta is 1\.5"):
+        knob.update(law="parallel", beta=1.5)
+    assert knob.control_config() == ControlConfig()
+    knob.arm()
+    with pytest.raises(torsio.Refused):
+        knob.update(beta=0.1)
+
+
+def test_no_two_configurations_have_a_field_of_the_same_name() -> None:
+    configs = (
+        torsio.ActuatorConfig,
+        torsio.BoardConfig,
+        torsio.ControlConfig,
+        torsio.GameConfig,
+    )
+    names = [field.name for config in configs for field in fields(config)]
+    assert len(set(names)) == len(names)
 
 
 def test_named_emulated_device_keeps_what_it_saved() -> None:
@@ -325,7 +405,7 @@ def test_torque_hand_turns_the_free_knob(knob: Knob) -> None:
 
 
 def test_waiting_lets_other_threads_run() -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         count = 0
         done = threading.Event()
 
@@ -345,7 +425,7 @@ def test_waiting_lets_other_threads_run() -> None:
 
 
 def test_close_from_another_thread_ends_a_waiting_call() -> None:
-    knob = torsio.open("emulated", paced=True)
+    knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True))
     timer = threading.Timer(0.2, knob.close)
     timer.start()
     begin = time.monotonic()
@@ -356,7 +436,7 @@ def test_close_from_another_thread_ends_a_waiting_call() -> None:
 
 
 def test_paced_device_takes_real_time() -> None:
-    with torsio.open("emulated", paced=True) as knob:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
         begin = time.monotonic()
         log = knob.record(duration_s=0.3)
         elapsed = time.monotonic() - begin

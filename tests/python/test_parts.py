@@ -74,10 +74,12 @@ def test_state_that_is_set_is_where_the_plant_goes_on() -> None:
 def test_open_without_spring_and_brake_moves_one_rigid_body() -> None:
     with torsio.open(
         "emulated",
-        plant=PlantParams(spring_and_brake=False),
-        hand=torsio.TorqueHand(torque_nm=0.02),
-        control=torsio.ControlConfig(law="motor_only"),
-        log_truth=True,
+        emulator=torsio.EmulatorOptions(
+            plant=PlantParams(spring_and_brake=False),
+            hand=torsio.TorqueHand(torque_nm=0.02),
+            control=torsio.ControlConfig(law="motor_only"),
+            log_truth=True,
+        ),
     ) as knob:
         knob.sleep(0.2)
         truth = knob.emulator.truth()
@@ -89,7 +91,10 @@ def test_open_without_spring_and_brake_moves_one_rigid_body() -> None:
 
 
 def test_open_with_a_noisy_encoder_sees_that_noise() -> None:
-    with torsio.open("emulated", seed=3, plant=PlantParams(encoder_noise_counts=2.0)) as knob:
+    with torsio.open(
+        "emulated",
+        emulator=torsio.EmulatorOptions(seed=3, plant=PlantParams(encoder_noise_counts=2.0)),
+    ) as knob:
         log = knob.record(duration_s=1.0)
     counts = log["angle_rad"] * 8192 / (2 * math.pi)
     # Rounding adds 1/12 to the variance.
@@ -110,4 +115,4 @@ def test_open_with_a_noisy_encoder_sees_that_noise() -> None:
 )
 def test_open_refuses_a_part_by_name(plant: PlantParams, wanted: str) -> None:
     with pytest.raises(torsio.InvalidArgument, match=wanted):
-        torsio.open("emulated", plant=plant)
+        torsio.open("emulated", emulator=torsio.EmulatorOptions(plant=plant))

@@ -85,7 +85,7 @@ def test_every_study_has_its_command_and_its_page() -> None:
 def test_command_ends_with_status_1_and_one_sentence_on_a_damaged_file(tmp_path: Path) -> None:
     file = tmp_path / "paper.json"
     file.write_text("{")
-    outcome = CliRunner().invoke(app, ["study", "paper", "--json", str(file), "--quick"])
+    outcome = CliRunner().invoke(app, ["study", "paper", "--out", str(tmp_path), "--quick"])
     assert outcome.exit_code == 1
     assert "is damaged" in outcome.output
     assert "Traceback" not in outcome.output
@@ -105,7 +105,7 @@ def test_json_to_standard_output_is_all_that_goes_there(
 
     monkeypatch.setattr(paper, "run", run)
     monkeypatch.setattr(paper, "show", show)
-    outcome = CliRunner().invoke(app, ["study", "paper", "--json", "-"])
+    outcome = CliRunner().invoke(app, ["study", "paper", "--json"])
     assert outcome.exit_code == 0
     printed = json.loads(outcome.stdout)
     assert printed["study"] == "paper"
@@ -113,4 +113,4 @@ def test_json_to_standard_output_is_all_that_goes_there(
     assert printed["nothing"] is None
     assert "a table of" in outcome.stderr
     assert "Written in" in outcome.stderr
-    assert not (tmp_path / "-").exists()
+    assert json.loads((tmp_path / "out" / "paper.json").read_text()) == printed

@@ -264,7 +264,7 @@ def test_folder_that_cannot_be_made_is_a_clear_error(tmp_path: Path) -> None:
 
 def _study(out: Path, *options: str) -> list[str]:
     program = str(Path(sys.executable).parent / "torsio")
-    where = ["--out", str(out), "--json", str(out / "d.json"), "--workers", "1"]
+    where = ["--out", str(out), "--workers", "1"]
     return [program, "study", "design", "--quick", "--devices", str(DEVICES), *where, *options]
 
 
@@ -280,10 +280,10 @@ def test_study_killed_in_the_middle_goes_on_where_it_was(tmp_path: Path) -> None
     process.wait()
     kept = {path: path.read_bytes() for path in folder.glob("[!.]*.parquet")}
     assert kept
-    assert not (tmp_path / "d.json").exists()
+    assert not (tmp_path / "design.json").exists()
 
     subprocess.run(_study(tmp_path), check=True, capture_output=True)
-    results = json.loads((tmp_path / "d.json").read_text())
+    results = json.loads((tmp_path / "design.json").read_text())
     total = DEVICES + 2 * 9
     assert results["devices"] == total
     assert 0 < results["computed_now"] <= total - 4 * len(kept)

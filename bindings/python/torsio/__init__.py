@@ -1,12 +1,13 @@
 """Torsio: a USB knob that pushes back.
 
 >>> import torsio
->>> with torsio.open("emulated", seed=1) as knob:
+>>> hand = torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.8, 0.05)])
+>>> with torsio.open("emulated", emulator=torsio.EmulatorOptions(hand=hand)) as knob:
 ...     knob.play(torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4))
 ...     knob.arm()
-...     log = knob.record(duration_s=0.5)
->>> len(log)
-500
+...     log = knob.record(1.0)
+>>> bool(log["desired_torque_nm"].min() < -0.04)
+True
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from importlib.metadata import version as _version
 from torsio import core, emulator, protocol, telemetry
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -39,7 +41,7 @@ from torsio.records import (
 from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
-from torsio.knob import Emulator, Knob, list_devices, open
+from torsio.knob import Knob, list_devices, open
 from torsio.scenes import (
     Constant,
     Curve,
@@ -84,6 +86,7 @@ __all__ = [
     "Disconnected",
     "Effect",
     "Emulator",
+    "EmulatorOptions",
     "EndStops",
     "Error",
     "Friction",

@@ -21,6 +21,7 @@ from rich.text import Text
 import torsio
 from torsio import doctor
 from torsio.demos import output, wall
+from torsio.extras import how_to_install
 from torsio.other_commands import add_commands
 from torsio.virtual_knob import cli as virtual_knob
 
@@ -30,8 +31,8 @@ T = TypeVar("T")
 app = typer.Typer(
     help="A USB knob that pushes back.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
 app.add_typer(demo_app, name="demo")
@@ -45,11 +46,18 @@ Device = Annotated[
     typer.Option(
         "--device",
         metavar="DEVICE",
-        help="Path, serial number, or 'emulated', which it is unless given, even while a real "
-        "knob is plugged in; see `torsio list`.",
+        help="Path, serial number, or 'emulated'; see `torsio list`. Unless given it is the knob "
+        "that is plugged in, or the emulated one if none is.",
+        show_default=False,
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print JSON to standard output; all else then goes to standard error.",
+    ),
+]
 
 
 def _plainly(command: Callable[P, T]) -> Callable[P, T]:
@@ -73,12 +81,32 @@ def _complain(sentence: str) -> None:
     err.print(f"torsio: error: {sentence}", highlight=False, markup=False, soft_wrap=True)
 
 
+def _choose(device: str) -> str:
+    """Give the selector of a device: if none is named, as `torsio.open`, or else the emulated."""
+    if device or any(listed.transport != "emulated" for listed in torsio.list_devices()):
+        return device
+    return "emulated"
+
+
+def _is_emulated(selector: str) -> bool:
+    return selector == "emulated" or selector.startswith("emulated:")
+
+
 @contextmanager
-def _opened(device: str, **options: Any) -> Iterator[torsio.Knob]:
+def _opened(
+    device: str, say: Console, emulator: torsio.EmulatorOptions | None = None
+) -> Iterator[torsio.Knob]:
+    """Open a device, say which one it is, and close it."""
+    selector = _choose(device)
     is_open = False
     try:
-        with torsio.open(device, **options) as knob:
+        with torsio.open(selector, emulator=emulator if _is_emulated(selector) else None) as knob:
             is_open = True
+            info = knob.info
+            who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
+            if selector != device:
+                who.append("for no real knob is plugged in")
+            say.print(f"knob     {', '.join(who)}", highlight=False, markup=False, soft_wrap=True)
             yield knob
     except KeyboardInterrupt:
         if not is_open:
@@ -133,15 +161,17 @@ def list_command(as_json: AsJson = False) -> None:
 
 @app.command("info")
 @_plainly
-def info_command(device: Device = "emulated", as_json: AsJson = False) -> None:
+def info_command(device: Device = "", as_json: AsJson = False) -> None:
     """Show who a knob is, how it is, and how it is configured."""
-    with _opened(device) as knob:
+    with _opened(device, err if as_json else out) as knob:
         groups = {
             "info": asdict(knob.info),
             "health": asdict(knob.health()),
             "clock": asdict(knob.clock()),
             "actuator_config": asdict(knob.actuator_config()),
             "control_config": asdict(knob.control_config()),
+            "board_config": asdict(knob.board_config()),
+            "game_config": asdict(knob.game_config()),
         }
     if as_json:
         _print_json(groups)
@@ -215,7 +245,7 @@ def _value_text(key: str, value: Any) -> str:
 @demo_app.command("wall")
 @_plainly
 def demo_wall(
-    device: Device = "emulated",
+    device: Device = "",
     seed: Annotated[
         int | None,
         typer.Option("--seed", min=0, help="Emulated knob only; 1 if unset.", show_default=False),
@@ -224,64 +254,62 @@ def demo_wall(
         bool, typer.Option("--paced", help="Emulated knob only: take real time.")
     ] = False,
     out_folder: Annotated[
-        Path, typer.Option("--out", metavar="FOLDER", help="Where the picture goes.")
+        Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where picture and numbers go.")
     ] = Path("out"),
-    json_file: Annotated[
-        Path | None,
-        typer.Option(
-            "--json",
-            metavar="FILE",
-            help="Where the numbers go: '-' is standard output, and everything else then goes to "
-            "standard error; FOLDER/virtual_wall.json if unset.",
-        ),
-    ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Push the knob into a virtual wall, and see how well it pushes back.
 
-    The exit status is 0 only if it feels like a wall.
+    Picture and numbers go to FOLDER. The exit status is 0 only if it feels like a wall.
     """
-    if device != "emulated" and not device.startswith("emulated:"):
+    if not _is_emulated(_choose(device)):
         for option, given in (("--seed", seed is not None), ("--paced", paced)):
             if given:
-                raise typer.BadParameter("only for the emulated knob", param_hint=option)
-    to_stdout = json_file == Path("-")
-    say = err if to_stdout else out
-    png_file = out_folder / "virtual_wall.png"
-    options = {png_file: "--out"}
-    if not to_stdout:
-        json_option = "--json" if json_file else "--out"
-        json_file = json_file or out_folder / "virtual_wall.json"
-        if json_file.resolve() == png_file.resolve():
-            raise typer.BadParameter("that is where the picture goes", param_hint="--json")
-        options[json_file] = json_option
-    output.check(options)
+                raise typer.BadParameter(
+                    "only for the emulated knob: add --device emulated", param_hint=option
+                )
+    say = err if as_json else out
+    save_figure = _figure_writer()
+    png_file, json_file = (out_folder / f"virtual_wall.{kind}" for kind in ("png", "json"))
+    output.check([png_file, json_file], "--out")
 
-    with _opened(device, seed=1 if seed is None else seed, paced=paced, log_truth=True) as knob:
-        say.print(f"knob     {knob.info.serial or knob.info.path}", highlight=False, markup=False)
+    emulator = torsio.EmulatorOptions(
+        seed=1 if seed is None else seed, paced=paced, log_truth=True
+    )
+    with _opened(device, say, emulator) as knob:
         if not knob.is_emulated:
             _prompt_user(say)
         visit = _run_with_progress(knob, say)
     measures = wall.measure(visit)
     numbers = json.dumps(measures.as_dict(), indent=2) + "\n"
 
-    # Only here: it takes a second that list and info need not wait for.
-    from torsio.demos.wall_figure import save_figure
-
     writers: dict[Path, Callable[[Path], object]] = {
-        png_file: lambda part: save_figure(visit, measures, part)
+        json_file: lambda part: part.write_text(numbers)
     }
-    if json_file and not to_stdout:
-        writers[json_file] = lambda part: part.write_text(numbers)
-    output.write(writers, options)
+    if save_figure is not None:
+        writers[png_file] = lambda part: save_figure(visit, measures, part)
+    output.write(writers, "--out")
     _print_measures(measures, say)
-    say.print(f"\npicture  {png_file}", highlight=False, markup=False, soft_wrap=True)
-    if to_stdout:
+    picture = png_file if save_figure else f"none without matplotlib: {how_to_install('plot')}"
+    say.print(f"\npicture  {picture}", highlight=False, markup=False, soft_wrap=True)
+    say.print(f"numbers  {json_file}", highlight=False, markup=False, soft_wrap=True)
+    if as_json:
         sys.stdout.write(numbers)
-    else:
-        say.print(f"numbers  {json_file}", highlight=False, markup=False, soft_wrap=True)
     if shortcomings := measures.shortcomings():
         _complain("it does not feel like a wall: " + "; ".join(shortcomings))
         raise typer.Exit(1)
+
+
+def _figure_writer() -> Callable[[wall.WallVisit, wall.WallMeasures, Path], None] | None:
+    """Give what draws the picture, if matplotlib is installed."""
+    # Only here: it takes a second that list and info need not wait for.
+    try:
+        from torsio.demos.wall_figure import save_figure
+    except ModuleNotFoundError as error:
+        if error.name != "matplotlib":
+            raise
+        return None
+    return save_figure
 
 
 def _prompt_user(say: Console) -> None:
@@ -370,7 +398,3 @@ def _print_measures(measures: wall.WallMeasures, say: Console) -> None:
 def _verdict(share: float, limit: float) -> str:
     word = "good" if share <= limit else "poor"
     return f"{word}: felt against wanted torque, RMS of the peak (good: up to {100 * limit:.0f} %)"
-
-
-if __name__ == "__main__":
-    app()

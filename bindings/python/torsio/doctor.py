@@ -381,7 +381,11 @@ def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
     It takes about three seconds a knob, which stays as it is: what is armed is not disarmed.
     """
     if selector == "emulated" or selector.startswith("emulated:"):
-        return [Report(selector, [*examine_device(selector, paced=True)])]
+        return [
+            Report(
+                selector, [*examine_device(selector, emulator=torsio.EmulatorOptions(paced=True))]
+            )
+        ]
     knobs = doctor_facts.find_usb_knobs(root)
     permission = doctor_facts.find_permission(root)
     if selector:

@@ -44,4 +44,4 @@ class GamePort:
 
     def set_buttons(self, pressed: int) -> None:
         """Press exactly these buttons, bit 0 the first."""
-        self._knob.set_game_buttons(checks.whole("pressed", pressed, 0, 3))
+        self._knob.game_set_buttons(checks.whole("pressed", pressed, 0, 3))

@@ -1,4 +1,4 @@
-"""Tells when a knob is plugged in or pulled out."""
+"""Notice of knobs that are plugged in and pulled out."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class DeviceWatch:
             raise StopIteration
         return event
 
-    def next(self, *, timeout_s: float = 1.0) -> DeviceEvent | None:
+    def next(self, timeout_s: float = 1.0) -> DeviceEvent | None:
         """Take the oldest event, and wait for one; None if the time is over or the watch stopped.
 
         Raises `Error` if it has a callback, which gets the events.

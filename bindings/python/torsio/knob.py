@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sized
+from dataclasses import fields, replace
+from difflib import get_close_matches
 from itertools import islice
 from types import TracebackType
+from typing import Any, Final, TypeAlias
 
 from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
-from torsio.plant import PlantParams
+from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import Closed, Error, Timeout
-from torsio.records import (
-    Clock,
-    DeviceInfo,
-    Health,
-    LinkStatistics,
-    ListedDevice,
-    State,
-)
-from torsio.game_port import GamePort
-from torsio.hands import Hand
+from torsio.records import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice, State
 from torsio.scenes import Scene
 from torsio.telemetry import Record
 
-__all__ = ["Emulator", "Knob", "list_devices", "open"]
+__all__ = ["Config", "Knob", "list_devices", "open"]
+
+Config: TypeAlias = ActuatorConfig | BoardConfig | ControlConfig | GameConfig
+
+_CONFIGS: Final[dict[type[Config], str]] = {
+    ActuatorConfig: "actuator",
+    ControlConfig: "control",
+    BoardConfig: "board",
+    GameConfig: "game",
+}
+# No two of them have a field of the same name.
+_CONFIG_OF: Final = {field.name: config for config in _CONFIGS for field in fields(config)}
 
 # Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
 _MAX_SAMPLES = 2**24
@@ -31,85 +36,6 @@ _MAX_EFFECTS = 16
 
 # Thirty years. A timeout of nothing would end before anything can have come.
 _LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
-
-
-class Emulator:
-    """The world round an emulated knob: who holds it, what really happens, what goes wrong."""
-
-    def __init__(self, knob: _torsio.Knob) -> None:
-        self._knob = knob
-
-    def set_hand(self, hand: Hand) -> None:
-        """Give the knob into another hand at the next control tick, time 0 of its profiles."""
-        self._knob.set_hand(hand)
-
-    @property
-    def time_s(self) -> float:
-        """Device time."""
-        return self._knob.emulator_time_s()
-
-    def advance(self, duration_s: float) -> None:
-        """Let time pass, like `Knob.sleep`."""
-        self._knob.advance(checks.number("duration_s", duration_s))
-
-    def truth(self) -> Record:
-        """Take what no sensor sees, one row a control tick since the last call.
-
-        Returns
-        -------
-        Record
-            Of `torsio.telemetry.TRUTH_DTYPE`; empty unless opened with ``log_truth=True``.
-        """
-        return self._knob.take_truth()
-
-    @property
-    def game(self) -> GamePort:
-        """The game interface, as a game's driver sees it."""
-        return GamePort(self._knob)
-
-    def unplug(self) -> None:
-        """Pull the plug. As with hardware the knob must be opened again."""
-        self._knob.unplug()
-
-    def set_emergency_stop(self, *, pressed: bool) -> None:
-        """Press or release the emergency stop."""
-        self._knob.set_emergency_stop(checks.flag("pressed", pressed))
-
-    def set_actuator_fault(self, *, present: bool) -> None:
-        """Make the power stage report an error, or stop doing so."""
-        self._knob.set_actuator_fault(checks.flag("present", present))
-
-    def freeze_encoder(self, *, frozen: bool) -> None:
-        """Let the encoder's counter stand still."""
-        self._knob.freeze_encoder(checks.flag("frozen", frozen))
-
-    def jump_encoder(self, *, counts: int) -> None:
-        """Make the encoder's counter wrong from now on."""
-        self._knob.jump_encoder(checks.whole("counts", counts, -(2**31), 2**31 - 1))
-
-    def skip_ticks(self, *, count: int) -> None:
-        """Let the control loop come that many ticks late."""
-        self._knob.skip_ticks(checks.whole("count", count, 0, 2**32 - 1))
-
-    def set_link_faults(
-        self,
-        *,
-        drop_output: float = 0.0,
-        corrupt_output: float = 0.0,
-        drop_input: float = 0.0,
-        corrupt_input: float = 0.0,
-    ) -> None:
-        """Damage reports on the way, each with a probability. Output is from host to device."""
-        self._knob.set_link_faults(
-            drop_output=checks.number("drop_output", drop_output),
-            corrupt_output=checks.number("corrupt_output", corrupt_output),
-            drop_input=checks.number("drop_input", drop_input),
-            corrupt_input=checks.number("corrupt_input", corrupt_input),
-        )
-
-    def cut_power_in_next_save(self, *, after_bytes: int) -> None:
-        """Make the device vanish in the middle of its next save."""
-        self._knob.cut_power_in_next_save(checks.whole("after_bytes", after_bytes, 0, 2**32 - 1))
 
 
 class Knob:
@@ -125,7 +51,7 @@ class Knob:
 
     def __init__(self, knob: _torsio.Knob) -> None:
         self._knob = knob
-        self._info = DeviceInfo(**knob.info())
+        self._path: str = knob.info()["path"]
 
     def __enter__(self) -> Knob:
         """Give the knob itself. Raises `Closed` if it is none any more."""
@@ -145,7 +71,7 @@ class Knob:
     def __repr__(self) -> str:
         """Say which device it is and what state it is in."""
         state = self.state if self.is_open else "closed"
-        return f"<torsio.Knob {self._info.path!r} {state}>"
+        return f"<torsio.Knob {self._path!r} {state}>"
 
     def close(self) -> None:
         """Disarm, unless told to be autonomous, and let go. Closing twice is fine."""
@@ -161,7 +87,7 @@ class Knob:
     @property
     def info(self) -> DeviceInfo:
         """Who the device is."""
-        return self._info
+        return DeviceInfo(**self._knob.info())
 
     @property
     def state(self) -> State:
@@ -294,10 +220,12 @@ class Knob:
         """Ask the device what games may do."""
         return GameConfig(**self._knob.game_config())
 
-    def configure(self, config: ActuatorConfig | BoardConfig | ControlConfig | GameConfig) -> None:
-        """Set a configuration while disarmed. Another encoder's also empties the scene.
+    def configure(self, config: Config) -> None:
+        """Set a whole configuration while disarmed.
 
-        A board's takes effect when the device starts the next time, if it was saved.
+        Fields that were left at their defaults take these, whatever the device had; to change some
+        and keep the rest there is `update`. Another encoder's resolution also empties the scene. A
+        board's wiring takes effect when the device starts the next time, if it was saved.
 
         Raises
         ------
@@ -306,16 +234,35 @@ class Knob:
         Refused
             Unless disarmed.
         """
-        if isinstance(config, ActuatorConfig):
-            self._knob.set_actuator_config(config)
-        elif isinstance(config, ControlConfig):
-            self._knob.set_control_config(config)
-        elif isinstance(config, BoardConfig):
-            self._knob.set_board_config(config)
-        elif isinstance(config, GameConfig):
-            self._knob.set_game_config(config)
-        else:
+        if type(config) not in _CONFIGS:
             raise TypeError(f"not a configuration: {config!r}")
+        getattr(self._knob, f"configure_{_CONFIGS[type(config)]}")(config)
+
+    def update(self, **changes: Any) -> None:
+        """Change fields of a configuration while disarmed, and keep the rest.
+
+        Parameters
+        ----------
+        changes
+            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig` and `GameConfig`, as
+            in ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
+
+        Raises
+        ------
+        TypeError
+            If no configuration has such a field, or not all are of the same one.
+        InvalidArgument, Refused
+            As in `configure`; nothing was changed.
+        """
+        configs = {_config_of(name): name for name in changes}
+        if not configs:
+            raise TypeError("update() needs a field to change, such as law='compensated'")
+        if len(configs) > 1:
+            places = " and ".join(f"{name} of {kind.__name__}" for kind, name in configs.items())
+            raise TypeError(f"update() changes one configuration at a time, not {places}")
+        config = next(iter(configs))
+        current = config(**getattr(self._knob, f"{_CONFIGS[config]}_config")())
+        self.configure(replace(current, **changes))
 
     def save(self) -> None:
         """Keep the configuration over power-off. Returns when it is safe."""
@@ -327,24 +274,27 @@ class Knob:
 
     # Telemetry ------------------------------------------------------------------------------
 
-    def start_telemetry(self, *, rate_hz: float | None = None) -> float:
+    def start_telemetry(self, rate_hz: float | None = None) -> float:
         """Start telemetry, or change its rate, and forget what was not read.
 
         Parameters
         ----------
         rate_hz
-            Highest rate wanted, up to 4,000 Hz. None takes the highest up to 3,600 Hz, which leaves
-            the cable room for answers; above that samples are lost if commands are sent all the
-            time.
+            Highest rate wanted, up to the control rate and 4,000 Hz. None takes the highest up to
+            3,600 Hz, which leaves the cable room for answers; above that samples are lost if
+            commands are sent all the time.
 
         Returns
         -------
         float
             The true rate: the device sends every n-th control tick.
+
+        Raises
+        ------
+        InvalidArgument
+            Says which rates this knob has.
         """
-        return self._knob.start_telemetry(
-            0.0 if rate_hz is None else checks.number("rate_hz", rate_hz)
-        )
+        return self._knob.start_telemetry(_rate(rate_hz))
 
     def stop_telemetry(self) -> None:
         """Stop telemetry."""
@@ -363,7 +313,7 @@ class Knob:
             checks.number("timeout_s", timeout_s),
         )
 
-    def record(self, *, duration_s: float, rate_hz: float | None = None) -> Record:
+    def record(self, duration_s: float, *, rate_hz: float | None = None) -> Record:
         """Let time pass and give every sample of that span.
 
         Starts telemetry if it does not run, or if a rate is given.
@@ -373,15 +323,12 @@ class Knob:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
         """
-        duration_s = checks.number("duration_s", duration_s)
-        if rate_hz is not None:
-            self.start_telemetry(rate_hz=rate_hz)
-        return self._knob.record(duration_s)
+        return self._knob.record(checks.number("duration_s", duration_s), _rate(rate_hz))
 
     def telemetry(
         self,
-        *,
         duration_s: float | None = None,
+        *,
         rate_hz: float | None = None,
         max_samples: int = 4096,
         timeout_s: float = 1.0,
@@ -402,8 +349,7 @@ class Knob:
         # Here and not in the generator, which would complain only when it is first asked.
         if duration_s is not None:
             duration_s = checks.number("duration_s", duration_s, 0.0, _LONGEST_S)
-        if rate_hz is not None:
-            rate_hz = checks.number("rate_hz", rate_hz)
+        rate_hz = _rate(rate_hz)
         max_samples = checks.whole("max_samples", max_samples, 1, _MAX_SAMPLES)
         timeout_s = checks.number("timeout_s", timeout_s, _SHORTEST_TIMEOUT_S, _LONGEST_S)
         return self._telemetry(duration_s, rate_hz, max_samples, timeout_s)
@@ -411,7 +357,7 @@ class Knob:
     def _telemetry(
         self, duration_s: float | None, rate_hz: float | None, max_samples: int, timeout_s: float
     ) -> Iterator[Record]:
-        rate_hz = self.start_telemetry(rate_hz=rate_hz)
+        rate_hz = self.start_telemetry(rate_hz)
         left = None if duration_s is None else round(duration_s * rate_hz)
         while left is None or left > 0:
             size = max_samples if left is None else min(max_samples, left)
@@ -434,19 +380,25 @@ class Knob:
         return self._knob.wait_for(state, checks.number("timeout_s", timeout_s))
 
 
+def _rate(rate_hz: float | None) -> float | None:
+    return None if rate_hz is None else checks.number("rate_hz", rate_hz)
+
+
+def _config_of(name: str) -> type[Config]:
+    """Give the configuration that has a field of this name."""
+    if name in _CONFIG_OF:
+        return _CONFIG_OF[name]
+    candidates = get_close_matches(name, _CONFIG_OF) or sorted(_CONFIG_OF)
+    raise TypeError(
+        f"no configuration has a field {name!r}; there are "
+        + ", ".join(f"{field} ({_CONFIG_OF[field].__name__})" for field in candidates)
+    )
+
+
 def open(
     selector: str = "",
     *,
-    seed: int = 0,
-    control_rate_hz: float = 1000.0,
-    plant: PlantParams | None = None,
-    hand: Hand | None = None,
-    serial: str = "",
-    actuator: ActuatorConfig | None = None,
-    control: ControlConfig | None = None,
-    game: GameConfig | None = None,
-    paced: bool = False,
-    log_truth: bool = False,
+    emulator: EmulatorOptions | None = None,
     command_timeout_s: float = 1.0,
     ring_samples: int = 65536,
 ) -> Knob:
@@ -458,50 +410,24 @@ def open(
         Path, serial number, "emulated", "emulated:NAME", or empty for the only real device.
         "emulated" gives a new knob each time. "emulated:NAME" is one device: it keeps its saved
         configuration while the process lives, and a second open of it raises `DeviceBusy`.
+    emulator
+        What an emulated knob is like; an error with a selector that means a real one.
     command_timeout_s
         Longest wait for an answer of the device.
     ring_samples
         Telemetry kept until it is read; the oldest goes first.
-    seed
-        Of everything random in an emulated device; likewise emulated only are those below.
-    control_rate_hz
-        1,000 to 20,000.
-    plant, hand
-        The simulated actuator and who holds it.
-    serial
-        At most 16 ASCII characters.
-    actuator, control, game
-        Configuration at power-up, in place of the defaults.
-    paced
-        False: time is virtual and passes only inside calls that wait, as fast as it can be
-        computed; the same calls with the same seed give the same bytes. True: the wall clock's.
-    log_truth
-        Record what no sensor sees, for `Emulator.truth`.
 
     Raises
     ------
     DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
     """
-    for name, value, wanted in (
-        ("plant", plant, PlantParams),
-        ("actuator", actuator, ActuatorConfig),
-        ("control", control, ControlConfig),
-        ("game", game, GameConfig),
-    ):
-        checks.kind(name, value, (wanted, type(None)), f"a torsio.{wanted.__name__} or None")
+    checks.kind(
+        "emulator", emulator, (EmulatorOptions, type(None)), "a torsio.EmulatorOptions or None"
+    )
     return Knob(
         _torsio.open_knob(
             checks.text("selector", selector),
-            seed=checks.whole("seed", seed, 0, 2**64 - 1),
-            control_rate_hz=checks.number("control_rate_hz", control_rate_hz),
-            plant=plant,
-            hand=hand,
-            serial=checks.text("serial", serial),
-            actuator=actuator,
-            control=control,
-            game=game,
-            paced=checks.flag("paced", paced),
-            log_truth=checks.flag("log_truth", log_truth),
+            emulator=emulator,
             command_timeout_s=checks.number("command_timeout_s", command_timeout_s),
             ring_samples=checks.whole("ring_samples", ring_samples, 1, _MAX_SAMPLES),
         )

@@ -32,7 +32,7 @@ struct EmulatorOptions {
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
   bool paced = false;
-  bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::take_truth()
+  bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::truth()
 };
 
 /// Damage to reports on the way, as probabilities per report.
@@ -41,6 +41,31 @@ struct LinkFaults {
   double corrupt_output = 0.0;
   double drop_input = 0.0;  ///< device to host
   double corrupt_input = 0.0;
+};
+
+class Emulator;
+
+/// The game interface of an emulated knob, for the tests of those who talk to it: reports as bytes,
+/// each beginning with its id; docs/games.md has them all. They take effect at the next control
+/// tick. Lives as long as its Emulator.
+class GamePort {
+ public:
+  /// An output report. What does not fit is ignored, as on the bus.
+  void write(std::span<const std::uint8_t> report);
+  /// The next input report; empty if there is nothing new.
+  [[nodiscard]] std::vector<std::uint8_t> read();
+  /// @returns false if the device stalls the request
+  [[nodiscard]] bool set_feature(std::span<const std::uint8_t> report);
+  /// A feature report; empty if the device stalls the request.
+  [[nodiscard]] std::vector<std::uint8_t> get_feature(std::uint8_t report_id);
+  /// Presses exactly these buttons of the game controller, bit 0 the first.
+  void set_buttons(std::uint8_t pressed);
+
+ private:
+  friend class Emulator;
+  explicit GamePort(Emulator& emulator) : emulator_(&emulator) {}
+
+  Emulator* emulator_;
 };
 
 /// The world round an emulated knob. Belongs to the Knob and lives as long as it does; may be used
@@ -57,20 +82,12 @@ class Emulator {
   /// Lets time pass, like Knob::sleep().
   void advance(double duration_s);
 
-  /// The log since the last call; empty unless EmulatorOptions::log_truth.
-  [[nodiscard]] std::vector<TruthSample> take_truth();
+  /// What no sensor sees, one sample a control tick since the last call, which takes them.
+  /// @throws Error unless opened with EmulatorOptions::log_truth
+  [[nodiscard]] std::vector<TruthSample> truth();
 
-  // The game interface, for the tests of those who talk to it: reports as bytes, each beginning
-  // with its id; docs/games.md has them all. They take effect at the next control tick.
-  void game_write(std::span<const std::uint8_t> report);
-  /// The next input report; empty if there is nothing new.
-  [[nodiscard]] std::vector<std::uint8_t> game_read();
-  /// @returns false if the device stalls the request
-  [[nodiscard]] bool game_set_feature(std::span<const std::uint8_t> report);
-  /// A feature report; empty if the device stalls the request.
-  [[nodiscard]] std::vector<std::uint8_t> game_get_feature(std::uint8_t id);
-  /// Presses exactly these buttons of the game controller, bit 0 the first.
-  void set_game_buttons(std::uint8_t pressed);
+  /// The game interface, as a game's driver sees it.
+  [[nodiscard]] GamePort game() { return GamePort(*this); }
 
   /// Pulls the plug. As with hardware the knob must be opened again.
   void unplug();
@@ -83,7 +100,7 @@ class Emulator {
   void skip_ticks(std::uint32_t count);    ///< the control loop comes that many ticks late
   void set_link_faults(const LinkFaults& faults);
   /// The next save loses power after so many bytes of its slot: the device vanishes.
-  void cut_power_in_next_save(std::uint32_t bytes);
+  void cut_power_in_next_save(std::uint32_t after_bytes);
 
   struct Impl;
   explicit Emulator(std::unique_ptr<Impl> impl);
@@ -92,6 +109,7 @@ class Emulator {
   Emulator& operator=(const Emulator&) = delete;
 
  private:
+  friend class GamePort;
   std::unique_ptr<Impl> impl_;
 };
 

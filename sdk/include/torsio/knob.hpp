@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,7 +23,8 @@ namespace torsio {
 [[nodiscard]] std::vector<ListedDevice> list_devices();
 
 struct OpenOptions {
-  EmulatorOptions emulator{};      ///< if the device is an emulated one
+  /// What an emulated knob is like. With a selector that means real hardware they are an error.
+  std::optional<EmulatorOptions> emulator{};
   double command_timeout_s = 1.0;  ///< longest wait for an answer of the device
   /// Telemetry kept until it is read; the oldest goes first. 1 to 2^24, 64 bytes each.
   std::size_t ring_samples = 65536;
@@ -47,7 +49,8 @@ class Knob {
   /// Opens a device. It is as it was left: call state() to see whether it is armed.
   /// @param selector path, serial number, "emulated", "emulated:NAME", or empty for the only real
   ///        device. A named emulated device keeps its saved configuration while the process lives.
-  /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
+  /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch; InvalidArgument, also
+  ///         for emulator options if the selector means no emulated knob
   [[nodiscard]] static Knob open(std::string_view selector = {}, const OpenOptions& options = {});
 
   Knob(Knob&&) noexcept;
@@ -100,40 +103,54 @@ class Knob {
   [[nodiscard]] ControlConfig control_config();
   [[nodiscard]] BoardConfig board_config();
   [[nodiscard]] GameConfig game_config();
-  /// A change of counts_per_rev also empties the scene.
-  /// @throws InvalidArgument, Refused (not_disarmed)
-  void set_actuator_config(const ActuatorConfig& config);
-  void set_control_config(const ControlConfig& config);  ///< @throws InvalidArgument, Refused
-  /// Takes effect when the device starts the next time, if it was saved.
-  /// @throws InvalidArgument, also for a pin with two jobs; Refused (not_disarmed)
-  void set_board_config(const BoardConfig& config);
-  void set_game_config(const GameConfig& config);  ///< @throws InvalidArgument, Refused
+  /// Sets a whole configuration: fields that were left at their defaults take these, whatever the
+  /// device had. To change some and keep the rest there is update(). Another counts_per_rev also
+  /// empties the scene; a board's wiring takes effect when the device starts the next time, if it
+  /// was saved.
+  /// @throws InvalidArgument that names the field, also for a pin with two jobs; Refused
+  ///         (not_disarmed)
+  void configure(const ActuatorConfig& config);
+  void configure(const ControlConfig& config);
+  void configure(const BoardConfig& config);
+  void configure(const GameConfig& config);
+  /// Changes fields of a configuration and keeps the rest:
+  /// `knob.update([](ControlConfig& control) { control.law = Law::compensated; })`.
+  /// The type that `change` takes says which one.
+  /// @throws as configure(), and what `change` throws
+  void update(const std::function<void(ActuatorConfig&)>& change);
+  void update(const std::function<void(ControlConfig&)>& change);
+  void update(const std::function<void(BoardConfig&)>& change);
+  void update(const std::function<void(GameConfig&)>& change);
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 
   // Telemetry --------------------------------------------------------------------------------
 
   /// Starts telemetry, or changes its rate, and forgets what was not read.
-  /// @param rate_hz highest rate wanted, up to 4,000 Hz; the device sends every n-th tick. 0 takes
-  ///        the highest rate up to 3,600 Hz, which leaves the cable room for answers. Above that
-  ///        samples are lost if commands are sent all the time.
+  /// @param rate_hz highest rate wanted, up to the control rate and 4,000 Hz; the device sends
+  /// every
+  ///        n-th tick. None takes the highest rate up to 3,600 Hz, which leaves the cable room for
+  ///        answers. Above that samples are lost if commands are sent all the time.
   /// @returns the true rate
-  /// @throws InvalidArgument if that rate cannot be had
-  double start_telemetry(double rate_hz = 0.0);
+  /// @throws InvalidArgument that says which rates this knob has
+  double start_telemetry(std::optional<double> rate_hz = {});
   void stop_telemetry();
 
   /// Takes samples, oldest first; waits until there is one or the time is over. After an unplug
   /// what has arrived can still be read.
   /// @returns how many samples were written to `out`
   std::size_t read(std::span<TelemetrySample> out, double timeout_s);
-  /// @throws InvalidArgument if `max` is above 2^24
-  [[nodiscard]] std::vector<TelemetrySample> read(std::size_t max, double timeout_s);
+  /// @throws InvalidArgument if `max_samples` is above 2^24
+  [[nodiscard]] std::vector<TelemetrySample> read(std::size_t max_samples = 4096,
+                                                  double timeout_s = 1.0);
 
-  /// Lets `duration_s` pass and returns every sample of that span; starts telemetry at the highest
-  /// rate if it does not run. It returns up to 10 ms late, when the last sample has arrived.
+  /// Lets `duration_s` pass and returns every sample of that span. Starts telemetry if it does not
+  /// run, or if a rate is given as in start_telemetry(). It returns up to 10 ms late, when the last
+  /// sample has arrived.
   /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
   /// up
-  [[nodiscard]] std::vector<TelemetrySample> record(double duration_s);
+  [[nodiscard]] std::vector<TelemetrySample> record(double duration_s,
+                                                    std::optional<double> rate_hz = {});
 
   // Waiting ----------------------------------------------------------------------------------
 
@@ -141,10 +158,13 @@ class Knob {
   void sleep(double duration_s);
 
   /// Waits until the device is in `state`. @returns false if it is not so in time
-  bool wait_for(State state, double timeout_s);
+  bool wait_for(State state, double timeout_s = 1.0);
 
-  /// The world round the knob; nullptr on hardware.
-  [[nodiscard]] Emulator* emulator() const;
+  /// True if there is an emulator().
+  [[nodiscard]] bool is_emulated() const;
+  /// The world round an emulated knob. It may be kept for as long as the knob lives.
+  /// @throws Error on hardware
+  [[nodiscard]] Emulator& emulator() const;
 
  private:
   friend struct KnobAccess;

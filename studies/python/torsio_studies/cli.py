@@ -18,16 +18,19 @@ app = typer.Typer(
     help="Find out what the knob can do, and what cannot be trusted.", no_args_is_help=True
 )
 
-Json = Annotated[
-    Path | None,
+AsJson = Annotated[
+    bool,
     typer.Option(
         "--json",
-        metavar="FILE",
-        help="Where the results go, as JSON: '-' is standard output, and everything else then goes "
-        "to standard error.",
+        help="Print the results as JSON to standard output; all else then goes to standard error.",
     ),
 ]
-Out = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Where the pictures go.")]
+Out = Annotated[
+    Path,
+    typer.Option(
+        "--out", "-o", metavar="FOLDER", help="Where the pictures go, and the results as NAME.json."
+    ),
+]
 Quick = Annotated[bool, typer.Option("--quick", help="A coarser version that takes a few seconds.")]
 
 
@@ -40,17 +43,13 @@ class DesignLaw(str, Enum):
     motor_only = "motor_only"
 
 
-def run(
-    name: str, json_file: Path | None, out: Path, quick: bool, settings: dict[str, Any]
-) -> None:
+def run(name: str, as_json: bool, out: Path, quick: bool, settings: dict[str, Any]) -> None:
     """Run a study, and turn what can go wrong into one sentence and an exit status."""
     # Only here: it takes a second that other commands need not wait for.
     from torsio_studies.common import execute
 
-    to_stdout = json_file == Path("-")
-    if to_stdout:
-        json_file = None
-    console = Console(stderr=to_stdout)
+    json_file = out / f"{name}.json"
+    console = Console(stderr=as_json)
     errors = Console(stderr=True)
     try:
         results = execute(
@@ -62,17 +61,15 @@ def run(
     except (Error, OSError) as error:
         errors.print(f"torsio: error: {error}", highlight=False, markup=False, soft_wrap=True)
         raise typer.Exit(1) from None
-    where = [str(out / figure) for figure in results["figures"]]
-    if json_file is not None:
-        where.append(str(json_file))
+    where = [*(str(out / figure) for figure in results["figures"]), str(json_file)]
     console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}", highlight=False)
-    if to_stdout:
+    if as_json:
         sys.stdout.write(json.dumps(results, indent=2, allow_nan=False) + "\n")
 
 
 def _add(name: str, about: str) -> None:
-    def command(json_file: Json = None, out: Out = Path("out"), quick: Quick = False) -> None:
-        run(name, json_file, out, quick, {})
+    def command(as_json: AsJson = False, out: Out = Path("out"), quick: Quick = False) -> None:
+        run(name, as_json, out, quick, {})
 
     app.command(name, help=about)(command)
 
@@ -85,7 +82,7 @@ for _name, _about in STUDIES.items():
 
 @app.command("design", help=STUDIES["design"])
 def design(
-    json_file: Json = None,
+    as_json: AsJson = False,
     out: Out = Path("out"),
     quick: Quick = False,
     devices: Annotated[
@@ -114,4 +111,4 @@ def design(
         "workers": workers,
         "scheduler": scheduler,
     }
-    run("design", json_file, out, quick, settings)
+    run("design", as_json, out, quick, settings)

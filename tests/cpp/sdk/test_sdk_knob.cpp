@@ -13,9 +13,9 @@ using test::contains;
 using test::message_of;
 
 TEST_CASE("the emulated knob says who it is") {
-  OpenOptions options;
-  options.emulator.control_rate_hz = 10e3;
-  options.emulator.serial = "BENCH-7";
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->control_rate_hz = 10e3;
+  options.emulator->serial = "BENCH-7";
   const Knob knob = Knob::open("emulated", options);
   const DeviceInfo info = knob.info();
   CHECK(info.path == "emulated");
@@ -27,7 +27,7 @@ TEST_CASE("the emulated knob says who it is") {
   CHECK(info.effects == 16);
   CHECK(info.curve_points == 1024);
   CHECK_FALSE(info.firmware_version.empty());
-  CHECK(knob.emulator() != nullptr);
+  CHECK(knob.is_emulated());
 }
 
 TEST_CASE("a knob starts disarmed and follows arm, disarm and stop") {
@@ -59,14 +59,14 @@ TEST_CASE("commands in the wrong state are Refused with the reason, and change n
       CHECK(contains(refused.what(), "disarm()"));
     }
   }
-  CHECK_THROWS_AS(knob.set_control_config({}), Refused);
-  CHECK_THROWS_AS(knob.set_actuator_config({}), Refused);
+  CHECK_THROWS_AS(knob.configure(ControlConfig{}), Refused);
+  CHECK_THROWS_AS(knob.configure(ActuatorConfig{}), Refused);
   CHECK(knob.state() == State::armed);
 }
 
 TEST_CASE("zero makes this position angle 0") {
-  OpenOptions options;
-  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {0.1, 1.0}}};
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->hand = PrescribedMotion{{{0.0, 0.0}, {0.1, 1.0}}};
   Knob knob = Knob::open("emulated", options);
   knob.sleep(0.2);
   CHECK(knob.position_rad() == doctest::Approx(1.0).epsilon(1e-3));
@@ -78,12 +78,12 @@ TEST_CASE("zero makes this position angle 0") {
 TEST_CASE("a fault latches, has a name, and is cleared once its cause is gone") {
   Knob knob = Knob::open("emulated");
   knob.arm();
-  knob.emulator()->set_emergency_stop(true);
+  knob.emulator().set_emergency_stop(true);
   CHECK(knob.wait_for(State::fault, 0.1));
   CHECK(knob.faults() == std::vector<std::string>{"emergency_stop"});
   CHECK(contains(message_of<Refused>([&] { knob.arm(); }), "fault_latched"));
   CHECK(contains(message_of<Refused>([&] { knob.clear_fault(); }), "fault_persists"));
-  knob.emulator()->set_emergency_stop(false);
+  knob.emulator().set_emergency_stop(false);
   knob.sleep(0.01);
   knob.clear_fault();
   CHECK(knob.faults().empty());
@@ -99,7 +99,7 @@ TEST_CASE(
   board.motor_pin = 14;
   board.supply_v = 24.0;
   board.motor_reversed = true;
-  knob.set_board_config(board);
+  knob.configure(board);
   CHECK(knob.board_config().motor_pin == 14);
   CHECK(knob.board_config().supply_v == 24.0);
   CHECK(knob.board_config().motor_reversed);
@@ -107,7 +107,7 @@ TEST_CASE(
   const auto complaint = [&](auto change) {
     BoardConfig wrong;
     change(wrong);
-    return message_of<InvalidArgument>([&] { knob.set_board_config(wrong); });
+    return message_of<InvalidArgument>([&] { knob.configure(wrong); });
   };
   CHECK(contains(complaint([](BoardConfig& c) { c.supply_v = 2.0; }),
                  "supply_v is 2, allowed are 3 to 60 V"));
@@ -128,7 +128,7 @@ TEST_CASE(
   CHECK(knob.board_config().motor_pin == 14);
 
   knob.arm();
-  CHECK_THROWS_AS(knob.set_board_config({}), Refused);
+  CHECK_THROWS_AS(knob.configure(BoardConfig{}), Refused);
 }
 
 TEST_CASE("configuration comes back as it was set, and bad values are refused by name") {
@@ -139,7 +139,7 @@ TEST_CASE("configuration comes back as it was set, and bad values are refused by
   control.law = Law::compensated;
   control.beta = 0.1;
   control.autonomous = true;
-  knob.set_control_config(control);
+  knob.configure(control);
   CHECK(knob.control_config().law == Law::compensated);
   CHECK(knob.control_config().beta == 0.1);
   CHECK(knob.control_config().autonomous);
@@ -148,19 +148,19 @@ TEST_CASE("configuration comes back as it was set, and bad values are refused by
   CHECK(actuator.spring_stiffness_nm_per_rad == 2.873);
   actuator.counts_per_rev = 4096;
   actuator.encoder_reversed = true;
-  knob.set_actuator_config(actuator);
+  knob.configure(actuator);
   CHECK(knob.actuator_config().counts_per_rev == 4096);
   CHECK(knob.actuator_config().encoder_reversed);
   CHECK(knob.info().counts_per_rev == 4096);
 
   control.beta = 1.5;
-  CHECK(contains(message_of<InvalidArgument>([&] { knob.set_control_config(control); }),
+  CHECK(contains(message_of<InvalidArgument>([&] { knob.configure(control); }),
                  "beta is 1.5, allowed are 0 to 1"));
   actuator.counter_bits = 33;
-  CHECK(contains(message_of<InvalidArgument>([&] { knob.set_actuator_config(actuator); }),
+  CHECK(contains(message_of<InvalidArgument>([&] { knob.configure(actuator); }),
                  "counter_bits is 33"));
   actuator.counter_bits = 8;
-  CHECK(contains(message_of<InvalidArgument>([&] { knob.set_actuator_config(actuator); }),
+  CHECK(contains(message_of<InvalidArgument>([&] { knob.configure(actuator); }),
                  "too few for counts_per_rev"));
   CHECK(knob.control_config().beta == 0.1);
 
@@ -169,12 +169,31 @@ TEST_CASE("configuration comes back as it was set, and bad values are refused by
   CHECK(knob.info().counts_per_rev == 8192);
 }
 
+TEST_CASE("update changes what it is told to and keeps the rest, in each configuration") {
+  Knob knob = Knob::open("emulated");
+  knob.update([](ControlConfig& config) { config.motor_torque_cap_nm = 0.04; });
+  knob.update([](ControlConfig& config) { config.law = Law::compensated; });
+  CHECK(knob.control_config().law == Law::compensated);
+  CHECK(knob.control_config().motor_torque_cap_nm == 0.04);
+  knob.update([](ActuatorConfig& config) { config.counts_per_rev = 4096; });
+  CHECK(knob.actuator_config().counts_per_rev == 4096);
+  CHECK(knob.info().counts_per_rev == 4096);
+  knob.update([](BoardConfig& config) { config.supply_v = 24.0; });
+  CHECK(knob.board_config().supply_v == 24.0);
+  knob.update([](GameConfig& config) { config.gain = 0.5; });
+  CHECK(knob.game_config().gain == 0.5);
+  CHECK(knob.game_config().range_deg == 900.0);
+  CHECK(contains(message_of<InvalidArgument>(
+                     [&] { knob.update([](ControlConfig& config) { config.beta = 1.5; }); }),
+                 "beta is 1.5"));
+  knob.arm();
+  CHECK_THROWS_AS(knob.update([](GameConfig& config) { config.gain = 0.1; }), Refused);
+}
+
 TEST_CASE("a named emulated knob keeps what was saved, and only that") {
   const std::string selector = "emulated:keeps";
   const auto set_beta = [](Knob& knob, double beta) {
-    ControlConfig config = knob.control_config();
-    config.beta = beta;
-    knob.set_control_config(config);
+    knob.update([&](ControlConfig& config) { config.beta = beta; });
   };
   {
     Knob knob = Knob::open(selector);
@@ -188,7 +207,7 @@ TEST_CASE("a named emulated knob keeps what was saved, and only that") {
     CHECK(knob.control_config().beta == 0.25);
     CHECK(knob.health().saves == 1);
     set_beta(knob, 0.75);
-    knob.emulator()->cut_power_in_next_save(100);
+    knob.emulator().cut_power_in_next_save(100);
     CHECK_THROWS_AS(knob.save(), Disconnected);
   }
   CHECK(Knob::open(selector).control_config().beta == 0.25);
@@ -199,12 +218,12 @@ TEST_CASE("a selector or serial number that cannot be one is InvalidArgument, an
   const std::string longest(255, 'x');
   CHECK_THROWS_AS((void)Knob::open(longest), DeviceNotFound);
   const std::string with_nul("TS\0-1", 5);
-  OpenOptions options;
+  OpenOptions options{.emulator = EmulatorOptions{}};
   for (const std::string& name : {longest + "x", "emulated:" + longest, with_nul}) {
     const std::string message = message_of<InvalidArgument>([&] { (void)Knob::open(name); });
     CHECK(contains(message, "selector"));
     CHECK(message.size() < 100);
-    options.emulator.serial = name;
+    options.emulator->serial = name;
     const std::string about_serial =
         message_of<InvalidArgument>([&] { (void)Knob::open("emulated", options); });
     CHECK(contains(about_serial, "serial"));
@@ -225,32 +244,33 @@ TEST_CASE("a named emulated knob can be open once, an unnamed one as often as on
 
 TEST_CASE("bad options are InvalidArgument, and leave the name free") {
   const auto message = [](auto&& change, const std::string& selector = "emulated:options") {
-    OpenOptions options;
+    OpenOptions options{.emulator = EmulatorOptions{}};
     change(options);
     return message_of<InvalidArgument>([&] { (void)Knob::open(selector, options); });
   };
   const auto nothing = [](OpenOptions&) {};
   CHECK(contains(message(nothing, "emulated:"), "lacks a name"));
   CHECK(contains(message(nothing, "emulated:no spaces"), "no spaces"));
-  CHECK(contains(message([](auto& o) { o.emulator.control_rate_hz = 500; }),
+  CHECK(contains(message([](auto& o) { o.emulator->control_rate_hz = 500; }),
                  "control_rate_hz is 500, allowed are 1000 to 20000 Hz"));
-  CHECK(contains(message([](auto& o) { o.emulator.plant.knob_inertia_kg_m2 = 0; }),
+  CHECK(contains(message([](auto& o) { o.emulator->plant.knob_inertia_kg_m2 = 0; }),
                  "knob_inertia_kg_m2"));
-  CHECK(contains(message([](auto& o) { o.emulator.hand = TorqueHand{}; }), "knot"));
+  CHECK(contains(message([](auto& o) { o.emulator->hand = TorqueHand{}; }), "knot"));
+  CHECK(contains(message([](auto& o) { o.emulator->serial = "a serial number too long"; }),
+                 "serial"));
   CHECK(
-      contains(message([](auto& o) { o.emulator.serial = "a serial number too long"; }), "serial"));
-  CHECK(contains(message([](auto& o) { o.emulator.control = ControlConfig{.beta = -1}; }), "beta"));
+      contains(message([](auto& o) { o.emulator->control = ControlConfig{.beta = -1}; }), "beta"));
   CHECK(contains(message([](auto& o) { o.command_timeout_s = -1; }), "command_timeout_s is -1"));
   CHECK(Knob::open("emulated:options").is_open());
 }
 
 TEST_CASE("a plant and a configuration can be given, and one made to match the other") {
-  OpenOptions options;
-  options.emulator.plant.counts_per_rev = 32768;
-  options.emulator.plant.shaft_stiffness_nm_per_rad = 5.0;
-  options.emulator.actuator = matching_config(options.emulator.plant);
-  options.emulator.control = ControlConfig{.law = Law::motor_only};
-  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {0.1, 1.0}}};
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->plant.counts_per_rev = 32768;
+  options.emulator->plant.shaft_stiffness_nm_per_rad = 5.0;
+  options.emulator->actuator = matching_config(options.emulator->plant);
+  options.emulator->control = ControlConfig{.law = Law::motor_only};
+  options.emulator->hand = PrescribedMotion{{{0.0, 0.0}, {0.1, 1.0}}};
   Knob knob = Knob::open("emulated", options);
   CHECK(knob.info().counts_per_rev == 32768);
   CHECK(knob.actuator_config().spring_stiffness_nm_per_rad == 5.0);
@@ -270,10 +290,10 @@ TEST_CASE("an unplug in any state is a state and an exception that says what to 
     if (when == When::streaming) knob.start_telemetry();
     knob.sleep(0.05);
     if (when == When::faulty) {
-      knob.emulator()->set_emergency_stop(true);
+      knob.emulator().set_emergency_stop(true);
       knob.sleep(0.05);
     }
-    knob.emulator()->unplug();
+    knob.emulator().unplug();
     CHECK(knob.state() == State::disconnected);
     CHECK(knob.is_open());
     CHECK(contains(message_of<Disconnected>([&] { knob.arm(); }), "open it again"));
@@ -294,7 +314,7 @@ TEST_CASE("an unplug in any state is a state and an exception that says what to 
 
 TEST_CASE("closing twice is fine, and everything after it is Closed") {
   Knob knob = Knob::open("emulated");
-  Emulator* const world = knob.emulator();
+  Emulator& world = knob.emulator();
   knob.arm();
   knob.close();
   knob.close();
@@ -305,8 +325,8 @@ TEST_CASE("closing twice is fine, and everything after it is Closed") {
   CHECK_THROWS_AS((void)knob.statistics(), Closed);
   CHECK_THROWS_AS(knob.play(Scene{}), Closed);
   CHECK_THROWS_AS(knob.sleep(1.0), Closed);
-  CHECK_THROWS_AS(world->unplug(), Closed);
-  CHECK_THROWS_AS(world->advance(1.0), Closed);
+  CHECK_THROWS_AS(world.unplug(), Closed);
+  CHECK_THROWS_AS(world.advance(1.0), Closed);
 }
 
 TEST_CASE("a knob can be moved, and the one moved from is Closed") {
@@ -329,11 +349,11 @@ TEST_CASE("a knob that nobody talks to stays armed, because the library gives si
 }
 
 TEST_CASE("reports that are lost or damaged never hang a call") {
-  OpenOptions options;
-  options.emulator.seed = 5;
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->seed = 5;
   options.command_timeout_s = 0.05;
   Knob knob = Knob::open("emulated", options);
-  knob.emulator()->set_link_faults(
+  knob.emulator().set_link_faults(
       {.drop_output = 0.2, .corrupt_output = 0.2, .drop_input = 0.2, .corrupt_input = 0.2});
   int done = 0;
   int failed = 0;
@@ -349,7 +369,7 @@ TEST_CASE("reports that are lost or damaged never hang a call") {
   }
   CHECK(done > 10);
   CHECK(failed > 10);
-  knob.emulator()->set_link_faults({});
+  knob.emulator().set_link_faults({});
   knob.sleep(0.1);
   knob.play(Constant{.torque_nm = 0.01});
   CHECK(knob.statistics().reports_undecodable > 0);
@@ -359,8 +379,8 @@ TEST_CASE("a device that loses every report makes a call time out in its own tim
   OpenOptions options;
   options.command_timeout_s = 0.5;
   Knob knob = Knob::open("emulated", options);
-  knob.emulator()->set_link_faults({.drop_output = 1.0});
-  const double before_s = knob.emulator()->time_s();
+  knob.emulator().set_link_faults({.drop_output = 1.0});
+  const double before_s = knob.emulator().time_s();
   CHECK(contains(message_of<Timeout>([&] { knob.arm(); }), "500 ms"));
-  CHECK(knob.emulator()->time_s() - before_s == doctest::Approx(0.5).epsilon(1e-6));
+  CHECK(knob.emulator().time_s() - before_s == doctest::Approx(0.5).epsilon(1e-6));
 }

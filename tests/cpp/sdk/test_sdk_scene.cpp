@@ -428,7 +428,7 @@ TEST_CASE("an effect that stays in its place goes on playing, a changed one star
   Knob knob = Knob::open("emulated");
   ControlConfig config = knob.control_config();
   config.passive_ramp_s = 0.0;
-  knob.set_control_config(config);
+  knob.configure(config);
   knob.arm();
   const Ramp ramp{.end_torque_nm = 0.02, .timing = {.duration_s = 1.0}};
   knob.play(Scene{ramp});
@@ -440,8 +440,8 @@ TEST_CASE("an effect that stays in its place goes on playing, a changed one star
 }
 
 TEST_CASE("each kind of effect is accepted and makes torque where it should") {
-  OpenOptions options;
-  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {1.0, 0.0}, {2.0, 1.0}}};
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->hand = PrescribedMotion{{{0.0, 0.0}, {1.0, 0.0}, {2.0, 1.0}}};
   Knob knob = Knob::open("emulated", options);
   const std::vector<Effect> effects{
       Wall{.angle_rad = 0.1, .stiffness_nm_per_rad = 1},
@@ -461,7 +461,7 @@ TEST_CASE("each kind of effect is accepted and makes torque where it should") {
   knob.arm();
   for (const Effect& effect : effects) {
     CAPTURE(effect.index());
-    knob.emulator()->set_hand(PrescribedMotion{{{0.0, 0.0}, {0.1, 0.0}, {0.6, 1.0}}});
+    knob.emulator().set_hand(PrescribedMotion{{{0.0, 0.0}, {0.1, 0.0}, {0.6, 1.0}}});
     knob.play(effect);
     float largest = 0.0F;
     for (const TelemetrySample& sample : knob.record(0.6)) {
@@ -494,10 +494,10 @@ TEST_CASE("a bad local model is InvalidArgument, and one for a knob not armed is
     CHECK(knob.statistics().reports_sent == sent);
   };
   check_refused();
-  knob.emulator()->set_emergency_stop(true);
+  knob.emulator().set_emergency_stop(true);
   REQUIRE(knob.wait_for(State::fault, 0.1));
   check_refused();
-  knob.emulator()->set_emergency_stop(false);
+  knob.emulator().set_emergency_stop(false);
   knob.sleep(0.05);
   knob.clear_fault();
 
@@ -515,10 +515,10 @@ TEST_CASE("a bad local model is InvalidArgument, and one for a knob not armed is
 TEST_CASE("a local model for a device that stopped unnoticed is counted as refused") {
   Knob knob = Knob::open("emulated");
   knob.arm();
-  knob.emulator()->set_link_faults({.drop_input = 1.0});
-  knob.emulator()->set_emergency_stop(true);
+  knob.emulator().set_link_faults({.drop_input = 1.0});
+  knob.emulator().set_emergency_stop(true);
   knob.sleep(0.05);
-  knob.emulator()->set_link_faults({});
+  knob.emulator().set_link_faults({});
   REQUIRE(knob.state() == State::armed);  // as far as the host has heard
   knob.stream_local_model({.torque_nm = 0.01});
   knob.sleep(0.05);

@@ -23,19 +23,19 @@ using test::message_of;
 namespace {
 
 OpenOptions turning(double rate_hz = 1000.0) {
-  OpenOptions options;
-  options.emulator.control_rate_hz = rate_hz;
-  options.emulator.hand = PrescribedMotion{{{0.0, 0.0}, {1000.0, 1000.0}}};  // 1 rad/s
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->control_rate_hz = rate_hz;
+  options.emulator->hand = PrescribedMotion{{{0.0, 0.0}, {1000.0, 1000.0}}};  // 1 rad/s
   return options;
 }
 
 std::vector<TelemetrySample> wall_in_pieces(std::uint64_t seed, double piece_s) {
-  OpenOptions options;
-  options.emulator.seed = seed;
-  options.emulator.control_rate_hz = 10e3;
-  options.emulator.hand = TorqueHand{{{0.0, 0.0}, {0.5, 0.07}, {1.0, 0.0}}};
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->seed = seed;
+  options.emulator->control_rate_hz = 10e3;
+  options.emulator->hand = TorqueHand{{{0.0, 0.0}, {0.5, 0.07}, {1.0, 0.0}}};
   Knob knob = Knob::open("emulated", options);
-  knob.emulator()->set_link_faults({.drop_input = seed == 0 ? 0.0 : 0.01});
+  knob.emulator().set_link_faults({.drop_input = seed == 0 ? 0.0 : 0.01});
   knob.arm();
   knob.play(Wall{.angle_rad = 0.02, .stiffness_nm_per_rad = 1.4});
   knob.start_telemetry();
@@ -85,7 +85,7 @@ TEST_CASE("a ring or a read of more samples than memory holds is InvalidArgument
   }
   Knob knob = Knob::open("emulated");
   CHECK(contains(message_of<InvalidArgument>([&] { (void)knob.read(kMost + 1, 0.0); }),
-                 "max is 16777217, allowed are 0 to 16777216"));
+                 "max_samples is 16777217, allowed are 0 to 16777216"));
   CHECK(knob.read(0, 0.0).empty());
 }
 
@@ -173,9 +173,9 @@ TEST_CASE("a full ring loses the oldest samples and counts them") {
 TEST_CASE("samples that are lost on the way are counted as gaps") {
   Knob knob = Knob::open("emulated", turning());
   knob.start_telemetry();
-  knob.emulator()->set_link_faults({.drop_input = 0.2});
+  knob.emulator().set_link_faults({.drop_input = 0.2});
   knob.sleep(1.0);
-  knob.emulator()->set_link_faults({});
+  knob.emulator().set_link_faults({});
   knob.sleep(0.02);
   const auto log = knob.read(10'000, 0.0);
   const std::uint64_t span = log.back().tick - log.front().tick + 1;
@@ -200,7 +200,7 @@ TEST_CASE("telemetry is the same however calls cut the time") {
 
 TEST_CASE("virtual time passes exactly as long as asked, and not in calls that do not wait") {
   Knob knob = Knob::open("emulated");
-  Emulator& world = *knob.emulator();
+  Emulator& world = knob.emulator();
   CHECK(world.time_s() == 0.0);
   (void)knob.health();
   (void)knob.clock();
@@ -219,15 +219,27 @@ TEST_CASE("virtual time passes exactly as long as asked, and not in calls that d
 
 TEST_CASE("truth fits telemetry tick by tick") {
   OpenOptions options = turning();
-  options.emulator.log_truth = true;
+  options.emulator->log_truth = true;
   Knob knob = Knob::open("emulated", options);
   const auto log = knob.record(0.1);
-  const auto truth = knob.emulator()->take_truth();
+  const auto truth = knob.emulator().truth();
   for (const TelemetrySample& sample : log) {
     const TruthSample& match = truth.at(sample.tick);
     CHECK(match.time_s == doctest::Approx(sample.time_s));
     CHECK(std::abs(match.angle_rad - sample.angle_rad) < 2 * std::numbers::pi / 8192 + 1e-9);
   }
+}
+
+TEST_CASE("truth without a log is an error that says how to get one") {
+  Knob knob = Knob::open("emulated");
+  CHECK(contains(message_of<Error>([&] { (void)knob.emulator().truth(); }), "log_truth"));
+}
+
+TEST_CASE("recording at a rate starts telemetry at that rate") {
+  Knob knob = Knob::open("emulated", turning());
+  const auto log = knob.record(0.1, 100.0);
+  REQUIRE(log.size() == 10);
+  for (std::size_t i = 1; i < log.size(); ++i) CHECK(log[i].tick - log[i - 1].tick == 10);
 }
 
 TEST_CASE("every call that waits can be interrupted, and what the callback throws comes through") {

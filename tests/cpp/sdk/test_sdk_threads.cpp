@@ -16,9 +16,9 @@ using std::chrono::steady_clock;
 namespace {
 
 OpenOptions paced() {
-  OpenOptions options;
-  options.emulator.paced = true;
-  options.emulator.hand = TorqueHand{{{0.0, 0.03}}};
+  OpenOptions options{.emulator = EmulatorOptions{}};
+  options.emulator->paced = true;
+  options.emulator->hand = TorqueHand{{{0.0, 0.03}}};
   return options;
 }
 
@@ -31,11 +31,11 @@ double seconds_since(steady_clock::time_point begin) {
 TEST_CASE("a paced emulated knob keeps to the wall clock") {
   Knob knob = Knob::open("emulated", paced());
   const auto begin = steady_clock::now();
-  const double begin_s = knob.emulator()->time_s();
+  const double begin_s = knob.emulator().time_s();
   knob.sleep(0.2);
   CHECK(seconds_since(begin) >= 0.2);
   // The world may fall behind a busy machine but never run ahead.
-  CHECK(knob.emulator()->time_s() - begin_s <= seconds_since(begin) + 0.002);
+  CHECK(knob.emulator().time_s() - begin_s <= seconds_since(begin) + 0.002);
   knob.arm();
   knob.play(Wall{.angle_rad = 0.01, .stiffness_nm_per_rad = 1.0});
   CHECK(knob.record(0.2).size() == 200);
@@ -47,7 +47,7 @@ TEST_CASE("calls of several threads on a paced knob all get their answers") {
   knob.arm();
   {
     test::BusyThreads threads(knob);
-    threads.keep_doing([&] { knob.emulator()->set_hand(TorqueHand{{{0.0, 0.03}}}); });
+    threads.keep_doing([&] { knob.emulator().set_hand(TorqueHand{{{0.0, 0.03}}}); });
     CHECK(knob.record(0.5).size() == 500);
   }
   CHECK(knob.state() == State::armed);
@@ -78,7 +78,7 @@ TEST_CASE("closing a knob wakes whoever waits on it with Closed") {
   for (const bool is_paced : {true, false}) {
     CAPTURE(is_paced);
     OpenOptions options = paced();
-    options.emulator.paced = is_paced;
+    options.emulator->paced = is_paced;
     Knob knob = Knob::open("emulated", options);
     knob.arm();
     std::atomic<bool> closed = false;
@@ -103,7 +103,7 @@ TEST_CASE("unplugging a paced knob wakes a waiting call") {
   knob.start_telemetry();
   std::thread puller([&] {
     std::this_thread::sleep_for(30ms);
-    knob.emulator()->unplug();
+    knob.emulator().unplug();
   });
   const auto begin = steady_clock::now();
   CHECK_THROWS_AS(knob.sleep(60.0), Disconnected);
@@ -118,7 +118,7 @@ TEST_CASE("a paced knob can be interrupted while it waits for an answer that nev
   options.interrupted = [&] { return interrupt.load(); };
   options.command_timeout_s = 60.0;
   Knob knob = Knob::open("emulated", options);
-  knob.emulator()->set_link_faults({.drop_output = 1.0});
+  knob.emulator().set_link_faults({.drop_output = 1.0});
   std::thread interrupter([&] {
     std::this_thread::sleep_for(30ms);
     interrupt = true;
@@ -131,7 +131,7 @@ TEST_CASE("a paced knob can be interrupted while it waits for an answer that nev
 
 TEST_CASE("a paced knob that nobody talks to stays armed") {
   OpenOptions options = paced();
-  options.emulator.control = ControlConfig{.watchdog_s = 0.2};
+  options.emulator->control = ControlConfig{.watchdog_s = 0.2};
   Knob knob = Knob::open("emulated", options);
   knob.arm();
   std::this_thread::sleep_for(500ms);

@@ -140,7 +140,7 @@ TEST_CASE("a silent device is a Timeout, and the next call works again") {
   script->answers = false;
   CHECK_THROWS_AS(knob.arm(), Timeout);
   CHECK_THROWS_AS(knob.play(Constant{.torque_nm = 0.01}), Timeout);
-  CHECK_THROWS_AS(knob.set_control_config({}), Timeout);
+  CHECK_THROWS_AS(knob.configure(ControlConfig{}), Timeout);
   CHECK_THROWS_AS((void)knob.record(0.1), Timeout);
   script->answers = true;
   knob.arm();
@@ -194,7 +194,7 @@ TEST_CASE("a stalled configuration is Refused") {
   const auto script = std::make_shared<Script>();
   Knob knob = open(script);
   script->accepts_config = false;
-  CHECK_THROWS_AS(knob.set_control_config({}), Refused);
+  CHECK_THROWS_AS(knob.configure(ControlConfig{}), Refused);
   CHECK_THROWS_AS((void)knob.actuator_config(), Error);
 }
 

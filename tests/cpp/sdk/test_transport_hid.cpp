@@ -160,12 +160,23 @@ TEST_CASE("a device with other report layouts is a ProtocolMismatch that names b
   CHECK(bus.open_handles(kPath) == 0);
 }
 
+TEST_CASE("emulator options for a real knob are refused before it is opened") {
+  FakeBus bus;
+  bus.plug_in({.path = kPath, .serial = L"A1"});
+  for (const std::string& selector : {kPath, std::string("A1"), std::string()}) {
+    const auto open = [&] { (void)Knob::open(selector, {.emulator = EmulatorOptions{}}); };
+    CHECK(contains(message_of<InvalidArgument>(open), "only for an emulated knob"));
+  }
+  CHECK(Knob::open(kPath).is_open());
+}
+
 TEST_CASE("a knob over hidapi arms, plays and records without a lost sample") {
   FakeBus bus;
   bus.plug_in({.path = kPath}, {.hand = emulator::TorqueHand{emulator::Profile::constant(0.03)}});
   Knob knob = Knob::open(kPath);
   CHECK(knob.info().transport == "hid");
-  CHECK(knob.emulator() == nullptr);
+  CHECK_FALSE(knob.is_emulated());
+  CHECK(contains(message_of<Error>([&] { (void)knob.emulator(); }), "real hardware"));
   knob.arm();
   CHECK(knob.state() == State::armed);
   knob.play(Wall{.angle_rad = 0.02, .stiffness_nm_per_rad = 1.0});
@@ -191,7 +202,7 @@ TEST_CASE("signs of life keep an idle knob armed longer than its watchdog") {
   Knob knob = Knob::open(kPath);
   ControlConfig config = knob.control_config();
   config.watchdog_s = 0.2;
-  knob.set_control_config(config);
+  knob.configure(config);
   knob.arm();
   knob.sleep(0.6);
   CHECK(knob.health().state == State::armed);
@@ -214,7 +225,7 @@ TEST_CASE("configuration is refused while armed, with the reason") {
   Knob knob = Knob::open(kPath);
   knob.arm();
   try {
-    knob.set_control_config({});
+    knob.configure(ControlConfig{});
     FAIL("no error");
   } catch (const Refused& refused) {
     CHECK(refused.status() == "not_disarmed");
@@ -243,7 +254,7 @@ TEST_CASE("an unplug wakes a waiting call at once, and every later call says so"
     CHECK_THROWS_AS(knob.play(Scene{}), Disconnected);
     CHECK_THROWS_AS((void)knob.health(), Disconnected);
     CHECK_THROWS_AS((void)knob.control_config(), Disconnected);
-    CHECK_THROWS_AS(knob.set_control_config({}), Disconnected);
+    CHECK_THROWS_AS(knob.configure(ControlConfig{}), Disconnected);
     CHECK_THROWS_AS((void)knob.record(0.1), Disconnected);
     knob.close();
     knob.close();

@@ -98,10 +98,10 @@ class Pool:
         """Stand in for `torsio.open`."""
         if selector != "emulated" and not selector.startswith("emulated:"):
             return torsio.knob.open(selector, **options)
-        hand, control = options.pop("hand", None), options.pop("control", None)
-        for name in ("paced", "seed", "log_truth"):  # nothing here looks at the truth
-            options.pop(name, None)
-        rate_hz = round(options.pop("control_rate_hz", 1000))
+        # Nothing here looks at seed and truth, and this knob is paced.
+        emulator = options.pop("emulator", None) or torsio.EmulatorOptions()
+        hand, control = emulator.hand, emulator.control
+        rate_hz = round(emulator.control_rate_hz)
         kind = (selector, rate_hz)
         plugged = self._take(kind)
         knob = torsio.knob.open(str(plugged.hidraw), **options)

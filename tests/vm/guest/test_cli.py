@@ -70,7 +70,7 @@ def test_demo_measures_a_visit_to_the_wall_and_writes_what_it_found(
     turn(knob, tmp_path, [(0, 0), (0.3, 0), (1.3, deepest_rad), (1.5, deepest_rad), (2.5, 0)])
     text = demo.end()
     assert "It feels like a wall" in text
-    assert "knob     DEMO" in text
+    assert f"knob     {knob.hidraw}, serial number DEMO" in text
     found = json.loads((out / "virtual_wall.json").read_text())
     assert found["device"] == "DEMO"
     assert found["peak_torque_nm"] == pytest.approx(wall.PEAK_TORQUE_NM, rel=0.02)

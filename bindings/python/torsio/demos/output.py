@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 
@@ -11,15 +11,15 @@ class OutputError(Exception):
     """A file cannot be written; the message names the option and says what to do."""
 
 
-def check(files: Mapping[Path, str]) -> None:
+def check(files: Iterable[Path], option: str) -> None:
     """Look whether files can be written, and change nothing.
 
     Parameters
     ----------
-    files
-        The option that each file comes from, for the message.
+    option
+        Where the files' places come from, for the message.
     """
-    for file, option in files.items():
+    for file in files:
         # No links either: /dev/stdout is one, and what it leads to must not be replaced.
         if file.is_symlink() or (file.exists() and not file.is_file()):
             raise OutputError(f"{option}: {file} exists and is no plain file; choose another place")
@@ -32,23 +32,20 @@ def check(files: Mapping[Path, str]) -> None:
             raise OutputError(f"{option}: {folder} is not writable; choose another place")
 
 
-def write(writers: Mapping[Path, Callable[[Path], object]], options: Mapping[Path, str]) -> None:
+def write(writers: Mapping[Path, Callable[[Path], object]], option: str) -> None:
     """Write all files beside their places, and put them there when all are complete."""
     parts: dict[Path, Path] = {}
-    current = ""
     try:
         for file, writer in writers.items():
-            current = options[file]
             file.parent.mkdir(parents=True, exist_ok=True)
             # The suffix stays, which tells matplotlib the format.
             parts[file] = file.with_name(f".part-{os.getpid()}-{file.name}")
             writer(parts[file])
         for file, part in parts.items():
-            current = options[file]
             part.replace(file)
     except OSError as error:
         raise OutputError(
-            f"{current}: cannot write there ({error.strerror or error}); choose another place"
+            f"{option}: cannot write there ({error.strerror or error}); choose another place"
         ) from error
     finally:
         for part in parts.values():

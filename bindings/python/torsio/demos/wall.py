@@ -8,12 +8,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from torsio.errors import InvalidArgument
 from torsio.hands import ImpedanceHand
 from torsio.knob import Knob
 from torsio.scenes import Wall
@@ -178,17 +177,17 @@ def run(knob: Knob, on_progress: Callable[[float], None] = lambda _: None) -> Wa
     Parameters
     ----------
     knob
-        Disarmed. An emulated one must have been opened with ``log_truth=True``.
+        Disarmed. An emulated one must have been opened with ``EmulatorOptions(log_truth=True)``.
     on_progress
         Called with the share that is done, 0 to 1.
 
     Raises
     ------
-    InvalidArgument
-        If an emulated knob was opened without ``log_truth=True``.
+    Error
+        If an emulated knob was opened without it.
     """
     before = knob.control_config()
-    knob.configure(replace(before, law="paper", beta=BETA))
+    knob.update(law="paper", beta=BETA)
     try:
         knob.zero()
         knob.relax()
@@ -209,11 +208,7 @@ def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit
     rate_hz = knob.start_telemetry(rate_hz=RATE_HZ)
     if knob.is_emulated:
         duration_s = EMULATED_DURATION_S
-        # This also forgets what was before. There is some: arming has taken time.
-        if len(knob.emulator.truth()) == 0:
-            raise InvalidArgument(
-                "this emulated knob does not log the truth: open it with log_truth=True"
-            )
+        knob.emulator.truth()  # forgets what was before
         knob.emulator.set_hand(hand())
     begin = time.perf_counter()
     chunks: list[Record] = []

@@ -160,7 +160,7 @@ void Emulator::set_emergency_stop(bool pressed) {
 }
 
 double Emulator::time_s() const { only_in_process("time_s"); }
-std::vector<TruthSample> Emulator::take_truth() { only_in_process("take_truth"); }
+std::vector<TruthSample> Emulator::truth() { only_in_process("truth"); }
 void Emulator::set_actuator_fault(bool) { only_in_process("set_actuator_fault"); }
 void Emulator::freeze_encoder(bool) { only_in_process("freeze_encoder"); }
 void Emulator::jump_encoder(std::int32_t) { only_in_process("jump_encoder"); }

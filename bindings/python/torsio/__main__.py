@@ -1,0 +1,26 @@
+"""Start of the `torsio` command and of ``python -m torsio``."""
+
+from __future__ import annotations
+
+import sys
+
+from torsio.extras import how_to_install
+
+
+def main() -> None:
+    """Run the command line, or say what it lacks."""
+    try:
+        from torsio.cli import app
+    except ModuleNotFoundError as error:
+        # What lacks inside a library is not for an extra to bring.
+        if error.name not in ("rich", "typer"):
+            raise
+        sys.exit(
+            f"torsio: error: the command line needs the Python package {error.name}; install what "
+            f"it needs with: {how_to_install('cli')}"
+        )
+    app(prog_name="torsio")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,21 @@
+"""Parts of the package that need more than NumPy, and how to install what they need."""
+
+from __future__ import annotations
+
+import json
+from importlib.metadata import distribution
+from pathlib import Path
+from urllib.parse import urlsplit
+from urllib.request import url2pathname
+
+__all__ = ["how_to_install"]
+
+
+def how_to_install(extra: str) -> str:
+    """Give the command that installs an extra of this package, from where the package came."""
+    origin = json.loads(distribution("torsio").read_text("direct_url.json") or "{}")
+    url = urlsplit(origin.get("url", ""))
+    folder = Path(url2pathname(url.path))
+    # Without the source tree, or once it has gone, the package's index is left.
+    source = str(folder) if url.scheme == "file" and folder.is_dir() else "torsio"
+    return f"pip install '{source}[{extra}]'"

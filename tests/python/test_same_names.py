@@ -1,0 +1,163 @@
+"""C++ and Python offer the same things under the same names.
+
+Where they differ on purpose, a table below says why.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import pytest
+
+import torsio
+from tests.python.cpp_headers import Scope, read_sdk
+from torsio import telemetry
+
+SDK = read_sdk()
+
+CPP_ONLY = {
+    "OpenOptions": "keyword arguments of torsio.open",
+    "WatchOptions": "keyword arguments of torsio.watch",
+    "LinkFaults": "keyword arguments of Emulator.set_link_faults",
+    "LocalModel": "keyword arguments of Knob.stream_local_model",
+    "TelemetrySample": "columns of an array, TELEMETRY_DTYPE",
+    "TruthSample": "columns of an array, TRUTH_DTYPE",
+    "Knot": "a pair (time_s, value)",
+    "Interrupted": "KeyboardInterrupt",
+    "flag": "torsio.telemetry.FLAG_...",
+    "matching_config": "PlantParams.matching_config",
+    "WireReport": "bytes, in torsio.protocol",
+    "wire_report": "torsio.protocol.encode",
+    "wire_reports": "torsio.protocol.encode",
+    "kMaxTorqueNm": "a range, which the messages name",
+    "Profile": "torsio.hands.Profile, which nobody needs to name",
+}
+PYTHON_ONLY = {
+    "MalformedReport": "of torsio.protocol, which C++ has not",
+    "open": "Knob::open",
+    "watch": "the constructor of DeviceWatch",
+    "TELEMETRY_DTYPE": "TelemetrySample",
+    "TRUTH_DTYPE": "TruthSample",
+    "__version__": "the package's, in CMake",
+    "core": "for study",
+    "emulator": "for study",
+    "protocol": "for study",
+    "telemetry": "the module of TELEMETRY_DTYPE",
+}
+METHODS_ONLY = {
+    "Knob.open": "torsio.open",
+    "Knob.telemetry": "a generator; C++ calls read() in a loop",
+}
+OTHER_PARAMETERS = {
+    "Knob.stream_local_model": "keyword arguments in place of a LocalModel",
+    "Knob.update": "keyword arguments in place of a function",
+    "Emulator.set_link_faults": "keyword arguments in place of LinkFaults",
+}
+
+
+def public(names: Any) -> set[str]:
+    return {name for name in names if not name.startswith("_")}
+
+
+def test_both_have_the_same_types_and_functions() -> None:
+    enumerations = {name for name, scope in SDK.scopes.items() if scope.kind == "enum"}
+    cpp = (SDK.members | set(SDK.functions) | set(SDK.scopes)) - enumerations
+    python = set(torsio.__all__)
+    assert cpp - python == set(CPP_ONLY)
+    assert python - cpp == set(PYTHON_ONLY)
+
+
+@pytest.mark.parametrize("name", ["DeviceWatch", "Emulator", "GamePort", "Knob"])
+def test_class_has_the_same_methods_and_parameters(name: str) -> None:
+    cpp, python = SDK.scopes[name].functions, getattr(torsio, name)
+    different = {f"{name}.{method}" for method in set(cpp) ^ public(vars(python))}
+    assert different == {method for method in METHODS_ONLY if method.startswith(name + ".")}
+    for method in set(cpp) & public(vars(python)):
+        value = vars(python)[method]
+        parameters: tuple[str, ...] = ()
+        if not isinstance(value, property):
+            _, *parameters = inspect.signature(value).parameters  # type: ignore[assignment]
+        is_same = tuple(parameters) in cpp[method]
+        assert is_same != (f"{name}.{method}" in OTHER_PARAMETERS), method
+
+
+STRUCTS = sorted(
+    name
+    for name, scope in SDK.scopes.items()
+    if scope.kind == "struct" and dataclasses.is_dataclass(getattr(torsio, name, None))
+)
+
+
+def test_nearly_all_structs_are_compared() -> None:
+    structs = {name for name, scope in SDK.scopes.items() if scope.kind == "struct"}
+    assert structs - set(STRUCTS) == {name for name in CPP_ONLY if name in structs}
+
+
+@pytest.mark.parametrize("name", STRUCTS)
+def test_struct_has_the_same_fields(name: str) -> None:
+    fields = {field.name for field in dataclasses.fields(getattr(torsio, name))}
+    assert fields == SDK.scopes[name].members
+
+
+@pytest.mark.parametrize(
+    ("struct", "names"),
+    [
+        ("TelemetrySample", telemetry.TELEMETRY_DTYPE.names),
+        ("TruthSample", telemetry.TRUTH_DTYPE.names),
+    ],
+)
+def test_record_has_the_columns_of_the_struct(struct: str, names: tuple[str, ...]) -> None:
+    assert set(names) == SDK.scopes[struct].members
+
+
+def test_flags_are_the_same() -> None:
+    flags = {name.removeprefix("FLAG_").lower() for name in vars(telemetry) if "FLAG_" in name}
+    assert flags == SDK.scopes["flag"].members
+
+
+@pytest.mark.parametrize(
+    ("struct", "function", "only_one"),
+    [
+        # Ctrl-C is Python's; the selector is an argument of its own in C++.
+        ("OpenOptions", torsio.open, {"interrupted", "selector"}),
+        # A time-out is one of the iteration, and the callback another constructor's.
+        ("WatchOptions", torsio.watch, {"callback", "timeout_s"}),
+        ("LinkFaults", torsio.Emulator.set_link_faults, {"self"}),
+        ("LocalModel", torsio.Knob.stream_local_model, {"self"}),
+    ],
+)
+def test_keyword_arguments_are_the_fields_of_the_struct(
+    struct: str, function: Callable[..., object], only_one: set[str]
+) -> None:
+    assert SDK.scopes[struct].members ^ set(inspect.signature(function).parameters) == only_one
+
+
+def literals() -> set[frozenset[str]]:
+    """Give what every Literal among the fields of the data classes allows."""
+    found = set()
+    for name in torsio.__all__:
+        if dataclasses.is_dataclass(kind := getattr(torsio, name)):
+            for hint in get_type_hints(kind).values():
+                for part in (hint, *get_args(hint)):
+                    if get_origin(part) is Literal:
+                        found.add(frozenset(get_args(part)))
+    return found
+
+
+def enumerations(scope: Scope) -> dict[str, frozenset[str]]:
+    found = {}
+    for name, inner in scope.scopes.items():
+        if inner.kind == "enum":
+            found[name] = frozenset(inner.members)
+        found |= enumerations(inner)
+    return found
+
+
+def test_every_enumeration_is_a_literal_with_the_same_names() -> None:
+    found = enumerations(SDK)
+    assert {"Kind", "Law", "State", "Waveform"} <= set(found)
+    missing = {name for name, values in found.items() if values not in literals()}
+    assert missing == set()

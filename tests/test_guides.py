@@ -1,0 +1,113 @@
+"""The examples of README and guides run, and print what the pages say they print."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+TREE = Path(__file__).parent.parent
+BETWEEN = "-- next example --"
+
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
+
+
+class Example(NamedTuple):
+    """A block of code, and the block of text behind it, empty if there is none."""
+
+    code: str
+    output: str
+
+
+def examples(page: str, language: str) -> list[Example]:
+    """Give a page's examples in one language, in order."""
+    found: list[Example] = []
+    last = ""
+    for kind, text in _BLOCK.findall((TREE / page).read_text(encoding="utf-8")):
+        if kind == language:
+            found.append(Example(text, ""))
+        elif kind == "text" and last == language:
+            found[-1] = Example(found[-1].code, text)
+        last = kind
+    assert found
+    return found
+
+
+def outputs(command: list[str | Path], folder: Path) -> list[str]:
+    """Run a program and give what each example printed."""
+    result = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    return result.stdout.split(BETWEEN + "\n")[:-1]
+
+
+def run_python(page: str, folder: Path) -> list[str]:
+    program = folder / "program.py"
+    end = f"\nprint({BETWEEN!r}, flush=True)\n"
+    program.write_text("".join(example.code + end for example in examples(page, "python")))
+    return outputs([sys.executable, "-W", "error", program], folder)
+
+
+def cpp_program(page: str) -> str:
+    """Make one program of a page's blocks: a page's own one, or of statements one."""
+    blocks = [example.code for example in examples(page, "cpp")]
+    end = f'std::puts("{BETWEEN}");\nstd::fflush(stdout);\n'
+    if any("int main()" in block for block in blocks):
+        (whole,) = blocks
+        return "#include <cstdio>\n" + whole.rstrip().removesuffix("}") + end + "}\n"
+    include = re.compile(r"^#include .*\n", re.M)
+    head = "".join(line for block in blocks for line in include.findall(block))
+    body = "".join(include.sub("", block) + end for block in blocks)
+    return f"{head}\nint main() {{\n{body}}}\n"
+
+
+@pytest.fixture(scope="module")
+def cpp_programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the C++ programs of the pages against the installed SDK, as a user would."""
+    folder = tmp_path_factory.mktemp("guides")
+    lines = [
+        "cmake_minimum_required(VERSION 3.25)",
+        "project(guides LANGUAGES CXX)",
+        "find_package(torsio REQUIRED)",
+        "add_compile_options(-Wall -Wextra -Werror)",
+    ]
+    for page in CPP_PAGES:
+        name = Path(page).stem
+        (folder / f"{name}.cpp").write_text(cpp_program(page))
+        lines += [
+            f"add_executable({name} {name}.cpp)",
+            f"target_link_libraries({name} PRIVATE torsio::sdk)",
+        ]
+    (folder / "CMakeLists.txt").write_text("\n".join(lines) + "\n")
+    prefix = folder / "prefix"
+    commands: list[list[str | Path]] = [
+        ["cmake", "--install", TREE / "build/release", "--prefix", prefix],
+        ["cmake", "-S", folder, "-B", folder, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}"],
+        ["cmake", "--build", folder],
+    ]
+    for command in commands:
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        if result.returncode != 0:
+            pytest.fail(f"{command} failed:\n{result.stdout}{result.stderr}", pytrace=False)
+    return folder
+
+
+PYTHON_PAGES = ["README.md", "docs/python.md"]
+CPP_PAGES = ["README.md", "docs/cpp.md"]
+
+
+@pytest.mark.parametrize("page", PYTHON_PAGES)
+def test_python_examples_print_what_the_page_says(page: str, tmp_path: Path) -> None:
+    assert run_python(page, tmp_path) == [example.output for example in examples(page, "python")]
+
+
+@pytest.mark.parametrize("page", CPP_PAGES)
+def test_cpp_examples_print_what_the_page_says(page: str, cpp_programs: Path) -> None:
+    printed = outputs([cpp_programs / Path(page).stem], cpp_programs)
+    assert printed == [example.output for example in examples(page, "cpp")]
