@@ -4,7 +4,7 @@
 
 #include "emulator/plant/state.hpp"
 #include "emulator/random.hpp"
-#include "torsio/plant.hpp"
+#include "emulator/plant/params.hpp"
 
 namespace torsio::emulator {
 

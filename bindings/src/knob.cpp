@@ -120,14 +120,6 @@ py::object told(Call&& call) {
   return to_python(value);
 }
 
-/// The same for a call that takes a data class.
-template <class T, class Call>
-void give(const py::object& source, Call&& call) {
-  const T value = from_python<T>(source);
-  const py::gil_scoped_release release;
-  call(value);
-}
-
 void play(const PyKnob& knob, const py::object& source) {
   const Scene scene = scene_from_python(source);
   const py::gil_scoped_release release;
@@ -236,22 +228,15 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
 
 /// Both ways of one configuration: NAME_config() and configure_NAME(config).
 template <class Config>
-void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob::*get)(),
-                 Config (*from_python)(const py::handle&)) {
+void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob::*get)()) {
   knob.def((name + "_config").c_str(), [get](const PyKnob& self) {
-    Config config;
-    {
-      const py::gil_scoped_release release;
-      config = ((*self).*get)();
-    }
-    return to_python(config);
+    return told([&] { return ((*self).*get)(); });
   });
-  knob.def(("configure_" + name).c_str(),
-           [from_python](const PyKnob& self, const py::object& source) {
-             const Config config = from_python(source);
-             const py::gil_scoped_release release;
-             self->configure(config);
-           });
+  knob.def(("configure_" + name).c_str(), [](const PyKnob& self, const py::object& source) {
+    const auto config = from_python<Config>(source);
+    const py::gil_scoped_release release;
+    self->configure(config);
+  });
 }
 
 void bind_orders(py::class_<PyKnob>& knob) {
@@ -273,10 +258,10 @@ void bind_orders(py::class_<PyKnob>& knob) {
       },
       arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
       arg("deadline_s"), Release());
-  bind_config(knob, "actuator", &Knob::actuator_config, &actuator_config_from_python);
-  bind_config(knob, "control", &Knob::control_config, &control_config_from_python);
-  bind_config(knob, "board", &Knob::board_config, &board_config_from_python);
-  bind_config(knob, "game", &Knob::game_config, &game_config_from_python);
+  bind_config(knob, "actuator", &Knob::actuator_config);
+  bind_config(knob, "control", &Knob::control_config);
+  bind_config(knob, "board", &Knob::board_config);
+  bind_config(knob, "game", &Knob::game_config);
 }
 
 void bind_telemetry(py::class_<PyKnob>& knob) {

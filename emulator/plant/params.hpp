@@ -13,6 +13,13 @@
 
 namespace torsio::emulator {
 
+using torsio::Belt;
+using torsio::BrakeHysteresis;
+using torsio::Cogging;
+using torsio::EncoderRounding;
+using torsio::PlantParams;
+using torsio::ShaftHardening;
+
 /// @throws std::invalid_argument that names the field, its range and its value
 void validate(const PlantParams& params);
 

@@ -14,6 +14,9 @@
 
 using namespace torsio;
 using namespace torsio::emulator;
+// Not the forms that users give.
+using emulator::Hand, emulator::ImpedanceHand, emulator::NoHand, emulator::PrescribedMotion;
+using emulator::Profile, emulator::TorqueHand, emulator::TruthSample;
 using protocol::ReportBytes;
 
 namespace {
