@@ -27,11 +27,9 @@
 
 namespace {
 
-using namespace torsio;
+namespace device = torsio::device;
+namespace protocol = torsio::protocol;
 using namespace torsio::emulator;
-// Not the forms that users give.
-using emulator::Hand, emulator::ImpedanceHand, emulator::NoHand, emulator::PrescribedMotion;
-using emulator::Profile, emulator::TorqueHand, emulator::TruthSample;
 using protocol::ReportBytes;
 
 double cpu_ns() {

@@ -14,9 +14,8 @@
 
 #include "emulator/plant/plant.hpp"
 
-namespace torsio::test {
+namespace torsio::emulator::test {
 
-using namespace torsio::emulator;
 
 struct Choice {
   const char* name;
@@ -199,4 +198,4 @@ TEST_CASE("plant ends at exact zeros long before it becomes subnormal, by every 
   }
 }
 
-}  // namespace torsio::test
+}  // namespace torsio::emulator::test

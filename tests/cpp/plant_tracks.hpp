@@ -11,9 +11,8 @@
 
 #include "emulator/plant/plant.hpp"
 
-namespace torsio::test {
+namespace torsio::emulator::test {
 
-using namespace torsio::emulator;
 
 /// Knob angle and spring torque once a millisecond, under commands that change every 10 ms.
 struct Track {
@@ -96,4 +95,4 @@ inline std::vector<Variant> variants() {
   return result;
 }
 
-}  // namespace torsio::test
+}  // namespace torsio::emulator::test

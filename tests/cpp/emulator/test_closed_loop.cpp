@@ -12,11 +12,8 @@
 #include "emulator/replay.hpp"
 #include "protocol/registry.hpp"
 
-using namespace torsio;
+namespace protocol = torsio::protocol;
 using namespace torsio::emulator;
-// Not the forms that users give.
-using emulator::Hand, emulator::ImpedanceHand, emulator::NoHand, emulator::PrescribedMotion;
-using emulator::Profile, emulator::TorqueHand, emulator::TruthSample;
 
 namespace {
 

@@ -10,14 +10,14 @@
 
 using namespace torsio::emulator;
 
-namespace torsio::test {
+namespace torsio::emulator::test {
 
 std::vector<Choice> steppers_that_hold() {
   return {{"exact", make_exact_stepper, 1'000'000, 1e-12}};
 }
 std::vector<Choice> all_steppers() { return steppers_that_hold(); }
 
-}  // namespace torsio::test
+}  // namespace torsio::emulator::test
 
 TEST_CASE("actuators without a lag answer at once") {
   PlantParams params;

@@ -14,7 +14,7 @@
 #include "plant_tracks.hpp"
 
 using namespace torsio::emulator;
-using namespace torsio::test;
+using namespace torsio::emulator::test;
 
 TEST_CASE("rung of the ladder is the matrix exponential") {
   PlantModel model = make_model({}, ImpedanceHand{1e-4, 1.0, 0.01, Profile::constant(0.0)});
@@ -238,27 +238,4 @@ TEST_CASE("cogging follows its table round the turn") {
   CHECK(torque(4.5) == doctest::Approx(0.5e-3));
   CHECK(torque(16.0 * 3 + 0.5) == doctest::Approx(0.5e-3));
   CHECK(torque(-0.5) == doctest::Approx(-1e-3));
-}
-
-TEST_CASE("exact stepper has less work without spring and brake, and more with every part") {
-  // By the count of what it does, so that no clock is needed.
-  const auto work_ns = [](const PlantParams& params) {
-    const Hand hand = ImpedanceHand{1e-4, 1.0, 10e-3, Profile({{0, 0.0}, {500'000'000, 0.4}})};
-    const auto stepper = make_exact_stepper(make_model(params, hand), 1'000'000);
-    PlantState state;
-    const HeldInputs inputs{-0.01, Profile({{0, 0.0}, {500'000'000, 0.4}}).segment(0)};
-    for (int i = 0; i < 400; ++i) stepper->step(state, inputs, 1'000'000);
-    CHECK(state.knob_angle_rad() > 0.1);
-    return stepper->nominal_cost_ns();
-  };
-  PlantParams rigid;
-  rigid.spring_and_brake = false;
-  PlantParams cogging;
-  cogging.cogging = sine_cogging(12, 2e-3);
-  PlantParams belt;
-  belt.belt = Belt{};
-  const double basis_ns = work_ns({});
-  CHECK(work_ns(rigid) < 0.75 * basis_ns);
-  CHECK(work_ns(cogging) > basis_ns);
-  CHECK(work_ns(belt) > basis_ns);
 }

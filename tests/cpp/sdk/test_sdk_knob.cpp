@@ -255,7 +255,7 @@ TEST_CASE("bad options are InvalidArgument, and leave the name free") {
                  "control_rate_hz is 500, allowed are 1000 to 20000 Hz"));
   CHECK(contains(message([](auto& o) { o.emulator->plant.knob_inertia_kg_m2 = 0; }),
                  "knob_inertia_kg_m2"));
-  CHECK(contains(message([](auto& o) { o.emulator->hand = TorqueHand{}; }), "knot"));
+  CHECK(contains(message([](auto& o) { o.emulator->hand = TorqueHand{{}}; }), "knot"));
   CHECK(contains(message([](auto& o) { o.emulator->serial = "a serial number too long"; }),
                  "serial"));
   CHECK(

@@ -11,9 +11,9 @@
 
 using namespace torsio::emulator;
 using namespace torsio::studies;
-using namespace torsio::test;
+using namespace torsio::emulator::test;
 
-namespace torsio::test {
+namespace torsio::emulator::test {
 
 std::vector<Choice> steppers_that_hold() {
   return {{"trapezoid", stepper_by_name("trapezoid"), 10'000, 2e-3},
@@ -26,7 +26,7 @@ std::vector<Choice> all_steppers() {
   return all;
 }
 
-}  // namespace torsio::test
+}  // namespace torsio::emulator::test
 
 TEST_CASE("trapezoid and semi-implicit converge to the exact stepper, for every part") {
   for (const Variant& variant : variants()) {

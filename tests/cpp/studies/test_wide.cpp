@@ -9,11 +9,8 @@
 #include "emulator/replay.hpp"
 #include "wide/emulator/replay.hpp"
 
-using namespace torsio;
+namespace protocol = torsio::protocol;
 using namespace torsio::emulator;
-// Not the forms that users give.
-using emulator::Hand, emulator::ImpedanceHand, emulator::NoHand, emulator::PrescribedMotion;
-using emulator::Profile, emulator::TorqueHand, emulator::TruthSample;
 
 TEST_CASE("controller in 64 bits decides as the device's but for rounding") {
   constexpr std::int64_t kMs = 1'000'000;
