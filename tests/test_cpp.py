@@ -1,47 +1,243 @@
-"""Every C++ test, in every build that ``./dev test`` makes, as one pytest test each."""
+"""Every C++ test, in every build that ``./dev test`` makes, as one pytest test each.
+
+The cases of one source file run in one process, which its first case starts. Where that process
+does not end well, each of them runs again alone, to be told by name with what it prints.
+"""
 
 from __future__ import annotations
 
+import fcntl
+import functools
 import json
 import re
 import subprocess
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 TREE = Path(__file__).parent.parent
 PRESETS = ("asan-ubsan", "tsan")
+RESULTS = TREE / "build/cpp-tests"
+CASES = "doctest"  # the label of programs that have many cases
+# How long the cases of a file may take together: each may take as long as CTest gives the program.
+LIMIT_S = 600.0
 
 
-def _ctest(preset: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = ["ctest", "--test-dir", f"build/{preset}", *arguments]
-    return subprocess.run(command, cwd=TREE, capture_output=True, text=True, check=False)
+@dataclass(frozen=True)
+class Case:
+    """One test of one build.
+
+    Attributes
+    ----------
+    test
+        The name that CTest has for the program.
+    source
+        File of the case; empty if the program is the test.
+    name
+        Of the case.
+    """
+
+    preset: str
+    test: str
+    command: tuple[str, ...]
+    limit_s: float
+    source: str = ""
+    name: str = ""
+
+    @property
+    def id(self) -> str:
+        return f"{self.preset}: {self.test}" + (f":{self.name}" if self.name else "")
 
 
-def _tests(preset: str) -> list[str]:
-    if not (TREE / "build" / preset / "CTestTestfile.cmake").exists():
+def _cases_of(program: Case) -> list[Case]:
+    listing = subprocess.run(
+        [*program.command, "--list-test-cases", "--no-skip", "--reporters=xml"],
+        capture_output=True,
+        check=True,
+    ).stdout
+    found = [
+        Case(program.preset, program.test, program.command, program.limit_s, file, name)
+        for case in ElementTree.fromstring(listing).iter("TestCase")
+        if (file := case.get("filename")) and (name := case.get("name"))
+    ]
+    if not found:
+        pytest.fail(f"{program.id} has no cases", pytrace=False)
+    return found
+
+
+def _tests(preset: str) -> list[Case]:
+    folder = TREE / "build" / preset
+    if not (folder / "CTestTestfile.cmake").exists():
         pytest.fail(f"build/{preset} is not built; run ./dev test", pytrace=False)
-    listing = _ctest(preset, "--show-only=json-v1")
-    names = [str(test["name"]) for test in json.loads(listing.stdout)["tests"]]
-    if not names:
+    command = ["ctest", "--test-dir", str(folder), "--show-only=json-v1"]
+    listing = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    cases: list[Case] = []
+    for test in json.loads(listing)["tests"]:
+        words = tuple(test.get("command", ()))
+        if not words or not Path(words[0]).exists():
+            name = test["name"]
+            pytest.fail(f"build/{preset} is not complete: {name}; run ./dev test", pytrace=False)
+        properties = {entry["name"]: entry["value"] for entry in test["properties"]}
+        program = Case(preset, test["name"], words, properties["TIMEOUT"])
+        cases += _cases_of(program) if CASES in properties.get("LABELS", ()) else [program]
+    if not cases:
         pytest.fail(f"build/{preset} has no tests", pytrace=False)
-    # What was not built is listed under this name.
-    if missing := [name for name in names if name.endswith("_NOT_BUILT")]:
-        pytest.fail(f"build/{preset} is not complete: {missing}; run ./dev test", pytrace=False)
+    names = [case.id for case in cases]
     if len(set(names)) != len(names):
         twice = sorted({name for name in names if names.count(name) > 1})
-        pytest.fail(f"build/{preset} has tests of the same name: {twice}", pytrace=False)
-    return names
+        pytest.fail(f"tests of the same name: {twice}", pytrace=False)
+    return cases
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    cases = [(preset, name) for preset in PRESETS for name in _tests(preset)]
-    ids = [f"{preset}: {name}" for preset, name in cases]
-    metafunc.parametrize(("preset", "name"), cases, ids=ids)
+    if "case" in metafunc.fixturenames:
+        cases = [case for preset in PRESETS for case in _tests(preset)]
+        metafunc.parametrize("case", cases, ids=[case.id for case in cases])
 
 
-def test_cpp(preset: str, name: str) -> None:
-    result = _ctest(preset, "-R", f"^{re.escape(name)}$", "--output-on-failure")
-    # CTest also succeeds when it ran nothing or when the test is disabled.
-    if result.returncode != 0 or "100% tests passed, 0 tests failed out of 1" not in result.stdout:
-        pytest.fail(result.stdout + result.stderr, pytrace=False)
+def _run(command: tuple[str, ...], limit_s: float) -> str:
+    """Run a program; return what it has printed if it does not end well, else nothing."""
+    try:
+        result = subprocess.run(
+            command,
+            cwd=TREE / "build",
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=limit_s,
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        return f"{(error.stdout or b'').decode(errors='replace')}\ndid not end in {limit_s:g} s"
+    if result.returncode == 0:
+        return ""
+    return f"{result.stdout.decode(errors='replace')}\nended with status {result.returncode}"
+
+
+def _pattern(name: str) -> str:
+    """Return what doctest takes for this name in a list."""
+    return name.replace("\\", "\\\\").replace(",", "\\,")
+
+
+def run_cases(cases: list[Case], report: Path) -> dict[str, str]:
+    """Run cases of one file; return what is wrong with each, which is nothing if it passed."""
+    # Nothing is skipped, whatever its decorators say.
+    command, limit_s = (*cases[0].command, "--no-skip"), cases[0].limit_s
+    names = ",".join(_pattern(case.name) for case in cases)
+    together = _run(
+        (*command, f"--test-case={names}", "--reporters=xml", f"--out={report}"), LIMIT_S
+    )
+    if not together:
+        results = {
+            case.get("name"): case.find("OverallResultsAsserts")
+            for case in ElementTree.parse(report).iter("TestCase")
+            if not case.get("skipped")
+        }
+        problems = {}
+        for case in cases:
+            result = results.get(case.name)
+            passed = result is not None and result.get("test_case_success") == "true"
+            problems[case.name] = "" if passed else "did not run, or did not say that it passed"
+        return problems
+    alone = {
+        case.name: _run((*command, f"--test-case={_pattern(case.name)}"), limit_s) for case in cases
+    }
+    if any(alone.values()):
+        return alone
+    return {case.name: f"fails only with the others of its file:\n{together}" for case in cases}
+
+
+@functools.cache
+def _problems(cases: tuple[Case, ...], run: str) -> dict[str, str]:
+    """Run the cases of one file, once for all workers of a run."""
+    first = cases[0]
+    RESULTS.mkdir(parents=True, exist_ok=True)
+    stem = RESULTS / f"{first.preset}-{first.test}-{Path(first.source).stem}"
+    with stem.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        done = stem.with_suffix(".json")
+        if run and done.exists():
+            known = json.loads(done.read_text())
+            if known["run"] == run:
+                earlier: dict[str, str] = known["problems"]
+                return earlier
+        problems = run_cases(list(cases), stem.with_suffix(".xml"))
+        done.write_text(json.dumps({"run": run, "problems": problems}))
+    return problems
+
+
+@pytest.fixture(scope="session")
+def files(request: pytest.FixtureRequest) -> dict[tuple[str, str, str], tuple[Case, ...]]:
+    """Give the selected cases of each file."""
+    selected: dict[tuple[str, str, str], tuple[Case, ...]] = {}
+    for item in request.session.items:
+        case = getattr(getattr(item, "callspec", None), "params", {}).get("case")
+        if isinstance(case, Case):
+            key = (case.preset, case.test, case.source)
+            selected[key] = (*selected.get(key, ()), case)
+    return selected
+
+
+def test_cpp(
+    files: dict[tuple[str, str, str], tuple[Case, ...]],
+    request: pytest.FixtureRequest,
+    case: Case,
+) -> None:
+    if case.name:
+        run = getattr(request.config, "workerinput", {}).get("testrunuid", "")
+        problem = _problems(files[case.preset, case.test, case.source], run)[case.name]
+    else:
+        problem = _run(case.command, case.limit_s)
+    if problem:
+        pytest.fail(problem, pytrace=False)
+
+
+GOOD = "good, and with a comma"
+PLANTED = """\
+#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+#include <doctest/doctest.h>
+#include <cstdlib>
+TEST_CASE("good, and with a comma") { CHECK(true); }
+TEST_CASE("bad") { CHECK(1 == 2); }
+TEST_CASE("worse \\\\") { std::abort(); }
+TEST_CASE("left out" * doctest::skip()) { CHECK(3 == 4); }
+"""
+
+
+@pytest.fixture(scope="module")
+def planted(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
+    """Compile a program of which some cases fail."""
+    folder = tmp_path_factory.mktemp("planted")
+    (folder / "planted.cpp").write_text(PLANTED)
+    command = ["g++", "-std=c++20", "planted.cpp", "-o", "planted"]
+    subprocess.run(command, cwd=folder, check=True)
+    return _cases_of(Case("none", "planted", (str(folder / "planted"),), 60.0))
+
+
+def test_cases_are_told_by_name_though_one_of_them_ends_the_program(
+    planted: list[Case], tmp_path: Path
+) -> None:
+    assert {case.name for case in planted} == {GOOD, "bad", "worse \\", "left out"}
+    problems = run_cases(planted, tmp_path / "report.xml")
+    assert problems[GOOD] == ""
+    assert "1 == 2" in problems["bad"]
+    assert "3 == 4" in problems["left out"]
+    assert re.search("SIGABRT|status -6", problems["worse \\"])
+
+
+def test_cases_that_pass_together_need_one_process(planted: list[Case], tmp_path: Path) -> None:
+    good = [case for case in planted if case.name == GOOD]
+    assert run_cases(good, tmp_path / "report.xml") == {GOOD: ""}
+    report = ElementTree.parse(tmp_path / "report.xml")
+    assert sum(not case.get("skipped") for case in report.iter("TestCase")) == 1
+
+
+def test_case_that_the_program_does_not_have_has_not_passed(
+    planted: list[Case], tmp_path: Path
+) -> None:
+    gone = [replace(planted[0], name=name) for name in (GOOD, "gone")]
+    problems = run_cases(gone, tmp_path / "report.xml")
+    assert problems[GOOD] == ""
+    assert "did not run" in problems["gone"]

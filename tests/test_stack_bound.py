@@ -21,6 +21,7 @@ LISTING = """
 20000024:	stmdb	sp!, {r4, fp}
 20000026:	vpush	{d8-d9}
 20000028:	ldr	r3, [sp, #4]
+20000029:	ldmia.w	sp, {r0, r1, r2}
 2000002a:	ldr.w	pc, [sp], #8
 
 20000040 <large>:
@@ -80,6 +81,14 @@ def test_what_the_code_does_not_tell_is_an_error(code: str, complaint: str) -> N
     functions = read_listing(LISTING.replace("ldr\tr3, [sp, #4]", code))
     with pytest.raises(UnknownStack, match=complaint):
         resolve_and_measure(functions)
+
+
+def test_what_is_never_reached_need_not_be_known() -> None:
+    functions = read_listing(LISTING + "\n20000080 <never>:\n20000080:\tblx\tr3\n")
+    resolve(functions)
+    assert depth_bytes(functions, "root") == (20 + 40 + LARGE, ["root", "large"])
+    with pytest.raises(UnknownStack, match="call through a pointer in never"):
+        depth_bytes(functions, "never")
 
 
 def test_a_declared_target_that_is_gone_is_an_error() -> None:

@@ -26,6 +26,7 @@ NEWER = {"debian": ("trixie", "forky", "sid"), "ubuntu": ("plucky", "questing", 
 SDK = Path("usr/src/pico-sdk")
 # The first that knows the RP2040's 200 MHz and the core voltage that belongs to them.
 OLDEST = (2, 1, 1)
+HINT = "set PICO_SDK_PATH to pico-sdk 2.1.1 or newer with its submodule lib/tinyusb"
 
 
 def what_is_wrong(folder: Path) -> str:
@@ -95,8 +96,7 @@ def main(arguments: list[str]) -> int:
     try:
         print(locate(Path(arguments[0])))
     except RuntimeError as error:
-        hint = "set PICO_SDK_PATH to pico-sdk 2.1.1 or newer with its submodule lib/tinyusb"
-        print(f"{error}\n{hint}", file=sys.stderr)
+        print(f"{error}\n{HINT}", file=sys.stderr)
         return 1
     return 0
 

@@ -24,9 +24,10 @@ done </modules/order
 nine_p=trans=virtio,version=9p2000.L,msize=262144
 mount -t 9p -o "$nine_p,ro,cache=loose" root /lower || end 9
 mount -t tmpfs tmpfs /upper
-mkdir -p /upper/files /upper/work
+mkdir -p /upper/files /upper/work /upper/whole
 # Everything may be written to, nothing reaches the host.
 mount -t overlay -o lowerdir=/lower,upperdir=/upper/files,workdir=/upper/work overlay /root || end 9
+mount --bind /root /upper/whole
 mkdir -p /root/proc /root/sys /root/dev /root/tmp /root/run /root/torsio-share
 mount --move /dev /root/dev
 mount --move /sys /root/sys
@@ -39,6 +40,12 @@ mount -t tmpfs -o mode=1777 tmpfs /root/dev/shm
 mount -t devpts devpts /root/dev/pts
 ip link set lo up
 mount -t 9p -o "$nine_p,cache=none" share /root/torsio-share || end 9
+# Where the tree is in one of the folders that are new, it is put back.
+IFS= read -r tree </root/torsio-share/tree
+if [ ! -e "/root$tree" ]; then
+  mkdir -p "/root$tree"
+  mount --bind "/upper/whole$tree" "/root$tree" || end 9
+fi
 
 read -r uptime _ </proc/uptime
 echo "init: the guest is up after $uptime s"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from tests.vm import initramfs
 
+TREE = Path(__file__).parent.parent.parent
 ACCELERATOR_VARIABLE = "TORSIO_VM_ACCEL"
 # Not cx16: under QEMU 7.2 a boot has died of a double fault right behind an emulated cmpxchg16b in
 # the kernel's allocator, with flags that no instruction sets. The kernel does well without.
@@ -64,6 +65,7 @@ class Machine:
         """
         self.share.mkdir(parents=True, exist_ok=True)
         (self.share / "command").write_text(command)
+        (self.share / "tree").write_text(f"{TREE}\n")
         (self.share / "dmesg").unlink(missing_ok=True)
         name = "tcg" if self.emulated else accelerator(self.kernel)
         status = self._boot(name, "", limit_s)
@@ -118,7 +120,8 @@ class Machine:
 
 
 def _folder(tag: str, path: Path, options: str) -> tuple[str, ...]:
-    local = f"local,id={tag},path={path},{options}security_model=none,multidevs=remap"
+    escaped = str(path).replace(",", ",,")
+    local = f"local,id={tag},path={escaped},{options}security_model=none,multidevs=remap"
     return ("-fsdev", local, "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}")
 
 

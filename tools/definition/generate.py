@@ -14,6 +14,7 @@ from pathlib import Path
 from emulator.definition import plant
 from firmware.protocol.definition import configurations, effects, limits, records, reports
 from firmware.protocol.definition import enumerations as e
+from tools import usb_ids
 from tools.definition import cpp, markdown, python
 from tools.definition.model import Enumeration, Structure
 
@@ -399,6 +400,11 @@ def hardware_page() -> str:
     return before + begin + markdown.wiring(configurations.BOARD_CONFIG) + end + after
 
 
+def _with_usb_ids(place: Path) -> Callable[[], str]:
+    """Give a file that states the knob's USB ids as it must be."""
+    return lambda: usb_ids.with_ids(place.read_text(encoding="utf-8"))
+
+
 contents: dict[str, Callable[[], str]] = {
     "firmware/protocol/enumerations.hpp": wire_enumerations,
     "firmware/protocol/effects.hpp": wire_effects,
@@ -418,6 +424,7 @@ contents: dict[str, Callable[[], str]] = {
     "bindings/python/torsio/records.py": python_records,
     "bindings/python/torsio/telemetry.py": python_telemetry,
     "bindings/python/torsio/statuses.py": python_statuses,
+    **{str(place.relative_to(TREE)): _with_usb_ids(place) for place in usb_ids.places()},
     "docs/protocol.md": protocol_page,
     "docs/hardware.md": hardware_page,
 }

@@ -331,7 +331,7 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
       {Spring{.deadband_rad = -1}, {"spring", "deadband_rad"}},
       {Damper{.damping_nm_s_per_rad = kInfinite}, {"damper", "damping_nm_s_per_rad is infinite"}},
       {Friction{.stiffness_nm_per_rad = 0}, {"friction", "stiffness_nm_per_rad is 0"}},
-      {Inertia{.inertia_kg_m2 = 11}, {"inertia", "inertia_kg_m2 is 11", "0 to 10 kg m2"}},
+      {Inertia{.inertia_kg_m2 = 11}, {"inertia", "inertia_kg_m2 is 11", "0 to 10 kg m^2"}},
       {Constant{.torque_nm = 101}, {"constant", "torque_nm is 101", "-100 to 100 N m"}},
       {Constant{.timing = {.attack_level = 2}}, {"attack_level is 2", "0 to 1"}},
       {Constant{.timing = {.fade_s = 1}}, {"fade_s", "duration"}},

@@ -1,0 +1,9 @@
+"""What the script ``dev`` runs: ``python -m tools.dev COMMAND ARGUMENTS``."""
+
+from __future__ import annotations
+
+import sys
+
+from tools.dev import cli
+
+sys.exit(cli.main(sys.argv[1:]))

@@ -1,0 +1,246 @@
+"""The commands, one function each; ``cli.py`` reads their arguments, ``help.txt`` tells of them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import NoReturn
+
+from tools import usb_ids
+from tools.dev import building, environment
+from tools.dev.environment import PYTHON, VENV
+from tools.dev.running import (
+    BUILD,
+    TREE,
+    Failed,
+    UsageError,
+    Word,
+    become,
+    become_root,
+    lock,
+    run,
+    say,
+    succeeds,
+    without_aslr,
+)
+
+# Everything that is made in the tree.
+MADE = (
+    *("build", "out", "dist", ".venv", "tests/board/node_modules"),
+    *(".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
+)
+_VENDOR, _PRODUCT = usb_ids.ids()
+# What udev is to look at again: a knob's own nodes, and what stands beside them for games.
+_UDEV_MATCHES = (
+    ("--subsystem-match=hidraw",),
+    ("--subsystem-match=usb", f"--attr-match=idVendor={_VENDOR}", f"--attr-match=idProduct={_PRODUCT}"),
+    (
+        "--subsystem-match=input",
+        f"--property-match=ID_VENDOR_ID={_VENDOR}",
+        f"--property-match=ID_MODEL_ID={_PRODUCT}",
+    ),
+)
+
+
+def setup() -> int:
+    """Install what is missing."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("tests", "game")
+        sources.offer()
+    return 0
+
+
+def build(presets: Sequence[str]) -> int:
+    """Set up and build presets, ``python`` for the Python packages among them."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("tests", "game")
+        tinyusb = sources.offer()
+        for preset in presets:
+            if preset == "python":
+                _build_packages(tinyusb)
+            else:
+                building.build_preset(preset, tinyusb)
+    return 0
+
+
+def _build_packages(tinyusb: str) -> None:
+    for package in building.PACKAGES:
+        building.build_python(package, tinyusb)
+
+
+def test(arguments: Sequence[str]) -> int:
+    """Build everything and hand over to pytest; ``usb`` first selects the tests in real kernels."""
+    only_usb = arguments[:1] == ["usb"]
+    if only_usb:
+        arguments = ["tests/vm", *arguments[1:]]
+    with lock():
+        # What comes over the network comes while other things are compiled.
+        sources = building.FirmwareSources()
+        kernels = building.begin_fetching_kernels()
+        environment.set_up("tests", "machines", "game", *(() if only_usb else ("firmware",)))
+        board = None if only_usb else building.begin_board_tests()
+        sources.require()
+        for preset in ("release", "asan-ubsan") if only_usb else ("release", "asan-ubsan", "tsan"):
+            building.build_preset(preset, sources.tinyusb)
+        _build_packages(sources.tinyusb)
+        if board is not None:
+            building.build_firmware(sources.sdk)
+            building.build_emulated()
+            board.result()
+        kernels.result()
+    say("running the tests")
+    become(*without_aslr(PYTHON, "-m", "pytest", "-n", "2", *arguments))
+
+
+def check(arguments: Sequence[str]) -> int:
+    """Run the formatters and linters."""
+    with lock():
+        environment.set_up("tests", "game")  # whose headers are compiled
+    become(PYTHON, "-m", "tools.check", *arguments)
+
+
+def demo(arguments: Sequence[str]) -> int:
+    """Build what the demo needs, and nothing else, and run it."""
+    with lock():
+        environment.set_up(python=environment.DEMO)
+        # The virtual USB knob comes along where TinyUSB is there already.
+        tinyusb = building.FirmwareSources(fetch=False).tinyusb
+        building.build_python(building.TORSIO, tinyusb)
+    become(VENV / "bin/torsio", "demo", "wall", *arguments)
+
+
+def game(arguments: Sequence[str]) -> int:
+    """Build the example game and play it."""
+    with lock():
+        environment.set_up("tests", "game")
+        building.build_preset("dev", "", "--target", "torsio_lockpick")
+    become(BUILD / "dev/examples/game/lockpick", *arguments)
+
+
+def benchmarks() -> list[str]:
+    """Return the names of the benchmarks."""
+    files = (TREE / "tests/bench").glob("bench_*.py")
+    return sorted(file.stem.removeprefix("bench_") for file in files)
+
+
+def bench(arguments: Sequence[str]) -> int:
+    """Run a benchmark, or list them."""
+    if not arguments or not arguments[0]:
+        say("benchmarks, each run with ./dev bench NAME:")
+        print(*(f"  {name}" for name in benchmarks()), sep="\n")
+        return 0
+    return _bench(*arguments)
+
+
+def _bench(name: str, *rest: str) -> NoReturn:
+    if name not in benchmarks():
+        raise UsageError(f"no benchmark '{name}'")
+    # Without a knob to measure these take a virtual one, in a virtual machine.
+    with_machines = (name == "usb" and "--device" not in rest) or (
+        name == "games" and "--here" not in rest
+    )
+    on_boards = name == "mcu"
+    groups = ["tests"]
+    groups += ["firmware"] if on_boards else []
+    groups += ["machines"] if with_machines else []
+    # Only the benchmark's own lines go to standard output, so that they can be piped.
+    with redirect_stdout(sys.stderr), lock():
+        sources = building.FirmwareSources()
+        kernels = building.begin_fetching_kernels() if with_machines else None
+        environment.set_up(*groups)
+        if on_boards:
+            board = building.begin_board_tests()
+            building.build_firmware(sources.require())
+            building.build_emulated()
+            board.result()
+        else:
+            if with_machines:
+                sources.require()
+            tinyusb = sources.offer()
+            building.build_preset("release", tinyusb)
+            _build_packages(tinyusb)
+        if kernels is not None:
+            kernels.result()
+    become(PYTHON, f"tests/bench/bench_{name}.py", *rest)
+
+
+def firmware() -> int:
+    """Build the boards' firmware and tell what it takes."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("firmware")
+        building.build_firmware(sources.require())
+        images = [f"build/firmware/torsio-{board}" for board in reversed(building.BOARDS)]
+        report: list[Word] = [PYTHON, "-m", "tools.firmware_report"]
+        status = run(*report, *(f"{image}.elf" for image in images))
+        if status != 0:
+            return status
+        files = [f"{image}.{suffix}" for suffix in ("uf2", "elf", "map") for image in images]
+        return run("ls", "-l", *sorted(files))
+
+
+def generate(arguments: Sequence[str]) -> int:
+    """Write what is printed from the field lists anew, where it is stale."""
+    with lock():
+        environment.set_up("tests")
+    become(PYTHON, "-m", "tools.definition.generate", *arguments)
+
+
+def udev(*, remove: bool) -> int:
+    """Install or remove the udev rule, and let udev apply the change.
+
+    Below ``DESTDIR`` only the file is written: for packages, and for a look at it.
+    """
+    destination = os.environ.get("DESTDIR", "")
+    rule = Path(f"{destination}/etc/udev/rules.d/60-torsio.rules")
+    change: list[Word] = ["install", "-D", "-m", "644", "sdk/60-torsio.rules", rule]
+    if remove:
+        change = ["rm", "-f", rule]
+    line = " ".join(str(word) for word in change)
+    as_root: list[str] = []
+    if not destination:
+        if shutil.which("udevadm") is None:
+            raise Failed(
+                "this system has no udev, so no rule can help; as root you may open the knob anyway"
+            )
+        as_root = become_root("udev's rules belong to root", line)
+    if run(*as_root, *change) != 0:
+        raise Failed(f"'{line}' failed")
+    say(f"{'removed' if remove else 'installed'} {rule}")
+    if destination:
+        return 0
+    if run(*as_root, "udevadm", "control", "--reload") != 0:
+        raise Failed(
+            "udev does not run here, as in most containers; the change counts when it starts"
+        )
+    # For knobs that are plugged in already. The rest of hidraw is not changed by being looked at.
+    for match in _UDEV_MATCHES:
+        if status := run(*as_root, "udevadm", "trigger", "--action=change", *match):
+            return status
+    succeeds(*as_root, "udevadm", "settle", "--timeout=5")
+    say(
+        "udev has read its rules again and gone over what is plugged in; "
+        "`torsio doctor` checks the knob"
+    )
+    return 0
+
+
+def clean() -> int:
+    """Remove everything that was made in the tree."""
+    systems = BUILD / "fresh"
+    if systems.exists():
+        as_root = become_root("the systems in build/fresh belong to root", f"rm -rf {systems}")
+        if run(*as_root, "rm", "-rf", "--one-file-system", systems) != 0:
+            raise Failed("build/fresh cannot be removed")
+    for name in MADE:
+        shutil.rmtree(TREE / name, ignore_errors=True)
+    for folder in list(TREE.rglob("__pycache__")):
+        shutil.rmtree(folder, ignore_errors=True)
+    say("clean")
+    return 0

@@ -1,0 +1,85 @@
+"""The virtual environment ``.venv``, filled with what a command needs."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import shutil
+import sys
+
+from tools.dev import packages, running
+from tools.dev.running import TREE, Failed, run_logged, say, stamp_is, stamped, succeeds
+
+VENV = TREE / ".venv"
+PYTHON = VENV / "bin/python"
+# Its tree and the interpreter that it was made with; the script ``dev`` reads it too.
+MADE_WITH = VENV / ".python"
+# What the environment is filled with: a demo does not wait for what only tests and studies need.
+DEMO, ALL = "demo", "all"
+
+
+def pip_install(*arguments: str | os.PathLike[str]) -> list[str]:
+    """Return the command that installs with pip, into the environment."""
+    pip = [str(PYTHON), "-m", "pip", "--disable-pip-version-check", "--no-input", "--retries", "5"]
+    return [*pip, "install", *(os.fspath(argument) for argument in arguments)]
+
+
+def _make() -> None:
+    """Make the environment, unless it is whole.
+
+    It holds absolute paths: one that was copied with its tree is made anew.
+    """
+    made_with = f"{TREE}\n{sys.executable}\n"
+    if stamp_is(MADE_WITH, made_with) and succeeds(PYTHON, "-c", ""):
+        return
+    shutil.rmtree(VENV, ignore_errors=True)
+    say(f"Python: making .venv with {sys.executable}")
+    run_logged("venv", [sys.executable, "-m", "venv", VENV])
+    # Older ones take no more than one setting of a kind for a build.
+    run_logged("pip-upgrade", pip_install("pip>=24"))
+    MADE_WITH.write_text(made_with, encoding="utf-8")
+
+
+def _fill(group: str) -> None:
+    key = hashlib.sha256((TREE / "pyproject.toml").read_bytes()).hexdigest()
+    if any(stamp_is(VENV / f".has-{name}", key) for name in {group, ALL}):
+        say("Python environment: up to date")
+        return
+    say("Python: installing dependencies")
+    with stamped(VENV / f".has-{group}", key):
+        files = {}
+        for name in (group, "pins"):
+            files[name] = VENV / f"{name}.txt"
+            lines = running.output_of(PYTHON, "-m", "tools.dev.requirements", name)
+            if not lines:
+                raise Failed("pyproject.toml cannot be read")
+            files[name].write_text(lines, encoding="utf-8")
+        # The versions are those that are tested, whatever part of them is installed.
+        run_logged("pip", pip_install("--requirement", files[group], "--constraint", files["pins"]))
+
+
+def _have_recent_cmake() -> None:
+    """Older distributions, such as Ubuntu 22.04, ship a CMake without the presets used here."""
+    found = re.search(r"(\d+)\.(\d+)", running.output_of("cmake", "--version"))
+    if not found or (int(found[1]), int(found[2])) < (3, 25):
+        say("Python: installing a newer CMake")
+        run_logged("pip-cmake", pip_install("cmake==3.31.10"))
+
+
+def set_up(*groups: str, python: str = ALL) -> None:
+    """Install what is missing: system packages of these groups, and the environment.
+
+    The one comes from the distribution and the other from PyPI, so they come at the same time.
+
+    Raises
+    ------
+    Failed
+        If something cannot be had; says what to do.
+    """
+    system = packages.begin_set_up(("base", *groups))
+    os.environ["PATH"] = f"{VENV / 'bin'}{os.pathsep}{os.environ.get('PATH', os.defpath)}"
+    _make()
+    _fill(python)
+    system.result()
+    _have_recent_cmake()

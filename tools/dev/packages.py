@@ -1,0 +1,131 @@
+"""System packages: which the commands need, which of them are missing, how they are installed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterable
+from concurrent.futures import Future
+from pathlib import Path
+
+from tools import apt
+from tools.dev import running
+from tools.dev.running import Failed, become_root, later, say, succeeds
+
+# A package, and how to see that what it brings is there, wherever it comes from.
+Package = tuple[str, Callable[[], bool]]
+
+
+def _program(name: str) -> Callable[[], bool]:
+    return lambda: shutil.which(name) is not None
+
+
+def _header(name: str, compiler: str = "g++") -> Callable[[], bool]:
+    test = f"#if !__has_include(<{name}>)\n#error\n#endif\n"
+    return lambda: succeeds(compiler, "-E", "-x", "c++", "-", text=test)
+
+
+def _library(name: str) -> Callable[[], bool]:
+    return lambda: succeeds("pkg-config", "--exists", name)
+
+
+def _file(path: str) -> Callable[[], bool]:
+    return lambda: os.access(path, os.X_OK)
+
+
+def _static_busybox() -> bool:
+    busybox = shutil.which("busybox")
+    return busybox is not None and "=>" not in running.output_of("ldd", busybox)
+
+
+def _usbip() -> Package:
+    # Ubuntu has it among the tools of its kernels.
+    if apt.os_release("ID") == "ubuntu":
+        return ("linux-tools-generic", lambda: any(Path("/usr/lib/linux-tools").glob("*/usbip")))
+    return ("usbip", _file("/usr/sbin/usbip"))
+
+
+def groups() -> dict[str, tuple[Package, ...]]:
+    """Return the packages that each group of commands needs."""
+    return {
+        # The libraries and the Python package: all that a demo waits for, beside the Python that
+        # the script ``dev`` has found.
+        "base": (
+            ("g++", _program("g++")),
+            ("cmake", _program("cmake")),
+            ("ninja-build", _program("ninja")),
+            ("pkg-config", _program("pkg-config")),
+            ("libhidapi-dev", _library("hidapi-hidraw")),
+        ),
+        "tests": (
+            ("doctest-dev", _header("doctest/doctest.h")),
+            ("nlohmann-json3-dev", _header("nlohmann/json.hpp")),
+        ),
+        # The boards' firmware, and the processors that it is tested on.
+        "firmware": (
+            ("gcc-arm-none-eabi", _program("arm-none-eabi-g++")),
+            # Comes with newlib.
+            ("libstdc++-arm-none-eabi-newlib", _header("optional", "arm-none-eabi-g++")),
+            ("qemu-system-arm", _program("qemu-system-arm")),
+            ("nodejs", _program("node")),
+            ("npm", _program("npm")),
+        ),
+        "machines": (
+            ("qemu-system-x86", _program("qemu-system-x86_64")),
+            # The first program in a machine; it must run without any library.
+            ("busybox-static", _static_busybox),
+            # Applies the udev rule in a machine.
+            ("udev", _file("/lib/systemd/systemd-udevd")),
+            # Plugs a virtual knob in, in a machine.
+            _usbip(),
+        ),
+        "game": (("libsdl2-dev", _library("sdl2")),),
+        "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
+    }
+
+
+def missing(wanted: Iterable[str]) -> list[str]:
+    """Return the packages of these groups that are not there."""
+    every = groups()
+    return [name for group in wanted for name, is_there in every[group] if not is_there()]
+
+
+def install(names: list[str], as_root: list[str], wanted: Iterable[str]) -> None:
+    """Install packages with apt.
+
+    Raises
+    ------
+    Failed
+        If apt fails, or what they should bring is still not there.
+    """
+    options = ("-q", "-o", "Acquire::Retries=3", "-o", "DPkg::Lock::Timeout=300")
+    command = [*as_root, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", *options]
+    running.run_logged(
+        "apt",
+        [*command, "update"],
+        [*command, "-y", "install", "--no-install-recommends", *names],
+        attempts=3,
+    )
+    if left := missing(wanted):
+        raise Failed(f"still missing after apt-get: {' '.join(left)}; log: build/logs/apt.log")
+
+
+def begin_set_up(wanted: Iterable[str]) -> Future[None]:
+    """Install what is missing, in the background.
+
+    Raises
+    ------
+    Failed
+        If something is missing and cannot be installed here; says what to run by hand.
+    """
+    wanted = tuple(wanted)
+    names = missing(wanted)
+    if not names:
+        say("system packages: up to date")
+        return later(lambda: None)
+    line = f"apt-get install --no-install-recommends {' '.join(names)}"
+    if shutil.which("apt-get") is None:
+        raise Failed(f"missing, and this system has no apt-get; on Debian it would be: {line}")
+    as_root = become_root("system packages are missing and need root", line)
+    say(f"system packages: installing {' '.join(names)}")
+    return later(install, names, as_root, wanted)

@@ -1,0 +1,40 @@
+"""Prints Python requirements out of ``pyproject.toml`` files, one a line.
+
+``python -m tools.dev.requirements demo`` prints what building the package and the demo need,
+``all`` what developing and testing need on top, ``pins`` the exact versions of whatever it is.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    from pip._vendor import tomli as tomllib
+
+TREE = Path(__file__).parent.parent.parent
+# Of the optional dependencies, where they exist: what the demo draws its picture with, and what
+# the tests and studies need.
+DEMO_EXTRAS = ("cli", "plot")
+ALL_EXTRAS = ("dev",)
+
+
+def requirements(project: dict[str, Any], group: str) -> list[str]:
+    """Return one group's requirements of a ``pyproject.toml``; see the module."""
+    extras: dict[str, list[str]] = project["project"].get("optional-dependencies", {})
+    if group == "pins":
+        return extras.get("dev", [])
+    wanted = DEMO_EXTRAS if group == "demo" else (*DEMO_EXTRAS, *ALL_EXTRAS)
+    return [
+        *project["build-system"]["requires"],
+        *project["project"].get("dependencies", []),
+        *(line for name in wanted for line in extras.get(name, [])),
+    ]
+
+
+if __name__ == "__main__":
+    with (TREE / "pyproject.toml").open("rb") as file:
+        print("\n".join(requirements(tomllib.load(file), sys.argv[1])))
