@@ -17,10 +17,7 @@
 namespace torsio::emulator {
 
 /// An effect of a scene as it would travel to the device.
-using EffectReport =
-    std::variant<protocol::Wall, protocol::Spring, protocol::Damper, protocol::Friction,
-                 protocol::Inertia, protocol::Constant, protocol::Ramp, protocol::Periodic,
-                 protocol::Detents, protocol::EndStops, protocol::Texture, protocol::Curve>;
+using EffectReport = protocol::EffectReport;
 
 /// A first phase in which the law is held off: the motor's torque is prescribed and the brake off
 /// until the knob is fast enough. Where that happens becomes angle 0 and when it happens time 0.

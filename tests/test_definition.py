@@ -1,4 +1,4 @@
-"""What is printed from the field lists is what they print now, and the lists keep their promises."""
+"""What is printed from the field lists is what they print now, and they keep their promises."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from torsio import protocol
 
 TREE = Path(__file__).parent.parent
 
-# Names of values by number, as released devices and hosts know them: a list may only grow at its end.
+# Names of values by number, as released devices and hosts know them: lists only grow at the end.
 RELEASED = {
     "Side": ["above", "below"],
     "Waveform": ["sine", "square", "triangle", "sawtooth_up", "sawtooth_down"],

@@ -21,9 +21,7 @@ def test_wiring_diagram_shows_the_default_pins() -> None:
     assert drawn - table == {"GP3", "GP7", "GP9"}  # the second pins of the pairs
 
 
-PROGRAMS = re.findall(
-    r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S
-)
+PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S)
 
 
 @pytest.mark.parametrize("program", PROGRAMS, ids=["other parts", "first power"])

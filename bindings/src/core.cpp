@@ -4,7 +4,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -14,6 +14,7 @@
 #include "core/partition.hpp"
 #include "core/soft_sensor.hpp"
 #include "module.hpp"
+#include "protocol/enumerations.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -24,15 +25,15 @@ namespace {
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 
-constexpr std::array<std::string_view, 4> law_names{"paper", "compensated", "parallel",
-                                                    "motor_only"};
-
 core::Law law_from_name(const std::string& name) {
-  for (std::size_t i = 0; i < law_names.size(); ++i) {
-    if (law_names[i] == name) return static_cast<core::Law>(i);
+  const auto& names = protocol::Enumerators<protocol::Law>::names;
+  const auto found = std::ranges::find(names, name);
+  if (found != names.end()) return static_cast<core::Law>(found - names.begin());
+  std::string known;
+  for (const std::string_view one : names) {
+    known += (known.empty() ? "'" : ", '") + std::string(one) + "'";
   }
-  throw py::value_error("law must be 'paper', 'compensated', 'parallel' or 'motor_only', is '" +
-                        name + "'");
+  throw py::value_error("law must be one of " + known + ", is '" + name + "'");
 }
 
 py::ssize_t common_length(const Floats& a, const Floats& b) {
@@ -194,7 +195,9 @@ void bind_partition(py::module_& module) {
            arg("motor_torque_max_nm") = 85e-3F, arg("brake_torque_max_nm") = 110e-3F)
       .def_property_readonly("law",
                              [](const core::PartitionParams& params) {
-                               return std::string(law_names[static_cast<std::size_t>(params.law)]);
+                               return std::string(
+                                   protocol::Enumerators<protocol::Law>::names.at(
+                                       static_cast<std::size_t>(params.law)));
                              })
       .def_readonly("beta", &core::PartitionParams::beta)
       .def_readonly("motor_torque_max_nm", &core::PartitionParams::motor_torque_max_nm)

@@ -24,7 +24,9 @@ from tools.definition.model import (
 _ANY = 0.0
 
 
-def _quantity(name: str, unit: str, doc: str, default: float | None, *, positive: bool = False) -> Field:
+def _quantity(
+    name: str, unit: str, doc: str, default: float | None, *, positive: bool = False
+) -> Field:
     made = for_hosts(number(name, unit, _ANY, _ANY, doc, default=default))
     rule = "> 0" if positive else ">= 0"
     return replace(made, low=None, high=None, rule=rule)
@@ -55,7 +57,11 @@ SHAFT_HARDENING = Structure(
 BRAKE_HYSTERESIS = Structure(
     "BrakeHysteresis",
     "Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.",
-    (amount("half_width_nm", "N m", "of the play; the default is 5 % of the brake's limit", 5.5e-3),),
+    (
+        amount(
+            "half_width_nm", "N m", "of the play; the default is 5 % of the brake's limit", 5.5e-3
+        ),
+    ),
 )
 BELT = Structure(
     "Belt",
@@ -156,7 +162,7 @@ HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION)
 
 TRUTH_SAMPLE = Structure(
     "TruthSample",
-    "What no sensor of an emulated knob sees, at the start of a control tick. Torques are on the knob.",
+    "What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.",
     (
         told("time_s", "double", "device time"),
         told("angle_rad", "double", "of the knob"),

@@ -7,6 +7,7 @@
 #include <variant>
 
 #include "core/angle.hpp"
+#include "core/enumerations.hpp"
 
 namespace torsio::core {
 
@@ -64,8 +65,6 @@ struct Ramp {
   Timing timing;
 };
 
-enum class Waveform : std::uint8_t { sine, square, triangle, sawtooth_up, sawtooth_down };
-
 struct Periodic {
   Waveform waveform = Waveform::sine;
   float amplitude_nm = 0;
@@ -74,8 +73,6 @@ struct Periodic {
   std::uint32_t phase_per_tick = 0;
   Timing timing;
 };
-
-enum class DetentProfile : std::uint8_t { sine, linear, click };
 
 struct Detents {
   Pattern pattern;
@@ -88,8 +85,6 @@ struct EndStops {
   Wall lower;
   Wall upper;
 };
-
-enum class Grain : std::uint8_t { sine, square, triangle, noise };
 
 struct Texture {
   std::uint64_t turns_per_count_q64 = 0;

@@ -1,37 +1,29 @@
 /// @file
 /// Which part of the desired torque the motor gives and how much the brake may hold. All of a law
-/// is here: its number, its row in the table and its case; docs/theory.md derives them.
+/// is here: its row in the table and its case; docs/theory.md derives them.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 
+#include "core/enumerations.hpp"
 #include "core/math.hpp"
 
 namespace torsio::core {
 
-enum class Law : std::uint8_t {
-  paper,        // motor fills up to the desired torque while the spring helps, else gives all of it
-  compensated,  // motor always cancels the spring, whichever way it pulls
-  parallel,     // no sensor: brake and motor share the torque by beta, so the brake can stick
-  motor_only,
-};
-
 /// What is to be known of a law beside its equations.
 struct LawTraits {
-  std::string_view name;     // as on the wire
   bool counts_drag = false;  // the sensor takes the drag of a brake without current into account
 };
 
 /// In the order of Law. Only the compensated law counts the drag: with the paper's the drag's help
 /// is what keeps the motor from overcompensating (docs/theory.md).
 inline constexpr std::array kLaws{
-    LawTraits{.name = "paper"},
-    LawTraits{.name = "compensated", .counts_drag = true},
-    LawTraits{.name = "parallel"},
-    LawTraits{.name = "motor_only"},
+    LawTraits{},                     // paper
+    LawTraits{.counts_drag = true},  // compensated
+    LawTraits{},                     // parallel
+    LawTraits{},                     // motor_only
 };
 constexpr const LawTraits& traits(Law law) { return kLaws[static_cast<std::size_t>(law)]; }
 

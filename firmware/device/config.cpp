@@ -1,6 +1,5 @@
 #include "device/config.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -9,10 +8,6 @@
 namespace torsio::device {
 
 using protocol::ActuatorConfig;
-
-// The law's number on the wire is its number in the core.
-static_assert(std::ranges::equal(protocol::Enumerators<protocol::Law>::names, core::kLaws, {}, {},
-                                 &core::LawTraits::name));
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   const protocol::ActuatorConfig& actuator = config.actuator;

@@ -14,14 +14,6 @@ using protocol::field_index;
 using protocol::Status;
 using protocol::Verdict;
 
-/// Choices keep their number from the wire to the core, where `last` is the last one.
-template <class Wire, class Core>
-constexpr bool has_as_many(Core last) {
-  return protocol::Enumerators<Wire>::names.size() == static_cast<std::size_t>(last) + 1;
-}
-static_assert(has_as_many<protocol::Waveform>(core::Waveform::sawtooth_down));
-static_assert(has_as_many<protocol::DetentProfile>(core::DetentProfile::click));
-static_assert(has_as_many<protocol::Grain>(core::Grain::noise));
 static_assert(protocol::max_effects == core::kMaxEffects);
 static_assert(protocol::curve_pool_points == core::kCurvePoolPoints);
 

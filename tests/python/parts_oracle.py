@@ -72,10 +72,11 @@ class Rows:
         cogging = self.params.cogging
         if cogging is None:
             return 0.0
-        corners = len(cogging.torque_nm)
+        table = tuple(cogging.torque_nm)
+        corners = len(table)
         along = angle / (2 * math.pi / cogging.periods_per_rev) * corners
         corner, rest = math.floor(along), along - math.floor(along)
-        here, there = (cogging.torque_nm[(corner + i) % corners] for i in (0, 1))
+        here, there = (table[(corner + i) % corners] for i in (0, 1))
         return here * (1 - rest) + there * rest
 
     def torques(self, time_s: float, y: Array) -> list[float]:

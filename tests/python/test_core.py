@@ -82,7 +82,7 @@ def test_partition_stays_within_the_actuators(
     desired: float, spring: float, beta: float, law: str
 ) -> None:
     params = core.PartitionParams(
-        law=law,  # type: ignore[arg-type]
+        law=law,
         beta=beta,
         motor_torque_max_nm=0.085,
         brake_torque_max_nm=0.11,
@@ -96,7 +96,7 @@ def test_partition_stays_within_the_actuators(
 def test_partition_is_the_same_law_in_both_directions(
     desired: float, spring: float, law: str
 ) -> None:
-    params = core.PartitionParams(law=law)  # type: ignore[arg-type]
+    params = core.PartitionParams(law=law)
     one, other = core.partition(params, desired, spring), core.partition(params, -desired, -spring)
     assert one.motor_torque_nm == -other.motor_torque_nm
     assert one.brake_torque_nm == other.brake_torque_nm
@@ -104,7 +104,7 @@ def test_partition_is_the_same_law_in_both_directions(
 
 @given(TORQUE, st.sampled_from(LAWS))
 def test_partition_is_silent_in_free_space(spring: float, law: str) -> None:
-    shares = core.partition(core.PartitionParams(law=law), 0.0, spring)  # type: ignore[arg-type]
+    shares = core.partition(core.PartitionParams(law=law), 0.0, spring)
     assert (shares.motor_torque_nm, shares.brake_torque_nm) == (0.0, 0.0)
 
 
@@ -148,7 +148,7 @@ def test_partition_and_sensor_follow_the_papers_equations_over_a_record() -> Non
 
 def test_unknown_law_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="'wishful'"):
-        core.PartitionParams(law="wishful")  # type: ignore[arg-type]
+        core.PartitionParams(law="wishful")
 
 
 # Motion

@@ -1,5 +1,7 @@
-"""Prints the C++ of the field lists: the wire's structures for firmware and library, and the library's
-own for users."""
+"""Prints the C++ of the field lists.
+
+That is the wire's structures for firmware and library, and the library's own for users.
+"""
 
 from __future__ import annotations
 
@@ -32,6 +34,7 @@ def literal(value: Bound | str | bool, cpp_type: str) -> str:
         if cpp_type == "double":
             return text if any(c in text for c in ".e") else text + ".0"
         return text + "F" if any(c in text for c in ".e") else text
+    value = int(value)
     if abs(value) > 0xFFFFFFFF:
         shift = (value & -value).bit_length() - 1
         sign = "u" if cpp_type.startswith("std::u") else ""
@@ -43,7 +46,9 @@ def literal(value: Bound | str | bool, cpp_type: str) -> str:
 
 def float_text(value: float) -> str:
     """Write a float exactly, in the form that is easiest to read: 0.002, 1e6, 2.6e-5."""
-    plain = repr(value).removesuffix(".0").replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+    plain = (
+        repr(value).removesuffix(".0").replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+    )
     if plain == "0" or "e" in plain:
         return plain
     digits = next(f"{value:.{n}e}" for n in range(17) if float(f"{value:.{n}e}") == value)
@@ -83,7 +88,7 @@ def constant(of: Constant) -> str:
     return f"inline constexpr {of.cpp_type} {of.name} = {value};{note}\n"
 
 
-def _values(names: Sequence[str]) -> str:
+def _values(names: Sequence[str]) -> tuple[str, str]:
     return f"std::array<std::string_view, {len(names)}>", ", ".join(map(quoted, names))
 
 

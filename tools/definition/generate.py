@@ -63,7 +63,9 @@ def wire_effects() -> str:
     listed = (effects.TARGET, effects.TIMING, *effects.EFFECTS, effects.CURVE_POINTS)
     body = "".join(map(cpp.constant, numbers)) + "\n"
     body += "".join(map(cpp.wire_structure, listed))
-    body += cpp.report_list("EffectReports", "Reports that put an effect into a slot.", effects.EFFECTS)
+    body += cpp.report_list(
+        "EffectReports", "Reports that put an effect into a slot.", effects.EFFECTS
+    )
     body += cpp.report_list("EffectReport", "Any of them.", effects.EFFECTS, "std::variant")
     body += cpp.wire_sizes(listed)
     return _wire_header(
@@ -112,6 +114,18 @@ def wire_reports() -> str:
         ),
         body,
     )  # fmt: skip
+
+
+def core_enumerations() -> str:
+    """Write firmware/core/enumerations.hpp."""
+    listed = (e.WAVEFORM, e.DETENT_PROFILE, e.GRAIN, e.LAW)
+    return cpp.header(
+        "The choices that the control mathematics has. They keep their number from the wire.",
+        LISTS,
+        ("<cstdint>",),
+        "torsio::core",
+        "".join(map(cpp.host_enumeration, listed)),
+    )
 
 
 def _sdk_header(doc: str, includes: tuple[str, ...], body: str, lists: str = LISTS) -> str:
@@ -209,7 +223,9 @@ def emulator_plant() -> str:
         "One corner of a piecewise-linear function of time. The first value holds before the first "
         "knot, the last one after the last. Two knots at the same time make a jump."
     )
-    body += "struct Knot {\ndouble time_s;\ndouble value;\n};\nusing Profile = std::vector<Knot>;\n\n"
+    body += (
+        "struct Knot {\ndouble time_s;\ndouble value;\n};\nusing Profile = std::vector<Knot>;\n\n"
+    )
     body += "".join(map(cpp.host_structure, plant.HANDS))
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += cpp.host_enumeration(plant.ENCODER_ROUNDING)
@@ -321,7 +337,7 @@ def python_configurations() -> str:
     body += "".join(map(python.data_class, configurations.CONFIGURATIONS))
     return python.module(
         "Configuration of the device. Defaults: the reference actuator.\n\n"
-        "It can be set only while the device is disarmed, and is lost at power-off unless `Knob.save` "
+        "It can be set only while the device is disarmed, and is lost at power-off unless\n`Knob.save` "
         "keeps it.",
         LISTS,
         body,
@@ -359,7 +375,7 @@ def python_telemetry() -> str:
     return python.module(
         "What the device measures, as NumPy structured arrays.\n\n"
         "Records are arrays of shape (n_samples,) with the columns below: ``log[\"angle_rad\"]`` is an "
-        "array of\nangles, ``log[0]`` the first sample.",
+        "array of\nangles, ``log[0]`` the first sample. Padding bytes are zero.",
         LISTS,
         body,
         (
@@ -396,7 +412,8 @@ def hardware_page() -> str:
     page = (TREE / "docs/hardware.md").read_text(encoding="utf-8")
     before, begin, rest = page.partition(_TABLE_BEGIN)
     _, end, after = rest.partition(_TABLE_END)
-    assert begin and end, "docs/hardware.md has lost the marks of its table"
+    if not (begin and end):
+        raise ValueError("docs/hardware.md has lost the marks of its table")
     return before + begin + markdown.wiring(configurations.BOARD_CONFIG) + end + after
 
 
@@ -406,6 +423,7 @@ def _with_usb_ids(place: Path) -> Callable[[], str]:
 
 
 contents: dict[str, Callable[[], str]] = {
+    "firmware/core/enumerations.hpp": core_enumerations,
     "firmware/protocol/enumerations.hpp": wire_enumerations,
     "firmware/protocol/effects.hpp": wire_effects,
     "firmware/protocol/configuration.hpp": wire_configuration,

@@ -112,9 +112,7 @@ def protocol(
     out += f"\nProtocol version {version}, fingerprint `0x{fingerprint(reports):08X}`.\n"
     out += "\n## Reports\n\n| id | report | direction | bytes |\n|---|---|---|--:|\n"
     for of in reports:
-        out += (
-            f"| 0x{of.id:02X} | [{of.snake}](#{of.snake}) | {of.direction} | {1 + of.wire_size()} |\n"
-        )
+        out += f"| 0x{of.id:02X} | [{of.snake}](#{of.snake}) | {of.direction} | {1 + of.wire_size()} |\n"
     out += "\n## Status codes\n\n| code | name | meaning |\n|--:|---|---|\n"
     for code, value in enumerate(status.values):
         out += f"| {code} | `{value.name}` | {value.doc} |\n"

@@ -13,12 +13,18 @@ WIDTH = 100
 
 def module(doc: str, lists: str, body: str, exported: Iterable[str]) -> str:
     """Put together one module."""
-    names = "".join(f'    "{name}",\n' for name in sorted(exported))
+    names = "".join(f'    "{name}",\n' for name in sorted(exported, key=_rank))
     return (
         f'"""{doc}\n"""\n\n'
-        f"# Printed from the field lists in {lists} by `./dev generate`; change those instead.\n"
+        f"# Printed from the field lists in {lists} by `./dev generate`;\n"
+        "# change those instead.\n"
         f"\n{body.format(all=f'__all__ = [{chr(10)}{names}]')}"
     )
+
+
+def _rank(name: str) -> tuple[int, str]:
+    """Sort as linters do: constants, then classes, then the rest."""
+    return (0 if name.isupper() else 1 if name[0].isupper() else 2, name)
 
 
 def literal_type(of: Enumeration) -> str:
@@ -159,7 +165,7 @@ def record_type(name: str, of: Structure) -> str:
     for field in of.host_fields:
         note = f"  # {field.doc}" if field.doc else ""
         out += f'        ("{field.name}", "{_FORMATS[field.host]}"),{note}\n'
-    return out + f'    ],\n    align=True,\n)\n"""{of.doc} Padding bytes are zero."""\n'
+    return out + f'    ],\n    align=True,\n)\n"""{of.doc}"""\n'
 
 
 def number(of: Constant) -> str:

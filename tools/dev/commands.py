@@ -37,7 +37,11 @@ _VENDOR, _PRODUCT = usb_ids.ids()
 # What udev is to look at again: a knob's own nodes, and what stands beside them for games.
 _UDEV_MATCHES = (
     ("--subsystem-match=hidraw",),
-    ("--subsystem-match=usb", f"--attr-match=idVendor={_VENDOR}", f"--attr-match=idProduct={_PRODUCT}"),
+    (
+        "--subsystem-match=usb",
+        f"--attr-match=idVendor={_VENDOR}",
+        f"--attr-match=idProduct={_PRODUCT}",
+    ),
     (
         "--subsystem-match=input",
         f"--property-match=ID_VENDOR_ID={_VENDOR}",

@@ -14,9 +14,8 @@ from __future__ import annotations
 
 from importlib.metadata import version as _version
 
-from torsio import core, emulator, protocol, telemetry
+from torsio import core, emulator, protocol, scenes, telemetry
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import (
     Closed,
@@ -31,6 +30,11 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
+from torsio.game_port import GamePort
+from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.hotplug import DeviceEvent, DeviceWatch, watch
+from torsio.knob import Knob, list_devices, open
+from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -38,27 +42,7 @@ from torsio.records import (
     LinkStatistics,
     ListedDevice,
 )
-from torsio.game_port import GamePort
-from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
-from torsio.hotplug import DeviceEvent, DeviceWatch, watch
-from torsio.knob import Knob, list_devices, open
-from torsio.scenes import (
-    Constant,
-    Curve,
-    Damper,
-    Detents,
-    Effect,
-    EndStops,
-    Friction,
-    Inertia,
-    Periodic,
-    Ramp,
-    Scene,
-    Spring,
-    Texture,
-    Timing,
-    Wall,
-)
+from torsio.scenes import *  # noqa: F403  # every effect
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 
 __version__ = _version("torsio")
@@ -73,50 +57,35 @@ __all__ = [
     "Clock",
     "Closed",
     "Cogging",
-    "Constant",
     "ControlConfig",
-    "Curve",
-    "Damper",
-    "Detents",
     "DeviceBusy",
     "DeviceEvent",
     "DeviceInfo",
     "DeviceNotFound",
     "DeviceWatch",
     "Disconnected",
-    "Effect",
     "Emulator",
     "EmulatorOptions",
-    "EndStops",
     "Error",
-    "Friction",
     "GameConfig",
     "GamePort",
     "Hand",
     "Health",
     "ImpedanceHand",
-    "Inertia",
     "InvalidArgument",
     "Knob",
     "LinkStatistics",
     "ListedDevice",
     "MalformedReport",
     "NoHand",
-    "Periodic",
     "PermissionDenied",
     "PlantParams",
     "PrescribedMotion",
     "ProtocolMismatch",
-    "Ramp",
     "Refused",
-    "Scene",
     "ShaftHardening",
-    "Spring",
-    "Texture",
     "Timeout",
-    "Timing",
     "TorqueHand",
-    "Wall",
     "__version__",
     "core",
     "emulator",
@@ -125,4 +94,5 @@ __all__ = [
     "protocol",
     "telemetry",
     "watch",
+    *scenes.__all__,
 ]

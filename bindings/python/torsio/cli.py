@@ -273,9 +273,7 @@ def demo_wall(
     png_file, json_file = (out_folder / f"virtual_wall.{kind}" for kind in ("png", "json"))
     output.check([png_file, json_file], "--out")
 
-    emulator = torsio.EmulatorOptions(
-        seed=1 if seed is None else seed, paced=paced, log_truth=True
-    )
+    emulator = torsio.EmulatorOptions(seed=1 if seed is None else seed, paced=paced, log_truth=True)
     with _opened(device, say, emulator) as knob:
         if not knob.is_emulated:
             _prompt_user(say)

@@ -17,9 +17,9 @@ import numpy.typing as npt
 
 from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, ControlConfig
-from torsio.plant import PlantParams
 from torsio.errors import InvalidArgument
 from torsio.hands import Hand, NoHand
+from torsio.plant import PlantParams
 from torsio.scenes import MAX_TORQUE_NM, Scene
 from torsio.telemetry import Record
 

@@ -1,9 +1,11 @@
 """Configuration of the device. Defaults: the reference actuator.
 
-It can be set only while the device is disarmed, and is lost at power-off unless `Knob.save` keeps it.
+It can be set only while the device is disarmed, and is lost at power-off unless
+`Knob.save` keeps it.
 """
 
-# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 

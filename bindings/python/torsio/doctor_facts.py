@@ -19,8 +19,8 @@ from torsio.errors import (
     ProtocolMismatch,
     Timeout,
 )
-from torsio.records import Clock, DeviceInfo, Health, LinkStatistics
 from torsio.knob import Knob
+from torsio.records import Clock, DeviceInfo, Health, LinkStatistics
 
 VENDOR_ID, PRODUCT_ID = f"{_protocol.USB_VENDOR_ID:04x}", f"{_protocol.USB_PRODUCT_ID:04x}"
 RULE = "60-torsio.rules"

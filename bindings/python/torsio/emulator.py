@@ -23,8 +23,8 @@ from torsio.closed_loop import (
     simulate,
     simulate_many,
 )
-from torsio.plant import PlantParams
 from torsio.hands import Hand
+from torsio.plant import PlantParams
 from torsio.telemetry import Record
 
 __all__ = [

@@ -5,7 +5,8 @@ or an array of shape (n, 2), or one number for a constant. The first value holds
 knot, the last one after the last. Time 0 is when the hand takes over.
 """
 
-# Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in emulator/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 

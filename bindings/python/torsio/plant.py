@@ -1,6 +1,7 @@
 """What an emulated knob is made of. Defaults: the reference actuator."""
 
-# Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in emulator/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 

@@ -34,4 +34,4 @@ class PlantMethods:
 
     def matching_config(self) -> ActuatorConfig:
         """Give the configuration of a device that was calibrated perfectly to this plant."""
-        return ActuatorConfig(**_torsio.matching_config(self))
+        return ActuatorConfig(**_torsio.matching_config(self))  # type: ignore[arg-type]

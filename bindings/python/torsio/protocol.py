@@ -19,6 +19,7 @@ REPORT_SIZE: Final[int] = _protocol.REPORT_SIZE
 VERSION: Final[int] = _protocol.VERSION
 """Version of the protocol."""
 
+
 def fingerprint() -> int:
     """Hash of every report's layout; two sides that differ cannot talk."""
     return _protocol.fingerprint()

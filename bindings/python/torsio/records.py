@@ -1,6 +1,7 @@
 """What a knob tells about itself: identity, clock, health, and how the cable is doing."""
 
-# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 

@@ -8,7 +8,8 @@ The classes only hold values. Their ranges are checked when they are played, bef
 sent to the device.
 """
 
-# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 

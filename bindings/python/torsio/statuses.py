@@ -1,6 +1,7 @@
 """Names of the protocol's numbers."""
 
-# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 

@@ -1,10 +1,11 @@
 """What the device measures, as NumPy structured arrays.
 
 Records are arrays of shape (n_samples,) with the columns below: ``log["angle_rad"]`` is an array of
-angles, ``log[0]`` the first sample.
+angles, ``log[0]`` the first sample. Padding bytes are zero.
 """
 
-# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those instead.
+# Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
+# change those instead.
 
 from __future__ import annotations
 
@@ -20,9 +21,9 @@ __all__ = [
     "FLAG_MOTOR_SATURATED",
     "FLAG_PASSIVE",
     "FLAG_STATE_MASK",
-    "Record",
     "TELEMETRY_DTYPE",
     "TRUTH_DTYPE",
+    "Record",
 ]
 
 Record: TypeAlias = npt.NDArray[np.void]
@@ -43,7 +44,7 @@ TELEMETRY_DTYPE: Final[np.dtype[Any]] = np.dtype(
     ],
     align=True,
 )
-"""One moment of the control loop. Torques are on the knob. Padding bytes are zero."""
+"""One moment of the control loop. Torques are on the knob."""
 
 TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
     [
@@ -59,7 +60,7 @@ TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
     ],
     align=True,
 )
-"""What no sensor of an emulated knob sees, at the start of a control tick. Torques are on the knob. Padding bytes are zero."""
+"""What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob."""
 
 FLAG_STATE_MASK: Final = 0x03
 """The two lowest bits: 0 disarmed, 1 armed, 2 fault."""

@@ -102,8 +102,7 @@ struct PlantParams {
   std::optional<Cogging> cogging{};
 };
 
-/// What no sensor of an emulated knob sees, at the start of a control tick. Torques are on the
-/// knob.
+/// What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.
 struct TruthSample {
   double time_s;             ///< device time
   double angle_rad;          ///< of the knob

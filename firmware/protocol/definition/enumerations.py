@@ -67,9 +67,7 @@ OP = enumeration(
     Value("save", "keep the configuration; only while disarmed"),
     Value("load_defaults", "configuration of a new device; only while disarmed"),
     Value("clear_fault"),
-    Value(
-        "bootloader", "wait for new firmware, nobody can arm after it; only while disarmed"
-    ),
+    Value("bootloader", "wait for new firmware, nobody can arm after it; only while disarmed"),
     public=False,
 )
 EVENT_KIND = enumeration(

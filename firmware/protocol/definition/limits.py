@@ -1,5 +1,8 @@
-"""Numbers that several field lists share. They are wide on purpose: they keep the arithmetic finite,
-the actuator's own limits are applied where the torque is made."""
+"""Numbers that several field lists share.
+
+They are wide on purpose: they keep the arithmetic finite, and the actuator's own limits are applied
+where the torque is made.
+"""
 
 from __future__ import annotations
 

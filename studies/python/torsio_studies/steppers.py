@@ -10,9 +10,9 @@ from dataclasses import replace
 from typing import Any, Final, Literal, get_args
 
 from torsio.closed_loop import LoopOptions
-from torsio.plant import PlantParams
 from torsio.emulator import Plant
 from torsio.hands import Hand
+from torsio.plant import PlantParams
 from torsio_studies import _studies
 
 __all__ = ["METHODS", "Method", "make_plant", "stepped_by"]

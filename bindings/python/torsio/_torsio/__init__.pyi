@@ -4,9 +4,9 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
-from torsio.plant import PlantParams
 from torsio.emulated_knob import EmulatorOptions
 from torsio.hands import Hand
+from torsio.plant import PlantParams
 from torsio.scenes import Scene
 
 from . import core as core

@@ -1,11 +1,10 @@
 from collections.abc import Iterable
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 _Floats = npt.NDArray[np.float32]
-_Law = Literal["paper", "compensated", "parallel", "motor_only"]
+_Law = str
 
 class MotionParams:
     def __init__(

@@ -5,9 +5,9 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.closed_loop import InitialState, LoopOptions
-from torsio.plant import PlantParams
 from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
+from torsio.plant import PlantParams
 
 PLANT_DTYPE: Final[np.dtype[Any]]
 

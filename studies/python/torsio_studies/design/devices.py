@@ -20,8 +20,8 @@ import numpy.typing as npt
 from torsio import checks
 from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.config import ControlConfig
-from torsio.plant import PlantParams
 from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.plant import PlantParams
 from torsio.scenes import Spring, Wall
 from torsio.telemetry import Record
 from torsio_studies import exits

@@ -13,9 +13,9 @@ import torsio
 from torsio import core, protocol
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.emulator import EmulatedDevice
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.scenes import (
     Constant,
     Curve,

@@ -22,10 +22,10 @@ from rich.table import Table
 
 from torsio.closed_loop import LoopOptions, simulate
 from torsio.config import ControlConfig
-from torsio.plant import PlantParams
 from torsio.demos import wall
 from torsio.emulator import Plant
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
+from torsio.plant import PlantParams
 from torsio.scenes import Wall
 from torsio_studies.common import Results, Study
 from torsio_studies.fidelity.figure import draw

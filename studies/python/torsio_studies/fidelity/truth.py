@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from torsio.plant import PlantParams
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
+from torsio.plant import PlantParams
 
 __all__ = ["HandTorque", "Truth", "hand_torque", "simulate_truth"]
 

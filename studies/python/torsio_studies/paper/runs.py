@@ -14,8 +14,8 @@ import numpy.typing as npt
 from torsio import checks
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
 from torsio.config import ControlConfig
-from torsio.plant import PlantParams, ShaftHardening
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.plant import PlantParams, ShaftHardening
 from torsio.scenes import Spring, Wall
 from torsio.telemetry import Record
 from torsio_studies import exits
