@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 INCLUDE = Path(__file__).parents[2] / "sdk" / "include" / "torsio"
+PLANT = INCLUDE.parents[2] / "emulator" / "include" / "torsio"
 
 
 @dataclass
@@ -114,6 +115,8 @@ def _read(text: str, scope: Scope, name: str = "") -> None:
 def read_sdk() -> Scope:
     """Read all public headers; give the namespace torsio."""
     everything = Scope("namespace")
-    for header in sorted(INCLUDE.glob("*.hpp")):
+    for header in sorted([*INCLUDE.glob("*.hpp"), *PLANT.glob("*.hpp")]):
+        if "field" in header.name:  # lists of the others
+            continue
         _read(_IGNORED.sub("", header.read_text(encoding="utf-8")), everything)
     return everything.scopes["torsio"]

@@ -246,7 +246,7 @@ def test_fault_is_told_in_plain_words(fault: str, facts: KnobFacts) -> None:
 
 
 def test_fault_table_has_every_fault_of_the_protocol() -> None:
-    header = (TREE / "firmware" / "protocol" / "reports.hpp").read_text(encoding="utf-8")
+    header = (TREE / "firmware" / "protocol" / "enumerations.hpp").read_text(encoding="utf-8")
     body = header.split("namespace fault {")[1].split("}")[0]
     assert set(doctor._FAULT_ADVICE) == set(re.findall(r"uint16_t (\w+) = 1", body))
 

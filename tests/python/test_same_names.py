@@ -29,9 +29,6 @@ CPP_ONLY = {
     "Interrupted": "KeyboardInterrupt",
     "flag": "torsio.telemetry.FLAG_...",
     "matching_config": "PlantParams.matching_config",
-    "WireReport": "bytes, in torsio.protocol",
-    "wire_report": "torsio.protocol.encode",
-    "wire_reports": "torsio.protocol.encode",
     "kMaxTorqueNm": "a range, which the messages name",
     "Profile": "torsio.hands.Profile, which nobody needs to name",
 }

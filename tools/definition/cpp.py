@@ -112,7 +112,7 @@ def wire_enumeration(of: Enumeration) -> str:
     return out
 
 
-def bits(of: Bits, mask: bool = False) -> str:
+def bits(of: Bits, *, with_names: bool = True) -> str:
     """Write named bits."""
     kind, names = _values([bit.name for bit in of.bits])
     cpp_type = SCALARS[of.type][0]
@@ -121,7 +121,8 @@ def bits(of: Bits, mask: bool = False) -> str:
         out += f"inline constexpr {cpp_type} state_mask = {hex((1 << of.first) - 1)};\n"
     for place, bit in enumerate(of.bits, of.first):
         out += f"inline constexpr {cpp_type} {bit.name} = 1 << {place};  // {bit.doc}\n"
-    out += f"inline constexpr {kind} names{{{names}}};  // from bit {of.first} on\n"
+    if with_names:
+        out += f"inline constexpr {kind} names{{{names}}};  // from bit {of.first} on\n"
     return out + f"}}  // namespace {of.name}\n\n"
 
 

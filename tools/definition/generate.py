@@ -169,11 +169,12 @@ def sdk_config() -> str:
 
 def sdk_telemetry() -> str:
     """Write sdk/include/torsio/telemetry.hpp."""
-    body = "".join(map(cpp.host_enumeration, _DEVICE_ENUMERATIONS)) + cpp.bits(e.FLAG)
+    body = "".join(map(cpp.host_enumeration, _DEVICE_ENUMERATIONS))
+    body += cpp.bits(e.FLAG, with_names=False)
     body += "".join(map(cpp.host_structure, (records.TELEMETRY_SAMPLE, *records.RECORDS)))
     return _sdk_header(
         "What the device reports about itself.",
-        ("<array>", "<cstdint>", "<string>", "<string_view>", "<vector>"),
+        ("<cstdint>", "<string>", "<vector>"),
         body,
     )
 

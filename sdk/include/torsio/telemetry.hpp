@@ -5,10 +5,8 @@
 /// instead.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace torsio {
@@ -32,8 +30,6 @@ inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all 
 inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
-inline constexpr std::array<std::string_view, 5> names{
-    "motor_saturated", "brake_saturated", "local_model", "passive", "game"};  // from bit 2 on
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.
