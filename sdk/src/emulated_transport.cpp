@@ -22,7 +22,6 @@
 namespace torsio {
 namespace {
 
-using protocol::ReportBytes;
 using std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
@@ -159,8 +158,6 @@ auto checked(Make&& make) {
   }
 }
 
-}  // namespace
-
 // The world ---------------------------------------------------------------------------------------
 
 /// The emulated device and who may touch it when: transport and emulator handle share it.
@@ -253,8 +250,6 @@ class EmulatedWorld {
 
 // The transport -----------------------------------------------------------------------------------
 
-namespace {
-
 class EmulatedTransport final : public Transport {
  public:
   explicit EmulatedTransport(std::shared_ptr<EmulatedWorld> world) : world_(std::move(world)) {}
@@ -323,155 +318,142 @@ class EmulatedTransport final : public Transport {
   std::shared_ptr<EmulatedWorld> world_;
 };
 
-}  // namespace
-
-EmulatedConnection open_emulated(const std::string& name, const EmulatorOptions& options) {
-  auto world = std::make_shared<EmulatedWorld>(name, options);
-  auto transport = std::make_unique<EmulatedTransport>(world);
-  return {std::move(world), std::move(transport)};
-}
-
 // The user's handle -------------------------------------------------------------------------------
 
-struct Emulator::Impl {
-  std::shared_ptr<EmulatedWorld> world;
-  Session& session;
+class EmulatedWorldHandle final : public Emulator {
+ public:
+  EmulatedWorldHandle(std::shared_ptr<EmulatedWorld> world, Session& session)
+      : world_(std::move(world)), session_(session) {}
+
+  void set_hand(const Hand& hand) override {
+    world_->with_device([&](emulator::EmulatedDevice& device) {
+      checked([&] { device.set_hand(std::visit(HandConverter{device.next_tick_ns()}, hand)); });
+    });
+  }
+
+  double time_s() const override {
+    return 1e-9 * static_cast<double>(world_->with_device(
+                      [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
+  }
+
+  void advance(double duration_s) override {
+    session_.sleep(whole_ns("duration_s", duration_s));
+  }
+
+  std::vector<TruthSample> take_truth() override {
+    const std::vector<emulator::TruthSample> log = world_->with_device(
+        [](emulator::EmulatedDevice& device) { return device.take_truth(); });
+    std::vector<TruthSample> truth;
+    truth.reserve(log.size());
+    for (const emulator::TruthSample& sample : log) {
+      truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
+                       .angle_rad = sample.angle_rad,
+                       .brake_angle_rad = sample.brake_angle_rad,
+                       .speed_rad_s = sample.speed_rad_s,
+                       .spring_torque_nm = sample.torque.spring_torque_nm,
+                       .brake_torque_nm = sample.torque.brake_torque_nm,
+                       .brake_capacity_nm = sample.torque.brake_capacity_nm,
+                       .motor_torque_nm = sample.torque.motor_torque_nm,
+                       .hand_torque_nm = sample.torque.hand_torque_nm});
+    }
+    return truth;
+  }
+
+  Fidelity fidelity() const override {
+    const emulator::FidelityReport report = world_->with_device(
+        [](emulator::EmulatedDevice& device) { return device.plant().fidelity(); });
+    constexpr std::array names{"exact", "trapezoid", "semi_implicit", "regularised"};
+    const auto steps = [&](emulator::Method method) {
+      return static_cast<std::uint64_t>(report.steps[static_cast<std::size_t>(method)]);
+    };
+    return {.tolerance = report.tolerance,
+            .method = names[static_cast<std::size_t>(report.method)],
+            .step_s = 1e-9 * static_cast<double>(report.step_ns),
+            .estimated_error = report.estimated_error,
+            .steps_exact = steps(emulator::Method::exact),
+            .steps_trapezoid = steps(emulator::Method::trapezoid),
+            .steps_semi_implicit = steps(emulator::Method::semi_implicit),
+            .steps_checked = static_cast<std::uint64_t>(report.steps_checked),
+            .relative_cost = report.relative_cost};
+  }
+
+  void game_write(std::span<const std::uint8_t> report) override {
+    world_->with_device([&](auto& device) { (void)device.game_write(report); });
+  }
+
+  std::vector<std::uint8_t> game_read() override {
+    return world_->with_device([](auto& device) { return device.game_read(); });
+  }
+
+  bool game_set_feature(std::span<const std::uint8_t> report) override {
+    return world_->with_device([&](auto& device) { return device.game_set_feature(report); });
+  }
+
+  std::vector<std::uint8_t> game_get_feature(std::uint8_t id) override {
+    return world_->with_device([&](auto& device) { return device.game_get_feature(id); });
+  }
+
+  void set_game_buttons(std::uint8_t pressed) override {
+    world_->with_device([&](auto& device) { device.set_buttons(pressed); });
+  }
+
+  void unplug() override {
+    world_->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
+    world_->notify();
+  }
+
+  void set_emergency_stop(bool pressed) override {
+    world_->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
+  }
+
+  void set_actuator_fault(bool present) override {
+    world_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+  }
+
+  void freeze_encoder(bool frozen) override {
+    world_->with_device([&](auto& device) { device.freeze_encoder(frozen); });
+  }
+
+  void jump_encoder(std::int32_t counts) override {
+    world_->with_device([&](auto& device) { device.jump_encoder(counts); });
+  }
+
+  void skip_ticks(std::uint32_t count) override {
+    world_->with_device([&](auto& device) { device.skip_ticks(count); });
+  }
+
+  void set_link_faults(const LinkFaults& faults) override {
+    world_->with_device([&](auto& device) {
+      checked([&] {
+        device.set_link_faults({.drop_output = faults.drop_output,
+                                .corrupt_output = faults.corrupt_output,
+                                .drop_input = faults.drop_input,
+                                .corrupt_input = faults.corrupt_input});
+      });
+    });
+  }
+
+  void cut_power_in_next_save(std::uint32_t bytes) override {
+    world_->with_device([&](auto& device) { device.cut_power_in_next_save(bytes); });
+  }
+
+ private:
+  std::shared_ptr<EmulatedWorld> world_;
+  Session& session_;
 };
 
-std::unique_ptr<Emulator> make_emulator(std::shared_ptr<EmulatedWorld> world, Session& session) {
-  return std::make_unique<Emulator>(
-      std::unique_ptr<Emulator::Impl>(new Emulator::Impl{std::move(world), session}));
-}
+}  // namespace
 
-Emulator::Emulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Emulator::~Emulator() = default;
+bool has_emulator() noexcept { return true; }
 
-void Emulator::set_hand(const Hand& hand) {
-  impl_->world->with_device([&](emulator::EmulatedDevice& device) {
-    checked([&] { device.set_hand(std::visit(HandConverter{device.next_tick_ns()}, hand)); });
-  });
-}
-
-double Emulator::time_s() const {
-  return 1e-9 * static_cast<double>(impl_->world->with_device(
-                    [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
-}
-
-void Emulator::advance(double duration_s) {
-  impl_->session.sleep(whole_ns("duration_s", duration_s));
-}
-
-std::vector<TruthSample> Emulator::take_truth() {
-  const std::vector<emulator::TruthSample> log = impl_->world->with_device(
-      [](emulator::EmulatedDevice& device) { return device.take_truth(); });
-  std::vector<TruthSample> truth;
-  truth.reserve(log.size());
-  for (const emulator::TruthSample& sample : log) {
-    truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
-                     .angle_rad = sample.angle_rad,
-                     .brake_angle_rad = sample.brake_angle_rad,
-                     .speed_rad_s = sample.speed_rad_s,
-                     .spring_torque_nm = sample.torque.spring_torque_nm,
-                     .brake_torque_nm = sample.torque.brake_torque_nm,
-                     .brake_capacity_nm = sample.torque.brake_capacity_nm,
-                     .motor_torque_nm = sample.torque.motor_torque_nm,
-                     .hand_torque_nm = sample.torque.hand_torque_nm});
-  }
-  return truth;
-}
-
-Fidelity Emulator::fidelity() const {
-  const emulator::FidelityReport report = impl_->world->with_device(
-      [](emulator::EmulatedDevice& device) { return device.plant().fidelity(); });
-  constexpr std::array names{"exact", "trapezoid", "semi_implicit", "regularised"};
-  const auto steps = [&](emulator::Method method) {
-    return static_cast<std::uint64_t>(report.steps[static_cast<std::size_t>(method)]);
+Connection open_emulated(const std::string& name, const EmulatorOptions& options) {
+  auto world = std::make_shared<EmulatedWorld>(name, options);
+  Connection connection;
+  connection.transport = std::make_unique<EmulatedTransport>(world);
+  connection.make_emulator = [world](Session& session) {
+    return std::make_unique<EmulatedWorldHandle>(world, session);
   };
-  return {.tolerance = report.tolerance,
-          .method = names[static_cast<std::size_t>(report.method)],
-          .step_s = 1e-9 * static_cast<double>(report.step_ns),
-          .estimated_error = report.estimated_error,
-          .steps_exact = steps(emulator::Method::exact),
-          .steps_trapezoid = steps(emulator::Method::trapezoid),
-          .steps_semi_implicit = steps(emulator::Method::semi_implicit),
-          .steps_checked = static_cast<std::uint64_t>(report.steps_checked),
-          .relative_cost = report.relative_cost};
-}
-
-void Emulator::game_write(std::span<const std::uint8_t> report) {
-  impl_->world->with_device([&](auto& device) { (void)device.game_write(report); });
-}
-
-std::vector<std::uint8_t> Emulator::game_read() {
-  return impl_->world->with_device([](auto& device) { return device.game_read(); });
-}
-
-bool Emulator::game_set_feature(std::span<const std::uint8_t> report) {
-  return impl_->world->with_device([&](auto& device) { return device.game_set_feature(report); });
-}
-
-std::vector<std::uint8_t> Emulator::game_get_feature(std::uint8_t id) {
-  return impl_->world->with_device([&](auto& device) { return device.game_get_feature(id); });
-}
-
-void Emulator::set_game_buttons(std::uint8_t pressed) {
-  impl_->world->with_device([&](auto& device) { device.set_buttons(pressed); });
-}
-
-void Emulator::unplug() {
-  impl_->world->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
-  impl_->world->notify();
-}
-
-void Emulator::set_emergency_stop(bool pressed) {
-  impl_->world->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
-}
-
-void Emulator::set_actuator_fault(bool present) {
-  impl_->world->with_device([&](auto& device) { device.set_actuator_fault(present); });
-}
-
-void Emulator::freeze_encoder(bool frozen) {
-  impl_->world->with_device([&](auto& device) { device.freeze_encoder(frozen); });
-}
-
-void Emulator::jump_encoder(std::int32_t counts) {
-  impl_->world->with_device([&](auto& device) { device.jump_encoder(counts); });
-}
-
-void Emulator::skip_ticks(std::uint32_t count) {
-  impl_->world->with_device([&](auto& device) { device.skip_ticks(count); });
-}
-
-void Emulator::set_link_faults(const LinkFaults& faults) {
-  impl_->world->with_device([&](auto& device) {
-    checked([&] {
-      device.set_link_faults({.drop_output = faults.drop_output,
-                              .corrupt_output = faults.corrupt_output,
-                              .drop_input = faults.drop_input,
-                              .corrupt_input = faults.corrupt_input});
-    });
-  });
-}
-
-void Emulator::cut_power_in_next_save(std::uint32_t bytes) {
-  impl_->world->with_device([&](auto& device) { device.cut_power_in_next_save(bytes); });
-}
-
-ActuatorConfig matching_config(const PlantParams& plant) {
-  ActuatorConfig config;
-  config.motor_torque_max_nm = plant.motor_limit_nm;
-  config.brake_torque_max_nm = plant.brake_limit_nm;
-  config.brake_torque_min_nm = std::min(config.brake_torque_min_nm, plant.brake_limit_nm);
-  config.brake_drag_nm = plant.brake_drag_nm;
-  config.brake_time_constant_s = plant.brake_time_constant_s;
-  config.spring_stiffness_nm_per_rad = plant.shaft_stiffness_nm_per_rad;
-  config.counts_per_rev = plant.counts_per_rev;
-  config.knob_inertia_kg_m2 = plant.knob_inertia_kg_m2;
-  config.knob_coulomb_nm = plant.knob_coulomb_nm;
-  config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
-  config.motor_time_constant_s = plant.motor_time_constant_s;
-  return config;
+  return connection;
 }
 
 }  // namespace torsio

@@ -1,6 +1,6 @@
 #include "hid_transport.hpp"
 
-#include <hidapi/hidapi.h>
+#include <hidapi.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
@@ -23,8 +23,6 @@ extern "C" [[gnu::weak]] hid_device* hid_libusb_wrap_sys_device(std::intptr_t, i
 
 namespace torsio {
 namespace {
-
-using protocol::ReportBytes;
 
 // pid.codes' identifiers for tests.
 constexpr unsigned short kVendorId = 0x1209;

@@ -9,9 +9,8 @@
 #include <utility>
 
 #include "config_encoding.hpp"
-#include "emulated_transport.hpp"
+#include "connection.hpp"
 #include "field_check.hpp"
-#include "knob_access.hpp"
 #include "protocol/registry.hpp"
 #include "scene_encoding.hpp"
 #include "scene_player.hpp"
@@ -77,7 +76,7 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
     if (!info.firmware_version.empty()) info.firmware_version += ".";
     info.firmware_version += std::to_string(part);
   }
-  info.transport = connection.world != nullptr ? "emulated" : "hid";
+  info.transport = connection.kind;
   info.protocol_version = identity.version;
   info.fingerprint = identity.fingerprint;
   info.axes = identity.axes;
@@ -113,7 +112,7 @@ class Knob::Impl {
         command_timeout_ns_(session_options(options).command_timeout_ns),
         session(std::move(connection.transport), session_options(options)),
         player(session) {
-    if (connection.world != nullptr) emulator = make_emulator(connection.world, session);
+    if (connection.make_emulator) emulator = connection.make_emulator(session);
     session.set_identity(identity_);
     session.note(session.get<protocol::Health>());
     note(session.get<protocol::ControlConfig>());
@@ -223,11 +222,8 @@ class Knob::Impl {
   std::unique_ptr<Emulator> emulator;
 };
 
-Knob KnobAccess::open(Connection connection, const OpenOptions& options) {
-  return Knob(std::make_unique<Knob::Impl>(std::move(connection), options));
-}
-
-Knob::Knob(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Knob::Knob(Connection connection, const OpenOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(connection), options)) {}
 Knob::Knob(Knob&&) noexcept = default;
 
 Knob& Knob::operator=(Knob&& other) noexcept {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "torsio/config.hpp"
+#include "torsio/export.hpp"
 
 namespace torsio {
 
@@ -107,7 +107,7 @@ struct PlantParams {
 };
 
 /// The device configuration that describes `plant`: a device that was calibrated perfectly.
-[[nodiscard]] ActuatorConfig matching_config(const PlantParams& plant);
+[[nodiscard]] TORSIO_EXPORT ActuatorConfig matching_config(const PlantParams& plant);
 
 struct EmulatorOptions {
   std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
@@ -166,57 +166,55 @@ struct LinkFaults {
 
 /// The world round an emulated knob. Belongs to the Knob and lives as long as it does; may be used
 /// from any thread. After close() its calls throw Closed.
-class Emulator {
+class TORSIO_EXPORT Emulator {
  public:
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+  virtual ~Emulator() = default;
+
   /// The hand takes over at the next control tick, which is time 0 of its profiles.
   /// @throws InvalidArgument that names the field; the old hand then stays
-  void set_hand(const Hand& hand);
+  virtual void set_hand(const Hand& hand) = 0;
 
   /// Device time.
-  [[nodiscard]] double time_s() const;
+  [[nodiscard]] virtual double time_s() const = 0;
 
   /// Lets time pass, like Knob::sleep().
-  void advance(double duration_s);
+  virtual void advance(double duration_s) = 0;
 
   /// The log since the last call; empty unless EmulatorOptions::log_truth.
-  [[nodiscard]] std::vector<TruthSample> take_truth();
+  [[nodiscard]] virtual std::vector<TruthSample> take_truth() = 0;
 
   /// What was chosen to keep EmulatorOptions::tolerance, and the error that is estimated.
-  [[nodiscard]] Fidelity fidelity() const;
+  [[nodiscard]] virtual Fidelity fidelity() const = 0;
 
   // The game interface, for the tests of those who talk to it: reports as bytes, each beginning
   // with its id; docs/games.md has them all. They take effect at the next control tick.
-  void game_write(std::span<const std::uint8_t> report);
+  virtual void game_write(std::span<const std::uint8_t> report) = 0;
   /// The next input report; empty if there is nothing new.
-  [[nodiscard]] std::vector<std::uint8_t> game_read();
+  [[nodiscard]] virtual std::vector<std::uint8_t> game_read() = 0;
   /// @returns false if the device stalls the request
-  [[nodiscard]] bool game_set_feature(std::span<const std::uint8_t> report);
+  [[nodiscard]] virtual bool game_set_feature(std::span<const std::uint8_t> report) = 0;
   /// A feature report; empty if the device stalls the request.
-  [[nodiscard]] std::vector<std::uint8_t> game_get_feature(std::uint8_t id);
+  [[nodiscard]] virtual std::vector<std::uint8_t> game_get_feature(std::uint8_t id) = 0;
   /// Presses exactly these buttons of the game controller, bit 0 the first.
-  void set_game_buttons(std::uint8_t pressed);
+  virtual void set_game_buttons(std::uint8_t pressed) = 0;
 
   /// Pulls the plug. As with hardware the knob must be opened again.
-  void unplug();
+  virtual void unplug() = 0;
 
   // Faults of the device's world.
-  void set_emergency_stop(bool pressed);
-  void set_actuator_fault(bool present);
-  void freeze_encoder(bool frozen);        ///< the counter stands still
-  void jump_encoder(std::int32_t counts);  ///< the counter is wrong from now on
-  void skip_ticks(std::uint32_t count);    ///< the control loop comes that many ticks late
-  void set_link_faults(const LinkFaults& faults);
+  virtual void set_emergency_stop(bool pressed) = 0;
+  virtual void set_actuator_fault(bool present) = 0;
+  virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
+  virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
+  virtual void skip_ticks(std::uint32_t count) = 0;    ///< the control loop comes that many ticks late
+  virtual void set_link_faults(const LinkFaults& faults) = 0;
   /// The next save loses power after so many bytes of its slot: the device vanishes.
-  void cut_power_in_next_save(std::uint32_t bytes);
+  virtual void cut_power_in_next_save(std::uint32_t bytes) = 0;
 
-  struct Impl;
-  explicit Emulator(std::unique_ptr<Impl> impl);
-  ~Emulator();
-  Emulator(const Emulator&) = delete;
-  Emulator& operator=(const Emulator&) = delete;
-
- private:
-  std::unique_ptr<Impl> impl_;
+ protected:
+  Emulator() = default;
 };
 
 }  // namespace torsio

@@ -13,10 +13,14 @@
 #include "torsio/config.hpp"
 #include "torsio/emulator.hpp"
 #include "torsio/error.hpp"
+#include "torsio/export.hpp"
 #include "torsio/scene.hpp"
 #include "torsio/telemetry.hpp"
+#include "torsio/transport.hpp"
 
 namespace torsio {
+
+struct Connection;
 
 /// A device that could be opened.
 struct ListedDevice {
@@ -28,8 +32,8 @@ struct ListedDevice {
   std::string problem;    ///< why it cannot be opened now; empty if it can
 };
 
-/// All knobs that are plugged in, and the emulated one, which is always last.
-[[nodiscard]] std::vector<ListedDevice> list_devices();
+/// All knobs that are plugged in, and the emulated one, which is always last, if this build has it.
+[[nodiscard]] TORSIO_EXPORT std::vector<ListedDevice> list_devices();
 
 struct OpenOptions {
   EmulatorOptions emulator{};      ///< if the device is an emulated one
@@ -42,6 +46,13 @@ struct OpenOptions {
   std::function<bool()> interrupted{};
 };
 
+/// Opens a device as Knob::open() does, but asks it nothing: for a transport of one's own that adds
+/// to it.
+/// @param options of these only `emulator`
+/// @throws DeviceNotFound, PermissionDenied, DeviceBusy, InvalidArgument
+[[nodiscard]] TORSIO_EXPORT std::unique_ptr<Transport> open_transport(
+    std::string_view selector = {}, const OpenOptions& options = {});
+
 /// An open knob. Movable, not copyable.
 ///
 /// Every member may be called from any thread, except that nobody else may be in a call while the
@@ -52,13 +63,20 @@ struct OpenOptions {
 ///
 /// Time-outs and durations count in the device's time: the wall clock, or the virtual clock of an
 /// emulated device that is not paced.
-class Knob {
+class TORSIO_EXPORT Knob {
  public:
   /// Opens a device. It is as it was left: call state() to see whether it is armed.
   /// @param selector path, serial number, "emulated", "emulated:NAME", or empty for the only real
   ///        device. A named emulated device keeps its saved configuration while the process lives.
   /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch, InvalidArgument
   [[nodiscard]] static Knob open(std::string_view selector = {}, const OpenOptions& options = {});
+
+  /// Makes a knob of a device that is reached in the user's own way. Its DeviceInfo has no path and
+  /// no product, and emulator() is nullptr.
+  /// @throws InvalidArgument if there is no transport; ProtocolMismatch, Error, and what the
+  ///         transport throws
+  [[nodiscard]] static Knob open(std::unique_ptr<Transport> transport,
+                                 const OpenOptions& options = {});
 
   Knob(Knob&&) noexcept;
   Knob& operator=(Knob&&) noexcept;
@@ -153,13 +171,12 @@ class Knob {
   /// Waits until the device is in `state`. @returns false if it is not so in time
   bool wait_for(State state, double timeout_s);
 
-  /// The world round the knob; nullptr on hardware.
+  /// The world round the knob; nullptr if it is not an emulated one.
   [[nodiscard]] Emulator* emulator() const;
 
  private:
-  friend struct KnobAccess;
   class Impl;
-  explicit Knob(std::unique_ptr<Impl> impl);
+  Knob(Connection connection, const OpenOptions& options);
   Impl& impl() const;
 
   std::unique_ptr<Impl> impl_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "torsio/config.hpp"
+#include "torsio/export.hpp"
 #include "torsio/scene.hpp"
 
 namespace torsio {
@@ -17,11 +18,12 @@ using WireReport = std::array<std::uint8_t, 64>;
 /// The reports of a scene: an effect report for each effect, in order, then the pieces of the pool
 /// of curve points.
 /// @throws InvalidArgument that names the effect, the field, its value and its range
-[[nodiscard]] std::vector<WireReport> wire_reports(const Scene& scene, std::uint32_t counts_per_rev,
-                                                   std::uint32_t control_period_ns);
+[[nodiscard]] TORSIO_EXPORT std::vector<WireReport> wire_reports(const Scene& scene,
+                                                                 std::uint32_t counts_per_rev,
+                                                                 std::uint32_t control_period_ns);
 
 /// @throws InvalidArgument that names the field, its value and its range
-[[nodiscard]] WireReport wire_report(const ActuatorConfig& config);
-[[nodiscard]] WireReport wire_report(const ControlConfig& config);
+[[nodiscard]] TORSIO_EXPORT WireReport wire_report(const ActuatorConfig& config);
+[[nodiscard]] TORSIO_EXPORT WireReport wire_report(const ControlConfig& config);
 
 }  // namespace torsio

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "torsio/knob.hpp"
-#include "torsio/watch.hpp"
+#include "torsio/hotplug.hpp"
 #include "virtual_knob.hpp"
 
 namespace {
