@@ -77,7 +77,7 @@ RULES = (
         "sdk/src/hid_transport.cpp",
         ("protocol", "torsio"),
         posix=True,
-        third_party=r"(hidapi/)?hidapi(_libusb)?\.h",
+        third_party=r"hidapi\.h",
     ),
     Rule("sdk/src/emulated_plant.hpp", (*FIRMWARE, "torsio")),
     Rule("sdk/src/emulated_plant.cpp", (*FIRMWARE, "torsio")),
@@ -85,7 +85,7 @@ RULES = (
     Rule("sdk/src", ("protocol", "torsio"), posix=True),
     Rule(
         "bindings/src",
-        (*FIRMWARE, "sdk", "torsio", "wide"),
+        (*FIRMWARE, "torsio", "wide"),
         posix=True,
         third_party=r"pybind11/.*|Python\.h",
     ),

@@ -32,7 +32,6 @@
 #include "module.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
-#include "sdk/src/emulated_plant.hpp"
 #include "torsio/wire.hpp"
 #include "wide/emulator/replay.hpp"
 
@@ -98,9 +97,9 @@ ClosedLoopOptions read_options(const py::object& source) {
   options.actuator = read_config<protocol::ActuatorConfig>(actuator);
   options.control =
       read_config<protocol::ControlConfig>(control_config_from_python(from.get("control")));
-  options.plant = to_emulator(plant);
+  options.plant = emulator_plant(plant_source);
   read_integration(from, options.plant);
-  options.encoder = encoder_of(plant);
+  options.encoder = emulator_encoder(plant_source);
   options.encoder.seed = from.integer<std::uint64_t>("seed");
   options.hand = emulator_hand(from.get("hand"));
   if (const py::object initial = from.get("initial"); !initial.is_none()) {

@@ -23,7 +23,7 @@
 #include "emulator/plant.hpp"
 #include "emulator_convert.hpp"
 #include "module.hpp"
-#include "sdk/src/emulated_plant.hpp"
+#include "plant_convert.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -76,7 +76,7 @@ emulator::Hand hand(const py::object& source) {
 }
 
 emulator::PlantParams plant_params(const py::object& source) {
-  return source.is_none() ? emulator::PlantParams{} : to_emulator(plant_from_python(source));
+  return source.is_none() ? emulator::PlantParams{} : emulator_plant(source);
 }
 
 // State and truth of the plant side by side; one row of a record.
@@ -305,7 +305,7 @@ std::unique_ptr<emulator::EmulatedDevice> make_device(std::uint64_t seed,
   options.seed = seed;
   options.control_period_ns = control_period_ns;
   options.plant = plant_params(plant);
-  if (!plant.is_none()) options.encoder = encoder_of(plant_from_python(plant));
+  if (!plant.is_none()) options.encoder = emulator_encoder(plant);
   options.hand = hand(held_by);
   options.serial = serial;
   return std::make_unique<emulator::EmulatedDevice>(std::move(options));
@@ -367,6 +367,20 @@ void bind_device(py::module_& module) {
 }  // namespace
 
 emulator::Hand emulator_hand(const py::object& source) { return hand(source); }
+
+emulator::PlantParams emulator_plant(const py::object& source) {
+  emulator::PlantParams plant;
+  read_plant(Attributes(source), plant);
+  return plant;
+}
+
+emulator::EncoderParams emulator_encoder(const py::object& source) {
+  const Attributes from(source);
+  return {.counts_per_rev = from.integer<std::uint32_t>("counts_per_rev"),
+          .rounding = from.choice<emulator::Rounding>("encoder_rounding", rounding_names),
+          .phase_counts = from.number("encoder_phase_counts"),
+          .noise_counts = from.number("encoder_noise_counts")};
+}
 py::dict fidelity_to_python(const emulator::FidelityReport& report) {
   const auto steps = [&](emulator::Method method) {
     return report.steps[static_cast<std::size_t>(method)];

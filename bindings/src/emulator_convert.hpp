@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "emulator/encoder.hpp"
 #include "emulator/hand.hpp"
 #include "emulator/plant.hpp"
 
@@ -13,6 +14,11 @@ namespace torsio::bindings {
 
 /// @throws InvalidArgument, TypeError or std::invalid_argument that names what is wrong
 emulator::Hand emulator_hand(const pybind11::object& source);
+
+/// @param source a PlantParams of the package
+/// @throws InvalidArgument or TypeError that names the class and the attribute; likewise below
+emulator::PlantParams emulator_plant(const pybind11::object& source);
+emulator::EncoderParams emulator_encoder(const pybind11::object& source);
 
 /// Keys as torsio.Fidelity.
 pybind11::dict fidelity_to_python(const emulator::FidelityReport& report);

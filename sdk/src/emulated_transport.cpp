@@ -336,13 +336,11 @@ class EmulatedWorldHandle final : public Emulator {
                       [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
   }
 
-  void advance(double duration_s) override {
-    session_.sleep(whole_ns("duration_s", duration_s));
-  }
+  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
 
   std::vector<TruthSample> take_truth() override {
-    const std::vector<emulator::TruthSample> log = world_->with_device(
-        [](emulator::EmulatedDevice& device) { return device.take_truth(); });
+    const std::vector<emulator::TruthSample> log =
+        world_->with_device([](emulator::EmulatedDevice& device) { return device.take_truth(); });
     std::vector<TruthSample> truth;
     truth.reserve(log.size());
     for (const emulator::TruthSample& sample : log) {

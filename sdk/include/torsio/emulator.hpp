@@ -208,7 +208,8 @@ class TORSIO_EXPORT Emulator {
   virtual void set_actuator_fault(bool present) = 0;
   virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
   virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
-  virtual void skip_ticks(std::uint32_t count) = 0;    ///< the control loop comes that many ticks late
+  virtual void skip_ticks(
+      std::uint32_t count) = 0;  ///< the control loop comes that many ticks late
   virtual void set_link_faults(const LinkFaults& faults) = 0;
   /// The next save loses power after so many bytes of its slot: the device vanishes.
   virtual void cut_power_in_next_save(std::uint32_t bytes) = 0;

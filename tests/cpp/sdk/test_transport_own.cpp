@@ -234,8 +234,9 @@ TEST_CASE("a knob over the user's transport says so, and knows no world and no p
 }
 
 TEST_CASE("no transport is an InvalidArgument") {
-  CHECK(contains(message_of<InvalidArgument>([] { (void)Knob::open(std::unique_ptr<Transport>()); }),
-                 "no transport"));
+  CHECK(
+      contains(message_of<InvalidArgument>([] { (void)Knob::open(std::unique_ptr<Transport>()); }),
+               "no transport"));
 }
 
 TEST_CASE("a transport across a wire, in real time, carries commands and telemetry") {

@@ -124,9 +124,7 @@ class EmulatedWorldHandle final : public Emulator {
 
   void set_hand(const Hand& hand) override { set_hand_of(world_->knob(), hand); }
 
-  void advance(double duration_s) override {
-    session_.sleep(whole_ns("duration_s", duration_s));
-  }
+  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
 
   void unplug() override {
     world_->unplug();

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "torsio/knob.hpp"
 #include "torsio/hotplug.hpp"
+#include "torsio/knob.hpp"
 #include "virtual_knob.hpp"
 
 namespace {
