@@ -1,7 +1,9 @@
-"""An installed SDK serves a project that knows nothing of this tree."""
+"""An installed SDK, or one among a project's own sources, serves a project outside this tree."""
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -9,6 +11,9 @@ from pathlib import Path
 import pytest
 
 TREE = Path(__file__).parent.parent
+# The compiler's time matters here, the program's does not.
+QUICK = ("-G", "Ninja", "-DCMAKE_CXX_FLAGS_RELEASE=-O0")
+ALONE = ("-DTORSIO_BUILD_TESTS=OFF", "-DTORSIO_BUILD_EXAMPLES=OFF")
 
 
 def _run(*command: str | Path) -> str:
@@ -20,13 +25,78 @@ def _run(*command: str | Path) -> str:
     return result.stdout
 
 
-def test_find_package_torsio_builds_and_runs_a_program_outside_the_tree(tmp_path: Path) -> None:
-    prefix, source, build = tmp_path / "prefix", tmp_path / "source", tmp_path / "build"
+def _installed(prefix: Path) -> set[str]:
+    return {str(path.relative_to(prefix)) for path in prefix.rglob("*") if not path.is_dir()}
+
+
+def _build_user(tmp_path: Path, prefix: Path) -> Path:
+    """Build the user's project with find_package; return its program."""
+    source, build = tmp_path / "source", tmp_path / "build"
     shutil.copytree(TREE / "tests" / "install", source)
+    _run("cmake", "-S", source, "-B", build, *QUICK, f"-DCMAKE_PREFIX_PATH={prefix}")
+    _run("cmake", "--build", build)
+    return build / "torsio_user"
+
+
+def _compile_with_pkg_config(tmp_path: Path, prefix: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = next(prefix.rglob("torsio.pc")).parent
+    monkeypatch.setenv("PKG_CONFIG_PATH", str(folder))
+    flags = _run("pkg-config", "--cflags", "--libs", "torsio").split()
+    program = tmp_path / "by_pkg_config"
+    _run("g++", "-std=c++20", TREE / "tests/install/main.cpp", "-o", program, *flags)
+    return program
+
+
+def test_static_install_serves_find_package_and_pkg_config(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prefix = tmp_path / "prefix"
     _run("cmake", "--install", TREE / "build" / "release", "--prefix", prefix)
+    files = _installed(prefix)
+    assert {"share/doc/torsio/LICENSE", "share/doc/torsio/NOTICES.md"} <= files
+    assert "lib/udev/rules.d/60-torsio.rules" in files
     # Installed headers must not need anything that was left behind.
     for header in sorted((prefix / "include").rglob("*.hpp")):
         _run("g++", "-std=c++20", "-fsyntax-only", "-I", prefix / "include", "-x", "c++", header)
-    _run("cmake", "-S", source, "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
+    assert "inside the wall" in _run(_build_user(tmp_path, prefix))
+    assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
+
+
+def test_shared_install_is_one_library_that_shows_only_the_sdk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    prefix, tree = tmp_path / "prefix", tmp_path / "tree"
+    _run("cmake", "-S", TREE, "-B", tree, *QUICK, *ALONE, "-DTORSIO_SHARED=ON")
+    _run("cmake", "--build", tree, "--target", "torsio_sdk")
+    _run("cmake", "--install", tree, "--prefix", prefix, "--component", "sdk")
+
+    libraries = sorted(path for path in prefix.rglob("lib*") if path.name.startswith("libtorsio"))
+    names = [path.name for path in libraries]
+    full, soname = names[2], names[1]
+    assert re.fullmatch(r"libtorsio_sdk\.so\.\d+\.\d+\.\d+", full)
+    assert names == ["libtorsio_sdk.so", full.rpartition(".")[0], full]
+    assert os.readlink(libraries[0]) == soname
+    assert os.readlink(libraries[1]) == full
+    assert f"[{soname}]" in _run("readelf", "--dynamic", libraries[2])
+
+    shown = _run("nm", "--dynamic", "--demangle", "--defined-only", libraries[2])
+    assert "torsio::Knob::arm()" in shown
+    assert not re.findall(r".*torsio::(?:core|device|emulator|protocol)::.*", shown)
+
+    assert "inside the wall" in _run(_build_user(tmp_path, prefix))
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(libraries[0].parent))
+    assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
+
+
+def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
+    tmp_path: Path,
+) -> None:
+    prefix, build = tmp_path / "prefix", tmp_path / "build"
+    source = TREE / "tests" / "install" / "subproject"
+    _run("cmake", "-S", source, "-B", build, "-G", "Ninja", f"-DTORSIO_TREE={TREE}")
     _run("cmake", "--build", build)
-    assert "inside the wall" in _run(build / "torsio_user")
+    assert "TORSIO_WITH_EMULATOR" in _run(build / "torsio_parent")
+    cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")
+    assert "CMAKE_BUILD_TYPE:STRING=\n" in cache
+    _run("cmake", "--install", build, "--prefix", prefix)
+    assert not _installed(prefix)

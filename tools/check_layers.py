@@ -82,7 +82,7 @@ RULES = (
         "sdk/src/hid_transport.cpp",
         ("protocol", "torsio"),
         posix=True,
-        third_party=r"(hidapi/)?hidapi(_libusb)?\.h",
+        third_party=r"hidapi\.h",
     ),
     # Host units and wire units; bindings and studies have it too.
     Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "torsio/watch.hpp"
+#include "torsio/hotplug.hpp"
 
 namespace torsio {
 

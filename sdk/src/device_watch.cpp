@@ -2,7 +2,7 @@
 
 #include "device_watcher.hpp"
 #include "hid_transport.hpp"
-#include "torsio/watch.hpp"
+#include "torsio/hotplug.hpp"
 
 namespace torsio {
 namespace {

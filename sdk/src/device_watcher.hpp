@@ -15,7 +15,7 @@
 
 #include "device_changes.hpp"
 #include "directory_watch.hpp"
-#include "torsio/watch.hpp"
+#include "torsio/hotplug.hpp"
 
 namespace torsio {
 

@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
+#include "connection.hpp"
 #include "emulated_transport.hpp"
 #include "hid_transport.hpp"
-#include "knob_access.hpp"
 #include "known_boards.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
@@ -57,7 +57,8 @@ void check_selector(std::string_view selector) {
 
 std::string list_text(const std::vector<HidListing>& plugged_in) {
   if (plugged_in.empty()) {
-    return "no knob is plugged in; \"emulated\" opens one that needs no hardware";
+    return std::string("no knob is plugged in") +
+           (has_emulator() ? "; \"emulated\" opens one that needs no hardware" : "");
   }
   std::string text = "plugged in:";
   for (const HidListing& hid : plugged_in) {
@@ -88,32 +89,18 @@ HidListing choose(std::string_view selector) {
                        "\"; " + list_text(plugged_in));
 }
 
-}  // namespace
-
-std::vector<ListedDevice> list_devices() {
-  std::vector<ListedDevice> listed;
-  for (const HidListing& hid : list_hid()) listed.push_back(describe(hid));
-  listed.push_back({.path = std::string(kEmulated),
-                    .serial = "EMULATED",
-                    .product = std::string(kEmulatedProduct),
-                    .board = board_name(0),
-                    .transport = std::string(kEmulated),
-                    .problem = {}});
-  return listed;
-}
-
-Knob Knob::open(std::string_view selector, const OpenOptions& options) {
+/// @throws as open_transport() does
+Connection connect(std::string_view selector, const OpenOptions& options) {
   check_selector(selector);
-  Connection connection;
   const std::string named = std::string(kEmulated) + ":";
+  Connection connection;
   if (selector == kEmulated || selector.starts_with(named)) {
     const std::string name(selector == kEmulated ? "" : selector.substr(named.size()));
     if (selector != kEmulated && name.empty()) {
       throw InvalidArgument("\"emulated:\" lacks a name; write \"emulated:NAME\" or \"emulated\"");
     }
-    EmulatedConnection emulated = open_emulated(name, options.emulator.value_or(EmulatorOptions{}));
-    connection.transport = std::move(emulated.transport);
-    connection.world = std::move(emulated.world);
+    connection = open_emulated(name, options.emulator.value_or(EmulatorOptions{}));
+    connection.kind = kEmulated;
     connection.path = selector;
     connection.product = kEmulatedProduct;
   } else {
@@ -125,10 +112,46 @@ Knob Knob::open(std::string_view selector, const OpenOptions& options) {
     }
     const HidListing hid = choose(selector);
     connection.transport = open_hid(hid.path);
+    connection.kind = "hid";
     connection.path = hid.path;
     connection.product = hid.product;
   }
-  return KnobAccess::open(std::move(connection), options);
+  return connection;
+}
+
+}  // namespace
+
+std::vector<ListedDevice> list_devices() {
+  std::vector<ListedDevice> listed;
+  for (const HidListing& hid : list_hid()) listed.push_back(describe(hid));
+  if (has_emulator()) {
+    listed.push_back({.path = std::string(kEmulated),
+                      .serial = "EMULATED",
+                      .product = std::string(kEmulatedProduct),
+                      .board = board_name(0),
+                      .transport = std::string(kEmulated),
+                      .problem = {}});
+  }
+  return listed;
+}
+
+std::unique_ptr<Transport> open_transport(std::string_view selector, const OpenOptions& options) {
+  return std::move(connect(selector, options).transport);
+}
+
+Knob Knob::open(std::string_view selector, const OpenOptions& options) {
+  return {connect(selector, options), options};
+}
+
+Knob Knob::open(std::unique_ptr<Transport> transport, const OpenOptions& options) {
+  if (transport == nullptr) throw InvalidArgument("there is no transport to open a knob over");
+  if (options.emulator) {
+    throw InvalidArgument(
+        "emulator options are not for a transport that is there already: give them to "
+        "open_transport(), which makes an emulated knob");
+  }
+  return {Connection{.transport = std::move(transport), .kind = "own", .path = {}, .product = {}},
+          options};
 }
 
 }  // namespace torsio

@@ -20,7 +20,6 @@
 namespace torsio {
 namespace {
 
-using protocol::ReportBytes;
 using std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
@@ -123,8 +122,6 @@ auto checked(Make&& make) {
   }
 }
 
-}  // namespace
-
 // The world ---------------------------------------------------------------------------------------
 
 /// The emulated device and who may touch it when: transport and emulator handle share it.
@@ -219,8 +216,6 @@ class EmulatedWorld {
 
 // The transport -----------------------------------------------------------------------------------
 
-namespace {
-
 class EmulatedTransport final : public Transport {
  public:
   explicit EmulatedTransport(std::shared_ptr<EmulatedWorld> world) : world_(std::move(world)) {}
@@ -289,144 +284,138 @@ class EmulatedTransport final : public Transport {
   std::shared_ptr<EmulatedWorld> world_;
 };
 
-}  // namespace
+// The user's handles ------------------------------------------------------------------------------
 
-EmulatedConnection open_emulated(const std::string& name, const EmulatorOptions& options) {
-  auto world = std::make_shared<EmulatedWorld>(name, options);
-  auto transport = std::make_unique<EmulatedTransport>(world);
-  return {std::move(world), std::move(transport)};
-}
+class EmulatedGamePort final : public GamePort {
+ public:
+  explicit EmulatedGamePort(std::shared_ptr<EmulatedWorld> world) : world_(std::move(world)) {}
 
-// The user's handle -------------------------------------------------------------------------------
+  void write(std::span<const std::uint8_t> report) override {
+    world_->with_device([&](auto& device) { (void)device.game_write(report); });
+  }
 
-struct Emulator::Impl {
-  std::shared_ptr<EmulatedWorld> world;
-  Session& session;
+  std::vector<std::uint8_t> read() override {
+    return world_->with_device([](auto& device) { return device.game_read(); });
+  }
+
+  bool set_feature(std::span<const std::uint8_t> report) override {
+    return world_->with_device([&](auto& device) { return device.game_set_feature(report); });
+  }
+
+  std::vector<std::uint8_t> get_feature(std::uint8_t report_id) override {
+    return world_->with_device([&](auto& device) { return device.game_get_feature(report_id); });
+  }
+
+  void set_buttons(std::uint8_t pressed) override {
+    world_->with_device([&](auto& device) { device.set_buttons(pressed); });
+  }
+
+ private:
+  std::shared_ptr<EmulatedWorld> world_;
 };
 
-std::unique_ptr<Emulator> make_emulator(std::shared_ptr<EmulatedWorld> world, Session& session) {
-  return std::make_unique<Emulator>(
-      std::unique_ptr<Emulator::Impl>(new Emulator::Impl{std::move(world), session}));
-}
+class EmulatedWorldHandle final : public Emulator {
+ public:
+  EmulatedWorldHandle(std::shared_ptr<EmulatedWorld> world, Session& session)
+      : world_(std::move(world)), session_(session), game_(world_) {}
 
-Emulator::Emulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Emulator::~Emulator() = default;
-
-void Emulator::set_hand(const Hand& hand) {
-  impl_->world->with_device([&](emulator::EmulatedDevice& device) {
-    checked([&] { device.set_hand(emulator::take_hold(hand, device.next_tick_ns())); });
-  });
-}
-
-double Emulator::time_s() const {
-  return 1e-9 * static_cast<double>(impl_->world->with_device(
-                    [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
-}
-
-void Emulator::advance(double duration_s) {
-  impl_->session.sleep(whole_ns("duration_s", duration_s));
-}
-
-std::vector<TruthSample> Emulator::truth() {
-  if (!impl_->world->logs_truth()) {
-    throw Error(
-        "this emulated knob keeps no log of the truth: open it with log_truth set in its "
-        "EmulatorOptions");
-  }
-  const std::vector<emulator::TruthSample> log = impl_->world->with_device(
-      [](emulator::EmulatedDevice& device) { return device.take_truth(); });
-  std::vector<TruthSample> truth;
-  truth.reserve(log.size());
-  for (const emulator::TruthSample& sample : log) {
-    truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
-                     .angle_rad = sample.angle_rad,
-                     .brake_angle_rad = sample.brake_angle_rad,
-                     .speed_rad_s = sample.speed_rad_s,
-                     .spring_torque_nm = sample.torque.spring_torque_nm,
-                     .brake_torque_nm = sample.torque.brake_torque_nm,
-                     .brake_capacity_nm = sample.torque.brake_capacity_nm,
-                     .motor_torque_nm = sample.torque.motor_torque_nm,
-                     .hand_torque_nm = sample.torque.hand_torque_nm});
-  }
-  return truth;
-}
-
-void GamePort::write(std::span<const std::uint8_t> report) {
-  emulator_->impl_->world->with_device([&](auto& device) { (void)device.game_write(report); });
-}
-
-std::vector<std::uint8_t> GamePort::read() {
-  return emulator_->impl_->world->with_device([](auto& device) { return device.game_read(); });
-}
-
-bool GamePort::set_feature(std::span<const std::uint8_t> report) {
-  return emulator_->impl_->world->with_device(
-      [&](auto& device) { return device.game_set_feature(report); });
-}
-
-std::vector<std::uint8_t> GamePort::get_feature(std::uint8_t report_id) {
-  return emulator_->impl_->world->with_device(
-      [&](auto& device) { return device.game_get_feature(report_id); });
-}
-
-void GamePort::set_buttons(std::uint8_t pressed) {
-  emulator_->impl_->world->with_device([&](auto& device) { device.set_buttons(pressed); });
-}
-
-void Emulator::unplug() {
-  impl_->world->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
-  impl_->world->notify();
-}
-
-void Emulator::set_emergency_stop(bool pressed) {
-  impl_->world->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
-}
-
-void Emulator::set_actuator_fault(bool present) {
-  impl_->world->with_device([&](auto& device) { device.set_actuator_fault(present); });
-}
-
-void Emulator::freeze_encoder(bool frozen) {
-  impl_->world->with_device([&](auto& device) { device.freeze_encoder(frozen); });
-}
-
-void Emulator::jump_encoder(std::int32_t counts) {
-  impl_->world->with_device([&](auto& device) { device.jump_encoder(counts); });
-}
-
-void Emulator::skip_ticks(std::uint32_t count) {
-  impl_->world->with_device([&](auto& device) { device.skip_ticks(count); });
-}
-
-void Emulator::set_link_faults(const LinkFaults& faults) {
-  impl_->world->with_device([&](auto& device) {
-    checked([&] {
-      device.set_link_faults({.drop_output = faults.drop_output,
-                              .corrupt_output = faults.corrupt_output,
-                              .drop_input = faults.drop_input,
-                              .corrupt_input = faults.corrupt_input});
+  void set_hand(const Hand& hand) override {
+    world_->with_device([&](emulator::EmulatedDevice& device) {
+      checked([&] { device.set_hand(emulator::take_hold(hand, device.next_tick_ns())); });
     });
-  });
-}
+  }
 
-void Emulator::cut_power_in_next_save(std::uint32_t after_bytes) {
-  impl_->world->with_device([&](auto& device) { device.cut_power_in_next_save(after_bytes); });
-}
+  double time_s() const override {
+    return 1e-9 * static_cast<double>(world_->with_device(
+                      [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
+  }
 
-ActuatorConfig matching_config(const PlantParams& plant) {
-  ActuatorConfig config;
-  config.motor_torque_max_nm = plant.motor_limit_nm;
-  config.brake_torque_max_nm = plant.brake_limit_nm;
-  config.brake_torque_min_nm = std::min(config.brake_torque_min_nm, plant.brake_limit_nm);
-  config.brake_drag_nm = plant.brake_drag_nm;
-  config.brake_time_constant_s = plant.brake_time_constant_s;
-  config.spring_stiffness_nm_per_rad = plant.shaft_stiffness_nm_per_rad;
-  config.counts_per_rev = plant.counts_per_rev;
-  config.knob_inertia_kg_m2 = plant.knob_inertia_kg_m2;
-  config.knob_coulomb_nm = plant.knob_coulomb_nm;
-  config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
-  config.motor_time_constant_s = plant.motor_time_constant_s;
-  return config;
+  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
+
+  std::vector<TruthSample> truth() override {
+    if (!world_->logs_truth()) {
+      throw Error(
+          "this emulated knob keeps no log of the truth: open it with log_truth set in its "
+          "EmulatorOptions");
+    }
+    const std::vector<emulator::TruthSample> log =
+        world_->with_device([](emulator::EmulatedDevice& device) { return device.take_truth(); });
+    std::vector<TruthSample> truth;
+    truth.reserve(log.size());
+    for (const emulator::TruthSample& sample : log) {
+      truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
+                       .angle_rad = sample.angle_rad,
+                       .brake_angle_rad = sample.brake_angle_rad,
+                       .speed_rad_s = sample.speed_rad_s,
+                       .spring_torque_nm = sample.torque.spring_torque_nm,
+                       .brake_torque_nm = sample.torque.brake_torque_nm,
+                       .brake_capacity_nm = sample.torque.brake_capacity_nm,
+                       .motor_torque_nm = sample.torque.motor_torque_nm,
+                       .hand_torque_nm = sample.torque.hand_torque_nm});
+    }
+    return truth;
+  }
+
+  GamePort& game() override { return game_; }
+
+  void unplug() override {
+    world_->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
+    world_->notify();
+  }
+
+  void set_emergency_stop(bool pressed) override {
+    world_->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
+  }
+
+  void set_actuator_fault(bool present) override {
+    world_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+  }
+
+  void freeze_encoder(bool frozen) override {
+    world_->with_device([&](auto& device) { device.freeze_encoder(frozen); });
+  }
+
+  void jump_encoder(std::int32_t counts) override {
+    world_->with_device([&](auto& device) { device.jump_encoder(counts); });
+  }
+
+  void skip_ticks(std::uint32_t count) override {
+    world_->with_device([&](auto& device) { device.skip_ticks(count); });
+  }
+
+  void set_link_faults(const LinkFaults& faults) override {
+    world_->with_device([&](auto& device) {
+      checked([&] {
+        device.set_link_faults({.drop_output = faults.drop_output,
+                                .corrupt_output = faults.corrupt_output,
+                                .drop_input = faults.drop_input,
+                                .corrupt_input = faults.corrupt_input});
+      });
+    });
+  }
+
+  void cut_power_in_next_save(std::uint32_t after_bytes) override {
+    world_->with_device([&](auto& device) { device.cut_power_in_next_save(after_bytes); });
+  }
+
+ private:
+  std::shared_ptr<EmulatedWorld> world_;
+  Session& session_;
+  EmulatedGamePort game_;
+};
+
+}  // namespace
+
+bool has_emulator() noexcept { return true; }
+
+Connection open_emulated(const std::string& name, const EmulatorOptions& options) {
+  auto world = std::make_shared<EmulatedWorld>(name, options);
+  Connection connection;
+  connection.transport = std::make_unique<EmulatedTransport>(world);
+  connection.make_emulator = [world](Session& session) {
+    return std::make_unique<EmulatedWorldHandle>(world, session);
+  };
+  return connection;
 }
 
 }  // namespace torsio

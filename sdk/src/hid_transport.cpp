@@ -1,6 +1,6 @@
 #include "hid_transport.hpp"
 
-#include <hidapi/hidapi.h>
+#include <hidapi.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
@@ -24,8 +24,6 @@ extern "C" [[gnu::weak]] hid_device* hid_libusb_wrap_sys_device(std::intptr_t, i
 
 namespace torsio {
 namespace {
-
-using protocol::ReportBytes;
 
 constexpr const char* kUdevHint =
     "Torsio's udev rule is not in force; run `./dev udev` in its source tree, or copy "

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "transport.hpp"
+#include "torsio/transport.hpp"
 
 namespace torsio {
 

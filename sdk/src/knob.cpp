@@ -9,9 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "connection.hpp"
 #include "conversion/configuration.hpp"
-#include "emulated_transport.hpp"
-#include "knob_access.hpp"
 #include "known_boards.hpp"
 #include "protocol/registry.hpp"
 #include "scene_player.hpp"
@@ -76,7 +75,7 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
     if (!info.firmware_version.empty()) info.firmware_version += ".";
     info.firmware_version += std::to_string(part);
   }
-  info.transport = connection.world != nullptr ? "emulated" : "hid";
+  info.transport = connection.kind;
   info.protocol_version = identity.version;
   info.fingerprint = identity.fingerprint;
   info.axes = identity.axes;
@@ -118,7 +117,7 @@ class Knob::Impl {
         command_timeout_ns_(session_options(options).command_timeout_ns),
         session(std::move(connection.transport), session_options(options)),
         player(session) {
-    if (connection.world != nullptr) emulator = make_emulator(connection.world, session);
+    if (connection.make_emulator) emulator = connection.make_emulator(session);
     session.set_identity(identity_);
     session.note(session.get<protocol::Health>());
     note(session.get<protocol::ControlConfig>());
@@ -239,11 +238,8 @@ class Knob::Impl {
   std::unique_ptr<Emulator> emulator;
 };
 
-Knob KnobAccess::open(Connection connection, const OpenOptions& options) {
-  return Knob(std::make_unique<Knob::Impl>(std::move(connection), options));
-}
-
-Knob::Knob(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Knob::Knob(Connection connection, const OpenOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(connection), options)) {}
 Knob::Knob(Knob&&) noexcept = default;
 
 Knob& Knob::operator=(Knob&& other) noexcept {

@@ -157,7 +157,7 @@ void Session::take_in_virtual() {
   try {
     protocol::ReportBytes report;
     while (transport_->read(report, 0ns)) dispatch(report);
-  } catch (const Disconnected& error) {
+  } catch (const std::exception& error) {
     lose(error.what());
   }
 }
@@ -326,7 +326,7 @@ void Session::read_loop() {
       }
       // Without the lock, which those who are woken want at once.
       if (got) news_.notify_all();
-    } catch (const Disconnected& error) {
+    } catch (const std::exception& error) {
       const std::lock_guard lock(mutex_);
       lose(error.what());
       return;

@@ -22,7 +22,7 @@
 #include "sample_ring.hpp"
 #include "telemetry_decoder.hpp"
 #include "torsio/telemetry.hpp"
-#include "transport.hpp"
+#include "torsio/transport.hpp"
 
 namespace torsio {
 

@@ -1,6 +1,6 @@
 // Round trips with nothing between the program and hidapi: prints the seconds of each, one a line.
 // bench_usb.py compares the SDK with this.
-#include <hidapi/hidapi.h>
+#include <hidapi.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

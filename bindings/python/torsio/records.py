@@ -58,7 +58,7 @@ class DeviceInfo:
     firmware_version
         "major.minor.patch".
     transport
-        "hid", "emulated", or what a transport of your own calls itself.
+        "hid", "emulated" or "own", a transport that the program brings.
     fingerprint
         Of the report layouts, the same as the library's.
     effects

@@ -32,7 +32,7 @@ DEVICE_INFO = Structure(
         text("product"),
         text("board", '"pico2", "emulated", ...'),
         text("firmware_version", '"major.minor.patch"'),
-        text("transport", '"hid", "emulated", or what a transport of your own calls itself'),
+        text("transport", '"hid", "emulated" or "own", a transport that the program brings'),
         told("protocol_version", "std::uint16_t"),
         told("fingerprint", "std::uint32_t", "of the report layouts, the same as the library's"),
         told("axes", "int"),

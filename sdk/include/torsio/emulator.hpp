@@ -4,19 +4,19 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "torsio/config.hpp"
+#include "torsio/export.hpp"
 #include "torsio/plant.hpp"
 
 namespace torsio {
 
 /// The device configuration that describes `plant`: a device that was calibrated perfectly.
-[[nodiscard]] ActuatorConfig matching_config(const PlantParams& plant);
+[[nodiscard]] TORSIO_EXPORT ActuatorConfig matching_config(const PlantParams& plant);
 
 struct EmulatorOptions {
   std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
@@ -43,74 +43,71 @@ struct LinkFaults {
   double corrupt_input = 0.0;
 };
 
-class Emulator;
-
 /// The game interface of an emulated knob, for the tests of those who talk to it: reports as bytes,
 /// each beginning with its id; docs/games.md has them all. They take effect at the next control
 /// tick. Lives as long as its Emulator.
-class GamePort {
+class TORSIO_EXPORT GamePort {
  public:
+  GamePort(const GamePort&) = delete;
+  GamePort& operator=(const GamePort&) = delete;
+  virtual ~GamePort() = default;
+
   /// An output report. What does not fit is ignored, as on the bus.
-  void write(std::span<const std::uint8_t> report);
+  virtual void write(std::span<const std::uint8_t> report) = 0;
   /// The next input report; empty if there is nothing new.
-  [[nodiscard]] std::vector<std::uint8_t> read();
+  [[nodiscard]] virtual std::vector<std::uint8_t> read() = 0;
   /// @returns false if the device stalls the request
-  [[nodiscard]] bool set_feature(std::span<const std::uint8_t> report);
+  [[nodiscard]] virtual bool set_feature(std::span<const std::uint8_t> report) = 0;
   /// A feature report; empty if the device stalls the request.
-  [[nodiscard]] std::vector<std::uint8_t> get_feature(std::uint8_t report_id);
+  [[nodiscard]] virtual std::vector<std::uint8_t> get_feature(std::uint8_t report_id) = 0;
   /// Presses exactly these buttons of the game controller, bit 0 the first.
-  void set_buttons(std::uint8_t pressed);
+  virtual void set_buttons(std::uint8_t pressed) = 0;
 
- private:
-  friend class Emulator;
-  explicit GamePort(Emulator& emulator) : emulator_(&emulator) {}
-
-  Emulator* emulator_;
+ protected:
+  GamePort() = default;
 };
 
 /// The world round an emulated knob. Belongs to the Knob and lives as long as it does; may be used
 /// from any thread. After close() its calls throw Closed.
-class Emulator {
+class TORSIO_EXPORT Emulator {
  public:
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+  virtual ~Emulator() = default;
+
   /// The hand takes over at the next control tick, which is time 0 of its profiles.
   /// @throws InvalidArgument that names the field; the old hand then stays
-  void set_hand(const Hand& hand);
+  virtual void set_hand(const Hand& hand) = 0;
 
   /// Device time.
-  [[nodiscard]] double time_s() const;
+  [[nodiscard]] virtual double time_s() const = 0;
 
   /// Lets time pass, like Knob::sleep().
-  void advance(double duration_s);
+  virtual void advance(double duration_s) = 0;
 
   /// What no sensor sees, one sample a control tick since the last call, which takes them.
   /// @throws Error unless opened with EmulatorOptions::log_truth
-  [[nodiscard]] std::vector<TruthSample> truth();
+  [[nodiscard]] virtual std::vector<TruthSample> truth() = 0;
 
   /// The game interface, as a game's driver sees it.
-  [[nodiscard]] GamePort game() { return GamePort(*this); }
+  [[nodiscard]] virtual GamePort& game() = 0;
 
   /// Pulls the plug. As with hardware the knob must be opened again.
-  void unplug();
+  virtual void unplug() = 0;
 
   // Faults of the device's world.
-  void set_emergency_stop(bool pressed);
-  void set_actuator_fault(bool present);
-  void freeze_encoder(bool frozen);        ///< the counter stands still
-  void jump_encoder(std::int32_t counts);  ///< the counter is wrong from now on
-  void skip_ticks(std::uint32_t count);    ///< the control loop comes that many ticks late
-  void set_link_faults(const LinkFaults& faults);
+  virtual void set_emergency_stop(bool pressed) = 0;
+  virtual void set_actuator_fault(bool present) = 0;
+  virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
+  virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
+  virtual void skip_ticks(
+      std::uint32_t count) = 0;  ///< the control loop comes that many ticks late
+  virtual void set_link_faults(const LinkFaults& faults) = 0;
   /// The next save loses power after so many bytes of its slot: the device vanishes.
-  void cut_power_in_next_save(std::uint32_t after_bytes);
+  virtual void cut_power_in_next_save(std::uint32_t after_bytes) = 0;
 
-  struct Impl;
-  explicit Emulator(std::unique_ptr<Impl> impl);
-  ~Emulator();
-  Emulator(const Emulator&) = delete;
-  Emulator& operator=(const Emulator&) = delete;
-
- private:
-  friend class GamePort;
-  std::unique_ptr<Impl> impl_;
+ protected:
+  Emulator() = default;
 };
 
 }  // namespace torsio

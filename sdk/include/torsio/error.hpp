@@ -6,46 +6,48 @@
 #include <string>
 #include <utility>
 
+#include "torsio/export.hpp"
+
 namespace torsio {
 
 /// Base of everything that the library throws on purpose.
-class Error : public std::runtime_error {
+class TORSIO_EXPORT Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
 /// A value that the device would refuse. Nothing was sent; what plays goes on.
-class InvalidArgument : public Error {
+class TORSIO_EXPORT InvalidArgument : public Error {
  public:
   using Error::Error;
 };
 
 /// There is no such device, or no device, or more than one to choose from.
-class DeviceNotFound : public Error {
+class TORSIO_EXPORT DeviceNotFound : public Error {
  public:
   using Error::Error;
 };
 
 /// The device is there, but this user may not open it.
-class PermissionDenied : public Error {
+class TORSIO_EXPORT PermissionDenied : public Error {
  public:
   using Error::Error;
 };
 
 /// Somebody, maybe this very program, has opened the device already.
-class DeviceBusy : public Error {
+class TORSIO_EXPORT DeviceBusy : public Error {
  public:
   using Error::Error;
 };
 
 /// Firmware and library were built from different report layouts.
-class ProtocolMismatch : public Error {
+class TORSIO_EXPORT ProtocolMismatch : public Error {
  public:
   using Error::Error;
 };
 
 /// The device said no. What plays goes on.
-class Refused : public Error {
+class TORSIO_EXPORT Refused : public Error {
  public:
   Refused(const std::string& message, std::string status, std::string report, std::string field)
       : Error(message),
@@ -67,25 +69,25 @@ class Refused : public Error {
 };
 
 /// The device did not answer in time.
-class Timeout : public Error {
+class TORSIO_EXPORT Timeout : public Error {
  public:
   using Error::Error;
 };
 
 /// The device was unplugged or lost its power. Open it again once it is back.
-class Disconnected : public Error {
+class TORSIO_EXPORT Disconnected : public Error {
  public:
   using Error::Error;
 };
 
 /// The knob was closed, or moved from.
-class Closed : public Error {
+class TORSIO_EXPORT Closed : public Error {
  public:
   using Error::Error;
 };
 
 /// `OpenOptions::interrupted` said so.
-class Interrupted : public Error {
+class TORSIO_EXPORT Interrupted : public Error {
  public:
   using Error::Error;
 };

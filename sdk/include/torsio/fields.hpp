@@ -391,7 +391,7 @@ struct Fields<DeviceInfo> {
       field("firmware_version", &DeviceInfo::firmware_version, "", -kNoLimit, kNoLimit,
             "\"major.minor.patch\""),
       field("transport", &DeviceInfo::transport, "", -kNoLimit, kNoLimit,
-            "\"hid\", \"emulated\", or what a transport of your own calls itself"),
+            "\"hid\", \"emulated\" or \"own\", a transport that the program brings"),
       field("protocol_version", &DeviceInfo::protocol_version, "", -kNoLimit, kNoLimit, ""),
       field("fingerprint", &DeviceInfo::fingerprint, "", -kNoLimit, kNoLimit,
             "of the report layouts, the same as the library's"),

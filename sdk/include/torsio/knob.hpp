@@ -14,13 +14,17 @@
 #include "torsio/config.hpp"
 #include "torsio/emulator.hpp"
 #include "torsio/error.hpp"
+#include "torsio/export.hpp"
 #include "torsio/scene.hpp"
 #include "torsio/telemetry.hpp"
+#include "torsio/transport.hpp"
 
 namespace torsio {
 
-/// All knobs that are plugged in, and the emulated one, which is always last.
-[[nodiscard]] std::vector<ListedDevice> list_devices();
+struct Connection;
+
+/// All knobs that are plugged in, and the emulated one, which is always last, if this build has it.
+[[nodiscard]] TORSIO_EXPORT std::vector<ListedDevice> list_devices();
 
 struct OpenOptions {
   /// What an emulated knob is like. With a selector that means real hardware they are an error.
@@ -34,6 +38,13 @@ struct OpenOptions {
   std::function<bool()> interrupted{};
 };
 
+/// Opens a device as Knob::open() does, but asks it nothing: for a transport of one's own that adds
+/// to it.
+/// @param options of these only `emulator`
+/// @throws DeviceNotFound, PermissionDenied, DeviceBusy, InvalidArgument
+[[nodiscard]] TORSIO_EXPORT std::unique_ptr<Transport> open_transport(
+    std::string_view selector = {}, const OpenOptions& options = {});
+
 /// An open knob. Movable, not copyable.
 ///
 /// Every member may be called from any thread, except that nobody else may be in a call while the
@@ -44,7 +55,7 @@ struct OpenOptions {
 ///
 /// Time-outs and durations count in the device's time: the wall clock, or the virtual clock of an
 /// emulated device that is not paced.
-class Knob {
+class TORSIO_EXPORT Knob {
  public:
   /// Opens a device. It is as it was left: call state() to see whether it is armed.
   /// @param selector path, serial number, "emulated", "emulated:NAME", or empty for the only real
@@ -52,6 +63,13 @@ class Knob {
   /// @throws DeviceNotFound, PermissionDenied, DeviceBusy, ProtocolMismatch; InvalidArgument, also
   ///         for emulator options if the selector means no emulated knob
   [[nodiscard]] static Knob open(std::string_view selector = {}, const OpenOptions& options = {});
+
+  /// Makes a knob of a device that is reached in the user's own way. Its DeviceInfo has no path and
+  /// no product, and there is no emulator().
+  /// @throws InvalidArgument if there is no transport, or for emulator options; ProtocolMismatch,
+  ///         Error, and what the transport throws
+  [[nodiscard]] static Knob open(std::unique_ptr<Transport> transport,
+                                 const OpenOptions& options = {});
 
   Knob(Knob&&) noexcept;
   Knob& operator=(Knob&&) noexcept;
@@ -167,9 +185,8 @@ class Knob {
   [[nodiscard]] Emulator& emulator() const;
 
  private:
-  friend struct KnobAccess;
   class Impl;
-  explicit Knob(std::unique_ptr<Impl> impl);
+  Knob(Connection connection, const OpenOptions& options);
   Impl& impl() const;
 
   std::unique_ptr<Impl> impl_;

@@ -67,7 +67,7 @@ struct DeviceInfo {
   std::string product{};
   std::string board{};             ///< "pico2", "emulated", ...
   std::string firmware_version{};  ///< "major.minor.patch"
-  std::string transport{};  ///< "hid", "emulated", or what a transport of your own calls itself
+  std::string transport{};  ///< "hid", "emulated" or "own", a transport that the program brings
   std::uint16_t protocol_version = 0;
   std::uint32_t fingerprint = 0;  ///< of the report layouts, the same as the library's
   int axes = 0;

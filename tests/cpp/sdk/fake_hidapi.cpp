@@ -1,6 +1,6 @@
 #include "sdk/fake_hidapi.hpp"
 
-#include <hidapi/hidapi.h>
+#include <hidapi.h>
 
 #include <algorithm>
 #include <chrono>

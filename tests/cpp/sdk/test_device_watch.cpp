@@ -19,7 +19,7 @@
 #include "sdk/errors.hpp"
 #include "sdk/fake_hidapi.hpp"
 #include "temporary_directory.hpp"
-#include "torsio/watch.hpp"
+#include "torsio/hotplug.hpp"
 
 using namespace torsio;
 using namespace std::chrono_literals;

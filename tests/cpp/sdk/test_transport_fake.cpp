@@ -7,14 +7,13 @@
 #include <string>
 #include <utility>
 
-#include "knob_access.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
 #include "sdk/errors.hpp"
 #include "torsio/knob.hpp"
+#include "torsio/transport.hpp"
 
 using namespace torsio;
-using protocol::ReportBytes;
 using test::contains;
 using test::message_of;
 
@@ -109,8 +108,7 @@ class FakeTransport final : public Transport {
 };
 
 Knob open(const std::shared_ptr<Script>& script) {
-  return KnobAccess::open({std::make_unique<FakeTransport>(script), nullptr, "fake", "Fake knob"},
-                          {});
+  return Knob::open(std::make_unique<FakeTransport>(script));
 }
 
 }  // namespace

@@ -13,9 +13,9 @@
 #include <thread>
 #include <utility>
 
-#include "config_encoding.hpp"
+#include "conversion/configuration.hpp"
+#include "conversion/field_check.hpp"
 #include "emulated_transport.hpp"
-#include "field_check.hpp"
 #include "hid_transport.hpp"
 #include "session.hpp"
 #include "torsio/error.hpp"
@@ -93,8 +93,6 @@ void set_hand_of(const VirtualKnob& knob, const Hand& hand) {
   knob.say("script " + path);
 }
 
-}  // namespace
-
 class EmulatedWorld {
  public:
   EmulatedWorld(const std::string& name, const EmulatorOptions& options)
@@ -119,54 +117,60 @@ class EmulatedWorld {
   bool plugged_ = true;
 };
 
-EmulatedConnection open_emulated(const std::string& name, const EmulatorOptions& options) {
+class EmulatedWorldHandle final : public Emulator {
+ public:
+  EmulatedWorldHandle(std::shared_ptr<EmulatedWorld> world, Session& session)
+      : world_(std::move(world)), session_(session) {}
+
+  void set_hand(const Hand& hand) override { set_hand_of(world_->knob(), hand); }
+
+  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
+
+  void unplug() override {
+    world_->unplug();
+    // The kernel has let go; the thread that reads has yet to hear of it.
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+
+  void set_emergency_stop(bool pressed) override {
+    world_->knob().say(pressed ? "emergency_stop pressed" : "emergency_stop released");
+  }
+
+  double time_s() const override { only_in_process("time_s"); }
+  std::vector<TruthSample> truth() override { only_in_process("truth"); }
+  void set_actuator_fault(bool) override { only_in_process("set_actuator_fault"); }
+  void freeze_encoder(bool) override { only_in_process("freeze_encoder"); }
+  void jump_encoder(std::int32_t) override { only_in_process("jump_encoder"); }
+  void skip_ticks(std::uint32_t) override { only_in_process("skip_ticks"); }
+  void set_link_faults(const LinkFaults&) override { only_in_process("set_link_faults"); }
+  void cut_power_in_next_save(std::uint32_t) override { only_in_process("cut_power_in_next_save"); }
+
+  // The games' interface is the kernel's here.
+  GamePort& game() override { only_in_process("game"); }
+
+ private:
+  std::shared_ptr<EmulatedWorld> world_;
+  Session& session_;
+};
+
+}  // namespace
+
+bool has_emulator() noexcept { return true; }
+
+Connection open_emulated(const std::string& name, const EmulatorOptions& options) {
   auto world = std::make_shared<EmulatedWorld>(name, options);
   auto transport = open_hid(path_of(world->knob().bus_id()));
   const auto set = [&](const protocol::ReportBytes& report) {
     if (!transport->set_feature(report)) throw std::runtime_error("a configuration is refused");
   };
-  if (options.actuator) set(protocol::encode(to_wire(*options.actuator)));
-  if (options.control) set(protocol::encode(to_wire(*options.control)));
-  return {std::move(world), std::move(transport)};
+  if (options.actuator) set(protocol::encode(conversion::to_wire(*options.actuator)));
+  if (options.control) set(protocol::encode(conversion::to_wire(*options.control)));
+  Connection connection;
+  connection.transport = std::move(transport);
+  connection.make_emulator = [world](Session& session) {
+    return std::make_unique<EmulatedWorldHandle>(world, session);
+  };
+  return connection;
 }
-
-struct Emulator::Impl {
-  std::shared_ptr<EmulatedWorld> world;
-  Session& session;
-};
-
-std::unique_ptr<Emulator> make_emulator(std::shared_ptr<EmulatedWorld> world, Session& session) {
-  return std::make_unique<Emulator>(
-      std::unique_ptr<Emulator::Impl>(new Emulator::Impl{std::move(world), session}));
-}
-
-Emulator::Emulator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Emulator::~Emulator() = default;
-
-void Emulator::set_hand(const Hand& hand) { set_hand_of(impl_->world->knob(), hand); }
-
-void Emulator::advance(double duration_s) {
-  impl_->session.sleep(whole_ns("duration_s", duration_s));
-}
-
-void Emulator::unplug() {
-  impl_->world->unplug();
-  // The kernel has let go; the thread that reads has yet to hear of it.
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
-}
-
-void Emulator::set_emergency_stop(bool pressed) {
-  impl_->world->knob().say(pressed ? "emergency_stop pressed" : "emergency_stop released");
-}
-
-double Emulator::time_s() const { only_in_process("time_s"); }
-std::vector<TruthSample> Emulator::truth() { only_in_process("truth"); }
-void Emulator::set_actuator_fault(bool) { only_in_process("set_actuator_fault"); }
-void Emulator::freeze_encoder(bool) { only_in_process("freeze_encoder"); }
-void Emulator::jump_encoder(std::int32_t) { only_in_process("jump_encoder"); }
-void Emulator::skip_ticks(std::uint32_t) { only_in_process("skip_ticks"); }
-void Emulator::set_link_faults(const LinkFaults&) { only_in_process("set_link_faults"); }
-void Emulator::cut_power_in_next_save(std::uint32_t) { only_in_process("cut_power_in_next_save"); }
-ActuatorConfig matching_config(const PlantParams&) { return {}; }
 
 }  // namespace torsio

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "torsio/hotplug.hpp"
 #include "torsio/knob.hpp"
-#include "torsio/watch.hpp"
 #include "virtual_knob.hpp"
 
 namespace {

@@ -1,5 +1,5 @@
 /// @file
-/// Knobs that come and go.
+/// Notices of knobs that are plugged in or pulled out.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "torsio/export.hpp"
 #include "torsio/knob.hpp"
 
 namespace torsio {
@@ -38,7 +39,7 @@ struct WatchOptions {
 /// goes.
 ///
 /// Every member may be called from any thread.
-class DeviceWatch {
+class TORSIO_EXPORT DeviceWatch {
  public:
   using Callback = std::function<void(const DeviceEvent&)>;
 

@@ -1,6 +1,6 @@
 // torsio._torsio.DeviceWatch: the SDK's watch for knobs that come and go. The package makes an
 // iterator and a callback of it.
-#include "torsio/watch.hpp"
+#include "torsio/hotplug.hpp"
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>

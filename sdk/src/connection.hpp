@@ -1,0 +1,26 @@
+/// @file
+/// What a knob is made of: the way to a device, and what is known of it beforehand.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "torsio/emulator.hpp"
+#include "torsio/transport.hpp"
+
+namespace torsio {
+
+class Session;
+
+struct Connection {
+  std::unique_ptr<Transport> transport;
+  std::string kind;  ///< DeviceInfo::transport
+  std::string path;
+  std::string product;
+  /// Makes the user's handle on the world round an emulated device; empty for other devices. The
+  /// session must outlive it.
+  std::function<std::unique_ptr<Emulator>(Session&)> make_emulator{};
+};
+
+}  // namespace torsio

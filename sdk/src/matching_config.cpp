@@ -1,0 +1,23 @@
+#include <algorithm>
+
+#include "torsio/emulator.hpp"
+
+namespace torsio {
+
+ActuatorConfig matching_config(const PlantParams& plant) {
+  ActuatorConfig config;
+  config.motor_torque_max_nm = plant.motor_limit_nm;
+  config.brake_torque_max_nm = plant.brake_limit_nm;
+  config.brake_torque_min_nm = std::min(config.brake_torque_min_nm, plant.brake_limit_nm);
+  config.brake_drag_nm = plant.brake_drag_nm;
+  config.brake_time_constant_s = plant.brake_time_constant_s;
+  config.spring_stiffness_nm_per_rad = plant.shaft_stiffness_nm_per_rad;
+  config.counts_per_rev = plant.counts_per_rev;
+  config.knob_inertia_kg_m2 = plant.knob_inertia_kg_m2;
+  config.knob_coulomb_nm = plant.knob_coulomb_nm;
+  config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
+  config.motor_time_constant_s = plant.motor_time_constant_s;
+  return config;
+}
+
+}  // namespace torsio

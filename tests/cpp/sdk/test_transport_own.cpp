@@ -1,0 +1,275 @@
+// A transport of the user's own: what it must do, and what the SDK makes of what it does.
+#include <doctest/doctest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "sdk/errors.hpp"
+#include "torsio/knob.hpp"
+#include "torsio/transport.hpp"
+
+using namespace torsio;
+using test::contains;
+using test::message_of;
+
+namespace {
+
+/// Passes everything on to another transport.
+class Wrapper : public Transport {
+ public:
+  explicit Wrapper(std::unique_ptr<Transport> inner) : inner_(std::move(inner)) {}
+  void close() noexcept override { inner_->close(); }
+  bool write(const ReportBytes& report) override { return inner_->write(report); }
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    return inner_->read(report, timeout);
+  }
+  bool get_feature(std::uint8_t id, ReportBytes& report) override {
+    return inner_->get_feature(id, report);
+  }
+  bool set_feature(const ReportBytes& report) override { return inner_->set_feature(report); }
+  bool time_is_virtual() const override { return inner_->time_is_virtual(); }
+  std::int64_t now_ns() const override { return inner_->now_ns(); }
+  void advance_to(std::int64_t time_ns) override { inner_->advance_to(time_ns); }
+
+ private:
+  std::unique_ptr<Transport> inner_;
+};
+
+class Recorder final : public Wrapper {
+ public:
+  Recorder(std::unique_ptr<Transport> inner, std::vector<ReportBytes>& sent)
+      : Wrapper(std::move(inner)), sent_(sent) {}
+  bool write(const ReportBytes& report) override {
+    sent_.push_back(report);
+    return Wrapper::write(report);
+  }
+
+ private:
+  std::vector<ReportBytes>& sent_;
+};
+
+/// Fails in its own way, once it is told to.
+class Failing final : public Wrapper {
+ public:
+  Failing(std::unique_ptr<Transport> inner, const std::atomic<bool>& fails)
+      : Wrapper(std::move(inner)), fails_(fails) {}
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    if (fails_) throw std::runtime_error("the carrier pigeon is lost");
+    return Wrapper::read(report, timeout);
+  }
+
+ private:
+  const std::atomic<bool>& fails_;
+};
+
+// A wire: two sockets, one for questions with their answers, one for what the device sends. Each
+// message has one size: what is asked, or whether it went well, and a report.
+struct Message {
+  std::uint8_t what = 0;
+  ReportBytes report{};
+};
+static_assert(sizeof(Message) == 65);
+enum What : std::uint8_t { kWrite, kGetFeature, kSetFeature };
+
+void send(int socket, const Message& message) {
+  (void)::send(socket, &message, sizeof message, MSG_NOSIGNAL);
+}
+
+bool receive(int socket, Message& message, int timeout_ms) {
+  pollfd ready{.fd = socket, .events = POLLIN, .revents = 0};
+  if (::poll(&ready, 1, timeout_ms) <= 0) return false;
+  if (::recv(socket, &message, sizeof message, MSG_WAITALL) == sizeof message) return true;
+  throw Disconnected("the wire is cut");
+}
+
+struct Wire {
+  std::array<int, 2> questions{};
+  std::array<int, 2> input{};
+  Wire() {
+    REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, questions.data()) == 0);
+    REQUIRE(::socketpair(AF_UNIX, SOCK_STREAM, 0, input.data()) == 0);
+  }
+  Wire(const Wire&) = delete;
+  Wire& operator=(const Wire&) = delete;
+  ~Wire() {
+    for (const int socket : {questions[0], questions[1], input[0], input[1]}) ::close(socket);
+  }
+  /// Both ends hear of it.
+  void cut() const {
+    ::shutdown(questions[0], SHUT_RDWR);
+    ::shutdown(input[0], SHUT_RDWR);
+  }
+};
+
+/// The far end: serves a paced emulated knob until the wire is cut.
+class Server {
+ public:
+  explicit Server(const Wire& wire) : wire_(wire) {
+    OpenOptions options;
+    options.emulator.emplace().paced = true;
+    device_ = open_transport("emulated", options);
+    thread_ = std::thread([this] { serve(); });
+  }
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+  ~Server() {
+    wire_.cut();
+    thread_.join();
+    device_->close();
+  }
+
+ private:
+  void serve() {
+    try {
+      while (true) {
+        Message message;
+        while (receive(wire_.questions[1], message, 0)) {
+          message.what = do_it(message);
+          send(wire_.questions[1], message);
+        }
+        if (device_->read(message.report, std::chrono::milliseconds(1))) {
+          send(wire_.input[1], message);
+        }
+      }
+    } catch (const Disconnected&) {  // NOLINT(bugprone-empty-catch): the end
+    }
+  }
+  bool do_it(Message& message) {
+    if (message.what == kWrite) return device_->write(message.report);
+    if (message.what == kSetFeature) return device_->set_feature(message.report);
+    return device_->get_feature(message.report[0], message.report);
+  }
+
+  const Wire& wire_;
+  std::unique_ptr<Transport> device_;
+  std::thread thread_;
+};
+
+/// The near end.
+class WireTransport final : public Transport {
+ public:
+  explicit WireTransport(const Wire& wire) : wire_(wire) {}
+  void close() noexcept override {}
+  bool write(const ReportBytes& report) override { return ask({kWrite, report}).what != 0; }
+  bool set_feature(const ReportBytes& report) override {
+    return ask({kSetFeature, report}).what != 0;
+  }
+  bool get_feature(std::uint8_t id, ReportBytes& report) override {
+    const Message answer = ask({kGetFeature, {id}});
+    report = answer.report;
+    return answer.what != 0;
+  }
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    Message message;
+    const auto timeout_ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
+    if (!receive(wire_.input[0], message, static_cast<int>(timeout_ms))) return false;
+    report = message.report;
+    return true;
+  }
+
+ private:
+  Message ask(const Message& question) {
+    const std::lock_guard lock(mutex_);
+    send(wire_.questions[0], question);
+    Message answer;
+    while (!receive(wire_.questions[0], answer, 1000)) {
+    }
+    return answer;
+  }
+
+  const Wire& wire_;
+  std::mutex mutex_;
+};
+
+OpenOptions pushed_knob() {
+  OpenOptions options;
+  options.emulator.emplace().hand = TorqueHand{{{0.0, 0.05}}};
+  return options;
+}
+
+std::vector<TelemetrySample> feel(Knob knob) {
+  knob.arm();
+  knob.play(Wall{.angle_rad = 0.1, .stiffness_nm_per_rad = 1.0});
+  return knob.record(0.3);
+}
+
+}  // namespace
+
+TEST_CASE("a knob over a transport that wraps another one plays just the same") {
+  std::vector<ReportBytes> sent;
+  auto inner = open_transport("emulated", pushed_knob());
+  const auto wrapped = feel(Knob::open(std::make_unique<Recorder>(std::move(inner), sent)));
+  const auto direct = feel(Knob::open("emulated", pushed_knob()));
+  REQUIRE(wrapped.size() == direct.size());
+  CHECK(wrapped.back().angle_rad > 0.1);
+  for (std::size_t i = 0; i < direct.size(); ++i) {
+    CHECK(wrapped[i].angle_rad == direct[i].angle_rad);
+  }
+  // docs/protocol.md: command (0x10) with arm (1), then the wall (0x20) somewhere behind it.
+  REQUIRE_FALSE(sent.empty());
+  CHECK(sent.front()[0] == 0x10);
+  CHECK(sent.front()[4] == 1);
+  CHECK(std::ranges::any_of(sent, [](const ReportBytes& report) { return report[0] == 0x20; }));
+}
+
+TEST_CASE("a knob over the user's transport says so, and knows no world and no path") {
+  const Knob knob = Knob::open(std::make_unique<Wrapper>(open_transport("emulated")));
+  CHECK_FALSE(knob.is_emulated());
+  CHECK_THROWS_AS((void)knob.emulator(), Error);
+  CHECK(knob.info().transport == "own");
+  CHECK(knob.info().path.empty());
+  CHECK(knob.info().board == "emulated");
+}
+
+TEST_CASE("no transport is an InvalidArgument") {
+  CHECK(
+      contains(message_of<InvalidArgument>([] { (void)Knob::open(std::unique_ptr<Transport>()); }),
+               "no transport"));
+}
+
+TEST_CASE("emulator options are not for a transport that is there already") {
+  const auto open = [] {
+    (void)Knob::open(std::make_unique<Wrapper>(open_transport("emulated")), pushed_knob());
+  };
+  CHECK(contains(message_of<InvalidArgument>(open), "open_transport()"));
+}
+
+TEST_CASE("a transport across a wire, in real time, carries commands and telemetry") {
+  const Wire wire;
+  const Server server(wire);
+  Knob knob = Knob::open(std::make_unique<WireTransport>(wire));
+  knob.arm();
+  knob.play(Wall{});
+  CHECK(knob.state() == State::armed);
+  CHECK(knob.record(0.1).size() == 100);
+  CHECK(knob.control_config().beta == ControlConfig{}.beta);
+  knob.configure(GameConfig{});
+  wire.cut();
+  CHECK(contains(message_of<Disconnected>([&] { knob.sleep(60.0); }), "the wire is cut"));
+  CHECK(knob.state() == State::disconnected);
+}
+
+TEST_CASE("whatever comes out of a transport's read, in real time or not, the user is told of") {
+  OpenOptions options;
+  SUBCASE("virtual time") { options.emulator.emplace().paced = false; }
+  SUBCASE("real time") { options.emulator.emplace().paced = true; }
+  std::atomic<bool> fails = false;
+  auto inner = open_transport("emulated", options);
+  Knob knob = Knob::open(std::make_unique<Failing>(std::move(inner), fails));
+  fails = true;
+  CHECK(contains(message_of<Disconnected>([&] { knob.sleep(60.0); }), "carrier pigeon"));
+  fails = false;
+}
