@@ -45,13 +45,13 @@ void ClosedLoop::run(std::uint64_t ticks, std::span<LoopRow> rows, std::uint32_t
 
 void ClosedLoop::spin_up(const SpinUp& spin_up) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0.0; };
-  require(positive(std::abs(spin_up.motor_torque_nm)),
-          "spin_up: motor_torque_nm must be finite and not 0");
+  require(positive(std::abs(spin_up.motor_command_nm)),
+          "spin_up: motor_command_nm must be finite and not 0");
   require(positive(spin_up.speed_rad_s), "spin_up: speed_rad_s must be finite and > 0");
   require(positive(spin_up.longest_s), "spin_up: longest_s must be finite and > 0");
-  const double direction = spin_up.motor_torque_nm > 0.0 ? 1.0 : -1.0;
+  const double direction = spin_up.motor_command_nm > 0.0 ? 1.0 : -1.0;
   const double end_ns = 1e9 * spin_up.longest_s + static_cast<double>(plant_.state().time_ns);
-  hold_command({.motor_torque_nm = spin_up.motor_torque_nm});
+  hold_command({.motor_command_nm = spin_up.motor_command_nm});
   while (direction * plant_.state().knob_speed_rad_s() < spin_up.speed_rad_s) {
     if (static_cast<double>(plant_.state().time_ns) > end_ns) {
       throw std::runtime_error("spin_up: the knob does not reach " +
@@ -82,12 +82,12 @@ void ClosedLoop::tick(LoopRow* row) {
   in.encoder_count = encoder_.sample(plant_.state().knob_angle);
   in.scene = held_ ? nullptr : &setup_.scene;
   const core::ControllerOutputs out = core::control(controller_, setup_.config.controller, in);
-  Command command{.motor_torque_nm = static_cast<double>(out.motor_torque_nm),
-                  .brake_torque_nm = static_cast<double>(out.brake_command_nm)};
+  Command command{.motor_command_nm = static_cast<double>(out.motor_command_nm),
+                  .brake_command_nm = static_cast<double>(out.brake_command_nm)};
   if (held_) {
     command = *held_;
-    controller_.limits.motor_torque_nm = static_cast<float>(command.motor_torque_nm);
-    controller_.brake_command_nm = static_cast<float>(command.brake_torque_nm);
+    controller_.limits.motor_command_nm = static_cast<float>(command.motor_command_nm);
+    controller_.brake_command_nm = static_cast<float>(command.brake_command_nm);
   }
   if (row != nullptr) {
     const PlantState& state = plant_.state();
@@ -106,10 +106,10 @@ void ClosedLoop::tick(LoopRow* row) {
             .position_counts = out.motion.position_counts,
             .estimated_speed_rad_s = out.motion.speed_rad_s,
             .desired_torque_nm = out.desired_torque_nm,
-            .motor_command_nm = static_cast<float>(command.motor_torque_nm),
-            .brake_command_nm = static_cast<float>(command.brake_torque_nm),
+            .motor_command_nm = static_cast<float>(command.motor_command_nm),
+            .brake_command_nm = static_cast<float>(command.brake_command_nm),
             .sensed_spring_torque_nm = out.spring_torque_nm,
-            .sensed_brake_torque_nm = out.brake_torque_nm,
+            .sensed_brake_capacity_nm = out.brake_capacity_nm,
             .knob_sticks = truth.knob_sticks,
             .brake_sticks = truth.brake_sticks,
             .motor_saturated = out.motor_saturated,

@@ -38,7 +38,7 @@ struct LoopRow {
   float motor_command_nm;
   float brake_command_nm;
   float sensed_spring_torque_nm;
-  float sensed_brake_torque_nm;  ///< what the brake is taken to hold, drag not included
+  float sensed_brake_capacity_nm;  ///< what the brake is taken to hold, drag not included
   bool knob_sticks;
   bool brake_sticks;
   bool motor_saturated;

@@ -22,9 +22,9 @@ using EffectReport = protocol::EffectReport;
 /// A first phase in which the law is held off: the motor's torque is prescribed and the brake off
 /// until the knob is fast enough. Where that happens becomes angle 0 and when it happens time 0.
 struct SpinUp {
-  double motor_torque_nm = 0.0;  ///< positive or negative, not 0
-  double speed_rad_s = 0.0;      ///< to be reached in that direction, > 0
-  double longest_s = 10.0;       ///< giving up after, > 0
+  double motor_command_nm = 0.0;  ///< positive or negative, not 0
+  double speed_rad_s = 0.0;       ///< to be reached in that direction, > 0
+  double longest_s = 10.0;        ///< giving up after, > 0
 };
 
 struct ClosedLoopOptions {
@@ -54,8 +54,8 @@ struct ReplayRow {
   std::int64_t position_counts;
   double speed_rad_s;
   double desired_torque_nm;
-  double motor_torque_nm;
-  double brake_torque_nm;   ///< commanded
+  double motor_command_nm;
+  double brake_command_nm;
   double spring_torque_nm;  ///< sensed
   bool numeric_error;
 };

@@ -144,8 +144,8 @@ void EmulatedDevice::run_control(std::uint32_t encoder_count) {
                                                  .actuator_fault = actuator_fault_,
                                                  .missed_ticks = std::exchange(ticks_missed_, 0)});
   plant_.set_command(out.enabled
-                         ? Command{.motor_torque_nm = static_cast<double>(out.motor_torque_nm),
-                                   .brake_torque_nm = static_cast<double>(out.brake_torque_nm)}
+                         ? Command{.motor_command_nm = static_cast<double>(out.motor_command_nm),
+                                   .brake_command_nm = static_cast<double>(out.brake_command_nm)}
                          : Command{});
 }
 

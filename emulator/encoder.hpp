@@ -2,9 +2,9 @@
 
 #include <cstdint>
 
+#include "emulator/plant/params.hpp"
 #include "emulator/plant/state.hpp"
 #include "emulator/random.hpp"
-#include "emulator/plant/params.hpp"
 
 namespace torsio::emulator {
 

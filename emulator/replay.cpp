@@ -91,8 +91,8 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
     rows[i] = {.position_counts = out.motion.position_counts,
                .speed_rad_s = out.motion.speed_rad_s,
                .desired_torque_nm = out.desired_torque_nm,
-               .motor_torque_nm = out.motor_torque_nm,
-               .brake_torque_nm = out.brake_command_nm,
+               .motor_command_nm = out.motor_command_nm,
+               .brake_command_nm = out.brake_command_nm,
                .spring_torque_nm = out.spring_torque_nm,
                .numeric_error = out.numeric_error};
   }

@@ -119,7 +119,15 @@ def test_import_check_finds_a_planted_violation(
 @pytest.mark.parametrize("line", ["from torsio import _torsio", "from tests.python import wire"])
 def test_linter_refuses_what_an_example_may_not_import(line: str) -> None:
     ruff = Path(sys.executable).parent / "ruff"
-    command = [str(ruff), "check", "--select", "TID251", "--stdin-filename", "examples/python/a.py", "-"]
+    command = [
+        str(ruff),
+        "check",
+        "--select",
+        "TID251",
+        "--stdin-filename",
+        "examples/python/a.py",
+        "-",
+    ]
     result = subprocess.run(
         command, cwd=check.TREE, input=line, capture_output=True, text=True, check=False
     )

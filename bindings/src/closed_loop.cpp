@@ -105,7 +105,7 @@ ClosedLoopOptions read_options(const py::object& source) {
   }
   if (const py::object given = from.get("spin_up"); !given.is_none()) {
     const Attributes spin_up(given);
-    options.spin_up = {.motor_torque_nm = spin_up.number("motor_torque_nm"),
+    options.spin_up = {.motor_command_nm = spin_up.number("motor_command_nm"),
                        .speed_rad_s = spin_up.number("speed_rad_s"),
                        .longest_s = spin_up.number("longest_s")};
   }
@@ -241,7 +241,7 @@ emulator::PlantState initial_state_from_python(const py::object& source) {
   state.speed_rad_s.fill(from.number("speed_rad_s"));
   state.twist_rad[0] = from.number("twist_rad");
   state.motor_torque_nm = from.number("motor_torque_nm");
-  state.brake_capacity_nm = from.number("brake_torque_nm");
+  state.brake_capacity_nm = from.number("brake_capacity_nm");
   state.brake_target_nm = state.brake_capacity_nm;
   return state;
 }
@@ -251,7 +251,7 @@ void bind_closed_loop(py::module_& module) {
                        spring_torque_nm, motor_torque_nm, brake_torque_nm, brake_capacity_nm,
                        hand_torque_nm, knob_friction_torque_nm, position_counts,
                        estimated_speed_rad_s, desired_torque_nm, motor_command_nm, brake_command_nm,
-                       sensed_spring_torque_nm, sensed_brake_torque_nm, knob_sticks, brake_sticks,
+                       sensed_spring_torque_nm, sensed_brake_capacity_nm, knob_sticks, brake_sticks,
                        motor_saturated, brake_saturated, numeric_error);
   module.attr("LOOP_DTYPE") = py::dtype::of<LoopRow>();
   py::class_<emulator::ClosedLoop>(module, "ClosedLoop", "See torsio.closed_loop.")
@@ -273,10 +273,10 @@ void bind_closed_loop(py::module_& module) {
           arg("ticks"), arg("every"))
       .def(
           "hold_command",
-          [](emulator::ClosedLoop& loop, double motor_torque_nm, double brake_torque_nm) {
-            loop.hold_command({motor_torque_nm, brake_torque_nm});
+          [](emulator::ClosedLoop& loop, double motor_command_nm, double brake_command_nm) {
+            loop.hold_command({motor_command_nm, brake_command_nm});
           },
-          arg("motor_torque_nm"), arg("brake_torque_nm"))
+          arg("motor_command_nm"), arg("brake_command_nm"))
       .def("release_command", &emulator::ClosedLoop::release_command)
       .def(
           "set_hand",
@@ -284,8 +284,8 @@ void bind_closed_loop(py::module_& module) {
             loop.set_hand(emulator_hand(hand));
           },
           arg("hand"));
-  PYBIND11_NUMPY_DTYPE(ReplayRow, position_counts, speed_rad_s, desired_torque_nm, motor_torque_nm,
-                       brake_torque_nm, spring_torque_nm, numeric_error);
+  PYBIND11_NUMPY_DTYPE(ReplayRow, position_counts, speed_rad_s, desired_torque_nm, motor_command_nm,
+                       brake_command_nm, spring_torque_nm, numeric_error);
   module.attr("REPLAY_DTYPE") = py::dtype::of<ReplayRow>();
   module.def("replay", &replay, arg("options"), arg("counts"));
   module.def("loop_reports", &loop_reports, arg("options"));

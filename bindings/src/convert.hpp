@@ -74,8 +74,9 @@ template <Listed T>
 T from_python(const pybind11::handle& source) {
   T made{};
   const Attributes from(source);
-  std::apply([&](const auto&... field) { (read(from, field.name.data(), made.*field.member), ...); },
-             Fields<T>::list);
+  std::apply(
+      [&](const auto&... field) { (read(from, field.name.data(), made.*field.member), ...); },
+      Fields<T>::list);
   return made;
 }
 

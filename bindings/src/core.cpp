@@ -108,8 +108,8 @@ py::tuple partition_record(const core::PartitionParams& params, const Floats& de
     const py::gil_scoped_release release;
     for (py::ssize_t i = 0; i < size; ++i) {
       const core::Shares shares = core::partition(params, desired[i], spring[i]);
-      motor[i] = shares.motor_torque_nm;
-      brake[i] = shares.brake_torque_nm;
+      motor[i] = shares.motor_command_nm;
+      brake[i] = shares.brake_command_nm;
     }
   }
   return py::make_tuple(motor_nm, brake_nm);
@@ -158,9 +158,9 @@ void bind_brake_model(py::module_& module) {
       .def_readonly("floor_nm", &core::BrakeParams::floor_nm)
       .def_readonly("drag_nm", &core::BrakeParams::drag_nm);
   py::class_<core::BrakeState>(module, "BrakeState")
-      .def(py::init([](float torque_nm) { return core::BrakeState{torque_nm}; }), py::kw_only(),
-           arg("torque_nm") = 0.0F)
-      .def_readwrite("torque_nm", &core::BrakeState::torque_nm);
+      .def(py::init([](float capacity_nm) { return core::BrakeState{capacity_nm}; }), py::kw_only(),
+           arg("capacity_nm") = 0.0F)
+      .def_readwrite("capacity_nm", &core::BrakeState::capacity_nm);
   module.def("model_brake", &core::model_brake, arg("state"), arg("params"), arg("held_command_nm"),
              "One tick: what the brake can hold now, N m.");
   module.def("model_brake_record", &model_brake_record, arg("state"), arg("params"),
@@ -195,16 +195,15 @@ void bind_partition(py::module_& module) {
            arg("motor_torque_max_nm") = 85e-3F, arg("brake_torque_max_nm") = 110e-3F)
       .def_property_readonly("law",
                              [](const core::PartitionParams& params) {
-                               return std::string(
-                                   protocol::Enumerators<protocol::Law>::names.at(
-                                       static_cast<std::size_t>(params.law)));
+                               return std::string(protocol::Enumerators<protocol::Law>::names.at(
+                                   static_cast<std::size_t>(params.law)));
                              })
       .def_readonly("beta", &core::PartitionParams::beta)
       .def_readonly("motor_torque_max_nm", &core::PartitionParams::motor_torque_max_nm)
       .def_readonly("brake_torque_max_nm", &core::PartitionParams::brake_torque_max_nm);
   py::class_<core::Shares>(module, "Shares")
-      .def_readonly("motor_torque_nm", &core::Shares::motor_torque_nm)
-      .def_readonly("brake_torque_nm", &core::Shares::brake_torque_nm)
+      .def_readonly("motor_command_nm", &core::Shares::motor_command_nm)
+      .def_readonly("brake_command_nm", &core::Shares::brake_command_nm)
       .def_readonly("motor_saturated", &core::Shares::motor_saturated)
       .def_readonly("brake_saturated", &core::Shares::brake_saturated);
   module.def("partition", &core::partition, arg("params"), arg("desired_nm"), arg("spring_nm"),

@@ -78,16 +78,16 @@ std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::
                                            stepper_from_python(stepper));
 }
 
-py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_torque_nm,
-                                   const Doubles& brake_torque_nm, std::int64_t period_ns) {
-  if (motor_torque_nm.ndim() != 1 || brake_torque_nm.ndim() != 1 ||
-      motor_torque_nm.size() != brake_torque_nm.size()) {
+py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_command_nm,
+                                   const Doubles& brake_command_nm, std::int64_t period_ns) {
+  if (motor_command_nm.ndim() != 1 || brake_command_nm.ndim() != 1 ||
+      motor_command_nm.size() != brake_command_nm.size()) {
     throw py::value_error("the commands must have one dimension and the same length");
   }
-  const py::ssize_t size = motor_torque_nm.size();
+  const py::ssize_t size = motor_command_nm.size();
   py::array_t<PlantRow> rows(size);
-  const double* motor = motor_torque_nm.data();
-  const double* brake = brake_torque_nm.data();
+  const double* motor = motor_command_nm.data();
+  const double* brake = brake_command_nm.data();
   PlantRow* row = rows.mutable_data();
   // Padding between the flags and the next row would otherwise be whatever was in memory.
   std::fill_n(reinterpret_cast<unsigned char*>(row),
@@ -102,16 +102,16 @@ py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_
 }
 
 /// As plant_record, but of what costs nothing to look at, so that little but the stepping is timed.
-py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_torque_nm,
-                                const Doubles& brake_torque_nm, std::int64_t period_ns) {
-  if (motor_torque_nm.ndim() != 1 || brake_torque_nm.ndim() != 1 ||
-      motor_torque_nm.size() != brake_torque_nm.size()) {
+py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_command_nm,
+                                const Doubles& brake_command_nm, std::int64_t period_ns) {
+  if (motor_command_nm.ndim() != 1 || brake_command_nm.ndim() != 1 ||
+      motor_command_nm.size() != brake_command_nm.size()) {
     throw py::value_error("the commands must have one dimension and the same length");
   }
-  const py::ssize_t size = motor_torque_nm.size();
+  const py::ssize_t size = motor_command_nm.size();
   py::array_t<double> angles({size, py::ssize_t{2}});
-  const double* motor = motor_torque_nm.data();
-  const double* brake = brake_torque_nm.data();
+  const double* motor = motor_command_nm.data();
+  const double* brake = brake_command_nm.data();
   double* row = angles.mutable_data();
   const py::gil_scoped_release release;
   for (py::ssize_t i = 0; i < size; ++i) {
@@ -153,23 +153,25 @@ void bind_plant(py::module_& module) {
            py::kw_only(), arg("step_ns") = emulator::Plant::kStepNs, arg("stepper") = py::none())
       .def(
           "set_command",
-          [](emulator::Plant& plant, double motor_torque_nm, double brake_torque_nm) {
-            plant.set_command({motor_torque_nm, brake_torque_nm});
+          [](emulator::Plant& plant, double motor_command_nm, double brake_command_nm) {
+            plant.set_command({motor_command_nm, brake_command_nm});
           },
-          py::kw_only(), arg("motor_torque_nm") = 0.0, arg("brake_torque_nm") = 0.0,
+          py::kw_only(), arg("motor_command_nm") = 0.0, arg("brake_command_nm") = 0.0,
           "Set what is held from now on.")
       .def(
           "set_hand",
-          [](emulator::Plant& plant, const py::object& source) { plant.set_hand(emulator_hand(source)); },
+          [](emulator::Plant& plant, const py::object& source) {
+            plant.set_hand(emulator_hand(source));
+          },
           arg("hand"), "Another hand takes over; times of its profiles are plant time.")
       .def("advance", &emulator::Plant::advance, arg("duration_ns"), Release(), "Let time pass.")
       .def_property_readonly("time_ns",
                              [](const emulator::Plant& plant) { return plant.state().time_ns; })
       .def_property_readonly("state", &plant_state, "Where the plant is; keys as PLANT_DTYPE.")
-      .def("record", &plant_record, arg("motor_torque_nm"), arg("brake_torque_nm"), py::kw_only(),
+      .def("record", &plant_record, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
            arg("period_ns") = 1'000'000,
            "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.")
-      .def("drive", &plant_drive, arg("motor_torque_nm"), arg("brake_torque_nm"), py::kw_only(),
+      .def("drive", &plant_drive, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
            arg("period_ns") = 1'000'000,
            "As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2).")
       .def(
@@ -189,7 +191,9 @@ void bind_plant(py::module_& module) {
 
 void bind_profile_and_encoder(py::module_& module) {
   py::class_<emulator::Profile>(module, "Profile", "Piecewise-linear function of time.")
-      .def(py::init([](const py::object& knots) { return emulator::Profile(profile_from_python(knots), 0); }),
+      .def(py::init([](const py::object& knots) {
+             return emulator::Profile(profile_from_python(knots), 0);
+           }),
            arg("knots"))
       .def("value", &emulator::Profile::value, arg("time_ns"))
       .def("slope_per_s", &emulator::Profile::slope_per_s, arg("time_ns"));
@@ -300,7 +304,9 @@ void bind_device(py::module_& module) {
           arg("report_id"), "Ask for a feature report; None if the device stalls.")
       .def(
           "set_hand",
-          [](EmulatedDevice& device, const py::object& source) { device.set_hand(emulator_hand(source)); },
+          [](EmulatedDevice& device, const py::object& source) {
+            device.set_hand(emulator_hand(source));
+          },
           arg("hand"), "The hand takes over at the next tick; its times are device time.")
       .def_property_readonly(
           "plant_state", [](const EmulatedDevice& device) { return plant_state(device.plant()); },

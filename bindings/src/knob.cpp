@@ -229,9 +229,8 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
 /// Both ways of one configuration: NAME_config() and configure_NAME(config).
 template <class Config>
 void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob::*get)()) {
-  knob.def((name + "_config").c_str(), [get](const PyKnob& self) {
-    return told([&] { return ((*self).*get)(); });
-  });
+  knob.def((name + "_config").c_str(),
+           [get](const PyKnob& self) { return told([&] { return ((*self).*get)(); }); });
   knob.def(("configure_" + name).c_str(), [](const PyKnob& self, const py::object& source) {
     const auto config = from_python<Config>(source);
     const py::gil_scoped_release release;

@@ -5,8 +5,8 @@
 ///     JB wB' =              K (thA - thB) + c (wA - wB) - bB wB - (Tb + drag) sgn(wB)
 ///     Tm' = (Tm_command - Tm) / tau_m,      Tb' = (Tb_command - Tb) / tau_b
 ///
-/// with sgn set-valued at rest: friction truly holds. Without spring and brake the shafts are one rigid
-/// body that carries the sums of inertia, viscous and Coulomb friction.
+/// with sgn set-valued at rest: friction truly holds. Without spring and brake the shafts are one
+/// rigid body that carries the sums of inertia, viscous and Coulomb friction.
 #pragma once
 
 #include "torsio/plant.hpp"

@@ -68,12 +68,12 @@ void Plant::start_from_here() {
 }
 
 void Plant::set_command(const Command& command) {
-  require(std::isfinite(command.motor_torque_nm), "plant: motor_torque_nm must be finite");
-  require(std::isfinite(command.brake_torque_nm), "plant: brake_torque_nm must be finite");
+  require(std::isfinite(command.motor_command_nm), "plant: motor_command_nm must be finite");
+  require(std::isfinite(command.brake_command_nm), "plant: brake_command_nm must be finite");
   command_ = command;
   inputs_.motor_command_nm =
-      std::clamp(command.motor_torque_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
-  double target_nm = std::clamp(command.brake_torque_nm, 0.0, params_.brake_limit_nm);
+      std::clamp(command.motor_command_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
+  double target_nm = std::clamp(command.brake_command_nm, 0.0, params_.brake_limit_nm);
   if (params_.brake_hysteresis) {
     const double play_nm = params_.brake_hysteresis->half_width_nm;
     target_nm =

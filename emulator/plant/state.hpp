@@ -70,8 +70,8 @@ struct PlantState {
 
 /// Torques wanted from the actuators, held until the next command.
 struct Command {
-  double motor_torque_nm = 0.0;  ///< on the knob
-  double brake_torque_nm = 0.0;  ///< capacity, >= 0
+  double motor_command_nm = 0.0;  ///< on the knob
+  double brake_command_nm = 0.0;  ///< capacity, >= 0
 };
 
 /// What no sensor of the device sees. Every torque is in N m and positive along positive angle.

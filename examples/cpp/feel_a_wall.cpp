@@ -19,7 +19,7 @@ int main(int argc, char** argv) try {
   for (const torsio::TelemetrySample& sample : knob.record(1.0)) {
     largest_rad = std::max(largest_rad, sample.angle_rad);
     strongest_nm =
-        std::max(strongest_nm, -double{sample.spring_torque_nm} - double{sample.motor_torque_nm});
+        std::max(strongest_nm, -double{sample.spring_torque_nm} - double{sample.motor_command_nm});
   }
   std::printf("turned by %.3f rad, the wall pushed back with %.0f mN m\n", largest_rad,
               1e3 * strongest_nm);

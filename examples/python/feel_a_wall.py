@@ -15,7 +15,7 @@ def main(device: str = "emulated") -> None:
         if knob.is_emulated:  # a real one is pushed by you
             knob.emulator.set_hand(torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.8, 0.05)]))
         log = knob.record(1.0)
-    felt_nm = log["spring_torque_nm"] + log["motor_torque_nm"]
+    felt_nm = log["spring_torque_nm"] + log["motor_command_nm"]
     print(f"turned by {log['angle_rad'].max():.3f} rad,", end=" ")
     print(f"the wall pushed back with {1e3 * -felt_nm.min():.0f} mN m")
 

@@ -13,7 +13,7 @@ struct BrakeParams {
 };
 
 struct BrakeState {
-  float torque_nm = 0;
+  float capacity_nm = 0;  // after the lag, drag not included
 };
 
 /// @param time_constant_s >= 0; 0 is a brake without delay
@@ -25,11 +25,11 @@ constexpr BrakeParams make_brake_params(float time_constant_s, float period_s, f
 
 /// One tick of the first order lag, exact for a command that was held over the tick, so that it is
 /// stable for any time constant.
-/// @returns the capacity for the sensor: the lagged torque plus the drag, not below the floor
+/// @returns the capacity for the sensor: the lagged one plus the drag, not below the floor
 constexpr float model_brake(BrakeState& state, const BrakeParams& params, float held_command_nm) {
-  state.torque_nm =
-      flush_tiny(held_command_nm + (state.torque_nm - held_command_nm) * params.decay);
-  return larger(state.torque_nm + params.drag_nm, params.floor_nm);
+  state.capacity_nm =
+      flush_tiny(held_command_nm + (state.capacity_nm - held_command_nm) * params.decay);
+  return larger(state.capacity_nm + params.drag_nm, params.floor_nm);
 }
 
 }  // namespace torsio::core

@@ -22,7 +22,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   ControllerOutputs out;
   out.motion = track_motion(state.motion, params.motion, in.encoder_count);
   const float capacity_nm = model_brake(state.brake, params.brake, state.brake_command_nm);
-  out.brake_torque_nm = state.brake.torque_nm;
+  out.brake_capacity_nm = state.brake.capacity_nm;
   out.spring_torque_nm = sense_spring(state.sensor, params.spring_stiffness_nm_per_rad,
                                       out.motion.delta_rad, capacity_nm);
 
@@ -42,8 +42,8 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
   const Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
-  out.motor_torque_nm = limit_motor(state.limits, params.limits, shares.motor_torque_nm);
-  out.brake_command_nm = shares.brake_torque_nm;
+  out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
+  out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;
   out.brake_saturated = shares.brake_saturated;
 

@@ -53,10 +53,10 @@ struct ControllerInputs {
 struct ControllerOutputs {
   Motion motion;
   float desired_torque_nm = 0;
-  float motor_torque_nm = 0;   // command
-  float brake_command_nm = 0;  // command
-  float brake_torque_nm = 0;   // what the brake is taken to hold now
-  float spring_torque_nm = 0;  // sensed
+  float motor_command_nm = 0;
+  float brake_command_nm = 0;
+  float brake_capacity_nm = 0;  // what the brake is taken to hold now
+  float spring_torque_nm = 0;   // sensed
   bool motor_saturated = false;
   bool brake_saturated = false;
   bool numeric_error = false;  // the desired torque was not finite: commands are zero

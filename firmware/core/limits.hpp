@@ -11,17 +11,17 @@ struct LimitParams {
 };
 
 struct LimitState {
-  float motor_torque_nm = 0;  // what was let through last
+  float motor_command_nm = 0;  // the last that was let through
 };
 
 /// Holds the motor's torque within its rate.
 constexpr float limit_motor(LimitState& state, const LimitParams& params, float motor_nm) {
   float allowed_nm = motor_nm;
   if (params.motor_step_nm_per_tick > 0.0F) {
-    allowed_nm = state.motor_torque_nm +
-                 clamp_symmetric(allowed_nm - state.motor_torque_nm, params.motor_step_nm_per_tick);
+    allowed_nm = state.motor_command_nm + clamp_symmetric(allowed_nm - state.motor_command_nm,
+                                                          params.motor_step_nm_per_tick);
   }
-  state.motor_torque_nm = allowed_nm;
+  state.motor_command_nm = allowed_nm;
   return allowed_nm;
 }
 

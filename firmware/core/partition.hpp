@@ -35,8 +35,8 @@ struct PartitionParams {
 };
 
 struct Shares {
-  float motor_torque_nm = 0;  // on the knob
-  float brake_torque_nm = 0;  // capacity to command, >= 0
+  float motor_command_nm = 0;  // on the knob
+  float brake_command_nm = 0;  // capacity to command, >= 0
   bool motor_saturated = false;
   bool brake_saturated = false;
 };

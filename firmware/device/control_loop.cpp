@@ -36,7 +36,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const core::ControllerOutputs out = core::control(
       controller_, config_.controller, {in.encoder_count, playing_scene_, playing_overlay_});
   const std::uint32_t causes = find_causes(in, out);
-  TickOutputs given{out.motor_torque_nm, out.brake_command_nm, enabled_};
+  TickOutputs given{out.motor_command_nm, out.brake_command_nm, enabled_};
   if (causes != 0 || held_back_) [[unlikely]] {
     given = hold_back(causes);
   }
@@ -70,7 +70,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   causes_ = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   // Once the controller knows that its commands came to nothing they stay zero by themselves.
-  const bool at_rest = !passive_ && controller_.limits.motor_torque_nm == 0.0F &&
+  const bool at_rest = !passive_ && controller_.limits.motor_command_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
   if (held_back_ || playing_overlay_ != nullptr || lateness_ != 0) call();
@@ -247,7 +247,7 @@ void ControlLoop::begin_passive(EventKind why) {
   passive_ = true;
   game.drop();
   passive_ticks_left_ = config_.passive_ramp_ticks;
-  passive_motor_nm_ = controller_.limits.motor_torque_nm;
+  passive_motor_nm_ = controller_.limits.motor_command_nm;
   passive_step_nm_ = core::absolute(passive_motor_nm_);
   if (passive_ticks_left_ != 0) passive_step_nm_ /= static_cast<float>(passive_ticks_left_);
   report_event(why);
@@ -305,8 +305,8 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   }
   const TickOutputs given = passive_ ? fade() : TickOutputs{};
   // The controller must know what became of its commands.
-  controller_.limits.motor_torque_nm = given.motor_torque_nm;
-  controller_.brake_command_nm = given.brake_torque_nm;
+  controller_.limits.motor_command_nm = given.motor_command_nm;
+  controller_.brake_command_nm = given.brake_command_nm;
   return given;
 }
 
@@ -356,8 +356,8 @@ void ControlLoop::report_event(EventKind kind) {
                           controller_.motion.position_counts,
                           speed_rad_s,
                           desired_torque_nm,
-                          controller_.limits.motor_torque_nm,
-                          controller_.brake.torque_nm,
+                          controller_.limits.motor_command_nm,
+                          controller_.brake.capacity_nm,
                           controller_.sensor.spring_torque_nm,
                           flags,
                           decimation_};

@@ -27,9 +27,9 @@ struct TickInputs {
 
 /// What the board must do until the next tick.
 struct TickOutputs {
-  float motor_torque_nm = 0;  // on the knob
-  float brake_torque_nm = 0;  // capacity, >= 0
-  bool enabled = false;       // power stages on
+  float motor_command_nm = 0;  // on the knob
+  float brake_command_nm = 0;  // capacity, >= 0
+  bool enabled = false;        // power stages on
 };
 
 /// Something for the control loop to do between two ticks, and to acknowledge.
@@ -74,8 +74,8 @@ struct LoopSample {
   std::int64_t position_counts = 0;
   float speed_rad_s = 0;
   float desired_torque_nm = 0;
-  float motor_torque_nm = 0;
-  float brake_torque_nm = 0;
+  float motor_command_nm = 0;
+  float brake_capacity_nm = 0;
   float spring_torque_nm = 0;
   std::uint8_t flags = 0;
   std::uint8_t decimation = 1;

@@ -29,7 +29,7 @@ namespace torsio::device {
 
 /// What a board knows about itself at power-up.
 struct BoardInfo {
-  std::uint8_t board = 0;  // its number in firmware/boards/; 0 is the emulated one
+  std::uint8_t board = 0;                 // its number in firmware/boards/; 0 is the emulated one
   std::array<std::uint8_t, 16> serial{};  // ASCII, padded with zeros
   std::array<std::uint8_t, 3> firmware_version{};
   std::uint32_t control_period_ns = 1'000'000;

@@ -37,8 +37,8 @@ bool TelemetryBatch::add(const LoopSample& sample, const SampleSteps& steps) {
   out.offset_counts = static_cast<std::int16_t>(offset);
   out.speed = quantise(sample.speed_rad_s, steps.speed_rad_s);
   out.desired_torque = quantise(sample.desired_torque_nm, steps.torque_nm);
-  out.motor_torque = quantise(sample.motor_torque_nm, steps.torque_nm);
-  out.brake_torque = quantise(sample.brake_torque_nm, steps.torque_nm);
+  out.motor_command = quantise(sample.motor_command_nm, steps.torque_nm);
+  out.brake_capacity = quantise(sample.brake_capacity_nm, steps.torque_nm);
   out.spring_torque = quantise(sample.spring_torque_nm, steps.torque_nm);
   // The state is that of the newest sample, the other bits are those of any.
   const auto older = static_cast<std::uint8_t>(report_.flags & ~protocol::flag::state_mask);

@@ -29,8 +29,8 @@ enum class Direction : std::uint8_t {
 template <class Struct>
 struct Layout;
 
-/// `names` of the values of an enumeration, which count from 0 without a hole, and whether it is `open`:
-/// then a reader takes a number that it has no name for.
+/// `names` of the values of an enumeration, which count from 0 without a hole, and whether it is
+/// `open`: then a reader takes a number that it has no name for.
 template <class Enum>
 struct Enumerators;
 

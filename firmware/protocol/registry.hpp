@@ -1,6 +1,6 @@
 /// @file
-/// Walks through the reports and their fields, and the fingerprint that two sides compare before they
-/// talk.
+/// Walks through the reports and their fields, and the fingerprint that two sides compare before
+/// they talk.
 #pragma once
 
 #include <array>
@@ -74,8 +74,8 @@ class Hash {
 }  // namespace detail
 
 /// Hash over the id, direction, field names and types of every report: whoever was built from other
-/// layouts has another one. Wording, ranges and the names of an enumeration's values do not enter: a new
-/// board or law must not part released hosts and devices.
+/// layouts has another one. Wording, ranges and the names of an enumeration's values do not enter:
+/// a new board or law must not part released hosts and devices.
 consteval std::uint32_t fingerprint() {
   detail::Hash hash;
   for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {

@@ -229,8 +229,8 @@ struct Sample {
   std::int16_t offset_counts = 0;
   std::int16_t speed = 0;
   std::int16_t desired_torque = 0;
-  std::int16_t motor_torque = 0;
-  std::int16_t brake_torque = 0;
+  std::int16_t motor_command = 0;
+  std::int16_t brake_capacity = 0;
   std::int16_t spring_torque = 0;
 };
 template <>
@@ -244,8 +244,8 @@ struct Layout<Sample> {
       any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
       any_number("desired_torque", &Sample::desired_torque, "torque_step_nm",
                  "what the scene asks"),
-      any_number("motor_torque", &Sample::motor_torque, "torque_step_nm", "commanded"),
-      any_number("brake_torque", &Sample::brake_torque, "torque_step_nm",
+      any_number("motor_command", &Sample::motor_command, "torque_step_nm", "asked of the motor"),
+      any_number("brake_capacity", &Sample::brake_capacity, "torque_step_nm",
                  "what the brake can hold, estimated"),
       any_number("spring_torque", &Sample::spring_torque, "torque_step_nm",
                  "of the shaft on the knob, sensed"),

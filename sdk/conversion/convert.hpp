@@ -1,6 +1,6 @@
 /// @file
-/// The user's structures to the protocol's and back, written once for all of them. A field is found on
-/// the other side by its name; its range is checked in the unit that the user gave it in.
+/// The user's structures to the protocol's and back, written once for all of them. A field is found
+/// on the other side by its name; its range is checked in the unit that the user gave it in.
 #pragma once
 
 #include <array>
@@ -48,8 +48,8 @@ consteval std::size_t wire_place(std::string_view host) {
       protocol::Layout<Wire>::fields);
 }
 
-/// Calls `visit(host_field, wire_field)` for each field that both sides have under one name and as a
-/// value: what a rule makes out of several is left to the rule.
+/// Calls `visit(host_field, wire_field)` for each field that both sides have under one name and as
+/// a value: what a rule makes out of several is left to the rule.
 template <class Host, class Wire, class Visit>
 void for_each_pair(Visit&& visit) {
   constexpr const auto& wire_fields = protocol::Layout<Wire>::fields;
@@ -80,8 +80,8 @@ inline double widen(float value) {
 
 }  // namespace detail
 
-/// Fills in the fields that the user's structure has. What is out of its range but can travel is left
-/// to check_fields().
+/// Fills in the fields that the user's structure has. What is out of its range but can travel is
+/// left to check_fields().
 /// @throws InvalidArgument that names a field which cannot travel, its value and its range
 template <class Host, class Wire>
 void convert_fields(const Host& host, Wire& wire) {
@@ -118,16 +118,15 @@ typename WireType<Host>::type convert(const Host& host) {
 template <class Host>
 Host convert_back(const typename WireType<Host>::type& wire) {
   Host host;
-  detail::for_each_pair<Host, typename WireType<Host>::type>(
-      [&](const auto& to, const auto& from) {
-        auto& value = host.*to.member;
-        using Value = std::remove_cvref_t<decltype(value)>;
-        if constexpr (std::floating_point<Value>) {
-          value = detail::widen(wire.*from.member);
-        } else {
-          value = static_cast<Value>(wire.*from.member);
-        }
-      });
+  detail::for_each_pair<Host, typename WireType<Host>::type>([&](const auto& to, const auto& from) {
+    auto& value = host.*to.member;
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::floating_point<Value>) {
+      value = detail::widen(wire.*from.member);
+    } else {
+      value = static_cast<Value>(wire.*from.member);
+    }
+  });
   return host;
 }
 

@@ -29,8 +29,8 @@ void check_timing(const Timing& in) {
   }
 }
 
-/// Rules across fields and against the device, one function for each effect that has any. They fill in
-/// what does not travel under its own name.
+/// Rules across fields and against the device, one function for each effect that has any. They fill
+/// in what does not travel under its own name.
 class Rules {
  public:
   Rules(const SceneLimits& limits, std::vector<float>& pool) : limits_(limits), pool_(pool) {}
@@ -87,8 +87,7 @@ class Rules {
   void apply(const Texture& in, protocol::Texture&) {
     const auto most =
         static_cast<std::uint16_t>(std::min<std::uint32_t>(limits_.counts_per_rev / 2, 0xFFFF));
-    static_cast<void>(
-        whole_number<std::uint16_t>("grains_per_turn", in.grains_per_turn, 1, most));
+    static_cast<void>(whole_number<std::uint16_t>("grains_per_turn", in.grains_per_turn, 1, most));
   }
 
   void apply(const Curve& in, protocol::Curve& wire) {

@@ -13,9 +13,9 @@
 #include "conversion/configuration.hpp"
 #include "known_boards.hpp"
 #include "protocol/registry.hpp"
+#include "protocol_names.hpp"
 #include "scene_player.hpp"
 #include "session.hpp"
-#include "protocol_names.hpp"
 
 namespace torsio {
 namespace {
@@ -127,11 +127,11 @@ class Knob::Impl {
 
   void play(const Scene& scene) {
     const protocol::Identity device = identity();
-    player.play(conversion::encode(conversion::to_wire(
-        scene, {.effects = device.effects,
-                .curve_points = device.curve_points,
-                .counts_per_rev = device.counts_per_rev,
-                .control_period_ns = device.control_period_ns})));
+    player.play(conversion::encode(
+        conversion::to_wire(scene, {.effects = device.effects,
+                                    .curve_points = device.curve_points,
+                                    .counts_per_rev = device.counts_per_rev,
+                                    .control_period_ns = device.control_period_ns})));
   }
 
   [[nodiscard]] protocol::Identity identity() const {
@@ -317,20 +317,20 @@ void Knob::stream_local_model(const LocalModel& model) {
 }
 
 ActuatorConfig Knob::actuator_config() {
-  return conversion::convert_back<ActuatorConfig>(
-      impl().session.get<protocol::ActuatorConfig>());
+  return conversion::convert_back<ActuatorConfig>(impl().session.get<protocol::ActuatorConfig>());
 }
 
 ControlConfig Knob::control_config() {
-  return conversion::convert_back<ControlConfig>(
-      impl().session.get<protocol::ControlConfig>());
+  return conversion::convert_back<ControlConfig>(impl().session.get<protocol::ControlConfig>());
 }
 
 BoardConfig Knob::board_config() {
   return conversion::convert_back<BoardConfig>(impl().session.get<protocol::BoardConfig>());
 }
 
-GameConfig Knob::game_config() { return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>()); }
+GameConfig Knob::game_config() {
+  return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>());
+}
 
 void Knob::configure(const ActuatorConfig& config) {
   impl().session.set(conversion::to_wire(config));

@@ -21,12 +21,12 @@ std::string format(const char* pattern, unsigned value) {
 
 std::string status_name(std::uint8_t status) {
   return status < Statuses::names.size() ? std::string(Statuses::names.at(status))
-                                      : format("status %u", status);
+                                         : format("status %u", status);
 }
 
 std::string_view status_advice(std::uint8_t status) {
   return status < Statuses::advice.size() ? Statuses::advice.at(status)
-                                      : "this version of the library does not know the reason";
+                                          : "this version of the library does not know the reason";
 }
 
 std::string report_name(std::uint8_t id) {
@@ -49,8 +49,9 @@ std::vector<std::string> fault_names(std::uint16_t faults) {
   std::vector<std::string> names;
   for (unsigned bit = 0; bit < 16; ++bit) {
     if ((faults >> bit & 1U) == 0) continue;
-    names.push_back(bit < protocol::fault::names.size() ? std::string(protocol::fault::names.at(bit))
-                                             : format("fault bit %u", bit));
+    names.push_back(bit < protocol::fault::names.size()
+                        ? std::string(protocol::fault::names.at(bit))
+                        : format("fault bit %u", bit));
   }
   return names;
 }

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "protocol/axis_samples.hpp"
-#include "torsio/error.hpp"
 #include "protocol_names.hpp"
+#include "torsio/error.hpp"
 
 namespace torsio {
 namespace {

@@ -40,8 +40,8 @@ TelemetrySample TelemetryDecoder::sample(const protocol::Telemetry& report, unsi
   out.angle_rad = static_cast<double>(out.position_counts) * rad_per_count_;
   out.speed_rad_s = static_cast<float>(in.speed) * speed_step_rad_s_;
   out.desired_torque_nm = torque(in.desired_torque);
-  out.motor_torque_nm = torque(in.motor_torque);
-  out.brake_torque_nm = torque(in.brake_torque);
+  out.motor_command_nm = torque(in.motor_command);
+  out.brake_capacity_nm = torque(in.brake_capacity);
   out.spring_torque_nm = torque(in.spring_torque);
   out.flags = report.flags;
   return out;

@@ -181,7 +181,7 @@ double run_firmware(const std::vector<std::uint32_t>& counts, std::int64_t perio
       device.service();
       if (static_cast<std::int64_t>(i) % ticks_per_frame == 0) (void)device.next_input(bytes);
     }
-    sum += static_cast<double>(device.tick({.encoder_count = counts[i]}).motor_torque_nm);
+    sum += static_cast<double>(device.tick({.encoder_count = counts[i]}).motor_command_nm);
   }
   const double took = cpu_ns() - begin;
   g_sink = g_sink + sum;

@@ -16,7 +16,6 @@
 
 namespace torsio::emulator::test {
 
-
 struct Choice {
   const char* name;
   MakeStepper make;

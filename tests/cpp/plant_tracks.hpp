@@ -13,7 +13,6 @@
 
 namespace torsio::emulator::test {
 
-
 /// Knob angle and spring torque once a millisecond, under commands that change every 10 ms.
 struct Track {
   std::vector<double> angle_rad;

@@ -36,8 +36,8 @@ class GameBench {
     for (int i = 0; i < ticks; ++i) {
       device_.service();
       outputs_ = device_.tick(inputs_);
-      fuzz::require(std::isfinite(outputs_.motor_torque_nm), "a finite torque");
-      fuzz::require(std::abs(outputs_.motor_torque_nm) <= kCapNm * 1.0001F, "within the cap");
+      fuzz::require(std::isfinite(outputs_.motor_command_nm), "a finite torque");
+      fuzz::require(std::abs(outputs_.motor_command_nm) <= kCapNm * 1.0001F, "within the cap");
       protocol::ReportBytes ignored;
       while (device_.next_input(ignored)) {
       }
@@ -45,7 +45,7 @@ class GameBench {
   }
   void turn(std::int8_t counts) { inputs_.encoder_count += static_cast<std::uint32_t>(counts); }
   void connect(bool connected) { device_.set_connected(connected); }
-  float torque_nm() const { return outputs_.motor_torque_nm; }
+  float torque_nm() const { return outputs_.motor_command_nm; }
   protocol::State state() const { return device_.state(); }
 
  private:

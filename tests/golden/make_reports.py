@@ -36,7 +36,7 @@ LONG = {
 def _sample(start: int) -> dict[str, int]:
     names = (
         *("offset_counts", "speed", "desired_torque"),
-        *("motor_torque", "brake_torque", "spring_torque"),
+        *("motor_command", "brake_capacity", "spring_torque"),
     )
     return {name: start + 257 * n for n, name in enumerate(names)}
 

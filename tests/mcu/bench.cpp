@@ -21,8 +21,8 @@ volatile bool enabled;
 void measure(std::string_view name, unsigned effects, Bench& bench) {
   mcu::measure(name, effects, [&bench](std::uint32_t count) {
     const device::TickOutputs out = bench.tick(count);
-    motor_nm = out.motor_torque_nm;
-    brake_nm = out.brake_torque_nm;
+    motor_nm = out.motor_command_nm;
+    brake_nm = out.brake_command_nm;
     enabled = out.enabled;
   });
 }

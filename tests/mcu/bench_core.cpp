@@ -26,7 +26,7 @@ int main() {
     core::ControllerInputs in;
     in.encoder_count = count;
     in.scene = &scene;
-    motor_nm = core::control(state, params, in).motor_torque_nm;
+    motor_nm = core::control(state, params, in).motor_command_nm;
   };
   for (const unsigned effects : {0U, 1U, 2U, 16U}) {
     scene.active = static_cast<std::uint8_t>(effects);

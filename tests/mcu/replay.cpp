@@ -53,8 +53,8 @@ void play(Bench& bench, Random& random, int ticks, Checksum& sum) {
     count += static_cast<std::uint32_t>(speed);
     bench.device().service();
     const device::TickOutputs out = bench.tick(count);
-    sum.add(out.motor_torque_nm);
-    sum.add(out.brake_torque_nm);
+    sum.add(out.motor_command_nm);
+    sum.add(out.brake_command_nm);
     protocol::ReportBytes bytes;
     while (bench.device().next_input(bytes)) sum.add(bytes);
   }

@@ -344,7 +344,7 @@ def test_silent_host_disarms_the_device() -> None:
         knob.sleep(0.5)
         log = knob.read()
         assert knob.state == "disarmed"
-    assert log["motor_torque_nm"][-1] == 0.0
+    assert log["motor_command_nm"][-1] == 0.0
     armed = np.flatnonzero(log["flags"] & 0x03 == 1)
     assert log["time_s"][armed[-1]] - log["time_s"][0] < 0.35  # watchdog_s 0.25, ramp 0.05
 

@@ -38,7 +38,7 @@ BAD: list[tuple[Callable[[], object], type[Exception], str]] = [
     (lambda: Plant(stepper=FOREIGN), ValueError, "stepper comes from"),
     (lambda: Plant(3), TypeError, "params"),  # type: ignore[arg-type]
     (lambda: Plant(PlantParams(belt=3)), TypeError, "belt"),  # type: ignore[arg-type]
-    (lambda: Plant().set_command(motor_torque_nm=math.nan), ValueError, "motor_torque_nm"),
+    (lambda: Plant().set_command(motor_command_nm=math.nan), ValueError, "motor_command_nm"),
     (lambda: Plant().advance(-1), ValueError, "duration_ns"),
     (lambda: Plant().record(ZEROS, ZEROS, period_ns=0), ValueError, "period_ns"),
     (lambda: Plant().drive(ZEROS, ZEROS, period_ns=-1), ValueError, "period_ns"),
@@ -63,8 +63,8 @@ BAD: list[tuple[Callable[[], object], type[Exception], str]] = [
     (lambda: simulate_many([LoopOptions()] * 3, duration_s=2e4), ValueError, "60,000,000 rows"),
     (lambda: simulate(LoopOptions(), duration_s=1.0, record_every=0), ValueError, "record_every"),
     (lambda: simulate_many([LoopOptions()], duration_s=0.1, threads=-1), ValueError, "threads"),
-    (lambda: hold(motor_torque_nm=math.nan), ValueError, "motor_torque_nm"),
-    (lambda: hold(brake_torque_nm="a"), TypeError, "brake_torque_nm"),
+    (lambda: hold(motor_command_nm=math.nan), ValueError, "motor_command_nm"),
+    (lambda: hold(brake_command_nm="a"), TypeError, "brake_command_nm"),
 ]
 
 

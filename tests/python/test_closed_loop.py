@@ -46,7 +46,7 @@ def device_record(
     return {
         "count": log["position_counts"],
         "desired": log["desired_torque_nm"],
-        "motor": log["motor_torque_nm"],
+        "motor": log["motor_command_nm"],
         "sensed": log["spring_torque_nm"],
         "angle": rows["angle_rad"],
         "spring": rows["spring_torque_nm"],

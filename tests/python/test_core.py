@@ -88,8 +88,8 @@ def test_partition_stays_within_the_actuators(
         brake_torque_max_nm=0.11,
     )
     shares = core.partition(params, desired, spring)
-    assert abs(shares.motor_torque_nm) <= np.float32(0.085)
-    assert 0.0 <= shares.brake_torque_nm <= np.float32(0.11)
+    assert abs(shares.motor_command_nm) <= np.float32(0.085)
+    assert 0.0 <= shares.brake_command_nm <= np.float32(0.11)
 
 
 @given(TORQUE, TORQUE, st.sampled_from(LAWS))
@@ -98,28 +98,28 @@ def test_partition_is_the_same_law_in_both_directions(
 ) -> None:
     params = core.PartitionParams(law=law)
     one, other = core.partition(params, desired, spring), core.partition(params, -desired, -spring)
-    assert one.motor_torque_nm == -other.motor_torque_nm
-    assert one.brake_torque_nm == other.brake_torque_nm
+    assert one.motor_command_nm == -other.motor_command_nm
+    assert one.brake_command_nm == other.brake_command_nm
 
 
 @given(TORQUE, st.sampled_from(LAWS))
 def test_partition_is_silent_in_free_space(spring: float, law: str) -> None:
     shares = core.partition(core.PartitionParams(law=law), 0.0, spring)
-    assert (shares.motor_torque_nm, shares.brake_torque_nm) == (0.0, 0.0)
+    assert (shares.motor_command_nm, shares.brake_command_nm) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_partition_releases_brake_when_user_pushes_with_the_wall(sign: float) -> None:
     shares = core.partition(core.PartitionParams(), -0.04 * sign, 0.01 * sign)
-    assert shares.brake_torque_nm == 0.0
-    assert shares.motor_torque_nm == pytest.approx(-0.04 * sign)
+    assert shares.brake_command_nm == 0.0
+    assert shares.motor_command_nm == pytest.approx(-0.04 * sign)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_partition_shares_the_torque_when_the_spring_helps(sign: float) -> None:
     shares = core.partition(core.PartitionParams(beta=0.5), -0.06 * sign, -0.02 * sign)
-    assert shares.motor_torque_nm == pytest.approx(-0.04 * sign)
-    assert shares.brake_torque_nm == pytest.approx(0.03)
+    assert shares.motor_command_nm == pytest.approx(-0.04 * sign)
+    assert shares.brake_command_nm == pytest.approx(0.03)
 
 
 def test_partition_and_sensor_follow_the_papers_equations_over_a_record() -> None:
@@ -135,12 +135,12 @@ def test_partition_and_sensor_follow_the_papers_equations_over_a_record() -> Non
         capacity = core.model_brake(brake, brake_params, command)
         spring = core.sense_spring(sensor, delta, capacity)
         shares = core.partition(params, wanted, spring)
-        command = shares.brake_torque_nm
+        command = shares.brake_command_nm
         motor, brake_command = law.step(delta, wanted)
         assert spring == pytest.approx(law.spring, abs=2e-6)
         # At the very switch rounding may decide; nothing but the sign of a vanishing torque.
         if abs(law.spring) > 1e-5:
-            assert shares.motor_torque_nm == pytest.approx(motor, abs=2e-6)
+            assert shares.motor_command_nm == pytest.approx(motor, abs=2e-6)
             assert command == pytest.approx(brake_command, abs=2e-6)
         else:
             law.brake_command = command
@@ -199,10 +199,10 @@ def test_records_give_the_same_numbers_as_single_ticks() -> None:
     ]
 
     params = core.PartitionParams()
-    motor, brake_torque = core.partition_record(params, deltas, record)
+    motor, brake_command = core.partition_record(params, deltas, record)
     shares = [core.partition(params, d, s) for d, s in zip(deltas.tolist(), single, strict=True)]
-    assert motor.tolist() == [s.motor_torque_nm for s in shares]
-    assert brake_torque.tolist() == [s.brake_torque_nm for s in shares]
+    assert motor.tolist() == [s.motor_command_nm for s in shares]
+    assert brake_command.tolist() == [s.brake_command_nm for s in shares]
 
     counts = np.cumsum(np.arange(500) % 7).astype(np.uint32)
     motion = core.MotionState()

@@ -35,8 +35,8 @@ def visit(*, missing_on_way_out_nm: float = 0.0, gain: float = 1.0) -> wall.Wall
         time_s=time_s,
         angle_rad=angle,
         desired_torque_nm=ideal,
-        motor_torque_nm=motor,
-        brake_torque_nm=np.abs(spring),
+        motor_command_nm=motor,
+        brake_capacity_nm=np.abs(spring),
         spring_torque_nm=spring + 1e-3,
         truth=wall.Truth(
             angle_rad=angle,

@@ -125,7 +125,7 @@ def test_disarm_keeps_the_scene(knob: Knob) -> None:
     knob.play(torsio.Constant(torque_nm=0.02))
     knob.arm()
     knob.disarm()
-    assert settled(knob)["motor_torque_nm"] == 0.0
+    assert settled(knob)["motor_command_nm"] == 0.0
     knob.arm()
     assert settled(knob)["desired_torque_nm"] == pytest.approx(0.02, abs=1e-5)
 

@@ -19,9 +19,9 @@ FREE: dict[str, Any] = {"knob_coulomb_nm": 0.0, "knob_viscous_nm_s_per_rad": 0.0
 def twist_under(torque_nm: float, params: PlantParams) -> float:
     """Let the brake hold, and give how far a constant torque of the motor turns the knob."""
     plant = Plant(params)
-    plant.set_command(motor_torque_nm=0.0, brake_torque_nm=0.11)
+    plant.set_command(motor_command_nm=0.0, brake_command_nm=0.11)
     plant.advance(1_000_000_000)
-    plant.set_command(motor_torque_nm=torque_nm, brake_torque_nm=0.11)
+    plant.set_command(motor_command_nm=torque_nm, brake_command_nm=0.11)
     plant.advance(5_000_000_000)
     return float(plant.state["angle_rad"])
 
@@ -41,10 +41,10 @@ def test_belt_is_a_spring_behind_the_spring() -> None:
 
 def test_hysteresis_leaves_the_brake_short_of_its_command_by_the_half_width() -> None:
     plant = Plant(PlantParams(brake_hysteresis=BrakeHysteresis(half_width_nm=5e-3)))
-    plant.set_command(brake_torque_nm=0.05)
+    plant.set_command(brake_command_nm=0.05)
     plant.advance(2_000_000_000)
     assert plant.state["brake_capacity_nm"] == pytest.approx(0.05 - 5e-3 + 2e-3, rel=1e-9)
-    plant.set_command(brake_torque_nm=0.03)
+    plant.set_command(brake_command_nm=0.03)
     plant.advance(2_000_000_000)
     assert plant.state["brake_capacity_nm"] == pytest.approx(0.03 + 5e-3 + 2e-3, rel=1e-9)
 

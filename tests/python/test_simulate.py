@@ -117,9 +117,9 @@ def _with(**parts: Any) -> LoopOptions:
         (_with(cogging=torsio.Cogging(periods_per_rev=7, torque_nm=())), "cogging.torque_nm"),
         (_with(shaft_hardening=torsio.ShaftHardening(knee_rad=0.0)), "knee_rad"),
         (_with(belt=torsio.Belt(), spring_and_brake=False), "need spring_and_brake"),
-        (LoopOptions(initial=InitialState(brake_torque_nm=-1.0)), "brake_capacity_nm"),
-        (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.0, speed_rad_s=1.0)), "motor_torque_nm"),
-        (LoopOptions(spin_up=SpinUp(motor_torque_nm=0.1, speed_rad_s=-1.0)), "speed_rad_s"),
+        (LoopOptions(initial=InitialState(brake_capacity_nm=-1.0)), "brake_capacity_nm"),
+        (LoopOptions(spin_up=SpinUp(motor_command_nm=0.0, speed_rad_s=1.0)), "motor_command_nm"),
+        (LoopOptions(spin_up=SpinUp(motor_command_nm=0.1, speed_rad_s=-1.0)), "speed_rad_s"),
     ],
 )
 def test_options_out_of_range_are_refused_by_name(options: LoopOptions, name: str) -> None:
@@ -128,14 +128,14 @@ def test_options_out_of_range_are_refused_by_name(options: LoopOptions, name: st
 
 
 def test_a_spin_up_that_cannot_be_done_is_an_error() -> None:
-    options = LoopOptions(spin_up=SpinUp(motor_torque_nm=1e-3, speed_rad_s=18.0, longest_s=0.1))
+    options = LoopOptions(spin_up=SpinUp(motor_command_nm=1e-3, speed_rad_s=18.0, longest_s=0.1))
     with pytest.raises(RuntimeError, match="18"):
         simulate(options, duration_s=0.01)
 
 
 def test_held_commands_act_until_they_are_released() -> None:
     loop = ClosedLoop(LoopOptions(scene=torsio.Constant(torque_nm=0.02)))
-    loop.hold_command(brake_torque_nm=0.1)
+    loop.hold_command(brake_command_nm=0.1)
     held = loop.run(duration_s=0.5)
     assert held["desired_torque_nm"].max() == 0.0
     assert held["brake_capacity_nm"][-1] == pytest.approx(0.102, rel=1e-3)
@@ -147,7 +147,7 @@ def test_replay_decides_what_the_loop_decided() -> None:
     rows = simulate(push(), duration_s=0.8)
     replayed = replay(push(), rows["position_counts"])
     np.testing.assert_array_equal(
-        replayed["motor_torque_nm"].astype(np.float32), rows["motor_command_nm"]
+        replayed["motor_command_nm"].astype(np.float32), rows["motor_command_nm"]
     )
 
 

@@ -24,7 +24,7 @@ _TIMING = (
 )
 _SAMPLES = ", ".join(
     f"h sample.{n}.offset_counts, h sample.{n}.speed, h sample.{n}.desired_torque, "
-    f"h sample.{n}.motor_torque, h sample.{n}.brake_torque, h sample.{n}.spring_torque"
+    f"h sample.{n}.motor_command, h sample.{n}.brake_capacity, h sample.{n}.spring_torque"
     for n in range(4)
 )
 

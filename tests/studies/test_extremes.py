@@ -143,7 +143,7 @@ def test_spoiled_copies_differ_in_one_number_however_deep() -> None:
 def test_a_value_that_is_let_in_is_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not_finite.accepted_in_python()[1] == 0
 
-    def lenient(_: Any, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
+    def lenient(_: Any, *, motor_command_nm: float = 0.0, brake_command_nm: float = 0.0) -> None:
         pass
 
     monkeypatch.setattr(closed_loop.ClosedLoop, "hold_command", lenient)

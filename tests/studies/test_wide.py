@@ -28,7 +28,7 @@ def test_64_bits_differ_by_rounding_only() -> None:
     counts = simulate(OPTIONS, duration_s=0.8)["position_counts"]
     single, double = replay(OPTIONS, counts), wide.replay(OPTIONS, counts)
     np.testing.assert_array_equal(single["position_counts"], double["position_counts"])
-    for name in ("motor_torque_nm", "brake_torque_nm", "spring_torque_nm", "desired_torque_nm"):
+    for name in ("motor_command_nm", "brake_command_nm", "spring_torque_nm", "desired_torque_nm"):
         difference = np.abs(single[name] - double[name])
         assert 0 < difference.max() < 1e-7, name
 

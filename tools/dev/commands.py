@@ -116,7 +116,7 @@ def demo(arguments: Sequence[str]) -> int:
         # The virtual USB knob comes along where TinyUSB is there already.
         tinyusb = building.FirmwareSources(fetch=False).tinyusb
         building.build_python(building.TORSIO, tinyusb)
-    become(VENV / "bin/torsio", "demo", "wall", *arguments)
+    become(VENV / "bin/torsio", "demo", "wall", "--device", "emulated", *arguments)
 
 
 def game(arguments: Sequence[str]) -> int:

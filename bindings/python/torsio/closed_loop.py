@@ -46,7 +46,7 @@ drag), ``hand_torque_nm``, ``knob_friction_torque_nm``, ``knob_sticks``, ``brake
 
 Measured or decided: ``position_counts`` from the device's zero, ``estimated_speed_rad_s``,
 ``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``sensed_spring_torque_nm``,
-``sensed_brake_torque_nm`` (without drag), ``motor_saturated``, ``brake_saturated``,
+``sensed_brake_capacity_nm`` (without drag), ``motor_saturated``, ``brake_saturated``,
 ``numeric_error``.
 """
 
@@ -54,7 +54,7 @@ _MOST_ROWS: Final = 50_000_000
 
 REPLAY_DTYPE = _torsio.emulator.REPLAY_DTYPE
 """What the controller decides from a count: ``position_counts``, ``speed_rad_s``,
-``desired_torque_nm``, ``motor_torque_nm``, ``brake_torque_nm`` (commanded), ``spring_torque_nm``
+``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``spring_torque_nm``
 (sensed), ``numeric_error``.
 """
 
@@ -73,7 +73,7 @@ class SpinUp:
     """
 
     _: KW_ONLY
-    motor_torque_nm: float
+    motor_command_nm: float
     speed_rad_s: float
     longest_s: float = 10.0
 
@@ -90,7 +90,7 @@ class InitialState:
         Of knob and brake together.
     twist_rad
         Of the shaft spring: knob minus brake.
-    brake_torque_nm
+    brake_capacity_nm
         What the brake holds, drag not included.
     """
 
@@ -101,7 +101,7 @@ class InitialState:
     speed_rad_s: float = 0.0
     twist_rad: float = 0.0
     motor_torque_nm: float = 0.0
-    brake_torque_nm: float = 0.0
+    brake_capacity_nm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class ClosedLoop:
         (ticks,) = _ticks([self.options], duration_s, record_every)
         return self._loop.run(ticks, record_every)
 
-    def hold_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
+    def hold_command(self, *, motor_command_nm: float = 0.0, brake_command_nm: float = 0.0) -> None:
         """Give the actuators this from now on; the law only senses, without a scene.
 
         Raises
@@ -180,8 +180,8 @@ class ClosedLoop:
             Unless the motor's torque is -100 to 100 N m, and the brake's 0 to 100.
         """
         self._loop.hold_command(
-            checks.number("motor_torque_nm", motor_torque_nm, -MAX_TORQUE_NM, MAX_TORQUE_NM),
-            checks.number("brake_torque_nm", brake_torque_nm, 0.0, MAX_TORQUE_NM),
+            checks.number("motor_command_nm", motor_command_nm, -MAX_TORQUE_NM, MAX_TORQUE_NM),
+            checks.number("brake_command_nm", brake_command_nm, 0.0, MAX_TORQUE_NM),
         )
 
     def release_command(self) -> None:

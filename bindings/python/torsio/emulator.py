@@ -79,11 +79,11 @@ class Plant(_torsio.emulator.Plant):
         step_ns = checks.whole("step_ns", step_ns, 1, _LONGEST_NS)
         super().__init__(params, hand, step_ns=step_ns, stepper=stepper)
 
-    def set_command(self, *, motor_torque_nm: float = 0.0, brake_torque_nm: float = 0.0) -> None:
+    def set_command(self, *, motor_command_nm: float = 0.0, brake_command_nm: float = 0.0) -> None:
         """Set what is held from now on."""
         super().set_command(
-            motor_torque_nm=checks.finite("motor_torque_nm", motor_torque_nm),
-            brake_torque_nm=checks.finite("brake_torque_nm", brake_torque_nm),
+            motor_command_nm=checks.finite("motor_command_nm", motor_command_nm),
+            brake_command_nm=checks.finite("brake_command_nm", brake_command_nm),
         )
 
     def advance(self, duration_ns: int) -> None:
@@ -92,22 +92,22 @@ class Plant(_torsio.emulator.Plant):
 
     def record(
         self,
-        motor_torque_nm: npt.ArrayLike,
-        brake_torque_nm: npt.ArrayLike,
+        motor_command_nm: npt.ArrayLike,
+        brake_command_nm: npt.ArrayLike,
         *,
         period_ns: int = 1_000_000,
     ) -> Record:
         """Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins."""
         period_ns = checks.whole("period_ns", period_ns, 1, _LONGEST_NS)
-        return super().record(motor_torque_nm, brake_torque_nm, period_ns=period_ns)
+        return super().record(motor_command_nm, brake_command_nm, period_ns=period_ns)
 
     def drive(
         self,
-        motor_torque_nm: npt.ArrayLike,
-        brake_torque_nm: npt.ArrayLike,
+        motor_command_nm: npt.ArrayLike,
+        brake_command_nm: npt.ArrayLike,
         *,
         period_ns: int = 1_000_000,
     ) -> npt.NDArray[np.float64]:
         """As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2)."""
         period_ns = checks.whole("period_ns", period_ns, 1, _LONGEST_NS)
-        return super().drive(motor_torque_nm, brake_torque_nm, period_ns=period_ns)
+        return super().drive(motor_command_nm, brake_command_nm, period_ns=period_ns)

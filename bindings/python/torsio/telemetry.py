@@ -37,8 +37,8 @@ TELEMETRY_DTYPE: Final[np.dtype[Any]] = np.dtype(
         ("angle_rad", "<f8"),  # the same as an angle
         ("speed_rad_s", "<f4"),  # estimated
         ("desired_torque_nm", "<f4"),  # what the scene asks
-        ("motor_torque_nm", "<f4"),  # commanded
-        ("brake_torque_nm", "<f4"),  # what the brake can hold, estimated
+        ("motor_command_nm", "<f4"),  # asked of the motor
+        ("brake_capacity_nm", "<f4"),  # what the brake can hold, estimated
         ("spring_torque_nm", "<f4"),  # of the shaft on the knob, sensed
         ("flags", "u1"),  # of this sample or a neighbour in the same report
     ],

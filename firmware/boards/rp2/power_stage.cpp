@@ -127,10 +127,10 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
     if (enabled_) switch_off();
     return;
   }
-  const float target_a =
-      core::clamp_symmetric(outputs.motor_torque_nm * amperes_per_nm_, config_.motor_current_max_a);
+  const float target_a = core::clamp_symmetric(outputs.motor_command_nm * amperes_per_nm_,
+                                               config_.motor_current_max_a);
   set_motor(core::hold_current(loop_, loop_params_, target_a, current_a_));
-  set_brake(core::smaller(outputs.brake_torque_nm * brake_share_per_nm_, brake_share_max_));
+  set_brake(core::smaller(outputs.brake_command_nm * brake_share_per_nm_, brake_share_max_));
   if (!enabled_) {
     gpio_put(config_.enable_pin, true);
     enabled_ = true;

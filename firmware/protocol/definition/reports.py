@@ -128,8 +128,8 @@ SAMPLE = Structure(
         raw("offset_counts", "i16", "position behind the base", "count"),
         raw("speed", "i16", "estimated", "speed_step_rad_s"),
         raw("desired_torque", "i16", "what the scene asks", "torque_step_nm"),
-        raw("motor_torque", "i16", "commanded", "torque_step_nm"),
-        raw("brake_torque", "i16", "what the brake can hold, estimated", "torque_step_nm"),
+        raw("motor_command", "i16", "asked of the motor", "torque_step_nm"),
+        raw("brake_capacity", "i16", "what the brake can hold, estimated", "torque_step_nm"),
         raw("spring_torque", "i16", "of the shaft on the knob, sensed", "torque_step_nm"),
     ),
 )

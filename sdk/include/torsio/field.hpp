@@ -7,8 +7,8 @@
 
 namespace torsio {
 
-/// One field: `structure.*field.member` is its value. Every number in it is within [low, high], both
-/// included and in `unit`; further rules are in its sentence.
+/// One field: `structure.*field.member` is its value. Every number in it is within [low, high],
+/// both included and in `unit`; further rules are in its sentence.
 template <class Struct, class T>
 struct Field {
   using Value = T;

@@ -40,8 +40,8 @@ struct TelemetrySample {
   double angle_rad;              ///< the same as an angle
   float speed_rad_s;             ///< estimated
   float desired_torque_nm;       ///< what the scene asks
-  float motor_torque_nm;         ///< commanded
-  float brake_torque_nm;         ///< what the brake can hold, estimated
+  float motor_command_nm;        ///< asked of the motor
+  float brake_capacity_nm;       ///< what the brake can hold, estimated
   float spring_torque_nm;        ///< of the shaft on the knob, sensed
   std::uint8_t flags;            ///< of this sample or a neighbour in the same report
 

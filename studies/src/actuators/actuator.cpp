@@ -26,7 +26,9 @@ constexpr std::array<std::string_view, kKinds> kNames{"motor_only",
 double sign(double value) { return value > 0.0 ? 1.0 : value < 0.0 ? -1.0 : 0.0; }
 
 MachineCommand both_ways(double motor_nm, double brake_nm) {
-  return {.motor_torque_nm = motor_nm, .brake_forward_nm = brake_nm, .brake_backward_nm = brake_nm};
+  return {.motor_command_nm = motor_nm,
+          .brake_forward_command_nm = brake_nm,
+          .brake_backward_command_nm = brake_nm};
 }
 
 }  // namespace
@@ -164,8 +166,8 @@ MachineCommand LawOf::soft_sensor(const Senses& senses, core::Law law) {
                                         static_cast<float>(parts_.brake_limit_nm)};
   const core::Shares shares =
       core::partition(partition, static_cast<float>(senses.desired_torque_nm), spring_nm);
-  held_brake_nm_ = shares.brake_torque_nm;
-  return both_ways(shares.motor_torque_nm, shares.brake_torque_nm);
+  held_brake_nm_ = shares.brake_command_nm;
+  return both_ways(shares.motor_command_nm, shares.brake_command_nm);
 }
 
 /// While the hand presses, the brake answers at once and the motor takes over by and by; otherwise
@@ -228,7 +230,7 @@ MachineCommand LawOf::operator()(const Senses& senses) {
       break;
     case Kind::one_way_brakes:
       command = share(desired, pressing);
-      (desired < 0.0 ? command.brake_backward_nm : command.brake_forward_nm) = 0.0;
+      (desired < 0.0 ? command.brake_backward_command_nm : command.brake_forward_command_nm) = 0.0;
       break;
     case Kind::transfer_function:
       command = hand_over(desired, pressing);
@@ -240,7 +242,7 @@ MachineCommand LawOf::operator()(const Senses& senses) {
 
 double LawOf::motor_load_nm(const MachineState& state) const {
   if (kind_ != Kind::differential_clutch) return state.motor_torque_nm;
-  return (parts_.brake_drag_nm + state.brake_forward_nm) / parts_.source_gear_ratio;
+  return (parts_.brake_drag_nm + state.brake_forward_capacity_nm) / parts_.source_gear_ratio;
 }
 
 }  // namespace torsio::studies::actuators

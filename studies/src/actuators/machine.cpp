@@ -63,10 +63,12 @@ Machine::Machine(const MachineParams& params, const emulator::Hand& hand, std::i
 
 void Machine::set_command(const MachineCommand& command) {
   const double brake_limit = params_.brake_limit_nm;
-  command_.motor_torque_nm =
-      std::clamp(command.motor_torque_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
-  command_.brake_forward_nm = std::clamp(command.brake_forward_nm, 0.0, brake_limit);
-  command_.brake_backward_nm = std::clamp(command.brake_backward_nm, 0.0, brake_limit);
+  command_.motor_command_nm =
+      std::clamp(command.motor_command_nm, -params_.motor_limit_nm, params_.motor_limit_nm);
+  command_.brake_forward_command_nm =
+      std::clamp(command.brake_forward_command_nm, 0.0, brake_limit);
+  command_.brake_backward_command_nm =
+      std::clamp(command.brake_backward_command_nm, 0.0, brake_limit);
   command_.source_speed_rad_s = command.source_speed_rad_s;
 }
 
@@ -145,14 +147,16 @@ void Machine::step() {
     rhs[0] += hand_stiffness_ * (intended_rad(0.5 * step_s_) - state_.angle_rad[0]) +
               hand_damping_ * held->intended_angle_rad.slope_per_s(state_.time_ns);
   }
-  const double motor = follow(motor_lag_, state_.motor_torque_nm, command_.motor_torque_nm);
+  const double motor = follow(motor_lag_, state_.motor_torque_nm, command_.motor_command_nm);
   if (params_.motor != Seat::nowhere) rhs[params_.motor == Seat::knob ? 0 : 1] += motor;
 
   const double most = params_.source_acceleration_rad_s2 * step_s_;
   state_.source_speed_rad_s +=
       std::clamp(command_.source_speed_rad_s - state_.source_speed_rad_s, -most, most);
-  const double forward = follow(brake_lag_, state_.brake_forward_nm, command_.brake_forward_nm);
-  const double backward = follow(brake_lag_, state_.brake_backward_nm, command_.brake_backward_nm);
+  const double forward =
+      follow(brake_lag_, state_.brake_forward_capacity_nm, command_.brake_forward_command_nm);
+  const double backward =
+      follow(brake_lag_, state_.brake_backward_capacity_nm, command_.brake_backward_command_nm);
 
   const Pair old = state_.speed_rad_s;
   const double far_inertia = params_.has_far_shaft ? params_.far_shaft.inertia_kg_m2 : 1.0;

@@ -45,19 +45,20 @@ struct MachineParams {
 
 /// Torques wanted, held until the next command. Values beyond the limits are clipped.
 struct MachineCommand {
-  double motor_torque_nm = 0.0;     ///< on its shaft
-  double brake_forward_nm = 0.0;    ///< what the brake shall hold against motion forward, >= 0
-  double brake_backward_nm = 0.0;   ///< ... and against motion backward
-  double source_speed_rad_s = 0.0;  ///< of what the brake is fixed to
+  double motor_command_nm = 0.0;  ///< on its shaft
+  double brake_forward_command_nm =
+      0.0;  ///< what the brake shall hold against motion forward, >= 0
+  double brake_backward_command_nm = 0.0;  ///< ... and against motion backward
+  double source_speed_rad_s = 0.0;         ///< of what the brake is fixed to
 };
 
 struct MachineState {
   std::int64_t time_ns = 0;
   std::array<double, 2> angle_rad{};  ///< knob, far shaft
   std::array<double, 2> speed_rad_s{};
-  double motor_torque_nm = 0.0;   ///< after the motor's lag
-  double brake_forward_nm = 0.0;  ///< after the brake's lag, without drag
-  double brake_backward_nm = 0.0;
+  double motor_torque_nm = 0.0;            ///< after the motor's lag
+  double brake_forward_capacity_nm = 0.0;  ///< after the brake's lag, without drag
+  double brake_backward_capacity_nm = 0.0;
   double source_speed_rad_s = 0.0;
   double brake_torque_nm = 0.0;  ///< on its shaft, drag included; mean of the last step
 };

@@ -55,7 +55,8 @@ std::vector<TrialRow> run_trial(const TrialParams& params) {
     rows.push_back({1e-9 * static_cast<double>(state.time_ns), angle_rad, state.speed_rad_s[0],
                     environment_torque_nm(params.environment, angle_rad), desired_nm,
                     machine.rendered_torque_nm(), machine.hand_torque_nm(), state.motor_torque_nm,
-                    law.motor_load_nm(state), state.brake_torque_nm, state.brake_forward_nm});
+                    law.motor_load_nm(state), state.brake_torque_nm,
+                    state.brake_forward_capacity_nm});
     machine.set_command(
         law({knob_counts, counts(state.angle_rad[1]), machine.hand_torque_nm(), desired_nm}));
     for (std::int64_t at_ns = 0; at_ns < params.period_ns; at_ns += params.step_ns) machine.step();

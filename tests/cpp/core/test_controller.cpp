@@ -59,9 +59,9 @@ TEST_CASE("a tick follows the equations of the law in their order") {
     }
     CHECK(out.desired_torque_nm == Approx(desired).epsilon(1e-5).scale(0.05));
     CHECK(out.spring_torque_nm == Approx(spring).epsilon(1e-4).scale(0.05));
-    CHECK(out.motor_torque_nm == Approx(motor).epsilon(1e-4).scale(0.05));
+    CHECK(out.motor_command_nm == Approx(motor).epsilon(1e-4).scale(0.05));
     CHECK(out.brake_command_nm == Approx(command).epsilon(1e-4).scale(0.05));
-    CHECK(out.brake_torque_nm == Approx(brake).epsilon(1e-4).scale(0.05));
+    CHECK(out.brake_capacity_nm == Approx(brake).epsilon(1e-4).scale(0.05));
   }
 }
 
@@ -70,7 +70,7 @@ TEST_CASE("without a scene nothing is commanded while motion and sensor go on") 
   const core::ControllerParams params = reference_actuator();
   (void)core::control(state, params, core::ControllerInputs{0});
   const auto out = core::control(state, params, {1});
-  CHECK(out.motor_torque_nm == 0.0F);
+  CHECK(out.motor_command_nm == 0.0F);
   CHECK(out.brake_command_nm == 0.0F);
   CHECK(out.motion.position_counts == 1);
   CHECK(out.spring_torque_nm == Approx(-2.873 * 2.0 * M_PI / 8192.0).epsilon(1e-5));
@@ -86,12 +86,12 @@ TEST_CASE("a torque that is not finite is told, commands nothing and leaves no t
     scene->active = 1;
     const auto out = core::control(state, params, {5, scene.get()});
     CHECK(out.numeric_error);
-    CHECK(out.motor_torque_nm == 0.0F);
+    CHECK(out.motor_command_nm == 0.0F);
     CHECK(out.brake_command_nm == 0.0F);
     scene->effect[0] = core::Constant{0.01F, {}};
     const auto next = core::control(state, params, {5, scene.get()});
     CHECK_FALSE(next.numeric_error);
-    CHECK(next.motor_torque_nm == Approx(0.01));
+    CHECK(next.motor_command_nm == Approx(0.01));
   }
 }
 

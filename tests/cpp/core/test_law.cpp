@@ -57,16 +57,16 @@ TEST_CASE("floor and drag enter the capacity but not the lag") {
   core::BrakeState state;
   // The drag is part of what the floor stands for: a released brake holds its drag, not both.
   CHECK(core::model_brake(state, params, 0.0F) == Approx(3.3e-3));
-  CHECK(state.torque_nm == 0.0F);
+  CHECK(state.capacity_nm == 0.0F);
   CHECK(core::model_brake(state, params, 10e-3F) == Approx(12e-3));
-  CHECK(state.torque_nm == 10e-3F);
+  CHECK(state.capacity_nm == 10e-3F);
 }
 
 TEST_CASE("a released brake's model ends at exactly zero") {
   const core::BrakeParams params = core::make_brake_params(1e-3F, 1e-3F, 0.0F, 0.0F);
   core::BrakeState state{0.1F};
   for (int i = 0; i < 200; ++i) (void)core::model_brake(state, params, 0.0F);
-  CHECK(state.torque_nm == 0.0F);
+  CHECK(state.capacity_nm == 0.0F);
 }
 
 namespace {
@@ -79,42 +79,42 @@ core::Shares share(core::Law law, float desired, float spring, float beta = 0.5F
 
 TEST_CASE("paper's law: the motor fills up what the spring lacks while the spring helps") {
   const core::Shares into = share(core::Law::paper, -0.060F, -0.020F);
-  CHECK(into.motor_torque_nm == Approx(-0.040));
-  CHECK(into.brake_torque_nm == Approx(0.030));
+  CHECK(into.motor_command_nm == Approx(-0.040));
+  CHECK(into.brake_command_nm == Approx(0.030));
   const core::Shares other_side = share(core::Law::paper, 0.060F, 0.020F);
-  CHECK(other_side.motor_torque_nm == Approx(0.040));
-  CHECK(other_side.brake_torque_nm == Approx(0.030));
+  CHECK(other_side.motor_command_nm == Approx(0.040));
+  CHECK(other_side.brake_command_nm == Approx(0.030));
 }
 
 TEST_CASE("paper's law: the motor works against a spring that gives too much") {
-  CHECK(share(core::Law::paper, -0.010F, -0.030F).motor_torque_nm == Approx(0.020));
+  CHECK(share(core::Law::paper, -0.010F, -0.030F).motor_command_nm == Approx(0.020));
 }
 
 TEST_CASE("paper's law: the brake lets go and the motor gives all when the spring opposes") {
   const core::Shares out = share(core::Law::paper, -0.060F, 0.001F);
-  CHECK(out.motor_torque_nm == Approx(-0.060));
-  CHECK(out.brake_torque_nm == 0.0F);
+  CHECK(out.motor_command_nm == Approx(-0.060));
+  CHECK(out.brake_command_nm == 0.0F);
 }
 
 TEST_CASE("a relaxed spring counts as helping: the brake takes hold at first contact") {
   for (const core::Law law : {core::Law::paper, core::Law::compensated}) {
-    CHECK(share(law, -0.060F, 0.0F).motor_torque_nm == Approx(-0.060));
-    CHECK(share(law, -0.060F, 0.0F).brake_torque_nm == Approx(0.030));
+    CHECK(share(law, -0.060F, 0.0F).motor_command_nm == Approx(-0.060));
+    CHECK(share(law, -0.060F, 0.0F).brake_command_nm == Approx(0.030));
   }
 }
 
 TEST_CASE("compensated law: the motor cancels the spring on both sides") {
-  CHECK(share(core::Law::compensated, -0.060F, 0.004F).motor_torque_nm == Approx(-0.064));
-  CHECK(share(core::Law::compensated, -0.060F, 0.004F).brake_torque_nm == 0.0F);
-  CHECK(share(core::Law::compensated, -0.060F, -0.020F).motor_torque_nm == Approx(-0.040));
+  CHECK(share(core::Law::compensated, -0.060F, 0.004F).motor_command_nm == Approx(-0.064));
+  CHECK(share(core::Law::compensated, -0.060F, 0.004F).brake_command_nm == 0.0F);
+  CHECK(share(core::Law::compensated, -0.060F, -0.020F).motor_command_nm == Approx(-0.040));
 }
 
 TEST_CASE("parallel law ignores the sensor; motor_only ignores the brake") {
   for (const float spring : {-0.02F, 0.0F, 0.02F}) {
-    CHECK(share(core::Law::parallel, -0.060F, spring, 0.25F).motor_torque_nm == Approx(-0.045));
-    CHECK(share(core::Law::parallel, -0.060F, spring, 0.25F).brake_torque_nm == Approx(0.015));
-    CHECK(share(core::Law::motor_only, -0.060F, spring).motor_torque_nm == Approx(-0.060));
-    CHECK(share(core::Law::motor_only, -0.060F, spring).brake_torque_nm == 0.0F);
+    CHECK(share(core::Law::parallel, -0.060F, spring, 0.25F).motor_command_nm == Approx(-0.045));
+    CHECK(share(core::Law::parallel, -0.060F, spring, 0.25F).brake_command_nm == Approx(0.015));
+    CHECK(share(core::Law::motor_only, -0.060F, spring).motor_command_nm == Approx(-0.060));
+    CHECK(share(core::Law::motor_only, -0.060F, spring).brake_command_nm == 0.0F);
   }
 }
 
@@ -122,8 +122,8 @@ TEST_CASE("no law moves the knob in free space") {
   for (const core::Law law :
        {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
     const core::Shares free = share(law, 0.0F, -0.0033F);
-    CHECK(free.motor_torque_nm == 0.0F);
-    CHECK(free.brake_torque_nm == 0.0F);
+    CHECK(free.motor_command_nm == 0.0F);
+    CHECK(free.brake_command_nm == 0.0F);
   }
 }
 
@@ -134,11 +134,11 @@ TEST_CASE("shares stay within the actuators, saturation is told, for any torque"
   for (int i = 0; i < 100'000; ++i) {
     const auto law = static_cast<core::Law>(random() % 4);
     const core::Shares s = share(law, torque(random), 0.1F * torque(random), unit(random));
-    CHECK(std::abs(s.motor_torque_nm) <= 0.085F);
-    CHECK(s.brake_torque_nm >= 0.0F);
-    CHECK(s.brake_torque_nm <= 0.110F);
-    if (s.motor_saturated) CHECK(std::abs(s.motor_torque_nm) == 0.085F);
-    if (s.brake_saturated) CHECK(s.brake_torque_nm == 0.110F);
+    CHECK(std::abs(s.motor_command_nm) <= 0.085F);
+    CHECK(s.brake_command_nm >= 0.0F);
+    CHECK(s.brake_command_nm <= 0.110F);
+    if (s.motor_saturated) CHECK(std::abs(s.motor_command_nm) == 0.085F);
+    if (s.brake_saturated) CHECK(s.brake_command_nm == 0.110F);
   }
 }
 
@@ -149,7 +149,7 @@ TEST_CASE("limit_motor holds the rate, and holds nothing without one") {
   CHECK(core::limit_motor(state, params, 1.0F) == Approx(0.02));
   CHECK(core::limit_motor(state, params, -1.0F) == Approx(0.01));
   for (int i = 0; i < 20; ++i) (void)core::limit_motor(state, params, 0.085F);
-  CHECK(state.motor_torque_nm == 0.085F);
+  CHECK(state.motor_command_nm == 0.085F);
   core::LimitState free;
   CHECK(core::limit_motor(free, {}, -0.085F) == -0.085F);
 }

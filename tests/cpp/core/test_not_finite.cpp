@@ -45,15 +45,15 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     for (int tick = 0; tick < 50; ++tick) {
       count += static_cast<std::uint32_t>(tick % 7);
       const auto out = core::control(state, p, {count, &scene, &overlay});
-      CHECK(core::is_finite(out.motor_torque_nm));
+      CHECK(core::is_finite(out.motor_command_nm));
       CHECK(core::is_finite(out.brake_command_nm));
       CHECK(core::is_finite(out.spring_torque_nm));
       CHECK(core::is_finite(out.desired_torque_nm));
-      CHECK(core::absolute(out.motor_torque_nm) <= 0.085F);
+      CHECK(core::absolute(out.motor_command_nm) <= 0.085F);
       CHECK(out.brake_command_nm >= 0.0F);
       CHECK(out.brake_command_nm <= 0.110F);
       // The device stops at the first of these.
-      if (out.numeric_error) CHECK(out.motor_torque_nm == 0.0F);
+      if (out.numeric_error) CHECK(out.motor_command_nm == 0.0F);
       (void)core::control(clean, p, {count});
     }
     state.brake = clean.brake;  // a finite scene may have used the brake
@@ -63,7 +63,7 @@ void check_contained(const core::Scene& scene, const core::LocalModel* local, fl
     for (int tick = 0; tick < 20; ++tick) {
       ++count;
       const auto got = core::control(state, p, {count, &good});
-      CHECK(core::is_finite(got.motor_torque_nm));
+      CHECK(core::is_finite(got.motor_command_nm));
       CHECK_FALSE(got.numeric_error);
       CHECK(got.desired_torque_nm == 0.03F);
     }

@@ -18,7 +18,7 @@ using torsio::test::Rig;
 TEST_CASE("every refused report says why and leaves the scene as it was") {
   Rig rig;
   rig.arm_with_constant(0.03F);
-  const float held = rig.outputs.motor_torque_nm;
+  const float held = rig.outputs.motor_command_nm;
 
   Wall bad;
   bad.stiffness_nm_per_rad = std::numeric_limits<float>::quiet_NaN();
@@ -70,7 +70,7 @@ TEST_CASE("every refused report says why and leaves the scene as it was") {
   CHECK(rig.status(rig.send_bytes(encode(Event{}))) == Status::unknown_report);
 
   CHECK(rig.state() == State::armed);
-  CHECK(rig.outputs.motor_torque_nm == held);
+  CHECK(rig.outputs.motor_command_nm == held);
 }
 
 TEST_CASE("acknowledgements carry the sequence number, even of what cannot be read") {
@@ -99,21 +99,21 @@ TEST_CASE("a commit changes the whole scene between two ticks") {
   REQUIRE(rig.send_status(Commit{2, 0, 3}) == Status::ok);
   REQUIRE(rig.command(Op::arm) == Status::ok);
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.03));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.03));
   put(0, -0.04F);
   put(1, -0.02F);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.03));  // written, not committed
+  CHECK(rig.outputs.motor_command_nm == Approx(0.03));  // written, not committed
   REQUIRE(rig.device->receive(encode(Commit{3, 0, 3})));
-  while (rig.outputs.motor_torque_nm > 0.0F) rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == Approx(-0.06));  // never -0.02 or -0.01
+  while (rig.outputs.motor_command_nm > 0.0F) rig.tick();
+  CHECK(rig.outputs.motor_command_nm == Approx(-0.06));  // never -0.02 or -0.01
   // A change of one effect keeps the other.
   put(1, 0.0F);
   REQUIRE(rig.send_status(Commit{4, 0, 3}) == Status::ok);
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == Approx(-0.04));
+  CHECK(rig.outputs.motor_command_nm == Approx(-0.04));
   REQUIRE(rig.send_status(Commit{5, 0, 0}) == Status::ok);
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
 TEST_CASE("effects that were not written again go on, those that were begin anew") {
@@ -131,14 +131,14 @@ TEST_CASE("effects that were not written again go on, those that were begin anew
   REQUIRE(rig.send_status(ramp) == Status::ok);
   REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
   rig.tick(50);
-  const float middle = rig.outputs.motor_torque_nm;
+  const float middle = rig.outputs.motor_command_nm;
   CHECK(middle == Approx(0.025).epsilon(0.05));
   REQUIRE(rig.send_status(constant) == Status::ok);
   REQUIRE(rig.send_status(Commit{2, 0, 3}) == Status::ok);
-  CHECK(rig.outputs.motor_torque_nm > middle);  // went on
+  CHECK(rig.outputs.motor_command_nm > middle);  // went on
   REQUIRE(rig.send_status(ramp) == Status::ok);
   REQUIRE(rig.send_status(Commit{3, 0, 3}) == Status::ok);
-  CHECK(rig.outputs.motor_torque_nm < 0.2F * middle);  // began anew
+  CHECK(rig.outputs.motor_command_nm < 0.2F * middle);  // began anew
 }
 
 TEST_CASE("a curve is uploaded in pieces and played") {
@@ -162,7 +162,7 @@ TEST_CASE("a curve is uploaded in pieces and played") {
     rig.tick();
   }
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.0125).epsilon(1e-4));  // half a turn
+  CHECK(rig.outputs.motor_command_nm == Approx(0.0125).epsilon(1e-4));  // half a turn
 }
 
 TEST_CASE("zero and relax act only while disarmed") {
@@ -323,9 +323,9 @@ TEST_CASE("telemetry tells desired, motor, brake and spring torque with their si
     // The brake may hold its share; what the spring lacks the motor gives.
     const double desired = -40 * direction * 2.0 * M_PI / 8192;
     CHECK(sample.desired_torque * step == Approx(desired).epsilon(1e-3));
-    CHECK(sample.brake_torque * step == Approx(0.5 * std::abs(desired)).epsilon(2e-3));
+    CHECK(sample.brake_capacity * step == Approx(0.5 * std::abs(desired)).epsilon(2e-3));
     CHECK(sample.spring_torque * desired > 0);
-    CHECK((sample.spring_torque + sample.motor_torque) * step == Approx(desired).epsilon(1e-3));
+    CHECK((sample.spring_torque + sample.motor_command) * step == Approx(desired).epsilon(1e-3));
     rig.inputs.encoder_count -= static_cast<std::uint32_t>(40 * direction);
     rig.tick(500);
   }
@@ -347,7 +347,7 @@ TEST_CASE("a slot that plays again after a pause begins anew") {
   REQUIRE(rig.send_status(Commit{2, 0, 0}) == Status::ok);
   rig.tick(10);
   REQUIRE(rig.send_status(Commit{3, 0, 1}) == Status::ok);
-  CHECK(rig.outputs.motor_torque_nm < 0.005F);
+  CHECK(rig.outputs.motor_command_nm < 0.005F);
 }
 
 TEST_CASE("a host that does not read loses samples, which are counted, and no acknowledgement") {

@@ -58,10 +58,10 @@ class Life {
       seen.clear();
       rig.device->service();
       const device::TickOutputs out = rig.device->tick(inputs);
-      see(out.motor_torque_nm);
-      see(out.brake_torque_nm);
+      see(out.motor_command_nm);
+      see(out.brake_command_nm);
       seen.push_back(out.enabled ? 1 : 0);
-      if (!out.enabled) REQUIRE((out.motor_torque_nm == 0.0F && out.brake_torque_nm == 0.0F));
+      if (!out.enabled) REQUIRE((out.motor_command_nm == 0.0F && out.brake_command_nm == 0.0F));
       ReportBytes bytes;
       while (rig.device->next_input(bytes)) see(bytes);
       REQUIRE(rig.device->get_feature(Layout<Health>::id, bytes) == Status::ok);

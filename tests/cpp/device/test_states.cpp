@@ -17,8 +17,8 @@ TEST_CASE("a device boots disarmed and gives no torque before it is armed") {
   rig.tick(100);
   CHECK(rig.state() == State::disarmed);
   CHECK_FALSE(rig.outputs.enabled);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
-  CHECK(rig.outputs.brake_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK(rig.outputs.brake_command_nm == 0.0F);
 }
 
 TEST_CASE("arming starts softly: no step in torque") {
@@ -32,11 +32,11 @@ TEST_CASE("arming starts softly: no step in torque") {
   REQUIRE(rig.send_status(constant) == Status::ok);
   REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
   REQUIRE(rig.command(Op::arm) == Status::ok);
-  float last = rig.outputs.motor_torque_nm;
+  float last = rig.outputs.motor_command_nm;
   for (int i = 0; i < 60; ++i) {
     rig.tick();
-    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.001F * 0.05F / 50);
-    last = rig.outputs.motor_torque_nm;
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.001F * 0.05F / 50);
+    last = rig.outputs.motor_command_nm;
   }
   CHECK(last == 0.05F);
 }
@@ -45,17 +45,17 @@ TEST_CASE("disarm and stop cut the torque in the same tick; stop forgets the sce
   for (const Op op : {Op::disarm, Op::stop}) {
     Rig rig;
     rig.arm_with_constant(0.03F);
-    REQUIRE(rig.outputs.motor_torque_nm != 0.0F);
+    REQUIRE(rig.outputs.motor_command_nm != 0.0F);
     CHECK(rig.command(op) == Status::ok);
-    CHECK(rig.outputs.motor_torque_nm == 0.0F);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
     CHECK_FALSE(rig.outputs.enabled);
     CHECK(rig.command(Op::arm) == Status::ok);
     rig.tick(40);
     if (op == Op::stop) {
-      CHECK(rig.outputs.motor_torque_nm == 0.0F);
+      CHECK(rig.outputs.motor_command_nm == 0.0F);
       CHECK(rig.send_status(Commit{3, 0, 1}) == Status::empty_slot);
     } else {
-      CHECK(rig.outputs.motor_torque_nm != 0.0F);
+      CHECK(rig.outputs.motor_command_nm != 0.0F);
     }
   }
 }
@@ -63,10 +63,10 @@ TEST_CASE("disarm and stop cut the torque in the same tick; stop forgets the sce
 TEST_CASE("silence of the host makes the motor ramp down, then disarms") {
   Rig rig;
   rig.arm_with_constant(0.03F);  // watchdog 0.1 s, ramp 0.02 s
-  const float held = rig.outputs.motor_torque_nm;
+  const float held = rig.outputs.motor_command_nm;
   REQUIRE(rig.send_status(Stream{1, 0, 0}) == Status::ok);  // the last sign of life
   rig.tick(100);
-  CHECK(rig.outputs.motor_torque_nm == held);
+  CHECK(rig.outputs.motor_command_nm == held);
   rig.events.clear();
   rig.tick(3);
   REQUIRE(rig.events.size() == 1);
@@ -74,9 +74,9 @@ TEST_CASE("silence of the host makes the motor ramp down, then disarms") {
   float last = held;
   int ticks = 0;
   while (rig.outputs.enabled) {
-    CHECK(rig.outputs.motor_torque_nm <= last);
-    CHECK(last - rig.outputs.motor_torque_nm <= 3.01F * held / 20);
-    last = rig.outputs.motor_torque_nm;
+    CHECK(rig.outputs.motor_command_nm <= last);
+    CHECK(last - rig.outputs.motor_command_nm <= 3.01F * held / 20);
+    last = rig.outputs.motor_command_nm;
     rig.tick();
     REQUIRE(++ticks < 30);
   }
@@ -127,14 +127,14 @@ TEST_CASE("losing the bus fails passive at once, with the brake as configured") 
   rig.device->set_connected(false);
   rig.tick();
   CHECK(rig.outputs.enabled);
-  CHECK(rig.outputs.brake_torque_nm == 0.04F);
+  CHECK(rig.outputs.brake_command_nm == 0.04F);
   rig.tick(20);
   // The sensor knows of this brake: its model follows what was really commanded.
   const float step = rig.get<Identity>().torque_step_nm;
-  CHECK(rig.telemetry.back().sample[0].brake_torque * step > 0.005F);
+  CHECK(rig.telemetry.back().sample[0].brake_capacity * step > 0.005F);
   rig.tick(5);
   CHECK(rig.state() == State::disarmed);
-  CHECK(rig.outputs.brake_torque_nm == 0.0F);
+  CHECK(rig.outputs.brake_command_nm == 0.0F);
 }
 
 TEST_CASE("faults cut the torque in the same tick, latch, and clear only without their cause") {
@@ -142,7 +142,7 @@ TEST_CASE("faults cut the torque in the same tick, latch, and clear only without
   rig.arm_with_constant(0.03F);
   rig.inputs.emergency_stop = true;
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   CHECK_FALSE(rig.outputs.enabled);
   CHECK(rig.command(Op::arm) == Status::fault_latched);
   CHECK(rig.command(Op::clear_fault) == Status::fault_persists);
@@ -297,10 +297,10 @@ TEST_CASE("a local model holds until its deadline, then the device fails passive
   model.deadline_s = 0.02F;
   REQUIRE(rig.device->receive(encode(model)));
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.02));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.02));
   rig.inputs.encoder_count += 10;
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.02 - 10 * 2.0 * M_PI / 8192).epsilon(1e-4));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.02 - 10 * 2.0 * M_PI / 8192).epsilon(1e-4));
   rig.tick(18);
   CHECK(rig.state() == State::armed);
   rig.tick(2);
@@ -328,11 +328,11 @@ TEST_CASE("local models: newest wins, stale ones are refused, a zero deadline en
   model.torque_nm = 0.03F;
   REQUIRE(rig.device->receive(encode(model)));
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.03));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.03));
   model.sequence = 1;
   model.deadline_s = 0.0F;
   REQUIRE(rig.device->receive(encode(model)));
   rig.tick(100);
   CHECK(rig.state() == State::armed);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }

@@ -111,7 +111,7 @@ TEST_CASE("closed loop does not depend on how a run is cut or how often it is re
 TEST_CASE("a spin-up ends at angle and time 0 with the speed that was asked") {
   for (const double direction : {1.0, -1.0}) {
     ClosedLoopOptions options;
-    options.spin_up = SpinUp{.motor_torque_nm = direction * 0.04, .speed_rad_s = 18.0};
+    options.spin_up = SpinUp{.motor_command_nm = direction * 0.04, .speed_rad_s = 18.0};
     ClosedLoop loop(options);
     const LoopRow first = run(loop, 1).front();
     CHECK(first.time_s == 0.0);
@@ -123,7 +123,7 @@ TEST_CASE("a spin-up ends at angle and time 0 with the speed that was asked") {
     CHECK(direction * (first.angle_rad - first.brake_angle_rad) > 0.0);
   }
   ClosedLoopOptions weak;
-  weak.spin_up = SpinUp{.motor_torque_nm = 0.004, .speed_rad_s = 18.0, .longest_s = 0.1};
+  weak.spin_up = SpinUp{.motor_command_nm = 0.004, .speed_rad_s = 18.0, .longest_s = 0.1};
   CHECK_THROWS_AS(ClosedLoop{weak}, std::runtime_error);
 }
 
@@ -144,12 +144,12 @@ TEST_CASE("a held command is given to the actuators and known to the controller"
   ClosedLoopOptions options;
   options.scene = {protocol::Constant{.target = {}, .torque_nm = 0.02F, .timing = {}}};
   ClosedLoop loop(options);
-  loop.hold_command({.motor_torque_nm = 0.01, .brake_torque_nm = 0.1});
+  loop.hold_command({.motor_command_nm = 0.01, .brake_command_nm = 0.1});
   const std::vector<LoopRow> held = run(loop, 500);
   CHECK(held.back().desired_torque_nm == 0.0F);
   CHECK(held.back().motor_torque_nm == doctest::Approx(0.01));
   CHECK(held.back().brake_capacity_nm == doctest::Approx(0.102).epsilon(1e-3));
-  CHECK(held.back().sensed_brake_torque_nm == doctest::Approx(0.1).epsilon(1e-3));
+  CHECK(held.back().sensed_brake_capacity_nm == doctest::Approx(0.1).epsilon(1e-3));
   loop.release_command();
   CHECK(run(loop, 1).front().desired_torque_nm == 0.02F);
 }
@@ -189,7 +189,7 @@ TEST_CASE("replay decides as the closed loop did") {
     std::vector<ReplayRow> single(rows.size());
     replay(options, counts, single);
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      REQUIRE(single[i].motor_torque_nm == static_cast<double>(rows[i].motor_command_nm));
+      REQUIRE(single[i].motor_command_nm == static_cast<double>(rows[i].motor_command_nm));
       REQUIRE(single[i].spring_torque_nm == static_cast<double>(rows[i].sensed_spring_torque_nm));
     }
   }

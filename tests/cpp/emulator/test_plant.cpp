@@ -42,9 +42,9 @@ TEST_CASE("commands are clipped to the actuators' limits and refused when not fi
   plant.set_command({0.0, -1.0});
   plant.advance(1'000);
   CHECK(plant.state().brake_capacity_nm == 0.0);
-  CHECK_THROWS_WITH_AS(plant.set_command({NAN, 0.0}), doctest::Contains("motor_torque_nm"),
+  CHECK_THROWS_WITH_AS(plant.set_command({NAN, 0.0}), doctest::Contains("motor_command_nm"),
                        std::invalid_argument);
-  CHECK_THROWS_WITH_AS(plant.set_command({0.0, INFINITY}), doctest::Contains("brake_torque_nm"),
+  CHECK_THROWS_WITH_AS(plant.set_command({0.0, INFINITY}), doctest::Contains("brake_command_nm"),
                        std::invalid_argument);
 }
 

@@ -156,10 +156,10 @@ TEST_CASE("every field of the simple effects arrives in its own place") {
   CHECK(curve.points == 3);
 
   const protocol::LocalModel model = to_wire(LocalModel{.torque_nm = -0.5,
-                                               .angle_rad = kTurn,
-                                               .stiffness_nm_per_rad = 2,
-                                               .damping_nm_s_per_rad = 0.25,
-                                               .deadline_s = 0.125});
+                                                        .angle_rad = kTurn,
+                                                        .stiffness_nm_per_rad = 2,
+                                                        .damping_nm_s_per_rad = 0.25,
+                                                        .deadline_s = 0.125});
   CHECK(model.torque_nm == -0.5F);
   CHECK(model.angle_turns_q32 == 1LL << 32);
   CHECK(model.stiffness_nm_per_rad == 2.0F);
@@ -186,7 +186,8 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
   CHECK(actuator.counts_per_rev == 16);
   CHECK(actuator.counter_bits == 24);
   CHECK(actuator.encoder_reversed == protocol::Toggle::on);
-  CHECK(protocol::encode(to_wire(convert_back<ActuatorConfig>(actuator))) == protocol::encode(actuator));
+  CHECK(protocol::encode(to_wire(convert_back<ActuatorConfig>(actuator))) ==
+        protocol::encode(actuator));
 
   const protocol::ControlConfig control = to_wire(ControlConfig{.law = Law::parallel,
                                                                 .beta = 0.25,
@@ -210,7 +211,8 @@ TEST_CASE("every field of the configuration arrives in its own place and comes b
   CHECK(control.passive_ramp_s == 8.0F);
   CHECK(control.passive_brake_nm == 9.0F);
   CHECK(control.autonomous == protocol::Toggle::on);
-  CHECK(protocol::encode(to_wire(convert_back<ControlConfig>(control))) == protocol::encode(control));
+  CHECK(protocol::encode(to_wire(convert_back<ControlConfig>(control))) ==
+        protocol::encode(control));
 }
 
 TEST_CASE("every field of the board's configuration arrives in its own place and comes back") {

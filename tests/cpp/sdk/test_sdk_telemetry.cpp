@@ -348,8 +348,8 @@ TEST_CASE("decoder gives every field its own value, in SI units") {
   CHECK(samples[1].angle_rad == doctest::Approx(-std::numbers::pi));
   CHECK(samples[1].speed_rad_s == -1.0F);
   CHECK(samples[1].desired_torque_nm == 3.0F);
-  CHECK(samples[1].motor_torque_nm == -4.0F);
-  CHECK(samples[1].brake_torque_nm == 5.0F);
+  CHECK(samples[1].motor_command_nm == -4.0F);
+  CHECK(samples[1].brake_capacity_nm == 5.0F);
   CHECK(samples[1].spring_torque_nm == -6.0F);
   CHECK(samples[1].flags == (flag::brake_saturated | 1));
 

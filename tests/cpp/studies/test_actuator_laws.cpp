@@ -33,14 +33,14 @@ Senses pushed(double hand_nm, double desired_nm) { return {0, 0, hand_nm, desire
 
 MachineCommand motor(double torque_nm) {
   MachineCommand command;
-  command.motor_torque_nm = torque_nm;
+  command.motor_command_nm = torque_nm;
   return command;
 }
 
 MachineCommand both(double motor_nm, double forward_nm, double backward_nm, double source = 0.0) {
   MachineCommand command = motor(motor_nm);
-  command.brake_forward_nm = forward_nm;
-  command.brake_backward_nm = backward_nm;
+  command.brake_forward_command_nm = forward_nm;
+  command.brake_backward_command_nm = backward_nm;
   command.source_speed_rad_s = source;
   return command;
 }
@@ -52,9 +52,11 @@ void check(Kind kind, const std::vector<Tick>& ticks) {
     CAPTURE(i);
     const MachineCommand found = law(ticks[i].senses);
     const MachineCommand& expected = ticks[i].expected;
-    CHECK(found.motor_torque_nm == doctest::Approx(expected.motor_torque_nm).epsilon(1e-6));
-    CHECK(found.brake_forward_nm == doctest::Approx(expected.brake_forward_nm).epsilon(1e-6));
-    CHECK(found.brake_backward_nm == doctest::Approx(expected.brake_backward_nm).epsilon(1e-6));
+    CHECK(found.motor_command_nm == doctest::Approx(expected.motor_command_nm).epsilon(1e-6));
+    CHECK(found.brake_forward_command_nm ==
+          doctest::Approx(expected.brake_forward_command_nm).epsilon(1e-6));
+    CHECK(found.brake_backward_command_nm ==
+          doctest::Approx(expected.brake_backward_command_nm).epsilon(1e-6));
     CHECK(found.source_speed_rad_s == expected.source_speed_rad_s);
   }
 }

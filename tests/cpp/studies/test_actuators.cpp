@@ -67,7 +67,7 @@ TEST_CASE("machine: a locked brake makes the knob a spring of the shaft's stiffn
   params.damping_nm_s_per_rad = 2e-3;
   params.brake = Seat::far_shaft;
   MachineCommand command;
-  command.brake_forward_nm = command.brake_backward_nm = 0.1;
+  command.brake_forward_command_nm = command.brake_backward_command_nm = 0.1;
   SUBCASE("up to what it can hold") {
     const auto machine = run(params, grown(0.09), {}, command, 0.6);
     CHECK(machine.state().angle_rad[0] == doctest::Approx(0.09 / 2.873).epsilon(1e-4));
@@ -85,7 +85,7 @@ TEST_CASE("machine: a one-way brake holds one way and lets go the other") {
   auto params = one_shaft(1e-4, 0.0, 0.0);
   params.brake = Seat::knob;
   MachineCommand command;
-  command.brake_forward_nm = 0.1;
+  command.brake_forward_command_nm = 0.1;
   CHECK(run(params, steady(0.05), {}, command, 0.1).state().angle_rad[0] == 0.0);
   const auto back = run(params, steady(-0.05), {}, command, 0.1);
   CHECK(back.state().speed_rad_s[0] == doctest::Approx(-0.05 / 1e-4 * 0.1).epsilon(1e-9));
@@ -96,7 +96,7 @@ TEST_CASE("machine: a slipping clutch drives the knob with its torque until both
   params.brake = Seat::knob;
   params.source_acceleration_rad_s2 = 1e9;
   MachineCommand command;
-  command.brake_forward_nm = command.brake_backward_nm = 0.01;
+  command.brake_forward_command_nm = command.brake_backward_command_nm = 0.01;
   command.source_speed_rad_s = 20.0;
   CHECK(run(params, NoHand{}, {}, command, 0.1).state().speed_rad_s[0] ==
         doctest::Approx(10.0).epsilon(1e-6));
@@ -109,11 +109,11 @@ TEST_CASE("machine: motor and brake follow their commands with their time consta
   params.motor_time_constant_s = 0.02;
   params.brake_time_constant_s = 0.06;
   MachineCommand command;
-  command.motor_torque_nm = 0.05;
-  command.brake_forward_nm = 0.1;
+  command.motor_command_nm = 0.05;
+  command.brake_forward_command_nm = 0.1;
   const auto machine = run(params, NoHand{}, {}, command, 0.03);
   CHECK(machine.state().motor_torque_nm == doctest::Approx(0.05 * -std::expm1(-1.5)));
-  CHECK(machine.state().brake_forward_nm == doctest::Approx(0.1 * -std::expm1(-0.5)));
+  CHECK(machine.state().brake_forward_capacity_nm == doctest::Approx(0.1 * -std::expm1(-0.5)));
 }
 
 TEST_CASE("machine: bad parameters are refused with their name") {

@@ -36,10 +36,10 @@ TEST_CASE("controller in 64 bits decides as the device's but for rounding") {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       REQUIRE(wide[i].position_counts == single[i].position_counts);
       // 1e-7 N m is 1/20,000 of what the encoder can tell.
-      REQUIRE(std::abs(wide[i].motor_torque_nm - single[i].motor_torque_nm) < 1e-7);
-      REQUIRE(std::abs(wide[i].brake_torque_nm - single[i].brake_torque_nm) < 1e-7);
+      REQUIRE(std::abs(wide[i].motor_command_nm - single[i].motor_command_nm) < 1e-7);
+      REQUIRE(std::abs(wide[i].brake_command_nm - single[i].brake_command_nm) < 1e-7);
       REQUIRE(std::abs(wide[i].spring_torque_nm - single[i].spring_torque_nm) < 1e-7);
-      differs = differs || wide[i].motor_torque_nm != single[i].motor_torque_nm;
+      differs = differs || wide[i].motor_command_nm != single[i].motor_command_nm;
     }
     CHECK(differs);  // else it would not be another precision
   }

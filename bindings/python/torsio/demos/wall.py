@@ -64,8 +64,8 @@ class WallVisit:
     time_s: Array
     angle_rad: Array
     desired_torque_nm: Array
-    motor_torque_nm: Array
-    brake_torque_nm: Array
+    motor_command_nm: Array
+    brake_capacity_nm: Array
     spring_torque_nm: Array
     truth: Truth | None
     samples_lost: int
@@ -75,7 +75,7 @@ class WallVisit:
     def rendered_torque_nm(self) -> Array:
         """What the user feels: spring and motor together, true where that is known."""
         if self.truth is None:
-            return self.spring_torque_nm + self.motor_torque_nm
+            return self.spring_torque_nm + self.motor_command_nm
         return self.truth.spring_torque_nm + self.truth.motor_torque_nm
 
     @property
@@ -232,8 +232,8 @@ def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit
         time_s=log["time_s"] - log["time_s"][0],
         angle_rad=log["angle_rad"],
         desired_torque_nm=log["desired_torque_nm"].astype(np.float64),
-        motor_torque_nm=log["motor_torque_nm"].astype(np.float64),
-        brake_torque_nm=log["brake_torque_nm"].astype(np.float64),
+        motor_command_nm=log["motor_command_nm"].astype(np.float64),
+        brake_capacity_nm=log["brake_capacity_nm"].astype(np.float64),
         spring_torque_nm=log["spring_torque_nm"].astype(np.float64),
         truth=truth,
         samples_lost=knob.statistics().samples_lost,

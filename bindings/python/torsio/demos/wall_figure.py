@@ -156,8 +156,8 @@ def _torques(axes: Axes, visit: WallVisit) -> None:
     _, end = _shade_visit(axes, visit)
     truth = visit.truth
     spring = visit.spring_torque_nm if truth is None else truth.spring_torque_nm
-    brake = visit.brake_torque_nm if truth is None else truth.brake_capacity_nm
-    desired, motor = -1e3 * visit.desired_torque_nm, -1e3 * visit.motor_torque_nm
+    brake = visit.brake_capacity_nm if truth is None else truth.brake_capacity_nm
+    desired, motor = -1e3 * visit.desired_torque_nm, -1e3 * visit.motor_command_nm
     spring, brake = -1e3 * spring, 1e3 * brake
     axes.set_title("Who pushes back")
     axes.axhline(0, color=GREY, lw=0.8)

@@ -204,8 +204,8 @@ def free_air(guarded: bool, duration_s: float = 1.0) -> tuple[Array, Array]:
         angle[i] = plant.state["angle_rad"]
         moved = core.track_motion(motion, motion_params, encoder.sample(angle[i]))
         spring = core.sense_spring(sensor, moved.delta_rad, HIGH_FLOOR_NM)
-        torque = core.partition(law, 0.0, spring).motor_torque_nm if guarded else -spring
-        plant.set_command(motor_torque_nm=torque)
+        torque = core.partition(law, 0.0, spring).motor_command_nm if guarded else -spring
+        plant.set_command(motor_command_nm=torque)
         plant.advance(1_000_000)
     return time, angle
 
@@ -252,7 +252,7 @@ def brake_model_errors_nm(period_ns: int, time_constant_s: float) -> tuple[float
     )
     rows = simulate(options, duration_s=runs.PUSH_DURATION_S)
     true = rows["brake_capacity_nm"] - plant.brake_drag_nm
-    guarded = float(np.abs(rows["sensed_brake_torque_nm"] - true).max())
+    guarded = float(np.abs(rows["sensed_brake_capacity_nm"] - true).max())
     if time_constant_s == 0.0:
         return math.inf, guarded  # it would divide by it
     ratio = 1e-9 * period_ns / time_constant_s

@@ -72,7 +72,7 @@ LOOPS: Final = (
         )
     ),
     LoopOptions(hand=PrescribedMotion(angle_rad=_PATH)),
-    LoopOptions(spin_up=SpinUp(motor_torque_nm=40e-3, speed_rad_s=1.0)),
+    LoopOptions(spin_up=SpinUp(motor_command_nm=40e-3, speed_rad_s=1.0)),
 )
 REFUSED: Final = protocol.STATUS_NAMES.index("not_finite")
 CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
@@ -271,5 +271,5 @@ def _chained(spoiled_input: str | None, bad: float) -> float:
         capacity = core.model_brake(brake, brake_params, inputs["held_command_nm"])
         spring = core.sense_spring(sensor, inputs["delta_rad"], capacity)
         shares = core.partition(law, inputs["desired_nm"], spring)
-        motor_nm, command_nm = shares.motor_torque_nm, shares.brake_torque_nm
+        motor_nm, command_nm = shares.motor_command_nm, shares.brake_command_nm
     return motor_nm

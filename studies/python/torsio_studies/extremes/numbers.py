@@ -192,7 +192,7 @@ def wrap_traces(bits: int) -> tuple[Array, Array, Array]:
     delta = np.diff(counter, prepend=counter[0]).astype(np.float64) * COUNT_RAD
     torque, naive = 0.0, np.empty(len(rows))
     for i, step in enumerate(delta):
-        bound = max(float(rows["sensed_brake_torque_nm"][i]), 3.3e-3)
+        bound = max(float(rows["sensed_brake_capacity_nm"][i]), 3.3e-3)
         torque = min(max(torque - STIFFNESS * step, -bound), bound)
         naive[i] = torque
     return rows["time_s"], naive, rows["sensed_spring_torque_nm"].astype(np.float64)
@@ -266,7 +266,7 @@ def subnormal_ticks(seconds: float = 60.0) -> tuple[int, int]:
     for _ in range(ticks):
         value = np.float32(value * decay)
         naive += int(0 < value < tiny)
-    state = core.BrakeState(torque_nm=0.1)
+    state = core.BrakeState(capacity_nm=0.1)
     params = core.BrakeParams(floor_nm=0.0)
     states = core.model_brake_record(state, params, np.zeros(ticks))
     return naive, int(np.count_nonzero((states > 0) & (states < tiny)))
@@ -286,7 +286,7 @@ def subnormal_plant_states() -> tuple[int, int]:
     tiny = float(np.finfo(np.float64).tiny)
     params = PlantParams(brake_drag_nm=0.0)  # the drag would hide the brake's own torque
     plant = emulator.Plant(params)
-    plant.set_command(motor_torque_nm=50e-3, brake_torque_nm=0.1)
+    plant.set_command(motor_command_nm=50e-3, brake_command_nm=0.1)
     plant.advance(200_000_000)
     plant.set_command()
     torque_nm, naive, guarded = 0.1, 0, 0
@@ -305,4 +305,4 @@ def precision_trace(options: LoopOptions, duration_s: float) -> tuple[Array, Arr
     counts = rows["position_counts"] % (1 << 32)
     single = replay(options, counts)
     double = wide.replay(options, counts)
-    return rows["time_s"], np.asarray(single["motor_torque_nm"] - double["motor_torque_nm"])
+    return rows["time_s"], np.asarray(single["motor_command_nm"] - double["motor_command_nm"])

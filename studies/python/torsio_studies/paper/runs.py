@@ -59,7 +59,7 @@ def bounce_options(
         control=ControlConfig(law=law, beta=beta),
         control_period_ns=round(1e9 / rate_hz),
         delay_ticks=delay_ticks,
-        spin_up=SpinUp(motor_torque_nm=SPIN_UP_NM, speed_rad_s=RELEASE_SPEED_RAD_S),
+        spin_up=SpinUp(motor_command_nm=SPIN_UP_NM, speed_rad_s=RELEASE_SPEED_RAD_S),
     )
 
 
@@ -320,12 +320,12 @@ class Characterisation:
 def characterise(hardening: ShaftHardening | None = None) -> Characterisation:
     """Hold the brake at its limit, and ramp the motor's torque up and down again."""
     loop = ClosedLoop(LoopOptions(plant=PlantParams(shaft_hardening=hardening)))
-    loop.hold_command(brake_torque_nm=BRAKE_NM)
+    loop.hold_command(brake_command_nm=BRAKE_NM)
     loop.run(duration_s=0.5)  # until the brake holds
     rows = []
     for share in np.linspace(0, 2, round(1000 * RAMP_S)):
         wanted = float(MOTOR_NM * min(share, 2.0 - share))
-        loop.hold_command(motor_torque_nm=wanted, brake_torque_nm=BRAKE_NM)
+        loop.hold_command(motor_command_nm=wanted, brake_command_nm=BRAKE_NM)
         rows.append(loop.run(duration_s=1e-3))
     log = np.concatenate(rows)
     counts = log["position_counts"]

@@ -167,7 +167,7 @@ class GameRig : public Rig {
     std::vector<float> nm;
     for (int i = 0; i < ticks; ++i) {
       tick();
-      nm.push_back(outputs.motor_torque_nm);
+      nm.push_back(outputs.motor_command_nm);
     }
     return nm;
   }

@@ -38,7 +38,7 @@ void check_torques(GameRig& rig, int ticks, Form&& expected_nm) {
   for (int i = 0; i < ticks; ++i) {
     CAPTURE(i);
     rig.tick();
-    CHECK(static_cast<double>(rig.outputs.motor_torque_nm) ==
+    CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
           Approx(expected_nm(i)).scale(1).epsilon(kStep));
   }
 }
@@ -81,7 +81,7 @@ TEST_CASE("a direction is where the force comes from; one axis takes its share")
     options.direction = static_cast<int>(std::lround(c.degrees / 360.0 * 32767));
     rig.play_constant(32767, options);
     rig.tick(3);
-    CHECK(static_cast<double>(rig.outputs.motor_torque_nm) ==
+    CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
           Approx(c.share * kFull).scale(1).epsilon(2e-4 * kFull));
   }
 }
@@ -101,10 +101,10 @@ TEST_CASE("a force of the other sign pushes the other way") {
   GameRig rig;
   const int block = rig.play_constant(-32767);
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == Approx(-kFull));
+  CHECK(rig.outputs.motor_command_nm == Approx(-kFull));
   rig.constant(block, 10000);
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == Approx(kFull * 10000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == Approx(kFull * 10000 / 32767));
 }
 
 TEST_CASE("a ramp goes from start to end over its duration") {
@@ -199,14 +199,14 @@ TEST_CASE("a loop count of 255 has no end") {
   rig.constant(block, 32767);
   rig.start(block, 255);
   rig.tick(3 * 600);
-  CHECK(rig.outputs.motor_torque_nm == Approx(kFull));
+  CHECK(rig.outputs.motor_command_nm == Approx(kFull));
 }
 
 TEST_CASE("a duration of zero, as Linux 6.1 sends it, is without end") {
   GameRig rig;
   rig.play_constant(32767, lasting(0));
   rig.tick(5000);
-  CHECK(rig.outputs.motor_torque_nm == Approx(kFull));
+  CHECK(rig.outputs.motor_command_nm == Approx(kFull));
 }
 
 TEST_CASE("effect gain, device gain and the user's gain multiply; the cap holds the sum") {
@@ -217,12 +217,12 @@ TEST_CASE("effect gain, device gain and the user's gain multiply; the cap holds 
   rig.play_constant(32767, options);
   rig.gain(8192);
   rig.tick(3);
-  CHECK(rig.outputs.motor_torque_nm == about(kFull / 16));
+  CHECK(rig.outputs.motor_command_nm == about(kFull / 16));
 
   GameRig full;
   for (int i = 0; i < 3; ++i) full.play_constant(32767);
   full.tick(3);
-  CHECK(full.outputs.motor_torque_nm == Approx(kFull));
+  CHECK(full.outputs.motor_command_nm == Approx(kFull));
 }
 
 TEST_CASE("the cap is never above the motor's own") {
@@ -230,7 +230,7 @@ TEST_CASE("the cap is never above the motor's own") {
   rig.configure([](protocol::GameConfig& config) { config.torque_max_nm = 50; });
   rig.play_constant(32767);
   rig.tick(3);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.085));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.085));
 }
 
 TEST_CASE("updates in every millisecond are joined by lines, whatever the tick rate") {
@@ -246,9 +246,9 @@ TEST_CASE("updates in every millisecond are joined by lines, whatever the tick r
       for (int i = 0; i < per_ms; ++i) {
         rig.tick();
         // The steepest slope of the sine, spread over the ticks of a millisecond.
-        CHECK(std::abs(rig.outputs.motor_torque_nm - last) <
+        CHECK(std::abs(rig.outputs.motor_command_nm - last) <
               1.1 * kFull * 30000 / 32767 / 16 / per_ms + 1e-6);
-        last = rig.outputs.motor_torque_nm;
+        last = rig.outputs.motor_command_nm;
       }
       CHECK(static_cast<double>(last) ==
             Approx(kFull * 30000 / 32767 * std::sin(ms / 16.0)).scale(1).epsilon(1e-4));
@@ -280,16 +280,16 @@ TEST_CASE("a paused device is silent, and effects go on where they were") {
   rig.ramp(block, 0, 32767);
   rig.start(block);
   rig.tick(41);
-  const float before = rig.outputs.motor_torque_nm;
+  const float before = rig.outputs.motor_command_nm;
   CHECK(before == Approx(kFull * 0.4));
   rig.control(5);
   rig.tick(300);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.control(6);
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == about(kFull * 0.41, 0.03));
+  CHECK(rig.outputs.motor_command_nm == about(kFull * 0.41, 0.03));
   rig.tick(62);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
 TEST_CASE("a spring answers to offset, dead band, each side's coefficient and saturation") {
@@ -327,7 +327,7 @@ TEST_CASE("a spring answers to offset, dead band, each side's coefficient and sa
     double expected = 0;
     if (beyond > 0.1) expected = -std::min(beyond - 0.1, 0.3) * kFull;
     if (beyond < -0.1) expected = std::min(-(beyond + 0.1) * 0.5, 1.0) * kFull;
-    CHECK(static_cast<double>(rig.outputs.motor_torque_nm) ==
+    CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
           Approx(expected).scale(1).epsilon(2e-5));
   }
 }
@@ -340,7 +340,7 @@ TEST_CASE("a negative spring pushes away") {
   options.negative = -32767;
   rig.play_condition(kSpring, options);
   rig.turn(10, 65);
-  CHECK(rig.outputs.motor_torque_nm == about(kFull * 650 * 2 * kPi / 8192));
+  CHECK(rig.outputs.motor_command_nm == about(kFull * 650 * 2 * kPi / 8192));
 }
 
 TEST_CASE("a damper resists in proportion to speed, and a negative one does nothing") {
@@ -354,9 +354,9 @@ TEST_CASE("a damper resists in proportion to speed, and a negative one does noth
     rig.turn(13, 300);
     const double speed = 13 * 2 * kPi / 8192 / 1e-3;
     if (coefficient > 0) {
-      CHECK(rig.outputs.motor_torque_nm == about(-kFull * speed / 40));
+      CHECK(rig.outputs.motor_command_nm == about(-kFull * speed / 40));
     } else {
-      CHECK(rig.outputs.motor_torque_nm == 0.0F);
+      CHECK(rig.outputs.motor_command_nm == 0.0F);
     }
   }
 }
@@ -371,7 +371,7 @@ TEST_CASE("an inertia resists in proportion to acceleration") {
     count += 0.25 * i;  // counts per tick, growing by a quarter in each
     rig.inputs.encoder_count = static_cast<std::uint32_t>(std::lround(count));
     rig.tick();
-    if (i >= 200) mean += static_cast<double>(rig.outputs.motor_torque_nm) / 200;
+    if (i >= 200) mean += static_cast<double>(rig.outputs.motor_command_nm) / 200;
   }
   const double acceleration = 0.25 * 2 * kPi / 8192 / 1e-6;
   CHECK(mean == about(-kFull * acceleration / 1e4, 0.01));
@@ -385,7 +385,7 @@ TEST_CASE("a friction holds its torque at any speed and turns with the direction
   rig.play_condition(kFriction, options);
   for (const int step : {3, 30, -3, -30}) {
     rig.turn(step, 600);
-    CHECK(rig.outputs.motor_torque_nm == about(step > 0 ? -kFull / 4 : kFull / 8));
+    CHECK(rig.outputs.motor_command_nm == about(step > 0 ? -kFull / 4 : kFull / 8));
   }
 }
 
@@ -396,7 +396,7 @@ TEST_CASE("a friction's offset is a surface that moves, and its dead band lets s
   options.negative = 8192;
   moving.play_condition(kFriction, options);
   moving.tick(1000);
-  CHECK(moving.outputs.motor_torque_nm == about(kFull / 4));
+  CHECK(moving.outputs.motor_command_nm == about(kFull / 4));
 
   GameRig loose;
   options = {};
@@ -404,16 +404,16 @@ TEST_CASE("a friction's offset is a surface that moves, and its dead band lets s
   options.dead_band = 16384;  // 10 rad/s
   loose.play_condition(kFriction, options);
   loose.turn(6, 600);  // 4.6 rad/s
-  CHECK(loose.outputs.motor_torque_nm == 0.0F);
+  CHECK(loose.outputs.motor_command_nm == 0.0F);
   loose.turn(30, 600);
-  CHECK(loose.outputs.motor_torque_nm == about(-kFull / 4));
+  CHECK(loose.outputs.motor_command_nm == about(-kFull / 4));
 
   GameRig both;
   options.negative = 8192;
   options.offset = 24575;  // 15 rad/s: a knob at rest is too slow by more than the dead band
   both.play_condition(kFriction, options);
   both.tick(100);
-  CHECK(both.outputs.motor_torque_nm == about(kFull / 4));
+  CHECK(both.outputs.motor_command_nm == about(kFull / 4));
 }
 
 TEST_CASE("a button starts what it triggers, and again while it is held") {
@@ -428,15 +428,15 @@ TEST_CASE("a button starts what it triggers, and again while it is held") {
   rig.tick(5);
   rig.device->game().set_buttons(1);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.device->game().set_buttons(2);
   int on = 0;
   for (int i = 0; i < 90; ++i) {
     rig.tick();
-    if (rig.outputs.motor_torque_nm > 0.0F) ++on;
+    if (rig.outputs.motor_command_nm > 0.0F) ++on;
   }
   CHECK(on == 30);
   rig.device->game().set_buttons(0);
   rig.tick(60);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }

@@ -31,7 +31,7 @@ struct Strongest : GameRig {
     play_condition(type, {});
     tick(2);
   }
-  double torque_nm() const { return static_cast<double>(outputs.motor_torque_nm); }
+  double torque_nm() const { return static_cast<double>(outputs.motor_command_nm); }
 };
 
 }  // namespace
@@ -83,6 +83,6 @@ TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
     const double torque = frictions * static_cast<double>(GameRig::kFullNm);
     const double stable =
         kInertiaKgM2 * std::pow(4 * kCoulombNm / (kPi * torque * delay_s(1e-3)), 2);
-    CHECK(rig.outputs.motor_torque_nm == about(-stable * 2 * kCountRad));
+    CHECK(rig.outputs.motor_command_nm == about(-stable * 2 * kCountRad));
   }
 }

@@ -121,11 +121,11 @@ TEST_CASE("a game cannot take the actuator from the SDK, nor start what would so
   rig.play_constant(32767);
   rig.tick(20);
   CHECK(rig.owner() == Owner::sdk);
-  CHECK(rig.outputs.motor_torque_nm == -0.05F);
+  CHECK(rig.outputs.motor_command_nm == -0.05F);
   REQUIRE(rig.command(Op::disarm) == Status::ok);
   rig.tick(50);
   CHECK(rig.state() == State::disarmed);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
 TEST_CASE("the SDK takes over from a game by arming: told in acknowledgement, event and flag") {
@@ -133,17 +133,17 @@ TEST_CASE("the SDK takes over from a game by arming: told in acknowledgement, ev
   REQUIRE(rig.send_status(protocol::Stream{1, 0, 1}) == Status::ok);
   rig.play_constant(32767);
   rig.tick(40);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
   REQUIRE_FALSE(rig.telemetry.empty());
   CHECK((rig.telemetry.back().flags & protocol::flag::game) != 0);
-  float last = rig.outputs.motor_torque_nm;
+  float last = rig.outputs.motor_command_nm;
   rig.events.clear();
   REQUIRE(rig.device->receive(protocol::encode(protocol::Command{9, 0, Op::arm})));
   for (int i = 0; i < 80; ++i) {
     rig.tick();
     // Both fade in 50 ms: one down from 0.08, the other to -0.05.
-    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.13F / 50);
-    last = rig.outputs.motor_torque_nm;
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.13F / 50);
+    last = rig.outputs.motor_command_nm;
   }
   CHECK(last == -0.05F);
   CHECK(rig.acknowledgements.back().status == 0);
@@ -169,8 +169,8 @@ TEST_CASE("after the SDK has let go, a game gets the actuator by starting an eff
   float last = 0;
   for (int i = 0; i < 10; ++i) {
     rig.tick();
-    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.08F / 2);
-    last = rig.outputs.motor_torque_nm;
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.08F / 2);
+    last = rig.outputs.motor_command_nm;
   }
   CHECK(rig.owner() == Owner::game);
 }
@@ -180,9 +180,9 @@ TEST_CASE("the SDK may stop a game's force at once") {
     GameRig rig;
     rig.play_constant(32767);
     rig.tick(10);
-    REQUIRE(rig.outputs.motor_torque_nm > 0.0F);
+    REQUIRE(rig.outputs.motor_command_nm > 0.0F);
     CHECK(rig.command(op) == Status::ok);
-    CHECK(rig.outputs.motor_torque_nm == 0.0F);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
     rig.tick(100);
     CHECK(rig.state() == State::disarmed);
   }
@@ -201,12 +201,12 @@ TEST_CASE("when the bus is lost a game's force fades in the configured time") {
   rig.play_constant(32767);
   rig.tick(10);
   rig.device->set_connected(false);
-  float last = rig.outputs.motor_torque_nm;
+  float last = rig.outputs.motor_command_nm;
   for (int i = 0; i < 52; ++i) {
     rig.tick();
-    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.08F / 50);
-    CHECK(rig.outputs.motor_torque_nm <= last);
-    last = rig.outputs.motor_torque_nm;
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.08F / 50);
+    CHECK(rig.outputs.motor_command_nm <= last);
+    last = rig.outputs.motor_command_nm;
   }
   CHECK(rig.state() == State::disarmed);
   rig.device->set_connected(true);
@@ -219,11 +219,11 @@ TEST_CASE("disable actuators fades the force, and nothing plays until they are e
   const int block = rig.play_constant(32767);
   rig.tick(10);
   rig.control(2);
-  float last = rig.outputs.motor_torque_nm;
+  float last = rig.outputs.motor_command_nm;
   for (int i = 0; i < 60; ++i) {
     rig.tick();
-    CHECK(std::abs(rig.outputs.motor_torque_nm - last) < 1.01F * 0.08F / 50);
-    last = rig.outputs.motor_torque_nm;
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.08F / 50);
+    last = rig.outputs.motor_command_nm;
   }
   CHECK(last == 0.0F);
   CHECK(rig.state() == State::disarmed);
@@ -233,7 +233,7 @@ TEST_CASE("disable actuators fades the force, and nothing plays until they are e
   rig.control(1);
   rig.start(block);
   rig.tick(10);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
 }
 
 TEST_CASE("a fault silences the game, and clearing it does not bring the force back") {
@@ -242,7 +242,7 @@ TEST_CASE("a fault silences the game, and clearing it does not bring the force b
   rig.tick(10);
   rig.inputs.emergency_stop = true;
   rig.tick();
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   CHECK_FALSE(rig.outputs.enabled);
   rig.start(block);
   rig.tick(10);
@@ -254,7 +254,7 @@ TEST_CASE("a fault silences the game, and clearing it does not bring the force b
   CHECK(rig.state() == State::disarmed);
   rig.start(block);
   rig.tick(10);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
 }
 
 TEST_CASE("a game that hangs loses its endless push, but keeps spring and what has an end") {
@@ -269,9 +269,9 @@ TEST_CASE("a game that hangs loses its endless push, but keeps spring and what h
   rig.play_constant(1000, finite);
   rig.play_constant(32767 - 1000);
   rig.tick(490);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
   rig.tick(30);
-  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 1000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 1000 / 32767));
   rig.tick(3000);
   CHECK(rig.owner() == Owner::game);  // the spring plays
 }
@@ -286,7 +286,7 @@ TEST_CASE("a game that hangs loses what it repeats without end") {
   rig.constant(block, 32767);
   rig.start(block, 255);
   rig.tick(490);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
   rig.tick(30);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }

@@ -84,14 +84,14 @@ TEST_CASE("all forty effects sound together") {
   GameRig rig;
   for (int i = 0; i < 40; ++i) rig.play_constant(500);
   rig.tick(20);
-  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 40 * 500 / 32767));
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 40 * 500 / 32767));
 }
 
 TEST_CASE("what names a free block, another kind of effect or no block at all changes nothing") {
   GameRig rig;
   const int block = rig.play_constant(10000);
   rig.tick(5);
-  const float before = rig.outputs.motor_torque_nm;
+  const float before = rig.outputs.motor_command_nm;
   for (const int other : {0, 2, 40, 41, 200, 255}) {
     rig.constant(other, 32767);
     rig.set_effect(other);
@@ -118,7 +118,7 @@ TEST_CASE("what names a free block, another kind of effect or no block at all ch
   rig.write(Bytes{});
   rig.write(Bytes{}.u8(0x7F).u8(1).u8(1).u8(1));
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == before);
+  CHECK(rig.outputs.motor_command_nm == before);
 }
 
 TEST_CASE("reports filled up to the longest length, as Windows sends them, are good") {
@@ -128,7 +128,7 @@ TEST_CASE("reports filled up to the longest length, as Windows sends them, are g
   padded.data.resize(18, 0xCC);
   rig.write(padded);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 20000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08 * 20000 / 32767));
 }
 
 TEST_CASE("the effects of two games' endpoints interleave: each report finds its block") {
@@ -149,7 +149,7 @@ TEST_CASE("the effects of two games' endpoints interleave: each report finds its
   rig.constant(c, 7000);
   rig.start(c);
   rig.tick(20);
-  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 10000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 10000 / 32767));
 }
 
 TEST_CASE("newest wins: any number of updates between two ticks leave only the last") {
@@ -158,7 +158,7 @@ TEST_CASE("newest wins: any number of updates between two ticks leave only the l
   rig.tick(5);
   for (int n = 1; n <= 10000; ++n) rig.constant(block, n);
   rig.tick(2);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 10000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08 * 10000 / 32767));
 }
 
 TEST_CASE("ten thousand updates a second for a minute build up no delay") {
@@ -175,13 +175,13 @@ TEST_CASE("ten thousand updates a second for a minute build up no delay") {
       rig.constant(blocks[(static_cast<std::size_t>(ms) * 10 + i) % 40], level);
     }
     rig.tick();
-    const double mean = static_cast<double>(rig.outputs.motor_torque_nm) / 0.08 * 32767 / 40;
+    const double mean = static_cast<double>(rig.outputs.motor_command_nm) / 0.08 * 32767 / 40;
     if (level > 20) oldest_ms = std::max(oldest_ms, static_cast<int>(level - mean));
   }
   CHECK(oldest_ms <= 14);
   for (const int block : blocks) rig.constant(block, 100);
   rig.tick(11);
-  CHECK(rig.outputs.motor_torque_nm == about(0.08 * 4000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 4000 / 32767));
 }
 
 TEST_CASE("start and stop between two ticks: the last one counts") {
@@ -189,13 +189,13 @@ TEST_CASE("start and stop between two ticks: the last one counts") {
   const int block = rig.play_constant(32767);
   rig.stop(block);
   rig.tick(10);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.start(block);
   rig.tick(3);
   rig.stop(block);
   rig.start(block);
   rig.tick(3);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
 }
 
 TEST_CASE("a freed block falls silent, and its number is given out clean") {
@@ -205,16 +205,16 @@ TEST_CASE("a freed block falls silent, and its number is given out clean") {
   rig.tick(5);
   rig.free(block);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   const int again = rig.create(kConstant);
   CHECK(again == block);
   rig.start(again);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.set_effect(again);
   rig.constant(again, 16384);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == about(0.04));
+  CHECK(rig.outputs.motor_command_nm == about(0.04));
 }
 
 TEST_CASE("a block that is freed and given out again in a rush does not go on") {
@@ -233,7 +233,7 @@ TEST_CASE("a block that is freed and given out again in a rush does not go on") 
   rig.set_effect(block);
   rig.constant(block, 20000);
   rig.tick(20);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
 TEST_CASE("start solo stops the others, stop all stops everything, reset frees it too") {
@@ -243,23 +243,23 @@ TEST_CASE("start solo stops the others, stop all stops everything, reset frees i
   rig.tick(5);
   rig.start_solo(second);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 5000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08 * 5000 / 32767));
   rig.control(3);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.start(second);
   rig.gain(16384);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == about(0.04 * 5000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == about(0.04 * 5000 / 32767));
   rig.control(4);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.start(second);
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == 0.0F);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.play_constant(5000);  // and the gain is full again
   rig.tick(5);
-  CHECK(rig.outputs.motor_torque_nm == Approx(0.08 * 5000 / 32767));
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08 * 5000 / 32767));
 }
 
 TEST_CASE("the axis is exact, centred, monotonic and ends at its ends") {
