@@ -48,9 +48,7 @@ function(torsio_embedded_defaults target)
     target_compile_options(${target} PRIVATE
       -fno-exceptions -fno-rtti -Wdouble-promotion -ffp-contract=off)
     if(TORSIO_LINK_TIME_OPTIMIZATION)
-      # Of no use to GCC 12, but with GCC 14 a wall takes 253 instructions a tick on the M33 if it may
-      # thread jumps and order instructions before it has given out registers: it then spills more.
-      target_compile_options(${target} PRIVATE -flto -fno-thread-jumps -fno-schedule-insns)
+      target_compile_options(${target} PRIVATE -flto)
     endif()
   endif()
 endfunction()
