@@ -266,6 +266,8 @@ def _build_apart(title: str, name: str, source: str, key: str, settings: Sequenc
 
 def build_firmware(sdk: str) -> None:
     """Build every board's firmware: ELF file, map and image."""
+    for file in (BUILD / "firmware").glob("torsio-*"):  # a board may be gone
+        file.unlink()
     compiler = running.output_of("arm-none-eabi-g++", "-dumpfullversion").strip()
     for board in BOARDS:
         folder = _build_apart(
