@@ -32,7 +32,8 @@ class TORSIO_EXPORT Transport {
   virtual ~Transport() = default;
 
   /// Lets go of the device. Called once, when nobody is in `read` any more; what comes after it, or
-  /// is under way in another thread, throws Closed.
+  /// is under way in another thread, throws Closed. If no knob could be made of the transport it
+  /// may be destroyed without this call.
   virtual void close() noexcept = 0;
 
   /// Sends an output report. May wait for its turn on the way, but not for an answer.
