@@ -146,9 +146,8 @@ class TORSIO_EXPORT Knob {
 
   /// Starts telemetry, or changes its rate, and forgets what was not read.
   /// @param rate_hz highest rate wanted, up to the control rate and 4,000 Hz; the device sends
-  /// every
-  ///        n-th tick. None takes the highest rate up to 3,600 Hz, which leaves the cable room for
-  ///        answers. Above that samples are lost if commands are sent all the time.
+  ///        every n-th tick. None takes the highest rate up to 3,600 Hz, which leaves the cable
+  ///        room for answers. Above that samples are lost if commands are sent all the time.
   /// @returns the true rate
   /// @throws InvalidArgument that says which rates this knob has
   double start_telemetry(std::optional<double> rate_hz = {});
