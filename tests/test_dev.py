@@ -102,7 +102,7 @@ PROJECT = {
     "project": {
         "dependencies": ["library>=1"],
         "optional-dependencies": {
-            "plots": ["drawing"],
+            "plot": ["drawing"],
             "studies": ["numbers"],
             "dev": ["library==1.5", "checker==2"],
         },

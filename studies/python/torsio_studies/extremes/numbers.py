@@ -136,7 +136,7 @@ def far_wall_error_nm(hours: float) -> float:
     leaps = np.append(np.arange(0, turns * COUNTS, 1 << 30), turns * COUNTS)
     counts = np.concatenate([leaps, rows["position_counts"] + turns * COUNTS]) % (1 << 32)
     far_rows = replay(far, counts)[len(leaps) :]
-    return float(np.abs(far_rows["motor_torque_nm"] - rows["motor_command_nm"]).max())
+    return float(np.abs(far_rows["motor_command_nm"] - rows["motor_command_nm"]).max())
 
 
 def far_plant_speed_error_rad_s(hours: float) -> float:
