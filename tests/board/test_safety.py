@@ -77,7 +77,7 @@ def test_program_that_hangs_is_restarted_with_its_outputs_off(
         pico.do("stop_ticks")
     else:
         pico.do("hang", masked=what == "everything")
-    pico.run(52)
+    pico.run(54)  # 50 ms of the watchdog, and the way to the main program again
     assert pico.status()["watchdog_resets"] == 1
     assert pico.motor() is None
     pico.enumerate()

@@ -23,7 +23,9 @@ class Scope:
     scopes: dict[str, Scope] = field(default_factory=dict)
 
 
-_IGNORED = re.compile(r"\b(?:TORSIO_EXPORT|virtual)\b|//[^\n]*|/\*.*?\*/|^[ \t]*#[^\n]*", re.S | re.M)
+_IGNORED = re.compile(
+    r"\b(?:TORSIO_EXPORT|virtual)\b|//[^\n]*|/\*.*?\*/|^[ \t]*#[^\n]*", re.S | re.M
+)
 _SCOPE = re.compile(r"(namespace|class|struct|enum class)\s+([\w:]+)[^()=]*$", re.S)
 _NO_MEMBER = re.compile(
     r"^(friend|template|static_assert)\b|^using [\w:]+$|\boperator\b|^(class|struct) \w+$|= delete$"

@@ -116,7 +116,6 @@ def test_every_class_with_quantities_is_offered_what_is_not_finite() -> None:
     [
         (scenes.Detents, "per_turn"),
         (scenes.Detents, "pitch_rad"),
-        (closed_loop.LoopOptions, "step_ns"),
     ],
 )
 def test_quantities_that_may_be_left_out_are_offered_as_well(kind: type, name: str) -> None:

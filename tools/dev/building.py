@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
+import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -181,7 +182,7 @@ class FirmwareSources:
 def begin_fetching_kernels() -> Future[None]:
     """Begin to fetch the kernels that the tests boot; see ``tools/kernels.py``."""
     say("kernels: looking for them")
-    return later(run_logged, "kernels", [PYTHON, "-m", "tools.kernels", "build/kernels"])
+    return later(run_logged, "kernels", [sys.executable, "-m", "tools.kernels", "build/kernels"])
 
 
 def begin_board_tests() -> Future[None]:
