@@ -175,6 +175,9 @@ def test_single_quantities_need_no_name(knob: Knob) -> None:
     assert len(knob.record(0.1)) == 100
     assert knob.start_telemetry(500.0) == 500.0
     assert sum(map(len, knob.telemetry(0.1))) == 100
+
+
+def test_virtual_time_passes_by_a_number_alone(knob: Knob) -> None:
     before_s = knob.emulator.time_s
     knob.sleep(0.1)
     knob.emulator.advance(0.1)

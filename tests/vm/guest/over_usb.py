@@ -25,6 +25,8 @@ _NO_DEVICE = "uses no device"
 # What cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
     "test_truth_and_telemetry_share_their_clock": _WORLD,
+    "test_truth_without_a_log_says_how_to_get_one": _WORLD,
+    "test_virtual_time_passes_by_a_number_alone": _WORLD,
     "test_same_seed_gives_the_same_bytes": _WORLD,
     "test_result_does_not_depend_on_how_time_is_cut": "is about virtual time",
     "test_fault_is_named": _WORLD,

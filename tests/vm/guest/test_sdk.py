@@ -54,6 +54,7 @@ NOT_OVER_USB = {
         "compares angle and device time from power-up, when the hand of a USB knob starts later"
     ),
     "truth fits telemetry tick by tick": _WORLD,
+    "truth without a log is an error that says how to get one": _WORLD,
     "calls of several threads on a paced knob all get their answers": (
         "gives the world hands without end, each a file here; attached/test_threads.cpp does not"
     ),
