@@ -1,3 +1,5 @@
+/// @file
+/// The emulated device: the firmware's device, an encoder and a plant under one virtual clock.
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,5 @@
+/// @file
+/// The emulated encoder: angles to counts, with rounding, phase and noise.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,5 @@
+/// @file
+/// A seeded generator of random numbers, the same on every platform.
 #pragma once
 
 #include <cstdint>

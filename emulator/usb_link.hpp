@@ -1,3 +1,5 @@
+/// @file
+/// The USB cable of an emulated device: queues of reports, one each way in a frame, with faults.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +49,6 @@ class UsbLink {
   void set_faults(const LinkFaults& faults);
 
   [[nodiscard]] bool can_write() const { return output_.size() < kOutputQueueReports; }
-  [[nodiscard]] bool can_read() const { return !input_.empty(); }
   [[nodiscard]] std::uint64_t input_reports_lost() const { return input_reports_lost_; }
 
  private:

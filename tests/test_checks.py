@@ -57,6 +57,7 @@ def test_every_header_is_compiled_alone() -> None:
         ("emulator/planted.cpp", '#include "boards/reference.hpp"'),
         ("sdk/src/planted.cpp", '#include "boards/all.hpp"'),
         ("emulator/planted.cpp", '#include "usb/usb_device.hpp"'),
+        ("emulator/planted.cpp", '#include "emulator/usbip/bus.hpp"'),
         ("emulator/usbip/planted.cpp", "#include <tusb.h>"),
         ("emulator/usbip/bus.cpp", "#include <sys/socket.h>"),
         ("firmware/somewhere/planted.cpp", ""),

@@ -82,7 +82,7 @@ def test_ids_of_the_header_stand_in_the_rule_and_the_documents() -> None:
     for place in usb_ids.places():
         text = place.read_text(encoding="utf-8")
         if usb_ids.with_ids(text) != text:
-            pytest.fail(f"{place} has other ids; run python -m tools.usb_ids", pytrace=False)
+            pytest.fail(f"{place} has other ids; run ./dev generate", pytrace=False)
 
 
 def test_other_ids_are_put_into_rule_and_document(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,6 +33,8 @@ class Rule:
     folder: str
     layers: tuple[str, ...]
     """Folders, or files, inside the project that they may name."""
+    never: str = ""
+    """A folder inside one of these that they may not."""
     std: frozenset[str] | None = None
     """Allowed headers of the standard library; None allows all of them."""
     posix: bool = False
@@ -76,7 +78,7 @@ RULES = (
     Rule("emulator/include", ("torsio",)),
     # It has the wiring of the board that it stands in for.
     Rule("emulator/emulated_device.cpp", (*FIRMWARE, "boards", "torsio/plant.hpp")),
-    Rule("emulator", (*FIRMWARE, "torsio/plant.hpp"), posix=True),
+    Rule("emulator", (*FIRMWARE, "torsio/plant.hpp"), never="emulator/usbip", posix=True),
     Rule("sdk/include", ("torsio",)),
     Rule(
         "sdk/src/hid_transport.cpp",
@@ -127,6 +129,8 @@ def _refusal(rule: Rule, including: Path, include: str) -> str | None:
         # Made from a file beside the including one.
         if "/" not in name and (including.parent / name.removesuffix(".h")).exists():
             return None
+        if rule.never and name.startswith(f"{rule.never}/"):
+            return f"may not include {include}"
         if any(name == layer or name.startswith(f"{layer}/") for layer in rule.layers):
             return None
         return f"may not include {include}"

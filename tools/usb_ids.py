@@ -1,6 +1,6 @@
-"""Write the knob's USB vendor and product id where they must stand in full, from the C++ header.
+"""The knob's USB vendor and product id, from the C++ header, for where they must stand in full.
 
-``python -m tools.usb_ids`` does so in udev's rule and the documents; the tests say when it is due.
+``./dev generate`` writes them into udev's rule and the documents.
 """
 
 from __future__ import annotations
@@ -34,11 +34,3 @@ def with_ids(text: str) -> str:
     text = re.sub(r'(idVendor}==")[0-9a-f]{4}"', rf'\g<1>{vendor}"', text)
     text = re.sub(r'(idProduct}==")[0-9a-f]{4}"', rf'\g<1>{product}"', text)
     return re.sub(r"\b[0-9a-f]{4}:[0-9a-f]{4}\b", f"{vendor}:{product}", text)
-
-
-if __name__ == "__main__":
-    for place in places():
-        before = place.read_text(encoding="utf-8")
-        if (after := with_ids(before)) != before:
-            place.write_text(after, encoding="utf-8")
-            print(place.relative_to(TREE))

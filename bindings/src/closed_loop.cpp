@@ -241,8 +241,8 @@ emulator::PlantState initial_state_from_python(const py::object& source) {
   state.speed_rad_s.fill(from.number("speed_rad_s"));
   state.twist_rad[0] = from.number("twist_rad");
   state.motor_torque_nm = from.number("motor_torque_nm");
-  state.brake_capacity_nm = from.number("brake_capacity_nm");
-  state.brake_target_nm = state.brake_capacity_nm;
+  state.brake_magnetic_nm = from.number("brake_magnetic_nm");
+  state.brake_target_nm = state.brake_magnetic_nm;
   return state;
 }
 

@@ -1,5 +1,5 @@
-// torsio._torsio.DeviceWatch: the SDK's watch for knobs that come and go. The package makes an
-// iterator and a callback of it.
+// torsio._torsio.DeviceWatch: the SDK's watch for knobs that are plugged in and pulled
+// out. The package makes an iterator and a callback of it.
 #include "torsio/hotplug.hpp"
 
 #include <pybind11/pybind11.h>

@@ -43,7 +43,10 @@ py::object to_python(const T& value) {
         Layout<T>::fields);
     return dict;
   } else if constexpr (Enumeration<T>) {
-    return to_str(protocol::Enumerators<T>::names[static_cast<std::size_t>(value)]);
+    const auto& names = protocol::Enumerators<T>::names;
+    const auto index = static_cast<std::size_t>(value);
+    // Of an open enumeration there may be more than this build has names for.
+    return index < names.size() ? py::object(to_str(names[index])) : py::object(py::int_(index));
   } else if constexpr (std::is_floating_point_v<T>) {
     return py::float_(value);
   } else {

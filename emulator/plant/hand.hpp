@@ -1,3 +1,5 @@
+/// @file
+/// Hands that hold the knob, with the times of their paths in the plant's nanoseconds.
 #pragma once
 
 #include <cstdint>

@@ -174,7 +174,7 @@ Truth truth(const PlantModel& model, const PlantState& state, const HeldInputs& 
 
   if (model.has_spring()) {
     const double demand_nm = friction_demand_nm(model, state, inputs, model.last_shaft());
-    result.brake_capacity_nm = state.brake_capacity_nm + model.brake_drag_nm;
+    result.brake_capacity_nm = state.brake_magnetic_nm + model.brake_drag_nm;
     result.brake_torque_nm =
         friction_torque_nm(state.brake_speed_rad_s(), demand_nm, result.brake_capacity_nm);
     result.brake_sticks =

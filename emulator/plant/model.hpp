@@ -1,3 +1,5 @@
+/// @file
+/// The equations of the plant with the parts in use put together.
 #pragma once
 
 #include <array>

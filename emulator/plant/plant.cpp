@@ -93,8 +93,8 @@ void Plant::set_state(const PlantState& state) {
         state.speed_rad_s[2], state.twist_rad[0], state.twist_rad[1], state.motor_torque_nm}) {
     require(std::isfinite(value), "plant: every value of the state must be finite");
   }
-  require(std::isfinite(state.brake_capacity_nm) && state.brake_capacity_nm >= 0.0,
-          "plant: brake_capacity_nm must be finite and >= 0");
+  require(std::isfinite(state.brake_magnetic_nm) && state.brake_magnetic_nm >= 0.0,
+          "plant: brake_magnetic_nm must be finite and >= 0");
   require(std::isfinite(state.brake_target_nm) && state.brake_target_nm >= 0.0,
           "plant: brake_target_nm must be finite and >= 0");
   state_ = state;

@@ -1,3 +1,5 @@
+/// @file
+/// Piecewise-linear functions of time, for the torques and paths of hands.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,5 @@
+/// @file
+/// What the plant remembers from step to step, and what can be seen of it.
 #pragma once
 
 #include <array>
@@ -50,7 +52,7 @@ struct PlantState {
   std::array<double, 3> speed_rad_s{};  ///< exactly 0 while friction holds a shaft
   std::array<double, 2> twist_rad{};    ///< shaft spring (A - B) and belt (B - C)
   double motor_torque_nm = 0.0;         ///< after the motor's lag
-  double brake_capacity_nm = 0.0;       ///< after the brake's lag, without its drag
+  double brake_magnetic_nm = 0.0;       ///< capacity after the lag, without the drag
   double brake_target_nm = 0.0;         ///< command after hysteresis, where the capacity goes
 
   [[nodiscard]] double knob_angle_rad() const { return knob_angle.rad(); }

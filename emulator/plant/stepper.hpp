@@ -1,5 +1,5 @@
 /// @file
-/// The seam between the plant and what takes its equations through time.
+/// The interface of a stepper: what takes the plant's equations through time.
 #pragma once
 
 #include <cstdint>

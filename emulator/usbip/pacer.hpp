@@ -1,5 +1,5 @@
 /// @file
-/// When the next frame of the virtual world is due in the real one.
+/// Keeps virtual time in step with real time: when the next USB frame is due.
 #pragma once
 
 #include <chrono>

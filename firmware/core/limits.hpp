@@ -1,5 +1,5 @@
 /// @file
-/// The last word on what reaches the actuators.
+/// The limit on how fast the motor's command may change, after all that decides it.
 #pragma once
 
 #include "core/math.hpp"

@@ -18,6 +18,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
       core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
   const float brake_max_nm =
       core::smaller(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
+  static_assert(core::kLaws.size() == protocol::Enumerators<protocol::Law>::names.size());
   const auto law = static_cast<core::Law>(control.law);
 
   LoopConfig loop;

@@ -93,9 +93,9 @@ struct Layout<Wall> {
              "the wall's surface"),
       choice("side", &Wall::side, "on which side of the surface the wall is solid"),
       number("stiffness_nm_per_rad", &Wall::stiffness_nm_per_rad, "N m/rad", 0,
-             max_stiffness_nm_per_rad, ""),
+             max_stiffness_nm_per_rad, "torque per depth"),
       number("damping_nm_s_per_rad", &Wall::damping_nm_s_per_rad, "N m s/rad", 0,
-             max_damping_nm_s_per_rad, ""),
+             max_damping_nm_s_per_rad, "torque per inward speed"),
   };
 };
 
@@ -118,7 +118,7 @@ struct Layout<Spring> {
       number("angle_turns_q32", &Spring::angle_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "rest angle"),
       number("stiffness_nm_per_rad", &Spring::stiffness_nm_per_rad, "N m/rad", 0,
-             max_stiffness_nm_per_rad, ""),
+             max_stiffness_nm_per_rad, "torque per distance from the rest angle"),
       number("deadband_rad", &Spring::deadband_rad, "rad", 0, 1000,
              "no torque within this distance of the rest angle"),
       number("torque_limit_nm", &Spring::torque_limit_nm, "N m", 0, max_torque_nm,
@@ -141,7 +141,7 @@ struct Layout<Damper> {
   static constexpr std::tuple fields{
       group("target", &Damper::target, ""),
       number("damping_nm_s_per_rad", &Damper::damping_nm_s_per_rad, "N m s/rad", 0,
-             max_damping_nm_s_per_rad, ""),
+             max_damping_nm_s_per_rad, "torque per speed"),
       number("torque_limit_nm", &Damper::torque_limit_nm, "N m", 0, max_torque_nm,
              "the torque does not grow beyond this"),
   };
@@ -184,7 +184,8 @@ struct Layout<Inertia> {
   static constexpr std::string_view doc = "Torque against the acceleration.";
   static constexpr std::tuple fields{
       group("target", &Inertia::target, ""),
-      number("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0, max_inertia_kg_m2, ""),
+      number("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0, max_inertia_kg_m2,
+             "torque per acceleration"),
       number("torque_limit_nm", &Inertia::torque_limit_nm, "N m", 0, max_torque_nm,
              "the torque does not grow beyond this"),
   };
@@ -204,7 +205,8 @@ struct Layout<Constant> {
   static constexpr std::string_view doc = "A constant torque.";
   static constexpr std::tuple fields{
       group("target", &Constant::target, ""),
-      number("torque_nm", &Constant::torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
+      number("torque_nm", &Constant::torque_nm, "N m", -max_torque_nm, max_torque_nm,
+             "at full strength"),
       group("timing", &Constant::timing, "when it plays, and its envelope"),
   };
 };
@@ -225,8 +227,10 @@ struct Layout<Ramp> {
       "A torque that goes from start to end over the duration in `timing`, which must not be 0.";
   static constexpr std::tuple fields{
       group("target", &Ramp::target, ""),
-      number("start_torque_nm", &Ramp::start_torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
-      number("end_torque_nm", &Ramp::end_torque_nm, "N m", -max_torque_nm, max_torque_nm, ""),
+      number("start_torque_nm", &Ramp::start_torque_nm, "N m", -max_torque_nm, max_torque_nm,
+             "when the duration begins"),
+      number("end_torque_nm", &Ramp::end_torque_nm, "N m", -max_torque_nm, max_torque_nm,
+             "when it ends"),
       group("timing", &Ramp::timing, "when it plays, and its envelope"),
   };
 };
@@ -251,8 +255,10 @@ struct Layout<Periodic> {
   static constexpr std::tuple fields{
       group("target", &Periodic::target, ""),
       choice("waveform", &Periodic::waveform, "starts at 0 and rises; the square starts high"),
-      number("amplitude_nm", &Periodic::amplitude_nm, "N m", 0, max_torque_nm, ""),
-      number("offset_nm", &Periodic::offset_nm, "N m", -max_torque_nm, max_torque_nm, ""),
+      number("amplitude_nm", &Periodic::amplitude_nm, "N m", 0, max_torque_nm,
+             "of the wave, from its middle"),
+      number("offset_nm", &Periodic::offset_nm, "N m", -max_torque_nm, max_torque_nm,
+             "the wave's middle"),
       number("frequency_hz", &Periodic::frequency_hz, "Hz", 0, 1e4F,
              "at most half the control rate"),
       number("phase_turns", &Periodic::phase_turns, "turn", 0, 1, "where in the period it starts"),
@@ -311,9 +317,9 @@ struct Layout<EndStops> {
       number("upper_turns_q32", &EndStops::upper_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "surface of the upper one, not below the lower one"),
       number("stiffness_nm_per_rad", &EndStops::stiffness_nm_per_rad, "N m/rad", 0,
-             max_stiffness_nm_per_rad, ""),
+             max_stiffness_nm_per_rad, "torque per depth, of either wall"),
       number("damping_nm_s_per_rad", &EndStops::damping_nm_s_per_rad, "N m s/rad", 0,
-             max_damping_nm_s_per_rad, ""),
+             max_damping_nm_s_per_rad, "torque per inward speed, of either wall"),
   };
 };
 
@@ -338,7 +344,7 @@ struct Layout<Texture> {
       group("target", &Texture::target, ""),
       number("grains_per_turn", &Texture::grains_per_turn, "", 1, 65535,
              "at most half the encoder's counts"),
-      number("torque_nm", &Texture::torque_nm, "N m", 0, max_torque_nm, ""),
+      number("torque_nm", &Texture::torque_nm, "N m", 0, max_torque_nm, "of the highest grain"),
       choice("grain", &Texture::grain, "shape of a grain"),
       any_number("seed", &Texture::seed, "", "another seed, another surface; noise only"),
   };

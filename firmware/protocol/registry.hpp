@@ -41,6 +41,12 @@ constexpr std::string_view type_name() {
 
 namespace detail {
 
+/// @returns 0 for an open enumeration
+template <Enumeration T>
+consteval std::uint8_t count_if_closed() {
+  return Enumerators<T>::open ? 0 : static_cast<std::uint8_t>(Enumerators<T>::names.size());
+}
+
 /// FNV-1a, 32 bits.
 class Hash {
  public:
@@ -63,6 +69,8 @@ class Hash {
           Layout<T>::fields);
     } else {
       add(type_name<T>());
+      // The device refuses a value that it does not know, and so does the host.
+      if constexpr (Enumeration<T>) add(count_if_closed<T>());
     }
   }
   constexpr std::uint32_t value() const { return value_; }
@@ -74,8 +82,9 @@ class Hash {
 }  // namespace detail
 
 /// Hash over the id, direction, field names and types of every report: whoever was built from other
-/// layouts has another one. Wording, ranges and the names of an enumeration's values do not enter:
-/// a new board or law must not part released hosts and devices.
+/// layouts has another one. Wording, ranges and names of values do not enter, and how many values
+/// there are only where a reader refuses one that it does not know: a new law parts released hosts
+/// and devices, a new board or event does not.
 consteval std::uint32_t fingerprint() {
   detail::Hash hash;
   for_each_report<AllReports>([&]<class Report>(std::type_identity<Report>) {

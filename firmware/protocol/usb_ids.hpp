@@ -1,6 +1,6 @@
 /// @file
 /// By which numbers and names a knob is known on the USB, stated here and nowhere else:
-/// `python -m tools.usb_ids` writes the numbers into udev's rule and the documents.
+/// `./dev generate` writes the numbers into udev's rule and the documents.
 ///
 /// Vendor and product id are pid.codes' numbers for tests. A device that is given away must be
 /// built with numbers of its own.

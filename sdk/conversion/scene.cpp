@@ -113,11 +113,12 @@ class Rules {
 
  private:
   [[nodiscard]] std::uint64_t span_turns_q32(double span_rad) const {
-    const std::int64_t turns = turns_q32("span_rad", span_rad);
-    constexpr auto kMost = static_cast<std::int64_t>(protocol::max_span_turns_q32);
-    const auto least = static_cast<std::int64_t>(std::ceil(0x1p33L / limits_.counts_per_rev));
-    if (turns < least || turns > kMost) {
-      const auto text = [](std::int64_t q32) {
+    constexpr long double kMost = protocol::max_span_turns_q32;
+    const long double least = std::ceil(0x1p33L / limits_.counts_per_rev);
+    const long double turns = std::round(span_rad / kTurnRad * 0x1p32L);
+    // The comparison is also false for NaN.
+    if (!(turns >= least && turns <= kMost)) {
+      const auto text = [](long double q32) {
         return number_text(static_cast<double>(q32 * kTurnRad / 0x1p32L));
       };
       refuse("span_rad is " + number_text(span_rad) + ", allowed are " + text(least) + " to " +

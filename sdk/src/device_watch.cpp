@@ -1,3 +1,4 @@
+// The public DeviceWatch over the watcher of this system.
 #include <utility>
 
 #include "device_watcher.hpp"

@@ -1,3 +1,4 @@
+// Which knobs there are, and opening one of them.
 #include <filesystem>
 #include <string>
 #include <string_view>

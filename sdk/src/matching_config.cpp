@@ -1,3 +1,4 @@
+// The configuration that tells the device the truth about an emulated plant.
 #include <algorithm>
 
 #include "torsio/emulator.hpp"

@@ -36,7 +36,7 @@ inline bool same(const PlantState& a, const PlantState& b) {
   return a.time_ns == b.time_ns && a.knob_angle.revolutions == b.knob_angle.revolutions &&
          a.knob_angle.fraction_rad == b.knob_angle.fraction_rad && a.speed_rad_s == b.speed_rad_s &&
          a.twist_rad == b.twist_rad && a.motor_torque_nm == b.motor_torque_nm &&
-         a.brake_capacity_nm == b.brake_capacity_nm;
+         a.brake_magnetic_nm == b.brake_magnetic_nm;
 }
 
 TEST_CASE("rigid knob decays as viscous and Coulomb friction say, and stops in finite time") {
@@ -188,12 +188,12 @@ TEST_CASE("plant ends at exact zeros long before it becomes subnormal, by every 
     for (int second = 0; second < 60; ++second) {
       plant.advance(1'000'000'000);
       const PlantState& state = plant.state();
-      for (const double value : {state.motor_torque_nm, state.brake_capacity_nm}) {
+      for (const double value : {state.motor_torque_nm, state.brake_magnetic_nm}) {
         CHECK(std::fpclassify(value) != FP_SUBNORMAL);
       }
     }
     CHECK(plant.state().motor_torque_nm == 0.0);
-    CHECK(plant.state().brake_capacity_nm == 0.0);
+    CHECK(plant.state().brake_magnetic_nm == 0.0);
   }
 }
 

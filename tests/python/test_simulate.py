@@ -117,7 +117,7 @@ def _with(**parts: Any) -> LoopOptions:
         (_with(cogging=torsio.Cogging(periods_per_rev=7, torque_nm=())), "cogging.torque_nm"),
         (_with(shaft_hardening=torsio.ShaftHardening(knee_rad=0.0)), "knee_rad"),
         (_with(belt=torsio.Belt(), spring_and_brake=False), "need spring_and_brake"),
-        (LoopOptions(initial=InitialState(brake_capacity_nm=-1.0)), "brake_capacity_nm"),
+        (LoopOptions(initial=InitialState(brake_magnetic_nm=-1.0)), "brake_magnetic_nm"),
         (LoopOptions(spin_up=SpinUp(motor_command_nm=0.0, speed_rad_s=1.0)), "motor_command_nm"),
         (LoopOptions(spin_up=SpinUp(motor_command_nm=0.1, speed_rad_s=-1.0)), "speed_rad_s"),
     ],

@@ -34,8 +34,9 @@ of 2^-32 turn. Torques are torques on the knob, positive along positive angle.
   may be a thousand in a second.
 - Both sides compute a fingerprint over the ids, names and types of all reports. The host compares it
   with the one in `identity` and goes no further if they differ. The first two fields of `identity`
-  are the same in every version. Names of values (boards, laws, events) do not enter it: new ones go to
-  the end of their enumeration, and a host shows a board or an event that it does not know as a number.
+  are the same in every version. New values go to the end of their enumeration. Those of boards, events
+  and statuses do not enter it: a host shows one that it does not know as a number. Of the others, such as
+  laws and waveforms, their number does.
 - A scene is written effect by effect into slots, then committed: the whole change takes effect
   between two ticks of the control loop.
 - While it is armed the device wants to hear from the host within `watchdog_s` of `control_config`.
@@ -148,6 +149,9 @@ def fingerprint(reports: Iterable[Structure]) -> int:
             add_fields(field.of)
         else:
             add((("u8" if isinstance(field.of, Enumeration) else field.wire) + "\0").encode())
+            if isinstance(field.of, Enumeration):
+                named = sum(not value.host_only for value in field.of.values)
+                add(bytes([0 if field.of.open else named]))
 
     def add_fields(of: Structure) -> None:
         for field in of.wire_fields:

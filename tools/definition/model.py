@@ -19,7 +19,7 @@ into others by a rule across fields.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 Number = int | float
@@ -164,7 +164,6 @@ class Structure:
     wire_name: str = ""
     base: str = ""
     """Python's base class, which may hold methods."""
-    base_module: str = ""
     array_record: bool = False
     """Many of them are a NumPy structured array in Python; one has no class."""
     comparable: bool = False
@@ -334,22 +333,3 @@ def told(name: str, host: str, doc: str = "", unit: str = "", *, default: Number
     """Make a number that the library tells."""
     kind: Kind = "number" if host in ("double", "float") else "whole"
     return Field(name, kind, doc, unit, default=default, host=host)
-
-
-@dataclass(frozen=True)
-class Alias:
-    """Another name in the printed code: a variant of the effects, a list of them."""
-
-    name: str
-    cpp: str
-    doc: str
-
-
-@dataclass(frozen=True)
-class Header:
-    """One printed file: what stands in it, in order."""
-
-    doc: str
-    parts: tuple[Constant | Enumeration | Bits | Structure | Alias, ...]
-    includes: tuple[str, ...] = ()
-    extra: dict[str, str] = field(default_factory=dict)

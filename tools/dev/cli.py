@@ -101,6 +101,7 @@ def main(arguments: Sequence[str]) -> int:
     try:
         if name not in COMMANDS:
             raise UsageError(f"unknown command '{name}'")
+        building.use_compiler_cache()
         return COMMANDS[name](rest)
     except UsageError as error:
         print(f"torsio: error: {error} (see ./dev help)", file=sys.stderr)

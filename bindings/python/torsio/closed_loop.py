@@ -90,8 +90,8 @@ class InitialState:
         Of knob and brake together.
     twist_rad
         Of the shaft spring: knob minus brake.
-    brake_capacity_nm
-        What the brake holds, drag not included.
+    brake_magnetic_nm
+        What the brake holds by its current, without its drag.
     """
 
     _: KW_ONLY
@@ -101,7 +101,7 @@ class InitialState:
     speed_rad_s: float = 0.0
     twist_rad: float = 0.0
     motor_torque_nm: float = 0.0
-    brake_capacity_nm: float = 0.0
+    brake_magnetic_nm: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,7 @@ def watch(
     >>> for event in torsio.watch(timeout_s=0.1):
     ...     print(event.kind, event.device.serial)
 
-    It costs next to nothing while nothing happens. The emulated knob neither comes nor goes.
+    It costs next to nothing while nothing happens. It does not tell of emulated knobs.
 
     Parameters
     ----------

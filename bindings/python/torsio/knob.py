@@ -27,8 +27,8 @@ _CONFIGS: Final[dict[type[Config], str]] = {
     BoardConfig: "board",
     GameConfig: "game",
 }
-# No two of them have a field of the same name.
 _CONFIG_OF: Final = {field.name: config for config in _CONFIGS for field in fields(config)}
+assert len(_CONFIG_OF) == sum(len(fields(config)) for config in _CONFIGS), "a name has two meanings"
 
 # Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
 _MAX_SAMPLES = 2**24

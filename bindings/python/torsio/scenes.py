@@ -93,9 +93,9 @@ class Wall(Effect):
     side
         On which side of the surface the wall is solid.
     stiffness_nm_per_rad
-        0 to 1e6.
+        Torque per depth; 0 to 1e6.
     damping_nm_s_per_rad
-        0 to 1000.
+        Torque per inward speed; 0 to 1000.
     """
 
     _: KW_ONLY
@@ -114,7 +114,7 @@ class Spring(Effect):
     angle_rad
         Rest angle.
     stiffness_nm_per_rad
-        0 to 1e6.
+        Torque per distance from the rest angle; 0 to 1e6.
     deadband_rad
         No torque within this distance of the rest angle; 0 to 1000.
     torque_limit_nm
@@ -135,7 +135,7 @@ class Damper(Effect):
     Attributes
     ----------
     damping_nm_s_per_rad
-        0 to 1000.
+        Torque per speed; 0 to 1000.
     torque_limit_nm
         The torque does not grow beyond this; 0 to 100.
     """
@@ -171,7 +171,7 @@ class Inertia(Effect):
     Attributes
     ----------
     inertia_kg_m2
-        0 to 10.
+        Torque per acceleration; 0 to 10.
     torque_limit_nm
         The torque does not grow beyond this; 0 to 100.
     """
@@ -188,7 +188,7 @@ class Constant(Effect):
     Attributes
     ----------
     torque_nm
-        -100 to 100.
+        At full strength; -100 to 100.
     timing
         When it plays, and its envelope.
     """
@@ -209,9 +209,9 @@ class Ramp(Effect):
     Attributes
     ----------
     start_torque_nm
-        -100 to 100.
+        When the duration begins; -100 to 100.
     end_torque_nm
-        -100 to 100.
+        When it ends; -100 to 100.
     timing
         When it plays, and its envelope.
     """
@@ -235,9 +235,9 @@ class Periodic(Effect):
     waveform
         Starts at 0 and rises; the square starts high.
     amplitude_nm
-        0 to 100.
+        Of the wave, from its middle; 0 to 100.
     offset_nm
-        -100 to 100.
+        The wave's middle; -100 to 100.
     frequency_hz
         At most half the control rate; 0 to 1e4.
     phase_turns
@@ -299,9 +299,9 @@ class EndStops(Effect):
     upper_rad
         Surface of the upper one, not below the lower one.
     stiffness_nm_per_rad
-        0 to 1e6.
+        Torque per depth, of either wall; 0 to 1e6.
     damping_nm_s_per_rad
-        0 to 1000.
+        Torque per inward speed, of either wall; 0 to 1000.
     """
 
     _: KW_ONLY
@@ -320,7 +320,7 @@ class Texture(Effect):
     grains_per_turn
         At most half the encoder's counts; 1 to 65535.
     torque_nm
-        0 to 100.
+        Of the highest grain; 0 to 100.
     grain
         Shape of a grain.
     seed

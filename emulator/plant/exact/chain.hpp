@@ -1,3 +1,5 @@
+/// @file
+/// The plant as a linear system between two friction events, for one to three shafts.
 #pragma once
 
 #include <algorithm>

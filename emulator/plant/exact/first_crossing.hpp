@@ -1,3 +1,5 @@
+/// @file
+/// The first moment at which a polynomial becomes negative, found for certain.
 #pragma once
 
 #include <array>

@@ -1,3 +1,5 @@
+/// @file
+/// Exact steps of halving lengths, computed once, with bounds on what happens inside them.
 #pragma once
 
 #include <algorithm>

@@ -188,7 +188,7 @@ template <int kShafts>
     }
     z_[C::kCapacity] = state.brake_target_nm + model_.brake_drag_nm;
     z_[C::kBrakeGap] =
-        chain_.brake_rate > 0.0 ? state.brake_capacity_nm - state.brake_target_nm : 0.0;
+        chain_.brake_rate > 0.0 ? state.brake_magnetic_nm - state.brake_target_nm : 0.0;
     const double speed = z_[C::kLast];
     regime_.brake = speed == 0.0 ? brake_at_rest() : direction_of(speed);
   }
@@ -210,7 +210,7 @@ template <int kShafts>
   if constexpr (kShafts > 1) {
     for (std::size_t i = 0; i < C::kSprings; ++i) state.twist_rad[i] = z_[C::kTwist + i];
     if (pieces_) state.twist_rad[0] += spring_piece().rest_rad;
-    state.brake_capacity_nm = state.brake_target_nm + settled(z_[C::kBrakeGap]);
+    state.brake_magnetic_nm = state.brake_target_nm + settled(z_[C::kBrakeGap]);
   }
 }
 

@@ -1,3 +1,5 @@
+/// @file
+/// The plant's state as a Taylor series over one step, and the search for friction events in it.
 #pragma once
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from firmware.protocol.definition import enumerations as e
 from firmware.protocol.definition.limits import (
     CURVE_POINTS_PER_REPORT,
@@ -103,15 +105,15 @@ WALL = _effect(
     "A virtual wall: inside it, stiffness times depth plus damping times inward speed, never a pull.",
     angle_rad("angle_rad", "the wall's surface"),
     choice("side", e.SIDE, "on which side of the surface the wall is solid"),
-    stiffness(),
-    damping(),
+    stiffness("torque per depth"),
+    damping("torque per inward speed"),
 )
 SPRING = _effect(
     0x21,
     "Spring",
     "A spring to an angle, with an optional dead band.",
     angle_rad("angle_rad", "rest angle"),
-    stiffness(),
+    stiffness("torque per distance from the rest angle"),
     number("deadband_rad", "rad", 0.0, 1e3, "no torque within this distance of the rest angle"),
     TORQUE_LIMIT,
 )
@@ -119,7 +121,7 @@ DAMPER = _effect(
     0x22,
     "Damper",
     "Torque against the speed.",
-    damping(required=True),
+    damping("torque per speed", required=True),
     TORQUE_LIMIT,
 )
 FRICTION = _effect(
@@ -133,22 +135,24 @@ INERTIA = _effect(
     0x24,
     "Inertia",
     "Torque against the acceleration.",
-    number("inertia_kg_m2", "kg m^2", 0.0, MAX_INERTIA_KG_M2, required=True),
+    number(
+        "inertia_kg_m2", "kg m^2", 0.0, MAX_INERTIA_KG_M2, "torque per acceleration", required=True
+    ),
     TORQUE_LIMIT,
 )
 CONSTANT = _effect(
     0x25,
     "Constant",
     "A constant torque.",
-    torque("torque_nm", low=-MAX_TORQUE_NM),
+    torque("torque_nm", "at full strength", low=-MAX_TORQUE_NM),
     _TIMING,
 )
 RAMP = _effect(
     0x26,
     "Ramp",
     "A torque that goes from start to end over the duration in `timing`, which must not be 0.",
-    torque("start_torque_nm", low=-MAX_TORQUE_NM),
-    torque("end_torque_nm", low=-MAX_TORQUE_NM),
+    torque("start_torque_nm", "when the duration begins", low=-MAX_TORQUE_NM),
+    torque("end_torque_nm", "when it ends", low=-MAX_TORQUE_NM),
     _TIMING,
 )
 PERIODIC = _effect(
@@ -156,8 +160,8 @@ PERIODIC = _effect(
     "Periodic",
     "A torque that repeats in time. The envelope acts on the amplitude, not on the offset.",
     choice("waveform", e.WAVEFORM, "starts at 0 and rises; the square starts high"),
-    torque("amplitude_nm"),
-    torque("offset_nm", low=-MAX_TORQUE_NM, default=0.0),
+    torque("amplitude_nm", "of the wave, from its middle"),
+    torque("offset_nm", "the wave's middle", low=-MAX_TORQUE_NM, default=0.0),
     number("frequency_hz", "Hz", 0.0, 1e4, "at most half the control rate", required=True),
     number("phase_turns", "turn", 0.0, 1.0, "where in the period it starts"),
     _TIMING,
@@ -186,15 +190,15 @@ END_STOPS = _effect(
     "Two walls that bound the range between them.",
     required(angle_rad("lower_rad", "surface of the lower wall")),
     required(angle_rad("upper_rad", "surface of the upper one, not below the lower one")),
-    stiffness(),
-    damping(),
+    stiffness("torque per depth, of either wall"),
+    damping("torque per inward speed, of either wall"),
 )
 TEXTURE = _effect(
     0x2A,
     "Texture",
     "A rough surface fixed to the knob, the same in every turn.",
     whole("grains_per_turn", "u16", 1, 0xFFFF, "at most half the encoder's counts", default=None),
-    torque("torque_nm"),
+    torque("torque_nm", "of the highest grain"),
     choice("grain", e.GRAIN, "shape of a grain", default="noise"),
     any_whole("seed", "u32", "another seed, another surface; noise only"),
     wire_doc="A rough surface fixed to the knob, the same in every turn. sine, square and triangle "
@@ -212,7 +216,7 @@ CURVE = _effect(
     ),
     for_hosts(
         number(
-            "span_rad", "rad", 0.0, 804.247719318987,
+            "span_rad", "rad", 0.0, int(MAX_SPAN_TURNS_Q32.value) / 2**32 * math.tau,
             "from the first point to the last; at least two of the encoder's counts", default=1.0,
         )
     ),

@@ -73,8 +73,10 @@ struct Fields<Wall> {
       field("angle_rad", &Wall::angle_rad, "rad", -kNoLimit, kNoLimit, "the wall's surface"),
       field("side", &Wall::side, "", -kNoLimit, kNoLimit,
             "on which side of the surface the wall is solid"),
-      field("stiffness_nm_per_rad", &Wall::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
-      field("damping_nm_s_per_rad", &Wall::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0, ""),
+      field("stiffness_nm_per_rad", &Wall::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "torque per depth"),
+      field("damping_nm_s_per_rad", &Wall::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "torque per inward speed"),
   };
 };
 template <>
@@ -82,7 +84,8 @@ struct Fields<Spring> {
   static constexpr std::string_view name = "Spring";
   static constexpr std::tuple list{
       field("angle_rad", &Spring::angle_rad, "rad", -kNoLimit, kNoLimit, "rest angle"),
-      field("stiffness_nm_per_rad", &Spring::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
+      field("stiffness_nm_per_rad", &Spring::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "torque per distance from the rest angle"),
       field("deadband_rad", &Spring::deadband_rad, "rad", 0.0, 1000.0,
             "no torque within this distance of the rest angle"),
       field("torque_limit_nm", &Spring::torque_limit_nm, "N m", 0.0, 100.0,
@@ -93,7 +96,8 @@ template <>
 struct Fields<Damper> {
   static constexpr std::string_view name = "Damper";
   static constexpr std::tuple list{
-      field("damping_nm_s_per_rad", &Damper::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0, ""),
+      field("damping_nm_s_per_rad", &Damper::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "torque per speed"),
       field("torque_limit_nm", &Damper::torque_limit_nm, "N m", 0.0, 100.0,
             "the torque does not grow beyond this"),
   };
@@ -111,7 +115,8 @@ template <>
 struct Fields<Inertia> {
   static constexpr std::string_view name = "Inertia";
   static constexpr std::tuple list{
-      field("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0.0, 10.0, ""),
+      field("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0.0, 10.0,
+            "torque per acceleration"),
       field("torque_limit_nm", &Inertia::torque_limit_nm, "N m", 0.0, 100.0,
             "the torque does not grow beyond this"),
   };
@@ -120,7 +125,7 @@ template <>
 struct Fields<Constant> {
   static constexpr std::string_view name = "Constant";
   static constexpr std::tuple list{
-      field("torque_nm", &Constant::torque_nm, "N m", -100.0, 100.0, ""),
+      field("torque_nm", &Constant::torque_nm, "N m", -100.0, 100.0, "at full strength"),
       field("timing", &Constant::timing, "", -kNoLimit, kNoLimit,
             "when it plays, and its envelope"),
   };
@@ -129,8 +134,9 @@ template <>
 struct Fields<Ramp> {
   static constexpr std::string_view name = "Ramp";
   static constexpr std::tuple list{
-      field("start_torque_nm", &Ramp::start_torque_nm, "N m", -100.0, 100.0, ""),
-      field("end_torque_nm", &Ramp::end_torque_nm, "N m", -100.0, 100.0, ""),
+      field("start_torque_nm", &Ramp::start_torque_nm, "N m", -100.0, 100.0,
+            "when the duration begins"),
+      field("end_torque_nm", &Ramp::end_torque_nm, "N m", -100.0, 100.0, "when it ends"),
       field("timing", &Ramp::timing, "", -kNoLimit, kNoLimit, "when it plays, and its envelope"),
   };
 };
@@ -140,8 +146,9 @@ struct Fields<Periodic> {
   static constexpr std::tuple list{
       field("waveform", &Periodic::waveform, "", -kNoLimit, kNoLimit,
             "starts at 0 and rises; the square starts high"),
-      field("amplitude_nm", &Periodic::amplitude_nm, "N m", 0.0, 100.0, ""),
-      field("offset_nm", &Periodic::offset_nm, "N m", -100.0, 100.0, ""),
+      field("amplitude_nm", &Periodic::amplitude_nm, "N m", 0.0, 100.0,
+            "of the wave, from its middle"),
+      field("offset_nm", &Periodic::offset_nm, "N m", -100.0, 100.0, "the wave's middle"),
       field("frequency_hz", &Periodic::frequency_hz, "Hz", 0.0, 1e4,
             "at most half the control rate"),
       field("phase_turns", &Periodic::phase_turns, "turn", 0.0, 1.0,
@@ -174,8 +181,10 @@ struct Fields<EndStops> {
             "surface of the lower wall"),
       field("upper_rad", &EndStops::upper_rad, "rad", -kNoLimit, kNoLimit,
             "surface of the upper one, not below the lower one"),
-      field("stiffness_nm_per_rad", &EndStops::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6, ""),
-      field("damping_nm_s_per_rad", &EndStops::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0, ""),
+      field("stiffness_nm_per_rad", &EndStops::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "torque per depth, of either wall"),
+      field("damping_nm_s_per_rad", &EndStops::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "torque per inward speed, of either wall"),
   };
 };
 template <>
@@ -184,7 +193,7 @@ struct Fields<Texture> {
   static constexpr std::tuple list{
       field("grains_per_turn", &Texture::grains_per_turn, "", 1.0, 65535.0,
             "at most half the encoder's counts"),
-      field("torque_nm", &Texture::torque_nm, "N m", 0.0, 100.0, ""),
+      field("torque_nm", &Texture::torque_nm, "N m", 0.0, 100.0, "of the highest grain"),
       field("grain", &Texture::grain, "", -kNoLimit, kNoLimit, "shape of a grain"),
       field("seed", &Texture::seed, "", -kNoLimit, kNoLimit,
             "another seed, another surface; noise only"),

@@ -35,8 +35,8 @@ struct WatchOptions {
 /// On Linux the kernel's notices about `/dev` wake it: it costs nothing while nothing happens, and
 /// needs no privileges. Where there are none (another system, no inotify left, a hidapi backend
 /// whose devices are no files) it looks twice a second. A knob that was reported with a `problem`
-/// is reported as arrived once more when it can be opened. The emulated knob neither comes nor
-/// goes.
+/// is reported as arrived once more when it can be opened. It does not tell of emulated
+/// knobs.
 ///
 /// Every member may be called from any thread.
 class TORSIO_EXPORT DeviceWatch {

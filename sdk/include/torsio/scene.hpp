@@ -46,21 +46,21 @@ struct Timing {
 struct Wall {
   double angle_rad = 0.0;             ///< the wall's surface
   Side side = Side::above;            ///< on which side of the surface the wall is solid
-  double stiffness_nm_per_rad = 0.0;  ///< 0 to 1e6
-  double damping_nm_s_per_rad = 0.0;  ///< 0 to 1000
+  double stiffness_nm_per_rad = 0.0;  ///< torque per depth; 0 to 1e6
+  double damping_nm_s_per_rad = 0.0;  ///< torque per inward speed; 0 to 1000
 };
 
 /// A spring to an angle, with an optional dead band.
 struct Spring {
   double angle_rad = 0.0;             ///< rest angle
-  double stiffness_nm_per_rad = 0.0;  ///< 0 to 1e6
+  double stiffness_nm_per_rad = 0.0;  ///< torque per distance from the rest angle; 0 to 1e6
   double deadband_rad = 0.0;       ///< no torque within this distance of the rest angle; 0 to 1000
   double torque_limit_nm = 100.0;  ///< the torque does not grow beyond this; 0 to 100
 };
 
 /// Torque against the speed.
 struct Damper {
-  double damping_nm_s_per_rad = 0.0;  ///< 0 to 1000
+  double damping_nm_s_per_rad = 0.0;  ///< torque per speed; 0 to 1000
   double torque_limit_nm = 100.0;     ///< the torque does not grow beyond this; 0 to 100
 };
 
@@ -73,28 +73,28 @@ struct Friction {
 
 /// Torque against the acceleration.
 struct Inertia {
-  double inertia_kg_m2 = 0.0;      ///< 0 to 10
+  double inertia_kg_m2 = 0.0;      ///< torque per acceleration; 0 to 10
   double torque_limit_nm = 100.0;  ///< the torque does not grow beyond this; 0 to 100
 };
 
 /// A constant torque.
 struct Constant {
-  double torque_nm = 0.0;  ///< -100 to 100
+  double torque_nm = 0.0;  ///< at full strength; -100 to 100
   Timing timing{};         ///< when it plays, and its envelope
 };
 
 /// A torque that goes from start to end over the duration in `timing`, which must not be 0.
 struct Ramp {
-  double start_torque_nm = 0.0;  ///< -100 to 100
-  double end_torque_nm = 0.0;    ///< -100 to 100
+  double start_torque_nm = 0.0;  ///< when the duration begins; -100 to 100
+  double end_torque_nm = 0.0;    ///< when it ends; -100 to 100
   Timing timing{};               ///< when it plays, and its envelope
 };
 
 /// A torque that repeats in time. The envelope acts on the amplitude, not on the offset.
 struct Periodic {
   Waveform waveform = Waveform::sine;  ///< starts at 0 and rises; the square starts high
-  double amplitude_nm = 0.0;           ///< 0 to 100
-  double offset_nm = 0.0;              ///< -100 to 100
+  double amplitude_nm = 0.0;           ///< of the wave, from its middle; 0 to 100
+  double offset_nm = 0.0;              ///< the wave's middle; -100 to 100
   double frequency_hz = 0.0;           ///< at most half the control rate; 0 to 1e4
   double phase_turns = 0.0;            ///< where in the period it starts; 0 to 1
   Timing timing{};                     ///< when it plays, and its envelope
@@ -114,14 +114,14 @@ struct Detents {
 struct EndStops {
   double lower_rad = 0.0;             ///< surface of the lower wall
   double upper_rad = 0.0;             ///< surface of the upper one, not below the lower one
-  double stiffness_nm_per_rad = 0.0;  ///< 0 to 1e6
-  double damping_nm_s_per_rad = 0.0;  ///< 0 to 1000
+  double stiffness_nm_per_rad = 0.0;  ///< torque per depth, of either wall; 0 to 1e6
+  double damping_nm_s_per_rad = 0.0;  ///< torque per inward speed, of either wall; 0 to 1000
 };
 
 /// A rough surface fixed to the knob, the same in every turn.
 struct Texture {
   int grains_per_turn = 1;     ///< at most half the encoder's counts; 1 to 65535
-  double torque_nm = 0.0;      ///< 0 to 100
+  double torque_nm = 0.0;      ///< of the highest grain; 0 to 100
   Grain grain = Grain::noise;  ///< shape of a grain
   std::uint32_t seed = 0;      ///< another seed, another surface; noise only
 };

@@ -1,3 +1,5 @@
+/// @file
+/// The actuators that the study compares, and what each one's control law may know.
 #pragma once
 
 #include <cstdint>

@@ -1,3 +1,5 @@
+/// @file
+/// The mechanics that all compared actuators are made of: one or two shafts with friction.
 #pragma once
 
 #include <array>

@@ -1,3 +1,5 @@
+/// @file
+/// One trial of the comparison: an actuator, a hand and an environment over time.
 #pragma once
 
 #include <cstdint>

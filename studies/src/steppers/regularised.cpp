@@ -61,7 +61,7 @@ RegularisedStepper::Point RegularisedStepper::rates(const PlantState& begin,
       lagged(begin.motor_torque_nm, inputs.motor_command_nm, model_.motor_time_constant_s);
   const double capacity_nm =
       model_.brake_drag_nm +
-      lagged(begin.brake_capacity_nm, begin.brake_target_nm, model_.brake_time_constant_s);
+      lagged(begin.brake_magnetic_nm, begin.brake_target_nm, model_.brake_time_constant_s);
   Point rate{};
   const std::size_t last = static_cast<std::size_t>(model_.last_shaft());
   for (std::size_t i = 0; i <= last; ++i) {
@@ -113,7 +113,7 @@ void RegularisedStepper::step(PlantState& state, const HeldInputs& inputs,
     value = target + emulator::settled((value - target) * left);
   };
   lag(state.motor_torque_nm, inputs.motor_command_nm, model_.motor_time_constant_s);
-  lag(state.brake_capacity_nm, state.brake_target_nm, model_.brake_time_constant_s);
+  lag(state.brake_magnetic_nm, state.brake_target_nm, model_.brake_time_constant_s);
 }
 
 }  // namespace

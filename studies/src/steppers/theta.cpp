@@ -153,7 +153,7 @@ void ThetaStepper::step(PlantState& state, const HeldInputs& inputs, std::int64_
 
   const HandForce hand = hand_force(model_, state, inputs);
   const double motor_gap = state.motor_torque_nm - inputs.motor_command_nm;
-  const double brake_gap = state.brake_capacity_nm - state.brake_target_nm;
+  const double brake_gap = state.brake_magnetic_nm - state.brake_target_nm;
   const std::array<double, 2> twisting{
       spring.stiffness_nm_per_rad * (state.twist_rad[0] - spring.rest_rad),
       model_.belt_stiffness_nm_per_rad * state.twist_rad[1]};
@@ -186,7 +186,7 @@ void ThetaStepper::step(PlantState& state, const HeldInputs& inputs, std::int64_
   state.twist_rad[0] += moved[0] - moved[1];
   state.twist_rad[1] += moved[1] - moved[2];
   state.motor_torque_nm = inputs.motor_command_nm + emulator::settled(motor_gap * motor_lag_.end);
-  state.brake_capacity_nm = state.brake_target_nm + emulator::settled(brake_gap * brake_lag_.end);
+  state.brake_magnetic_nm = state.brake_target_nm + emulator::settled(brake_gap * brake_lag_.end);
   state.time_ns += duration_ns;
 }
 

@@ -27,7 +27,7 @@ TEST_CASE("actuators without a lag answer at once") {
   plant.set_command({1e-3, 0.02});
   plant.advance(1'000);
   CHECK(plant.state().motor_torque_nm == 1e-3);
-  CHECK(plant.state().brake_capacity_nm == 0.02);
+  CHECK(plant.state().brake_magnetic_nm == 0.02);
 }
 
 TEST_CASE("commands are clipped to the actuators' limits and refused when not finite") {
@@ -38,10 +38,10 @@ TEST_CASE("commands are clipped to the actuators' limits and refused when not fi
   plant.set_command({-1.0, 1.0});
   plant.advance(1'000);
   CHECK(plant.state().motor_torque_nm == -85e-3);
-  CHECK(plant.state().brake_capacity_nm == 110e-3);
+  CHECK(plant.state().brake_magnetic_nm == 110e-3);
   plant.set_command({0.0, -1.0});
   plant.advance(1'000);
-  CHECK(plant.state().brake_capacity_nm == 0.0);
+  CHECK(plant.state().brake_magnetic_nm == 0.0);
   CHECK_THROWS_WITH_AS(plant.set_command({NAN, 0.0}), doctest::Contains("motor_command_nm"),
                        std::invalid_argument);
   CHECK_THROWS_WITH_AS(plant.set_command({0.0, INFINITY}), doctest::Contains("brake_command_nm"),

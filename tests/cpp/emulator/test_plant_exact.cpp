@@ -204,7 +204,7 @@ TEST_CASE("brake hysteresis makes the capacity trail the command by the play") {
   const auto settle = [&](double command_nm) {
     plant.set_command({0.0, command_nm});
     plant.advance(1'000);
-    return plant.state().brake_capacity_nm;
+    return plant.state().brake_magnetic_nm;
   };
   CHECK(settle(0.003) == 0.0);
   CHECK(settle(0.05) == doctest::Approx(0.046));

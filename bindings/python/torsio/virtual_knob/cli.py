@@ -171,7 +171,7 @@ def emulate_command(
         typer.Option(metavar="FILE", help="Write what truly happens at every control tick."),
     ] = None,
 ) -> None:
-    """Be a knob on a USB port, without hardware, until Ctrl-C.
+    """Serve an emulated knob as a USB device, over USB/IP, until Ctrl-C.
 
     Other programs find the knob once the system has attached it; the command for that is printed.
     Run this several times, with a port and a serial number each, for several knobs.

@@ -182,7 +182,6 @@ def weak_motor_motion_rad(method: Method) -> float:
     return float(np.ptp(rows["angle_rad"][-200:]))
 
 
-FLICK_RAD_S = 5.0
 HIGH_FLOOR_NM = 12e-3
 """A floor of the sensor above friction and drag together, 8 mN m."""
 
