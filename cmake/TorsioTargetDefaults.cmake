@@ -29,6 +29,12 @@ function(torsio_target_defaults target)
     endif()
   endif()
 
+  # Tells the fuzz driver which blocks were reached; the driver itself must not be told.
+  if(TORSIO_TRACE_BLOCKS AND type MATCHES "STATIC_LIBRARY|OBJECT_LIBRARY")
+    target_compile_options(${target} PRIVATE
+      "$<$<COMPILE_LANGUAGE:CXX>:-fsanitize-coverage=trace-pc>")
+  endif()
+
   # They may end up inside the Python module.
   if(type STREQUAL "STATIC_LIBRARY")
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
