@@ -281,7 +281,14 @@ int main(int count, char** arguments) {
     runs_done = runs_done + 1;
   };
   const std::size_t given = corpus.size();
-  for (const Input& input : corpus) try_one(input);
+  // With nothing to be made from it the corpus itself is what is looked through: the shortest inputs
+  // that together reach all that it reaches are kept.
+  const bool distils = options.runs == 0 && options.seconds == 0 && !options.keep.empty();
+  if (distils) std::ranges::stable_sort(corpus, {}, &Input::size);
+  for (const Input& input : corpus) {
+    try_one(input);
+    if (distils && something_new) save(options.keep, input);
+  }
 
   Mutator mutator(options.seed);
   Input input;
