@@ -23,7 +23,6 @@
 
 namespace {
 
-using namespace torsio;
 using namespace torsio::emulator;
 namespace wire = torsio::protocol;
 
@@ -50,7 +49,7 @@ class Life {
   Life(std::uint64_t seed, std::uint64_t cut)
       : random_(seed), cut_(cut), cuts_(cut != 0), device_(options(seed)) {
     configure();
-    for (const std::uint8_t type : {1, 4, 8, 9, 10, 11}) make_game_effect(type);
+    for (const int type : {1, 4, 8, 9, 10, 11}) make_game_effect(static_cast<std::uint8_t>(type));
     command(wire::Op::arm);
   }
 

@@ -114,6 +114,9 @@ def read_list(path: Path) -> list[Place]:
             raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ' or '# '")
         last = kind
     for place in places:
+        for text in (_marked(place)[1], *(replacement for replacement, _, _ in place.replacements)):
+            if any(text.count(pair[0]) != text.count(pair[1]) for pair in ("()", "{}", "[]")):
+                raise BadList(f"{place.where}: '{text}' opens a bracket that it does not close")
         if not place.file:
             raise BadList(f"{place.where}: say which file first, in a line 'file NAME'")
         if not place.replacements:
@@ -258,7 +261,7 @@ def build(tinyusb: str, log: Path) -> Path:
     configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
     configure += [f"-DTORSIO_TINYUSB_PATH={tinyusb}"]
     with log.open("w") as output:
-        for command in (configure, ["cmake", "--build", folder, "--target", "torsio_mutants"]):
+        for command in (configure, ["cmake", "--build", folder, "--target", "torsio_mutants", "--", "-k", "0"]):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder / "torsio_mutants"
 
