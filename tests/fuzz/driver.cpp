@@ -265,11 +265,12 @@ int main(int count, char** arguments) {
   }
   places = static_cast<std::uint8_t*>(
       ::mmap(nullptr, kPlaces, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
-  std::signal(SIGALRM, look_whether_it_hangs);
+  signal(SIGALRM, look_whether_it_hangs);
   const itimerval every{{kHungS, 0}, {kHungS, 0}};
   ::setitimer(ITIMER_REAL, &every, nullptr);
 
-  LastInput last(std::filesystem::path(arguments[0]).filename().string());
+  const std::string program = std::filesystem::path(arguments[0]).filename();
+  LastInput last(program);
   const auto begin = steady_clock::now();
   const auto seconds = [&] {
     return std::chrono::duration<double>(steady_clock::now() - begin).count();

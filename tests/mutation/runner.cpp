@@ -61,11 +61,8 @@ std::string pattern(const std::string& name) {
 
 int main(int count, char** arguments) {
   if (count > 1 && std::string(arguments[1]) == "--list") {
-    doctest::Context context;
-    context.setOption("list-test-cases", true);
-    context.setOption("no-skip", true);
-    context.setOption("reporters", "xml");
-    return context.run();
+    const char* const words[] = {"", "--list-test-cases", "--no-skip", "--reporters=xml"};
+    return doctest::Context(4, words).run();
   }
   auto* const reached = static_cast<unsigned char*>(
       mmap(nullptr, sizeof torsio_mutant_reached, PROT_READ | PROT_WRITE,

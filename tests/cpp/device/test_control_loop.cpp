@@ -160,3 +160,43 @@ TEST_CASE("events tell why the torque fades, and then that it is gone") {
   CHECK(answer->event.kind == EventKind::state_changed);
   CHECK(answer->event.state == State::disarmed);
 }
+
+TEST_CASE("the loss of the bus is heard in the next tick, also of a loop with nothing to decide") {
+  Loop loop;
+  loop.play(0.03F);
+  loop.give(Order::Kind::arm);
+  loop.tick(200);
+  REQUIRE(loop.out.motor_command_nm == 0.03F);
+  loop.loop->set_connected(false);
+  loop.tick();
+  CHECK(loop.out.motor_command_nm < 0.03F);
+}
+
+TEST_CASE("late ticks are counted anew after one that was later still") {
+  Loop loop(without_ramp());
+  loop.give(Order::Kind::arm);
+  loop.in.tick_time_ns = 1'300'000;
+  loop.tick();
+  loop.in.tick_time_ns = 1000;
+  loop.tick(20);
+  loop.in.tick_time_ns = 1'100'000;  // of 1,000,000
+  loop.tick(17);
+  CHECK(loop.loop->snapshot().faults == protocol::fault::overrun);
+}
+
+TEST_CASE("any number of missed ticks is an overrun, beyond what 32 bits can weigh too") {
+  for (const std::uint32_t missed : {16U, 1U << 30U, 0xFFFFFFFFU}) {
+    Loop loop(without_ramp());
+    loop.give(Order::Kind::arm);
+    loop.in.missed_ticks = missed;
+    loop.tick();
+    CHECK(loop.loop->snapshot().faults == protocol::fault::overrun);
+  }
+}
+
+TEST_CASE("accepted reports are counted") {
+  Loop loop;
+  loop.give(Order::Kind::keep_alive);
+  loop.give(Order::Kind::arm);
+  CHECK(loop.loop->snapshot().counters.reports_accepted == 2);
+}
