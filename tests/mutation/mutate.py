@@ -55,6 +55,8 @@ class Mutant:
         Line of the list, for messages.
     equivalent
         Why no test can tell it from the original; empty if one must.
+    untested
+        Which test is still to be written; empty if there is one.
     """
 
     number: int
@@ -63,6 +65,7 @@ class Mutant:
     replacement: str
     where: str
     equivalent: str = ""
+    untested: str = ""
 
     @property
     def key(self) -> str:
@@ -76,13 +79,23 @@ class Mutant:
 
 
 @dataclass
+class Replacement:
+    """What would stand there, what the list says of it, and in which of its lines."""
+
+    text: str
+    where: str
+    equivalent: str = ""
+    untested: str = ""
+
+
+@dataclass
 class Place:
     """A piece of a source and all its mutants."""
 
     file: str
     context: str
     where: str
-    replacements: list[tuple[str, str, str]] = field(default_factory=list)
+    replacements: list[Replacement] = field(default_factory=list)
 
 
 def _squeezed(text: str) -> str:
@@ -93,7 +106,11 @@ def _squeezed(text: str) -> str:
 
 
 def read_list(path: Path) -> list[Place]:
-    """Read one list: ``file NAME``, then ``-`` lines, ``+`` lines, and ``=`` lines with reasons."""
+    """Read one list.
+
+    ``file NAME``, then ``-`` lines with what stands there, ``+`` lines with one mutant each, and behind
+    a mutant ``=`` why it is equivalent, or ``!`` which test is still to be written.
+    """
     places: list[Place] = []
     file = ""
     last = ""
@@ -108,15 +125,18 @@ def read_list(path: Path) -> list[Place]:
             else:
                 places.append(Place(file, text, where))
         elif kind == "+" and places:
-            places[-1].replacements.append((text, "", where))
-        elif kind == "=" and places and places[-1].replacements:
-            replacement, reason, at = places[-1].replacements[-1]
-            places[-1].replacements[-1] = (replacement, f"{reason} {text}".strip(), at)
+            places[-1].replacements.append(Replacement(text, where))
+        elif kind in "=!" and kind and places and places[-1].replacements:
+            mutant = places[-1].replacements[-1]
+            if kind == "=":
+                mutant.equivalent = f"{mutant.equivalent} {text}".strip()
+            else:
+                mutant.untested = f"{mutant.untested} {text}".strip()
         elif line and kind != "#":
-            raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ' or '# '")
+            raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ', '! ' or '# '")
         last = kind
     for place in places:
-        for text in (_marked(place)[1], *(replacement for replacement, _, _ in place.replacements)):
+        for text in (_marked(place)[1], *(one.text for one in place.replacements)):
             if any(text.count(pair[0]) != text.count(pair[1]) for pair in ("()", "{}", "[]")):
                 raise BadList(f"{place.where}: '{text}' opens a bracket that it does not close")
         if not place.file:
@@ -136,8 +156,16 @@ def mutants_of(places: Iterable[Place]) -> list[Mutant]:
     found: list[Mutant] = []
     for place in places:
         found += [
-            Mutant(len(found) + 1 + n, place.file, place.context, text, where, reason)
-            for n, (text, reason, where) in enumerate(place.replacements)
+            Mutant(
+                len(found) + 1 + n,
+                place.file,
+                place.context,
+                one.text,
+                one.where,
+                one.equivalent,
+                one.untested,
+            )
+            for n, one in enumerate(place.replacements)
         ]
     keys = [mutant.key for mutant in found]
     for mutant in found:
@@ -196,7 +224,7 @@ def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> s
                 "one and @{...}@ round what is mutated"
             )
         begin, end = found[0].end(1), found[0].start(2)
-        numbered = [(n, r[0]) for n, r in zip(numbers, place.replacements, strict=True)]
+        numbered = [(n, one.text) for n, one in zip(numbers, place.replacements, strict=True)]
         cuts.append((begin, end, _switched(text[begin:end], numbered), place))
     cuts.sort(key=lambda cut: cut[0])
     for (_, end, _, _), (begin, _, _, place) in zip(cuts, cuts[1:], strict=False):
@@ -404,11 +432,15 @@ def write_killers(killers: dict[str, str], mutants: Sequence[Mutant]) -> None:
 def verdict(mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> list[str]:
     """Return what is wrong: mutants that live, and equivalents that died after all."""
     living = {mutant.number for mutant in survivors}
-    wrong = [f"lives: {m}" for m in mutants if m.number in living and not m.equivalent]
-    wrong += [
-        f"died, though {m.where} calls it equivalent: {m}"
+    wrong = [
+        f"lives: {m}"
         for m in mutants
-        if m.number not in living and m.equivalent
+        if m.number in living and not m.equivalent and not m.untested
+    ]
+    wrong += [
+        f"died, though {m.where} calls it {'equivalent' if m.equivalent else 'untested'}: {m}"
+        for m in mutants
+        if m.number not in living and (m.equivalent or m.untested)
     ]
     return wrong
 
@@ -449,10 +481,11 @@ def main(arguments: Sequence[str]) -> int:
     wrong = verdict(chosen, campaign.survivors)
     write_killers(campaign.killers, mutants)
     equivalent = sum(1 for mutant in chosen if mutant.equivalent)
+    untested = sum(1 for mutant in chosen if mutant.untested)
     print(*wrong, sep="\n")
     print(
         f"{len(chosen)} mutants, {len(chosen) - len(campaign.survivors)} killed, "
-        f"{equivalent} equivalent, {len(wrong)} wrong, {time.monotonic() - begin_s:.0f} s"
+        f"{equivalent} equivalent, {untested} without a test, {len(wrong)} wrong, {time.monotonic() - begin_s:.0f} s"
     )
     return 1 if wrong else 0
 
