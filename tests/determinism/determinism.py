@@ -1,7 +1,7 @@
 """One number for the lives of some emulated knobs, however the program was made and run.
 
-``./dev determinism`` builds ``life.cpp`` with gcc and clang, without and with full optimisation, for
-x86-64 and for aarch64 (which qemu runs), and runs it on 1 to 32 threads, with its time cut in
+``./dev determinism`` builds ``life.cpp`` with gcc and clang, without and with full optimisation,
+for x86-64 and for aarch64 (which qemu runs), and runs it on 1 to 32 threads, with its time cut in
 several ways, and through a stop of seconds. Every run must print the same number. It is not written
 down anywhere: a change of the plant or of a law changes it, and should.
 """
@@ -79,10 +79,22 @@ def build(way: Way) -> Path:
     folder = BUILD / way.name
     log = TREE / f"build/logs/determinism-{way.name}.log"
     log.parent.mkdir(parents=True, exist_ok=True)
-    configure = ["cmake", "-S", HERE, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Debug"]
+    configure: list[str | Path] = [
+        "cmake",
+        "-S",
+        HERE,
+        "-B",
+        folder,
+        "-G",
+        "Ninja",
+        "-DCMAKE_BUILD_TYPE=Debug",
+    ]
     configure += [f"-DCMAKE_CXX_COMPILER={way.compiler}", f"-DCMAKE_CXX_FLAGS_DEBUG={way.options}"]
     with log.open("w") as output:
-        for command in ([*configure, *way.settings], ["cmake", "--build", folder, "-t", "torsio_life"]):
+        for command in (
+            [*configure, *way.settings],
+            ["cmake", "--build", folder, "-t", "torsio_life"],
+        ):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder / "torsio_life"
 

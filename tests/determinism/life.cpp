@@ -255,14 +255,15 @@ class Life {
         return device_.set_hand(
             TorqueHand{Profile({{now_ns, either(0.05)}, {end_ns, either(0.05)}})});
       case 2:
-        return device_.set_hand(ImpedanceHand{
-            .inertia_kg_m2 = some(2e-4),
-            .stiffness_nm_per_rad = 0.5 + some(3.0),
-            .damping_nm_s_per_rad = some(0.03),
-            .intended_angle_rad = Profile({{now_ns, angle_rad}, {end_ns, angle_rad + either(3.0)}})});
+        return device_.set_hand(
+            ImpedanceHand{.inertia_kg_m2 = some(2e-4),
+                          .stiffness_nm_per_rad = 0.5 + some(3.0),
+                          .damping_nm_s_per_rad = some(0.03),
+                          .intended_angle_rad =
+                              Profile({{now_ns, angle_rad}, {end_ns, angle_rad + either(3.0)}})});
       default:
-        return device_.set_hand(PrescribedMotion{
-            Profile({{now_ns, angle_rad}, {end_ns, angle_rad + either(1.0)}})});
+        return device_.set_hand(
+            PrescribedMotion{Profile({{now_ns, angle_rad}, {end_ns, angle_rad + either(1.0)}})});
     }
   }
 
@@ -271,8 +272,8 @@ class Life {
     (void)device_.game_set_feature(create);
     const auto block = static_cast<std::uint8_t>(++blocks_);
     // Endless, full gain, from the left.
-    const std::array<std::uint8_t, 18> effect{0x11, block, type, 0xFF, 0xFF, 0,    0,    0, 0,
-                                              0xFF, 0x7F,  0,    2,    0xFF, 0x5F, 0,    0, 0};
+    const std::array<std::uint8_t, 18> effect{0x11, block, type, 0xFF, 0xFF, 0,    0, 0, 0,
+                                              0xFF, 0x7F,  0,    2,    0xFF, 0x5F, 0, 0, 0};
     (void)device_.game_write(effect);
   }
 
@@ -282,9 +283,14 @@ class Life {
     (void)device_.game_write(constant);
     const std::array<std::uint8_t, 10> sine{0x14, 2, 0, level(), 0, 0, 0, 0, 40, 0};
     (void)device_.game_write(sine);
-    const std::array<std::uint8_t, 15> condition{0x13, static_cast<std::uint8_t>(3 + below(4)),
-                                                 0,    0, 0, 0xFF, level(), 0xFF, level(),
-                                                 0xFF, 0x7F, 0xFF, 0x7F, 0, 0};
+    const std::array<std::uint8_t, 15> condition{0x13,    static_cast<std::uint8_t>(3 + below(4)),
+                                                 0,       0,
+                                                 0,       0xFF,
+                                                 level(), 0xFF,
+                                                 level(), 0xFF,
+                                                 0x7F,    0xFF,
+                                                 0x7F,    0,
+                                                 0};
     (void)device_.game_write(condition);
     const std::array<std::uint8_t, 4> operate{0x1A, static_cast<std::uint8_t>(1 + below(6)),
                                               static_cast<std::uint8_t>(1 + below(3)), 1};

@@ -1,5 +1,5 @@
-// Runs a fuzz target without libFuzzer: every file of a corpus as it is, then inputs made from them by
-// seeded mutation. Where the code was compiled with -fsanitize-coverage=trace-pc an input that
+// Runs a fuzz target without libFuzzer: every file of a corpus as it is, then inputs made from them
+// by seeded mutation. Where the code was compiled with -fsanitize-coverage=trace-pc an input that
 // reaches something new joins the corpus. The same seed gives the same inputs everywhere.
 //
 //     fuzz_NAME CORPUS [--runs N] [--seconds S] [--seed N] [--keep FOLDER] [--reached FILE]
@@ -282,8 +282,8 @@ int main(int count, char** arguments) {
     runs_done = runs_done + 1;
   };
   const std::size_t given = corpus.size();
-  // With nothing to be made from it the corpus itself is what is looked through: the shortest inputs
-  // that together reach all that it reaches are kept.
+  // With nothing to be made from it the corpus itself is what is looked through: the shortest
+  // inputs that together reach all that it reaches are kept.
   const bool distils = options.runs == 0 && options.seconds == 0 && !options.keep.empty();
   if (distils) std::ranges::stable_sort(corpus, {}, &Input::size);
   for (const Input& input : corpus) {
@@ -311,8 +311,10 @@ int main(int count, char** arguments) {
       if (places[at] != 0) file << std::hex << at << '\n';
     }
   }
-  std::printf("%zu inputs of the corpus and %ld made from them, %.0f a second; %zu kept, %zu places reached\n",
-              given, made, static_cast<double>(runs_done) / std::max(took_s, 1e-6),
-              corpus.size() - given, places_reached);
+  std::printf(
+      "%zu inputs of the corpus and %ld made from them, %.0f a second; %zu kept, %zu places "
+      "reached\n",
+      given, made, static_cast<double>(runs_done) / std::max(took_s, 1e-6), corpus.size() - given,
+      places_reached);
   return 0;
 }

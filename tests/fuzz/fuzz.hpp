@@ -21,7 +21,8 @@ inline void require(bool holds, const char* what) {
   std::abort();
 }
 
-/// Words that the target's inputs are made of, for the driver to put in. None unless the target says.
+/// Words that the target's inputs are made of, for the driver to put in. None unless the target
+/// says.
 [[gnu::weak]] std::span<const std::string_view> dictionary();
 
 /// Takes an input apart, from its begin to its end. Where it is over there are zeros.

@@ -1,8 +1,8 @@
 """Fuzz targets for as long as one likes, and which of the project's own code they reach.
 
 ``./dev fuzz [TARGET...] [SECONDS]`` runs the targets of this folder, guided by the code that they
-reach. What reaches something new is kept in ``build/fuzz-corpus`` and used again; ``--keep`` adds the
-fewest inputs that reach all of it to ``tests/fuzz/corpus``. What an input did not survive is in
+reach. What reaches something new is kept in ``build/fuzz-corpus`` and used again; ``--keep`` adds
+the fewest inputs that reach all of it to ``tests/fuzz/corpus``. What an input did not survive is in
 ``build/fuzz_last_input_...``, and the program that is named runs it again.
 """
 
@@ -53,7 +53,7 @@ def run_target(target: str, seconds: float, seed: int) -> Result:
     for path in found.iterdir():
         shutil.copy2(path, corpus)
     reached = FOUND / f"{target}.reached"
-    command = [program, corpus, "--seconds", str(seconds), "--seed", str(seed)]
+    command: list[str | Path] = [program, corpus, "--seconds", str(seconds), "--seed", str(seed)]
     command += ["--keep", found, "--reached", reached]
     ended = subprocess.run(command, cwd=TREE / "build", capture_output=True, text=True, check=False)
     shutil.rmtree(corpus)
@@ -159,7 +159,9 @@ def main(arguments: Sequence[str]) -> int:
         program = PROGRAMS.relative_to(TREE) / f"fuzz_{result.target}"
         print(f"{result.target}: {result.summary}")
         if result.status != 0:
-            print(f"  found with seed {seed}; again: {program} build/fuzz_last_input_{program.name}")
+            print(
+                f"  found with seed {seed}; again: {program} build/fuzz_last_input_{program.name}"
+            )
     print(*coverage(results), sep="\n")
     if options.keep:
         print(*(f"{keep(name)} inputs kept for {name}" for name in names), sep="\n")

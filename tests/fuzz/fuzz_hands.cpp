@@ -13,9 +13,9 @@ using namespace torsio::emulator;
 using namespace torsio::emulator::usbip;
 
 constexpr std::string_view kWords[] = {
-    "torque_nm\n", "angle_rad\n", "motion_rad\n", "torque ", "angle ",  "still\n", "free\n",
-    "script ",     "0 0\n",       "1e6 ",         "-1e6",    "1e308",   "nan",     "inf",
-    "-0",          " # x\n",      "0.05 0.01\n",  "\t",      "\r\n",    "1e-9 ",   "10\n"};
+    "torque_nm\n", "angle_rad\n", "motion_rad\n", "torque ", "angle ", "still\n", "free\n",
+    "script ",     "0 0\n",       "1e6 ",         "-1e6",    "1e308",  "nan",     "inf",
+    "-0",          " # x\n",      "0.05 0.01\n",  "\t",      "\r\n",   "1e-9 ",   "10\n"};
 
 }  // namespace
 
@@ -42,7 +42,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (line.find("script") != std::string::npos) continue;
     (void)commands.follow(line);
     device.advance(1'000'000);
-    fuzz::require(std::abs(device.plant().state().knob_angle_rad()) <= 1e9, "the knob is somewhere");
+    fuzz::require(std::abs(device.plant().state().knob_angle_rad()) <= 1e9,
+                  "the knob is somewhere");
   }
   return 0;
 }

@@ -142,7 +142,8 @@ void step(Bench& bench, fuzz::Reader& input) {
       bench.tick(1U + input.byte() % 32U);
       break;
     case turn:
-      bench.inputs.encoder_count += static_cast<std::uint32_t>(static_cast<std::int16_t>(input.word()));
+      bench.inputs.encoder_count +=
+          static_cast<std::uint32_t>(static_cast<std::int16_t>(input.word()));
       bench.tick(1);
       break;
     case cable:
@@ -181,7 +182,8 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
     length = piece[0] == turn ? 3 : 2;
   } else {
     protocol::ReportBytes report = make.any();
-    if (make.below(5) == 0) report = command(make.below(2) == 0 ? protocol::Op::arm : protocol::Op::clear_fault);
+    if (make.below(5) == 0)
+      report = command(make.below(2) == 0 ? protocol::Op::arm : protocol::Op::clear_fault);
     const std::uint8_t id = report[0];
     const bool is_feature = protocol::Layout<protocol::ActuatorConfig>::id <= id &&
                             id <= protocol::Layout<protocol::GameConfig>::id;

@@ -10,18 +10,19 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import itertools
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 TREE = Path(__file__).parent.parent.parent
 HERE = Path(__file__).parent
@@ -108,8 +109,8 @@ def _squeezed(text: str) -> str:
 def read_list(path: Path) -> list[Place]:
     """Read one list.
 
-    ``file NAME``, then ``-`` lines with what stands there, ``+`` lines with one mutant each, and behind
-    a mutant ``=`` why it is equivalent, or ``!`` which test is still to be written.
+    ``file NAME``, then ``-`` lines with what stands there, ``+`` lines with one mutant each, and
+    behind a mutant ``=`` why it is equivalent, or ``!`` which test is still to be written.
     """
     places: list[Place] = []
     file = ""
@@ -227,7 +228,7 @@ def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> s
         numbered = [(n, one.text) for n, one in zip(numbers, place.replacements, strict=True)]
         cuts.append((begin, end, _switched(text[begin:end], numbered), place))
     cuts.sort(key=lambda cut: cut[0])
-    for (_, end, _, _), (begin, _, _, place) in zip(cuts, cuts[1:], strict=False):
+    for (_, end, _, _), (begin, _, _, place) in itertools.pairwise(cuts):
         if begin < end:
             raise BadList(f"{place.where}: overlaps another place; put its + lines there")
     for begin, end, code, _ in reversed(cuts):
@@ -265,8 +266,9 @@ def make_copy(places: Sequence[Place]) -> int:
                 content = mutate_source(content.decode(), of_file[name]).encode()
             _put(COPY / name, content)
             wanted.add(COPY / name)
-    for name, source in (("CMakeLists.txt", "tree.cmake"), ("switch.hpp",) * 2, ("runner.cpp",) * 2):
-        _put(COPY / name, (HERE / source).read_bytes())
+    own = {"CMakeLists.txt": "tree.cmake", "switch.hpp": "switch.hpp", "runner.cpp": "runner.cpp"}
+    for name, original in own.items():
+        _put(COPY / name, (HERE / original).read_bytes())
         wanted.add(COPY / name)
     for path in list(COPY.rglob("*")):
         if path.is_file() and path not in wanted:
@@ -287,11 +289,15 @@ def build(tinyusb: str, log: Path) -> Path:
     count = make_copy(read_lists())
     folder = BUILD / "objects"
     log.parent.mkdir(parents=True, exist_ok=True)
-    configure = ["cmake", "-S", COPY, "-B", folder, "-G", "Ninja", f"-DTORSIO_MUTANTS={count}"]
+    configure: list[str | Path] = ["cmake", "-S", COPY, "-B", folder, "-G", "Ninja"]
+    configure += [f"-DTORSIO_MUTANTS={count}"]
     configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
     configure += [f"-DTORSIO_TINYUSB_PATH={tinyusb}"]
     with log.open("w") as output:
-        for command in (configure, ["cmake", "--build", folder, "--target", "torsio_mutants", "--", "-k", "0"]):
+        for command in (
+            configure,
+            ["cmake", "--build", folder, "--target", "torsio_mutants", "--", "-k", "0"],
+        ):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder / "torsio_mutants"
 
@@ -318,7 +324,8 @@ class Runner:
 
     def run(self, case: str, mutant: int = 0, limit_s: float = 120.0) -> Outcome:
         """Run one test case, with a mutant switched on."""
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.write(f"{mutant}\t{limit_s}\t{case}\n")
         self._process.stdin.flush()
         words = self._process.stdout.readline().split()
@@ -391,12 +398,18 @@ class Campaign:
                 self.survivors.append(mutant)
 
 
-def _in_parallel(program, work, function):  # type: ignore[no-untyped-def]
+Work = TypeVar("Work")
+Done = TypeVar("Done")
+
+
+def _in_parallel(
+    program: Path, work: Sequence[Work], function: Callable[[Runner, Work], Done]
+) -> list[Done]:
     """Hand each piece of work to one of as many runners as there are processors."""
     runners = [Runner(program) for _ in range(os.cpu_count() or 1)]
     free = list(runners)
 
-    def one(piece):  # type: ignore[no-untyped-def]
+    def one(piece: Work) -> Done:
         runner = free.pop()
         try:
             return function(runner, piece)
@@ -433,9 +446,7 @@ def verdict(mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> list[str]
     """Return what is wrong: mutants that live, and equivalents that died after all."""
     living = {mutant.number for mutant in survivors}
     wrong = [
-        f"lives: {m}"
-        for m in mutants
-        if m.number in living and not m.equivalent and not m.untested
+        f"lives: {m}" for m in mutants if m.number in living and not m.equivalent and not m.untested
     ]
     wrong += [
         f"died, though {m.where} calls it {'equivalent' if m.equivalent else 'untested'}: {m}"
@@ -485,7 +496,8 @@ def main(arguments: Sequence[str]) -> int:
     print(*wrong, sep="\n")
     print(
         f"{len(chosen)} mutants, {len(chosen) - len(campaign.survivors)} killed, "
-        f"{equivalent} equivalent, {untested} without a test, {len(wrong)} wrong, {time.monotonic() - begin_s:.0f} s"
+        f"{equivalent} equivalent, {untested} without a test, "
+        f"{len(wrong)} wrong, {time.monotonic() - begin_s:.0f} s"
     )
     return 1 if wrong else 0
 

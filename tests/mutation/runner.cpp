@@ -41,10 +41,10 @@ std::string pattern(const std::string& name) {
   const int nowhere = open("/dev/null", O_RDWR);
   for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
   // A process that hangs is ended by the kernel, threads or not.
-  const itimerval limit{{}, {static_cast<time_t>(limit_s),
-                             static_cast<suseconds_t>((limit_s - static_cast<double>(static_cast<
-                                                                     time_t>(limit_s))) *
-                                                      1e6)}};
+  const itimerval limit{{},
+                        {static_cast<time_t>(limit_s),
+                         static_cast<suseconds_t>(
+                             (limit_s - static_cast<double>(static_cast<time_t>(limit_s))) * 1e6)}};
   setitimer(ITIMER_REAL, &limit, nullptr);
   doctest::Context context;
   context.setOption("no-breaks", true);
@@ -64,9 +64,9 @@ int main(int count, char** arguments) {
     const char* const words[] = {"", "--list-test-cases", "--no-skip", "--reporters=xml"};
     return doctest::Context(4, words).run();
   }
-  auto* const reached = static_cast<unsigned char*>(
-      mmap(nullptr, sizeof torsio_mutant_reached, PROT_READ | PROT_WRITE,
-           MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  auto* const reached =
+      static_cast<unsigned char*>(mmap(nullptr, sizeof torsio_mutant_reached,
+                                       PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   std::string line;
   while (std::getline(std::cin, line)) {
     const std::size_t first = line.find('\t');

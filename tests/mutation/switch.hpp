@@ -6,7 +6,7 @@
 #include <type_traits>
 
 extern "C" {
-extern int torsio_mutant;                     // number of the one that is on; 0: none
+extern int torsio_mutant;                      // number of the one that is on; 0: none
 extern unsigned char torsio_mutant_reached[];  // 1: was asked for
 }
 

@@ -151,9 +151,11 @@ void seal(torsio::device::SlotBytes& bytes) {
 
 }  // namespace
 
-TEST_CASE("a slot with a right checksum counts only with its mark, this layout and values in range") {
+TEST_CASE(
+    "a slot with a right checksum counts only with its mark, this layout and values in range") {
   const SlotWrite good = ConfigStore(torsio::device::empty_slots()).prepare(with_beta(0.3F));
-  const auto loads = [&](auto change, torsio::device::WiringRule rule = torsio::device::any_wiring) {
+  const auto loads = [&](auto change,
+                         torsio::device::WiringRule rule = torsio::device::any_wiring) {
     StoredSlots slots = torsio::device::empty_slots();
     slots.slot[0] = good.bytes;
     change(slots.slot[0]);
@@ -162,7 +164,7 @@ TEST_CASE("a slot with a right checksum counts only with its mark, this layout a
   };
   using Bytes = torsio::device::SlotBytes;
   CHECK(loads([](Bytes&) {}));
-  CHECK_FALSE(loads([](Bytes& bytes) { bytes[0] ^= 1; }));               // the mark "TORS"
+  CHECK_FALSE(loads([](Bytes& bytes) { bytes[0] ^= 1; }));                  // the mark "TORS"
   CHECK_FALSE(loads([](Bytes& bytes) { put_u32(bytes, 4, 0x12345678); }));  // another layout
   // Each report begins with its id; a wrong one is none.
   CHECK_FALSE(loads([](Bytes& bytes) { bytes[12] ^= 1; }));
@@ -194,7 +196,8 @@ TEST_CASE("the newer of two slots is loaded, whichever it is") {
   for (const std::uint8_t newer : {std::uint8_t{0}, std::uint8_t{1}}) {
     StoredSlots slots = torsio::device::empty_slots();
     for (const std::uint8_t slot : {std::uint8_t{0}, std::uint8_t{1}}) {
-      slots.slot[slot] = ConfigStore(StoredSlots{}).prepare(with_beta(slot == newer ? 0.4F : 0.1F)).bytes;
+      slots.slot[slot] =
+          ConfigStore(StoredSlots{}).prepare(with_beta(slot == newer ? 0.4F : 0.1F)).bytes;
       put_u32(slots.slot[slot], 8, slot == newer ? 8U : 7U);
       seal(slots.slot[slot]);
     }

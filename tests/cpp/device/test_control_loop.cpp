@@ -75,9 +75,9 @@ protocol::ControlConfig without_ramp() {
 }  // namespace
 
 TEST_CASE("a torque that is no number is a fault that latches, and cuts the power") {
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(),
-                          std::numeric_limits<float>::infinity(),
-                          -std::numeric_limits<float>::infinity()}) {
+  for (const float bad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(),
+        -std::numeric_limits<float>::infinity()}) {
     Loop loop(without_ramp());
     loop.play(0.02F);
     loop.give(Order::Kind::arm);

@@ -1,5 +1,5 @@
-// The boards' power stage on a chip that is made of numbers: what it never does, whatever it is told
-// and whatever it measures. tests/board runs the real binary.
+// The boards' power stage on a chip that is made of numbers: what it never does, whatever it is
+// told and whatever it measures. tests/board runs the real binary.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -78,7 +78,8 @@ TEST_CASE("the motor is never asked for more than its current, either way") {
   config.motor_current_max_a = 1.0F;
   for (const float sign : {1.0F, -1.0F}) {
     Bench bench(config);
-    // At the limit, so nothing is wanted but what the winding's resistance takes, which is not known.
+    // At the limit, so nothing is wanted but what the winding's resistance takes, which is not
+    // known.
     bench.measure(static_cast<double>(sign));
     bench.apply(on(sign * 100.0F));
     CHECK(std::abs(bench.motor()) < 0.02);
@@ -97,7 +98,8 @@ TEST_CASE("the sign of the torque is the sign of the voltage, and turns with a r
       bench.apply(on(static_cast<float>(sign) * 0.02F));
       CHECK(bench.motor() * sign * (reversed ? -1.0 : 1.0) > 0.0);
       // The measured current counts from the same side.
-      const double wanted = sign * 0.02 / static_cast<double>(config.motor_torque_constant_nm_per_a);
+      const double wanted =
+          sign * 0.02 / static_cast<double>(config.motor_torque_constant_nm_per_a);
       Bench settled(config);
       settled.measure(reversed ? -wanted : wanted);
       settled.apply(on(static_cast<float>(sign) * 0.02F));
@@ -111,8 +113,8 @@ TEST_CASE("the brake's coil never gets more than its current, nor more than the 
   config.brake_current_max_a = 0.1F;
   Bench bench(config);
   bench.apply(on(0.0F, 100.0F));
-  const double share = 0.1 * static_cast<double>(config.brake_resistance_ohm) /
-                       static_cast<double>(config.supply_v);
+  const double share =
+      0.1 * static_cast<double>(config.brake_resistance_ohm) / static_cast<double>(config.supply_v);
   REQUIRE(share < 1.0);
   CHECK(bench.brake() == doctest::Approx(share).epsilon(0.01));
   config.brake_current_max_a = 100.0F;

@@ -541,7 +541,8 @@ TEST_CASE("the user's cap holds a game as it holds a scene") {
   CHECK(half.outputs.motor_command_nm == torsio::test::about(0.005));
 }
 
-TEST_CASE("a soft start ends at the full torque, of a local model too, and never has an old one in it") {
+TEST_CASE(
+    "a soft start ends at the full torque, of a local model too, and never has an old one in it") {
   Rig rig;
   ControlConfig config = at_once(Law::motor_only);
   config.passive_ramp_s = 0.05F;

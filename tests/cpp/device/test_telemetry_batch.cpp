@@ -29,12 +29,13 @@ TEST_CASE("what is beyond a sample's range shows as large, with its sign") {
   }
 }
 
-TEST_CASE("a report holds samples that follow each other and lie near, and no more than have room") {
+TEST_CASE(
+    "a report holds samples that follow each other and lie near, and no more than have room") {
   const torsio::device::SampleSteps steps;
   TelemetryBatch batch;
   REQUIRE(batch.add(at(1), steps));
-  CHECK_FALSE(batch.add(at(3), steps));           // one is missing
-  CHECK_FALSE(batch.add(at(2, 32768), steps));    // too far from the first
+  CHECK_FALSE(batch.add(at(3), steps));         // one is missing
+  CHECK_FALSE(batch.add(at(2, 32768), steps));  // too far from the first
   CHECK_FALSE(batch.add(at(2, -32769), steps));
   CHECK(batch.add(at(2, 32767), steps));
   CHECK(batch.add(at(3, -32768), steps));

@@ -19,9 +19,9 @@ inline constexpr std::uint32_t ADC_CS_READY_BITS = 2;
 namespace fake {
 
 struct Chip {
-  std::uint32_t levels = 0xFFFFFFFF;   // of the inputs, and what outputs were told
-  std::uint32_t outputs = 0;           // pins that are outputs
-  std::array<int, 30> function{};      // of each pin
+  std::uint32_t levels = 0xFFFFFFFF;  // of the inputs, and what outputs were told
+  std::uint32_t outputs = 0;          // pins that are outputs
+  std::array<int, 30> function{};     // of each pin
   std::array<std::array<std::uint16_t, 2>, 16> pwm{};
   std::uint16_t wrap = 0;
 };
