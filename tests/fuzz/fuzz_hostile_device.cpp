@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "fuzz.hpp"
+#include "protocol/axis_samples.hpp"
 #include "reports.hpp"
 #include "torsio/knob.hpp"
 
