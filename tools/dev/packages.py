@@ -79,6 +79,12 @@ def groups() -> dict[str, tuple[Package, ...]]:
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
+        # What else may compile and run the emulator.
+        "compilers": (
+            ("clang", _program("clang++")),
+            ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
+            ("qemu-user", _program("qemu-aarch64")),
+        ),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }
