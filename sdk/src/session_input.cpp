@@ -139,6 +139,8 @@ void Session::dispatch(const protocol::Event& event) {
 /// Takes over what the device has said about itself. If that means that its torque is gone, keeps
 /// why.
 void Session::become(const Said& said, DisarmReason why) {
+  // Before it disarms for these reasons the device has said so.
+  if (why == DisarmReason::unknown && fading_) why = *fading_;
   const bool falls = state_ == State::armed && said.state != State::armed;
   // A health report may have been quicker than the event that has the reason.
   const bool explains = last_disarm_ && last_disarm_->reason == DisarmReason::unknown &&
