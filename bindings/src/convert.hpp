@@ -73,7 +73,7 @@ void read(const Attributes& from, const char* name, T& value) {
 template <Listed T>
 T from_python(const pybind11::handle& source) {
   T made{};
-  const Attributes from(source);
+  const Attributes from(source, Fields<T>::name);
   std::apply(
       [&](const auto&... field) { (read(from, field.name.data(), made.*field.member), ...); },
       Fields<T>::list);

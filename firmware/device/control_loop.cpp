@@ -22,6 +22,12 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
+/// Faults that inputs report.
+std::uint32_t reported_by(const TickInputs& in) {
+  return (in.emergency_stop ? fault::emergency_stop : 0U) |
+         (in.actuator_fault ? fault::actuator : 0U);
+}
+
 }  // namespace
 
 // Nearly every tick finds nothing to decide: nobody has said anything, nothing fades, nobody has
@@ -60,6 +66,9 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   }
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
+  // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
+  causes_ = static_cast<std::uint16_t>((causes_ & ~(fault::emergency_stop | fault::actuator)) |
+                                       reported_by(in));
   if (const Order* order = orders_.front()) {
     carry_out(*order);
     orders_.pop();
@@ -277,9 +286,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
                                        const core::ControllerOutputs& out) const {
-  std::uint32_t causes = 0;
-  if (in.emergency_stop) causes |= fault::emergency_stop;
-  if (in.actuator_fault) causes |= fault::actuator;
+  std::uint32_t causes = reported_by(in);
   if (out.numeric_error) causes |= fault::numeric;
   // Both directions in one comparison.
   const auto limit_counts = static_cast<std::uint32_t>(config_.jump_limit_counts);

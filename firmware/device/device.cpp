@@ -183,6 +183,7 @@ Order Device::order_for(const protocol::Commit& commit) {
 Order Device::order_for(const protocol::Stream& stream) {
   Order order = order_of(Order::Kind::stream);
   order.decimation = stream.decimation;
+  batch_.set_prompt(stream.prompt == protocol::Toggle::on);
   return order;
 }
 
@@ -339,8 +340,13 @@ bool Device::next_input(protocol::ReportBytes& report) {
 
 void Device::gather_telemetry() {
   const SampleSteps steps{torque_step_nm(config_.actuator), kSpeedStepRadS};
+  if (batch_.prompt()) {
+    // The gap shows in the ticks.
+    while (loop_.samples.held() > protocol::samples_per_report) loop_.samples.pop();
+  }
   while (const LoopSample* sample = loop_.samples.front()) {
-    if (batch_.due(board_.control_period_ns) || !batch_.add(*sample, steps)) return;
+    const bool waits = !batch_.prompt() && batch_.due(board_.control_period_ns);
+    if (waits || !batch_.add(*sample, steps)) return;
     loop_.samples.pop();
   }
 }

@@ -50,14 +50,17 @@ struct Layout<Identity> {
       any_number("board", &Identity::board, "",
                  "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
-      any_number("axes", &Identity::axes, "", "that the device has"),
-      any_number("effects", &Identity::effects, "", "slots of a scene"),
-      any_number("curve_points", &Identity::curve_points, "", "points in the pool"),
-      any_number("control_period_ns", &Identity::control_period_ns, "ns", "length of a tick"),
-      any_number("counts_per_rev", &Identity::counts_per_rev, "", "of the encoder"),
-      any_number("torque_step_nm", &Identity::torque_step_nm, "N m", "unit of telemetry's torques"),
-      any_number("speed_step_rad_s", &Identity::speed_step_rad_s, "rad/s",
-                 "unit of telemetry's speed"),
+      number("axes", &Identity::axes, "", 1, 16, "that the device has"),
+      number("effects", &Identity::effects, "", 1, max_effects, "slots of a scene"),
+      number("curve_points", &Identity::curve_points, "", 0, curve_pool_points,
+             "points in the pool"),
+      number("control_period_ns", &Identity::control_period_ns, "ns", 50000, 1000000,
+             "length of a tick"),
+      number("counts_per_rev", &Identity::counts_per_rev, "", 4, 1U << 24, "of the encoder"),
+      number("torque_step_nm", &Identity::torque_step_nm, "N m", 1e-9F, 1,
+             "unit of telemetry's torques"),
+      number("speed_step_rad_s", &Identity::speed_step_rad_s, "rad/s", 1e-9F, 100,
+             "unit of telemetry's speed"),
   };
 };
 
@@ -74,9 +77,11 @@ struct Layout<Clock> {
   static constexpr std::string_view name = "clock";
   static constexpr std::string_view doc = "The device's time and position in full. Read only.";
   static constexpr std::tuple fields{
-      any_number("tick", &Clock::tick, "", "ticks since power-up"),
-      any_number("time_ns", &Clock::time_ns, "ns", "tick times the control period"),
-      any_number("position_counts", &Clock::position_counts, "count", "from the zero"),
+      number("tick", &Clock::tick, "", 0, std::uint64_t{1} << 62, "ticks since power-up"),
+      number("time_ns", &Clock::time_ns, "ns", 0, std::uint64_t{1} << 62,
+             "tick times the control period"),
+      number("position_counts", &Clock::position_counts, "count", std::int64_t{-1} << 62,
+             std::int64_t{1} << 62, "from the zero"),
   };
 };
 
@@ -171,6 +176,7 @@ struct Stream {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
   std::uint8_t decimation = 0;
+  Toggle prompt = Toggle::off;
 };
 template <>
 struct Layout<Stream> {
@@ -182,6 +188,9 @@ struct Layout<Stream> {
       any_number("sequence", &Stream::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Stream::axis, "", "which axis; 0 is the first"),
       any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
+      choice("prompt", &Stream::prompt,
+             "on: a report in every frame with the newest samples that are there; off: full "
+             "reports, which is a few frames later"),
   };
 };
 
@@ -343,7 +352,7 @@ static_assert(wire_size<Clock>() == 24);
 static_assert(wire_size<Health>() == 32);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
-static_assert(wire_size<Stream>() == 4);
+static_assert(wire_size<Stream>() == 5);
 static_assert(wire_size<LocalModel>() == 27);
 static_assert(wire_size<Telemetry>() == 63);
 static_assert(wire_size<Acknowledgement>() == 15);

@@ -63,7 +63,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         "clock",
         {
             "tick": 0x0102030405060708,
-            "time_ns": 0xF1E2D3C4B5A69788,
+            "time_ns": 0x31E2D3C4B5A69788,
             "position_counts": -0x1122334455667788,
         },
     ),
@@ -165,7 +165,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
     ("command", {"sequence": 0x1234, "axis": 0, "op": "bootloader"}),
     ("command", {"sequence": 0, "axis": 255, "op": "arm"}),
     ("commit", {"sequence": 0x8001, "axis": 0, "active": 0x8102}),
-    ("stream", {"sequence": 0x0203, "axis": 0, "decimation": 20}),
+    ("stream", {"sequence": 0x0203, "axis": 0, "decimation": 20, "prompt": "on"}),
     (
         "local_model",
         {

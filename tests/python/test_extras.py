@@ -82,6 +82,21 @@ def test_demo_without_matplotlib_measures_and_says_how_to_get_its_picture(tmp_pa
     assert [path.name for path in tmp_path.iterdir()] == ["virtual_wall.json"]
 
 
+def test_without_a_tree_the_line_names_what_the_extra_needs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from torsio import extras
+
+    class Installed:
+        requires = ("numpy>=1.24", 'rich>=13; extra == "cli"', "typer>=0.12 ; extra == 'cli'")
+
+        def read_text(self, _: str) -> None:
+            return None
+
+    monkeypatch.setattr(extras, "distribution", lambda _: Installed())
+    assert extras.how_to_install("cli") == "pip install 'rich>=13' 'typer>=0.12'"
+
+
 @pytest.mark.parametrize("extra", ["cli", "plot"])
 def test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from(extra: str) -> None:
     from torsio.extras import how_to_install

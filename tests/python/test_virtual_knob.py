@@ -122,6 +122,51 @@ def test_killed_it_leaves_nothing_that_listens() -> None:
                 time.sleep(0.02)
 
 
+def test_it_goes_on_though_nobody_reads_its_output() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writer, bytes(4096))
+    os.set_blocking(writer, True)
+    program = [str(virtual_knob.program_path()), "--port", str(port), "--status"]
+    with subprocess.Popen(program, stdin=subprocess.DEVNULL, stdout=writer) as process:
+        try:
+            deadline = time.monotonic() + 30
+            while True:
+                with contextlib.suppress(ConnectionRefusedError), attach(port) as client:
+                    client.settimeout(20)
+                    # Get the device's descriptor: the answer comes only if frames go on.
+                    setup = bytes((0x80, 6, 0, 1, 0, 0, 18, 0))
+                    header = struct.pack(">IIIII", 1, 1, 0x10001, 1, 0)
+                    client.sendall(header + struct.pack(">IIIII", 0, 18, 0, 0, 0) + setup)
+                    answer = b""
+                    while len(answer) < 48 + 18:
+                        answer += client.recv(4096)
+                    assert answer[48:50] == bytes((18, 1))
+                    break
+                assert time.monotonic() < deadline
+                time.sleep(0.05)
+        finally:
+            process.terminate()
+            process.wait(20)
+            os.close(writer)
+            os.close(reader)
+
+
+def test_program_that_is_killed_is_said() -> None:
+    with emulated() as (process, port), attach(port):
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        os.kill(int(children[0]), signal.SIGKILL)
+        assert process.wait(30) == 1
+        assert process.stderr is not None
+        errors = process.stderr.read()
+    assert errors.startswith("torsio: error: the program that is the knob was ended by SIGKILL")
+
+
 def test_port_in_use_is_said_with_status_2() -> None:
     with emulated() as (_, port):
         assert f"port {port} is in use" in refused("--port", str(port))

@@ -99,7 +99,7 @@ REPORTS = {
         ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
-        _report("stream", 0x12, "H sequence, B axis, B decimation"),
+        _report("stream", 0x12, "H sequence, B axis, B decimation, B prompt"),
         _report(
             "local_model",
             0x13,
@@ -173,6 +173,7 @@ ENUMERATORS = {
     "motor_reversed": ("off", "on"),
     "autonomous": ("off", "on"),
     "enabled": ("off", "on"),
+    "prompt": ("off", "on"),
     "op": (
         *("keep_alive", "arm", "disarm", "stop", "zero"),
         *("relax", "save", "load_defaults", "clear_fault", "bootloader"),

@@ -179,7 +179,7 @@ def sdk_config() -> str:
 
 def sdk_telemetry() -> str:
     """Write sdk/include/torsio/telemetry.hpp."""
-    body = "".join(map(cpp.host_enumeration, _DEVICE_ENUMERATIONS))
+    body = "".join(map(cpp.host_enumeration, (*_DEVICE_ENUMERATIONS, e.DISARM_REASON)))
     body += cpp.bits(e.FLAG, with_names=False)
     body += "".join(map(cpp.host_structure, (records.TELEMETRY_SAMPLE, *records.RECORDS)))
     return _sdk_header(
@@ -195,7 +195,9 @@ def sdk_fields() -> str:
         effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, *configurations.CONFIGURATIONS,
         records.TELEMETRY_SAMPLE, *records.RECORDS,
     )  # fmt: skip
-    body = "".join(map(cpp.names, (*_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS)))
+    body = "".join(
+        map(cpp.names, (*_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON))
+    )
     body += "\n" + "".join(map(cpp.field_list, structures))
     return _sdk_header(
         "The fields of every public structure by name, with unit, range and sentence, and the names of "

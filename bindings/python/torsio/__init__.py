@@ -21,6 +21,8 @@ from torsio.errors import (
     Closed,
     DeviceBusy,
     DeviceNotFound,
+    Disarmed,
+    DisarmedWarning,
     Disconnected,
     Error,
     InvalidArgument,
@@ -38,11 +40,14 @@ from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHarde
 from torsio.records import (
     Clock,
     DeviceInfo,
+    Disarm,
+    Event,
     Health,
     LinkStatistics,
     ListedDevice,
 )
 from torsio.scenes import *  # noqa: F403  # every effect
+from torsio.steps import Step, Steps
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 
 __version__ = _version("torsio")
@@ -63,10 +68,14 @@ __all__ = [
     "DeviceInfo",
     "DeviceNotFound",
     "DeviceWatch",
+    "Disarm",
+    "Disarmed",
+    "DisarmedWarning",
     "Disconnected",
     "Emulator",
     "EmulatorOptions",
     "Error",
+    "Event",
     "GameConfig",
     "GamePort",
     "Hand",
@@ -84,6 +93,8 @@ __all__ = [
     "ProtocolMismatch",
     "Refused",
     "ShaftHardening",
+    "Step",
+    "Steps",
     "Timeout",
     "TorqueHand",
     "__version__",

@@ -16,6 +16,12 @@ def how_to_install(extra: str) -> str:
     origin = json.loads(distribution("torsio").read_text("direct_url.json") or "{}")
     url = urlsplit(origin.get("url", ""))
     folder = Path(url2pathname(url.path))
-    # Without the source tree, or once it has gone, the package's index is left.
-    source = str(folder) if url.scheme == "file" and folder.is_dir() else "torsio"
-    return f"pip install '{source}[{extra}]'"
+    if url.scheme == "file" and folder.is_dir():
+        return f"pip install '{folder}[{extra}]'"
+    # Without the source tree, or once it has gone: what the extra would bring, by name.
+    wanted = [
+        f"'{requirement.partition(';')[0].strip()}'"
+        for requirement in distribution("torsio").requires or []
+        if f"extra == {extra!r}" in requirement.replace('"', "'")
+    ]
+    return " ".join(["pip install", *wanted])

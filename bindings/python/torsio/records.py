@@ -11,6 +11,8 @@ from typing import Literal, TypeAlias
 __all__ = [
     "Clock",
     "DeviceInfo",
+    "Disarm",
+    "Event",
     "Health",
     "LinkStatistics",
     "ListedDevice",
@@ -160,6 +162,8 @@ class LinkStatistics:
         Damaged on the way, and ignored.
     samples_lost
         Never arrived, or not read before the ring was full.
+    events_lost
+        Not taken before there were 1,024 of them.
     last_refusal
         Of a local model, in words.
     """
@@ -169,5 +173,56 @@ class LinkStatistics:
     reports_undecodable: int
     samples_received: int
     samples_lost: int
+    events_lost: int
     local_models_refused: int
     last_refusal: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that the device did without being asked, or that somebody else asked for.
+
+    Attributes
+    ----------
+    kind
+        What happened: "state_changed", "watchdog", "deadline_missed", ...
+    state
+        After the event.
+    owner
+        Who has the actuator after the event.
+    faults
+        Names of the faults that are latched after it.
+    tick
+        When: control periods since power-up.
+    time_s
+        Tick times the control period.
+    """
+
+    kind: str
+    state: Literal["disarmed", "armed", "fault", "disconnected"]
+    owner: Literal["none", "sdk", "game"]
+    faults: tuple[str, ...]
+    tick: int
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Disarm:
+    """How the torque went the last time.
+
+    Attributes
+    ----------
+    faults
+        Names of the faults that were latched then.
+    tick
+        When: control periods since power-up.
+    time_s
+        Tick times the control period.
+    """
+
+    reason: Literal[
+        "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"
+    ]
+    faults: tuple[str, ...]
+    tick: int
+    time_s: float

@@ -70,6 +70,17 @@ OP = enumeration(
     Value("bootloader", "wait for new firmware, nobody can arm after it; only while disarmed"),
     public=False,
 )
+DISARM_REASON = enumeration(
+    "DisarmReason",
+    "Why the torque went.",
+    Value("order", "somebody said disarm() or stop()"),
+    Value("watchdog", "the host was silent for too long, or the bus was lost"),
+    Value("deadline_missed", "a streamed local model outlived its deadline"),
+    Value("fault", "a fault was latched"),
+    Value("game_idle", "a game had the actuator and has nothing to play any more"),
+    Value("disconnected", "the device was unplugged or lost its power"),
+    Value("unknown", "the word of the device about it was lost on the way"),
+)
 EVENT_KIND = enumeration(
     "EventKind",
     "What happened.",

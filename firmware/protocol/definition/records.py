@@ -81,9 +81,34 @@ LINK_STATISTICS = Structure(
         told(
             "samples_lost", "std::uint64_t", "never arrived, or not read before the ring was full"
         ),
+        told("events_lost", "std::uint64_t", "not taken before there were 1,024 of them"),
         told("local_models_refused", "std::uint64_t"),
         text("last_refusal", "of a local model, in words"),
     ),
+)
+EVENT = Structure(
+    "Event",
+    "Something that the device did without being asked, or that somebody else asked for.",
+    (
+        text("kind", 'what happened: "state_changed", "watchdog", "deadline_missed", ...'),
+        replace(_STATE, doc="after the event"),
+        replace(_OWNER, doc="who has the actuator after the event"),
+        texts("faults", "names of the faults that are latched after it"),
+        told("tick", "std::uint64_t", "when: control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+    ),
+    comparable=True,
+)
+DISARM = Structure(
+    "Disarm",
+    "How the torque went the last time.",
+    (
+        for_hosts(choice("reason", e.DISARM_REASON)),
+        texts("faults", "names of the faults that were latched then"),
+        told("tick", "std::uint64_t", "when: control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+    ),
+    comparable=True,
 )
 TELEMETRY_SAMPLE = Structure(
     "TelemetrySample",
@@ -104,5 +129,5 @@ TELEMETRY_SAMPLE = Structure(
     comparable=True,
 )
 
-RECORDS = (LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LINK_STATISTICS)
+RECORDS = (LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LINK_STATISTICS, EVENT, DISARM)
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

@@ -52,6 +52,11 @@ template <>
 struct Names<Owner> {
   static constexpr std::array<std::string_view, 3> values{"none", "sdk", "game"};
 };
+template <>
+struct Names<DisarmReason> {
+  static constexpr std::array<std::string_view, 7> values{
+      "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"};
+};
 
 template <>
 struct Fields<Timing> {
@@ -463,10 +468,38 @@ struct Fields<LinkStatistics> {
       field("samples_received", &LinkStatistics::samples_received, "", -kNoLimit, kNoLimit, ""),
       field("samples_lost", &LinkStatistics::samples_lost, "", -kNoLimit, kNoLimit,
             "never arrived, or not read before the ring was full"),
+      field("events_lost", &LinkStatistics::events_lost, "", -kNoLimit, kNoLimit,
+            "not taken before there were 1,024 of them"),
       field("local_models_refused", &LinkStatistics::local_models_refused, "", -kNoLimit, kNoLimit,
             ""),
       field("last_refusal", &LinkStatistics::last_refusal, "", -kNoLimit, kNoLimit,
             "of a local model, in words"),
+  };
+};
+template <>
+struct Fields<Event> {
+  static constexpr std::string_view name = "Event";
+  static constexpr std::tuple list{
+      field("kind", &Event::kind, "", -kNoLimit, kNoLimit,
+            "what happened: \"state_changed\", \"watchdog\", \"deadline_missed\", ..."),
+      field("state", &Event::state, "", -kNoLimit, kNoLimit, "after the event"),
+      field("owner", &Event::owner, "", -kNoLimit, kNoLimit,
+            "who has the actuator after the event"),
+      field("faults", &Event::faults, "", -kNoLimit, kNoLimit,
+            "names of the faults that are latched after it"),
+      field("tick", &Event::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),
+      field("time_s", &Event::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
+  };
+};
+template <>
+struct Fields<Disarm> {
+  static constexpr std::string_view name = "Disarm";
+  static constexpr std::tuple list{
+      field("reason", &Disarm::reason, "", -kNoLimit, kNoLimit, ""),
+      field("faults", &Disarm::faults, "", -kNoLimit, kNoLimit,
+            "names of the faults that were latched then"),
+      field("tick", &Disarm::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),
+      field("time_s", &Disarm::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
   };
 };
 

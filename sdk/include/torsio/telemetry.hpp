@@ -22,6 +22,17 @@ enum class State : std::uint8_t {
 /// Who has the actuator: nobody unless it is armed.
 enum class Owner : std::uint8_t { none, sdk, game };
 
+/// Why the torque went.
+enum class DisarmReason : std::uint8_t {
+  order,            ///< somebody said disarm() or stop()
+  watchdog,         ///< the host was silent for too long, or the bus was lost
+  deadline_missed,  ///< a streamed local model outlived its deadline
+  fault,            ///< a fault was latched
+  game_idle,        ///< a game had the actuator and has nothing to play any more
+  disconnected,     ///< the device was unplugged or lost its power
+  unknown,          ///< the word of the device about it was lost on the way
+};
+
 /// Bits of telemetry's `flags`; the two lowest are the state.
 namespace flag {
 inline constexpr std::uint8_t state_mask = 0x3;
@@ -108,8 +119,31 @@ struct LinkStatistics {
   std::uint64_t reports_undecodable = 0;  ///< damaged on the way, and ignored
   std::uint64_t samples_received = 0;
   std::uint64_t samples_lost = 0;  ///< never arrived, or not read before the ring was full
+  std::uint64_t events_lost = 0;   ///< not taken before there were 1,024 of them
   std::uint64_t local_models_refused = 0;
   std::string last_refusal{};  ///< of a local model, in words
+};
+
+/// Something that the device did without being asked, or that somebody else asked for.
+struct Event {
+  std::string kind{};  ///< what happened: "state_changed", "watchdog", "deadline_missed", ...
+  State state = State::disarmed;      ///< after the event
+  Owner owner = Owner::none;          ///< who has the actuator after the event
+  std::vector<std::string> faults{};  ///< names of the faults that are latched after it
+  std::uint64_t tick = 0;             ///< when: control periods since power-up
+  double time_s = 0.0;                ///< tick times the control period
+
+  friend bool operator==(const Event&, const Event&) = default;
+};
+
+/// How the torque went the last time.
+struct Disarm {
+  DisarmReason reason = DisarmReason::order;
+  std::vector<std::string> faults{};  ///< names of the faults that were latched then
+  std::uint64_t tick = 0;             ///< when: control periods since power-up
+  double time_s = 0.0;                ///< tick times the control period
+
+  friend bool operator==(const Disarm&, const Disarm&) = default;
 };
 
 }  // namespace torsio
