@@ -176,6 +176,11 @@ GAME_CONFIG = _configuration(
         "silence_s", "s", 0.0, 3600.0,
         "silence of the game that stops forces without end; 0 is never", default=10.0,
     ),
+    switch(
+        "join_updates", e.TOGGLE,
+        "on: updates of a steady force are joined by lines, half a frame of the game late; hits pass",
+        default=True,
+    ),
 )  # fmt: skip
 
 CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG)
