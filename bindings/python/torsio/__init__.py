@@ -38,6 +38,8 @@ from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHarde
 from torsio.records import (
     Clock,
     DeviceInfo,
+    GameEffect,
+    GameStatus,
     Health,
     LinkStatistics,
     ListedDevice,
@@ -68,7 +70,9 @@ __all__ = [
     "EmulatorOptions",
     "Error",
     "GameConfig",
+    "GameEffect",
     "GamePort",
+    "GameStatus",
     "Hand",
     "Health",
     "ImpedanceHand",

@@ -13,7 +13,16 @@ from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import Closed, Error, Timeout
-from torsio.records import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice, State
+from torsio.records import (
+    Clock,
+    DeviceInfo,
+    GameEffect,
+    GameStatus,
+    Health,
+    LinkStatistics,
+    ListedDevice,
+    State,
+)
 from torsio.scenes import Scene
 from torsio.telemetry import Record
 
@@ -125,6 +134,17 @@ class Knob:
     def statistics(self) -> LinkStatistics:
         """Give the counters of this end of the cable."""
         return LinkStatistics(**self._knob.statistics())
+
+    def game_status(self) -> GameStatus:
+        """Ask what games do with the device over its game interface."""
+        return GameStatus(**self._knob.game_status())
+
+    def game_effects(self) -> tuple[GameEffect, ...]:
+        """Ask for the effects that games have made, in the order of their blocks.
+
+        Three at a time are of the same moment.
+        """
+        return tuple(GameEffect(**effect) for effect in self._knob.game_effects())
 
     # What it does ---------------------------------------------------------------------------
 

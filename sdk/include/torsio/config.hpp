@@ -104,6 +104,8 @@ struct GameConfig {
   double blend_s = 0.002;
   /// silence of the game that stops forces without end; 0 is never; 0 to 3600
   double silence_s = 10.0;
+  /// true: updates of a steady force are joined by lines, half a frame of the game late; hits pass
+  bool join_updates = true;
 };
 
 }  // namespace torsio
