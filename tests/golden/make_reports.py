@@ -161,6 +161,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "blend_s": 0.00390625,
             "silence_s": 12.5,
             "join_updates": "off",
+            "end_stiffness_nm_per_rad": 5.75,
         },
     ),
     (

@@ -224,6 +224,8 @@ class GameConfig:
     join_updates
         True: updates of a steady force are joined by lines, half a frame of the game late; hits
         pass.
+    end_stiffness_nm_per_rad
+        Of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6.
     """
 
     _: KW_ONLY
@@ -237,3 +239,4 @@ class GameConfig:
     blend_s: float = 0.002
     silence_s: float = 10.0
     join_updates: bool = True
+    end_stiffness_nm_per_rad: float = 0.0

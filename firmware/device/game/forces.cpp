@@ -96,8 +96,11 @@ bool Forces::stay_awake(bool wanted) {
 bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t tick) {
   bool started = false;
   cap_nm_ = params.torque_max_nm;
+  end_rad_ = params.end_rad;
+  end_stiffness_ = params.end_stiffness;
   most_ = params.most;
   blend_ticks_ = params.blend_ticks;
+  release_ticks_ = params.release_ticks;
   soft_ticks_ = params.soft_ticks;
   frame_max_ticks_ = params.frame_max_ticks;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
@@ -116,8 +119,8 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
         forget();  // the game's own will
       }
     } else if (order->kind == ForceOrder::Kind::stop_all) {
-      release(params.release_ticks);
-      forget();
+      gently_ = active_ != 0;
+      stop_all();
     } else if (order->kind == ForceOrder::Kind::set_all_aside) {
       set_all_aside();
     } else {
@@ -206,6 +209,8 @@ void Forces::start(const ForceOrder& order, std::uint64_t now) {
   play.start = now;
   play.loops_left = order.loops == 0 ? std::uint8_t{1} : order.loops;
   changed_ = true;
+  gently_ = false;
+  walls_ = true;
 }
 
 /// Brings back what the device has ended. Its time has gone on meanwhile.
@@ -226,6 +231,7 @@ bool Forces::go_on(std::uint8_t block, std::uint64_t now) {
   order_[active_++] = block;
   mark(playing_, block, true);
   changed_ = true;
+  walls_ = true;
   return true;
 }
 
@@ -277,6 +283,7 @@ void Forces::stop_all() {
 void Forces::release(std::uint32_t ticks) {
   set_all_aside();
   changed_ = false;
+  walls_ = false;
   residual_nm_ = last_nm_;
   residual_step_nm_ =
       ticks == 0 ? core::absolute(last_nm_) : core::absolute(last_nm_) / static_cast<float>(ticks);
@@ -286,6 +293,7 @@ void Forces::drop() {
   if (active_ == 0 && last_nm_ == 0.0F && residual_nm_ == 0.0F) return;
   set_all_aside();
   changed_ = false;
+  walls_ = false;
   last_nm_ = 0.0F;
   residual_nm_ = 0.0F;
   shown_nm_.store(0.0F, std::memory_order_relaxed);
@@ -312,6 +320,13 @@ void Forces::share_out() {
   share_[at(Metric::acceleration)] = share(sum[at(Metric::acceleration)], most_.inertia);
   share_[at(Metric::slip)] =
       share(sum[at(Metric::slip)] * slip_limit_nm * slip_limit_nm, most_.bristle);
+}
+
+/// The walls at the ends of the axis. They are there whatever the game plays, and are no part of
+/// what its gains and its pauses scale.
+float Forces::end_nm() const {
+  const float inside = core::clamp_symmetric(motion_angle_, end_rad_);
+  return core::clamp_symmetric(end_stiffness_ * (inside - motion_angle_), cap_nm_);
 }
 
 float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float period_s,
@@ -369,9 +384,9 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
                         std::uint64_t tick) {
   float sum_nm = 0.0F;
   if (changed_) share_out();
+  motion_angle_ = core::offset_rad(motion.position_counts, {}, resolution.rad_per_count);
   if (!paused_) {
     const std::uint64_t now = time(tick);
-    motion_angle_ = core::offset_rad(motion.position_counts, {}, resolution.rad_per_count);
     for (std::uint8_t i = 0; i < active_;) {
       bool ended = false;
       const std::uint8_t block = order_[i];
@@ -386,10 +401,13 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
     }
   }
   sum_nm = core::clamp_symmetric(sum_nm * gain_, cap_nm_);
+  if (walls_ && end_stiffness_ != 0.0F) sum_nm = core::clamp_symmetric(sum_nm + end_nm(), cap_nm_);
   if (changed_) {
     changed_ = false;
     residual_nm_ = last_nm_ - sum_nm;
-    residual_step_nm_ = core::absolute(residual_nm_) / static_cast<float>(blend_ticks_);
+    const std::uint32_t ticks = gently_ ? release_ticks_ : blend_ticks_;
+    gently_ = false;
+    residual_step_nm_ = core::absolute(residual_nm_) / static_cast<float>(ticks);
   }
   if (residual_nm_ != 0.0F) {
     residual_nm_ -= core::clamp_symmetric(residual_nm_, residual_step_nm_);

@@ -96,7 +96,9 @@ struct ForceOrder {
 /// What the device's configuration says about games, prepared.
 struct ForceParams {
   bool allowed = true;
-  float torque_max_nm = 0;  // of all effects together
+  float torque_max_nm = 0;  // of all effects together, and of a wall at an end
+  float end_rad = 1;        // where the axis ends, on both sides
+  float end_stiffness = 0;  // N m/rad of the walls there
   StableLimits most;
   std::uint32_t blend_ticks = 1;      // length of a blend
   std::uint32_t release_ticks = 1;    // of the fade when somebody else takes the actuator
@@ -182,6 +184,7 @@ class Forces final : public core::ForceSource {
   void set_loops_aside(std::uint8_t block, std::uint8_t loops);
   void stop_all();
   void share_out();
+  float end_nm() const;
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
                  bool& ended);
@@ -200,6 +203,8 @@ class Forces final : public core::ForceSource {
   std::atomic<float> shown_nm_{0};
 
   float cap_nm_ = 0;
+  float end_rad_ = 1;
+  float end_stiffness_ = 0;
   std::uint32_t soft_ticks_ = 1;
   std::uint32_t frame_max_ticks_ = 0;
   StableLimits most_;
@@ -210,6 +215,9 @@ class Forces final : public core::ForceSource {
   std::uint64_t paused_at_ = 0;
   std::uint64_t pauses_ = 0;  // ticks spent in pauses
 
+  bool walls_ = false;   // the game has the actuator
+  bool gently_ = false;  // the next change takes the time of a release
+  std::uint32_t release_ticks_ = 1;
   bool changed_ = false;
   std::uint32_t blend_ticks_ = 1;
   float motion_angle_ = 0;  // rad, of this tick

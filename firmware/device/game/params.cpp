@@ -78,6 +78,8 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns) {
   params.allowed = config.game.enabled == protocol::Toggle::on;
   params.torque_max_nm = game_torque_nm(config);
   params.most = make_stable_limits(config, period_s);
+  params.end_rad = config.game.range_deg * (core::kTwoPi / 720.0F);
+  params.end_stiffness = core::smaller(config.game.end_stiffness_nm_per_rad, params.most.stiffness);
   params.blend_ticks = at_least_one(core::round_to_u32(config.game.blend_s / period_s));
   params.release_ticks = at_least_one(core::round_to_u32(config.control.passive_ramp_s / period_s));
   params.soft_ticks = params.release_ticks;

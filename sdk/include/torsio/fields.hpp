@@ -351,6 +351,8 @@ struct Fields<GameConfig> {
       field("join_updates", &GameConfig::join_updates, "", -kNoLimit, kNoLimit,
             "on: updates of a steady force are joined by lines, half a frame of the game late; "
             "hits pass"),
+      field("end_stiffness_nm_per_rad", &GameConfig::end_stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "of walls at both ends of the axis, while a game has the actuator; 0: none"),
   };
 };
 template <>

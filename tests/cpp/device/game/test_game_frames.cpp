@@ -203,3 +203,33 @@ TEST_CASE("what drivers say when they take the device moves nothing") {
   for (const float nm : rig.torques(200)) CHECK(nm == 0.0F);
   CHECK(rig.owner() == protocol::Owner::none);
 }
+
+TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and only there") {
+  GameRig rig(100'000);
+  rig.configure([](protocol::GameConfig& config) {
+    config.range_deg = 60;
+    config.end_stiffness_nm_per_rad = 1;
+  });
+  rig.turn(5, 150);  // beyond the end at 30 degrees, of 33
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  const int block = rig.play_constant(1000);
+  rig.tick(100);
+  const double beyond = 750 * 2 * kPi / 8192 - kPi / 6;
+  const double pushed = 0.08 * 1000 / 32767;
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
+        Approx(pushed - beyond).scale(1).epsilon(1e-5));
+  rig.control(5);  // a pause of the game is none of the wall
+  rig.tick(1000);
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
+        Approx(-beyond).scale(1).epsilon(1e-5));
+  rig.control(6);
+  rig.turn(-5, 40);
+  rig.tick(100);
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) == Approx(pushed).scale(1).epsilon(1e-5));
+  rig.turn(-10, 200);  // and the other one
+  rig.stop(block);
+  rig.tick(100);
+  CHECK(rig.outputs.motor_command_nm > 0.05F);
+  rig.tick(10'100);  // it lets go of the actuator
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
