@@ -1,7 +1,7 @@
 """The numbers of the game interface's descriptor, as readers with different rules read them.
 
 HID 1.11 leaves open, or drivers get wrong, whether an item's number has a sign and how long it is.
-A parser of a few lines, apart from hid-tools and from the one that wrote the descriptor, reads every
+A parser of a few lines, apart from hid-tools and from what wrote the descriptor, reads every
 item in each way; all of them must find the same times and angles.
 """
 
