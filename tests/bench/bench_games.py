@@ -22,8 +22,8 @@ inertia: at 300 rad/s^2.
 (that reached the motor), `median_ms` and `max_ms` of their delay, `first_quarter_max_ms` to see it
 grow, and `last_wins`, whether an update after the flood is what plays.
 
-`what` "frames", a sine of 1 Hz and half of full torque that a game sends as a constant force in each
-of its frames, `frames_hz` of them a second; `joined` as the device does by default, or held.
+`what` "frames", a sine of 1 Hz and half of full torque that a game sends as a constant force, one
+value in each of `frames_hz` frames a second; `joined` as the device does by default, or held.
 `late_ms` behind the curve where it fits best, `ripple_share` the largest distance from it there and
 `rms_share` the mean, `step_share` the largest change in a tick, `overshoot_share` beyond what was
 sent, all as shares of full torque; `updates`.
