@@ -292,25 +292,25 @@ Health Knob::health() {
 }
 
 GameStatus Knob::game_status() {
-  Impl& self = impl();
-  const auto monitor = self.session.get<protocol::GameMonitor>();
-  return {.time_s = static_cast<double>(monitor.tick) / self.info.control_rate_hz,
+  const auto monitor = impl().session.get<protocol::GameMonitor>();
+  const DeviceInfo info = impl().info();
+  return {.time_s = static_cast<double>(monitor.tick) / info.control_rate_hz,
           .owner = static_cast<Owner>(monitor.owner),
           .paused = monitor.paused == protocol::Toggle::on,
           .enabled = monitor.enabled == protocol::Toggle::on,
           .gain = monitor.gain / 32767.0,
-          .torque_nm = monitor.torque * self.info.torque_step_nm,
+          .torque_nm = monitor.torque * info.torque_step_nm,
           .updates = monitor.updates,
           .effects = monitor.effects};
 }
 
 std::vector<GameEffect> Knob::game_effects() {
-  Impl& self = impl();
+  const DeviceInfo info = impl().info();
   std::map<int, GameEffect> found;
   // Each report shows the next few, so this many show all, unless a game makes some meanwhile.
   int reports = 1;
   for (int n = 0; n < reports; ++n) {
-    const auto monitor = self.session.get<protocol::GameMonitor>();
+    const auto monitor = impl().session.get<protocol::GameMonitor>();
     const int rows = static_cast<int>(monitor.effect.size());
     reports = std::max(reports, (monitor.effects + rows - 1) / rows);
     for (const protocol::GameEffect& effect : monitor.effect) {
@@ -318,7 +318,7 @@ std::vector<GameEffect> Knob::game_effects() {
       found[effect.block] = {.block = effect.block,
                              .kind = static_cast<GameEffectKind>(effect.kind),
                              .state = static_cast<GameEffectState>(effect.state),
-                             .torque_nm = effect.torque * self.info.torque_step_nm,
+                             .torque_nm = effect.torque * info.torque_step_nm,
                              .updates = effect.updates,
                              .silent_s = 1e-3 * effect.silent_ms};
     }
