@@ -191,6 +191,7 @@ TEST_CASE("what has an end comes back for the rest of its time only") {
   rig.constant(block, kHalf);
   rig.tick(20);
   CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK(rig.owner() == Owner::none);  // nor does it take the actuator
 }
 
 TEST_CASE("a new configuration brings nothing back") {
