@@ -26,6 +26,11 @@ RELEASED = {
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
     "Owner": ["none", "sdk", "game"],
+    "GameEffectKind": [
+        *("none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up"),
+        *("sawtooth_down", "spring", "damper", "inertia", "friction"),
+    ],
+    "GameEffectState": ["stopped", "playing", "set_aside"],
     "Op": [
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),

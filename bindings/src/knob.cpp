@@ -377,6 +377,10 @@ void bind_knob(py::module_& module) {
   knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
   knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
   knob.def("clock", [](const PyKnob& self) { return told([&] { return self->clock(); }); });
+  knob.def("game_status",
+           [](const PyKnob& self) { return told([&] { return self->game_status(); }); });
+  knob.def("game_effects",
+           [](const PyKnob& self) { return told([&] { return self->game_effects(); }); });
   knob.def("statistics", [](const PyKnob& self) { return to_python(self->statistics()); });
   knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());
   bind_orders(knob);

@@ -148,8 +148,12 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::stop:
       scene_ = nullptr;
       [[fallthrough]];
-    case Order::Kind::disarm:
+    case Order::Kind::disarm: {
+      const bool cut_game = owner_ == Owner::game;
       if (armed()) set_state(State::disarmed);
+      // Whoever stops a game does not want its next update to undo that.
+      if (cut_game) game.forget();
+    }
       return Status::ok;
     case Order::Kind::clear_fault:
       return clear_fault();
@@ -309,6 +313,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if ((causes & ~faults_) != 0) {
     faults_ = static_cast<std::uint16_t>(faults_ | causes);
     set_state(State::fault);
+    game.forget();
   }
   const TickOutputs given = passive_ ? fade() : TickOutputs{};
   // The controller must know what became of its commands.

@@ -44,9 +44,9 @@ std::uint8_t axis_of(const Report& report) {
 /// Reports that the host may send in this direction.
 template <class Report>
 constexpr bool accepted_as(Direction direction) {
-  constexpr bool read_only = std::is_same_v<Report, protocol::Identity> ||
-                             std::is_same_v<Report, protocol::Clock> ||
-                             std::is_same_v<Report, protocol::Health>;
+  constexpr bool read_only =
+      std::is_same_v<Report, protocol::Identity> || std::is_same_v<Report, protocol::Clock> ||
+      std::is_same_v<Report, protocol::Health> || std::is_same_v<Report, protocol::GameMonitor>;
   return Layout<Report>::direction == direction && !read_only && direction != Direction::input;
 }
 
@@ -278,7 +278,7 @@ Order Device::enter_bootloader() {
 
 // Reports out --------------------------------------------------------------------------------
 
-Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const {
+Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
   const Snapshot now = loop_.snapshot();
   switch (id) {
     case Layout<protocol::Identity>::id: {
@@ -316,6 +316,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
       return Status::ok;
     case Layout<protocol::GameConfig>::id:
       report = protocol::encode(config_.game);
+      return Status::ok;
+    case Layout<protocol::GameMonitor>::id:
+      report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));
       return Status::ok;
     default:
       return Status::unknown_report;
@@ -355,8 +358,7 @@ void Device::gather_telemetry() {
 
 void Device::service() {
   const Snapshot now = loop_.snapshot();
-  game_.service({now.tick, now.position_counts, now.owner == protocol::Owner::game,
-                 now.owner == protocol::Owner::sdk});
+  game_.service({now.tick, now.position_counts, now.owner});
   // One order at a time, and only when its answer and an event have room: see ControlLoop::give().
   if (!loop_.takes_order() || save_order_) return;
   if (commit_given_) {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <numbers>
 #include <optional>
@@ -230,6 +231,43 @@ Health Knob::health() {
           .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
           .saves = health.saves,
           .owner = static_cast<Owner>(health.owner)};
+}
+
+GameStatus Knob::game_status() {
+  const auto monitor = impl().session.get<protocol::GameMonitor>();
+  const DeviceInfo info = impl().info();
+  return {.time_s = static_cast<double>(monitor.tick) / info.control_rate_hz,
+          .owner = static_cast<Owner>(monitor.owner),
+          .paused = monitor.paused == protocol::Toggle::on,
+          .enabled = monitor.enabled == protocol::Toggle::on,
+          .gain = monitor.gain / 32767.0,
+          .torque_nm = monitor.torque * info.torque_step_nm,
+          .updates = monitor.updates,
+          .effects = monitor.effects};
+}
+
+std::vector<GameEffect> Knob::game_effects() {
+  const DeviceInfo info = impl().info();
+  std::map<int, GameEffect> found;
+  // Each report shows the next few, so this many show all, unless a game makes some meanwhile.
+  int reports = 1;
+  for (int n = 0; n < reports; ++n) {
+    const auto monitor = impl().session.get<protocol::GameMonitor>();
+    const int rows = static_cast<int>(monitor.effect.size());
+    reports = std::max(reports, (monitor.effects + rows - 1) / rows);
+    for (const protocol::GameEffect& effect : monitor.effect) {
+      if (effect.block == 0) continue;
+      found[effect.block] = {.block = effect.block,
+                             .kind = static_cast<GameEffectKind>(effect.kind),
+                             .state = static_cast<GameEffectState>(effect.state),
+                             .torque_nm = effect.torque * info.torque_step_nm,
+                             .updates = effect.updates,
+                             .silent_s = 1e-3 * effect.silent_ms};
+    }
+  }
+  std::vector<GameEffect> effects;
+  for (const auto& [block, effect] : found) effects.push_back(effect);
+  return effects;
 }
 
 Clock Knob::clock() { return impl().clock(); }

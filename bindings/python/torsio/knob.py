@@ -22,6 +22,8 @@ from torsio.records import (
     DeviceInfo,
     Disarm,
     Event,
+    GameEffect,
+    GameStatus,
     Health,
     LinkStatistics,
     ListedDevice,
@@ -146,6 +148,17 @@ class Knob:
     def statistics(self) -> LinkStatistics:
         """Give the counters of this end of the cable."""
         return LinkStatistics(**self._knob.statistics())
+
+    def game_status(self) -> GameStatus:
+        """Ask what games do with the device over its game interface."""
+        return GameStatus(**self._knob.game_status())
+
+    def game_effects(self) -> tuple[GameEffect, ...]:
+        """Ask for the effects that games have made, in the order of their blocks.
+
+        Three at a time are of the same moment.
+        """
+        return tuple(GameEffect(**effect) for effect in self._knob.game_effects())
 
     # What it does ---------------------------------------------------------------------------
 

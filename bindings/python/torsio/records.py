@@ -13,6 +13,8 @@ __all__ = [
     "DeviceInfo",
     "Disarm",
     "Event",
+    "GameEffect",
+    "GameStatus",
     "Health",
     "LinkStatistics",
     "ListedDevice",
@@ -150,6 +152,81 @@ class Health:
     tick_time_max_s: float
     saves: int
     owner: Literal["none", "sdk", "game"]
+
+
+@dataclass(frozen=True)
+class GameStatus:
+    """What games do with the device.
+
+    Attributes
+    ----------
+    time_s
+        Of this moment: the device's tick times the control period.
+    owner
+        Who has the actuator.
+    paused
+        By the game.
+    enabled
+        The game wants the actuator on.
+    gain
+        Of the device, as the game set it, 0 to 1.
+    torque_nm
+        Of all effects together.
+    updates
+        Reports that games sent since power-up.
+    effects
+        That exist.
+    """
+
+    time_s: float
+    owner: Literal["none", "sdk", "game"]
+    paused: bool
+    enabled: bool
+    gain: float
+    torque_nm: float
+    updates: int
+    effects: int
+
+
+@dataclass(frozen=True)
+class GameEffect:
+    """One effect that a game has made.
+
+    Attributes
+    ----------
+    block
+        Its number, from 1.
+    kind
+        What it is.
+    state
+        Whether it plays.
+    torque_nm
+        What it gives now, before the cap on all together.
+    updates
+        Reports about it since it was made.
+    silent_s
+        Since the last of them; 65.535 at most.
+    """
+
+    block: int
+    kind: Literal[
+        "none",
+        "constant",
+        "ramp",
+        "square",
+        "sine",
+        "triangle",
+        "sawtooth_up",
+        "sawtooth_down",
+        "spring",
+        "damper",
+        "inertia",
+        "friction",
+    ]
+    state: Literal["stopped", "playing", "set_aside"]
+    torque_nm: float
+    updates: int
+    silent_s: float
 
 
 @dataclass(frozen=True)

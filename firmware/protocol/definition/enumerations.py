@@ -55,6 +55,19 @@ STATE = enumeration(
 OWNER = enumeration(
     "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game"
 )
+GAME_EFFECT_KIND = enumeration(
+    "GameEffectKind",
+    "What a game's effect is.",
+    "none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down",
+    "spring", "damper", "inertia", "friction",
+)  # fmt: skip
+GAME_EFFECT_STATE = enumeration(
+    "GameEffectState",
+    "Whether a game's effect plays.",
+    Value("stopped", "never started, stopped by the game, or at its end"),
+    Value("playing", "it plays, or waits for its delay"),
+    Value("set_aside", "ended by the device: the game's next update brings it back"),
+)
 OP = enumeration(
     "Op",
     "What a command asks for.",

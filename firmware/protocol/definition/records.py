@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from firmware.protocol.definition import enumerations as e
-from tools.definition.model import Structure, choice, for_hosts, text, texts, told
+from tools.definition.model import Structure, choice, for_hosts, switch, text, texts, told
 
 _STATE = for_hosts(choice("state", e.STATE))
 _OWNER = for_hosts(choice("owner", e.OWNER, "who has the actuator"))
@@ -70,6 +70,32 @@ HEALTH = Structure(
         _OWNER,
     ),
 )
+GAME_STATUS = Structure(
+    "GameStatus",
+    "What games do with the device.",
+    (
+        told("time_s", "double", "of this moment: the device's tick times the control period"),
+        _OWNER,
+        for_hosts(switch("paused", e.TOGGLE, "by the game")),
+        for_hosts(switch("enabled", e.TOGGLE, "the game wants the actuator on")),
+        told("gain", "double", "of the device, as the game set it, 0 to 1"),
+        told("torque_nm", "double", "of all effects together"),
+        told("updates", "std::uint32_t", "reports that games sent since power-up"),
+        told("effects", "int", "that exist"),
+    ),
+)
+GAME_EFFECT = Structure(
+    "GameEffect",
+    "One effect that a game has made.",
+    (
+        told("block", "int", "its number, from 1"),
+        for_hosts(choice("kind", e.GAME_EFFECT_KIND, "what it is")),
+        for_hosts(choice("state", e.GAME_EFFECT_STATE, "whether it plays")),
+        told("torque_nm", "double", "what it gives now, before the cap on all together"),
+        told("updates", "std::uint32_t", "reports about it since it was made"),
+        told("silent_s", "double", "since the last of them; 65.535 at most"),
+    ),
+)
 LINK_STATISTICS = Structure(
     "LinkStatistics",
     "Counters of this end of the cable, since the knob was opened.",
@@ -129,5 +155,8 @@ TELEMETRY_SAMPLE = Structure(
     comparable=True,
 )
 
-RECORDS = (LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LINK_STATISTICS, EVENT, DISARM)
+RECORDS = (
+    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, GAME_STATUS, GAME_EFFECT, LINK_STATISTICS, EVENT,
+    DISARM,
+)  # fmt: skip
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

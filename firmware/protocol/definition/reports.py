@@ -14,6 +14,7 @@ from firmware.protocol.definition.effects import (
 )
 from firmware.protocol.definition.limits import (
     CURVE_POOL_POINTS,
+    GAME_EFFECTS_PER_REPORT,
     MAX_EFFECTS,
     MAX_TORQUE_NM,
     PROTOCOL_VERSION,
@@ -83,6 +84,35 @@ HEALTH = Structure(
         on_wire(choice("owner", e.OWNER, "who has the actuator")),
     ),
     id=0x03,
+    direction="feature",
+)
+GAME_EFFECT = Structure(
+    "GameEffect",
+    "One effect of a game.",
+    (
+        raw("block", "u8", "number of its block, from 1; 0: the row is empty"),
+        on_wire(choice("kind", e.GAME_EFFECT_KIND, "what it is")),
+        on_wire(choice("state", e.GAME_EFFECT_STATE, "whether it plays")),
+        raw("torque", "i16", "what it gives now, before the cap", "torque_step_nm"),
+        raw("updates", "u32", "reports about it since it was created"),
+        raw("silent_ms", "u16", "since the last of them; 65535 is longer", "ms"),
+    ),
+)
+GAME_MONITOR = Structure(
+    "GameMonitor",
+    "What games do. Each reading shows the next effects that exist, in turns. Read only.",
+    (
+        raw("tick", "u64", "of this moment"),
+        on_wire(choice("owner", e.OWNER, "who has the actuator")),
+        on_wire(switch("paused", e.TOGGLE, "by the game")),
+        on_wire(switch("enabled", e.TOGGLE, "the game wants the actuator on")),
+        raw("gain", "u16", "of the device, as the game set it; 32767 is 1"),
+        raw("torque", "i16", "of all effects together", "torque_step_nm"),
+        raw("updates", "u32", "reports that games sent since power-up"),
+        raw("effects", "u8", "that exist"),
+        on_wire(group("effect", GAME_EFFECT, count=GAME_EFFECTS_PER_REPORT)),
+    ),
+    id=0x08,
     direction="feature",
 )
 COMMAND = Structure(
@@ -207,7 +237,7 @@ EVENT = Structure(
 )
 
 ALL_REPORTS = (
-    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, COMMAND, COMMIT, STREAM, LOCAL_MODEL, *EFFECTS,
+    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, COMMAND, COMMIT, STREAM, LOCAL_MODEL, *EFFECTS,
     CURVE_POINTS, TELEMETRY, ACKNOWLEDGEMENT, EVENT,
 )  # fmt: skip
 """Every report, in the order of the documentation and of the fingerprint."""

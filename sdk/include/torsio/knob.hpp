@@ -140,6 +140,11 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] Clock clock();
   [[nodiscard]] double position_rad();
   [[nodiscard]] LinkStatistics statistics() const;
+  /// What games do with the device over its game interface.
+  [[nodiscard]] GameStatus game_status();
+  /// The effects that games have made, in the order of their blocks. Those of one report are of the
+  /// same moment, three of them.
+  [[nodiscard]] std::vector<GameEffect> game_effects();
 
   // What it does -----------------------------------------------------------------------------
 

@@ -22,6 +22,29 @@ enum class State : std::uint8_t {
 /// Who has the actuator: nobody unless it is armed.
 enum class Owner : std::uint8_t { none, sdk, game };
 
+/// What a game's effect is.
+enum class GameEffectKind : std::uint8_t {
+  none,
+  constant,
+  ramp,
+  square,
+  sine,
+  triangle,
+  sawtooth_up,
+  sawtooth_down,
+  spring,
+  damper,
+  inertia,
+  friction
+};
+
+/// Whether a game's effect plays.
+enum class GameEffectState : std::uint8_t {
+  stopped,    ///< never started, stopped by the game, or at its end
+  playing,    ///< it plays, or waits for its delay
+  set_aside,  ///< ended by the device: the game's next update brings it back
+};
+
 /// Why the torque went.
 enum class DisarmReason : std::uint8_t {
   order,            ///< somebody said disarm() or stop()
@@ -110,6 +133,28 @@ struct Health {
   double tick_time_max_s = 0.0;        ///< longest tick so far
   std::uint32_t saves = 0;             ///< how often the configuration was saved, ever
   Owner owner = Owner::none;           ///< who has the actuator
+};
+
+/// What games do with the device.
+struct GameStatus {
+  double time_s = 0.0;        ///< of this moment: the device's tick times the control period
+  Owner owner = Owner::none;  ///< who has the actuator
+  bool paused = false;        ///< by the game
+  bool enabled = false;       ///< the game wants the actuator on
+  double gain = 0.0;          ///< of the device, as the game set it, 0 to 1
+  double torque_nm = 0.0;     ///< of all effects together
+  std::uint32_t updates = 0;  ///< reports that games sent since power-up
+  int effects = 0;            ///< that exist
+};
+
+/// One effect that a game has made.
+struct GameEffect {
+  int block = 0;                                     ///< its number, from 1
+  GameEffectKind kind = GameEffectKind::none;        ///< what it is
+  GameEffectState state = GameEffectState::stopped;  ///< whether it plays
+  double torque_nm = 0.0;     ///< what it gives now, before the cap on all together
+  std::uint32_t updates = 0;  ///< reports about it since it was made
+  double silent_s = 0.0;      ///< since the last of them; 65.535 at most
 };
 
 /// Counters of this end of the cable, since the knob was opened.
