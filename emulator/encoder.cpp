@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "emulator/portable_math.hpp"
+#include "emulator/plant/portable_math.hpp"
 
 namespace torsio::emulator {
 namespace {

@@ -1,55 +1,24 @@
 #include "emulator/plant/hand.hpp"
 
-#include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "emulator/plant/ranges.hpp"
 
 namespace torsio::emulator {
 namespace {
 
-// Far beyond any hand and any knob, and far within what the plant can compute.
-constexpr double kMostTorqueNm = 100.0;
-constexpr double kMostAngleRad = 1e9;
+// Far beyond any hand, and far within what the plant can compute.
 constexpr double kMostSpeedRadS = 1e5;
-constexpr double kMostInertiaKgM2 = 10.0;
-constexpr double kMostStiffnessNmPerRad = 1e6;
-constexpr double kMostDampingNmSPerRad = 1e3;
-
-[[noreturn]] void refuse(const std::string& what, double value, double low, double high,
-                         const char* unit) {
-  std::ostringstream text;
-  text << "hand: " << what << " is " << value << ", allowed are " << low << " to " << high << " "
-       << unit;
-  throw std::invalid_argument(text.str());
-}
-
-void require_amount(double value, const char* field, double most, const char* unit) {
-  // False for NaN.
-  if (!(value >= 0.0 && value <= most)) refuse(field, value, 0.0, most, unit);
-}
-
-void require_within(const Profile& profile, const char* field, double most, const char* unit) {
-  for (const ProfileKnot& knot : profile.knots()) {
-    if (!(std::abs(knot.value) <= most)) refuse(field, knot.value, -most, most, unit);
-  }
-}
 
 void require_path(const Profile& path, const char* field) {
-  require_within(path, field, kMostAngleRad, "rad");
-  for (const ProfileKnot& knot : path.knots()) {
-    const double speed_rad_s = path.slope_per_s(knot.time_ns);
-    if (!(std::abs(speed_rad_s) <= kMostSpeedRadS)) {
-      refuse(std::string("the speed along ") + field, speed_rad_s, -kMostSpeedRadS, kMostSpeedRadS,
-             "rad/s");
-    }
-  }
-}
-
-void require_continuous(const Profile& path, const char* field) {
   if (!path.is_continuous()) {
     throw std::invalid_argument(std::string("hand: ") + field +
                                 " must be continuous: a hand cannot jump");
+  }
+  for (const ProfileKnot& knot : path.knots()) {
+    require_within(path.slope_per_s(knot.time_ns), -kMostSpeedRadS, kMostSpeedRadS,
+                   std::string("hand: the speed along ") + field, "rad/s");
   }
 }
 
@@ -73,19 +42,18 @@ struct Holder {
 struct Validator {
   void operator()(const NoHand&) const {}
   void operator()(const TorqueHand& hand) const {
-    require_within(hand.torque_nm, "torque_nm", kMostTorqueNm, "N m");
+    require_as(&torsio::TorqueHand::torque_nm, hand.torque_nm, "hand: ");
   }
   void operator()(const ImpedanceHand& hand) const {
-    require_amount(hand.inertia_kg_m2, "inertia_kg_m2", kMostInertiaKgM2, "kg m^2");
-    require_amount(hand.stiffness_nm_per_rad, "stiffness_nm_per_rad", kMostStiffnessNmPerRad,
-                   "N m/rad");
-    require_amount(hand.damping_nm_s_per_rad, "damping_nm_s_per_rad", kMostDampingNmSPerRad,
-                   "N m s/rad");
-    require_continuous(hand.intended_angle_rad, "intended_angle_rad");
+    using Listed = torsio::ImpedanceHand;
+    require_as(&Listed::inertia_kg_m2, hand.inertia_kg_m2, "hand: ");
+    require_as(&Listed::stiffness_nm_per_rad, hand.stiffness_nm_per_rad, "hand: ");
+    require_as(&Listed::damping_nm_s_per_rad, hand.damping_nm_s_per_rad, "hand: ");
+    require_as(&Listed::intended_angle_rad, hand.intended_angle_rad, "hand: ");
     require_path(hand.intended_angle_rad, "intended_angle_rad");
   }
   void operator()(const PrescribedMotion& hand) const {
-    require_continuous(hand.angle_rad, "angle_rad");
+    require_as(&torsio::PrescribedMotion::angle_rad, hand.angle_rad, "hand: ");
     require_path(hand.angle_rad, "angle_rad");
   }
 };

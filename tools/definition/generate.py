@@ -254,7 +254,7 @@ def emulator_plant() -> str:
 
 
 def emulator_plant_fields() -> str:
-    """Write sdk/include/torsio/plant_fields.hpp."""
+    """Write emulator/include/torsio/plant_fields.hpp."""
     structures = (*plant.HANDS, *plant.PARTS, plant.PLANT_PARAMS, plant.TRUTH_SAMPLE)
     body = cpp.names(plant.ENCODER_ROUNDING) + "\n" + "".join(map(cpp.field_list, structures))
     return _sdk_header(
@@ -449,7 +449,7 @@ contents: dict[str, Callable[[], str]] = {
     "sdk/include/torsio/fields.hpp": sdk_fields,
     "sdk/conversion/wire_types.hpp": sdk_wire_types,
     "emulator/include/torsio/plant.hpp": emulator_plant,
-    "sdk/include/torsio/plant_fields.hpp": emulator_plant_fields,
+    "emulator/include/torsio/plant_fields.hpp": emulator_plant_fields,
     "bindings/python/torsio/plant.py": python_plant,
     "bindings/python/torsio/hands.py": python_hands,
     "bindings/python/torsio/scenes.py": python_scenes,

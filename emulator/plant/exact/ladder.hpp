@@ -13,7 +13,7 @@
 
 #include "emulator/plant/exact/chain.hpp"
 #include "emulator/plant/exact/taylor.hpp"
-#include "emulator/portable_math.hpp"
+#include "emulator/plant/portable_math.hpp"
 
 namespace torsio::emulator {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numbers>
 
-#include "emulator/portable_math.hpp"
+#include "emulator/plant/portable_math.hpp"
 
 using namespace torsio::emulator;
 
