@@ -62,7 +62,9 @@ def test_update_brings_back_what_the_sdk_has_interrupted(bus: VirtualBus, tmp_pa
         assert effect.torque_nm == pytest.approx(FULL_NM * 24000 / 32767, rel=1e-3)
     pad.close()
     _, _, torque = read_log(bus, log)
-    assert np.array(held(torque)) == pytest.approx(np.array([0, 16000, 0, 24000]) / 32767, abs=1e-3)
+    assert np.array(held(torque)) == pytest.approx(
+        np.array([0, 16000, 0, 24000, 0]) / 32767, abs=1e-3
+    )
 
 
 def test_older_effect_is_updated_after_another_kind_was_made(
