@@ -25,6 +25,10 @@ RELEASED = {
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
     "Owner": ["none", "sdk", "game"],
+    "DisarmReason": [
+        *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
+        "unknown",
+    ],
     "Op": [
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),
