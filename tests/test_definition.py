@@ -31,6 +31,10 @@ RELEASED = {
         *("sawtooth_down", "spring", "damper", "inertia", "friction"),
     ],
     "GameEffectState": ["stopped", "playing", "set_aside"],
+    "DisarmReason": [
+        *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
+        "unknown",
+    ],
     "Op": [
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),

@@ -131,8 +131,12 @@ NO_HAND = Structure("NoHand", "Nobody touches the knob.", (), base="Hand")
 TORQUE_HAND = Structure(
     "TorqueHand",
     "A torque on the knob that does not depend on its motion, such as a weight on a string.",
-    (profile(
-            "torque_nm", "N m", "two knots at the same time make a jump", 100.0,
+    (
+        profile(
+            "torque_nm",
+            "N m",
+            "two knots at the same time make a jump",
+            100.0,
             default="{0.0, 0.0}",
         ),
     ),

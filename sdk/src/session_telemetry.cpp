@@ -53,6 +53,9 @@ Session::Recording::Recording(Session& session, std::vector<TelemetrySample>& in
 Session::Recording::~Recording() {
   const std::lock_guard lock(session_.mutex_);
   std::erase(session_.recordings_, this);
+  // What came before anybody knew from when on it counts.
+  if (end_tick_ == UINT64_MAX)
+    into_.erase(into_.begin() + static_cast<std::ptrdiff_t>(had_), into_.end());
 }
 
 /// @returns false if the sample does not belong to it. With the session's lock held, maybe in the

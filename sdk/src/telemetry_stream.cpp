@@ -116,8 +116,8 @@ void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
   const unsigned decimation = known != 0 ? known : ticks_per_sample({}, false);
   check_length(duration_ns, decimation);
   if (rate_hz) start(rate_hz, false);
+  Session::Recording recording(session_, into);  // before the first sample can come
   const Use use(*this);
-  Session::Recording recording(session_, into);
   const std::uint64_t first_tick = session_.get<protocol::Clock>().tick;
   const auto ticks =
       static_cast<std::uint64_t>(std::llround(static_cast<double>(duration_ns) / period_ns_));

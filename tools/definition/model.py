@@ -316,9 +316,7 @@ def numbers(name: str, unit: str, doc: str) -> Field:
 
 def profile(name: str, unit: str, doc: str, most: float, *, default: str = "") -> Field:
     """Make a piecewise-linear function of time, with values from -most to most."""
-    return Field(
-        name, "profile", doc, unit, -most, most, default=default or None, host="Profile"
-    )
+    return Field(name, "profile", doc, unit, -most, most, default=default or None, host="Profile")
 
 
 def text(name: str, doc: str = "") -> Field:
