@@ -195,7 +195,8 @@ TEST_CASE("reports of another kind, interface or recipient stall and change noth
   Bytes other = good;
   other[60] = 0;
   // HID 1.11: the high byte of wValue is the kind, 1 input, 2 output, 3 feature.
-  for (const std::uint16_t value : {0x0105, 0x0205, 0x0005, 0x0405}) {
+  for (const std::uint16_t value :
+       std::initializer_list<std::uint16_t>{0x0105, 0x0205, 0x0005, 0x0405}) {
     CAPTURE(value);
     CHECK(rig.client.control_in(setup_packet(0xA1, 1, value, 0, 64), 64).status == kStall);
     CHECK(rig.client.control_out(setup_packet(0x21, 9, value, 0, 64), other).status == kStall);
