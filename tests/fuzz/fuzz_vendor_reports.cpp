@@ -46,7 +46,7 @@ class Bench {
       fuzz::require(config() == before, "what is refused changes nothing");
     }
   }
-  void ask_for(std::uint8_t id) const {
+  void ask_for(std::uint8_t id) {
     protocol::ReportBytes bytes;
     if (device_.get_feature(id, bytes) == protocol::Status::ok) {
       fuzz::require(bytes[0] == id, "the answer is what was asked for");
@@ -76,7 +76,7 @@ class Bench {
   }
 
   template <class Report>
-  Report get() const {
+  Report get() {
     protocol::ReportBytes bytes;
     Report report{};
     fuzz::require(device_.get_feature(protocol::Layout<Report>::id, bytes) == protocol::Status::ok,
@@ -84,7 +84,7 @@ class Bench {
     fuzz::require(protocol::decode(bytes, report).ok(), "what it says of itself is in range");
     return report;
   }
-  std::array<protocol::ReportBytes, 4> config() const {
+  std::array<protocol::ReportBytes, 4> config() {
     std::array<protocol::ReportBytes, 4> reports;
     (void)device_.get_feature(protocol::Layout<protocol::ActuatorConfig>::id, reports[0]);
     (void)device_.get_feature(protocol::Layout<protocol::ControlConfig>::id, reports[1]);
