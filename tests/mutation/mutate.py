@@ -294,10 +294,8 @@ def build(tinyusb: str, log: Path) -> Path:
     configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
     configure += [f"-DTORSIO_TINYUSB_PATH={tinyusb}"]
     with log.open("w") as output:
-        for command in (
-            configure,
-            ["cmake", "--build", folder, "--target", "torsio_mutants", "--", "-k", "0"],
-        ):
+        build: list[str | Path] = ["cmake", "--build", folder, "--target", "torsio_mutants"]
+        for command in (configure, [*build, "--", "-k", "0"]):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder / "torsio_mutants"
 
