@@ -13,6 +13,8 @@ export interface Field {
   /** Of a structure inside the report. */
   fields?: Field[];
   count?: number;
+  /** What C++ calls its type. */
+  enumeration?: string;
   /** Names of an enumeration's values, by number. */
   values?: string[];
   /** There may be values that have no name here yet. */

@@ -83,7 +83,7 @@ def field(of: Field) -> dict[str, Any]:
         if of.count != 1:
             out["count"] = int(value_of(of.count))
     if isinstance(of.of, Enumeration):
-        out["values"] = values(of.of)
+        out["enumeration"], out["values"] = of.of.name, values(of.of)
         if of.of.open:
             out["open"] = True
     elif of.low is not None and of.high is not None:
