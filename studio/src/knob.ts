@@ -47,6 +47,7 @@ export class Knob {
   #sequence = 0;
   #keepAlive: ReturnType<typeof setInterval> | undefined;
   #watchdogS = 0.25;
+  #saidAlive = 0;
   #turn: Promise<unknown> = Promise.resolve();
 
   private constructor(readonly transport: Transport, public identity: Identity) {
@@ -64,7 +65,12 @@ export class Knob {
 
   async #read(): Promise<void> {
     try {
-      for (;;) for (const report of await this.transport.read()) this.#dispatch(report);
+      for (;;) {
+        for (const report of await this.transport.read()) this.#dispatch(report);
+        // Timers come late where much else happens.
+        const late = performance.now() - this.#saidAlive > 1000 * this.#sayAliveS;
+        if (late && this.state === "armed" && !this.transport.readOnly) this.#sayAlive();
+      }
     } catch (error) {
       clearInterval(this.#keepAlive);
       this.state = "disconnected";
@@ -102,12 +108,20 @@ export class Knob {
     this.owner = owner;
     clearInterval(this.#keepAlive);
     if (state === "armed" && !this.transport.readOnly) {
-      this.#keepAlive = setInterval(
-        () => void this.transport.write(encode("command", { op: "keep_alive" })).catch(() => {}),
-        (1000 * this.#watchdogS) / 3,
-      );
+      this.#keepAlive = setInterval(() => this.#sayAlive(), 1000 * this.#sayAliveS);
+      this.#sayAlive();
     }
     this.onChange();
+  }
+
+  get #sayAliveS(): number {
+    return this.#watchdogS / 4;
+  }
+
+  #sayAlive(): void {
+    this.#saidAlive = performance.now();
+    // Whoever reads next finds out that the device is gone.
+    this.transport.write(encode("command", { op: "keep_alive" })).catch(() => {});
   }
 
   /** One after the other: scenes and configurations must not mix. */

@@ -31,7 +31,9 @@ function say(message: string): void {
 /** Does something with the knob; what goes wrong is told in a sentence. */
 function attempt(act: () => Promise<unknown>): void {
   say("");
-  act().catch((error: unknown) => say((error as Error).message));
+  Promise.resolve()
+    .then(act)
+    .catch((error: unknown) => say((error as Error).message));
 }
 
 const editor = new SceneEditor((scene) => {

@@ -8,6 +8,8 @@ export type ToWorker =
   | Message<{ kind: "write"; report: Uint8Array }>
   | Message<{ kind: "get"; report: number }>
   | Message<{ kind: "set"; report: Uint8Array }>
+  /** The page has what came last. */
+  | Message<{ kind: "taken" }>
   | Message<{ kind: "hand"; angle: number | undefined }>
   | Message<{ kind: "emergency stop"; pressed: boolean }>;
 export type FromWorker =
@@ -48,6 +50,8 @@ export class WasmTransport implements Transport {
     } else if (message.kind === "time") {
       this.#inbox.push(message.reports);
       this.onTruth(message.truth);
+      // After the timers that are due: signs of life are on their way before time goes on.
+      setTimeout(() => this.#send({ kind: "taken" }));
     } else {
       this.#fail(message.why);
     }

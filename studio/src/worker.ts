@@ -25,8 +25,10 @@ function flush(): void {
 }
 
 let next = 0;
+// Time waits for the page: one that is late must not look like a host that has gone.
+let taken = true;
 function pace(): void {
-  if (!device) return;
+  if (!device || !taken) return;
   const now = performance.now() * 1e6;
   // A machine that slept must not make the world race.
   if (now - next > HOPELESSLY_LATE_NS) next = now - HOPELESSLY_LATE_NS;
@@ -38,7 +40,9 @@ function pace(): void {
     truth.push(1e-9 * device.timeNs, ...device.truth());
     for (let report = device.read(); report; report = device.read()) reports.push(report);
   }
-  if (truth.length) post({ kind: "time", reports, truth: Float64Array.from(truth) });
+  if (!truth.length) return;
+  taken = false;
+  post({ kind: "time", reports, truth: Float64Array.from(truth) });
 }
 
 function move(angle: number | undefined): void {
@@ -70,6 +74,9 @@ async function answer(message: ToWorker): Promise<void> {
       break;
     case "set":
       post({ kind: "answer", id: message.id, result: device?.setFeature(message.report) });
+      break;
+    case "taken":
+      taken = true;
       break;
     case "hand":
       move(message.angle);

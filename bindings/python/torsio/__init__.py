@@ -35,6 +35,7 @@ from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHa
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob, list_devices, open
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.recording import Recorded, Recording, load
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -82,6 +83,8 @@ __all__ = [
     "PlantParams",
     "PrescribedMotion",
     "ProtocolMismatch",
+    "Recorded",
+    "Recording",
     "Refused",
     "ShaftHardening",
     "Timeout",
@@ -90,6 +93,7 @@ __all__ = [
     "core",
     "emulator",
     "list_devices",
+    "load",
     "open",
     "protocol",
     "telemetry",

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict
-from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, ParamSpec, TypeVar
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -19,14 +17,22 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import doctor
+from torsio import doctor, live_commands
+from torsio.command import (
+    AsJson,
+    Device,
+    choose,
+    complain,
+    err,
+    is_emulated,
+    opened,
+    out,
+    plainly,
+)
 from torsio.demos import output, wall
 from torsio.extras import how_to_install
 from torsio.other_commands import add_commands
 from torsio.virtual_knob import cli as virtual_knob
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 app = typer.Typer(
     help="A USB knob that pushes back.",
@@ -37,83 +43,6 @@ app = typer.Typer(
 demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
 app.add_typer(demo_app, name="demo")
 add_commands(app)
-
-out = Console()
-err = Console(stderr=True)
-
-Device = Annotated[
-    str,
-    typer.Option(
-        "--device",
-        metavar="DEVICE",
-        help="Path, serial number, or 'emulated'; see `torsio list`. Unless given it is the knob "
-        "that is plugged in, or the emulated one if none is.",
-        show_default=False,
-    ),
-]
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json",
-        help="Print JSON to standard output; all else then goes to standard error.",
-    ),
-]
-
-
-def _plainly(command: Callable[P, T]) -> Callable[P, T]:
-    """Turn what can go wrong into one sentence and an exit status."""
-
-    @wraps(command)
-    def run(*args: P.args, **kwargs: P.kwargs) -> T:
-        try:
-            return command(*args, **kwargs)
-        except KeyboardInterrupt:
-            err.print("torsio: interrupted", highlight=False)
-            raise typer.Exit(130) from None
-        except (torsio.Error, wall.WallNotReachedError, output.OutputError, OSError) as error:
-            _complain(str(error))
-            raise typer.Exit(1) from None
-
-    return run
-
-
-def _complain(sentence: str) -> None:
-    err.print(f"torsio: error: {sentence}", highlight=False, markup=False, soft_wrap=True)
-
-
-def _choose(device: str) -> str:
-    """Give the selector of a device: if none is named, as `torsio.open`, or else the emulated."""
-    if device or any(listed.transport != "emulated" for listed in torsio.list_devices()):
-        return device
-    return "emulated"
-
-
-def _is_emulated(selector: str) -> bool:
-    return selector == "emulated" or selector.startswith("emulated:")
-
-
-@contextmanager
-def _opened(
-    device: str, say: Console, emulator: torsio.EmulatorOptions | None = None
-) -> Iterator[torsio.Knob]:
-    """Open a device, say which one it is, and close it."""
-    selector = _choose(device)
-    is_open = False
-    try:
-        with torsio.open(selector, emulator=emulator if _is_emulated(selector) else None) as knob:
-            is_open = True
-            info = knob.info
-            who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
-            if selector != device:
-                who.append("for no real knob is plugged in")
-            say.print(f"knob     {', '.join(who)}", highlight=False, markup=False, soft_wrap=True)
-            yield knob
-    except KeyboardInterrupt:
-        if not is_open:
-            raise
-        # Closing has disarmed it.
-        err.print("torsio: interrupted; the knob is disarmed", highlight=False)
-        raise typer.Exit(130) from None
 
 
 def _print_json(value: Any) -> None:
@@ -137,7 +66,7 @@ def main(
 
 
 @app.command("list")
-@_plainly
+@plainly
 def list_command(as_json: AsJson = False) -> None:
     """List the knobs that can be opened; the emulated one is always there."""
     devices = torsio.list_devices()
@@ -160,10 +89,10 @@ def list_command(as_json: AsJson = False) -> None:
 
 
 @app.command("info")
-@_plainly
+@plainly
 def info_command(device: Device = "", as_json: AsJson = False) -> None:
     """Show who a knob is, how it is, and how it is configured."""
-    with _opened(device, err if as_json else out) as knob:
+    with opened(device, err if as_json else out) as knob:
         groups = {
             "info": asdict(knob.info),
             "health": asdict(knob.health()),
@@ -187,7 +116,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
 
 
 @app.command("doctor")
-@_plainly
+@plainly
 def doctor_command(
     device: Annotated[
         str,
@@ -229,7 +158,8 @@ def _print_report(report: doctor.Report) -> None:
     out.print(table)
 
 
-app.command("emulate")(_plainly(virtual_knob.emulate_command))
+app.command("emulate")(plainly(virtual_knob.emulate_command))
+live_commands.add_to(app)
 
 
 def _value_text(key: str, value: Any) -> str:
@@ -243,7 +173,7 @@ def _value_text(key: str, value: Any) -> str:
 
 
 @demo_app.command("wall")
-@_plainly
+@plainly
 def demo_wall(
     device: Device = "",
     seed: Annotated[
@@ -262,7 +192,7 @@ def demo_wall(
 
     Picture and numbers go to FOLDER. The exit status is 0 only if it feels like a wall.
     """
-    if not _is_emulated(_choose(device)):
+    if not is_emulated(choose(device)):
         for option, given in (("--seed", seed is not None), ("--paced", paced)):
             if given:
                 raise typer.BadParameter(
@@ -274,7 +204,7 @@ def demo_wall(
     output.check([png_file, json_file], "--out")
 
     emulator = torsio.EmulatorOptions(seed=1 if seed is None else seed, paced=paced, log_truth=True)
-    with _opened(device, say, emulator) as knob:
+    with opened(device, say, emulator) as knob:
         if not knob.is_emulated:
             _prompt_user(say)
         visit = _run_with_progress(knob, say)
@@ -294,7 +224,7 @@ def demo_wall(
     if as_json:
         sys.stdout.write(numbers)
     if shortcomings := measures.shortcomings():
-        _complain("it does not feel like a wall: " + "; ".join(shortcomings))
+        complain("it does not feel like a wall: " + "; ".join(shortcomings))
         raise typer.Exit(1)
 
 
