@@ -1,7 +1,7 @@
 """Builds the studio: the emulated device as WebAssembly, and the page, in ``build/studio/page``.
 
-``python -m tools.studio [--wasm | --page]``, or ``./dev studio``. WebAssembly is compiled by Zig's C++
-compiler, which comes from PyPI with the libraries of its own; the page is bundled by esbuild.
+``python -m tools.studio [--wasm | --page]``, or ``./dev studio``. WebAssembly is compiled by Zig's
+C++ compiler, which comes from PyPI with libraries of its own; the page is bundled by esbuild.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 /// @file
-/// What happens when something is thrown: WebAssembly here has no exceptions, so the text is kept and
-/// the module stops for good. All that the emulated device throws are std::exceptions.
+/// What happens when something is thrown: WebAssembly here has no exceptions, so the text is kept
+/// and the module stops for good. All that the emulated device throws are std::exceptions.
 #include <array>
 #include <cstddef>
 #include <cstdint>

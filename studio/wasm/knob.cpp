@@ -98,13 +98,13 @@ EXPORTED(set_emergency_stop) void set_emergency_stop(int pressed) {
   device->set_emergency_stop(pressed != 0);
 }
 
-/// What no sensor sees, now: angles of knob and brake in rad, speed in rad/s, and in N m the torques
-/// of spring, brake, brake's capacity, motor and hand.
+/// What no sensor sees, now: angles of knob and brake in rad, speed in rad/s, and in N m the
+/// torques of spring, brake, brake's capacity, motor and hand.
 EXPORTED(take_truth) const double* take_truth() {
   const auto& state = device->plant().state();
   const auto torque = device->plant().truth();
-  truth = {state.knob_angle_rad(),   state.brake_angle_rad(), state.knob_speed_rad_s(),
-           torque.spring_torque_nm,  torque.brake_torque_nm,  torque.brake_capacity_nm,
-           torque.motor_torque_nm,   torque.hand_torque_nm,   torque.knob_friction_torque_nm};
+  truth = {state.knob_angle_rad(),  state.brake_angle_rad(), state.knob_speed_rad_s(),
+           torque.spring_torque_nm, torque.brake_torque_nm,  torque.brake_capacity_nm,
+           torque.motor_torque_nm,  torque.hand_torque_nm,   torque.knob_friction_torque_nm};
   return truth.data();
 }

@@ -89,7 +89,7 @@ def _session() -> list[list[Any]]:
         *write("command", op="arm"),
         ["hold", *HAND.values(), PATH],
         *[step for _ in range(30) for step in write("command", op="keep_alive")],
-        *[step for _ in range(5) for step in (*write("command", op="keep_alive"), ["advance", 99 * MS])],
+        *(5 * [*write("command", op="keep_alive"), ["advance", 99 * MS]]),
         ["push", [[0.0, 0.05], [0.1, 0.05], [0.1, -0.05]]],
         *write("command", op="keep_alive"),
         ["advance", 150 * MS],

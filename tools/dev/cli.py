@@ -79,6 +79,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "check": _check,
     "demo": commands.demo,
     "game": commands.game,
+    "studio": commands.studio,
     "bench": commands.bench,
     "firmware": _plain("firmware", commands.firmware),
     "udev": _udev,

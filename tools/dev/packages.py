@@ -79,6 +79,9 @@ def groups() -> dict[str, tuple[Package, ...]]:
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
+        # What bundles the studio's page, and a browser to test it in.
+        "studio": (("nodejs", _program("node")), ("npm", _program("npm"))),
+        "browser": (("chromium", _program("chromium")),),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }

@@ -418,9 +418,10 @@ class Knob:
             self.actuator_config(), self.control_config(), self.board_config(), self.game_config()
         )  # fmt: skip
         metadata = {
-            "versions": {"torsio": version("torsio"), "protocol": self.info.protocol_version},
             "info": asdict(self.info),
             "configuration": {type(config).__name__: asdict(config) for config in configs},
+            # Last: what has it has all of them.
+            "versions": {"torsio": version("torsio"), "protocol": self.info.protocol_version},
         }
         self._recording = Recording(path, metadata, self._end_recording)
         try:

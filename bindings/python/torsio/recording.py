@@ -1,7 +1,7 @@
 """Recordings: what a knob did, in a file that Foxglove and PlotJuggler open too.
 
-The file is MCAP, with JSON and its schemas in it. `torsio.Knob.record_to` writes one, `load` reads it.
-Writing and reading need the extra ``record``.
+The file is MCAP, with JSON and its schemas in it. `torsio.Knob.record_to` writes one, `load` reads
+it. Both need the extra ``record``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _missing() -> Error:
 
 
 def _schema(topic: str) -> dict[str, Any]:
-    """What viewers are told of a topic's messages."""
+    """Describe a topic's messages to viewers."""
     columns: dict[str, Any] = {}
     if topic == "telemetry":
         columns = {name: {"type": _JSON_TYPES[TELEMETRY_DTYPE[name].kind]} for name in _COLUMNS}
@@ -65,8 +65,8 @@ def _plain(value: Any) -> Any:
 class Recording:
     """A file that is being written; made by `torsio.Knob.record_to`.
 
-    Use it in a ``with`` statement, or `close` it. It is written to as the program goes on, and whole up
-    to the last second whatever happens to the program.
+    Use it in a ``with`` statement, or `close` it. It is written as the program goes on, and
+    whole up to the last second whatever happens to the program.
     """
 
     def __init__(
@@ -175,13 +175,14 @@ class Recorded:
     telemetry
         Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
     events
-        What the program asked of the knob and noted, in order; each has ``kind`` and ``host_time_ns``.
+        What the program asked of the knob and noted, in order; each has ``kind`` and
+        ``host_time_ns``.
     samples_lost
         That never arrived.
     metadata
         Who the knob was, its configuration, the versions.
     whole
-        False if the file ends in the middle: its program did not close it. What came before is here.
+        False if the file ends in the middle, as its program did. What came before is here.
     """
 
     telemetry: Record
@@ -227,9 +228,8 @@ def load(path: str | Path) -> Recorded:
         If it is no recording of Torsio.
     """
     try:
-        from mcap.exceptions import McapError
         from mcap.records import Channel, Footer, Message, Metadata
-        from mcap.stream_reader import CRCValidationError, StreamReader
+        from mcap.stream_reader import StreamReader
     except ModuleNotFoundError as error:
         raise _missing() from error
     topics: dict[int, str] = {}
@@ -237,26 +237,24 @@ def load(path: str | Path) -> Recorded:
     events: list[dict[str, Any]] = []
     metadata: dict[str, dict[str, Any]] = {}
     lost, whole = 0, False
-    with Path(path).open("rb") as file:
-        # What is torn raises what it likes, where the file ends or where a chunk is damaged.
-        torn = (McapError, CRCValidationError, EOFError, ValueError, OverflowError, MemoryError)
-        with contextlib.suppress(*torn):
-            for record in StreamReader(file, validate_crcs=True, record_size_limit=2**28).records:
-                if isinstance(record, Channel):
-                    topics[record.id] = record.topic
-                elif isinstance(record, Metadata):
-                    metadata[record.name] = {k: json.loads(v) for k, v in record.metadata.items()}
-                elif isinstance(record, Message):
-                    message = json.loads(record.data)
-                    topic = topics.get(record.channel_id)
-                    if topic == "telemetry":
-                        rows.append(tuple(message[name] for name in _COLUMNS))
-                    elif topic == "events":
-                        events.append({**message, "host_time_ns": record.log_time})
-                    elif topic == "drop_outs":
-                        lost += message["samples_lost"]
-                elif isinstance(record, Footer):
-                    whole = True
+    # What is torn or damaged raises whatever it likes, from the library and from its parts.
+    with Path(path).open("rb") as file, contextlib.suppress(Exception):
+        for record in StreamReader(file, validate_crcs=True, record_size_limit=2**28).records:
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Metadata):
+                metadata[record.name] = {k: json.loads(v) for k, v in record.metadata.items()}
+            elif isinstance(record, Message):
+                message = json.loads(record.data)
+                topic = topics.get(record.channel_id)
+                if topic == "telemetry":
+                    rows.append(tuple(message[name] for name in _COLUMNS))
+                elif topic == "events":
+                    events.append({**message, "host_time_ns": record.log_time})
+                elif topic == "drop_outs":
+                    lost += message["samples_lost"]
+            elif isinstance(record, Footer):
+                whole = True
     if "versions" not in metadata:
         raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
     return Recorded(np.array(rows, TELEMETRY_DTYPE), events, lost, metadata, whole)

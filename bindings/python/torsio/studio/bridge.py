@@ -1,4 +1,4 @@
-"""A knob passed on to one page: reports as they are, with a byte in front that says what they are."""
+"""A knob passed on to one page: reports as they are, with a byte in front that says which way."""
 
 from __future__ import annotations
 
