@@ -12,7 +12,6 @@
 #include <string>
 #include <string_view>
 
-#include "convert.hpp"
 #include "module.hpp"
 #include "torsio/knob.hpp"
 
