@@ -11,7 +11,7 @@ import pytest
 
 TREE = Path(__file__).parent.parent
 COMMANDS = (
-    *("setup", "build", "test", "check", "demo", "game", "bench", "firmware", "udev"),
+    *("setup", "build", "test", "check", "demo", "game", "studio", "bench", "firmware", "udev"),
     *("generate", "clean"),
 )
 

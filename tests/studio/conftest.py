@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from tests.studio.browser import PAGE, chromium, served
+
+# Longer than any loaded machine takes: nothing here is about time.
+expect.set_options(timeout=60_000)
 
 
 @pytest.fixture(scope="module")
