@@ -10,7 +10,9 @@ function(torsio_target_defaults target)
   else()
     target_compile_features(${target} PUBLIC cxx_std_20)
     set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
-    target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow)
+    # Without contracted multiply-adds every processor and compiler computes the same bits.
+    target_compile_options(${target} PRIVATE
+      -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contract=off)
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
       # They take the unset half of a std::optional for a mistake, and a short string for an overlap.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-restrict)
@@ -29,6 +31,12 @@ function(torsio_target_defaults target)
     endif()
   endif()
 
+  # Tells the fuzz driver which blocks were reached; the driver itself must not be told.
+  if(TORSIO_TRACE_BLOCKS AND type MATCHES "STATIC_LIBRARY|OBJECT_LIBRARY")
+    target_compile_options(${target} PRIVATE
+      "$<$<COMPILE_LANGUAGE:CXX>:-fsanitize-coverage=trace-pc>")
+  endif()
+
   # They may end up inside the Python module.
   if(type STREQUAL "STATIC_LIBRARY")
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
@@ -44,13 +52,13 @@ function(torsio_target_defaults target)
 endfunction()
 
 # torsio_embedded_defaults(<target>): on top of the above, the rules of code that also runs on the
-# microcontroller. Without contracted multiply-adds the host and the device compute the same bits.
+# microcontroller.
 function(torsio_embedded_defaults target)
   torsio_target_defaults(${target})
   get_target_property(type ${target} TYPE)
   if(NOT type STREQUAL "INTERFACE_LIBRARY")
     target_compile_options(${target} PRIVATE
-      -fno-exceptions -fno-rtti -Wdouble-promotion -ffp-contract=off)
+      -fno-exceptions -fno-rtti -Wdouble-promotion)
     if(TORSIO_LINK_TIME_OPTIMIZATION)
       target_compile_options(${target} PRIVATE -flto)
     endif()

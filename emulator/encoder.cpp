@@ -1,9 +1,10 @@
 #include "emulator/encoder.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <string>
+
+#include "emulator/plant/portable_math.hpp"
 
 namespace torsio::emulator {
 namespace {
@@ -46,8 +47,8 @@ Encoder::Encoder(const EncoderParams& params) : params_(params), random_(params.
 double Encoder::draw_noise_counts() {
   // Box and Muller; the second value of the pair is dropped to keep the state a single number.
   // 1 - u lies in (0, 1], where the logarithm is finite.
-  const double radius = std::sqrt(-2.0 * std::log(1.0 - random_.uniform()));
-  return params_.noise_counts * radius * std::cos(2.0 * std::numbers::pi * random_.uniform());
+  const double radius = std::sqrt(-2.0 * log_of(1.0 - random_.uniform()));
+  return params_.noise_counts * radius * cos_of_turns(random_.uniform());
 }
 
 std::uint32_t Encoder::sample(const Angle& angle) {

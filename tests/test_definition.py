@@ -26,6 +26,15 @@ RELEASED = {
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
     "Owner": ["none", "sdk", "game"],
+    "GameEffectKind": [
+        *("none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up"),
+        *("sawtooth_down", "spring", "damper", "inertia", "friction"),
+    ],
+    "GameEffectState": ["stopped", "playing", "set_aside"],
+    "DisarmReason": [
+        *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
+        "unknown",
+    ],
     "Op": [
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),

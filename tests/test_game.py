@@ -106,6 +106,7 @@ def test_what_cannot_be_done_is_said_in_one_line(tmp_path: Path) -> None:
     nowhere = str(tmp_path / "no such folder" / "file")
     for arguments, words in (
         (("--headless", "--joystick", "200"), "there is no joystick 200"),
+        ((), "nobody would see the game: SDL has found only its 'dummy' display"),
         (("--headless", "--frames", "1", "--screenshot", nowhere), "cannot write"),
         (("--headless", "--frames", "1", "--report", nowhere), "cannot write"),
     ):

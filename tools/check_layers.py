@@ -74,7 +74,7 @@ RULES = (
     ),
     Rule("emulator/usbip", (*FIRMWARE, "usb"), posix=True),
     # The physics know nothing of what they move.
-    Rule("emulator/plant", ("emulator/plant", "torsio/plant.hpp")),
+    Rule("emulator/plant", ("emulator/plant", "torsio/plant.hpp", "torsio/plant_fields.hpp")),
     Rule("emulator/include", ("torsio",)),
     # It has the wiring of the board that it stands in for.
     Rule("emulator/emulated_device.cpp", (*FIRMWARE, "boards", "torsio/plant.hpp")),
@@ -88,6 +88,8 @@ RULES = (
     ),
     # Host units and wire units; bindings and studies have it too.
     Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),
+    # What a forked child must know.
+    Rule("sdk/src/process.cpp", ("sdk", "torsio"), third_party=r"pthread\.h"),
     # They say why a board refuses a wiring.
     Rule("sdk/src/known_boards.cpp", ("protocol", "device", "boards")),
     Rule("sdk/src/known_boards.hpp", ("protocol", "device")),

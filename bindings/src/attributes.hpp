@@ -19,13 +19,22 @@ namespace torsio::bindings {
 
 class Attributes {
  public:
-  explicit Attributes(pybind11::handle source) : source_(source) {}
+  /// @param wanted the class that it should be of, for the message if it is not
+  explicit Attributes(pybind11::handle source, std::string_view wanted = "another object")
+      : source_(source), wanted_(wanted) {}
 
   [[nodiscard]] std::string class_name() const {
     return pybind11::str(pybind11::type::handle_of(source_).attr("__name__"));
   }
 
-  [[nodiscard]] pybind11::object get(const char* name) const { return source_.attr(name); }
+  [[nodiscard]] pybind11::object get(const char* name) const {
+    PyObject* const value = PyObject_GetAttrString(source_.ptr(), name);
+    if (value != nullptr) return pybind11::reinterpret_steal<pybind11::object>(value);
+    if (PyErr_ExceptionMatches(PyExc_AttributeError) == 0) throw pybind11::error_already_set();
+    PyErr_Clear();
+    throw pybind11::type_error(repr(source_) + " is no " + std::string(wanted_) + ": it has no " +
+                               name);
+  }
 
   [[nodiscard]] double number(const char* name) const { return as_number(get(name), name); }
 
@@ -104,10 +113,14 @@ class Attributes {
 
  private:
   static std::string repr(const pybind11::handle& value) {
-    return pybind11::repr(value).cast<std::string>();
+    const auto text = pybind11::reinterpret_steal<pybind11::object>(PyObject_Repr(value.ptr()));
+    if (text) return text.cast<std::string>();
+    PyErr_Clear();  // Python does not write numbers of thousands of digits
+    return "something that cannot be shown";
   }
 
   pybind11::handle source_;
+  std::string_view wanted_;
 };
 
 }  // namespace torsio::bindings

@@ -27,6 +27,7 @@
 #include "conversion/scene_encoding.hpp"
 #include "convert.hpp"
 #include "emulator_convert.hpp"
+#include "interpreter.hpp"
 #include "module.hpp"
 #include "stepper_capsule.hpp"
 #include "torsio/emulator.hpp"
@@ -204,9 +205,9 @@ py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>
   threads =
       std::min<unsigned>(threads, static_cast<unsigned>(std::max<std::size_t>(1, ticks.size())));
   Batch batch(std::move(options), ticks, std::move(spans), every);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   batch.run(threads, [&](std::size_t done) {
-    const py::gil_scoped_acquire acquire;
+    const Locked locked;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (!on_progress.is_none()) on_progress(done);
   });
@@ -225,7 +226,7 @@ py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts) {
               static_cast<unsigned char>(0));
   const std::span<const std::uint32_t> in(counts.data(), size);
   const std::span<ReplayRow> out(rows.mutable_data(), size);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   emulator::replay(options, in, out);
   return rows;
 }
@@ -257,7 +258,7 @@ void bind_closed_loop(py::module_& module) {
   py::class_<emulator::ClosedLoop>(module, "ClosedLoop", "See torsio.closed_loop.")
       .def(py::init([](const py::object& source) {
              const ClosedLoopOptions options = read_options(source);
-             const py::gil_scoped_release release;
+             const Unlocked unlocked;
              return std::make_unique<emulator::ClosedLoop>(options);
            }),
            arg("options"))
@@ -266,7 +267,7 @@ void bind_closed_loop(py::module_& module) {
           [](emulator::ClosedLoop& loop, std::uint64_t ticks, std::uint32_t every) {
             Rows rows = make_rows(ticks, every);
             const std::span<LoopRow> span = span_of(rows);
-            const py::gil_scoped_release release;
+            const Unlocked unlocked;
             loop.run(ticks, span, every);
             return rows;
           },

@@ -35,6 +35,10 @@ template <class T>
 inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
+template <class T>
+inline constexpr bool is_list = false;
+template <Listed T>
+inline constexpr bool is_list<std::vector<T>> = true;
 
 Profile profile_from_python(const pybind11::handle& source);
 
@@ -73,7 +77,7 @@ void read(const Attributes& from, const char* name, T& value) {
 template <Listed T>
 T from_python(const pybind11::handle& source) {
   T made{};
-  const Attributes from(source);
+  const Attributes from(source, Fields<T>::name);
   std::apply(
       [&](const auto&... field) { (read(from, field.name.data(), made.*field.member), ...); },
       Fields<T>::list);
@@ -96,6 +100,10 @@ pybind11::object to_python(const T& value) {
     return pybind11::cast(Names<T>::values[static_cast<std::size_t>(value)]);
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
     return pybind11::tuple(pybind11::cast(value));
+  } else if constexpr (is_list<T>) {
+    pybind11::tuple list(value.size());
+    for (std::size_t i = 0; i < value.size(); ++i) list[i] = to_python(value[i]);
+    return list;
   } else {
     return pybind11::cast(value);
   }

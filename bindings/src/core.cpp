@@ -13,6 +13,7 @@
 #include "core/motion.hpp"
 #include "core/partition.hpp"
 #include "core/soft_sensor.hpp"
+#include "interpreter.hpp"
 #include "module.hpp"
 #include "protocol/enumerations.hpp"
 
@@ -59,7 +60,7 @@ py::array_t<MotionRow> track_motion_record(core::MotionState& state,
   py::array_t<MotionRow> rows(encoder_count.size());
   const std::uint32_t* count = encoder_count.data();
   MotionRow* row = rows.mutable_data();
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   for (py::ssize_t i = 0; i < encoder_count.size(); ++i) {
     const core::Motion motion = core::track_motion(state, params, count[i]);
     row[i] = {motion.position_counts, motion.delta_counts, motion.delta_rad, motion.speed_rad_s,
@@ -74,7 +75,7 @@ Floats model_brake_record(core::BrakeState& state, const core::BrakeParams& para
   Floats capacity_nm(held_command_nm.size());
   const float* command = held_command_nm.data();
   float* capacity = capacity_nm.mutable_data();
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   for (py::ssize_t i = 0; i < held_command_nm.size(); ++i) {
     capacity[i] = core::model_brake(state, params, command[i]);
   }
@@ -88,7 +89,7 @@ Floats sense_spring_record(core::SoftSensorState& state, const Floats& delta_rad
   const float* delta = delta_rad.data();
   const float* capacity = capacity_nm.data();
   float* spring = spring_nm.mutable_data();
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   for (py::ssize_t i = 0; i < size; ++i) {
     spring[i] = core::sense_spring(state, stiffness_nm_per_rad, delta[i], capacity[i]);
   }
@@ -105,7 +106,7 @@ py::tuple partition_record(const core::PartitionParams& params, const Floats& de
   float* motor = motor_nm.mutable_data();
   float* brake = brake_nm.mutable_data();
   {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     for (py::ssize_t i = 0; i < size; ++i) {
       const core::Shares shares = core::partition(params, desired[i], spring[i]);
       motor[i] = shares.motor_command_nm;

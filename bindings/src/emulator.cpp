@@ -21,6 +21,7 @@
 #include "emulator/encoder.hpp"
 #include "emulator/plant/plant.hpp"
 #include "emulator_convert.hpp"
+#include "interpreter.hpp"
 #include "module.hpp"
 #include "stepper_capsule.hpp"
 
@@ -31,7 +32,7 @@ namespace torsio::bindings {
 namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Release = py::call_guard<py::gil_scoped_release>;
+using Release = py::call_guard<torsio::bindings::Unlocked>;
 
 PlantParams plant_params(const py::object& source) {
   return source.is_none() ? PlantParams{} : from_python<PlantParams>(source);
@@ -92,7 +93,7 @@ py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_
   // Padding between the flags and the next row would otherwise be whatever was in memory.
   std::fill_n(reinterpret_cast<unsigned char*>(row),
               sizeof(PlantRow) * static_cast<std::size_t>(size), static_cast<unsigned char>(0));
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   for (py::ssize_t i = 0; i < size; ++i) {
     row[i] = plant_row(plant);
     plant.set_command({motor[i], brake[i]});
@@ -113,7 +114,7 @@ py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_com
   const double* motor = motor_command_nm.data();
   const double* brake = brake_command_nm.data();
   double* row = angles.mutable_data();
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   for (py::ssize_t i = 0; i < size; ++i) {
     plant.set_command({motor[i], brake[i]});
     plant.advance(period_ns);

@@ -24,7 +24,9 @@ void translate(std::exception_ptr pointer) {
   try {
     std::rethrow_exception(pointer);
   } catch (const Refused& error) {
-    raise("Refused", error.what(), error.status(), error.report(), error.field());
+    raise("Refused", error.what(), error.status(), error.report(), error.field(), error.reason());
+  } catch (const Disarmed& error) {
+    raise("Disarmed", error.what(), error.reason());
   } catch (const InvalidArgument& error) {
     raise("InvalidArgument", error.what());
   } catch (const DeviceNotFound& error) {

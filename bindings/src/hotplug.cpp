@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "convert.hpp"
+#include "interpreter.hpp"
 #include "module.hpp"
 
 namespace py = pybind11;
@@ -26,7 +27,7 @@ class PyWatch {
   PyWatch(const PyWatch&) = delete;
   PyWatch& operator=(const PyWatch&) = delete;
   ~PyWatch() {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     watch_.reset();
   }
 
@@ -39,7 +40,7 @@ class PyWatch {
 std::unique_ptr<PyWatch> watch(bool include_present, double permission_timeout_s) {
   const WatchOptions options{.include_present = include_present,
                              .permission_timeout_s = permission_timeout_s};
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return std::make_unique<PyWatch>(options);
 }
 
@@ -52,7 +53,7 @@ std::optional<DeviceEvent> next(const PyWatch& watch, double timeout_s) {
   double left_s = timeout_s;
   while (true) {
     {
-      const py::gil_scoped_release release;
+      const Unlocked unlocked;
       // What is no time gets through, to be refused.
       auto event = watch->next(left_s > kSliceS ? kSliceS : left_s);
       if (event || watch->is_stopped()) return event ? event : watch->next(0.0);
@@ -79,8 +80,7 @@ void bind_watch(py::module_& module) {
           },
           arg("timeout_s"))
       .def(
-          "stop", [](const PyWatch& self) { self->stop(); },
-          py::call_guard<py::gil_scoped_release>())
+          "stop", [](const PyWatch& self) { self->stop(); }, py::call_guard<Unlocked>())
       .def_property_readonly("is_stopped", [](const PyWatch& self) { return self->is_stopped(); });
 }
 

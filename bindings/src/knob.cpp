@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -20,11 +21,12 @@
 #include <vector>
 
 #include "convert.hpp"
+#include "interpreter.hpp"
 #include "module.hpp"
 
 namespace py = pybind11;
 using py::arg;
-using Release = py::call_guard<py::gil_scoped_release>;
+using Release = py::call_guard<torsio::bindings::Unlocked>;
 
 namespace torsio::bindings {
 namespace {
@@ -41,7 +43,7 @@ State state_from_name(const std::string& name) {
 
 /// Runs Python's signal handlers; what they raise (KeyboardInterrupt) ends the waiting call.
 bool check_signals() {
-  const py::gil_scoped_acquire acquire;
+  const Locked locked;
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   return false;
 }
@@ -55,7 +57,7 @@ class PyKnob {
   PyKnob& operator=(const PyKnob&) = delete;
   ~PyKnob() {
     if (!knob_) return;
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     knob_.reset();
   }
 
@@ -95,14 +97,14 @@ PyKnob open_knob(const std::string& selector, const py::object& emulator, double
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
   options.interrupted = &check_signals;
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   return PyKnob(Knob::open(selector, options));
 }
 
 py::list list_all() {
   std::vector<ListedDevice> devices;
   {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     devices = list_devices();
   }
   py::list list;
@@ -114,7 +116,7 @@ py::list list_all() {
 template <class Call>
 py::object told(Call&& call) {
   auto value = [&] {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return call();
   }();
   return to_python(value);
@@ -122,28 +124,70 @@ py::object told(Call&& call) {
 
 void play(const PyKnob& knob, const py::object& source) {
   const Scene scene = scene_from_python(source);
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   knob->play(scene);
 }
 
 py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s) {
   std::vector<TelemetrySample> samples;
   {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     samples = knob->read(max_samples, timeout_s);
     clear_padding(samples);
   }
   return as_array(std::move(samples));
 }
 
-py::array record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz) {
-  std::vector<TelemetrySample> samples;
-  {
-    const py::gil_scoped_release release;
-    samples = knob->record(duration_s, rate_hz);
-    clear_padding(samples);
-  }
+py::array as_record(std::vector<TelemetrySample>&& samples) {
+  clear_padding(samples);
   return as_array(std::move(samples));
+}
+
+/// @param kept a list that gets the samples, however the recording ends, and then how the torque
+///        went, or None
+void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz,
+            bool must_stay_armed, py::list kept) {
+  Recording samples;
+  const auto keep = [&] { kept.append(as_record(std::move(samples))); };
+  try {
+    const Unlocked unlocked;
+    knob->record(samples, duration_s, rate_hz, must_stay_armed);
+  } catch (...) {
+    keep();
+    throw;
+  }
+  const std::optional<Disarm> disarmed = samples.disarmed;
+  keep();
+  kept.append(disarmed ? to_python(*disarmed) : py::none());
+}
+
+/// A Python function that C++ may call from any thread and destroy there. What it raises is shown
+/// as Python shows what nobody can catch, and the next event is told all the same.
+std::function<void(const Event&)> callback_from_python(const py::object& source) {
+  if (source.is_none()) return {};
+  const std::shared_ptr<py::object> callback(new py::object(source), [](py::object* object) {
+    const Locked locked;
+    delete object;
+  });
+  return [callback](const Event& event) {
+    const Locked locked;
+    try {
+      (*callback)(to_python(event));
+    } catch (py::error_already_set& error) {
+      error.discard_as_unraisable(*callback);
+    }
+  };
+}
+
+py::list events(const PyKnob& knob, double timeout_s) {
+  std::vector<Event> taken;
+  {
+    const Unlocked unlocked;
+    taken = knob->events(timeout_s);
+  }
+  py::list list;
+  for (const Event& event : taken) list.append(to_python(event));
+  return list;
 }
 
 std::span<const std::uint8_t> bytes_of(const py::bytes& bytes) {
@@ -159,13 +203,13 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
   knob.def_property_readonly("is_emulated", [](const PyKnob& self) { return self->is_emulated(); });
   knob.def("set_hand", [](const PyKnob& self, const py::object& source) {
     const Hand hand = hand_from_python(source);
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     self->emulator().set_hand(hand);
   });
   knob.def("truth", [](const PyKnob& self) {
     std::vector<TruthSample> samples;
     {
-      const py::gil_scoped_release release;
+      const Unlocked unlocked;
       samples = self->emulator().truth();
     }
     return as_array(std::move(samples));
@@ -233,7 +277,7 @@ void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob
            [get](const PyKnob& self) { return told([&] { return ((*self).*get)(); }); });
   knob.def(("configure_" + name).c_str(), [](const PyKnob& self, const py::object& source) {
     const auto config = from_python<Config>(source);
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     self->configure(config);
   });
 }
@@ -266,19 +310,41 @@ void bind_orders(py::class_<PyKnob>& knob) {
 void bind_telemetry(py::class_<PyKnob>& knob) {
   knob.def(
       "start_telemetry",
-      [](const PyKnob& self, std::optional<double> rate_hz) {
-        return self->start_telemetry(rate_hz);
+      [](const PyKnob& self, std::optional<double> rate_hz, bool prompt) {
+        return self->start_telemetry(rate_hz, prompt);
       },
-      arg("rate_hz"), Release());
+      arg("rate_hz"), arg("prompt"), Release());
   knob.def("stop_telemetry", [](const PyKnob& self) { self->stop_telemetry(); }, Release());
   knob.def("read", &read, arg("max_samples"), arg("timeout_s"));
-  knob.def("record", &record, arg("duration_s"), arg("rate_hz"));
+  knob.def("latest", [](const PyKnob& self) {
+    std::vector<TelemetrySample> samples(1);
+    {
+      const Unlocked unlocked;
+      samples.front() = self->latest();
+    }
+    return as_record(std::move(samples));
+  });
+  knob.def("record", &record, arg("duration_s"), arg("rate_hz"), arg("must_stay_armed"),
+           arg("kept"));
+  knob.def("events", &events, arg("timeout_s"));
+  knob.def("on_event", [](const PyKnob& self, const py::object& source) {
+    auto callback = callback_from_python(source);
+    const Unlocked unlocked;
+    self->on_event(std::move(callback));
+  });
+  knob.def("last_disarm", [](const PyKnob& self) -> py::object {
+    const std::optional<Disarm> disarm = self->last_disarm();
+    return disarm ? to_python(*disarm) : py::none();
+  });
   knob.def(
       "sleep", [](const PyKnob& self, double duration_s) { self->sleep(duration_s); },
       arg("duration_s"), Release());
+  knob.def(
+      "every", [](const PyKnob& self, double period_s) { return self->every(period_s); },
+      arg("period_s"), py::keep_alive<0, 1>());
   knob.def("wait_for", [](const PyKnob& self, const std::string& name, double timeout_s) {
     const State state = state_from_name(name);
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     return self->wait_for(state, timeout_s);
   });
 }
@@ -295,6 +361,13 @@ void bind_knob(py::module_& module) {
   });
 
   py::class_<PyKnob> knob(module, "Knob");
+  py::class_<Steps>(module, "Steps").def("wait", [](Steps& steps) {
+    const Step step = [&] {
+      const Unlocked unlocked;
+      return steps.wait();
+    }();
+    return py::make_tuple(step.index, step.time_s, step.late_steps);
+  });
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
@@ -304,6 +377,10 @@ void bind_knob(py::module_& module) {
   knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
   knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
   knob.def("clock", [](const PyKnob& self) { return told([&] { return self->clock(); }); });
+  knob.def("game_status",
+           [](const PyKnob& self) { return told([&] { return self->game_status(); }); });
+  knob.def("game_effects",
+           [](const PyKnob& self) { return told([&] { return self->game_effects(); }); });
   knob.def("statistics", [](const PyKnob& self) { return to_python(self->statistics()); });
   knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());
   bind_orders(knob);

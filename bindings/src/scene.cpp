@@ -15,6 +15,7 @@
 #include <variant>
 
 #include "device/prepare.hpp"
+#include "interpreter.hpp"
 #include "module.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
@@ -96,7 +97,7 @@ py::array_t<float> evaluate_record(const StudyScene& scene, core::SceneState& st
   py::array_t<float> torque_nm(encoder_count.size());
   const std::uint32_t* count = encoder_count.data();
   float* torque = torque_nm.mutable_data();
-  const py::gil_scoped_release release;
+  const Unlocked unlocked;
   for (py::ssize_t i = 0; i < encoder_count.size(); ++i) {
     torque[i] =
         core::evaluate_scene(scene.scene, state, core::track_motion(motion, params, count[i]),

@@ -21,25 +21,23 @@ from tools.definition.model import (
     whole,
 )
 
-_ANY = 0.0
-
-
-def _quantity(
-    name: str, unit: str, doc: str, default: float | None, *, positive: bool = False
-) -> Field:
-    made = for_hosts(number(name, unit, _ANY, _ANY, doc, default=default))
-    rule = "> 0" if positive else ">= 0"
-    return replace(made, low=None, high=None, rule=rule)
+# Far beyond any knob, and far within what the plant can compute.
+_MOST = 1e15
+_LEAST = 1e-15
 
 
 def positive(name: str, unit: str, doc: str, default: float | None = None) -> Field:
     """Make a quantity that something is divided by."""
-    return _quantity(name, unit, doc, default, positive=True)
+    made = for_hosts(number(name, unit, _LEAST, _MOST, doc, default=default))
+    return replace(made, rule="> 0")
 
 
-def amount(name: str, unit: str, doc: str, default: float | None = None) -> Field:
+def amount(
+    name: str, unit: str, doc: str, default: float | None = None, *, most: float = _MOST
+) -> Field:
     """Make a quantity that may be nothing."""
-    return _quantity(name, unit, doc, default)
+    made = for_hosts(number(name, unit, 0.0, most, doc, default=default))
+    return replace(made, rule=">= 0" if most == _MOST else "")
 
 
 ENCODER_ROUNDING = enumeration(
@@ -81,10 +79,7 @@ COGGING = Structure(
     "Cogging",
     "Part of a plant: cogging of the motor, a torque on the knob that repeats along the turn.",
     (
-        replace(
-            for_hosts(whole("periods_per_rev", "u16", 0, 0, "of the torque", default=None)),
-            low=None, high=None, rule=">= 1",
-        ),
+        for_hosts(whole("periods_per_rev", "u16", 1, 0xFFFF, "of the torque", default=None)),
         numbers(
             "torque_nm", "N m",
             "2 to 64 torques at equal distances over one period, from angle 0; straight lines between",
@@ -136,7 +131,15 @@ NO_HAND = Structure("NoHand", "Nobody touches the knob.", (), base="Hand")
 TORQUE_HAND = Structure(
     "TorqueHand",
     "A torque on the knob that does not depend on its motion, such as a weight on a string.",
-    (profile("torque_nm", "N m", "two knots at the same time make a jump", default="{0.0, 0.0}"),),
+    (
+        profile(
+            "torque_nm",
+            "N m",
+            "two knots at the same time make a jump",
+            100.0,
+            default="{0.0, 0.0}",
+        ),
+    ),
     base="Hand",
 )
 IMPEDANCE_HAND = Structure(
@@ -144,17 +147,17 @@ IMPEDANCE_HAND = Structure(
     "A hand that holds the knob and means to move it along a path: `torque = stiffness (intended - "
     "angle) + damping (intended' - speed)`, with the hand's own inertia fixed to the knob.",
     (
-        amount("inertia_kg_m2", "kg m^2", "of the hand", 0.0),
-        amount("stiffness_nm_per_rad", "N m/rad", "of the hand"),
-        amount("damping_nm_s_per_rad", "N m s/rad", "of the hand", 0.0),
-        profile("intended_angle_rad", "rad", "without jumps", default="{0.0, 0.0}"),
+        amount("inertia_kg_m2", "kg m^2", "of the hand", 0.0, most=10.0),
+        amount("stiffness_nm_per_rad", "N m/rad", "of the hand", most=1e6),
+        amount("damping_nm_s_per_rad", "N m s/rad", "of the hand", 0.0, most=1e3),
+        profile("intended_angle_rad", "rad", "without jumps", 1e9, default="{0.0, 0.0}"),
     ),
     base="Hand",
 )
 PRESCRIBED_MOTION = Structure(
     "PrescribedMotion",
     "The knob follows the path whatever torque that takes.",
-    (profile("angle_rad", "rad", "without jumps", default="{0.0, 0.0}"),),
+    (profile("angle_rad", "rad", "without jumps", 1e9, default="{0.0, 0.0}"),),
     base="Hand",
 )
 PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING)

@@ -1,23 +1,24 @@
 #include "emulator/plant/hand.hpp"
 
-#include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "emulator/plant/ranges.hpp"
 
 namespace torsio::emulator {
 namespace {
 
-void require_not_negative(double value, const char* field) {
-  if (!std::isfinite(value) || value < 0.0) {
-    throw std::invalid_argument(std::string("hand: ") + field + " must be finite and >= 0, is " +
-                                std::to_string(value));
-  }
-}
+// Far beyond any hand, and far within what the plant can compute.
+constexpr double kMostSpeedRadS = 1e5;
 
-void require_continuous(const Profile& path, const char* field) {
+void require_path(const Profile& path, const char* field) {
   if (!path.is_continuous()) {
     throw std::invalid_argument(std::string("hand: ") + field +
                                 " must be continuous: a hand cannot jump");
+  }
+  for (const ProfileKnot& knot : path.knots()) {
+    require_within(path.slope_per_s(knot.time_ns), -kMostSpeedRadS, kMostSpeedRadS,
+                   std::string("hand: the speed along ") + field, "rad/s");
   }
 }
 
@@ -40,15 +41,20 @@ struct Holder {
 
 struct Validator {
   void operator()(const NoHand&) const {}
-  void operator()(const TorqueHand&) const {}
+  void operator()(const TorqueHand& hand) const {
+    require_as(&torsio::TorqueHand::torque_nm, hand.torque_nm, "hand: ");
+  }
   void operator()(const ImpedanceHand& hand) const {
-    require_not_negative(hand.inertia_kg_m2, "inertia_kg_m2");
-    require_not_negative(hand.stiffness_nm_per_rad, "stiffness_nm_per_rad");
-    require_not_negative(hand.damping_nm_s_per_rad, "damping_nm_s_per_rad");
-    require_continuous(hand.intended_angle_rad, "intended_angle_rad");
+    using Listed = torsio::ImpedanceHand;
+    require_as(&Listed::inertia_kg_m2, hand.inertia_kg_m2, "hand: ");
+    require_as(&Listed::stiffness_nm_per_rad, hand.stiffness_nm_per_rad, "hand: ");
+    require_as(&Listed::damping_nm_s_per_rad, hand.damping_nm_s_per_rad, "hand: ");
+    require_as(&Listed::intended_angle_rad, hand.intended_angle_rad, "hand: ");
+    require_path(hand.intended_angle_rad, "intended_angle_rad");
   }
   void operator()(const PrescribedMotion& hand) const {
-    require_continuous(hand.angle_rad, "angle_rad");
+    require_as(&torsio::PrescribedMotion::angle_rad, hand.angle_rad, "hand: ");
+    require_path(hand.angle_rad, "angle_rad");
   }
 };
 

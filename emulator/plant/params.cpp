@@ -2,24 +2,14 @@
 
 #include <cmath>
 #include <numbers>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
+#include "emulator/plant/ranges.hpp"
+
 namespace torsio::emulator {
 namespace {
-
-[[noreturn]] void refuse(const std::string& field, const std::string& rule, double value) {
-  throw std::invalid_argument("plant: " + field + " must be " + rule + ", is " +
-                              std::to_string(value));
-}
-
-void require_positive(const char* field, double value) {
-  if (!std::isfinite(value) || value <= 0.0) refuse(field, "finite and > 0", value);
-}
-
-void require_not_negative(const char* field, double value) {
-  if (!std::isfinite(value) || value < 0.0) refuse(field, "finite and >= 0", value);
-}
 
 void validate_parts(const PlantParams& params) {
   if (!params.spring_and_brake &&
@@ -27,40 +17,37 @@ void validate_parts(const PlantParams& params) {
     throw std::invalid_argument(
         "plant: shaft_hardening, brake_hysteresis and belt need spring_and_brake");
   }
-  if (params.shaft_hardening) {
-    require_positive("shaft_hardening.knee_rad", params.shaft_hardening->knee_rad);
-    require_positive("shaft_hardening.stiffness_factor", params.shaft_hardening->stiffness_factor);
-    require_positive("shaft_stiffness_nm_per_rad (with shaft_hardening)",
-                     params.shaft_stiffness_nm_per_rad);
+  if (params.shaft_hardening && params.shaft_stiffness_nm_per_rad == 0.0) {
+    throw std::invalid_argument(
+        "plant: shaft_stiffness_nm_per_rad is 0, so shaft_hardening has nothing to harden");
   }
-  if (params.brake_hysteresis) {
-    require_not_negative("brake_hysteresis.half_width_nm", params.brake_hysteresis->half_width_nm);
-  }
-  if (params.belt) {
-    require_positive("belt.stiffness_nm_per_rad", params.belt->stiffness_nm_per_rad);
-    require_not_negative("belt.damping_nm_s_per_rad", params.belt->damping_nm_s_per_rad);
-    require_positive("belt.pulley_inertia_kg_m2", params.belt->pulley_inertia_kg_m2);
-    if (params.belt->pulley_inertia_kg_m2 >= params.brake_inertia_kg_m2) {
-      refuse("belt.pulley_inertia_kg_m2", "less than brake_inertia_kg_m2",
-             params.belt->pulley_inertia_kg_m2);
-    }
+  if (params.belt && params.belt->pulley_inertia_kg_m2 >= params.brake_inertia_kg_m2) {
+    throw std::invalid_argument(
+        "plant: belt.pulley_inertia_kg_m2 must be less than brake_inertia_kg_m2, which it is a "
+        "share "
+        "of");
   }
   if (params.cogging) {
-    const Cogging& cogging = *params.cogging;
-    if (cogging.periods_per_rev < 1) {
-      refuse("cogging.periods_per_rev", ">= 1", cogging.periods_per_rev);
-    }
-    if (cogging.torque_nm.size() < 2 || cogging.torque_nm.size() > 64) {
-      refuse("the length of cogging.torque_nm", "from 2 to 64",
-             static_cast<double>(cogging.torque_nm.size()));
-    }
-    for (const double torque_nm : cogging.torque_nm) {
-      if (!std::isfinite(torque_nm)) refuse("cogging.torque_nm", "finite", torque_nm);
+    const std::size_t points = params.cogging->torque_nm.size();
+    if (points < 2 || points > 64) {
+      throw std::invalid_argument(
+          "plant: the length of cogging.torque_nm must be from 2 to 64, is " +
+          std::to_string(points));
     }
   }
 }
 
 }  // namespace
+
+void require_within(double value, double low, double high, const std::string& name,
+                    std::string_view unit) {
+  // The comparisons are false for NaN.
+  if (value >= low && value <= high && std::isfinite(value)) return;
+  std::ostringstream text;
+  text << name << " is " << value << ", allowed are " << low << " to " << high;
+  if (!unit.empty()) text << " " << unit;
+  throw std::invalid_argument(text.str());
+}
 
 Cogging sine_cogging(int periods_per_rev, double amplitude_nm, int points) {
   Cogging cogging{periods_per_rev, {}};
@@ -71,18 +58,7 @@ Cogging sine_cogging(int periods_per_rev, double amplitude_nm, int points) {
 }
 
 void validate(const PlantParams& params) {
-  require_positive("knob_inertia_kg_m2", params.knob_inertia_kg_m2);
-  require_not_negative("knob_viscous_nm_s_per_rad", params.knob_viscous_nm_s_per_rad);
-  require_not_negative("knob_coulomb_nm", params.knob_coulomb_nm);
-  require_positive("brake_inertia_kg_m2", params.brake_inertia_kg_m2);
-  require_not_negative("brake_viscous_nm_s_per_rad", params.brake_viscous_nm_s_per_rad);
-  require_not_negative("brake_drag_nm", params.brake_drag_nm);
-  require_not_negative("shaft_stiffness_nm_per_rad", params.shaft_stiffness_nm_per_rad);
-  require_not_negative("shaft_damping_nm_s_per_rad", params.shaft_damping_nm_s_per_rad);
-  require_not_negative("brake_time_constant_s", params.brake_time_constant_s);
-  require_not_negative("motor_time_constant_s", params.motor_time_constant_s);
-  require_not_negative("motor_limit_nm", params.motor_limit_nm);
-  require_not_negative("brake_limit_nm", params.brake_limit_nm);
+  require_ranges(params, "plant: ");
   validate_parts(params);
 }
 

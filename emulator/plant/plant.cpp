@@ -9,6 +9,8 @@
 namespace torsio::emulator {
 namespace {
 
+constexpr double kFastestRadS = 1e6;
+
 /// The profile that a hand follows, if it has one.
 const Profile* profile_of(const Hand& hand) {
   if (const auto* torque = std::get_if<TorqueHand>(&hand)) return &torque->torque_nm;
@@ -123,6 +125,12 @@ void Plant::advance(std::int64_t duration_ns) {
     }
     stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
     if (boundary_ns == grid_ns_) grid_ns_ += step_ns_;
+    // False for NaN. No encoder counts what turns faster.
+    if (!(std::abs(state_.speed_rad_s[0]) <= kFastestRadS)) [[unlikely]] {
+      throw std::runtime_error(
+          "the emulated knob turns faster than 1e6 rad/s: the torques on it "
+          "are too large for its inertia and friction");
+    }
     if (boundary_ns == inputs_.hand.end_ns) refresh_hand_segment();
   } while (state_.time_ns < target_ns);
 }

@@ -1,12 +1,16 @@
 // torsio_virtual_knob: a knob as a USB device without hardware, in real time, over USB/IP. What it
 // prints is for programs: docs/usb.md lists the lines.
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <climits>
 #include <cmath>
 #include <csignal>
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
@@ -44,7 +48,40 @@ void stop_on_signals() {
   (void)std::signal(SIGPIPE, SIG_IGN);
 }
 
-void tell(const std::string& line) { std::cout << line << std::endl; }
+/// A line for who reads standard output. The knob does not wait for the reader: what does not go
+/// out at once waits, and past so much that nobody can want it any more lines are left out.
+class Teller {
+ public:
+  void tell(const std::string& line) {
+    constexpr std::size_t kMostWaiting = std::size_t{1} << 16U;
+    if (waiting_.size() < kMostWaiting) waiting_ += line + "\n";
+    flush();
+  }
+
+  void flush() {
+    while (!waiting_.empty()) {
+      pollfd out{.fd = STDOUT_FILENO, .events = POLLOUT, .revents = 0};
+      if (::poll(&out, 1, 0) <= 0 || (out.revents & POLLOUT) == 0) return;
+      // As much as a pipe takes without waiting once it can be written to. A terminal or a file
+      // may be shared, so that it is not ours to make it non-blocking.
+      const std::size_t size = std::min<std::size_t>(waiting_.size(), PIPE_BUF);
+      const ssize_t written = ::write(STDOUT_FILENO, waiting_.data(), size);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) {
+        waiting_.clear();  // nobody reads any more
+        return;
+      }
+      waiting_.erase(0, static_cast<std::size_t>(written));
+    }
+  }
+
+ private:
+  std::string waiting_;
+};
+
+Teller teller;
+
+void tell(const std::string& line) { teller.tell(line); }
 
 void say(const char* what, const std::string& sentence) {
   std::cerr << "torsio_virtual_knob: " << what << ": " << sentence << std::endl;
@@ -168,6 +205,7 @@ class Program {
       had_host_ = !had_host_;
       tell(had_host_ ? "configured" : "unconfigured");
     }
+    teller.flush();
     ++frames_;
     if (options_.status && frames_ % kFramesPerStatus == 0) tell_status(knob_.device());
     if (frames_ % kFramesPerSecond != 0) return;

@@ -237,6 +237,8 @@ int main(int argc, char** argv) try {
     game::list_joysticks(std::cout);
     return 0;
   }
+  // One that ends by itself may be drawn for nobody.
+  if (!options.headless && !options.frames) game::Sdl::need_a_visible_display();
   return game::Game(options).run();
 } catch (const std::exception& error) {
   std::cerr << "lockpick: " << error.what() << '\n';

@@ -26,6 +26,13 @@ Sdl::Sdl(bool headless) {
   }
 }
 
+void Sdl::need_a_visible_display() {
+  const std::string driver = SDL_GetCurrentVideoDriver();
+  if (driver != "offscreen" && driver != "dummy") return;
+  throw std::runtime_error("nobody would see the game: SDL has found only its '" + driver +
+                           "' display; play where there is a screen, or add --headless");
+}
+
 Screen::Screen(bool headless) {
   if (headless) {
     surface_.reset(SDL_CreateRGBSurfaceWithFormat(0, kFine * kWidth, kFine * kHeight, 32,

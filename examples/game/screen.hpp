@@ -15,6 +15,8 @@ class Sdl {
   /// @param headless without a display
   /// @throws std::runtime_error what SDL says
   explicit Sdl(bool headless);
+  /// @throws std::runtime_error if what is drawn would be seen by nobody
+  static void need_a_visible_display();
   ~Sdl() { SDL_Quit(); }
   Sdl(const Sdl&) = delete;
   Sdl& operator=(const Sdl&) = delete;

@@ -37,10 +37,12 @@ def main(device: str = "emulated") -> None:
 
     # A soft hand dwells in the notches and jumps from one to the next.
     notch = np.round(log["angle_rad"] / pitch_rad).astype(int)
+    sample_s = np.diff(log["time_s"]).min()
     near = np.abs(log["angle_rad"] - notch * pitch_rad) < 0.25 * pitch_rad
     for index in range(notch.min(), notch.max() + 1):
         share = np.mean(near[notch == index])
-        print(f"notch {index}: {np.sum(notch == index)} ms, {100 * share:.0f} % of it in the notch")
+        stay_ms = 1e3 * sample_s * np.sum(notch == index)
+        print(f"notch {index}: {stay_ms:.0f} ms, {100 * share:.0f} % of it in the notch")
 
 
 if __name__ == "__main__":

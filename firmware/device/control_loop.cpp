@@ -22,6 +22,12 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
+/// Faults that inputs report.
+std::uint32_t reported_by(const TickInputs& in) {
+  return (in.emergency_stop ? fault::emergency_stop : 0U) |
+         (in.actuator_fault ? fault::actuator : 0U);
+}
+
 }  // namespace
 
 // Nearly every tick finds nothing to decide: nobody has said anything, nothing fades, nobody has
@@ -60,6 +66,9 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   }
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
+  // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
+  causes_ = static_cast<std::uint16_t>((causes_ & ~(fault::emergency_stop | fault::actuator)) |
+                                       reported_by(in));
   if (const Order* order = orders_.front()) {
     carry_out(*order);
     orders_.pop();
@@ -139,8 +148,12 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::stop:
       scene_ = nullptr;
       [[fallthrough]];
-    case Order::Kind::disarm:
+    case Order::Kind::disarm: {
+      const bool cut_game = owner_ == Owner::game;
       if (armed()) set_state(State::disarmed);
+      // Whoever stops a game does not want its next update to undo that.
+      if (cut_game) game.forget();
+    }
       return Status::ok;
     case Order::Kind::clear_fault:
       return clear_fault();
@@ -277,9 +290,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
                                        const core::ControllerOutputs& out) const {
-  std::uint32_t causes = 0;
-  if (in.emergency_stop) causes |= fault::emergency_stop;
-  if (in.actuator_fault) causes |= fault::actuator;
+  std::uint32_t causes = reported_by(in);
   if (out.numeric_error) causes |= fault::numeric;
   // Both directions in one comparison.
   const auto limit_counts = static_cast<std::uint32_t>(config_.jump_limit_counts);
@@ -302,6 +313,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if ((causes & ~faults_) != 0) {
     faults_ = static_cast<std::uint16_t>(faults_ | causes);
     set_state(State::fault);
+    game.forget();
   }
   const TickOutputs given = passive_ ? fade() : TickOutputs{};
   // The controller must know what became of its commands.

@@ -44,9 +44,9 @@ std::uint8_t axis_of(const Report& report) {
 /// Reports that the host may send in this direction.
 template <class Report>
 constexpr bool accepted_as(Direction direction) {
-  constexpr bool read_only = std::is_same_v<Report, protocol::Identity> ||
-                             std::is_same_v<Report, protocol::Clock> ||
-                             std::is_same_v<Report, protocol::Health>;
+  constexpr bool read_only =
+      std::is_same_v<Report, protocol::Identity> || std::is_same_v<Report, protocol::Clock> ||
+      std::is_same_v<Report, protocol::Health> || std::is_same_v<Report, protocol::GameMonitor>;
   return Layout<Report>::direction == direction && !read_only && direction != Direction::input;
 }
 
@@ -183,6 +183,7 @@ Order Device::order_for(const protocol::Commit& commit) {
 Order Device::order_for(const protocol::Stream& stream) {
   Order order = order_of(Order::Kind::stream);
   order.decimation = stream.decimation;
+  batch_.set_prompt(stream.prompt == protocol::Toggle::on);
   return order;
 }
 
@@ -277,7 +278,7 @@ Order Device::enter_bootloader() {
 
 // Reports out --------------------------------------------------------------------------------
 
-Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const {
+Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
   const Snapshot now = loop_.snapshot();
   switch (id) {
     case Layout<protocol::Identity>::id: {
@@ -316,6 +317,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) const
     case Layout<protocol::GameConfig>::id:
       report = protocol::encode(config_.game);
       return Status::ok;
+    case Layout<protocol::GameMonitor>::id:
+      report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));
+      return Status::ok;
     default:
       return Status::unknown_report;
   }
@@ -339,8 +343,13 @@ bool Device::next_input(protocol::ReportBytes& report) {
 
 void Device::gather_telemetry() {
   const SampleSteps steps{torque_step_nm(config_.actuator), kSpeedStepRadS};
+  if (batch_.prompt()) {
+    // The gap shows in the ticks.
+    while (loop_.samples.held() > protocol::samples_per_report) loop_.samples.pop();
+  }
   while (const LoopSample* sample = loop_.samples.front()) {
-    if (batch_.due(board_.control_period_ns) || !batch_.add(*sample, steps)) return;
+    const bool waits = !batch_.prompt() && batch_.due(board_.control_period_ns);
+    if (waits || !batch_.add(*sample, steps)) return;
     loop_.samples.pop();
   }
 }
@@ -349,8 +358,7 @@ void Device::gather_telemetry() {
 
 void Device::service() {
   const Snapshot now = loop_.snapshot();
-  game_.service({now.tick, now.position_counts, now.owner == protocol::Owner::game,
-                 now.owner == protocol::Owner::sdk});
+  game_.service({now.tick, now.position_counts, now.owner});
   // One order at a time, and only when its answer and an event have room: see ControlLoop::give().
   if (!loop_.takes_order() || save_order_) return;
   if (commit_given_) {

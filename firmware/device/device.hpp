@@ -63,7 +63,7 @@ class Device {
 
   /// Answers a request for a feature report.
   /// @returns unknown_report: stall the request
-  protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report) const;
+  protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report);
 
   /// The next input report for the host; acknowledgements and events go before telemetry.
   /// @returns false if there is none

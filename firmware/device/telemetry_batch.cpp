@@ -50,7 +50,7 @@ bool TelemetryBatch::due(std::uint32_t period_ns) const {
   if (count_ == 0) return false;
   const std::uint64_t next_ns =
       (static_cast<std::uint64_t>(count_) + 1) * report_.decimation * period_ns;
-  return count_ == protocol::samples_per_report || next_ns > kOldestNs;
+  return prompt_ || count_ == protocol::samples_per_report || next_ns > kOldestNs;
 }
 
 protocol::Telemetry TelemetryBatch::take() {

@@ -22,6 +22,10 @@ class TelemetryBatch {
   /// @returns false if the sample was not taken
   [[nodiscard]] bool add(const LoopSample& sample, const SampleSteps& steps);
 
+  /// Prompt: what is there is due at once, and when more is there than a report holds the older go.
+  void set_prompt(bool prompt) { prompt_ = prompt; }
+  bool prompt() const { return prompt_; }
+
   /// True when the report should go: it is full, or waiting would make it older than 10 ms.
   bool due(std::uint32_t period_ns) const;
   bool empty() const { return count_ == 0; }
@@ -32,6 +36,7 @@ class TelemetryBatch {
  private:
   protocol::Telemetry report_;
   std::uint8_t count_ = 0;
+  bool prompt_ = false;
   std::int64_t base_counts_ = 0;
 };
 

@@ -213,6 +213,8 @@ struct GameConfig {
   float acceleration_full_rad_s2 = 3000;
   float blend_s = 0.002F;
   float silence_s = 10;
+  Toggle join_updates = Toggle::on;
+  float end_stiffness_nm_per_rad = 0;
 };
 template <>
 struct Layout<GameConfig> {
@@ -242,6 +244,12 @@ struct Layout<GameConfig> {
              "in which a change of an effect, its beginning or its end takes full effect"),
       number("silence_s", &GameConfig::silence_s, "s", 0, 3600,
              "silence of the game that stops forces without end; 0 is never"),
+      choice("join_updates", &GameConfig::join_updates,
+             "on: updates of a steady force are joined by lines, half a frame of the game late; "
+             "hits pass"),
+      number("end_stiffness_nm_per_rad", &GameConfig::end_stiffness_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "of walls at both ends of the axis, while a game has the actuator; 0: none"),
   };
 };
 
@@ -249,6 +257,6 @@ struct Layout<GameConfig> {
 static_assert(wire_size<ActuatorConfig>() == 49);
 static_assert(wire_size<ControlConfig>() == 41);
 static_assert(wire_size<BoardConfig>() == 52);
-static_assert(wire_size<GameConfig>() == 36);
+static_assert(wire_size<GameConfig>() == 41);
 
 }  // namespace torsio::protocol

@@ -97,6 +97,41 @@ struct Enumerators<Owner> {
   static constexpr bool open = false;
 };
 
+/// What a game's effect is.
+enum class GameEffectKind : std::uint8_t {
+  none,
+  constant,
+  ramp,
+  square,
+  sine,
+  triangle,
+  sawtooth_up,
+  sawtooth_down,
+  spring,
+  damper,
+  inertia,
+  friction
+};
+template <>
+struct Enumerators<GameEffectKind> {
+  static constexpr std::array<std::string_view, 12> names{
+      "none",        "constant",      "ramp",   "square", "sine",    "triangle",
+      "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"};
+  static constexpr bool open = false;
+};
+
+/// Whether a game's effect plays.
+enum class GameEffectState : std::uint8_t {
+  stopped,    // never started, stopped by the game, or at its end
+  playing,    // it plays, or waits for its delay
+  set_aside,  // ended by the device: the game's next update brings it back
+};
+template <>
+struct Enumerators<GameEffectState> {
+  static constexpr std::array<std::string_view, 3> names{"stopped", "playing", "set_aside"};
+  static constexpr bool open = false;
+};
+
 /// What a command asks for.
 enum class Op : std::uint8_t {
   keep_alive,  // nothing but a sign of life, not acknowledged

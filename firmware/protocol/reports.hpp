@@ -21,6 +21,7 @@ namespace torsio::protocol {
 
 inline constexpr std::uint16_t protocol_version = 1;
 inline constexpr std::uint8_t samples_per_report = 4;
+inline constexpr std::uint8_t game_effects_per_report = 3;
 
 /// Who the device is and what it can do. Read only.
 struct Identity {
@@ -50,14 +51,17 @@ struct Layout<Identity> {
       any_number("board", &Identity::board, "",
                  "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
-      any_number("axes", &Identity::axes, "", "that the device has"),
-      any_number("effects", &Identity::effects, "", "slots of a scene"),
-      any_number("curve_points", &Identity::curve_points, "", "points in the pool"),
-      any_number("control_period_ns", &Identity::control_period_ns, "ns", "length of a tick"),
-      any_number("counts_per_rev", &Identity::counts_per_rev, "", "of the encoder"),
-      any_number("torque_step_nm", &Identity::torque_step_nm, "N m", "unit of telemetry's torques"),
-      any_number("speed_step_rad_s", &Identity::speed_step_rad_s, "rad/s",
-                 "unit of telemetry's speed"),
+      number("axes", &Identity::axes, "", 1, 16, "that the device has"),
+      number("effects", &Identity::effects, "", 1, max_effects, "slots of a scene"),
+      number("curve_points", &Identity::curve_points, "", 0, curve_pool_points,
+             "points in the pool"),
+      number("control_period_ns", &Identity::control_period_ns, "ns", 50000, 1000000,
+             "length of a tick"),
+      number("counts_per_rev", &Identity::counts_per_rev, "", 4, 1U << 24, "of the encoder"),
+      number("torque_step_nm", &Identity::torque_step_nm, "N m", 1e-9F, 1,
+             "unit of telemetry's torques"),
+      number("speed_step_rad_s", &Identity::speed_step_rad_s, "rad/s", 1e-9F, 100,
+             "unit of telemetry's speed"),
   };
 };
 
@@ -74,9 +78,11 @@ struct Layout<Clock> {
   static constexpr std::string_view name = "clock";
   static constexpr std::string_view doc = "The device's time and position in full. Read only.";
   static constexpr std::tuple fields{
-      any_number("tick", &Clock::tick, "", "ticks since power-up"),
-      any_number("time_ns", &Clock::time_ns, "ns", "tick times the control period"),
-      any_number("position_counts", &Clock::position_counts, "count", "from the zero"),
+      number("tick", &Clock::tick, "", 0, std::uint64_t{1} << 62, "ticks since power-up"),
+      number("time_ns", &Clock::time_ns, "ns", 0, std::uint64_t{1} << 62,
+             "tick times the control period"),
+      number("position_counts", &Clock::position_counts, "count", std::int64_t{-1} << 62,
+             std::int64_t{1} << 62, "from the zero"),
   };
 };
 
@@ -111,6 +117,64 @@ struct Layout<Health> {
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
       choice("owner", &Health::owner, "who has the actuator"),
+  };
+};
+
+/// One effect of a game.
+struct GameEffect {
+  std::uint8_t block = 0;
+  GameEffectKind kind = GameEffectKind::none;
+  GameEffectState state = GameEffectState::stopped;
+  std::int16_t torque = 0;
+  std::uint32_t updates = 0;
+  std::uint16_t silent_ms = 0;
+};
+template <>
+struct Layout<GameEffect> {
+  static constexpr std::string_view name = "game_effect";
+  static constexpr std::string_view doc = "One effect of a game.";
+  static constexpr std::tuple fields{
+      any_number("block", &GameEffect::block, "",
+                 "number of its block, from 1; 0: the row is empty"),
+      choice("kind", &GameEffect::kind, "what it is"),
+      choice("state", &GameEffect::state, "whether it plays"),
+      any_number("torque", &GameEffect::torque, "torque_step_nm",
+                 "what it gives now, before the cap"),
+      any_number("updates", &GameEffect::updates, "", "reports about it since it was created"),
+      any_number("silent_ms", &GameEffect::silent_ms, "ms",
+                 "since the last of them; 65535 is longer"),
+  };
+};
+
+/// What games do. Each reading shows the next effects that exist, in turns. Read only.
+struct GameMonitor {
+  std::uint64_t tick = 0;
+  Owner owner = Owner::none;
+  Toggle paused = Toggle::off;
+  Toggle enabled = Toggle::off;
+  std::uint16_t gain = 0;
+  std::int16_t torque = 0;
+  std::uint32_t updates = 0;
+  std::uint8_t effects = 0;
+  std::array<GameEffect, game_effects_per_report> effect{};
+};
+template <>
+struct Layout<GameMonitor> {
+  static constexpr std::uint8_t id = 0x08;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "game_monitor";
+  static constexpr std::string_view doc =
+      "What games do. Each reading shows the next effects that exist, in turns. Read only.";
+  static constexpr std::tuple fields{
+      any_number("tick", &GameMonitor::tick, "", "of this moment"),
+      choice("owner", &GameMonitor::owner, "who has the actuator"),
+      choice("paused", &GameMonitor::paused, "by the game"),
+      choice("enabled", &GameMonitor::enabled, "the game wants the actuator on"),
+      any_number("gain", &GameMonitor::gain, "", "of the device, as the game set it; 32767 is 1"),
+      any_number("torque", &GameMonitor::torque, "torque_step_nm", "of all effects together"),
+      any_number("updates", &GameMonitor::updates, "", "reports that games sent since power-up"),
+      any_number("effects", &GameMonitor::effects, "", "that exist"),
+      group("effect", &GameMonitor::effect, ""),
   };
 };
 
@@ -171,6 +235,7 @@ struct Stream {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
   std::uint8_t decimation = 0;
+  Toggle prompt = Toggle::off;
 };
 template <>
 struct Layout<Stream> {
@@ -182,6 +247,9 @@ struct Layout<Stream> {
       any_number("sequence", &Stream::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Stream::axis, "", "which axis; 0 is the first"),
       any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
+      choice("prompt", &Stream::prompt,
+             "on: a report in every frame with the newest samples that are there; off: full "
+             "reports, which is a few frames later"),
   };
 };
 
@@ -332,18 +400,20 @@ struct Layout<Event> {
 };
 
 /// Every report, in the order of the documentation.
-using AllReports = std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig,
-                              GameConfig, Command, Commit, Stream, LocalModel, Wall, Spring, Damper,
-                              Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops,
-                              Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
+using AllReports =
+    std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
+               GameMonitor, Command, Commit, Stream, LocalModel, Wall, Spring, Damper, Friction,
+               Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve, CurvePoints,
+               Telemetry, Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
 static_assert(wire_size<Health>() == 32);
+static_assert(wire_size<GameMonitor>() == 53);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
-static_assert(wire_size<Stream>() == 4);
+static_assert(wire_size<Stream>() == 5);
 static_assert(wire_size<LocalModel>() == 27);
 static_assert(wire_size<Telemetry>() == 63);
 static_assert(wire_size<Acknowledgement>() == 15);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
@@ -16,25 +17,43 @@
 namespace torsio {
 namespace {
 
-/// $XDG_RUNTIME_DIR/torsio-dev-hidraw3.lock, or in /tmp where there is no such directory. All names
-/// of one file have one lock.
+/// Where this user's lock files are: $XDG_RUNTIME_DIR, or /tmp/torsio-UID, which nobody else may
+/// write to. Empty if it cannot be had.
+std::string lock_directory() {
+  const char* given = std::getenv("XDG_RUNTIME_DIR");
+  if (given != nullptr && *given != '\0') return given;
+  const std::string directory = "/tmp/torsio-" + std::to_string(::getuid());
+  struct stat there{};
+  if (::mkdir(directory.c_str(), 0700) != 0 && errno != EEXIST) return {};
+  const bool own = ::lstat(directory.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
+                   there.st_uid == ::getuid() && (there.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+  return own ? directory : std::string();
+}
+
+/// DIRECTORY/torsio-dev-hidraw3.lock. All names of one file have one lock.
 std::string lock_path(const std::string& device_path) {
-  const char* directory = std::getenv("XDG_RUNTIME_DIR");
+  const std::string directory = lock_directory();
+  if (directory.empty()) return {};
   std::string name = device_path;
   std::error_code failed;
   const auto file = std::filesystem::canonical(device_path, failed);
   // The paths of hidapi's libusb backend name no file.
   if (device_path.starts_with('/') && !failed) name = file.string();
   std::ranges::replace_if(name, [](unsigned char c) { return std::isalnum(c) == 0; }, '-');
-  return std::string(directory != nullptr && *directory != '\0' ? directory : "/tmp") + "/torsio" +
-         (name.starts_with('-') ? "" : "-") + name + ".lock";
+  return directory + "/torsio" + (name.starts_with('-') ? "" : "-") + name + ".lock";
 }
 
+/// Whatever stands there: neither a link is followed nor a pipe waited for.
+/// @returns -1 unless it is a plain file
 int open_lock_file(const std::string& path) {
-  constexpr int kFlags = O_RDWR | O_CLOEXEC | O_NOFOLLOW;
-  const int file = ::open(path.c_str(), kFlags | O_CREAT, 0666);
-  // In a sticky directory the kernel may forbid O_CREAT on another user's file, not opening it.
-  return file >= 0 ? file : ::open(path.c_str(), kFlags & ~O_RDWR);
+  if (path.empty()) return -1;
+  const int file =
+      ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
+  if (file < 0) return -1;
+  struct stat opened{};
+  if (::fstat(file, &opened) == 0 && S_ISREG(opened.st_mode)) return file;
+  ::close(file);
+  return -1;
 }
 
 /// Whether `path` still leads to the open file; who had the lock before may have removed it.
@@ -68,7 +87,10 @@ void DeviceLock::remove_file() noexcept {
 }
 
 DeviceLock::~DeviceLock() {
-  if (file_ >= 0) ::close(file_);
+  if (file_ < 0) return;
+  // A child that was forked has the open file as well, and would keep the lock.
+  ::flock(file_, LOCK_UN);
+  ::close(file_);
 }
 
 }  // namespace torsio

@@ -33,10 +33,20 @@ class DeviceWatch::Impl : public DeviceWatcher {
 DeviceWatch::DeviceWatch(const WatchOptions& options) : DeviceWatch(Callback{}, options) {}
 DeviceWatch::DeviceWatch(Callback callback, const WatchOptions& options)
     : impl_(std::make_unique<Impl>(std::move(callback), options)) {}
-DeviceWatch::~DeviceWatch() = default;
 
-std::optional<DeviceEvent> DeviceWatch::next(double timeout_s) { return impl_->next(timeout_s); }
-void DeviceWatch::stop() { impl_->stop(); }
-bool DeviceWatch::is_stopped() const { return impl_->is_stopped(); }
+// A child that was forked has not got the thread: there the watch is stopped.
+
+DeviceWatch::~DeviceWatch() {
+  if (!impl_->is_here()) [[maybe_unused]]
+    const Impl* left_to_the_parent = impl_.release();
+}
+
+std::optional<DeviceEvent> DeviceWatch::next(double timeout_s) {
+  return impl_->is_here() ? impl_->next(timeout_s) : std::nullopt;
+}
+void DeviceWatch::stop() {
+  if (impl_->is_here()) impl_->stop();
+}
+bool DeviceWatch::is_stopped() const { return !impl_->is_here() || impl_->is_stopped(); }
 
 }  // namespace torsio

@@ -15,6 +15,7 @@
 
 #include "device_changes.hpp"
 #include "directory_watch.hpp"
+#include "process.hpp"
 #include "torsio/hotplug.hpp"
 
 namespace torsio {
@@ -36,6 +37,8 @@ class DeviceWatcher {
   std::optional<DeviceEvent> next(double timeout_s);
   void stop();
   [[nodiscard]] bool is_stopped() const { return ended_; }
+  /// False in a child that was forked: nothing else may be used or destroyed there.
+  [[nodiscard]] bool is_here() const { return process_.is_this(); }
 
  private:
   void run() noexcept;
@@ -47,6 +50,7 @@ class DeviceWatcher {
   void end() noexcept;
   void rethrow_failure();
 
+  const MakersProcess process_;
   const WatchSource source_;
   const DeviceWatch::Callback callback_;
   DirectoryWatch directory_;

@@ -14,6 +14,7 @@
 #include "conversion/configuration.hpp"
 #include "conversion/field_check.hpp"
 #include "emulator/emulated_device.hpp"
+#include "process.hpp"
 #include "session.hpp"
 #include "torsio/error.hpp"
 
@@ -151,6 +152,7 @@ class EmulatedWorld {
   /// Calls `use(device)` while nobody else touches it. @throws Closed
   template <class Use>
   auto with_device(Use&& use) const {
+    throw_unless_here();
     const std::lock_guard lock(mutex_);
     throw_if_closed();
     throw_if_failed();
@@ -160,6 +162,7 @@ class EmulatedWorld {
   /// As above; waits until `ready(device)` or the time is over. @returns false if it is over
   template <class Ready>
   bool wait(std::chrono::nanoseconds timeout, Ready&& ready) const {
+    throw_unless_here();
     std::unique_lock lock(mutex_);
     return news_.wait_for(lock, timeout, [&] {
       throw_if_closed();
@@ -173,6 +176,11 @@ class EmulatedWorld {
   [[nodiscard]] bool logs_truth() const { return logs_truth_; }
 
  private:
+  void throw_unless_here() const {
+    if (process_.is_this()) return;
+    throw Closed("the emulated knob belongs to the process that this one was forked from");
+  }
+
   void throw_if_closed() const {
     if (closed_) throw Closed("the emulated knob was closed; open it again");
   }
@@ -203,6 +211,7 @@ class EmulatedWorld {
     }
   }
 
+  const MakersProcess process_;
   Claim claim_;
   const bool paced_;
   const bool logs_truth_;

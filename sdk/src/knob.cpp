@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <numbers>
 #include <optional>
@@ -16,27 +17,13 @@
 #include "protocol_names.hpp"
 #include "scene_player.hpp"
 #include "session.hpp"
+#include "telemetry_stream.hpp"
 
 namespace torsio {
 namespace {
 
-// Full speed USB polls once in a millisecond. Where the user names no rate a tenth of that is left
-// for acknowledgements and events. At the full rate each of these makes telemetry a millisecond
-// later, for good; the device's buffer of 64 samples has room for a dozen of them.
-constexpr double kMaxSampleRateHz = 1000.0 * protocol::samples_per_report;
-constexpr double kEasySampleRateHz = 900.0 * protocol::samples_per_report;
-
-// Of one recording, which is held in memory: a day of samples at 1,000 a second, about 6 GB.
-constexpr double kMaxRecordedSamples = 1e8;
-
 // In the ring, and of one read(): an hour at the highest rate, 1 GB. More is a slip of the pen.
 constexpr std::size_t kMaxHeldSamples = std::size_t{1} << 24U;
-
-/// Control ticks from sample to sample at the highest rate that is not above `sample_rate_hz`; a
-/// little room for control rates that were computed.
-double fewest_ticks(double control_rate_hz, double sample_rate_hz) {
-  return std::ceil(control_rate_hz / std::min(control_rate_hz, sample_rate_hz) * (1 - 1e-9));
-}
 
 /// @throws ProtocolMismatch, Error, Disconnected
 protocol::Identity identify(Transport& transport) {
@@ -69,6 +56,7 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
   info.path = connection.path;
   const auto end = std::ranges::find(identity.serial, std::uint8_t{0});
   info.serial.assign(identity.serial.begin(), end);
+  std::ranges::replace_if(info.serial, [](char c) { return c < ' ' || c > '~'; }, '?');
   info.product = connection.product;
   info.board = board_name(identity.board);
   for (const std::uint8_t part : identity.firmware_version) {
@@ -114,16 +102,15 @@ class Knob::Impl {
   Impl(Connection connection, const OpenOptions& options)
       : identity_(identify(*connection.transport)),
         info_(describe(identity_, connection)),
-        command_timeout_ns_(session_options(options).command_timeout_ns),
         session(std::move(connection.transport), session_options(options)),
-        player(session) {
+        player(session),
+        telemetry(session, session_options(options).command_timeout_ns) {
     if (connection.make_emulator) emulator = connection.make_emulator(session);
     session.set_identity(identity_);
+    telemetry.set_control_period(identity_.control_period_ns);
     session.note(session.get<protocol::Health>());
     note(session.get<protocol::ControlConfig>());
   }
-
-  void command(protocol::Op op) { session.request(protocol::Command{0, 0, op}); }
 
   void play(const Scene& scene) {
     const protocol::Identity device = identity();
@@ -169,72 +156,18 @@ class Knob::Impl {
     player.forget();
   }
 
-  double start_telemetry(std::optional<double> rate_hz) {
-    const double control_rate_hz = 1e9 / identity().control_period_ns;
-    const double highest_hz = std::min(control_rate_hz, kMaxSampleRateHz);
-    const double lowest_hz = control_rate_hz / 255.0;
-    double ticks = fewest_ticks(control_rate_hz, kEasySampleRateHz);
-    if (rate_hz) {
-      // The comparison is also false for NaN; a little room for rates that were computed.
-      if (!(*rate_hz >= lowest_hz * (1 - 1e-9) && *rate_hz <= highest_hz * (1 + 1e-9))) {
-        throw InvalidArgument("rate_hz is " + number_text(*rate_hz) + ", allowed are " +
-                              number_text(lowest_hz) + " to " + number_text(highest_hz) +
-                              " Hz with this knob; without a rate it takes the highest that "
-                              "leaves room for answers");
-      }
-      ticks = std::clamp(std::round(control_rate_hz / *rate_hz),
-                         fewest_ticks(control_rate_hz, kMaxSampleRateHz), 255.0);
-    }
-    session.set_position(session.get<protocol::Clock>().position_counts);
-    session.stream(static_cast<std::uint8_t>(ticks));
-    decimation_ = static_cast<unsigned>(ticks);
-    return control_rate_hz / ticks;
-  }
-
-  void stop_telemetry() {
-    session.stream(0);
-    decimation_ = 0;
-  }
-
-  std::vector<TelemetrySample> record(double duration_s, std::optional<double> rate_hz) {
-    const std::int64_t duration_ns = whole_ns("duration_s", duration_s);
-    if (rate_hz) start_telemetry(rate_hz);
-    const unsigned decimation = decimation_;
-    const bool starts = decimation == 0;
-    const double control_rate_hz = 1e9 / identity().control_period_ns;
-    const double longest_s =
-        kMaxRecordedSamples *
-        (starts ? fewest_ticks(control_rate_hz, kEasySampleRateHz) : decimation) / control_rate_hz;
-    if (duration_s > longest_s) {
-      throw InvalidArgument("duration_s is " + number_text(duration_s) + ", allowed are 0 to " +
-                            number_text(longest_s) +
-                            " s at this rate; for more take samples with read() as they come");
-    }
-    if (starts) start_telemetry({});
-    const auto first_tick = session.get<protocol::Clock>().tick;
-    const auto ticks = static_cast<std::uint64_t>(
-        std::llround(static_cast<double>(duration_ns) / identity().control_period_ns));
-    const std::int64_t report_ns =
-        std::int64_t{protocol::samples_per_report} * decimation_ * identity().control_period_ns;
-    std::vector<TelemetrySample> samples = session.collect(
-        first_tick, first_tick + ticks, decimation_, command_timeout_ns_ + report_ns);
-    if (starts) stop_telemetry();
-    return samples;
-  }
-
   void close() noexcept { session.close(!autonomous_); }
 
  private:
   mutable std::mutex mutex_;  // guards the next two
   protocol::Identity identity_;
   DeviceInfo info_;
-  const std::int64_t command_timeout_ns_;
   std::atomic<bool> autonomous_{false};
-  std::atomic<unsigned> decimation_{0};  // of telemetry; 0: off
 
  public:
   Session session;
   ScenePlayer player;
+  TelemetryStream telemetry;
   std::unique_ptr<Emulator> emulator;
 };
 
@@ -253,18 +186,28 @@ Knob& Knob::operator=(Knob&& other) noexcept {
 Knob::~Knob() { close(); }
 
 Knob::Impl& Knob::impl() const {
+  if (impl_ != nullptr) impl_->session.throw_unless_here();
   if (!is_open()) throw Closed("the knob was closed; open it again");
   return *impl_;
 }
 
 void Knob::close() noexcept {
-  if (impl_ != nullptr) impl_->close();
+  if (impl_ == nullptr) return;
+  if (impl_->session.is_here()) {
+    impl_->close();
+  } else {
+    // Its threads are not here to be joined, nor its locks to be had.
+    [[maybe_unused]] const Impl* left_to_the_parent = impl_.release();
+  }
 }
 
-bool Knob::is_open() const noexcept { return impl_ != nullptr && impl_->session.is_open(); }
+bool Knob::is_open() const noexcept {
+  return impl_ != nullptr && impl_->session.is_here() && impl_->session.is_open();
+}
 
 DeviceInfo Knob::info() const { return impl().info(); }
 State Knob::state() const { return impl().session.state(); }
+std::optional<Disarm> Knob::last_disarm() const { return impl().session.last_disarm(); }
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
 bool Knob::is_emulated() const { return impl().emulator != nullptr; }
 
@@ -290,22 +233,59 @@ Health Knob::health() {
           .owner = static_cast<Owner>(health.owner)};
 }
 
+GameStatus Knob::game_status() {
+  const auto monitor = impl().session.get<protocol::GameMonitor>();
+  const DeviceInfo info = impl().info();
+  return {.time_s = static_cast<double>(monitor.tick) / info.control_rate_hz,
+          .owner = static_cast<Owner>(monitor.owner),
+          .paused = monitor.paused == protocol::Toggle::on,
+          .enabled = monitor.enabled == protocol::Toggle::on,
+          .gain = monitor.gain / 32767.0,
+          .torque_nm = monitor.torque * info.torque_step_nm,
+          .updates = monitor.updates,
+          .effects = monitor.effects};
+}
+
+std::vector<GameEffect> Knob::game_effects() {
+  const DeviceInfo info = impl().info();
+  std::map<int, GameEffect> found;
+  // Each report shows the next few, so this many show all, unless a game makes some meanwhile.
+  int reports = 1;
+  for (int n = 0; n < reports; ++n) {
+    const auto monitor = impl().session.get<protocol::GameMonitor>();
+    const int rows = static_cast<int>(monitor.effect.size());
+    reports = std::max(reports, (monitor.effects + rows - 1) / rows);
+    for (const protocol::GameEffect& effect : monitor.effect) {
+      if (effect.block == 0) continue;
+      found[effect.block] = {.block = effect.block,
+                             .kind = static_cast<GameEffectKind>(effect.kind),
+                             .state = static_cast<GameEffectState>(effect.state),
+                             .torque_nm = effect.torque * info.torque_step_nm,
+                             .updates = effect.updates,
+                             .silent_s = 1e-3 * effect.silent_ms};
+    }
+  }
+  std::vector<GameEffect> effects;
+  for (const auto& [block, effect] : found) effects.push_back(effect);
+  return effects;
+}
+
 Clock Knob::clock() { return impl().clock(); }
 double Knob::position_rad() { return impl().clock().angle_rad; }
 
-void Knob::arm() { impl().command(protocol::Op::arm); }
-void Knob::disarm() { impl().command(protocol::Op::disarm); }
-void Knob::relax() { impl().command(protocol::Op::relax); }
-void Knob::clear_fault() { impl().command(protocol::Op::clear_fault); }
-void Knob::save() { impl().command(protocol::Op::save); }
+void Knob::arm() { impl().session.command(protocol::Op::arm); }
+void Knob::disarm() { impl().session.command(protocol::Op::disarm); }
+void Knob::relax() { impl().session.command(protocol::Op::relax); }
+void Knob::clear_fault() { impl().session.command(protocol::Op::clear_fault); }
+void Knob::save() { impl().session.command(protocol::Op::save); }
 
 void Knob::stop() {
-  impl().command(protocol::Op::stop);
+  impl().session.command(protocol::Op::stop);
   impl().player.forget();
 }
 
 void Knob::zero() {
-  impl().command(protocol::Op::zero);
+  impl().session.command(protocol::Op::zero);
   impl().session.set_position(impl().session.get<protocol::Clock>().position_counts);
 }
 
@@ -365,14 +345,23 @@ void Knob::update(const std::function<void(GameConfig&)>& change) {
 }
 
 void Knob::load_defaults() {
-  impl().command(protocol::Op::load_defaults);
+  impl().session.command(protocol::Op::load_defaults);
   impl().look_again();
 }
 
-double Knob::start_telemetry(std::optional<double> rate_hz) {
-  return impl().start_telemetry(rate_hz);
+std::vector<Event> Knob::events(double timeout_s) {
+  return impl().session.take_events(whole_ns("timeout_s", timeout_s));
 }
-void Knob::stop_telemetry() { impl().stop_telemetry(); }
+
+void Knob::on_event(std::function<void(const Event&)> callback) {
+  impl().session.on_event(std::move(callback));
+}
+
+double Knob::start_telemetry(std::optional<double> rate_hz, bool prompt) {
+  return impl().telemetry.start(rate_hz, prompt);
+}
+void Knob::stop_telemetry() { impl().telemetry.stop(); }
+TelemetrySample Knob::latest() { return impl().telemetry.latest(); }
 
 std::size_t Knob::read(std::span<TelemetrySample> out, double timeout_s) {
   return impl().session.read(out, whole_ns("timeout_s", timeout_s));
@@ -384,11 +373,49 @@ std::vector<TelemetrySample> Knob::read(std::size_t max_samples, double timeout_
   return samples;
 }
 
-std::vector<TelemetrySample> Knob::record(double duration_s, std::optional<double> rate_hz) {
-  return impl().record(duration_s, rate_hz);
+Recording Knob::record(double duration_s, std::optional<double> rate_hz, bool must_stay_armed) {
+  Recording samples;
+  try {
+    record(samples, duration_s, rate_hz, must_stay_armed);
+  } catch (Error& error) {
+    error.keep_samples(std::make_shared<const std::vector<TelemetrySample>>(std::move(samples)));
+    throw;
+  }
+  return samples;
+}
+
+void Knob::record(Recording& into, double duration_s, std::optional<double> rate_hz,
+                  bool must_stay_armed) {
+  impl().telemetry.record(into, whole_ns("duration_s", duration_s), rate_hz, must_stay_armed);
 }
 
 void Knob::sleep(double duration_s) { impl().session.sleep(whole_ns("duration_s", duration_s)); }
+
+Steps Knob::every(double period_s) {
+  // False for NaN.
+  if (!(period_s >= 1e-4 && period_s <= 3600.0)) {
+    throw InvalidArgument("period_s is " + number_text(period_s) +
+                          ", allowed are 0.0001 to 3600 s");
+  }
+  return {impl().session, whole_ns("period_s", period_s)};
+}
+
+Step Steps::wait() {
+  Session& session = *session_;
+  session.throw_unless_here();
+  if (!begin_ns_) {
+    begin_ns_ = session.now_ns();
+    due_ns_ = *begin_ns_;
+  }
+  const std::int64_t overdue = std::max<std::int64_t>(session.now_ns() - due_ns_, 0) / period_ns_;
+  next_.late_steps += static_cast<std::uint64_t>(overdue);
+  due_ns_ += overdue * period_ns_;
+  session.sleep_until(due_ns_);
+  const Step step{next_.index, 1e-9 * static_cast<double>(due_ns_ - *begin_ns_), next_.late_steps};
+  ++next_.index;
+  due_ns_ += period_ns_;
+  return step;
+}
 
 bool Knob::wait_for(State state, double timeout_s) {
   return impl().session.wait_for(state, whole_ns("timeout_s", timeout_s));

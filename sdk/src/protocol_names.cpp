@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "protocol/registry.hpp"
+#include "torsio/fields.hpp"
 
 namespace torsio {
 namespace {
@@ -54,6 +55,41 @@ std::vector<std::string> fault_names(std::uint16_t faults) {
                         : format("fault bit %u", bit));
   }
   return names;
+}
+
+std::string event_kind_name(std::uint8_t kind) {
+  using Kinds = protocol::Enumerators<protocol::EventKind>;
+  return kind < Kinds::names.size() ? std::string(Kinds::names.at(kind)) : format("event %u", kind);
+}
+
+std::string disarm_reason_name(DisarmReason reason) {
+  return std::string(Names<DisarmReason>::values.at(static_cast<std::size_t>(reason)));
+}
+
+std::string disarm_text(const Disarm& disarm) {
+  const auto why = [&]() -> std::string {
+    switch (disarm.reason) {
+      case DisarmReason::order:
+        return "by an order";
+      case DisarmReason::watchdog:
+        return "because the host was silent for too long";
+      case DisarmReason::deadline_missed:
+        return "because a streamed local model outlived its deadline";
+      case DisarmReason::fault: {
+        std::string faults;
+        for (const std::string& fault : disarm.faults) faults += " " + fault;
+        return "by a fault:" + (faults.empty() ? " one that is cleared" : faults);
+      }
+      case DisarmReason::game_idle:
+        return "because the game that had it played nothing more";
+      case DisarmReason::disconnected:
+        return "because it was unplugged or lost its power";
+      case DisarmReason::unknown:
+        break;
+    }
+    return "for a reason that did not arrive";
+  };
+  return "the device disarmed at tick " + std::to_string(disarm.tick) + " " + why();
 }
 
 std::string hex32(std::uint32_t value) { return format("0x%08x", value); }

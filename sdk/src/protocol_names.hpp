@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "protocol/status.hpp"
+#include "torsio/telemetry.hpp"
 
 namespace torsio {
 
@@ -25,6 +26,15 @@ std::string report_field_name(std::uint8_t report_id, std::uint8_t field);
 
 /// Names of the bits of a `faults` field.
 std::vector<std::string> fault_names(std::uint16_t faults);
+
+/// "watchdog"; "event 9" if this library does not know it.
+std::string event_kind_name(std::uint8_t kind);
+
+/// "watchdog".
+std::string disarm_reason_name(DisarmReason reason);
+
+/// A sentence that says when and why the torque went.
+std::string disarm_text(const Disarm& disarm);
 
 /// "0x1a2b3c4d".
 std::string hex32(std::uint32_t value);

@@ -36,7 +36,7 @@ void ScenePlayer::play(const conversion::EncodedScene& scene) {
     if (slot_differs.at(i)) slots_.at(i).reset();
   }
   for (const protocol::Acknowledgement& answer : session_.exchange(reports)) {
-    Session::throw_if_refused(answer);
+    session_.throw_if_refused(answer);
   }
 
   const auto active = static_cast<std::uint16_t>((1U << scene.slots.size()) - 1U);

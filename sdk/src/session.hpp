@@ -17,6 +17,8 @@
 #include <thread>
 #include <vector>
 
+#include "event_feed.hpp"
+#include "process.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
 #include "sample_ring.hpp"
@@ -46,6 +48,9 @@ class Session {
   /// device, and not long.
   void close(bool disarm_first) noexcept;
   [[nodiscard]] bool is_open() const noexcept { return !closed_; }
+  /// False in a child that was forked: nothing else of the session may be used or destroyed there.
+  [[nodiscard]] bool is_here() const noexcept { return process_.is_this(); }
+  void throw_unless_here() const;
 
   // Requests -----------------------------------------------------------------------------------
 
@@ -82,12 +87,18 @@ class Session {
     set_feature(protocol::encode(report));
   }
 
-  static void throw_if_refused(const protocol::Acknowledgement& answer);
+  /// Gives an order and waits. @throws Refused, and as exchange() does
+  void command(protocol::Op op);
+
+  void throw_if_refused(const protocol::Acknowledgement& answer);
 
   // Time ---------------------------------------------------------------------------------------
 
   /// Lets time pass.
   void sleep(std::int64_t duration_ns);
+  /// The same, up to a time of now_ns().
+  void sleep_until(std::int64_t time_ns);
+  [[nodiscard]] std::int64_t now_ns() const { return transport_->now_ns(); }
 
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
@@ -101,6 +112,14 @@ class Session {
   /// How often signs of life are due while armed.
   void set_watchdog(double watchdog_s);
 
+  /// Takes the events that were not taken yet, and waits for one. @throws Disconnected, Closed
+  std::vector<Event> take_events(std::int64_t timeout_ns);
+  void on_event(EventFeed::Callback callback) { events_.set_callback(std::move(callback)); }
+  /// How the torque went the last time.
+  [[nodiscard]] std::optional<Disarm> last_disarm();
+  /// How often it went.
+  [[nodiscard]] std::uint64_t disarms() const;
+
   // Telemetry ------------------------------------------------------------------------------------
 
   /// Units of telemetry.
@@ -108,13 +127,46 @@ class Session {
   /// The device's position in full, from now on.
   void set_position(std::int64_t counts);
   /// Starts telemetry and forgets what was not read, or stops it (0) and keeps that.
-  void stream(std::uint8_t decimation);
+  void stream(std::uint8_t decimation, bool prompt);
+  /// The same as stream(0), but asks nobody and throws nothing.
+  void stop_stream_quietly() noexcept;
+  /// The newest sample of the stream that runs; waits for the first. @returns none if it is late
+  std::optional<TelemetrySample> latest(std::int64_t timeout_ns);
   /// Waits for samples and takes them. @returns how many; 0 if none came in time
   std::size_t read(std::span<TelemetrySample> out, std::int64_t timeout_ns);
-  /// Waits for all samples of ticks [first, end) of a stream and takes them; forgets older ones.
-  /// @throws Timeout if for `silence_ns` none comes
-  std::vector<TelemetrySample> collect(std::uint64_t first_tick, std::uint64_t end_tick,
-                                       unsigned decimation, std::int64_t silence_ns);
+
+  /// Copies what comes, from its construction until it goes out of scope. Several may run at once,
+  /// beside who reads.
+  class Recording {
+   public:
+    /// @param into gets the samples behind what it has, in whatever thread they arrive
+    Recording(Session& session, std::vector<TelemetrySample>& into);
+    Recording(const Recording&) = delete;
+    Recording& operator=(const Recording&) = delete;
+    ~Recording();
+
+    /// Keeps what lies in ticks [first, end), and waits for the rest of it. Nobody can read() these
+    /// samples afterwards, or older ones; however this ends early they still can.
+    /// @throws Timeout if for `silence_ns` none comes; Disarmed, if told to, when the torque goes
+    void run(std::uint64_t first_tick, std::uint64_t end_tick, std::int64_t silence_ns,
+             bool must_stay_armed);
+
+    /// How the torque went meanwhile, if it did.
+    [[nodiscard]] std::optional<Disarm> disarmed() const;
+
+   private:
+    friend class Session;
+    bool take(const TelemetrySample& sample);
+
+    Session& session_;
+    std::vector<TelemetrySample>& into_;
+    const std::size_t had_;
+    std::uint64_t disarms_before_ = 0;
+    std::uint64_t first_tick_ = 0;
+    std::uint64_t end_tick_ = UINT64_MAX;
+    std::uint64_t received_until_tick_ = 0;  // of the newest sample, plus one
+    std::exception_ptr failure_;
+  };
 
  private:
   struct Pending {
@@ -122,9 +174,18 @@ class Session {
     std::optional<protocol::Acknowledgement> answer;
   };
   class Expectation;
+  class Unasked;
+  /// What a report says about the device.
+  struct Said {
+    State state;
+    Owner owner;
+    std::uint16_t faults;
+    std::uint64_t tick;
+  };
 
-  template <class Done>
-  bool wait_until(Done done, std::int64_t timeout_ns);
+  /// Lets time pass until `done()`, which is called with the lock held.
+  /// @returns false if the time is over first
+  bool wait_until(const std::function<bool()>& done, std::int64_t timeout_ns);
   void throw_if_gone() const;
   void write(const protocol::ReportBytes& report);
   void pass_frame(std::int64_t limit_ns);
@@ -135,7 +196,12 @@ class Session {
   void dispatch(const protocol::Telemetry& report);
   void dispatch(const protocol::Acknowledgement& answer);
   void dispatch(const protocol::Event& event);
+  void become(const Said& said, DisarmReason why);
+  void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
+  [[nodiscard]] double time_of(std::uint64_t tick) const;
   void lose(const std::string& why);
+  template <class Report>
+  void say(const Report& report);
   bool send_keep_alive() noexcept;
 
   std::uint16_t stamp(protocol::ReportBytes& report);
@@ -145,26 +211,35 @@ class Session {
   static void check_feature(protocol::Verdict verdict, std::uint8_t id);
   [[noreturn]] void throw_stalled(std::uint8_t id);
 
+  const MakersProcess process_;
   const std::unique_ptr<Transport> transport_;
   const SessionOptions options_;
   std::thread reader_;
   std::mutex close_mutex_;
   std::atomic<bool> closed_{false};
-  std::atomic<bool> closing_{false};
+  std::atomic<int> unasked_{0};    // calls that do not ask the user
+  std::atomic<int> disarming_{0};  // orders to disarm that are under way
   std::atomic<std::uint16_t> sequence_{0};
   std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
   std::atomic<std::uint64_t> reports_sent_{0};
 
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable news_;
+  EventFeed events_;  // has locks of its own
   std::string lost_;  // why the device is gone; empty while it is there
   State state_ = State::disarmed;
+  Owner owner_ = Owner::none;
+  std::optional<DisarmReason> fading_;  // why the torque is going
+  std::optional<Disarm> last_disarm_;
+  std::uint64_t disarms_ = 0;
+  std::uint64_t newest_tick_ = 0;  // of all that the device has sent
   std::vector<Pending> pending_;
   TelemetryDecoder decoder_;
   SampleRing ring_;
-  bool stream_starts_ = false;             // with the next acknowledgement of a stream report
-  std::uint64_t stream_from_tick_ = 0;     // what is older belongs to the stream before
-  std::uint64_t received_until_tick_ = 0;  // of the newest sample, plus one
+  bool stream_starts_ = false;          // with the next acknowledgement of a stream report
+  std::uint64_t stream_from_tick_ = 0;  // what is older belongs to the stream before
+  std::optional<TelemetrySample> latest_;
+  std::vector<Recording*> recordings_;
   LinkStatistics statistics_;
 };
 

@@ -21,6 +21,10 @@ class TelemetryDecoder {
   /// The device's position in full, from which 32-bit positions are unwrapped.
   void set_position(std::int64_t counts) { position_counts_ = counts; }
 
+  [[nodiscard]] double period_s() const { return period_s_; }
+  /// Ticks from sample to sample, as the newest report has it; 0 before the first.
+  [[nodiscard]] unsigned decimation() const { return decimation_; }
+
   /// The next report begins a stream: no gap lies before it.
   void begin_stream() { next_tick_.reset(); }
 

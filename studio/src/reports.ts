@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 581147536;
+export const FINGERPRINT: number = 507580636;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -144,13 +144,13 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "firmware_version", "kind": "whole", "doc": "major, minor, patch", "wire": "firmware_version", "type": "u8", "count": 3, "default": 0},
       {"name": "board", "kind": "whole", "doc": "what the firmware runs on: 0 is the emulated device; firmware/boards/", "wire": "board", "type": "u8", "default": 0},
       {"name": "serial", "kind": "whole", "doc": "ASCII, padded with zeros", "wire": "serial", "type": "u8", "count": 16, "default": 0},
-      {"name": "axes", "kind": "whole", "doc": "that the device has", "wire": "axes", "type": "u8", "default": 1},
-      {"name": "effects", "kind": "whole", "doc": "slots of a scene", "wire": "effects", "type": "u8"},
-      {"name": "curve_points", "kind": "whole", "doc": "points in the pool", "wire": "curve_points", "type": "u16"},
-      {"name": "control_period_ns", "kind": "whole", "doc": "length of a tick", "wire": "control_period_ns", "type": "u32", "unit": "ns", "default": 1000000},
-      {"name": "counts_per_rev", "kind": "whole", "doc": "of the encoder", "wire": "counts_per_rev", "type": "u32", "default": 8192},
-      {"name": "torque_step_nm", "kind": "whole", "doc": "unit of telemetry's torques", "wire": "torque_step_nm", "type": "f32", "unit": "N m", "default": 1e-05},
-      {"name": "speed_step_rad_s", "kind": "whole", "doc": "unit of telemetry's speed", "wire": "speed_step_rad_s", "type": "f32", "unit": "rad/s", "default": 0.01},
+      {"name": "axes", "kind": "whole", "doc": "that the device has", "wire": "axes", "type": "u8", "low": 1, "high": 16, "default": 1},
+      {"name": "effects", "kind": "whole", "doc": "slots of a scene", "wire": "effects", "type": "u8", "low": 1, "high": 16},
+      {"name": "curve_points", "kind": "whole", "doc": "points in the pool", "wire": "curve_points", "type": "u16", "low": 0, "high": 1024},
+      {"name": "control_period_ns", "kind": "whole", "doc": "length of a tick", "wire": "control_period_ns", "type": "u32", "low": 50000, "high": 1000000, "unit": "ns", "default": 1000000},
+      {"name": "counts_per_rev", "kind": "whole", "doc": "of the encoder", "wire": "counts_per_rev", "type": "u32", "low": 4, "high": 16777216, "default": 8192},
+      {"name": "torque_step_nm", "kind": "whole", "doc": "unit of telemetry's torques", "wire": "torque_step_nm", "type": "f32", "low": 1e-09, "high": 1.0, "unit": "N m", "default": 1e-05},
+      {"name": "speed_step_rad_s", "kind": "whole", "doc": "unit of telemetry's speed", "wire": "speed_step_rad_s", "type": "f32", "low": 1e-09, "high": 100.0, "unit": "rad/s", "default": 0.01},
     ],
   },
   "clock": {
@@ -161,9 +161,9 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 24,
     "fields": [
-      {"name": "tick", "kind": "whole", "doc": "ticks since power-up", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "time_ns", "kind": "whole", "doc": "tick times the control period", "wire": "time_ns", "type": "u64", "unit": "ns", "default": "0"},
-      {"name": "position_counts", "kind": "whole", "doc": "from the zero", "wire": "position_counts", "type": "i64", "unit": "count", "default": "0"},
+      {"name": "tick", "kind": "whole", "doc": "ticks since power-up", "wire": "tick", "type": "u64", "low": "0", "high": "4611686018427387904", "default": "0"},
+      {"name": "time_ns", "kind": "whole", "doc": "tick times the control period", "wire": "time_ns", "type": "u64", "low": "0", "high": "4611686018427387904", "unit": "ns", "default": "0"},
+      {"name": "position_counts", "kind": "whole", "doc": "from the zero", "wire": "position_counts", "type": "i64", "low": "-4611686018427387904", "high": "4611686018427387904", "unit": "count", "default": "0"},
     ],
   },
   "health": {
@@ -271,7 +271,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "GameConfig",
     "doc": "What games may do over the game interface, and how their numbers become torques; docs/games.md.",
     "notes": "Set only while disarmed.",
-    "size": 36,
+    "size": 41,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
@@ -284,6 +284,27 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "acceleration_full_rad_s2", "kind": "number", "doc": "acceleration at which a full inertia reaches full torque", "wire": "acceleration_full_rad_s2", "type": "f32", "low": 1.0, "high": 10000000.0, "unit": "rad/s^2", "default": 3000.0, "shown": true},
       {"name": "blend_s", "kind": "number", "doc": "in which a change of an effect, its beginning or its end takes full effect", "wire": "blend_s", "type": "f32", "low": 0.0, "high": 0.1, "unit": "s", "default": 0.002, "shown": true},
       {"name": "silence_s", "kind": "number", "doc": "silence of the game that stops forces without end; 0 is never", "wire": "silence_s", "type": "f32", "low": 0.0, "high": 3600.0, "unit": "s", "default": 10.0, "shown": true},
+      {"name": "join_updates", "kind": "switch", "doc": "on: updates of a steady force are joined by lines, half a frame of the game late; hits pass", "wire": "join_updates", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": true, "shown": true},
+      {"name": "end_stiffness_nm_per_rad", "kind": "number", "doc": "of walls at both ends of the axis, while a game has the actuator; 0: none", "wire": "end_stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+    ],
+  },
+  "game_monitor": {
+    "id": 8,
+    "direction": "feature",
+    "title": "GameMonitor",
+    "doc": "What games do. Each reading shows the next effects that exist, in turns. Read only.",
+    "notes": "",
+    "size": 53,
+    "fields": [
+      {"name": "tick", "kind": "whole", "doc": "of this moment", "wire": "tick", "type": "u64", "default": "0"},
+      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game"], "default": "none"},
+      {"name": "paused", "kind": "switch", "doc": "by the game", "wire": "paused", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
+      {"name": "enabled", "kind": "switch", "doc": "the game wants the actuator on", "wire": "enabled", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
+      {"name": "gain", "kind": "whole", "doc": "of the device, as the game set it; 32767 is 1", "wire": "gain", "type": "u16", "default": 0},
+      {"name": "torque", "kind": "whole", "doc": "of all effects together", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0},
+      {"name": "updates", "kind": "whole", "doc": "reports that games sent since power-up", "wire": "updates", "type": "u32", "default": 0},
+      {"name": "effects", "kind": "whole", "doc": "that exist", "wire": "effects", "type": "u8", "default": 0},
+      {"name": "effect", "kind": "group", "doc": "", "wire": "effect", "fields": [{"name": "block", "kind": "whole", "doc": "number of its block, from 1; 0: the row is empty", "wire": "block", "type": "u8", "default": 0}, {"name": "kind", "kind": "choice", "doc": "what it is", "wire": "kind", "type": "u8", "enumeration": "GameEffectKind", "values": ["none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"], "default": "none"}, {"name": "state", "kind": "choice", "doc": "whether it plays", "wire": "state", "type": "u8", "enumeration": "GameEffectState", "values": ["stopped", "playing", "set_aside"], "default": "stopped"}, {"name": "torque", "kind": "whole", "doc": "what it gives now, before the cap", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "updates", "kind": "whole", "doc": "reports about it since it was created", "wire": "updates", "type": "u32", "default": 0}, {"name": "silent_ms", "kind": "whole", "doc": "since the last of them; 65535 is longer", "wire": "silent_ms", "type": "u16", "unit": "ms", "default": 0}], "count": 3},
     ],
   },
   "command": {
@@ -318,11 +339,12 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "Stream",
     "doc": "Starts or stops telemetry.",
     "notes": "",
-    "size": 4,
+    "size": 5,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
       {"name": "decimation", "kind": "whole", "doc": "one sample every so many ticks; 0 stops", "wire": "decimation", "type": "u8", "default": 0},
+      {"name": "prompt", "kind": "switch", "doc": "on: a report in every frame with the newest samples that are there; off: full reports, which is a few frames later", "wire": "prompt", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
     ],
   },
   "local_model": {

@@ -21,6 +21,15 @@ inertia: at 300 rad/s^2.
 `what` "flood", a constant force that is changed as fast as `asked_per_s`: `updates`, `applied`
 (that reached the motor), `median_ms` and `max_ms` of their delay, `first_quarter_max_ms` to see it
 grow, and `last_wins`, whether an update after the flood is what plays.
+
+`what` "frames", a sine of 1 Hz and half of full torque that a game sends as a constant force, one
+value in each of `frames_hz` frames a second; `joined` as the device does by default, or held.
+`late_ms` behind the curve where it fits best, `ripple_share` the largest distance from it there and
+`rms_share` the mean, `step_share` the largest change in a tick, `overshoot_share` beyond what was
+sent, all as shares of full torque; `updates`.
+
+`what` "revival", an endless force that silence has ended, updated: `p99_ms` and `max_ms` from the
+call to the torque, `lost` that never came back, `updates`.
 """
 
 from __future__ import annotations
@@ -239,7 +248,7 @@ def flood_line(rate_hz: int, asked_per_s: float, duration_s: float) -> Line:
     # The level tells which update it is.
     count = min(round(asked_per_s * duration_s), 30_000)
     last = 31_000
-    with bench(rate_hz, blend_s=0) as running:
+    with bench(rate_hz, blend_s=0, join_updates=False) as running:
         pad = running.pad
 
         def state(level: int, number: int) -> Effect:
@@ -283,6 +292,97 @@ def flood_line(rate_hz: int, asked_per_s: float, duration_s: float) -> Line:
     }
 
 
+# A game's frames -----------------------------------------------------------------------------
+
+CURVE = 0.5  # of full torque
+
+
+def _curve(time_s: Floats) -> Floats:
+    found: Floats = CURVE * np.sin(2 * np.pi * time_s)
+    return found
+
+
+def _frames_measures(time_s: Floats, torque: Floats) -> Line:
+    """Compare with the curve, of which the first second is not counted."""
+    counted = time_s > 1
+
+    def error(late_s: float) -> Floats:
+        found: Floats = (torque - _curve(time_s - late_s))[counted]
+        return found
+
+    late_s = min(np.arange(0, 0.05, 1e-4), key=lambda late: float(np.mean(error(float(late)) ** 2)))
+    left = error(float(late_s))
+    return {
+        "late_ms": round(1e3 * float(late_s), 2),
+        "ripple_share": round(float(np.abs(left).max()), 5),
+        "rms_share": round(float(np.sqrt(np.mean(left**2))), 5),
+        "step_share": round(float(np.abs(np.diff(torque[counted])).max()), 5),
+        "overshoot_share": round(max(float(np.abs(torque).max()) - CURVE, 0.0), 5),
+    }
+
+
+def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
+    """Send a curve as a game does, a value in each frame."""
+    duration_s = 3.0
+    count = round(duration_s * frames_hz)
+    with bench(rate_hz, join_updates=joined) as running:
+        pad = running.pad
+
+        def state(index: int, number: int) -> Effect:
+            level = round(32767 * float(_curve(np.array(index / frames_hz))))
+            return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number)
+
+        number = pad.upload(state(0, -1))
+        pad.play(number)
+        let_pass(running.knob, 0.2)
+        packed = [state(index, number).packed for index in range(count)]
+        begin_s = time.monotonic()
+        for index, data in enumerate(packed):
+            while time.monotonic() < begin_s + index / frames_hz:
+                pass
+            pad.upload_packed(data)
+        let_pass(running.knob, 0.2)
+        time_s, _, torque = running.end()
+    sent = slice(*np.searchsorted(time_s, (begin_s, begin_s + duration_s)))
+    found = _frames_measures(time_s[sent] - begin_s, torque[sent])
+    about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "updates": count}
+    return about | found
+
+
+def revival_line(rate_hz: int, updates: int) -> Line:
+    """Update an effect again and again that silence has ended."""
+    chance = random.Random("revival")
+    delays_ms: list[float] = []
+    lost = 0
+    with bench(rate_hz, silence_s=0.05) as running:
+        pad = running.pad
+        level = 10_000
+        number = pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(level)))
+        pad.play(number)
+        sent_s: list[float] = []
+        for index in range(updates):
+            time.sleep(0.1 + 1e-3 * chance.random())
+            changed = Effect(gamepad.CONSTANT, gamepad.constant(level + index + 1), number=number)
+            packed = changed.packed
+            sent_s.append(time.monotonic())
+            pad.upload_packed(packed)
+        let_pass(running.knob, 0.2)
+        time_s, _, torque = running.end()
+    for begin_s in sent_s:
+        here = slice(*np.searchsorted(time_s, (begin_s, begin_s + 0.04)))
+        back = np.flatnonzero(np.abs(torque[here]) > 0.01 * level / 32767)
+        lost += back.size == 0
+        if back.size:
+            delays_ms.append(1e3 * float(time_s[here][back[0]] - begin_s))
+    return {
+        "what": "revival",
+        "p99_ms": round(float(np.percentile(delays_ms, 99)), 2),
+        "max_ms": round(max(delays_ms), 2),
+        "lost": lost,
+        "updates": updates,
+    }
+
+
 # ---------------------------------------------------------------------------------------------
 
 
@@ -303,6 +403,12 @@ def measure(arguments: argparse.Namespace) -> Iterator[Line]:
             yield about | line
         for effect in ("spring", "damper", "friction", "inertia"):
             yield about | condition_line(effect, rate_hz)
+    if "frames" in arguments.what:
+        for frames_hz in (60, 120, 360):
+            for joined in (False, True):
+                yield about | frames_line(rate_hz, frames_hz, joined=joined)
+    if "revival" in arguments.what:
+        yield about | revival_line(rate_hz, min(arguments.updates, 100))
     if "flood" in arguments.what:
         yield about | flood_line(rate_hz, arguments.flood_per_s, arguments.flood_s)
 
@@ -311,7 +417,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--here", action="store_true", help="no virtual machine; needs root")
-    kinds = ("delay", "torque_error", "flood")
+    kinds = ("delay", "torque_error", "frames", "revival", "flood")
     parser.add_argument("--what", nargs="+", choices=kinds, default=kinds, help="default: all")
     parser.add_argument("--rate-hz", type=int, default=10_000, help="control rate")
     parser.add_argument("--updates", type=int, default=400, help="for each delay")

@@ -1,34 +1,84 @@
-// Runs a fuzz target without libFuzzer: every file of a corpus as it is, then a number of inputs
-// made from them by seeded mutation. The same seed gives the same inputs everywhere.
+// Runs a fuzz target without libFuzzer: every file of a corpus as it is, then inputs made from them
+// by seeded mutation. Where the code was compiled with -fsanitize-coverage=trace-pc an input that
+// reaches something new joins the corpus. The same seed gives the same inputs everywhere.
 //
-//     fuzz_NAME CORPUS [RUNS [SEED]]     or     fuzz_NAME FILE
+//     fuzz_NAME CORPUS [--runs N] [--seconds S] [--seed N] [--keep FOLDER] [--reached FILE]
+//     fuzz_NAME FILE
+//
+// What an input did not survive is in fuzz_last_input_NAME, or beside it if the process hung.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/time.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "emulator/random.hpp"
 #include "fuzz.hpp"
 
+// Coverage -----------------------------------------------------------------------------------
+
+namespace {
+
+// One byte for each place in the code that says it was reached, by its distance from the program's
+// begin, so that the same program has the same places in every run.
+constexpr std::size_t kPlaces = std::size_t{1} << 25;
+std::uint8_t* places = nullptr;
+std::size_t places_reached = 0;
+bool something_new = false;
+
+}  // namespace
+
+extern "C" {
+extern const char __executable_start;
+/// Called by the compiler's code at the begin of every block.
+[[gnu::no_sanitize("address", "undefined")]] void __sanitizer_cov_trace_pc() {
+  const auto at = static_cast<std::size_t>(static_cast<const char*>(__builtin_return_address(0)) -
+                                           &__executable_start);
+  if (places == nullptr || at >= kPlaces || places[at] != 0) return;
+  places[at] = 1;
+  ++places_reached;
+  something_new = true;
+}
+// What a target may bring along; libFuzzer's names.
+[[gnu::weak]] std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                                  std::size_t max_size, unsigned seed);
+}
+
 namespace {
 
 using Input = std::vector<std::uint8_t>;
 constexpr std::size_t kLongest = 4096;
+constexpr int kHungS = 20;
 
 class Mutator {
  public:
   explicit Mutator(std::uint64_t seed) : random_(seed) {}
 
-  Input make(const std::vector<Input>& corpus) {
-    Input input = corpus[below(corpus.size())];
+  void make(const std::vector<Input>& corpus, Input& input) {
+    input = corpus[below(corpus.size())];
+    if (LLVMFuzzerCustomMutator != nullptr && below(4) != 0) {
+      const std::size_t size = input.size();
+      input.resize(kLongest);
+      input.resize(LLVMFuzzerCustomMutator(input.data(), size, kLongest,
+                                           static_cast<unsigned>(random_.next())));
+      if (below(3) != 0) return;
+    }
     for (std::size_t left = 1 + below(8); left > 0; --left) mutate(input, corpus);
     if (input.size() > kLongest) input.resize(kLongest);
-    return input;
   }
 
  private:
@@ -44,7 +94,9 @@ class Mutator {
     const auto begin = input.begin() + static_cast<std::ptrdiff_t>(at);
     const auto length =
         static_cast<std::ptrdiff_t>(1 + below(std::min<std::size_t>(input.size() - at, 64)));
-    switch (below(7)) {
+    const auto words =
+        fuzz::dictionary != nullptr ? fuzz::dictionary() : std::span<const std::string_view>{};
+    switch (below(words.empty() ? 7 : 9)) {
       case 0:
         input[at] = static_cast<std::uint8_t>(input[at] ^ (1U << below(8)));
         break;
@@ -67,55 +119,202 @@ class Mutator {
         input.insert(input.begin() + place(input), other.begin(), other.end());
         break;
       }
-      default:
+      case 6:
         std::fill(begin, begin + length, kEdges[below(std::size(kEdges))]);
+        break;
+      default: {
+        const std::string_view word = words[below(words.size())];
+        input.insert(input.begin() + place(input), word.begin(), word.end());
+      }
     }
   }
 
   torsio::emulator::Random random_;
 };
 
+/// The input that is being tried, in a file that outlives the process, however it ends.
+class LastInput {
+ public:
+  explicit LastInput(const std::string& program) : name_("fuzz_last_input_" + program) {
+    const int file = ::open(name_.c_str(), O_RDWR | O_CREAT | O_TRUNC, 0644);
+    if (file < 0 || ::ftruncate(file, kLongest + 8) != 0) {
+      std::perror(name_.c_str());
+      std::exit(2);
+    }
+    bytes_ = static_cast<std::uint8_t*>(
+        ::mmap(nullptr, kLongest + 8, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0));
+    ::close(file);
+  }
+  void keep(const Input& input) {
+    std::copy(input.begin(), input.end(), bytes_);
+    size_ = input.size();
+    const std::uint64_t size = input.size();
+    std::memcpy(bytes_ + kLongest, &size, sizeof size);
+  }
+  /// Nothing happened: no file is left.
+  void forget() { ::unlink(name_.c_str()); }
+
+ private:
+  std::string name_;
+  std::uint8_t* bytes_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// A file as it is, or what LastInput has left: that says its size at its end.
 Input read(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  Input bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  std::uint64_t size = 0;
+  if (bytes.size() == kLongest + 8) {
+    std::memcpy(&size, bytes.data() + kLongest, sizeof size);
+    if (size <= kLongest) bytes.resize(size);
+  }
+  return bytes;
+}
+
+volatile long runs_done = 0;
+
+/// Every few seconds: an input that is still the same hangs.
+void look_whether_it_hangs(int) {
+  static long seen = -1;
+  const long now = runs_done;
+  if (now == seen) {
+    static constexpr char kText[] = "fuzz: an input hangs\n";
+    (void)!::write(2, kText, sizeof kText - 1);
+    std::abort();
+  }
+  seen = now;
+}
+
+struct Options {
+  std::string corpus;
+  long runs = 0;
+  double seconds = 0;
+  std::uint64_t seed = 1;
+  std::string keep;
+  std::string reached;
+};
+
+bool read_options(int count, char** arguments, Options& options) {
+  if (count < 2) return false;
+  options.corpus = arguments[1];
+  for (int i = 2; i + 1 < count; i += 2) {
+    const std::string_view name = arguments[i];
+    const char* value = arguments[i + 1];
+    if (name == "--runs") {
+      options.runs = std::atol(value);
+    } else if (name == "--seconds") {
+      options.seconds = std::atof(value);
+    } else if (name == "--seed") {
+      options.seed = std::strtoull(value, nullptr, 10);
+    } else if (name == "--keep") {
+      options.keep = value;
+    } else if (name == "--reached") {
+      options.reached = value;
+    } else {
+      return false;
+    }
+  }
+  return count % 2 == 0;
+}
+
+void save(const std::string& folder, const Input& input) {
+  std::uint64_t hash = 14695981039346656037U;
+  for (const std::uint8_t byte : input) hash = (hash ^ byte) * 1099511628211U;
+  std::array<char, 20> name{};
+  std::snprintf(name.data(), name.size(), "%016llx", static_cast<unsigned long long>(hash));
+  std::ofstream(std::filesystem::path(folder) / name.data(), std::ios::binary)
+      .write(reinterpret_cast<const char*>(input.data()),
+             static_cast<std::streamsize>(input.size()));
+}
+
+std::vector<Input> read_corpus(const std::string& name) {
+  std::vector<std::filesystem::path> files;
+  if (std::filesystem::is_directory(name)) {
+    for (const auto& entry : std::filesystem::directory_iterator(name)) {
+      files.push_back(entry.path());
+    }
+  } else {
+    files.emplace_back(name);
+  }
+  std::ranges::sort(files);
+  std::vector<Input> corpus;
+  for (const auto& file : files) {
+    corpus.push_back(read(file));
+    if (corpus.back().size() > kLongest) corpus.back().resize(kLongest);
+  }
+  return corpus;
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count < 2) {
-    std::fprintf(stderr, "usage: %s CORPUS [RUNS [SEED]], or %s FILE\n", arguments[0],
-                 arguments[0]);
+  using std::chrono::steady_clock;
+  Options options;
+  if (!read_options(count, arguments, options)) {
+    std::fprintf(stderr,
+                 "usage: %s CORPUS [--runs N] [--seconds S] [--seed N] [--keep FOLDER] "
+                 "[--reached FILE], or %s FILE\n",
+                 arguments[0], arguments[0]);
     return 2;
   }
-  std::vector<std::filesystem::path> files;
-  if (std::filesystem::is_directory(arguments[1])) {
-    for (const auto& entry : std::filesystem::directory_iterator(arguments[1])) {
-      files.push_back(entry.path());
-    }
-  } else {
-    files.emplace_back(arguments[1]);
-  }
-  std::ranges::sort(files);
-  std::vector<Input> corpus;
-  for (const auto& file : files) corpus.push_back(read(file));
+  std::vector<Input> corpus = read_corpus(options.corpus);
   if (corpus.empty()) {
     std::fprintf(stderr, "%s: no input there\n", arguments[1]);
     return 2;
   }
+  places = static_cast<std::uint8_t*>(
+      ::mmap(nullptr, kPlaces, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0));
+  signal(SIGALRM, look_whether_it_hangs);
+  const itimerval every{{kHungS, 0}, {kHungS, 0}};
+  ::setitimer(ITIMER_REAL, &every, nullptr);
 
-  const long runs = count > 2 ? std::atol(arguments[2]) : 0;
-  Mutator mutator(count > 3 ? std::strtoull(arguments[3], nullptr, 10) : 1);
-  for (const Input& input : corpus) (void)LLVMFuzzerTestOneInput(input.data(), input.size());
-  for (long run = 0; run < runs; ++run) {
-    const Input input = mutator.make(corpus);
-    // What is found can be run again: it is in the file when the process dies.
-    std::ofstream("fuzz_last_input_" + std::filesystem::path(arguments[0]).filename().string(),
-                  std::ios::binary)
-        .write(reinterpret_cast<const char*>(input.data()),
-               static_cast<std::streamsize>(input.size()));
+  const std::string program = std::filesystem::path(arguments[0]).filename();
+  LastInput last(program);
+  const auto begin = steady_clock::now();
+  const auto seconds = [&] {
+    return std::chrono::duration<double>(steady_clock::now() - begin).count();
+  };
+  const auto try_one = [&](const Input& input) {
+    last.keep(input);
+    something_new = false;
     (void)LLVMFuzzerTestOneInput(input.data(), input.size());
+    runs_done = runs_done + 1;
+  };
+  const std::size_t given = corpus.size();
+  // With nothing to be made from it the corpus itself is what is looked through: the shortest
+  // inputs that together reach all that it reaches are kept.
+  const bool distils = options.runs == 0 && options.seconds == 0 && !options.keep.empty();
+  if (distils) std::ranges::stable_sort(corpus, {}, &Input::size);
+  for (const Input& input : corpus) {
+    try_one(input);
+    if (distils && something_new) save(options.keep, input);
   }
-  std::printf("%zu inputs of the corpus and %ld made from them\n", corpus.size(), runs);
+
+  Mutator mutator(options.seed);
+  Input input;
+  input.reserve(2 * kLongest);
+  long made = 0;
+  while (made < options.runs || (options.seconds > 0 && seconds() < options.seconds)) {
+    mutator.make(corpus, input);
+    try_one(input);
+    ++made;
+    if (!something_new) continue;
+    corpus.push_back(input);
+    if (!options.keep.empty()) save(options.keep, input);
+  }
+  const double took_s = seconds();
+  last.forget();
+  if (!options.reached.empty()) {
+    std::ofstream file(options.reached);
+    for (std::size_t at = 0; at < kPlaces; ++at) {
+      if (places[at] != 0) file << std::hex << at << '\n';
+    }
+  }
+  std::printf(
+      "%zu inputs of the corpus and %ld made from them, %.0f a second; %zu kept, %zu places "
+      "reached\n",
+      given, made, static_cast<double>(runs_done) / std::max(took_s, 1e-6), corpus.size() - given,
+      places_reached);
   return 0;
 }

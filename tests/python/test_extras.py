@@ -102,6 +102,21 @@ def test_command_that_needs_another_extra_says_how_to_install_it(
     assert sentence.endswith(f"[{extra}]'")
 
 
+def test_without_a_tree_the_line_names_what_the_extra_needs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from torsio import extras
+
+    class Installed:
+        requires = ("numpy>=1.24", 'rich>=13; extra == "cli"', "typer>=0.12 ; extra == 'cli'")
+
+        def read_text(self, _: str) -> None:
+            return None
+
+    monkeypatch.setattr(extras, "distribution", lambda _: Installed())
+    assert extras.how_to_install("cli") == "pip install 'rich>=13' 'typer>=0.12'"
+
+
 @pytest.mark.parametrize("extra", ["cli", "plot", "record", "studio"])
 def test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from(extra: str) -> None:
     from torsio.extras import how_to_install

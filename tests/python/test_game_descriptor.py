@@ -175,7 +175,9 @@ def test_times_are_milliseconds_of_sixteen_bits() -> None:
     found = [f for f in FIELDS for u in times if PID | u in f.usages and f.kind == "Output"]
     assert len(found) == len(times)
     assert {(f.minimum, f.maximum, f.bits, f.exponent) for f in found} == {(0, 32767, 16, -3)}
-    others = [f for f in FIELDS if f not in found]
+    angles = [f for f in FIELDS if f.logical[-1:] == (PID | 0x57,) or PID | 0x71 in f.usages]
+    assert {f.exponent for f in angles} == {-2}
+    others = [f for f in FIELDS if f not in found + angles]
     assert {f.exponent for f in others} == {0}
 
 
@@ -221,5 +223,5 @@ def test_descriptor_bytes_change_only_on_purpose() -> None:
     assert descriptor.startswith(bytes.fromhex("05010904a10185010930160180"))
     assert (
         hashlib.sha256(descriptor).hexdigest()
-        == "08bc3b442f676200298192a6206323e707438e6ef254b0f7142df495bc65e547"
+        == "b1df9b7d03aaae4b1800be31a39bba00d740525756fe6400af85829fc5f16cb3"
     )

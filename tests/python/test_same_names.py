@@ -30,12 +30,14 @@ CPP_ONLY = {
     "open_transport": "for who wraps one",
     "Knot": "a pair (time_s, value)",
     "Interrupted": "KeyboardInterrupt",
+    "Recording": "a record, and DisarmedWarning",
     "flag": "torsio.telemetry.FLAG_...",
     "matching_config": "PlantParams.matching_config",
     "kMaxTorqueNm": "a range, which the messages name",
     "Profile": "torsio.hands.Profile, which nobody needs to name",
 }
 PYTHON_ONLY = {
+    "DisarmedWarning": "Recording::disarmed",
     "MalformedReport": "of torsio.protocol, which C++ has not",
     "open": "Knob::open",
     "watch": "the constructor of DeviceWatch",

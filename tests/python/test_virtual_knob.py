@@ -65,8 +65,12 @@ def attach(port: int) -> socket.socket:
     client = socket.create_connection(("127.0.0.1", port))
     client.sendall(struct.pack(">HHI32s", 0x0111, 0x8003, 0, b"1-1"))
     answer = b""
+    client.settimeout(20)
     while len(answer) < 320:
-        answer += client.recv(4096)
+        part = client.recv(4096)
+        if not part:
+            raise ConnectionResetError
+        answer += part
     assert answer[:8] == struct.pack(">HHI", 0x0111, 0x0003, 0)
     return client
 
@@ -120,6 +124,44 @@ def test_killed_it_leaves_nothing_that_listens() -> None:
                 socket.create_connection(("127.0.0.1", port)).close()
                 assert time.monotonic() < deadline
                 time.sleep(0.02)
+
+
+def test_it_goes_on_though_nobody_reads_its_output() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writer, bytes(4096))
+    os.set_blocking(writer, True)
+    program = [str(virtual_knob.program_path()), "--port", str(port), "--status"]
+    with subprocess.Popen(program, stdin=subprocess.DEVNULL, stdout=writer) as process:
+        try:
+            deadline = time.monotonic() + 30
+            for _ in range(3):  # it has told of its port, and then of each that came and went
+                while True:
+                    assert time.monotonic() < deadline
+                    with contextlib.suppress(ConnectionError), attach(port):
+                        break
+                    time.sleep(0.05)
+                time.sleep(0.2)
+        finally:
+            process.terminate()
+            process.wait(20)
+            os.close(writer)
+            os.close(reader)
+
+
+def test_program_that_is_killed_is_said() -> None:
+    with emulated() as (process, port), attach(port):
+        children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        os.kill(int(children[0]), signal.SIGKILL)
+        assert process.wait(30) == 1
+        assert process.stderr is not None
+        errors = process.stderr.read()
+    assert errors.startswith("torsio: error: the program that is the knob was ended by SIGKILL")
 
 
 def test_port_in_use_is_said_with_status_2() -> None:

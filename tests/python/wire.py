@@ -27,6 +27,11 @@ _SAMPLES = ", ".join(
     f"h sample.{n}.motor_command, h sample.{n}.brake_capacity, h sample.{n}.spring_torque"
     for n in range(4)
 )
+_GAME_EFFECTS = ", ".join(
+    f"B effect.{n}.block, B effect.{n}.kind, B effect.{n}.state, h effect.{n}.torque, "
+    f"I effect.{n}.updates, H effect.{n}.silent_ms"
+    for n in range(3)
+)
 
 
 @dataclass(frozen=True)
@@ -95,11 +100,18 @@ REPORTS = {
             "game_config",
             0x07,
             "H sequence, B axis, B enabled, f range_deg, f torque_max_nm, f gain, f spring_gain, "
-            "f speed_full_rad_s, f acceleration_full_rad_s2, f blend_s, f silence_s",
+            "f speed_full_rad_s, f acceleration_full_rad_s2, f blend_s, f silence_s, "
+            "B join_updates, f end_stiffness_nm_per_rad",
+        ),
+        _report(
+            "game_monitor",
+            0x08,
+            "Q tick, B owner, B paused, B enabled, H gain, h torque, I updates, B effects, "
+            + _GAME_EFFECTS,
         ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
-        _report("stream", 0x12, "H sequence, B axis, B decimation"),
+        _report("stream", 0x12, "H sequence, B axis, B decimation, B prompt"),
         _report(
             "local_model",
             0x13,
@@ -173,12 +185,21 @@ ENUMERATORS = {
     "motor_reversed": ("off", "on"),
     "autonomous": ("off", "on"),
     "enabled": ("off", "on"),
+    "prompt": ("off", "on"),
     "op": (
         *("keep_alive", "arm", "disarm", "stop", "zero"),
         *("relax", "save", "load_defaults", "clear_fault", "bootloader"),
     ),
     "kind": ("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+    "paused": ("off", "on"),
+    "join_updates": ("off", "on"),
 }
+for _n in range(3):
+    ENUMERATORS[f"effect.{_n}.kind"] = (
+        *("none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up"),
+        *("sawtooth_down", "spring", "damper", "inertia", "friction"),
+    )
+    ENUMERATORS[f"effect.{_n}.state"] = ("stopped", "playing", "set_aside")
 
 
 def _find(values: Any, path: str) -> Any:

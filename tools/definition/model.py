@@ -314,9 +314,9 @@ def numbers(name: str, unit: str, doc: str) -> Field:
     return Field(name, "numbers", doc, unit, host="std::vector<double>")
 
 
-def profile(name: str, unit: str, doc: str, *, default: str = "") -> Field:
-    """Make a piecewise-linear function of time."""
-    return Field(name, "profile", doc, unit, default=default or None, host="Profile")
+def profile(name: str, unit: str, doc: str, most: float, *, default: str = "") -> Field:
+    """Make a piecewise-linear function of time, with values from -most to most."""
+    return Field(name, "profile", doc, unit, -most, most, default=default or None, host="Profile")
 
 
 def text(name: str, doc: str = "") -> Field:

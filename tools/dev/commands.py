@@ -189,6 +189,35 @@ def _bench(name: str, *rest: str) -> NoReturn:
     become(PYTHON, f"tests/bench/bench_{name}.py", *rest)
 
 
+def mutate(arguments: Sequence[str]) -> int:
+    """Run mutants; see ``tests/mutation/mutate.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("tests")
+        tinyusb = sources.require() and sources.tinyusb
+    building.use_compiler_cache()
+    become(PYTHON, "-m", "tests.mutation.mutate", "--tinyusb", tinyusb, *arguments)
+
+
+def fuzz(arguments: Sequence[str]) -> int:
+    """Run fuzz targets; see ``tests/fuzz/fuzz.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("tests")
+        sources.require()
+        names = [path.stem for path in sorted((TREE / "tests/fuzz").glob("fuzz_*.cpp"))]
+        building.build_preset("fuzz", sources.tinyusb, "--target", *names)
+    become(*without_aslr(PYTHON, "-m", "tests.fuzz.fuzz", *arguments))
+
+
+def determinism(arguments: Sequence[str]) -> int:
+    """Compare the lives of knobs; see ``tests/determinism/determinism.py``."""
+    with lock():
+        environment.set_up("tests", "compilers")
+    building.use_compiler_cache()
+    become(PYTHON, "-m", "tests.determinism.determinism", *arguments)
+
+
 def firmware() -> int:
     """Build the boards' firmware and tell what it takes."""
     with lock():

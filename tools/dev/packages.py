@@ -82,6 +82,12 @@ def groups() -> dict[str, tuple[Package, ...]]:
         # What bundles the studio's page, and a browser to test it in.
         "studio": (("nodejs", _program("node")), ("npm", _program("npm"))),
         "browser": (("chromium", _program("chromium")),),
+        # What else may compile and run the emulator.
+        "compilers": (
+            ("clang", _program("clang++")),
+            ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
+            ("qemu-user", _program("qemu-aarch64")),
+        ),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }

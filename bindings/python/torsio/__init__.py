@@ -21,6 +21,8 @@ from torsio.errors import (
     Closed,
     DeviceBusy,
     DeviceNotFound,
+    Disarmed,
+    DisarmedWarning,
     Disconnected,
     Error,
     InvalidArgument,
@@ -39,11 +41,16 @@ from torsio.recording import Recorded, Recording, load
 from torsio.records import (
     Clock,
     DeviceInfo,
+    Disarm,
+    Event,
+    GameEffect,
+    GameStatus,
     Health,
     LinkStatistics,
     ListedDevice,
 )
 from torsio.scenes import *  # noqa: F403  # every effect
+from torsio.steps import Step, Steps
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 
 __version__ = _version("torsio")
@@ -64,12 +71,18 @@ __all__ = [
     "DeviceInfo",
     "DeviceNotFound",
     "DeviceWatch",
+    "Disarm",
+    "Disarmed",
+    "DisarmedWarning",
     "Disconnected",
     "Emulator",
     "EmulatorOptions",
     "Error",
+    "Event",
     "GameConfig",
+    "GameEffect",
     "GamePort",
+    "GameStatus",
     "Hand",
     "Health",
     "ImpedanceHand",
@@ -87,6 +100,8 @@ __all__ = [
     "Recording",
     "Refused",
     "ShaftHardening",
+    "Step",
+    "Steps",
     "Timeout",
     "TorqueHand",
     "__version__",

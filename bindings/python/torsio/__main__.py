@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 
 from torsio.extras import how_to_install
@@ -9,6 +10,10 @@ from torsio.extras import how_to_install
 
 def main() -> None:
     """Run the command line, or say what it lacks."""
+    for stream in (sys.stdout, sys.stderr):
+        # Where the system's letters are few, a question mark stands for the others.
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         from torsio.cli import app
     except ModuleNotFoundError as error:

@@ -67,7 +67,7 @@ def each(name: str, values: Any, wanted: str) -> Iterator[Any]:
 def knots(name: str, profile: Any) -> tuple[tuple[float, float], ...]:
     """Give a function of time as a tuple of pairs: a number, or several knots (time_s, value)."""
     if isinstance(profile, Real):
-        return ((0.0, float(profile)),)
+        return ((0.0, number(name, profile)),)
     pairs = []
     for knot in each(name, profile, "a number or knots (time_s, value)"):
         values = numbers(f"{name}, a profile's knot,", knot)

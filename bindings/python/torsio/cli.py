@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import doctor, live_commands
+from torsio import doctor, games_cli, live_commands
 from torsio.command import (
     AsJson,
     Device,
@@ -42,6 +42,8 @@ app = typer.Typer(
 )
 demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
 app.add_typer(demo_app, name="demo")
+games_app = typer.Typer(help="See what games do, and set what they may do.")
+app.add_typer(games_app, name="games")
 add_commands(app)
 
 
@@ -156,6 +158,77 @@ def _print_report(report: doctor.Report) -> None:
         if finding.advice:
             table.add_row("", "", Text(f"-> {finding.advice}"))
     out.print(table)
+
+
+@games_app.callback(invoke_without_command=True)
+@plainly
+def games_command(
+    context: typer.Context,
+    device: Device = "",
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show the effects of games live: what each gives, how often it changes, who has the actuator.
+
+    Ctrl-C ends it. With --json, or without a terminal, it shows one moment and ends.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    with opened(device, err if as_json else out) as knob:
+        if as_json:
+            _print_json(games_cli.as_dict(games_cli.measure(knob)))
+        else:
+            games_cli.show(knob, out, seconds=seconds)
+
+
+@games_app.command("set")
+@plainly
+def games_set_command(
+    device: Device = "",
+    range_deg: Annotated[
+        float | None, typer.Option("--range-deg", help="From end to end of the axis.")
+    ] = None,
+    gain: Annotated[
+        float | None, typer.Option("--gain", help="On top of the games' own, 0 to 1.")
+    ] = None,
+    torque_max_nm: Annotated[
+        float | None, typer.Option("--torque-max-nm", help="Of all effects together.")
+    ] = None,
+    spring_gain: Annotated[
+        float | None, typer.Option("--spring-gain", help="1: full torque at the end of the axis.")
+    ] = None,
+    end_stiffness_nm_per_rad: Annotated[
+        float | None,
+        typer.Option("--end-stiffness", help="Of walls at the ends, in N m/rad; 0: none."),
+    ] = None,
+    join_updates: Annotated[
+        bool | None,
+        typer.Option("--join-updates/--hold-updates", help="Lines or steps between updates."),
+    ] = None,
+    enabled: Annotated[
+        bool | None, typer.Option("--allow/--shut-out", help="Whether games get the actuator.")
+    ] = None,
+) -> None:
+    """Set a player's settings, and keep them on the knob. What is not named stays as it is."""
+    wanted = {
+        "range_deg": range_deg,
+        "gain": gain,
+        "torque_max_nm": torque_max_nm,
+        "spring_gain": spring_gain,
+        "end_stiffness_nm_per_rad": end_stiffness_nm_per_rad,
+        "join_updates": join_updates,
+        "enabled": enabled,
+    }
+    changes = {name: value for name, value in wanted.items() if value is not None}
+    if not changes:
+        raise typer.BadParameter("name at least one setting; see torsio games set --help")
+    with opened(device, out) as knob:
+        config = games_cli.change(knob, changes)
+    for name in changes:
+        out.print(f"{name}  {_value_text(name, getattr(config, name))}", highlight=False)
 
 
 app.command("emulate")(plainly(virtual_knob.emulate_command))

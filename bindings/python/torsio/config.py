@@ -221,6 +221,11 @@ class GameConfig:
         In which a change of an effect, its beginning or its end takes full effect; 0 to 0.1.
     silence_s
         Silence of the game that stops forces without end; 0 is never; 0 to 3600.
+    join_updates
+        True: updates of a steady force are joined by lines, half a frame of the game late; hits
+        pass.
+    end_stiffness_nm_per_rad
+        Of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6.
     """
 
     _: KW_ONLY
@@ -233,3 +238,5 @@ class GameConfig:
     acceleration_full_rad_s2: float = 3000.0
     blend_s: float = 0.002
     silence_s: float = 10.0
+    join_updates: bool = True
+    end_stiffness_nm_per_rad: float = 0.0

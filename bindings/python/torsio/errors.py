@@ -10,6 +10,8 @@ __all__ = [
     "Closed",
     "DeviceBusy",
     "DeviceNotFound",
+    "Disarmed",
+    "DisarmedWarning",
     "Disconnected",
     "Error",
     "InvalidArgument",
@@ -22,7 +24,11 @@ __all__ = [
 
 
 class Error(Exception):
-    """Base of everything that the library raises on purpose."""
+    """Base of everything that the library raises on purpose.
+
+    Whatever ends `Knob.record` early, KeyboardInterrupt as well, has the samples that came until
+    then as its attribute `samples`, a record.
+    """
 
     # Without this OSError's own text ("[Errno ...]") could come first in the classes below.
     def __str__(self) -> str:
@@ -61,17 +67,49 @@ class Refused(Error, RuntimeError):
         Name of the refused report: "wall", "command" ...
     field : str
         Name of the offending field; empty if no field in particular.
+    reason : str
+        If the device had to be armed and is not any more, why: "watchdog", "fault" ...; else empty.
     """
 
-    def __init__(self, message: str, status: str = "", report: str = "", field: str = "") -> None:
+    def __init__(
+        self,
+        message: str,
+        status: str = "",
+        report: str = "",
+        field: str = "",
+        reason: str = "",
+    ) -> None:
         super().__init__(message)
         self.status = status
         self.report = report
         self.field = field
+        self.reason = reason
 
-    def __reduce__(self) -> tuple[type[Refused], tuple[str, str, str, str]]:
+    def __reduce__(self) -> tuple[type[Refused], tuple[str, str, str, str, str]]:
         """Keep the attributes when pickled."""
-        return type(self), (str(self), self.status, self.report, self.field)
+        return type(self), (str(self), self.status, self.report, self.field, self.reason)
+
+
+class Disarmed(Error, RuntimeError):
+    """The torque went while `Knob.record` had been told that it must stay.
+
+    Attributes
+    ----------
+    reason : str
+        Why: "watchdog", "fault" ...
+    """
+
+    def __init__(self, message: str, reason: str = "") -> None:
+        super().__init__(message)
+        self.reason = reason
+
+    def __reduce__(self) -> tuple[type[Disarmed], tuple[str, str]]:
+        """Keep the attribute when pickled."""
+        return type(self), (str(self), self.reason)
+
+
+class DisarmedWarning(UserWarning):
+    """The torque went during a recording, which has gone on without it."""
 
 
 class MalformedReport(InvalidArgument):

@@ -21,5 +21,12 @@ def source_folder() -> Path | None:
 
 def how_to_install(extra: str) -> str:
     """Give the command that installs an extra of this package, from where the package came."""
-    # Without the source tree the package's index is left.
-    return f"pip install '{source_folder() or 'torsio'}[{extra}]'"
+    if folder := source_folder():
+        return f"pip install '{folder}[{extra}]'"
+    # Without the source tree, or once it has gone: what the extra would bring, by name.
+    wanted = [
+        f"'{requirement.partition(';')[0].strip()}'"
+        for requirement in distribution("torsio").requires or []
+        if f"extra == {extra!r}" in requirement.replace('"', "'")
+    ]
+    return " ".join(["pip install", *wanted])

@@ -68,11 +68,11 @@ class ImpedanceHand(Hand):
     Attributes
     ----------
     inertia_kg_m2
-        Of the hand; >= 0.
+        Of the hand; 0 to 10.
     stiffness_nm_per_rad
-        Of the hand; >= 0.
+        Of the hand; 0 to 1e6.
     damping_nm_s_per_rad
-        Of the hand; >= 0.
+        Of the hand; 0 to 1000.
     intended_angle_rad
         Without jumps.
     """

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sized
+import atexit
+import warnings
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Sized
 from dataclasses import asdict, fields, replace
 from difflib import get_close_matches
 from importlib.metadata import version
@@ -14,10 +17,23 @@ from typing import Any, Final, TypeAlias
 from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import Emulator, EmulatorOptions
-from torsio.errors import Closed, Error, Timeout
+from torsio.errors import Closed, DisarmedWarning, Error, Timeout
+from torsio.events import tell
 from torsio.recording import Recording
-from torsio.records import Clock, DeviceInfo, Health, LinkStatistics, ListedDevice, State
+from torsio.records import (
+    Clock,
+    DeviceInfo,
+    Disarm,
+    Event,
+    GameEffect,
+    GameStatus,
+    Health,
+    LinkStatistics,
+    ListedDevice,
+    State,
+)
 from torsio.scenes import Scene
+from torsio.steps import Steps
 from torsio.telemetry import Record
 
 __all__ = ["Config", "Knob", "list_devices", "open"]
@@ -57,6 +73,7 @@ class Knob:
         self._knob = knob
         self._path: str = knob.info()["path"]
         self._recording: Recording | None = None
+        _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
         """Give the knob itself. Raises `Closed` if it is none any more."""
@@ -102,6 +119,12 @@ class Knob:
         return self._knob.state
 
     @property
+    def last_disarm(self) -> Disarm | None:
+        """How the torque went the last time since the knob was opened; costs nothing."""
+        disarm = self._knob.last_disarm()
+        return None if disarm is None else Disarm(**disarm)
+
+    @property
     def is_emulated(self) -> bool:
         """True if there is an `emulator`."""
         return self._knob.is_emulated
@@ -132,6 +155,17 @@ class Knob:
     def statistics(self) -> LinkStatistics:
         """Give the counters of this end of the cable."""
         return LinkStatistics(**self._knob.statistics())
+
+    def game_status(self) -> GameStatus:
+        """Ask what games do with the device over its game interface."""
+        return GameStatus(**self._knob.game_status())
+
+    def game_effects(self) -> tuple[GameEffect, ...]:
+        """Ask for the effects that games have made, in the order of their blocks.
+
+        Three at a time are of the same moment.
+        """
+        return tuple(GameEffect(**effect) for effect in self._knob.game_effects())
 
     # What it does ---------------------------------------------------------------------------
 
@@ -215,6 +249,31 @@ class Knob:
             checks.number("deadline_s", deadline_s),
         )
 
+    # Events ---------------------------------------------------------------------------------
+
+    def events(self, timeout_s: float = 0.0) -> list[Event]:
+        """Take what the device has told of itself and nobody has taken yet, oldest first.
+
+        Changes of state and owner, faults, silence, missed deadlines, the end of the connection.
+        1,024 are kept; what is older counts as lost in `statistics`.
+
+        Parameters
+        ----------
+        timeout_s
+            How long to wait for one if there is none.
+        """
+        taken = self._knob.events(checks.number("timeout_s", timeout_s))
+        return [Event(**event) for event in taken]
+
+    def on_event(self, callback: Callable[[Event], object] | None) -> None:
+        """Call back with every event from now on; None ends it.
+
+        One after the other: from a thread of the knob, or, in virtual time, from the thread that
+        lets time pass. The callback may use the knob. What it raises goes to
+        `sys.unraisablehook`, and the next event is told all the same.
+        """
+        self._knob.on_event(tell(callback))
+
     # Configuration --------------------------------------------------------------------------
 
     def actuator_config(self) -> ActuatorConfig:
@@ -288,7 +347,7 @@ class Knob:
 
     # Telemetry ------------------------------------------------------------------------------
 
-    def start_telemetry(self, rate_hz: float | None = None) -> float:
+    def start_telemetry(self, rate_hz: float | None = None, *, prompt: bool = False) -> float:
         """Start telemetry, or change its rate, and forget what was not read.
 
         Parameters
@@ -297,6 +356,10 @@ class Knob:
             Highest rate wanted, up to the control rate and 4,000 Hz. None takes the highest up to
             3,600 Hz, which leaves the cable room for answers; above that samples are lost if
             commands are sent all the time.
+        prompt
+            Have the device report in every frame, a millisecond, the newest samples that are there,
+            at most 4, instead of full reports: for loops that use `latest`. Without a rate this is
+            1,000 Hz.
 
         Returns
         -------
@@ -308,11 +371,23 @@ class Knob:
         InvalidArgument
             Says which rates this knob has.
         """
-        return self._knob.start_telemetry(_rate(rate_hz))
+        return self._knob.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
 
     def stop_telemetry(self) -> None:
-        """Stop telemetry."""
+        """Stop telemetry; a `record` in another thread keeps it until that is done."""
         self._knob.stop_telemetry()
+
+    def latest(self) -> Record:
+        """Give the newest sample that has arrived; it can still be read.
+
+        Waits only for the very first. Raises `Error` if no telemetry runs.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape ().
+        """
+        return self._knob.latest().reshape(())
 
     def read(self, *, max_samples: int = 4096, timeout_s: float = 1.0) -> Record:
         """Take samples, oldest first; wait until there is one or the time is over.
@@ -329,19 +404,53 @@ class Knob:
             )
         )
 
-    def record(self, duration_s: float, *, rate_hz: float | None = None) -> Record:
+    def record(
+        self,
+        duration_s: float,
+        *,
+        rate_hz: float | None = None,
+        must_stay_armed: bool = False,
+    ) -> Record:
         """Let time pass and give every sample of that span.
 
-        Starts telemetry if it does not run, or if a rate is given.
+        Starts telemetry if it does not run, or if a rate is given. Threads may record at the same
+        time. If it ends early the samples that came can still be read, and the exception, also
+        KeyboardInterrupt, has all of them as its attribute `samples`.
+
+        Parameters
+        ----------
+        must_stay_armed
+            Raise `Disarmed` when the torque goes meanwhile, instead of `DisarmedWarning` at the
+            end.
 
         Returns
         -------
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
         """
-        return self._recorded(
-            self._knob.record(checks.number("duration_s", duration_s), _rate(rate_hz))
-        )
+        duration_s = checks.number("duration_s", duration_s)
+        rate_hz = _rate(rate_hz)
+        kept: list[Any] = []
+        try:
+            self._knob.record(
+                duration_s, rate_hz, checks.flag("must_stay_armed", must_stay_armed), kept
+            )
+        except BaseException as error:
+            if kept:
+                self._recorded(kept[0])
+                error.samples = kept[0]  # type: ignore[attr-defined]
+            raise
+        samples: Record
+        samples, disarm = kept
+        if disarm is not None:
+            warnings.warn(
+                f"the torque went during the recording, at tick {disarm['tick']} "
+                f"({', '.join((disarm['reason'], *disarm['faults']))}); "
+                "must_stay_armed raises an error instead",
+                DisarmedWarning,
+                stacklevel=2,
+            )
+        return self._recorded(samples)
 
     def telemetry(
         self,
@@ -465,10 +574,36 @@ class Knob:
         self._knob.sleep(duration_s)
         self._drain()
 
+    def every(self, period_s: float) -> Steps:
+        """Iterate over steps of a program's own loop at equal distances of time, the first at once.
+
+        >>> with torsio.open("emulated") as knob:
+        ...     knob.start_telemetry(prompt=True)
+        ...     for step in knob.every(0.001):
+        ...         angle_rad = float(knob.latest()["angle_rad"])
+        ...         if step.index == 9:
+        ...             break
+        1000.0
+
+        A step that is late by a whole period or more is left out and counted, so that the loop
+        never runs to catch up. `period_s` is from 0.0001 to 3600.
+        """
+        return Steps(self._knob.every(checks.number("period_s", period_s)))
+
     def wait_for(self, state: State, *, timeout_s: float = 1.0) -> bool:
         """Wait until the device is in a state. Returns False if it is not so in time."""
         checks.text("state", state)
         return self._knob.wait_for(state, checks.number("timeout_s", timeout_s))
+
+
+_open_knobs: weakref.WeakSet[Knob] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """Disarm and let go of what is still open when the interpreter ends, whoever waits on it."""
+    for knob in list(_open_knobs):
+        knob.close()
 
 
 def _rate(rate_hz: float | None) -> float | None:

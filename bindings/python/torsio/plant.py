@@ -81,7 +81,7 @@ class Cogging(CoggingShapes):
     Attributes
     ----------
     periods_per_rev
-        Of the torque; >= 1.
+        Of the torque; 1 to 65535.
     torque_nm
         2 to 64 torques at equal distances over one period, from angle 0; straight lines between.
     """

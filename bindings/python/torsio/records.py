@@ -11,6 +11,10 @@ from typing import Literal, TypeAlias
 __all__ = [
     "Clock",
     "DeviceInfo",
+    "Disarm",
+    "Event",
+    "GameEffect",
+    "GameStatus",
     "Health",
     "LinkStatistics",
     "ListedDevice",
@@ -151,6 +155,81 @@ class Health:
 
 
 @dataclass(frozen=True)
+class GameStatus:
+    """What games do with the device.
+
+    Attributes
+    ----------
+    time_s
+        Of this moment: the device's tick times the control period.
+    owner
+        Who has the actuator.
+    paused
+        By the game.
+    enabled
+        The game wants the actuator on.
+    gain
+        Of the device, as the game set it, 0 to 1.
+    torque_nm
+        Of all effects together.
+    updates
+        Reports that games sent since power-up.
+    effects
+        That exist.
+    """
+
+    time_s: float
+    owner: Literal["none", "sdk", "game"]
+    paused: bool
+    enabled: bool
+    gain: float
+    torque_nm: float
+    updates: int
+    effects: int
+
+
+@dataclass(frozen=True)
+class GameEffect:
+    """One effect that a game has made.
+
+    Attributes
+    ----------
+    block
+        Its number, from 1.
+    kind
+        What it is.
+    state
+        Whether it plays.
+    torque_nm
+        What it gives now, before the cap on all together.
+    updates
+        Reports about it since it was made.
+    silent_s
+        Since the last of them; 65.535 at most.
+    """
+
+    block: int
+    kind: Literal[
+        "none",
+        "constant",
+        "ramp",
+        "square",
+        "sine",
+        "triangle",
+        "sawtooth_up",
+        "sawtooth_down",
+        "spring",
+        "damper",
+        "inertia",
+        "friction",
+    ]
+    state: Literal["stopped", "playing", "set_aside"]
+    torque_nm: float
+    updates: int
+    silent_s: float
+
+
+@dataclass(frozen=True)
 class LinkStatistics:
     """Counters of this end of the cable, since the knob was opened.
 
@@ -160,6 +239,8 @@ class LinkStatistics:
         Damaged on the way, and ignored.
     samples_lost
         Never arrived, or not read before the ring was full.
+    events_lost
+        Not taken before there were 1,024 of them.
     last_refusal
         Of a local model, in words.
     """
@@ -169,5 +250,56 @@ class LinkStatistics:
     reports_undecodable: int
     samples_received: int
     samples_lost: int
+    events_lost: int
     local_models_refused: int
     last_refusal: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that the device did without being asked, or that somebody else asked for.
+
+    Attributes
+    ----------
+    kind
+        What happened: "state_changed", "watchdog", "deadline_missed", ...
+    state
+        After the event.
+    owner
+        Who has the actuator after the event.
+    faults
+        Names of the faults that are latched after it.
+    tick
+        When: control periods since power-up.
+    time_s
+        Tick times the control period.
+    """
+
+    kind: str
+    state: Literal["disarmed", "armed", "fault", "disconnected"]
+    owner: Literal["none", "sdk", "game"]
+    faults: tuple[str, ...]
+    tick: int
+    time_s: float
+
+
+@dataclass(frozen=True)
+class Disarm:
+    """How the torque went the last time.
+
+    Attributes
+    ----------
+    faults
+        Names of the faults that were latched then.
+    tick
+        When: control periods since power-up.
+    time_s
+        Tick times the control period.
+    """
+
+    reason: Literal[
+        "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"
+    ]
+    faults: tuple[str, ...]
+    tick: int
+    time_s: float

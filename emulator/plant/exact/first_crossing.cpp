@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <stdexcept>
 
 namespace torsio::emulator {
 namespace {
@@ -105,6 +107,12 @@ std::optional<double> first_crossing(const Polynomial& polynomial, double tolera
   // coefficient that counts decides alone if it outweighs all that follow.
   double rest = 0.0;
   for (std::size_t k = 1; k < kCount; ++k) rest += std::abs(polynomial[k]);
+  // Also false for NaN, with which the search below would never end.
+  if (!(std::abs(polynomial[0]) + rest < std::numeric_limits<double>::infinity())) [[unlikely]] {
+    throw std::runtime_error(
+        "the plant moves beyond all numbers: its parameters, or the torques on it, do not go "
+        "together");
+  }
   for (std::size_t k = 0; k < kCount; ++k) {
     if (std::abs(polynomial[k]) > tolerance) {
       if (polynomial[k] < 0.0) return 0.0;

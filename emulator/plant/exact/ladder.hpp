@@ -13,6 +13,7 @@
 
 #include "emulator/plant/exact/chain.hpp"
 #include "emulator/plant/exact/taylor.hpp"
+#include "emulator/plant/portable_math.hpp"
 
 namespace torsio::emulator {
 
@@ -153,8 +154,8 @@ template <int kShafts>
     Rung<kShafts>& rung = rungs[i];
     rung = {};
     rung.step_s = std::ldexp(shortest_s, static_cast<int>(last - i));
-    rung.motor_change = std::expm1(-chain.motor_rate * rung.step_s);
-    rung.brake_change = std::expm1(-chain.brake_rate * rung.step_s);
+    rung.motor_change = expm1_of(-chain.motor_rate * rung.step_s);
+    rung.brake_change = expm1_of(-chain.brake_rate * rung.step_s);
     for (std::size_t drive = 0; drive < C::kDrives; ++drive) {
       Vector whole{};
       if (i == last) {

@@ -61,7 +61,7 @@ template <class Owner, std::size_t N>
 constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,
                     const Choice<Owner, N>& field) {
   report.*field.member = bytes[at++];
-  return report.*field.member >= 1 && report.*field.member <= N;
+  return !field.strict || (report.*field.member >= 1 && report.*field.member <= N);
 }
 template <class Owner, std::size_t N>
 constexpr bool read(std::span<const std::uint8_t> bytes, std::size_t& at, Owner& report,

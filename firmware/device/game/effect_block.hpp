@@ -24,6 +24,9 @@ struct Block {
   ForceOrder::Play play = ForceOrder::Play::as_it_is;
   std::uint8_t loops = 1;
   std::uint64_t triggered_tick = 0;
+  // For those who watch.
+  std::uint32_t updates = 0;
+  std::uint64_t updated_tick = 0;
 };
 
 constexpr bool is_timed(EffectType type) { return type < EffectType::spring; }

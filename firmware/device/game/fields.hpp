@@ -24,7 +24,10 @@ struct Unit {
 };
 inline constexpr Unit kNoUnit{};
 inline constexpr Unit kMilliseconds{0x1003, -3};
-inline constexpr Unit kDegrees{0x14, 0};
+// In hundredths, and so is its physical maximum: Wine takes directions and phases for that,
+// whatever the exponent says.
+inline constexpr Unit kCentidegrees{0x14, -2};
+inline constexpr std::int32_t kTurn = 36000;
 
 /// One value of one or two bytes.
 template <class Owner, class T>
@@ -47,6 +50,7 @@ struct Choice {
   std::uint8_t Owner::* member;
   std::uint8_t id;  // of the collection
   std::array<std::uint8_t, N> choices;
+  bool strict = true;  // a number that is no choice spoils the report
 
   static constexpr unsigned bytes = 1;
 };

@@ -70,6 +70,15 @@ float slip_nm(const Condition& condition, const core::Motion& motion, float peri
   return -gain * slip_rad;
 }
 
+/// A force that stays as it is between two updates.
+bool is_steady(const PreparedEffect& effect) {
+  return effect.metric == Metric::time && effect.timed.slope_per_tick == 0.0F &&
+         !(effect.timed.periodic && effect.timed.peak_nm != 0.0F);
+}
+
+// A change of more than this share of the cap beyond the one before it is a hit, and passes.
+constexpr float kHitShare = 0.1F;
+
 }  // namespace
 
 bool Forces::give(const ForceOrder& order) {
@@ -87,8 +96,13 @@ bool Forces::stay_awake(bool wanted) {
 bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t tick) {
   bool started = false;
   cap_nm_ = params.torque_max_nm;
+  end_rad_ = params.end_rad;
+  end_stiffness_ = params.end_stiffness;
   most_ = params.most;
   blend_ticks_ = params.blend_ticks;
+  release_ticks_ = params.release_ticks;
+  soft_ticks_ = params.soft_ticks;
+  frame_max_ticks_ = params.frame_max_ticks;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
   for (std::uint32_t n = 0; n < 4; ++n) {
     const ForceOrder* order = orders_.front();
@@ -100,9 +114,15 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
       enabled_ = order->enabled;
       gain_ = order->gain;
       changed_ = true;
-      if (!enabled_) release(params.release_ticks);
+      if (!enabled_) {
+        release(params.release_ticks);
+        forget();  // the game's own will
+      }
     } else if (order->kind == ForceOrder::Kind::stop_all) {
+      gently_ = active_ != 0;
       stop_all();
+    } else if (order->kind == ForceOrder::Kind::set_all_aside) {
+      set_all_aside();
     } else {
       started = execute(*order, may_play && enabled_, time(tick)) || started;
     }
@@ -112,35 +132,121 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
 }
 
 bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) {
+  const bool plays = play_[order.block].loops_left != 0;
+  const bool joined = order.play == ForceOrder::Play::go_on && plays && join(order, now);
   effect_[order.block] = order.effect;
   switch (order.play) {
     case ForceOrder::Play::as_it_is:
-      changed_ = changed_ || play_[order.block].loops_left != 0;
+      changed_ = changed_ || plays;
       break;
+    case ForceOrder::Play::go_on:
+      changed_ = changed_ || (plays && !joined);
+      return may_play && go_on(order.block, now);
     case ForceOrder::Play::start:
       if (may_play) start(order, now);
       return may_play;
     case ForceOrder::Play::stop:
       stop(order.block);
+      set_loops_aside(order.block, 0);
+      break;
+    case ForceOrder::Play::set_aside:
+      set_aside(order.block);
       break;
   }
   return false;
 }
 
+/// Joins an update to the one before it by a line that is a frame long, so half a frame late.
+/// @returns false if it stands for itself: the first for long, a hit, or another kind of effect
+bool Forces::join(const ForceOrder& order, std::uint64_t now) {
+  Playing& play = play_[order.block];
+  const PreparedEffect& old = effect_[order.block];
+  const std::uint64_t gap = now - play.updated;
+  if (play.updated == 0 || gap > frame_max_ticks_ || !play.sounding || !is_steady(old) ||
+      !is_steady(order.effect)) {
+    play.updated = now;
+    play.frame_ticks = 0;
+    play.change_nm = 0.0F;
+    play.late_nm = 0.0F;
+    return false;
+  }
+  const auto frame = static_cast<std::uint32_t>(gap);
+  if (4 * frame < play.frame_ticks) {
+    play.frame_ticks -=
+        play.frame_ticks / 16 + 1;  // another report of the same update, most likely
+  } else {
+    play.updated = now;
+    play.frame_ticks = play.frame_ticks == 0 ? frame : (3 * play.frame_ticks + frame) / 4;
+  }
+  const std::uint64_t elapsed = now - play.start;
+  const auto value_nm = [elapsed](const PreparedEffect& effect) {
+    return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
+  };
+  const float change_nm = value_nm(order.effect) - value_nm(old);
+  float usual_nm = kHitShare * cap_nm_;
+  if (change_nm * play.change_nm > 0.0F) usual_nm += core::absolute(play.change_nm);
+  play.change_nm = change_nm;
+  if (core::absolute(change_nm) > usual_nm || play.frame_ticks == 0) {
+    play.late_nm = 0.0F;
+    return false;
+  }
+  play.late_nm -= change_nm;
+  play.late_step_nm = core::absolute(play.late_nm) / static_cast<float>(play.frame_ticks);
+  return true;
+}
+
 void Forces::start(const ForceOrder& order, std::uint64_t now) {
   Playing& play = play_[order.block];
+  std::uint32_t soft_left = play.soft_left;  // who starts it again and again wants to feel it
   if (play.loops_left == 0) {
     order_[active_++] = order.block;
-    mark(order.block, true);
+    mark(playing_, order.block, true);
+    soft_left = soft_ticks_;
   }
-  play = {now, order.loops == 0 ? std::uint8_t{1} : order.loops, false, 0.0F};
+  set_loops_aside(order.block, 0);
+  play = {};
+  play.soft_left = soft_left;
+  play.start = now;
+  play.loops_left = order.loops == 0 ? std::uint8_t{1} : order.loops;
   changed_ = true;
+  gently_ = false;
+  walls_ = true;
+}
+
+/// Brings back what the device has ended. Its time has gone on meanwhile.
+bool Forces::go_on(std::uint8_t block, std::uint64_t now) {
+  Playing& play = play_[block];
+  if (play.loops_aside == 0) return false;
+  const PreparedEffect& effect = effect_[block];
+  const std::uint64_t delay = play.sounding ? 0 : effect.delay_ticks;
+  const bool has_end = effect.duration_ticks != 0 && play.loops_aside != kEndlessLoops;
+  const std::uint64_t length = delay + std::uint64_t{effect.duration_ticks} * play.loops_aside;
+  const std::uint8_t loops = play.loops_aside;
+  set_loops_aside(block, 0);
+  if (has_end && now - play.start >= length) return false;
+  play.loops_left = loops;
+  play.slip_rad = 0.0F;
+  play.late_nm = 0.0F;
+  play.soft_left = soft_ticks_;
+  order_[active_++] = block;
+  mark(playing_, block, true);
+  changed_ = true;
+  walls_ = true;
+  return true;
+}
+
+void Forces::set_aside(std::uint8_t block) {
+  const std::uint8_t loops = play_[block].loops_left;
+  if (loops == 0) return;
+  stop(block);
+  set_loops_aside(block, loops);
 }
 
 void Forces::stop(std::uint8_t block) {
   if (play_[block].loops_left == 0) return;
   play_[block].loops_left = 0;
-  mark(block, false);
+  mark(playing_, block, false);
+  block_nm_[block].store(0.0F, std::memory_order_relaxed);
   std::uint8_t kept = 0;
   for (std::uint8_t i = 0; i < active_; ++i) {
     if (order_[i] != block) order_[kept++] = order_[i];
@@ -149,20 +255,35 @@ void Forces::stop(std::uint8_t block) {
   changed_ = true;
 }
 
-void Forces::mark(std::uint8_t block, bool plays) {
-  std::atomic<std::uint32_t>& word = playing_[block / 32];
+void Forces::mark(BlockBits& bits, std::uint8_t block, bool on) {
+  std::atomic<std::uint32_t>& word = bits[block / 32];
   const std::uint32_t bit = std::uint32_t{1} << (block % 32);
   const std::uint32_t now = word.load(std::memory_order_relaxed);
-  word.store(plays ? now | bit : now & ~bit, std::memory_order_relaxed);
+  word.store(on ? now | bit : now & ~bit, std::memory_order_relaxed);
+}
+
+void Forces::set_loops_aside(std::uint8_t block, std::uint8_t loops) {
+  play_[block].loops_aside = loops;
+  mark(aside_, block, loops != 0);
+}
+
+void Forces::set_all_aside() {
+  while (active_ != 0) set_aside(order_[active_ - 1]);
+}
+
+void Forces::forget() {
+  for (std::uint8_t block = 0; block < kBlocks; ++block) set_loops_aside(block, 0);
 }
 
 void Forces::stop_all() {
   while (active_ != 0) stop(order_[active_ - 1]);
+  forget();
 }
 
 void Forces::release(std::uint32_t ticks) {
-  stop_all();
+  set_all_aside();
   changed_ = false;
+  walls_ = false;
   residual_nm_ = last_nm_;
   residual_step_nm_ =
       ticks == 0 ? core::absolute(last_nm_) : core::absolute(last_nm_) / static_cast<float>(ticks);
@@ -170,10 +291,12 @@ void Forces::release(std::uint32_t ticks) {
 
 void Forces::drop() {
   if (active_ == 0 && last_nm_ == 0.0F && residual_nm_ == 0.0F) return;
-  stop_all();
+  set_all_aside();
   changed_ = false;
+  walls_ = false;
   last_nm_ = 0.0F;
   residual_nm_ = 0.0F;
+  shown_nm_.store(0.0F, std::memory_order_relaxed);
 }
 
 /// Several springs are as stiff as their sum: what the device can hold stable is shared out.
@@ -197,6 +320,13 @@ void Forces::share_out() {
   share_[at(Metric::acceleration)] = share(sum[at(Metric::acceleration)], most_.inertia);
   share_[at(Metric::slip)] =
       share(sum[at(Metric::slip)] * slip_limit_nm * slip_limit_nm, most_.bristle);
+}
+
+/// The walls at the ends of the axis. They are there whatever the game plays, and are no part of
+/// what its gains and its pauses scale.
+float Forces::end_nm() const {
+  const float inside = core::clamp_symmetric(motion_angle_, end_rad_);
+  return core::clamp_symmetric(end_stiffness_ * (inside - motion_angle_), cap_nm_);
 }
 
 float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float period_s,
@@ -226,9 +356,19 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
   const float share = share_[at(effect.metric)];
   switch (effect.metric) {
     case Metric::time:
-      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
-    case Metric::angle:
-      return effect.gain * proportional_nm(effect.condition, motion_angle_, share);
+      if (play.late_nm != 0.0F) {
+        play.late_nm -= core::clamp_symmetric(play.late_nm, play.late_step_nm);
+      }
+      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks) + play.late_nm;
+    case Metric::angle: {
+      // The hand may be anywhere when a game begins to centre.
+      float gain = effect.gain;
+      if (play.soft_left != 0) {
+        gain *= static_cast<float>(soft_ticks_ - play.soft_left) / static_cast<float>(soft_ticks_);
+        --play.soft_left;
+      }
+      return gain * proportional_nm(effect.condition, motion_angle_, share);
+    }
     case Metric::speed:
       return effect.gain * proportional_nm(effect.condition, motion.speed_rad_s, share);
     case Metric::acceleration:
@@ -244,13 +384,15 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
                         std::uint64_t tick) {
   float sum_nm = 0.0F;
   if (changed_) share_out();
+  motion_angle_ = core::offset_rad(motion.position_counts, {}, resolution.rad_per_count);
   if (!paused_) {
     const std::uint64_t now = time(tick);
-    motion_angle_ = core::offset_rad(motion.position_counts, {}, resolution.rad_per_count);
     for (std::uint8_t i = 0; i < active_;) {
       bool ended = false;
       const std::uint8_t block = order_[i];
-      sum_nm += evaluate(block, motion, resolution.period_s, now, ended);
+      const float nm = evaluate(block, motion, resolution.period_s, now, ended);
+      block_nm_[block].store(nm * gain_, std::memory_order_relaxed);
+      sum_nm += nm;
       if (ended) {
         stop(block);  // the next one has moved into its place
       } else {
@@ -259,10 +401,13 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
     }
   }
   sum_nm = core::clamp_symmetric(sum_nm * gain_, cap_nm_);
+  if (walls_ && end_stiffness_ != 0.0F) sum_nm = core::clamp_symmetric(sum_nm + end_nm(), cap_nm_);
   if (changed_) {
     changed_ = false;
     residual_nm_ = last_nm_ - sum_nm;
-    residual_step_nm_ = core::absolute(residual_nm_) / static_cast<float>(blend_ticks_);
+    const std::uint32_t ticks = gently_ ? release_ticks_ : blend_ticks_;
+    gently_ = false;
+    residual_step_nm_ = core::absolute(residual_nm_) / static_cast<float>(ticks);
   }
   if (residual_nm_ != 0.0F) {
     residual_nm_ -= core::clamp_symmetric(residual_nm_, residual_step_nm_);
@@ -270,6 +415,7 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
     if (core::absolute(residual_nm_) < 1e-3F * residual_step_nm_) residual_nm_ = 0.0F;
   }
   last_nm_ = sum_nm + residual_nm_;
+  shown_nm_.store(last_nm_, std::memory_order_relaxed);
   return last_nm_;
 }
 

@@ -5,6 +5,9 @@
 /// What a report changes at once must not be felt as a click, so every change is blended: the
 /// torque goes on from where it was, and the difference fades to zero along a straight line. The
 /// shape of an effect itself is not touched by this: a square wave keeps its edges.
+///
+/// A game that sends a steady force anew in each of its frames means a curve, of which these are
+/// points. They are joined by lines, each as long as a frame (docs/games.md, "Between updates").
 #pragma once
 
 #include <array>
@@ -73,8 +76,10 @@ struct PreparedEffect {
 /// What the main loop wants the interrupt to do. Effects come whole, so that a later one may
 /// replace an earlier one that was never sent.
 struct ForceOrder {
-  enum class Kind : std::uint8_t { effect, settings, stop_all };
-  enum class Play : std::uint8_t { as_it_is, start, stop };
+  enum class Kind : std::uint8_t { effect, settings, stop_all, set_all_aside };
+  // What the game ended stays ended. What the device ended is set aside: the game's next update
+  // (go_on) brings it back.
+  enum class Play : std::uint8_t { as_it_is, go_on, start, stop, set_aside };
 
   Kind kind = Kind::effect;
   // effect
@@ -91,11 +96,15 @@ struct ForceOrder {
 /// What the device's configuration says about games, prepared.
 struct ForceParams {
   bool allowed = true;
-  float torque_max_nm = 0;  // of all effects together
+  float torque_max_nm = 0;  // of all effects together, and of a wall at an end
+  float end_rad = 1;        // where the axis ends, on both sides
+  float end_stiffness = 0;  // N m/rad of the walls there
   StableLimits most;
-  std::uint32_t blend_ticks = 1;    // length of a blend
-  std::uint32_t release_ticks = 1;  // of the fade when somebody else takes the actuator
-  std::uint32_t idle_ticks = 1;     // with nothing to play, after which the actuator is let go
+  std::uint32_t blend_ticks = 1;      // length of a blend
+  std::uint32_t release_ticks = 1;    // of the fade when somebody else takes the actuator
+  std::uint32_t idle_ticks = 1;       // with nothing to play, after which the actuator is let go
+  std::uint32_t soft_ticks = 1;       // in which a spring that begins comes up
+  std::uint32_t frame_max_ticks = 0;  // longest time between updates that are joined; 0: none are
 };
 
 class Forces final : public core::ForceSource {
@@ -114,17 +123,19 @@ class Forces final : public core::ForceSource {
 
   /// Takes what has arrived.
   /// @param may_play false: effects are not started now
-  /// @returns true if an effect was started: the game asks for the actuator
+  /// @returns true if an effect was started or brought back: the game asks for the actuator
   bool take_orders(const ForceParams& params, bool may_play, std::uint64_t tick);
 
   /// Sum of the effects, blended, within the cap. Once a tick at most.
   float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
                   std::uint64_t tick) override;
 
-  /// Stops everything; the torque fades in so many ticks.
+  /// Sets everything aside; the torque fades in so many ticks.
   void release(std::uint32_t ticks);
-  /// Stops everything at once: the actuator is off.
+  /// Sets everything aside at once: the actuator is off.
   void drop();
+  /// What was set aside does not come back by an update any more.
+  void forget();
 
   // Main loop.
   /// @returns false if there is no room
@@ -134,21 +145,46 @@ class Forces final : public core::ForceSource {
   std::uint32_t playing_blocks(std::size_t word) const {
     return playing_[word].load(std::memory_order_relaxed);
   }
+  /// The same for what the device has ended and an update brings back.
+  std::uint32_t blocks_aside(std::size_t word) const {
+    return aside_[word].load(std::memory_order_relaxed);
+  }
+  /// What a block gives now, its gains and the device's included.
+  float block_torque_nm(std::size_t block) const {
+    return block_nm_[block].load(std::memory_order_relaxed);
+  }
+  /// What all give together.
+  float sum_nm() const { return shown_nm_.load(std::memory_order_relaxed); }
 
  private:
   struct Playing {
-    std::uint64_t start = 0;  // in the games' time
-    std::uint8_t loops_left = 0;
-    bool sounding = false;  // past its delay
+    std::uint64_t start = 0;       // in the games' time
+    std::uint8_t loops_left = 0;   // 0: does not play
+    std::uint8_t loops_aside = 0;  // what it had left when it was set aside
+    bool sounding = false;         // past its delay
+    std::uint32_t soft_left = 0;   // ticks until a spring is all there
     float slip_rad = 0;
+    // Joining updates.
+    std::uint64_t updated = 0;      // when the last one came, in the games' time; 0: none has
+    std::uint32_t frame_ticks = 0;  // from one to the next; 0: not known yet
+    float change_nm = 0;            // of the last one
+    float late_nm = 0;              // what is still missing of it, with the sign of what was before
+    float late_step_nm = 0;
   };
 
   bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
   void start(const ForceOrder& order, std::uint64_t now);
+  bool go_on(std::uint8_t block, std::uint64_t now);
+  bool join(const ForceOrder& order, std::uint64_t now);
   void stop(std::uint8_t block);
-  void mark(std::uint8_t block, bool plays);
+  void set_aside(std::uint8_t block);
+  void set_all_aside();
+  using BlockBits = std::array<std::atomic<std::uint32_t>, 2>;
+  static void mark(BlockBits& bits, std::uint8_t block, bool on);
+  void set_loops_aside(std::uint8_t block, std::uint8_t loops);
   void stop_all();
   void share_out();
+  float end_nm() const;
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
                  bool& ended);
@@ -161,9 +197,16 @@ class Forces final : public core::ForceSource {
   std::array<Playing, kBlocks> play_;
   std::array<std::uint8_t, kBlocks> order_{};  // blocks that play
   std::uint8_t active_ = 0;
-  std::array<std::atomic<std::uint32_t>, 2> playing_{};
+  BlockBits playing_{};
+  BlockBits aside_{};
+  std::array<std::atomic<float>, kBlocks> block_nm_{};
+  std::atomic<float> shown_nm_{0};
 
   float cap_nm_ = 0;
+  float end_rad_ = 1;
+  float end_stiffness_ = 0;
+  std::uint32_t soft_ticks_ = 1;
+  std::uint32_t frame_max_ticks_ = 0;
   StableLimits most_;
   std::array<float, kMetrics> share_{1, 1, 1, 1, 1};
   float gain_ = 1;
@@ -172,6 +215,9 @@ class Forces final : public core::ForceSource {
   std::uint64_t paused_at_ = 0;
   std::uint64_t pauses_ = 0;  // ticks spent in pauses
 
+  bool walls_ = false;   // the game has the actuator
+  bool gently_ = false;  // the next change takes the time of a release
+  std::uint32_t release_ticks_ = 1;
   bool changed_ = false;
   std::uint32_t blend_ticks_ = 1;
   float motion_angle_ = 0;  // rad, of this tick

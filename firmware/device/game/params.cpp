@@ -8,6 +8,10 @@ namespace {
 constexpr float kPi = 0.5F * core::kTwoPi;
 // A game that plays nothing for so long lets go of the actuator.
 constexpr float kIdleS = 1.0F;
+// An open device is read every few milliseconds, by the kernel; a busy host may skip some.
+constexpr float kAbandonedS = 0.5F;
+// A game at 30 Hz, and a millisecond for its frame on the bus.
+constexpr float kFrameMaxS = 0.035F;
 
 float motor_max_nm(const Config& config) {
   return core::smaller(config.actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm);
@@ -62,6 +66,8 @@ GameScale make_game_scale(const Config& config, std::uint32_t period_ns) {
   scale.axis_per_count_q32 = static_cast<std::int64_t>(((std::uint64_t{2 * kFull} * 36'000) << 32) /
                                                        (range * config.actuator.counts_per_rev));
   scale.silence_ticks = core::round_to_u32(config.game.silence_s / resolution.period_s);
+  scale.abandoned_ticks = core::round_to_u32(kAbandonedS / resolution.period_s);
+  scale.allowed = config.game.enabled == protocol::Toggle::on;
   return scale;
 }
 
@@ -72,8 +78,14 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns) {
   params.allowed = config.game.enabled == protocol::Toggle::on;
   params.torque_max_nm = game_torque_nm(config);
   params.most = make_stable_limits(config, period_s);
+  params.end_rad = config.game.range_deg * (core::kTwoPi / 720.0F);
+  params.end_stiffness = core::smaller(config.game.end_stiffness_nm_per_rad, params.most.stiffness);
   params.blend_ticks = at_least_one(core::round_to_u32(config.game.blend_s / period_s));
   params.release_ticks = at_least_one(core::round_to_u32(config.control.passive_ramp_s / period_s));
+  params.soft_ticks = params.release_ticks;
+  if (config.game.join_updates == protocol::Toggle::on) {
+    params.frame_max_ticks = core::round_to_u32(kFrameMaxS / period_s);
+  }
   params.idle_ticks = at_least_one(core::round_to_u32(kIdleS / period_s));
   return params;
 }

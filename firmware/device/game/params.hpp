@@ -20,7 +20,9 @@ struct GameScale {
   float acceleration_rad_s2 = 1;
   StableLimits most;
   std::int64_t axis_per_count_q32 = 0;
-  std::uint64_t silence_ticks = 0;  // 0: no limit
+  std::uint64_t silence_ticks = 0;    // 0: no limit
+  std::uint64_t abandoned_ticks = 1;  // without anybody who fetches input reports
+  bool allowed = true;
 };
 
 GameScale make_game_scale(const Config& config, std::uint32_t period_ns);

@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "core/math.hpp"
 #include "device/game/codec.hpp"
 
 namespace torsio::device::game {
@@ -9,8 +10,14 @@ namespace {
 
 // Blocks are all alike and kept in a table of their own, so the pool is simply counted in bytes.
 constexpr std::uint16_t kBlockBytes = 64;
+// State reports, while something plays, in the time after which nobody is there to fetch them.
+constexpr std::uint64_t kHeartbeats = 5;
 
-constexpr std::uint8_t number(EffectType type) { return static_cast<std::uint8_t>(type); }
+// Lets what waits for the interrupt go on waiting, but not what would start or bring back.
+constexpr ForceOrder::Play without_start(ForceOrder::Play play) {
+  const bool starts = play == ForceOrder::Play::start || play == ForceOrder::Play::go_on;
+  return starts ? ForceOrder::Play::as_it_is : play;
+}
 
 }  // namespace
 
@@ -33,6 +40,11 @@ void PidEngine::touch(Block& block) {
   blocks_dirty_ = true;
 }
 
+void PidEngine::count(Block& block) {
+  ++block.updates;
+  block.updated_tick = now_.tick;
+}
+
 Block* PidEngine::find(std::uint8_t index) {
   if (index < 1 || index > kBlocks || blocks_[index - 1].type == EffectType::none) return nullptr;
   return &blocks_[index - 1];
@@ -40,27 +52,30 @@ Block* PidEngine::find(std::uint8_t index) {
 
 /// Hands a report about a block to that block, if it is one of this kind.
 template <class Report, class Fits, class Take>
-bool PidEngine::take(std::span<const std::uint8_t> bytes, Fits fits, Take apply) {
+void PidEngine::take(std::span<const std::uint8_t> bytes, Fits fits, Take apply) {
   Report report;
-  if (!decode(bytes, report)) return false;
+  if (!decode(bytes, report)) return;
   Block* block = find(report.block);
-  if (block == nullptr || !fits(*block, report)) return false;
+  if (block == nullptr || !fits(*block, report)) return;
   apply(*block) = report;
   touch(*block);
-  return true;
+  count(*block);
+  if (block->play == ForceOrder::Play::as_it_is || block->play == ForceOrder::Play::set_aside) {
+    block->play = ForceOrder::Play::go_on;
+  }
 }
 
 void PidEngine::receive(std::span<const std::uint8_t> report) {
   if (report.empty()) return;
   heard_ = true;
+  ++updates_;
   const auto of_type = [](EffectType type) {
     return [type](const Block& block, const auto&) { return block.type == type; };
   };
   switch (report[0]) {
     case PidLayout<SetEffect>::id:
       take<SetEffect>(
-          report,
-          [](const Block& block, const SetEffect& set) { return set.type == number(block.type); },
+          report, [](const Block&, const SetEffect&) { return true; },
           [](Block& block) -> SetEffect& { return block.effect; });
       break;
     case PidLayout<SetEnvelope>::id:
@@ -143,6 +158,7 @@ void PidEngine::create(EffectType type) {
     const ForceOrder::Play play = block.play;  // a stop that is still on its way
     block = Block{};
     block.type = type;
+    block.updated_tick = now_.tick;
     touch(block);
     block.play = play;
     block.effect.gain = kFull;
@@ -170,6 +186,7 @@ void PidEngine::play(Block& block, std::uint8_t loops) {
 void PidEngine::operate(const EffectOperation& operation) {
   Block* block = find(operation.block);
   if (block == nullptr) return;
+  count(*block);
   switch (static_cast<Operation>(operation.operation)) {
     case Operation::none:
       break;
@@ -221,6 +238,7 @@ void PidEngine::control(Control control) {
       break;
   }
   settings_dirty_ = true;
+  state_due_ = true;  // DirectInput asks for the state right after
 }
 
 // Orders -------------------------------------------------------------------------------------
@@ -235,11 +253,12 @@ void PidEngine::send_orders() {
     if (!forces_.give(order)) return;
     settings_dirty_ = false;
   }
-  if (stop_all_dirty_) {
+  if (stop_all_dirty_ || all_aside_dirty_) {
     ForceOrder order;
-    order.kind = ForceOrder::Kind::stop_all;
+    order.kind = stop_all_dirty_ ? ForceOrder::Kind::stop_all : ForceOrder::Kind::set_all_aside;
     if (!forces_.give(order)) return;
     stop_all_dirty_ = false;
+    all_aside_dirty_ = false;
   }
   if (!blocks_dirty_) return;
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
@@ -266,29 +285,54 @@ void PidEngine::service(const Moment& now) {
   now_ = now;
   if (heard_) heard_tick_ = now.tick;
   heard_ = false;
+  if (asked_) asked_tick_ = now.tick;
+  asked_ = false;
   watch_silence();
+  watch_reader();
   watch_triggers();
   send_orders();
 }
 
 void PidEngine::disconnect() {
-  for (Block& block : blocks_) block.play = ForceOrder::Play::as_it_is;
-  stop_all_dirty_ = true;
+  set_all_aside();
   joystick_sent_ = false;
+  state_due_ = true;
+  offered_ = false;
+  reader_ = false;
+}
+
+/// Ends everything, but not for good: an update brings it back.
+void PidEngine::set_all_aside() {
+  for (Block& block : blocks_) block.play = without_start(block.play);
+  all_aside_dirty_ = true;
+}
+
+bool PidEngine::plays_any() const {
+  return (forces_.playing_blocks(0) | forces_.playing_blocks(1)) != 0;
 }
 
 /// A game that hangs must not pull for ever. What answers to the hand only may stay: a game that
 /// wants a spring says so once.
 void PidEngine::watch_silence() {
   if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
-  if ((forces_.playing_blocks(0) | forces_.playing_blocks(1)) == 0) return;
+  if (!plays_any()) return;
   for (std::size_t i = 0; i < kBlocks; ++i) {
     Block& block = blocks_[i];
     const bool has_end = !is_endless(block) && block.loops != kEndlessLoops;
     if (!plays(i) || !is_timed(block.type) || has_end) continue;
-    block.play = ForceOrder::Play::stop;
+    if (block.play != ForceOrder::Play::as_it_is) continue;
+    block.play = ForceOrder::Play::set_aside;
     blocks_dirty_ = true;
   }
+}
+
+/// Systems fetch input reports for as long as a program has the device open, whether it reads them
+/// or not. While something plays there is one to fetch in each heartbeat; if none is fetched any
+/// more, the program that began it is gone. One that never fetched any is a driver of its own.
+void PidEngine::watch_reader() {
+  if (!reader_ || now_.tick - asked_tick_ <= scale_.abandoned_ticks || !plays_any()) return;
+  set_all_aside();
+  reader_ = false;
 }
 
 bool PidEngine::triggers(const Block& block, std::uint8_t buttons) {
@@ -344,6 +388,41 @@ std::uint16_t PidEngine::pool_available() const {
   return bytes;
 }
 
+protocol::GameMonitor PidEngine::monitor(float torque_step_nm) {
+  const auto steps = [torque_step_nm](float nm) {
+    return static_cast<std::int16_t>(core::clamp_symmetric(nm / torque_step_nm, float{kFull}));
+  };
+  const auto toggle = [](bool on) { return on ? protocol::Toggle::on : protocol::Toggle::off; };
+  protocol::GameMonitor monitor;
+  monitor.tick = now_.tick;
+  monitor.owner = now_.owner;
+  monitor.paused = toggle(paused_);
+  monitor.enabled = toggle(enabled_);
+  monitor.gain = static_cast<std::uint16_t>(gain_ * static_cast<float>(kFull) + 0.5F);
+  monitor.torque = steps(forces_.sum_nm());
+  monitor.updates = updates_;
+  std::size_t row = 0;
+  for (std::uint8_t n = 0; n < kBlocks; ++n) {
+    const auto index = static_cast<std::uint8_t>((monitored_ + n) % kBlocks);
+    const Block& block = blocks_[index];
+    if (block.type == EffectType::none) continue;
+    ++monitor.effects;
+    if (row == monitor.effect.size()) continue;
+    const std::uint64_t silent_ms = (now_.tick - block.updated_tick) * period_ns_ / 1'000'000;
+    protocol::GameEffect& shown = monitor.effect[row++];
+    shown.block = static_cast<std::uint8_t>(index + 1);
+    shown.kind = static_cast<protocol::GameEffectKind>(block.type);
+    shown.state = protocol::GameEffectState::stopped;
+    if (is_aside(index)) shown.state = protocol::GameEffectState::set_aside;
+    if (plays(index)) shown.state = protocol::GameEffectState::playing;
+    shown.torque = steps(forces_.block_torque_nm(index));
+    shown.updates = block.updates;
+    shown.silent_ms = static_cast<std::uint16_t>(silent_ms < 0xFFFF ? silent_ms : 0xFFFF);
+  }
+  if (row != 0) monitored_ = monitor.effect[row - 1].block;
+  return monitor;
+}
+
 std::int16_t PidEngine::axis() const {
   // Beyond this many counts the product would not fit, and the end is long passed.
   constexpr std::int64_t kMany = std::int64_t{1} << 30;
@@ -363,8 +442,8 @@ std::uint8_t PidEngine::status() const {
   std::uint8_t bits = 0;
   if (paused_) bits |= state_bit::paused;
   if (enabled_) bits |= state_bit::actuators_enabled;
-  if (now_.sdk_owns_actuator) bits |= state_bit::override_switch;
-  if (now_.owns_actuator) bits |= state_bit::actuator_power;
+  if (scale_.allowed && now_.owner != protocol::Owner::sdk) bits |= state_bit::override_switch;
+  if (now_.owner == protocol::Owner::game) bits |= state_bit::actuator_power;
   return bits;
 }
 
@@ -372,13 +451,20 @@ bool PidEngine::plays(std::size_t index) const {
   return (forces_.playing_blocks(index / 32) >> (index % 32) & 1U) != 0;
 }
 
+bool PidEngine::is_aside(std::size_t index) const {
+  return (forces_.blocks_aside(index / 32) >> (index % 32) & 1U) != 0;
+}
+
 std::size_t PidEngine::next_input(std::span<std::uint8_t> report) {
   if (report.size() < kLongestReport) return 0;
+  asked_ = true;
+  if (offered_) reader_ = true;  // the one before was fetched
   // In turns: a knob that moves all the time must not keep the states back.
   joystick_turn_ = !joystick_turn_;
-  const std::size_t size = joystick_turn_ ? next_joystick(report) : next_state(report);
-  if (size != 0) return size;
-  return joystick_turn_ ? next_state(report) : next_joystick(report);
+  std::size_t size = joystick_turn_ ? next_joystick(report) : next_state(report);
+  if (size == 0) size = joystick_turn_ ? next_state(report) : next_joystick(report);
+  offered_ = size != 0;
+  return size;
 }
 
 std::size_t PidEngine::next_joystick(std::span<std::uint8_t> report) {
@@ -400,11 +486,18 @@ std::size_t PidEngine::next_state(std::span<std::uint8_t> report) {
     playing_sent_[word] ^= bit;
     state.playing = (playing & bit) != 0 ? 1 : 0;
     state.block = static_cast<std::uint8_t>(32 * word + std::countr_zero(bit) + 1);
-    status_sent_ = state.status;
-    return encode(state, report);
+    return send(state, report);
   }
-  if (state.status == status_sent_) return 0;
+  const bool heartbeat =
+      plays_any() && now_.tick - state_tick_ >= scale_.abandoned_ticks / kHeartbeats;
+  if (state.status == status_sent_ && !state_due_ && !heartbeat) return 0;
+  return send(state, report);
+}
+
+std::size_t PidEngine::send(const PidState& state, std::span<std::uint8_t> report) {
   status_sent_ = state.status;
+  state_due_ = false;
+  state_tick_ = now_.tick;
   return encode(state, report);
 }
 

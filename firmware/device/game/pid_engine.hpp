@@ -15,6 +15,7 @@
 #include "device/game/effect_block.hpp"
 #include "device/game/forces.hpp"
 #include "device/game/params.hpp"
+#include "protocol/reports.hpp"
 
 namespace torsio::device::game {
 
@@ -22,8 +23,7 @@ namespace torsio::device::game {
 struct Moment {
   std::uint64_t tick = 0;
   std::int64_t position_counts = 0;
-  bool owns_actuator = false;  // the game does
-  bool sdk_owns_actuator = false;
+  protocol::Owner owner = protocol::Owner::none;
 };
 
 class PidEngine {
@@ -46,20 +46,23 @@ class PidEngine {
 
   // The rest of the device.
 
+  /// What games do, for those who watch; the next effects in turns.
+  protocol::GameMonitor monitor(float torque_step_nm);
   /// In every round of the main loop.
   void service(const Moment& now);
   /// The configuration has changed.
   void configure(const Config& config);
-  /// Nobody is on the bus any more: everything stops. The blocks are kept.
+  /// Nobody is on the bus any more: everything is set aside. The blocks are kept.
   void disconnect();
   /// Buttons that are pressed, bit 0 the first. A press starts the effects it triggers.
   void set_buttons(std::uint8_t pressed) { buttons_ = pressed; }
 
  private:
   template <class Report, class Fits, class Take>
-  bool take(std::span<const std::uint8_t> bytes, Fits fits, Take apply);
+  void take(std::span<const std::uint8_t> bytes, Fits fits, Take apply);
   Block* find(std::uint8_t index);
   void touch(Block& block);
+  void count(Block& block);
   void operate(const EffectOperation& operation);
   void control(Control control);
   void create(EffectType type);
@@ -68,13 +71,18 @@ class PidEngine {
   void stop_all();
   void send_orders();
   void watch_silence();
+  void watch_reader();
+  void set_all_aside();
   void watch_triggers();
   static bool triggers(const Block& block, std::uint8_t buttons);
   std::size_t next_joystick(std::span<std::uint8_t> report);
   std::size_t next_state(std::span<std::uint8_t> report);
+  std::size_t send(const PidState& state, std::span<std::uint8_t> report);
   std::int16_t axis() const;
   std::uint8_t status() const;
   bool plays(std::size_t index) const;
+  bool plays_any() const;
+  bool is_aside(std::size_t index) const;
   std::uint16_t pool_available() const;
 
   Forces& forces_;
@@ -90,18 +98,28 @@ class PidEngine {
   bool enabled_ = true;
   bool settings_dirty_ = true;
   bool stop_all_dirty_ = false;
+  bool all_aside_dirty_ = false;
   bool blocks_dirty_ = false;    // some may be; there are too many to ask in every round
   std::uint8_t next_dirty_ = 0;  // block to look at first, so that each gets its turn
+
+  std::uint32_t updates_ = 0;   // reports, ever
+  std::uint8_t monitored_ = 0;  // block that was shown last, from 1
 
   std::uint8_t buttons_ = 0;
   std::uint8_t buttons_seen_ = 0;
   std::uint64_t heard_tick_ = 0;
   bool heard_ = false;
+  std::uint64_t asked_tick_ = 0;  // for an input report
+  bool asked_ = false;
+  bool offered_ = false;  // a report waits to be fetched
+  bool reader_ = false;   // somebody fetches them
 
   Joystick joystick_;
   bool joystick_sent_ = false;
   bool joystick_turn_ = false;
   std::uint8_t status_sent_ = 0;
+  bool state_due_ = true;
+  std::uint64_t state_tick_ = 0;
   std::array<std::uint32_t, 2> playing_sent_{};
 };
 

@@ -36,7 +36,8 @@ class DescriptorWriter {
     global(0x34, physical_min_, 0);
     global(0x44, physical_max_, physical_max);
     global(0x64, unit_, static_cast<std::int32_t>(unit.code));
-    global(0x54, exponent_, unit.exponent & 0x0F, 1);  // a nibble
+    // A whole byte: HID 1.11 has it as a nibble, which Wine reads as +13. Linux takes either.
+    global(0x54, exponent_, unit.exponent, 1);
   }
   /// @param flags 0 array, 1 constant, 2 variable
   constexpr void data(Main main, unsigned size_bits, unsigned count, std::uint8_t flags) {
@@ -51,7 +52,7 @@ class DescriptorWriter {
  private:
   constexpr void raw(std::uint8_t byte) { bytes_[at_++] = byte; }
   constexpr void item(std::uint8_t prefix, std::int32_t value, unsigned bytes) {
-    raw(static_cast<std::uint8_t>(prefix | bytes));
+    raw(static_cast<std::uint8_t>(prefix | (bytes == 4 ? 3 : bytes)));
     for (unsigned i = 0; i < bytes; ++i) {
       raw(static_cast<std::uint8_t>(static_cast<std::uint32_t>(value) >> (8 * i)));
     }
@@ -61,7 +62,8 @@ class DescriptorWriter {
                         unsigned bytes = 0) {
     if (value == now) return;
     now = value;
-    if (bytes == 0) bytes = value >= -128 && value <= 127 ? 1 : 2;
+    if (bytes == 0) bytes = value == static_cast<std::int8_t>(value) ? 1 : 2;
+    if (bytes == 2 && value != static_cast<std::int16_t>(value)) bytes = 4;
     item(prefix, value, bytes);
   }
 

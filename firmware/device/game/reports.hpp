@@ -37,8 +37,8 @@ consteval Value<Owner, std::uint8_t> block_index(std::uint8_t Owner::* member) {
   return {member, usage::pid, 0x22, 1, kBlocks};
 }
 template <class Owner>
-consteval Choice<Owner, kEffectTypes> effect_type(std::uint8_t Owner::* member) {
-  return {member, 0x25, {0x26, 0x27, 0x30, 0x31, 0x32, 0x33, 0x34, 0x40, 0x41, 0x42, 0x43}};
+consteval Choice<Owner, kEffectTypes> effect_type(std::uint8_t Owner::* member, bool strict) {
+  return {member, 0x25, {0x26, 0x27, 0x30, 0x31, 0x32, 0x33, 0x34, 0x40, 0x41, 0x42, 0x43}, strict};
 }
 
 }  // namespace detail
@@ -87,8 +87,10 @@ struct PidState {
 namespace state_bit {
 inline constexpr std::uint8_t paused = 1 << 0;
 inline constexpr std::uint8_t actuators_enabled = 1 << 1;
-inline constexpr std::uint8_t override_switch = 1 << 2;  // the SDK has the actuator
-inline constexpr std::uint8_t actuator_power = 1 << 3;   // the game has the actuator
+// The user lets games have the actuator. DirectInput reads a 0 as "switched off by the user", so
+// it is 1 unless that is so.
+inline constexpr std::uint8_t override_switch = 1 << 2;
+inline constexpr std::uint8_t actuator_power = 1 << 3;  // the game has the actuator
 }  // namespace state_bit
 template <>
 struct PidLayout<PidState> {
@@ -124,7 +126,9 @@ struct PidLayout<SetEffect> {
   static constexpr std::uint8_t usage = 0x21;
   static constexpr std::tuple fields{
       detail::block_index(&SetEffect::block),
-      detail::effect_type(&SetEffect::type),
+      // What a block is was said when it was created. Linux before June 2026 names the type of the
+      // effect that was created last.
+      detail::effect_type(&SetEffect::type, false),
       detail::time(&SetEffect::duration_ms, 0x50),
       detail::time(&SetEffect::trigger_repeat_ms, 0x54),
       detail::time(&SetEffect::start_delay_ms, 0xA7),
@@ -135,7 +139,7 @@ struct PidLayout<SetEffect> {
       Bits<SetEffect, 2>{&SetEffect::enable,
                          {{{game::usage::desktop, 0x30, 0x55}, {game::usage::pid, 0x56}}}},
       Values<SetEffect, 2>{
-          &SetEffect::direction, 0x57, game::usage::ordinal, {1, 2}, kFull, 360, kDegrees},
+          &SetEffect::direction, 0x57, game::usage::ordinal, {1, 2}, kFull, kTurn, kCentidegrees},
   };
 };
 
@@ -203,7 +207,7 @@ struct PidLayout<SetPeriodic> {
       detail::block_index(&SetPeriodic::block),
       detail::level(&SetPeriodic::magnitude, 0x70, 0),
       detail::level(&SetPeriodic::offset, 0x6F, -kFull),
-      Value{&SetPeriodic::phase, game::usage::pid, 0x71, 0, kFull, 360, kDegrees},
+      Value{&SetPeriodic::phase, game::usage::pid, 0x71, 0, kFull, kTurn, kCentidegrees},
       detail::time(&SetPeriodic::period_ms, 0x72),
   };
 };
@@ -314,7 +318,7 @@ struct PidLayout<CreateEffect> {
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0xAB;
   static constexpr std::tuple fields{
-      detail::effect_type(&CreateEffect::type),
+      detail::effect_type(&CreateEffect::type, true),
       Value<CreateEffect, std::uint16_t>{&CreateEffect::custom_bytes, game::usage::desktop, 0x3B, 0,
                                          511, 0, kNoUnit, false},
   };

@@ -176,6 +176,15 @@ GAME_CONFIG = _configuration(
         "silence_s", "s", 0.0, 3600.0,
         "silence of the game that stops forces without end; 0 is never", default=10.0,
     ),
+    switch(
+        "join_updates", e.TOGGLE,
+        "on: updates of a steady force are joined by lines, half a frame of the game late; hits pass",
+        default=True,
+    ),
+    number(
+        "end_stiffness_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
+        "of walls at both ends of the axis, while a game has the actuator; 0: none", default=0.0,
+    ),
 )  # fmt: skip
 
 CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG)

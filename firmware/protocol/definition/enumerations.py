@@ -55,6 +55,19 @@ STATE = enumeration(
 OWNER = enumeration(
     "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game"
 )
+GAME_EFFECT_KIND = enumeration(
+    "GameEffectKind",
+    "What a game's effect is.",
+    "none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down",
+    "spring", "damper", "inertia", "friction",
+)  # fmt: skip
+GAME_EFFECT_STATE = enumeration(
+    "GameEffectState",
+    "Whether a game's effect plays.",
+    Value("stopped", "never started, stopped by the game, or at its end"),
+    Value("playing", "it plays, or waits for its delay"),
+    Value("set_aside", "ended by the device: the game's next update brings it back"),
+)
 OP = enumeration(
     "Op",
     "What a command asks for.",
@@ -69,6 +82,17 @@ OP = enumeration(
     Value("clear_fault"),
     Value("bootloader", "wait for new firmware, nobody can arm after it; only while disarmed"),
     public=False,
+)
+DISARM_REASON = enumeration(
+    "DisarmReason",
+    "Why the torque went.",
+    Value("order", "somebody said disarm() or stop()"),
+    Value("watchdog", "the host was silent for too long, or the bus was lost"),
+    Value("deadline_missed", "a streamed local model outlived its deadline"),
+    Value("fault", "a fault was latched"),
+    Value("game_idle", "a game had the actuator and has nothing to play any more"),
+    Value("disconnected", "the device was unplugged or lost its power"),
+    Value("unknown", "the word of the device about it was lost on the way"),
 )
 EVENT_KIND = enumeration(
     "EventKind",

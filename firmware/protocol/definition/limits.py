@@ -12,6 +12,7 @@ MAX_EFFECTS = Constant("max_effects", 16, "std::uint8_t")
 CURVE_POOL_POINTS = Constant("curve_pool_points", 1024, "std::uint16_t")
 CURVE_POINTS_PER_REPORT = Constant("curve_points_per_report", 13, "std::uint8_t")
 SAMPLES_PER_REPORT = Constant("samples_per_report", 4, "std::uint8_t")
+GAME_EFFECTS_PER_REPORT = Constant("game_effects_per_report", 3, "std::uint8_t")
 PROTOCOL_VERSION = Constant("protocol_version", 1, "std::uint16_t")
 
 MAX_TORQUE_NM = Constant("max_torque_nm", 100.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from firmware.protocol.definition import enumerations as e
-from tools.definition.model import Structure, choice, for_hosts, text, texts, told
+from tools.definition.model import Structure, choice, for_hosts, switch, text, texts, told
 
 _STATE = for_hosts(choice("state", e.STATE))
 _OWNER = for_hosts(choice("owner", e.OWNER, "who has the actuator"))
@@ -70,6 +70,32 @@ HEALTH = Structure(
         _OWNER,
     ),
 )
+GAME_STATUS = Structure(
+    "GameStatus",
+    "What games do with the device.",
+    (
+        told("time_s", "double", "of this moment: the device's tick times the control period"),
+        _OWNER,
+        for_hosts(switch("paused", e.TOGGLE, "by the game")),
+        for_hosts(switch("enabled", e.TOGGLE, "the game wants the actuator on")),
+        told("gain", "double", "of the device, as the game set it, 0 to 1"),
+        told("torque_nm", "double", "of all effects together"),
+        told("updates", "std::uint32_t", "reports that games sent since power-up"),
+        told("effects", "int", "that exist"),
+    ),
+)
+GAME_EFFECT = Structure(
+    "GameEffect",
+    "One effect that a game has made.",
+    (
+        told("block", "int", "its number, from 1"),
+        for_hosts(choice("kind", e.GAME_EFFECT_KIND, "what it is")),
+        for_hosts(choice("state", e.GAME_EFFECT_STATE, "whether it plays")),
+        told("torque_nm", "double", "what it gives now, before the cap on all together"),
+        told("updates", "std::uint32_t", "reports about it since it was made"),
+        told("silent_s", "double", "since the last of them; 65.535 at most"),
+    ),
+)
 LINK_STATISTICS = Structure(
     "LinkStatistics",
     "Counters of this end of the cable, since the knob was opened.",
@@ -81,9 +107,34 @@ LINK_STATISTICS = Structure(
         told(
             "samples_lost", "std::uint64_t", "never arrived, or not read before the ring was full"
         ),
+        told("events_lost", "std::uint64_t", "not taken before there were 1,024 of them"),
         told("local_models_refused", "std::uint64_t"),
         text("last_refusal", "of a local model, in words"),
     ),
+)
+EVENT = Structure(
+    "Event",
+    "Something that the device did without being asked, or that somebody else asked for.",
+    (
+        text("kind", 'what happened: "state_changed", "watchdog", "deadline_missed", ...'),
+        replace(_STATE, doc="after the event"),
+        replace(_OWNER, doc="who has the actuator after the event"),
+        texts("faults", "names of the faults that are latched after it"),
+        told("tick", "std::uint64_t", "when: control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+    ),
+    comparable=True,
+)
+DISARM = Structure(
+    "Disarm",
+    "How the torque went the last time.",
+    (
+        for_hosts(choice("reason", e.DISARM_REASON)),
+        texts("faults", "names of the faults that were latched then"),
+        told("tick", "std::uint64_t", "when: control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+    ),
+    comparable=True,
 )
 TELEMETRY_SAMPLE = Structure(
     "TelemetrySample",
@@ -104,5 +155,8 @@ TELEMETRY_SAMPLE = Structure(
     comparable=True,
 )
 
-RECORDS = (LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LINK_STATISTICS)
+RECORDS = (
+    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, GAME_STATUS, GAME_EFFECT, LINK_STATISTICS, EVENT,
+    DISARM,
+)  # fmt: skip
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

@@ -14,15 +14,19 @@ from firmware.protocol.definition.effects import (
 )
 from firmware.protocol.definition.limits import (
     CURVE_POOL_POINTS,
+    GAME_EFFECTS_PER_REPORT,
     MAX_EFFECTS,
     MAX_TORQUE_NM,
     PROTOCOL_VERSION,
     SAMPLES_PER_REPORT,
 )
-from tools.definition.model import Structure, choice, group, number, on_wire, raw
+from tools.definition.model import Structure, choice, group, number, on_wire, raw, switch
 
 _SEQUENCE = raw("sequence", "u16", "returned in the acknowledgement")
 _AXIS = raw("axis", "u8", "which axis; 0 is the first")
+
+# A hundred years and more, whatever is counted; room is left to add to it.
+_FOR_EVER = 1 << 62
 
 IDENTITY = Structure(
     "Identity",
@@ -33,24 +37,33 @@ IDENTITY = Structure(
         raw("firmware_version", "u8", "major, minor, patch", count=3),
         raw("board", "u8", "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
         raw("serial", "u8", "ASCII, padded with zeros", count=16),
-        raw("axes", "u8", "that the device has", default=1),
-        raw("effects", "u8", "slots of a scene", default="max_effects"),
-        raw("curve_points", "u16", "points in the pool", default="curve_pool_points"),
-        raw("control_period_ns", "u32", "length of a tick", "ns", default=1_000_000),
-        raw("counts_per_rev", "u32", "of the encoder", default=8192),
-        raw("torque_step_nm", "f32", "unit of telemetry's torques", "N m", default=1e-5),
-        raw("speed_step_rad_s", "f32", "unit of telemetry's speed", "rad/s", default=0.01),
+        raw("axes", "u8", "that the device has", "", 1, 16, default=1),
+        raw("effects", "u8", "slots of a scene", "", 1, MAX_EFFECTS, default="max_effects"),
+        raw(
+            "curve_points", "u16", "points in the pool", "", 0, CURVE_POOL_POINTS,
+            default="curve_pool_points",
+        ),
+        raw(
+            "control_period_ns", "u32", "length of a tick", "ns", 50_000, 1_000_000,
+            default=1_000_000,
+        ),
+        raw("counts_per_rev", "u32", "of the encoder", "", 4, 1 << 24, default=8192),
+        raw("torque_step_nm", "f32", "unit of telemetry's torques", "N m", 1e-9, 1.0, default=1e-5),
+        raw(
+            "speed_step_rad_s", "f32", "unit of telemetry's speed", "rad/s", 1e-9, 100.0,
+            default=0.01,
+        ),
     ),
     id=0x01,
     direction="feature",
-)
+)  # fmt: skip
 CLOCK = Structure(
     "Clock",
     "The device's time and position in full. Read only.",
     (
-        raw("tick", "u64", "ticks since power-up"),
-        raw("time_ns", "u64", "tick times the control period", "ns"),
-        raw("position_counts", "i64", "from the zero", "count"),
+        raw("tick", "u64", "ticks since power-up", "", 0, _FOR_EVER),
+        raw("time_ns", "u64", "tick times the control period", "ns", 0, _FOR_EVER),
+        raw("position_counts", "i64", "from the zero", "count", -_FOR_EVER, _FOR_EVER),
     ),
     id=0x02,
     direction="feature",
@@ -73,6 +86,35 @@ HEALTH = Structure(
     id=0x03,
     direction="feature",
 )
+GAME_EFFECT = Structure(
+    "GameEffect",
+    "One effect of a game.",
+    (
+        raw("block", "u8", "number of its block, from 1; 0: the row is empty"),
+        on_wire(choice("kind", e.GAME_EFFECT_KIND, "what it is")),
+        on_wire(choice("state", e.GAME_EFFECT_STATE, "whether it plays")),
+        raw("torque", "i16", "what it gives now, before the cap", "torque_step_nm"),
+        raw("updates", "u32", "reports about it since it was created"),
+        raw("silent_ms", "u16", "since the last of them; 65535 is longer", "ms"),
+    ),
+)
+GAME_MONITOR = Structure(
+    "GameMonitor",
+    "What games do. Each reading shows the next effects that exist, in turns. Read only.",
+    (
+        raw("tick", "u64", "of this moment"),
+        on_wire(choice("owner", e.OWNER, "who has the actuator")),
+        on_wire(switch("paused", e.TOGGLE, "by the game")),
+        on_wire(switch("enabled", e.TOGGLE, "the game wants the actuator on")),
+        raw("gain", "u16", "of the device, as the game set it; 32767 is 1"),
+        raw("torque", "i16", "of all effects together", "torque_step_nm"),
+        raw("updates", "u32", "reports that games sent since power-up"),
+        raw("effects", "u8", "that exist"),
+        on_wire(group("effect", GAME_EFFECT, count=GAME_EFFECTS_PER_REPORT)),
+    ),
+    id=0x08,
+    direction="feature",
+)
 COMMAND = Structure(
     "Command",
     "An order without values: "
@@ -93,10 +135,21 @@ COMMIT = Structure(
 STREAM = Structure(
     "Stream",
     "Starts or stops telemetry.",
-    (_SEQUENCE, _AXIS, raw("decimation", "u8", "one sample every so many ticks; 0 stops")),
+    (
+        _SEQUENCE,
+        _AXIS,
+        raw("decimation", "u8", "one sample every so many ticks; 0 stops"),
+        on_wire(
+            switch(
+                "prompt", e.TOGGLE,
+                "on: a report in every frame with the newest samples that are there; off: full "
+                "reports, which is a few frames later",
+            )
+        ),
+    ),
     id=0x12,
     direction="output",
-)
+)  # fmt: skip
 LOCAL_MODEL = Structure(
     "LocalModel",
     "A torque, a spring and a damper that the device renders at its own rate, on top of the scene, "
@@ -184,7 +237,7 @@ EVENT = Structure(
 )
 
 ALL_REPORTS = (
-    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, COMMAND, COMMIT, STREAM, LOCAL_MODEL, *EFFECTS,
+    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, COMMAND, COMMIT, STREAM, LOCAL_MODEL, *EFFECTS,
     CURVE_POINTS, TELEMETRY, ACKNOWLEDGEMENT, EVENT,
 )  # fmt: skip
 """Every report, in the order of the documentation and of the fingerprint."""

@@ -104,6 +104,10 @@ struct GameConfig {
   double blend_s = 0.002;
   /// silence of the game that stops forces without end; 0 is never; 0 to 3600
   double silence_s = 10.0;
+  /// true: updates of a steady force are joined by lines, half a frame of the game late; hits pass
+  bool join_updates = true;
+  /// of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
+  double end_stiffness_nm_per_rad = 0.0;
 };
 
 }  // namespace torsio

@@ -2,18 +2,34 @@
 /// What the library throws. Every message says what was wrong and what to do about it.
 #pragma once
 
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "torsio/export.hpp"
 
 namespace torsio {
 
+struct TelemetrySample;
+
 /// Base of everything that the library throws on purpose.
 class TORSIO_EXPORT Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+
+  /// What Knob::record() had when it ended early. None if something else has thrown this.
+  [[nodiscard]] const std::shared_ptr<const std::vector<TelemetrySample>>& samples()
+      const noexcept {
+    return samples_;
+  }
+  void keep_samples(std::shared_ptr<const std::vector<TelemetrySample>> samples) noexcept {
+    samples_ = std::move(samples);
+  }
+
+ private:
+  std::shared_ptr<const std::vector<TelemetrySample>> samples_;
 };
 
 /// A value that the device would refuse. Nothing was sent; what plays goes on.
@@ -49,11 +65,13 @@ class TORSIO_EXPORT ProtocolMismatch : public Error {
 /// The device said no. What plays goes on.
 class TORSIO_EXPORT Refused : public Error {
  public:
-  Refused(const std::string& message, std::string status, std::string report, std::string field)
+  Refused(const std::string& message, std::string status, std::string report, std::string field,
+          std::string reason = {})
       : Error(message),
         status_(std::move(status)),
         report_(std::move(report)),
-        field_(std::move(field)) {}
+        field_(std::move(field)),
+        reason_(std::move(reason)) {}
 
   /// Why, in one word of docs/protocol.md: "not_armed", "out_of_range", ...
   [[nodiscard]] const std::string& status() const noexcept { return status_; }
@@ -61,11 +79,28 @@ class TORSIO_EXPORT Refused : public Error {
   [[nodiscard]] const std::string& report() const noexcept { return report_; }
   /// Name of the offending field; empty if no field in particular.
   [[nodiscard]] const std::string& field() const noexcept { return field_; }
+  /// If the device had to be armed and is not any more, why: the name of a DisarmReason,
+  /// "watchdog", "fault", ...; else empty.
+  [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
 
  private:
   std::string status_;
   std::string report_;
   std::string field_;
+  std::string reason_;
+};
+
+/// The torque went while Knob::record() had been told that it must stay. Recorder and device go on.
+class TORSIO_EXPORT Disarmed : public Error {
+ public:
+  Disarmed(const std::string& message, std::string reason)
+      : Error(message), reason_(std::move(reason)) {}
+
+  /// Name of the DisarmReason: "watchdog", "fault", ...
+  [[nodiscard]] const std::string& reason() const noexcept { return reason_; }
+
+ private:
+  std::string reason_;
 };
 
 /// The device did not answer in time.

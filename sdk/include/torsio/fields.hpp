@@ -52,6 +52,21 @@ template <>
 struct Names<Owner> {
   static constexpr std::array<std::string_view, 3> values{"none", "sdk", "game"};
 };
+template <>
+struct Names<GameEffectKind> {
+  static constexpr std::array<std::string_view, 12> values{
+      "none",        "constant",      "ramp",   "square", "sine",    "triangle",
+      "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"};
+};
+template <>
+struct Names<GameEffectState> {
+  static constexpr std::array<std::string_view, 3> values{"stopped", "playing", "set_aside"};
+};
+template <>
+struct Names<DisarmReason> {
+  static constexpr std::array<std::string_view, 7> values{
+      "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"};
+};
 
 template <>
 struct Fields<Timing> {
@@ -347,6 +362,11 @@ struct Fields<GameConfig> {
             "in which a change of an effect, its beginning or its end takes full effect"),
       field("silence_s", &GameConfig::silence_s, "s", 0.0, 3600.0,
             "silence of the game that stops forces without end; 0 is never"),
+      field("join_updates", &GameConfig::join_updates, "", -kNoLimit, kNoLimit,
+            "on: updates of a steady force are joined by lines, half a frame of the game late; "
+            "hits pass"),
+      field("end_stiffness_nm_per_rad", &GameConfig::end_stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "of walls at both ends of the axis, while a game has the actuator; 0: none"),
   };
 };
 template <>
@@ -453,6 +473,40 @@ struct Fields<Health> {
   };
 };
 template <>
+struct Fields<GameStatus> {
+  static constexpr std::string_view name = "GameStatus";
+  static constexpr std::tuple list{
+      field("time_s", &GameStatus::time_s, "", -kNoLimit, kNoLimit,
+            "of this moment: the device's tick times the control period"),
+      field("owner", &GameStatus::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+      field("paused", &GameStatus::paused, "", -kNoLimit, kNoLimit, "by the game"),
+      field("enabled", &GameStatus::enabled, "", -kNoLimit, kNoLimit,
+            "the game wants the actuator on"),
+      field("gain", &GameStatus::gain, "", -kNoLimit, kNoLimit,
+            "of the device, as the game set it, 0 to 1"),
+      field("torque_nm", &GameStatus::torque_nm, "", -kNoLimit, kNoLimit,
+            "of all effects together"),
+      field("updates", &GameStatus::updates, "", -kNoLimit, kNoLimit,
+            "reports that games sent since power-up"),
+      field("effects", &GameStatus::effects, "", -kNoLimit, kNoLimit, "that exist"),
+  };
+};
+template <>
+struct Fields<GameEffect> {
+  static constexpr std::string_view name = "GameEffect";
+  static constexpr std::tuple list{
+      field("block", &GameEffect::block, "", -kNoLimit, kNoLimit, "its number, from 1"),
+      field("kind", &GameEffect::kind, "", -kNoLimit, kNoLimit, "what it is"),
+      field("state", &GameEffect::state, "", -kNoLimit, kNoLimit, "whether it plays"),
+      field("torque_nm", &GameEffect::torque_nm, "", -kNoLimit, kNoLimit,
+            "what it gives now, before the cap on all together"),
+      field("updates", &GameEffect::updates, "", -kNoLimit, kNoLimit,
+            "reports about it since it was made"),
+      field("silent_s", &GameEffect::silent_s, "", -kNoLimit, kNoLimit,
+            "since the last of them; 65.535 at most"),
+  };
+};
+template <>
 struct Fields<LinkStatistics> {
   static constexpr std::string_view name = "LinkStatistics";
   static constexpr std::tuple list{
@@ -463,10 +517,38 @@ struct Fields<LinkStatistics> {
       field("samples_received", &LinkStatistics::samples_received, "", -kNoLimit, kNoLimit, ""),
       field("samples_lost", &LinkStatistics::samples_lost, "", -kNoLimit, kNoLimit,
             "never arrived, or not read before the ring was full"),
+      field("events_lost", &LinkStatistics::events_lost, "", -kNoLimit, kNoLimit,
+            "not taken before there were 1,024 of them"),
       field("local_models_refused", &LinkStatistics::local_models_refused, "", -kNoLimit, kNoLimit,
             ""),
       field("last_refusal", &LinkStatistics::last_refusal, "", -kNoLimit, kNoLimit,
             "of a local model, in words"),
+  };
+};
+template <>
+struct Fields<Event> {
+  static constexpr std::string_view name = "Event";
+  static constexpr std::tuple list{
+      field("kind", &Event::kind, "", -kNoLimit, kNoLimit,
+            "what happened: \"state_changed\", \"watchdog\", \"deadline_missed\", ..."),
+      field("state", &Event::state, "", -kNoLimit, kNoLimit, "after the event"),
+      field("owner", &Event::owner, "", -kNoLimit, kNoLimit,
+            "who has the actuator after the event"),
+      field("faults", &Event::faults, "", -kNoLimit, kNoLimit,
+            "names of the faults that are latched after it"),
+      field("tick", &Event::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),
+      field("time_s", &Event::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
+  };
+};
+template <>
+struct Fields<Disarm> {
+  static constexpr std::string_view name = "Disarm";
+  static constexpr std::tuple list{
+      field("reason", &Disarm::reason, "", -kNoLimit, kNoLimit, ""),
+      field("faults", &Disarm::faults, "", -kNoLimit, kNoLimit,
+            "names of the faults that were latched then"),
+      field("tick", &Disarm::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),
+      field("time_s", &Disarm::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
   };
 };
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <span>
@@ -22,6 +24,52 @@
 namespace torsio {
 
 struct Connection;
+class Session;
+
+/// What record() gives: samples, and whether the torque was there all the time.
+struct Recording : std::vector<TelemetrySample> {
+  using std::vector<TelemetrySample>::vector;
+  /// How the torque went during the recording, if it did.
+  std::optional<Disarm> disarmed{};
+};
+
+/// A step of a program's own loop; see Knob::every().
+struct Step {
+  std::uint64_t index = 0;       ///< 0, 1, 2, ... without a gap, also when steps were late
+  double time_s = 0.0;           ///< when it was due, since the loop began
+  std::uint64_t late_steps = 0;  ///< so many were left out until now, because they were overdue
+};
+
+/// Steps at equal distances of time, made by Knob::every(); for as long as its knob lives.
+class TORSIO_EXPORT Steps {
+ public:
+  /// Waits for the next step. @throws Closed, Disconnected, Interrupted
+  Step wait();
+
+  /// For a loop that only `break` or an exception ends.
+  class Iterator {
+   public:
+    explicit Iterator(Steps& steps) : steps_(&steps) {}
+    Step operator*() const { return steps_->wait(); }
+    Iterator& operator++() { return *this; }
+    bool operator==(std::default_sentinel_t) const { return false; }
+
+   private:
+    Steps* steps_;
+  };
+  Iterator begin() { return Iterator(*this); }
+  static std::default_sentinel_t end() { return {}; }
+
+ private:
+  friend class Knob;
+  Steps(Session& session, std::int64_t period_ns) : session_(&session), period_ns_(period_ns) {}
+
+  Session* session_;
+  std::int64_t period_ns_;
+  std::optional<std::int64_t> begin_ns_;
+  std::int64_t due_ns_ = 0;
+  Step next_;
+};
 
 /// All knobs that are plugged in, and the emulated one, which is always last, if this build has it.
 [[nodiscard]] TORSIO_EXPORT std::vector<ListedDevice> list_devices();
@@ -84,12 +132,19 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] DeviceInfo info() const;
   /// As last heard of; costs nothing. @throws Closed
   [[nodiscard]] State state() const;
+  /// How the torque went the last time since the knob was opened; costs nothing.
+  [[nodiscard]] std::optional<Disarm> last_disarm() const;
   /// Names of the latched faults as the device says now: "over_speed", ...
   [[nodiscard]] std::vector<std::string> faults();
   [[nodiscard]] Health health();
   [[nodiscard]] Clock clock();
   [[nodiscard]] double position_rad();
   [[nodiscard]] LinkStatistics statistics() const;
+  /// What games do with the device over its game interface.
+  [[nodiscard]] GameStatus game_status();
+  /// The effects that games have made, in the order of their blocks. Those of one report are of the
+  /// same moment, three of them.
+  [[nodiscard]] std::vector<GameEffect> game_effects();
 
   // What it does -----------------------------------------------------------------------------
 
@@ -114,6 +169,20 @@ class TORSIO_EXPORT Knob {
   /// what the device refuses later only counts, in statistics().
   /// @throws InvalidArgument, Refused (not_armed)
   void stream_local_model(const LocalModel& model);
+
+  // Events -----------------------------------------------------------------------------------
+
+  /// Takes what the device has told of itself and nobody has taken yet, oldest first: changes of
+  /// state and owner, faults, silence, missed deadlines, the end of the connection. 1,024 are kept;
+  /// what is older counts as lost in statistics().
+  /// @param timeout_s how long to wait for one if there is none
+  [[nodiscard]] std::vector<Event> events(double timeout_s = 0.0);
+
+  /// Calls back with every event from now on, one after the other and under no lock: from a thread
+  /// of the knob, or, in virtual time, from the thread that lets time pass. The callback may call
+  /// any member. What it throws ends it, and the next on_event() throws that. An empty function
+  /// ends it too.
+  void on_event(std::function<void(const Event&)> callback);
 
   // Configuration ----------------------------------------------------------------------------
 
@@ -148,10 +217,18 @@ class TORSIO_EXPORT Knob {
   /// @param rate_hz highest rate wanted, up to the control rate and 4,000 Hz; the device sends
   ///        every n-th tick. None takes the highest rate up to 3,600 Hz, which leaves the cable
   ///        room for answers. Above that samples are lost if commands are sent all the time.
+  /// @param prompt have the device report in every frame, a millisecond, the newest samples that
+  ///        are there, at most 4, instead of full reports: for loops that use latest(). Without a
+  ///        rate this is 1,000 Hz.
   /// @returns the true rate
   /// @throws InvalidArgument that says which rates this knob has
-  double start_telemetry(std::optional<double> rate_hz = {});
+  double start_telemetry(std::optional<double> rate_hz = {}, bool prompt = false);
+  /// Stops telemetry; what runs record() in another thread keeps it until that is done.
   void stop_telemetry();
+
+  /// The newest sample that has arrived; it can still be read. Waits only for the very first.
+  /// @throws Error if no telemetry runs; Timeout
+  [[nodiscard]] TelemetrySample latest();
 
   /// Takes samples, oldest first; waits until there is one or the time is over. After an unplug
   /// what has arrived can still be read.
@@ -164,15 +241,29 @@ class TORSIO_EXPORT Knob {
   /// Lets `duration_s` pass and returns every sample of that span. Starts telemetry if it does not
   /// run, or if a rate is given as in start_telemetry(). It returns up to 10 ms late, when the last
   /// sample has arrived.
+  /// Threads may record at the same time. If it ends early the samples that came can still be read,
+  /// and what the library throws has all of them: Error::samples().
+  /// @param must_stay_armed throw Disarmed when the torque goes meanwhile; else Recording::disarmed
+  ///        tells
   /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
-  /// up
-  [[nodiscard]] std::vector<TelemetrySample> record(double duration_s,
-                                                    std::optional<double> rate_hz = {});
+  /// up; Disarmed
+  [[nodiscard]] Recording record(double duration_s, std::optional<double> rate_hz = {},
+                                 bool must_stay_armed = false);
+  /// The same, but puts the samples behind those of `into` as they come: they are there however it
+  /// ends.
+  void record(Recording& into, double duration_s, std::optional<double> rate_hz = {},
+              bool must_stay_armed = false);
 
   // Waiting ----------------------------------------------------------------------------------
 
   /// Lets time pass.
   void sleep(double duration_s);
+
+  /// Steps of a program's own loop at equal distances of time, the first at once. One that is late
+  /// by a whole period or more is left out and counted, so that the loop never runs to catch up:
+  /// `for (const Step step : knob.every(0.001)) { ... knob.latest() ... }`
+  /// @throws InvalidArgument unless `period_s` is from 0.0001 to 3600
+  [[nodiscard]] Steps every(double period_s);
 
   /// Waits until the device is in `state`. @returns false if it is not so in time
   bool wait_for(State state, double timeout_s = 1.0);

@@ -22,6 +22,40 @@ enum class State : std::uint8_t {
 /// Who has the actuator: nobody unless it is armed.
 enum class Owner : std::uint8_t { none, sdk, game };
 
+/// What a game's effect is.
+enum class GameEffectKind : std::uint8_t {
+  none,
+  constant,
+  ramp,
+  square,
+  sine,
+  triangle,
+  sawtooth_up,
+  sawtooth_down,
+  spring,
+  damper,
+  inertia,
+  friction
+};
+
+/// Whether a game's effect plays.
+enum class GameEffectState : std::uint8_t {
+  stopped,    ///< never started, stopped by the game, or at its end
+  playing,    ///< it plays, or waits for its delay
+  set_aside,  ///< ended by the device: the game's next update brings it back
+};
+
+/// Why the torque went.
+enum class DisarmReason : std::uint8_t {
+  order,            ///< somebody said disarm() or stop()
+  watchdog,         ///< the host was silent for too long, or the bus was lost
+  deadline_missed,  ///< a streamed local model outlived its deadline
+  fault,            ///< a fault was latched
+  game_idle,        ///< a game had the actuator and has nothing to play any more
+  disconnected,     ///< the device was unplugged or lost its power
+  unknown,          ///< the word of the device about it was lost on the way
+};
+
 /// Bits of telemetry's `flags`; the two lowest are the state.
 namespace flag {
 inline constexpr std::uint8_t state_mask = 0x3;
@@ -101,6 +135,28 @@ struct Health {
   Owner owner = Owner::none;           ///< who has the actuator
 };
 
+/// What games do with the device.
+struct GameStatus {
+  double time_s = 0.0;        ///< of this moment: the device's tick times the control period
+  Owner owner = Owner::none;  ///< who has the actuator
+  bool paused = false;        ///< by the game
+  bool enabled = false;       ///< the game wants the actuator on
+  double gain = 0.0;          ///< of the device, as the game set it, 0 to 1
+  double torque_nm = 0.0;     ///< of all effects together
+  std::uint32_t updates = 0;  ///< reports that games sent since power-up
+  int effects = 0;            ///< that exist
+};
+
+/// One effect that a game has made.
+struct GameEffect {
+  int block = 0;                                     ///< its number, from 1
+  GameEffectKind kind = GameEffectKind::none;        ///< what it is
+  GameEffectState state = GameEffectState::stopped;  ///< whether it plays
+  double torque_nm = 0.0;     ///< what it gives now, before the cap on all together
+  std::uint32_t updates = 0;  ///< reports about it since it was made
+  double silent_s = 0.0;      ///< since the last of them; 65.535 at most
+};
+
 /// Counters of this end of the cable, since the knob was opened.
 struct LinkStatistics {
   std::uint64_t reports_sent = 0;
@@ -108,8 +164,31 @@ struct LinkStatistics {
   std::uint64_t reports_undecodable = 0;  ///< damaged on the way, and ignored
   std::uint64_t samples_received = 0;
   std::uint64_t samples_lost = 0;  ///< never arrived, or not read before the ring was full
+  std::uint64_t events_lost = 0;   ///< not taken before there were 1,024 of them
   std::uint64_t local_models_refused = 0;
   std::string last_refusal{};  ///< of a local model, in words
+};
+
+/// Something that the device did without being asked, or that somebody else asked for.
+struct Event {
+  std::string kind{};  ///< what happened: "state_changed", "watchdog", "deadline_missed", ...
+  State state = State::disarmed;      ///< after the event
+  Owner owner = Owner::none;          ///< who has the actuator after the event
+  std::vector<std::string> faults{};  ///< names of the faults that are latched after it
+  std::uint64_t tick = 0;             ///< when: control periods since power-up
+  double time_s = 0.0;                ///< tick times the control period
+
+  friend bool operator==(const Event&, const Event&) = default;
+};
+
+/// How the torque went the last time.
+struct Disarm {
+  DisarmReason reason = DisarmReason::order;
+  std::vector<std::string> faults{};  ///< names of the faults that were latched then
+  std::uint64_t tick = 0;             ///< when: control periods since power-up
+  double time_s = 0.0;                ///< tick times the control period
+
+  friend bool operator==(const Disarm&, const Disarm&) = default;
 };
 
 }  // namespace torsio

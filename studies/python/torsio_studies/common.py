@@ -211,7 +211,8 @@ def execute(
     Raises
     ------
     StudyError
-        If there is no such study, or something cannot be written; earlier results are kept.
+        If there is no such study, a package that it needs is missing, or something cannot be
+        written; earlier results are kept.
     """
     if name not in STUDIES:
         raise StudyError(f"there is no study {name!r}; there are {', '.join(sorted(STUDIES))}")
@@ -220,7 +221,15 @@ def execute(
     if out is not None:
         with _explained(out):
             out.mkdir(parents=True, exist_ok=True)
-    module = cast(_Module, importlib.import_module(f"torsio_studies.{name}.study"))
+    try:
+        module = cast(_Module, importlib.import_module(f"torsio_studies.{name}.study"))
+    except ModuleNotFoundError as error:
+        package = (error.name or "").partition(".")[0]
+        if package in ("", "torsio", "torsio_studies"):
+            raise  # ours, and not the user's to install
+        raise StudyError(
+            f"the study {name} needs the Python package {package}: pip install {package}"
+        ) from None
     begin = time.perf_counter()
     study = Study(name, out, quick, settings or {})
     with contextlib.ExitStack() as stack:
@@ -266,7 +275,7 @@ def load(path: Path, name: str) -> Results:
         results = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise StudyError(f"{path} cannot be read: {error}") from None
-    except json.JSONDecodeError as error:
+    except (ValueError, RecursionError) as error:  # numbers and nests without end are both
         raise StudyError(f"{path} is damaged: {error}") from None
     if not isinstance(results, dict) or results.get("study") != name:
         raise StudyError(f"{path} does not hold results of `torsio study {name}`")

@@ -80,3 +80,12 @@ TEST_CASE("make_pattern_of_span repeats with the span") {
   CHECK(core::pattern_phase(1500 + 3000 * 1000, pattern) / 4294967296.0 ==
         doctest::Approx(0.5).epsilon(1e-5));
 }
+
+TEST_CASE("offset_rad holds from 2^30 counts on, either way") {
+  constexpr std::int64_t most = std::int64_t{1} << 30;
+  const float end = core::offset_rad(most, {}, 1.0F);
+  for (const std::int64_t beyond : {most + 1000, 2 * most - 1, 2 * most, 40 * most}) {
+    CHECK(core::offset_rad(beyond, {}, 1.0F) == end);
+    CHECK(core::offset_rad(-beyond, {}, 1.0F) == -end);
+  }
+}

@@ -153,3 +153,13 @@ TEST_CASE("limit_motor holds the rate, and holds nothing without one") {
   core::LimitState free;
   CHECK(core::limit_motor(free, {}, -0.085F) == -0.085F);
 }
+
+TEST_CASE("saturation is told when more is wanted than there is, and not before") {
+  const core::Shares motor = share(core::Law::motor_only, 0.2F, 0.0F, 0.5F);
+  CHECK(motor.motor_saturated);
+  const core::Shares brake = share(core::Law::paper, 0.25F, 0.0F, 1.0F);
+  CHECK(brake.brake_saturated);
+  const core::Shares neither = share(core::Law::paper, 0.05F, 0.0F, 0.5F);
+  CHECK_FALSE(neither.motor_saturated);
+  CHECK_FALSE(neither.brake_saturated);
+}

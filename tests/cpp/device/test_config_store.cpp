@@ -137,3 +137,93 @@ TEST_CASE("save is refused as busy when the board could not write, and may be tr
   CHECK(save(true) == Status::ok);
   CHECK(rig.get<Health>().saves == 1);
 }
+
+namespace {
+
+void put_u32(torsio::device::SlotBytes& bytes, std::size_t at, std::uint32_t value) {
+  for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
+}
+
+/// Gives a slot the checksum that its bytes have.
+void seal(torsio::device::SlotBytes& bytes) {
+  put_u32(bytes, 252, torsio::device::crc32(std::span(bytes).first(252)));
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a slot with a right checksum counts only with its mark, this layout and values in range") {
+  const SlotWrite good = ConfigStore(torsio::device::empty_slots()).prepare(with_beta(0.3F));
+  const auto loads = [&](auto change,
+                         torsio::device::WiringRule rule = torsio::device::any_wiring) {
+    StoredSlots slots = torsio::device::empty_slots();
+    slots.slot[0] = good.bytes;
+    change(slots.slot[0]);
+    seal(slots.slot[0]);
+    return ConfigStore(slots, rule).loaded().has_value();
+  };
+  using Bytes = torsio::device::SlotBytes;
+  CHECK(loads([](Bytes&) {}));
+  CHECK_FALSE(loads([](Bytes& bytes) { bytes[0] ^= 1; }));                  // the mark "TORS"
+  CHECK_FALSE(loads([](Bytes& bytes) { put_u32(bytes, 4, 0x12345678); }));  // another layout
+  // Each report begins with its id; a wrong one is none.
+  CHECK_FALSE(loads([](Bytes& bytes) { bytes[12] ^= 1; }));
+  const auto never = [](const BoardConfig&) {
+    return std::optional<torsio::device::PinConflict>(torsio::device::PinConflict{});
+  };
+  CHECK_FALSE(loads([](Bytes&) {}, never));
+}
+
+TEST_CASE("a stored value beyond its range makes its slot none, whichever report it is in") {
+  const auto loads = [](auto change) {
+    Config config;
+    change(config);
+    StoredSlots slots = torsio::device::empty_slots();
+    slots.slot[0] = ConfigStore(slots).prepare(config).bytes;
+    return ConfigStore(slots).loaded().has_value();
+  };
+  CHECK(loads([](Config&) {}));
+  CHECK_FALSE(loads([](Config& c) { c.actuator.motor_torque_max_nm = 1000.0F; }));
+  CHECK_FALSE(loads([](Config& c) { c.control.beta = 2.0F; }));
+  CHECK_FALSE(loads([](Config& c) { c.board.light_pin = 200; }));
+  CHECK_FALSE(loads([](Config& c) { c.game.gain = 100.0F; }));
+  // In range each, but not together.
+  CHECK_FALSE(loads([](Config& c) { c.actuator.brake_torque_min_nm = 0.2F; }));
+  CHECK_FALSE(loads([](Config& c) { c.actuator.counter_bits = 8; }));
+}
+
+TEST_CASE("the newer of two slots is loaded, whichever it is") {
+  for (const std::uint8_t newer : {std::uint8_t{0}, std::uint8_t{1}}) {
+    StoredSlots slots = torsio::device::empty_slots();
+    for (const std::uint8_t slot : {std::uint8_t{0}, std::uint8_t{1}}) {
+      slots.slot[slot] =
+          ConfigStore(StoredSlots{}).prepare(with_beta(slot == newer ? 0.4F : 0.1F)).bytes;
+      put_u32(slots.slot[slot], 8, slot == newer ? 8U : 7U);
+      seal(slots.slot[slot]);
+    }
+    const ConfigStore store(slots);
+    REQUIRE(store.loaded());
+    CHECK(store.loaded()->control.beta == 0.4F);
+    CHECK(store.saves() == 8);
+    CHECK(store.prepare({}).slot == 1 - newer);
+  }
+}
+
+TEST_CASE("saves of one power-up take turns too") {
+  ConfigStore store(torsio::device::empty_slots());
+  const std::uint8_t first = store.prepare({}).slot;
+  store.written();
+  CHECK(store.prepare({}).slot == 1 - first);
+  store.written();
+  CHECK(store.prepare({}).slot == first);
+  CHECK(store.saves() == 2);
+}
+
+TEST_CASE("a board that says it has written what nobody saved is not believed") {
+  Rig rig;
+  rig.device->storage_written();
+  rig.device->storage_failed();
+  rig.tick(3);
+  CHECK(rig.acknowledgements.empty());
+  CHECK(rig.get<Health>().saves == 0);
+}

@@ -16,6 +16,45 @@ TEST_CASE("hand refuses quantities out of their range and paths that jump") {
                        doctest::Contains("angle_rad"), std::invalid_argument);
 }
 
+TEST_CASE("hand refuses what no hand can do, by name") {
+  for (const double nm : {101.0, -1e9, 1e290, 1e308}) {
+    CAPTURE(nm);
+    CHECK_THROWS_WITH_AS(Plant({}, TorqueHand{Profile::constant(nm)}),
+                         doctest::Contains("torque_nm"), std::invalid_argument);
+  }
+  for (const double rad : {1e10, -1e290, 1e308}) {
+    CAPTURE(rad);
+    CHECK_THROWS_WITH_AS(Plant({}, PrescribedMotion{Profile::constant(rad)}),
+                         doctest::Contains("angle_rad"), std::invalid_argument);
+    CHECK_THROWS_WITH_AS(Plant({}, ImpedanceHand{0.0, 1.0, 0.0, Profile::constant(rad)}),
+                         doctest::Contains("intended_angle_rad"), std::invalid_argument);
+  }
+  CHECK_THROWS_WITH_AS(Plant({}, PrescribedMotion{Profile({{0, 0.0}, {1, 1.0}})}),
+                       doctest::Contains("speed"), std::invalid_argument);
+  for (const double much : {1e9, 1e308, double{INFINITY}}) {
+    CHECK_THROWS_AS(Plant({}, ImpedanceHand{much, 1.0, 1.0, Profile::constant(0.0)}),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(Plant({}, ImpedanceHand{0.0, much, 1.0, Profile::constant(0.0)}),
+                    std::invalid_argument);
+    CHECK_THROWS_AS(Plant({}, ImpedanceHand{0.0, 1.0, much, Profile::constant(0.0)}),
+                    std::invalid_argument);
+  }
+}
+
+TEST_CASE("what turns too fast ends with a sentence, not with nonsense and not for ever") {
+  PlantParams params;
+  params.knob_inertia_kg_m2 = 1e-9;
+  params.knob_viscous_nm_s_per_rad = 0.0;
+  Plant light(params, TorqueHand{Profile::constant(100.0)});
+  CHECK_THROWS_AS(light.advance(1'000'000'000), std::runtime_error);
+
+  params = {};
+  params.knob_viscous_nm_s_per_rad = 0.0;
+  Plant pushed(params, TorqueHand{Profile::constant(100.0)});
+  CHECK_THROWS_WITH_AS(pushed.advance(10'000'000'000), doctest::Contains("turns faster"),
+                       std::runtime_error);
+}
+
 TEST_CASE("prescribed motion moves the knob along its path") {
   const Profile path({{0, 0.25}, {100'000'000, 0.25}, {300'000'000, 1.25}, {400'000'000, 1.25}});
   Plant plant({}, PrescribedMotion{path});

@@ -188,3 +188,36 @@ TEST_CASE("data against the direction of its request stalls") {
   CHECK(rig.client.control_out(setup_packet(0x00, 6, 0x0100, 0, 18), Bytes(18)).status == kStall);
   CHECK(rig.client.get_feature(1).status == 0);
 }
+
+TEST_CASE("reports of another kind, interface or recipient stall and change nothing") {
+  Rig rig;
+  const Bytes good = rig.client.get_feature(0x05).data;
+  Bytes other = good;
+  other[60] = 0;
+  // HID 1.11: the high byte of wValue is the kind, 1 input, 2 output, 3 feature.
+  for (const std::uint16_t value :
+       std::initializer_list<std::uint16_t>{0x0105, 0x0205, 0x0005, 0x0405}) {
+    CAPTURE(value);
+    CHECK(rig.client.control_in(setup_packet(0xA1, 1, value, 0, 64), 64).status == kStall);
+    CHECK(rig.client.control_out(setup_packet(0x21, 9, value, 0, 64), other).status == kStall);
+  }
+  // The id in the request is not that of the data.
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0306, 0, 64), good).status == kStall);
+  // No interface 2, and neither the device nor an endpoint has reports.
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0305, 2, 64), 64).status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0305, 2, 64), good).status == kStall);
+  CHECK(rig.client.control_in(setup_packet(0xA0, 1, 0x0305, 0, 64), 64).status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x22, 9, 0x0305, 0, 64), good).status == kStall);
+  // Requests of a vendor.
+  CHECK(rig.client.control_in(setup_packet(0xC1, 1, 0x0305, 0, 64), 64).status == kStall);
+  CHECK(rig.client.get_feature(0x05).data == good);
+}
+
+TEST_CASE("a game's feature report is read as long as it was announced") {
+  Rig rig;
+  // Create New Effect of type 1, of four bytes and of two.
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0321, 1, 4), {0x21, 1, 0, 0}).status == 0);
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0322, 1, 5), 5).data[2] == 1);
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0321, 1, 2), {0x21, 1}).status == 0);
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0322, 1, 5), 5).data[2] == 3);  // an error
+}

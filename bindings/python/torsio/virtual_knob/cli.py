@@ -196,5 +196,11 @@ def emulate_command(
             # The one way to end it.
             sys.stdout.write("\n" if sys.stdout.isatty() else "")
             return
+    if process.returncode < 0:
+        name = signal.Signals(-process.returncode).name
+        sys.stderr.write(
+            f"torsio: error: the program that is the knob was ended by {name}; start it again\n"
+        )
+        raise typer.Exit(1)
     if process.returncode:
         raise typer.Exit(process.returncode)

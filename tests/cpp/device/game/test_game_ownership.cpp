@@ -161,7 +161,6 @@ TEST_CASE("after the SDK has let go, a game gets the actuator by starting an eff
   REQUIRE(rig.command(Op::arm) == Status::ok);
   rig.tick(100);
   REQUIRE(rig.command(Op::disarm) == Status::ok);
-  rig.constant(block, 30000);
   rig.control(1);
   rig.tick(100);
   CHECK(rig.owner() == Owner::none);

@@ -102,9 +102,7 @@ TEST_CASE("what names a free block, another kind of effect or no block at all ch
   rig.ramp(block, 32767, 32767);
   rig.periodic(block, 32767, 32767, 0, 10);
   rig.condition(block, {});
-  // Another type in Set Effect, an operation and a control that do not exist, levels out of range.
-  rig.write(
-      Bytes{}.u8(0x11).u8(block).u8(kSine).u16(1).u16(0).u16(0).u16(1).u8(0).u8(2).u16(0).u16(0));
+  // An operation and a control that do not exist, levels out of range.
   rig.write(
       Bytes{}.u8(0x11).u8(block).u8(1).u16(1).u16(0).u16(0).u16(40000).u8(0).u8(2).u16(0).u16(0));
   rig.operate(block, 0, 1);
@@ -119,6 +117,22 @@ TEST_CASE("what names a free block, another kind of effect or no block at all ch
   rig.write(Bytes{}.u8(0x7F).u8(1).u8(1).u8(1));
   rig.tick(5);
   CHECK(rig.outputs.motor_command_nm == before);
+}
+
+TEST_CASE("an update finds its effect whatever type it names: Linux names the one created last") {
+  // hid-pidff before June 2026.
+  for (const int type : {int{kSine}, int{kSpring}, 0, 12, 255}) {
+    CAPTURE(type);
+    GameRig rig;
+    const int block = rig.play_constant(10000);
+    rig.create(kSine);
+    rig.tick(5);
+    CHECK(rig.outputs.motor_command_nm == about(0.08 * 10000 / 32767));
+    Bytes turned = Bytes{}.u8(0x11).u8(block).u8(type).u16(kWithoutEnd).u16(0).u16(0).u16(32767);
+    rig.write(turned.u8(0).u8(2).u16(kEast).u16(0));
+    rig.tick(5);
+    CHECK(rig.outputs.motor_command_nm == about(-0.08 * 10000 / 32767));
+  }
 }
 
 TEST_CASE("reports filled up to the longest length, as Windows sends them, are good") {
@@ -180,7 +194,8 @@ TEST_CASE("ten thousand updates a second for a minute build up no delay") {
   }
   CHECK(oldest_ms <= 14);
   for (const int block : blocks) rig.constant(block, 100);
-  rig.tick(11);
+  // Ten ticks until all are there, and a frame that joins the last to the one before.
+  rig.tick(24);
   CHECK(rig.outputs.motor_command_nm == about(0.08 * 4000 / 32767));
 }
 
@@ -245,14 +260,16 @@ TEST_CASE("start solo stops the others, stop all stops everything, reset frees i
   rig.tick(5);
   CHECK(rig.outputs.motor_command_nm == Approx(0.08 * 5000 / 32767));
   rig.control(3);
-  rig.tick(5);
+  rig.tick(25);
+  CHECK(rig.outputs.motor_command_nm == about(0.04 * 5000 / 32767, 0.05));  // in 50 ms
+  rig.tick(30);
   CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.start(second);
   rig.gain(16384);
   rig.tick(5);
   CHECK(rig.outputs.motor_command_nm == about(0.04 * 5000 / 32767));
   rig.control(4);
-  rig.tick(5);
+  rig.tick(55);
   CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.start(second);
   rig.tick(5);
@@ -311,11 +328,11 @@ TEST_CASE("the state report tells which effects begin and end, and who has the a
   CHECK(a != b);
   Inputs begin(*rig.device);
   REQUIRE(begin.states.size() == 1);
-  CHECK(begin.states[0] == std::array{0x0A, 1, b});  // enabled, powered
+  CHECK(begin.states[0] == std::array{0x0E, 1, b});  // enabled, let, powered
   rig.tick(30);
   Inputs end(*rig.device);
   REQUIRE(end.states.size() == 1);
-  CHECK(end.states[0] == std::array{0x0A, 0, b});
+  CHECK(end.states[0] == std::array{0x0E, 0, b});
   rig.control(5);
   rig.tick(2);
   Inputs paused(*rig.device);
@@ -327,6 +344,24 @@ TEST_CASE("the state report tells which effects begin and end, and who has the a
   Inputs stopped(*rig.device);
   REQUIRE_FALSE(stopped.states.empty());
   CHECK((stopped.states.back()[0] & 0x08) == 0);
+}
+
+TEST_CASE("the override switch is off only while games are shut out or the SDK has the actuator") {
+  GameRig rig;
+  const auto state = [&rig] {
+    rig.control(1);  // which is answered with the state
+    rig.tick(2);
+    const Inputs found(*rig.device);
+    REQUIRE_FALSE(found.states.empty());
+    return found.states.back()[0];
+  };
+  CHECK((state() & 0x04) != 0);  // DirectInput reads 0 as: the user has switched forces off
+  REQUIRE(rig.command(protocol::Op::arm) == protocol::Status::ok);
+  CHECK((state() & 0x04) == 0);
+  REQUIRE(rig.command(protocol::Op::disarm) == protocol::Status::ok);
+  CHECK((state() & 0x04) != 0);
+  rig.configure([](protocol::GameConfig& config) { config.enabled = protocol::Toggle::off; });
+  CHECK((state() & 0x04) == 0);
 }
 
 TEST_CASE("a knob that never rests does not keep the state reports back") {

@@ -27,7 +27,7 @@ template <>
 struct Fields<TorqueHand> {
   static constexpr std::string_view name = "TorqueHand";
   static constexpr std::tuple list{
-      field("torque_nm", &TorqueHand::torque_nm, "N m", -kNoLimit, kNoLimit,
+      field("torque_nm", &TorqueHand::torque_nm, "N m", -100.0, 100.0,
             "two knots at the same time make a jump"),
   };
 };
@@ -35,13 +35,12 @@ template <>
 struct Fields<ImpedanceHand> {
   static constexpr std::string_view name = "ImpedanceHand";
   static constexpr std::tuple list{
-      field("inertia_kg_m2", &ImpedanceHand::inertia_kg_m2, "kg m^2", -kNoLimit, kNoLimit,
+      field("inertia_kg_m2", &ImpedanceHand::inertia_kg_m2, "kg m^2", 0.0, 10.0, "of the hand"),
+      field("stiffness_nm_per_rad", &ImpedanceHand::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
             "of the hand"),
-      field("stiffness_nm_per_rad", &ImpedanceHand::stiffness_nm_per_rad, "N m/rad", -kNoLimit,
-            kNoLimit, "of the hand"),
-      field("damping_nm_s_per_rad", &ImpedanceHand::damping_nm_s_per_rad, "N m s/rad", -kNoLimit,
-            kNoLimit, "of the hand"),
-      field("intended_angle_rad", &ImpedanceHand::intended_angle_rad, "rad", -kNoLimit, kNoLimit,
+      field("damping_nm_s_per_rad", &ImpedanceHand::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "of the hand"),
+      field("intended_angle_rad", &ImpedanceHand::intended_angle_rad, "rad", -1e9, 1e9,
             "without jumps"),
   };
 };
@@ -49,16 +48,16 @@ template <>
 struct Fields<PrescribedMotion> {
   static constexpr std::string_view name = "PrescribedMotion";
   static constexpr std::tuple list{
-      field("angle_rad", &PrescribedMotion::angle_rad, "rad", -kNoLimit, kNoLimit, "without jumps"),
+      field("angle_rad", &PrescribedMotion::angle_rad, "rad", -1e9, 1e9, "without jumps"),
   };
 };
 template <>
 struct Fields<ShaftHardening> {
   static constexpr std::string_view name = "ShaftHardening";
   static constexpr std::tuple list{
-      field("knee_rad", &ShaftHardening::knee_rad, "rad", -kNoLimit, kNoLimit,
+      field("knee_rad", &ShaftHardening::knee_rad, "rad", 1e-15, 1e15,
             "the spring is linear up to here"),
-      field("stiffness_factor", &ShaftHardening::stiffness_factor, "", -kNoLimit, kNoLimit,
+      field("stiffness_factor", &ShaftHardening::stiffness_factor, "", 1e-15, 1e15,
             "stiffness beyond the knee over stiffness before it"),
   };
 };
@@ -66,7 +65,7 @@ template <>
 struct Fields<BrakeHysteresis> {
   static constexpr std::string_view name = "BrakeHysteresis";
   static constexpr std::tuple list{
-      field("half_width_nm", &BrakeHysteresis::half_width_nm, "N m", -kNoLimit, kNoLimit,
+      field("half_width_nm", &BrakeHysteresis::half_width_nm, "N m", 0.0, 1e15,
             "of the play; the default is 5 % of the brake's limit"),
   };
 };
@@ -74,11 +73,11 @@ template <>
 struct Fields<Belt> {
   static constexpr std::string_view name = "Belt";
   static constexpr std::tuple list{
-      field("stiffness_nm_per_rad", &Belt::stiffness_nm_per_rad, "N m/rad", -kNoLimit, kNoLimit,
+      field("stiffness_nm_per_rad", &Belt::stiffness_nm_per_rad, "N m/rad", 1e-15, 1e15,
             "of the belt"),
-      field("damping_nm_s_per_rad", &Belt::damping_nm_s_per_rad, "N m s/rad", -kNoLimit, kNoLimit,
+      field("damping_nm_s_per_rad", &Belt::damping_nm_s_per_rad, "N m s/rad", 0.0, 1e15,
             "of the belt"),
-      field("pulley_inertia_kg_m2", &Belt::pulley_inertia_kg_m2, "kg m^2", -kNoLimit, kNoLimit,
+      field("pulley_inertia_kg_m2", &Belt::pulley_inertia_kg_m2, "kg m^2", 1e-15, 1e15,
             "the share of brake_inertia_kg_m2 that lies before the belt"),
   };
 };
@@ -86,7 +85,7 @@ template <>
 struct Fields<Cogging> {
   static constexpr std::string_view name = "Cogging";
   static constexpr std::tuple list{
-      field("periods_per_rev", &Cogging::periods_per_rev, "", -kNoLimit, kNoLimit, "of the torque"),
+      field("periods_per_rev", &Cogging::periods_per_rev, "", 1.0, 65535.0, "of the torque"),
       field("torque_nm", &Cogging::torque_nm, "N m", -kNoLimit, kNoLimit,
             "2 to 64 torques at equal distances over one period, from angle 0; straight lines "
             "between"),
@@ -96,36 +95,36 @@ template <>
 struct Fields<PlantParams> {
   static constexpr std::string_view name = "PlantParams";
   static constexpr std::tuple list{
-      field("knob_inertia_kg_m2", &PlantParams::knob_inertia_kg_m2, "kg m^2", -kNoLimit, kNoLimit,
+      field("knob_inertia_kg_m2", &PlantParams::knob_inertia_kg_m2, "kg m^2", 1e-15, 1e15,
             "motor and knob"),
-      field("knob_viscous_nm_s_per_rad", &PlantParams::knob_viscous_nm_s_per_rad, "N m s/rad",
-            -kNoLimit, kNoLimit, "viscous friction there"),
-      field("knob_coulomb_nm", &PlantParams::knob_coulomb_nm, "N m", -kNoLimit, kNoLimit,
+      field("knob_viscous_nm_s_per_rad", &PlantParams::knob_viscous_nm_s_per_rad, "N m s/rad", 0.0,
+            1e15, "viscous friction there"),
+      field("knob_coulomb_nm", &PlantParams::knob_coulomb_nm, "N m", 0.0, 1e15,
             "dry friction there"),
-      field("brake_inertia_kg_m2", &PlantParams::brake_inertia_kg_m2, "kg m^2", -kNoLimit, kNoLimit,
+      field("brake_inertia_kg_m2", &PlantParams::brake_inertia_kg_m2, "kg m^2", 1e-15, 1e15,
             "pulleys and brake"),
       field("brake_viscous_nm_s_per_rad", &PlantParams::brake_viscous_nm_s_per_rad, "N m s/rad",
-            -kNoLimit, kNoLimit, "viscous friction there"),
-      field("brake_drag_nm", &PlantParams::brake_drag_nm, "N m", -kNoLimit, kNoLimit,
+            0.0, 1e15, "viscous friction there"),
+      field("brake_drag_nm", &PlantParams::brake_drag_nm, "N m", 0.0, 1e15,
             "drag of the released brake"),
-      field("shaft_stiffness_nm_per_rad", &PlantParams::shaft_stiffness_nm_per_rad, "N m/rad",
-            -kNoLimit, kNoLimit, "0: the shaft is cut"),
+      field("shaft_stiffness_nm_per_rad", &PlantParams::shaft_stiffness_nm_per_rad, "N m/rad", 0.0,
+            1e15, "0: the shaft is cut"),
       field("shaft_damping_nm_s_per_rad", &PlantParams::shaft_damping_nm_s_per_rad, "N m s/rad",
-            -kNoLimit, kNoLimit, "of the shaft"),
-      field("brake_time_constant_s", &PlantParams::brake_time_constant_s, "s", -kNoLimit, kNoLimit,
+            0.0, 1e15, "of the shaft"),
+      field("brake_time_constant_s", &PlantParams::brake_time_constant_s, "s", 0.0, 1e15,
             "from command to torque; 0: no lag"),
-      field("motor_time_constant_s", &PlantParams::motor_time_constant_s, "s", -kNoLimit, kNoLimit,
+      field("motor_time_constant_s", &PlantParams::motor_time_constant_s, "s", 0.0, 1e15,
             "from command to torque; 0: no lag"),
-      field("motor_limit_nm", &PlantParams::motor_limit_nm, "N m", -kNoLimit, kNoLimit,
+      field("motor_limit_nm", &PlantParams::motor_limit_nm, "N m", 0.0, 1e15,
             "commands are clipped to it, both ways"),
-      field("brake_limit_nm", &PlantParams::brake_limit_nm, "N m", -kNoLimit, kNoLimit,
+      field("brake_limit_nm", &PlantParams::brake_limit_nm, "N m", 0.0, 1e15,
             "commands are clipped to it"),
       field("counts_per_rev", &PlantParams::counts_per_rev, "", 1.0, 16777216.0, "of the encoder"),
       field("encoder_rounding", &PlantParams::encoder_rounding, "", -kNoLimit, kNoLimit,
             "how the encoder counts"),
       field("encoder_phase_counts", &PlantParams::encoder_phase_counts, "", -kNoLimit, kNoLimit,
             "where in a count angle 0 lies"),
-      field("encoder_noise_counts", &PlantParams::encoder_noise_counts, "", -kNoLimit, kNoLimit,
+      field("encoder_noise_counts", &PlantParams::encoder_noise_counts, "", 0.0, 1e15,
             "standard deviation; 0 leaves the noise out"),
       field("spring_and_brake", &PlantParams::spring_and_brake, "", -kNoLimit, kNoLimit,
             "part: spring and brake. Without it knob and brake are one rigid body and the brake "

@@ -1,0 +1,59 @@
+"""What games do with a knob, as it goes on: the effects of a moment, and how often they change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from torsio.knob import Knob
+from torsio.records import GameEffect, GameStatus
+
+__all__ = ["GameMonitor", "GameReading"]
+
+_COUNTS = 1 << 32  # the device's counters wrap
+
+
+@dataclass(frozen=True)
+class GameReading:
+    """What games do at one moment.
+
+    Attributes
+    ----------
+    status
+        Who has the actuator, and what is common to all effects.
+    effects
+        In the order of their blocks.
+    updates_per_s
+        Reports of all games in a second, since the reading before.
+    effect_updates_per_s
+        The same for each effect.
+    """
+
+    status: GameStatus
+    effects: tuple[GameEffect, ...]
+    updates_per_s: float
+    effect_updates_per_s: tuple[float, ...]
+
+
+class GameMonitor:
+    """Watches games on a knob. It takes nothing from them: the actuator stays theirs."""
+
+    def __init__(self, knob: Knob) -> None:
+        self._knob = knob
+        self._last: GameStatus | None = None
+        self._counts: dict[int, int] = {}
+
+    def read(self) -> GameReading:
+        """Ask the knob. The first reading has no rates yet, they are 0."""
+        effects = self._knob.game_effects()
+        status = self._knob.game_status()
+        last = self._last or status
+        elapsed_s = status.time_s - last.time_s
+
+        def rate(now: int, before: int) -> float:
+            return (now - before) % _COUNTS / elapsed_s if elapsed_s > 0 and now >= before else 0.0
+
+        rates = tuple(rate(e.updates, self._counts.get(e.block, e.updates)) for e in effects)
+        reading = GameReading(status, effects, rate(status.updates, last.updates), rates)
+        self._last = status
+        self._counts = {effect.block: effect.updates for effect in effects}
+        return reading

@@ -1,0 +1,40 @@
+/// @file
+/// Letting go of the interpreter's lock and taking it, also while the interpreter ends.
+///
+/// A thread that asks for the lock of an interpreter that is ending is ended itself, out of the
+/// middle of C++, which aborts the process. So from some moment on no thread but the one that ends
+/// the interpreter asks for it: they stop where they are, until the process is gone.
+#pragma once
+
+#include <Python.h>
+
+namespace torsio::bindings {
+
+/// Other threads may run while it lives.
+class Unlocked {
+ public:
+  Unlocked() : state_(PyEval_SaveThread()) {}
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+  ~Unlocked();
+
+ private:
+  PyThreadState* state_;
+};
+
+/// This thread may use Python while it lives.
+class Locked {
+ public:
+  Locked();
+  Locked(const Locked&) = delete;
+  Locked& operator=(const Locked&) = delete;
+  ~Locked() { PyGILState_Release(state_); }
+
+ private:
+  PyGILState_STATE state_;
+};
+
+/// Has the interpreter say when it begins to end.
+void watch_interpreter();
+
+}  // namespace torsio::bindings

@@ -1,0 +1,109 @@
+#include "event_feed.hpp"
+
+#include <iterator>
+#include <utility>
+
+namespace torsio {
+
+void EventFeed::add(const Event& event) {
+  {
+    const std::lock_guard lock(mutex_);
+    kept_.push_back(event);
+    if (kept_.size() > kMost) {
+      kept_.pop_front();
+      ++lost_;
+    }
+  }
+  const std::lock_guard lock(telling_->mutex);
+  if (telling_->callback == nullptr) return;
+  telling_->events.push_back(event);
+  if (telling_->events.size() > kMost) telling_->events.pop_front();
+  telling_->news.notify_all();
+}
+
+std::vector<Event> EventFeed::take() {
+  const std::lock_guard lock(mutex_);
+  std::vector<Event> taken(std::make_move_iterator(kept_.begin()),
+                           std::make_move_iterator(kept_.end()));
+  kept_.clear();
+  return taken;
+}
+
+bool EventFeed::empty() const {
+  const std::lock_guard lock(mutex_);
+  return kept_.empty();
+}
+
+std::uint64_t EventFeed::lost() const {
+  const std::lock_guard lock(mutex_);
+  return lost_;
+}
+
+void EventFeed::set_callback(Callback callback) {
+  const bool wanted = static_cast<bool>(callback);
+  std::exception_ptr failure;
+  {
+    const std::lock_guard lock(telling_->mutex);
+    telling_->events.clear();
+    telling_->callback = wanted ? std::make_shared<const Callback>(std::move(callback)) : nullptr;
+    failure = std::exchange(telling_->failure, nullptr);
+  }
+  if (failure) std::rethrow_exception(failure);
+  const std::lock_guard lock(thread_mutex_);
+  if (wanted && own_thread_ && !thread_.joinable()) {
+    thread_ = std::thread([telling = telling_] { telling->run(); });
+  }
+}
+
+/// @returns false if there was nothing to tell
+bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
+  if (closed || events.empty() || callback == nullptr) return false;
+  const Event event = std::move(events.front());
+  events.pop_front();
+  const std::shared_ptr<const Callback> call = callback;
+  lock.unlock();
+  std::exception_ptr thrown;
+  try {
+    (*call)(event);
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  lock.lock();
+  if (thrown && callback == call) {
+    failure = thrown;
+    callback = nullptr;
+    events.clear();
+  }
+  return true;
+}
+
+void EventFeed::Telling::run() {
+  std::unique_lock lock(mutex);
+  while (!closed) {
+    if (!tell_one(lock)) news.wait(lock, [&] { return closed || !events.empty(); });
+  }
+}
+
+void EventFeed::tell() {
+  if (own_thread_) return;
+  std::unique_lock lock(telling_->mutex);
+  while (telling_->tell_one(lock)) {
+  }
+}
+
+void EventFeed::close() noexcept {
+  {
+    const std::lock_guard lock(telling_->mutex);
+    telling_->closed = true;
+  }
+  telling_->news.notify_all();
+  const std::lock_guard lock(thread_mutex_);
+  if (!thread_.joinable()) return;
+  if (thread_.get_id() == std::this_thread::get_id()) {
+    thread_.detach();  // the callback closes its knob, and may even be the last to have it
+  } else {
+    thread_.join();
+  }
+}
+
+}  // namespace torsio

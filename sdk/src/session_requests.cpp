@@ -1,0 +1,177 @@
+#include <cstdlib>
+#include <optional>
+#include <utility>
+
+#include "protocol_names.hpp"
+#include "session_scopes.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio {
+namespace {
+
+constexpr std::int64_t kFrameNs = 1'000'000;
+
+}  // namespace
+
+// Out --------------------------------------------------------------------------------------------
+
+std::uint16_t Session::stamp(protocol::ReportBytes& report) {
+  // 0 is for reports that nobody waits for.
+  std::uint16_t sequence = ++sequence_;
+  if (sequence == 0) sequence = ++sequence_;
+  // Every report that the host sends begins with its id and its sequence number.
+  report[1] = static_cast<std::uint8_t>(sequence & 0xFFU);
+  report[2] = static_cast<std::uint8_t>(sequence >> 8U);
+  return sequence;
+}
+
+void Session::write(const protocol::ReportBytes& report) {
+  {
+    const std::lock_guard lock(mutex_);
+    throw_if_gone();
+  }
+  try {
+    // A full queue empties by one report a frame.
+    while (!transport_->write(report)) sleep(kFrameNs);
+  } catch (const Disconnected& error) {
+    const std::lock_guard lock(mutex_);
+    lose(error.what());
+    throw;
+  }
+  ++reports_sent_;
+}
+
+void Session::send_while_armed(protocol::ReportBytes report) {
+  // A lost device is no matter of arming: write() finds it.
+  if (const State known = state(); known == State::disarmed || known == State::fault) {
+    protocol::Acknowledgement answer;
+    answer.report = report[0];
+    answer.status = static_cast<std::uint8_t>(protocol::Status::not_armed);
+    throw_if_refused(answer);
+  }
+  stamp(report);
+  write(report);
+}
+
+bool Session::send_keep_alive() noexcept {
+  try {
+    const bool sent =
+        transport_->write(protocol::encode(protocol::Command{0, 0, protocol::Op::keep_alive}));
+    if (sent) ++reports_sent_;
+    return sent;
+  } catch (...) {
+    return false;  // whoever reads next finds out that the device is gone
+  }
+}
+
+std::vector<protocol::Acknowledgement> Session::exchange(std::span<protocol::ReportBytes> reports) {
+  Expectation expectation(*this);
+  for (protocol::ReportBytes& report : reports) {
+    expectation.add(stamp(report));
+    write(report);
+  }
+  await(expectation);
+  const std::lock_guard lock(mutex_);
+  return expectation.answers();
+}
+
+void Session::command(protocol::Op op) {
+  const bool disarms = op == protocol::Op::disarm || op == protocol::Op::stop;
+  if (disarms) ++disarming_;
+  try {
+    request(protocol::Command{0, 0, op});
+  } catch (...) {
+    if (disarms) --disarming_;
+    throw;
+  }
+  if (disarms) --disarming_;
+}
+
+void Session::await(Expectation& expectation) {
+  if (!wait_until([&] { return expectation.met(); }, options_.command_timeout_ns)) {
+    throw Timeout("the device did not answer within " +
+                  std::to_string(options_.command_timeout_ns / 1'000'000) +
+                  " ms; unplug it and plug it in again if that goes on");
+  }
+}
+
+void Session::throw_if_refused(const protocol::Acknowledgement& answer) {
+  if (answer.status == 0) return;
+  const std::string status = status_name(answer.status);
+  const std::string report = report_name(answer.report);
+  const std::string field = report_field_name(answer.report, answer.field);
+  std::string message = "the device refused the " + report + " report (" + status;
+  if (!field.empty()) message += ", field " + field;
+  message += "): " + std::string(status_advice(answer.status));
+  std::string reason;
+  if (answer.status == static_cast<std::uint8_t>(protocol::Status::not_armed)) {
+    if (const std::optional<Disarm> disarm = last_disarm()) {
+      reason = disarm_reason_name(disarm->reason);
+      message += "; " + disarm_text(*disarm);
+    }
+  }
+  throw Refused(message, status, report, field, reason);
+}
+
+// Feature reports --------------------------------------------------------------------------------
+
+protocol::ReportBytes Session::get_feature(std::uint8_t id) {
+  {
+    const std::lock_guard lock(mutex_);
+    throw_if_gone();
+  }
+  try {
+    protocol::ReportBytes report{};
+    if (transport_->get_feature(id, report)) return report;
+  } catch (const Disconnected& error) {
+    const std::lock_guard lock(mutex_);
+    lose(error.what());
+    throw;
+  }
+  throw Error("the device does not give its " + report_name(id) + " report");
+}
+
+void Session::check_feature(protocol::Verdict verdict, std::uint8_t id) {
+  if (verdict.ok()) return;
+  throw Error("the device's " + report_name(id) + " report is damaged (" +
+              status_name(static_cast<std::uint8_t>(verdict.status)) + "); try again");
+}
+
+void Session::set_feature(protocol::ReportBytes report) {
+  {
+    const std::lock_guard lock(mutex_);
+    throw_if_gone();
+  }
+  Expectation expectation(*this);
+  expectation.add(stamp(report));
+  try {
+    if (!transport_->set_feature(report)) throw_stalled(report[0]);
+    ++reports_sent_;
+  } catch (const Disconnected& error) {
+    const std::lock_guard lock(mutex_);
+    lose(error.what());
+    throw;
+  }
+  await(expectation);
+  protocol::Acknowledgement answer;
+  {
+    const std::lock_guard lock(mutex_);
+    answer = expectation.answers().front();
+  }
+  throw_if_refused(answer);
+}
+
+/// A stalled request carries no reason; the device's state tells the likely one.
+void Session::throw_stalled(std::uint8_t id) {
+  const auto health = get<protocol::Health>();
+  note(health);
+  protocol::Acknowledgement answer;
+  answer.report = id;
+  answer.status = static_cast<std::uint8_t>(health.state == protocol::State::armed
+                                                ? protocol::Status::not_disarmed
+                                                : protocol::Status::busy);
+  throw_if_refused(answer);
+  std::abort();  // not reached: neither status is ok
+}
+
+}  // namespace torsio

@@ -1,0 +1,237 @@
+// Between a game's updates: lines instead of steps, half a frame late, never beyond; hits pass. And
+// taking the actuator: nothing moves, and a spring comes up gently.
+#include <algorithm>
+#include <cmath>
+
+#include "device/game/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+using doctest::Approx;
+
+namespace {
+
+constexpr int kTicksPerMs = 10;
+constexpr double kPi = 3.14159265358979;
+
+/// A constant force at 10 kHz, updated by a game with a frame of so many ms.
+struct Frames : GameRig {
+  explicit Frames(double frame_ms, bool joined = true) : GameRig(100'000), frame_ms_(frame_ms) {
+    configure([joined](protocol::GameConfig& config) {
+      config.join_updates = joined ? protocol::Toggle::on : protocol::Toggle::off;
+    });
+    block = play_constant(0);
+    tick(20 * kTicksPerMs);
+  }
+
+  /// One frame. The report arrives within a millisecond of when it is sent, as on the bus.
+  /// @returns torque of each of its ticks, as a share of full
+  std::vector<double> frame(double share) {
+    constant(block, static_cast<int>(std::lround(share * 32767)));
+    ++frames_;
+    const auto end = std::lround(std::ceil(frames_ * frame_ms_) * kTicksPerMs);
+    std::vector<double> found;
+    for (const float nm : torques(static_cast<int>(end - at_))) {
+      found.push_back(static_cast<double>(nm) / static_cast<double>(kFullNm));
+    }
+    at_ = end;
+    return found;
+  }
+
+  int block = 0;
+
+ private:
+  double frame_ms_;
+  int frames_ = 0;
+  long at_ = 0;
+};
+
+double wave(double time_s) { return 0.5 * std::sin(2 * kPi * 1.5 * time_s); }
+
+struct Ripple {
+  double step = 0;   // largest change in a tick
+  double error = 0;  // largest distance from the curve, half a frame and the mean wait earlier
+};
+
+/// Plays a sine as a game does, and looks at the second of its seconds.
+Ripple play_wave(double frame_ms, bool joined, double late_ms) {
+  Frames rig(frame_ms, joined);
+  Ripple ripple;
+  double last = 0;
+  double time_s = 0;
+  for (int n = 0; n * frame_ms < 2000; ++n) {
+    for (const double share : rig.frame(wave(n * frame_ms * 1e-3))) {
+      time_s += 1e-4;
+      if (time_s > 1) {
+        ripple.step = std::max(ripple.step, std::abs(share - last));
+        ripple.error = std::max(ripple.error, std::abs(share - wave(time_s - 1e-3 * late_ms)));
+      }
+      last = share;
+    }
+  }
+  return ripple;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a curve at 60, 120 and 360 Hz is joined: a tenth of the steps, one frame behind at most") {
+  for (const double rate_hz : {60.0, 120.0, 360.0}) {
+    CAPTURE(rate_hz);
+    const double frame_ms = 1e3 / rate_hz;
+    const Ripple held = play_wave(frame_ms, false, 0);
+    // A line from the last value to this one reaches it at the frame's end: a whole frame after the
+    // game meant it, where a held value is half a frame late in the mean.
+    const Ripple joined = play_wave(frame_ms, true, frame_ms);
+    const double slope_per_s = 0.5 * 2 * kPi * 1.5;
+    CHECK(held.step == Approx(slope_per_s * 1e-3 * frame_ms).epsilon(0.4));
+    CHECK(joined.step < 0.1 * held.step);
+    // A chord's distance from its arc, and what a frame is longer or shorter for the bus.
+    CHECK(joined.error < 0.003 + slope_per_s * 1.1e-3);
+  }
+}
+
+TEST_CASE("joined updates never go beyond what the game sent") {
+  for (const double rate_hz : {60.0, 120.0, 360.0}) {
+    Frames rig(1e3 / rate_hz);
+    double most = 0;
+    double sent = 0;
+    for (int n = 0; n < 200; ++n) {
+      sent = std::min(1.0, n / 30.0);
+      for (const double share : rig.frame(sent)) most = std::max(most, share);
+      CHECK(most <= sent + 1.0 / 32767);  // a step of the report
+    }
+    CHECK(most == Approx(1.0).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("a hit passes at once in the middle of a curve, and so does its end") {
+  Frames rig(1e3 / 60);
+  for (int n = 0; n < 60; ++n) rig.frame(wave(n / 60.0));
+  const double before = wave(59 / 60.0);
+  const std::vector<double> hit = rig.frame(before + 0.4);
+  CHECK(hit[1] == Approx(before + 0.4).epsilon(1e-3));
+  const std::vector<double> after = rig.frame(before);
+  CHECK(after[1] == Approx(before).epsilon(1e-3));
+}
+
+TEST_CASE("the first update after a pause passes at once") {
+  Frames rig(50);
+  CHECK(rig.frame(0.05)[1] == Approx(0.05).epsilon(1e-2));
+  CHECK(rig.frame(0.08)[1] == Approx(0.08).epsilon(1e-2));
+}
+
+TEST_CASE("without joining an update is held from the next tick on") {
+  Frames rig(1e3 / 60, false);
+  for (int n = 0; n < 10; ++n) {
+    CHECK(rig.frame(0.01 * n)[1] == Approx(0.01 * n).epsilon(1e-2));
+  }
+}
+
+TEST_CASE("a change of several reports counts as one frame") {
+  Frames rig(1e3 / 60);
+  double last = 0;
+  double step = 0;
+  for (int n = 0; n < 120; ++n) {
+    rig.set_effect(rig.block);  // and the next millisecond brings the level
+    const float now = rig.torques(kTicksPerMs).back();
+    CHECK(std::isfinite(now));
+    for (const double share : rig.frame(n / 120.0)) {
+      if (n > 20) step = std::max(step, std::abs(share - last));
+      last = share;
+    }
+  }
+  CHECK(step < 0.3 / 120);
+}
+
+TEST_CASE("the waves' own edges are not touched by updates") {
+  GameRig rig(100'000);
+  const int block = rig.create(kSquare);
+  rig.set_effect(block);
+  rig.periodic(block, 32767, 0, 0, 10);
+  rig.start(block);
+  rig.tick(10);
+  double step = 0;
+  float last = rig.outputs.motor_command_nm;
+  for (int n = 0; n < 60; ++n) {
+    rig.periodic(block, 32767, n % 2, 0, 10);
+    for (const float nm : rig.torques(167)) {
+      step = std::max(step, std::abs(static_cast<double>(nm - last)));
+      last = nm;
+    }
+  }
+  CHECK(step == Approx(0.16).epsilon(1e-3));
+}
+
+// Taking the actuator ---------------------------------------------------------------------------
+
+TEST_CASE("a spring that begins far from its middle comes up along a line, without a kick") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.range_deg = 114.59156F; });
+  rig.turn(5, 100);
+  rig.play_condition(kSpring, {});
+  const std::vector<float> rise = rig.torques(60);
+  const float full = rise.back();
+  CHECK(full < -0.02F);
+  float last = 0.0F;
+  for (const float nm : rise) {
+    CHECK(std::abs(nm - last) < 1.1F * std::abs(full) / 50);
+    last = nm;
+  }
+}
+
+TEST_CASE("a spring that is started anew in each frame comes up all the same") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.range_deg = 114.59156F; });
+  rig.turn(5, 100);
+  const int block = rig.play_condition(kSpring, {});
+  for (int n = 0; n < 10; ++n) {
+    rig.tick(16);
+    rig.start(block);
+  }
+  const float often = rig.outputs.motor_command_nm;
+  rig.tick(100);
+  CHECK(often == rig.outputs.motor_command_nm);
+  CHECK(often < -0.02F);
+}
+
+TEST_CASE("what drivers say when they take the device moves nothing") {
+  GameRig rig;
+  rig.turn(5, 100);
+  // Linux since 6.15, at the first upload: reset twice, stop all, actuators on; then full gain.
+  for (const int what : {4, 4, 3, 1}) rig.control(what);
+  rig.gain(32767);
+  rig.create(kSpring);
+  for (const float nm : rig.torques(200)) CHECK(nm == 0.0F);
+  CHECK(rig.owner() == protocol::Owner::none);
+}
+
+TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and only there") {
+  GameRig rig(100'000);
+  rig.configure([](protocol::GameConfig& config) {
+    config.range_deg = 60;
+    config.end_stiffness_nm_per_rad = 1;
+  });
+  rig.turn(5, 150);  // beyond the end at 30 degrees, of 33
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  const int block = rig.play_constant(1000);
+  rig.tick(100);
+  const double beyond = 750 * 2 * kPi / 8192 - kPi / 6;
+  const double pushed = 0.08 * 1000 / 32767;
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
+        Approx(pushed - beyond).scale(1).epsilon(1e-5));
+  rig.control(5);  // a pause of the game is none of the wall
+  rig.tick(1000);
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==
+        Approx(-beyond).scale(1).epsilon(1e-5));
+  rig.control(6);
+  rig.turn(-5, 40);
+  rig.tick(100);
+  CHECK(static_cast<double>(rig.outputs.motor_command_nm) == Approx(pushed).scale(1).epsilon(1e-5));
+  rig.turn(-10, 200);  // and the other one
+  rig.stop(block);
+  rig.tick(100);
+  CHECK(rig.outputs.motor_command_nm > 0.05F);
+  rig.tick(10'100);  // it lets go of the actuator
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}

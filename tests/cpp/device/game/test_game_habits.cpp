@@ -1,0 +1,280 @@
+// What games and drivers do that the standard does not foresee, each with where it was seen,
+// against what must be felt. "hid-pidff" is Linux's drivers/hid/usbhid/hid-pidff.c.
+#include <algorithm>
+#include <cmath>
+
+#include "device/game/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+using doctest::Approx;
+
+namespace {
+
+double share(const GameRig& rig) {
+  return static_cast<double>(rig.outputs.motor_command_nm) / static_cast<double>(GameRig::kFullNm);
+}
+
+constexpr double kStep = 2.0 / 32767;
+
+}  // namespace
+
+TEST_CASE(
+    "habit: an endless constant force, updated thousands of times a second: the newest wins") {
+  // Assetto Corsa on the grid (github.com/berarma/new-lg4ff, issue 40), ETS2 (Kimplul/hid-tmff2,
+  // issue 10): queues of hundreds of stale forces in other devices and drivers.
+  GameRig rig;
+  const int block = rig.play_constant(0);
+  for (int ms = 0; ms < 2000; ++ms) {
+    for (int n = 0; n < 8; ++n) rig.constant(block, ms * 8 + n);
+    rig.tick();
+    // One tick, and a line from the last update to this one.
+    CHECK(share(rig) * 32767 >= ms * 8 - 17);
+  }
+  rig.constant(block, 100);
+  rig.tick(3);
+  CHECK(share(rig) == Approx(100.0 / 32767).scale(1).epsilon(kStep));
+}
+
+TEST_CASE("habit: upload and play in each frame") {
+  // SDL_HapticRumblePlay changes its effect and runs it again; PCSX2 does so for wheels that time
+  // out (PCSX2/pcsx2, pull request 11906).
+  GameRig rig(100'000);
+  const int block = rig.create(kConstant);
+  for (int frame = 0; frame < 120; ++frame) {
+    rig.set_effect(block);
+    rig.constant(block, 20000);
+    rig.start(block);
+    for (const float nm : rig.torques(167)) {
+      if (frame > 0) CHECK(nm == about(0.08 * 20000 / 32767));
+    }
+  }
+}
+
+TEST_CASE("habit: a force that changes by its direction only") {
+  // IDirectInputEffect::SetParameters with DIEP_DIRECTION.
+  GameRig rig;
+  const int block = rig.play_constant(20000);
+  EffectOptions options;
+  for (int n = 0; n < 40; ++n) {
+    options.direction = 32767 * n / 40;
+    rig.set_effect(block, options);
+    rig.tick(40);
+    const double angle = 2 * 3.14159265358979 * options.direction / 32767;
+    CHECK(share(rig) == Approx(-std::sin(angle) * 20000 / 32767).scale(1).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("habit: a wave without amplitude that carries its force in the offset") {
+  // GTR2's steering (gotzl/hid-fanatecff, pull request 170).
+  GameRig rig;
+  const int block = rig.create(kSine);
+  rig.set_effect(block);
+  rig.periodic(block, 0, 0, 0, 100);
+  rig.start(block);
+  rig.tick(5);
+  for (const int offset : {12000, -12000, 32767, 0}) {
+    rig.periodic(block, 0, offset, 0, 100);
+    rig.tick(45);
+    CHECK(share(rig) == Approx(offset / 32767.0).scale(1).epsilon(kStep));
+  }
+}
+
+TEST_CASE("habit: a ramp with equal ends is a constant force, with an end or without") {
+  // Allowed by DirectInput (DIRAMPFORCE) and evdev; no report that names a game was found.
+  for (const int length_ms : {int{kWithoutEnd}, 500}) {
+    GameRig rig;
+    EffectOptions options;
+    options.duration_ms = length_ms;
+    const int block = rig.create(kRamp);
+    rig.set_effect(block, options);
+    rig.ramp(block, -9000, -9000);
+    rig.start(block);
+    rig.tick(300);
+    CHECK(share(rig) == Approx(-9000 / 32767.0).scale(1).epsilon(kStep));
+    rig.ramp(block, 9000, 9000);
+    rig.tick(45);
+    CHECK(share(rig) == Approx(9000 / 32767.0).scale(1).epsilon(kStep));
+  }
+}
+
+TEST_CASE("habit: an envelope is taken away by one of zeros") {
+  // hid-pidff sends an envelope of zeros when an update has none, before 6.15; later none at all.
+  GameRig rig;
+  EffectOptions options;
+  options.duration_ms = 1000;
+  const int block = rig.create(kConstant);
+  rig.set_effect(block, options);
+  rig.constant(block, 20000);
+  rig.envelope(block, 0, 400, 0, 400);
+  rig.start(block);
+  rig.tick(201);
+  CHECK(share(rig) == Approx(0.5 * 20000 / 32767).epsilon(0.02));
+  rig.envelope(block, 0, 0, 0, 0);
+  rig.tick(5);
+  CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+}
+
+TEST_CASE("habit: created once and played for an hour") {
+  // What racing games do. An update, once a second here, is a sign of life.
+  GameRig rig;
+  const int constant = rig.play_constant(8000);
+  const int wave = rig.create(kSquare);
+  rig.set_effect(wave);
+  rig.periodic(wave, 4000, 0, 0, 1000);
+  rig.start(wave);
+  for (int second = 0; second < 3600; ++second) {
+    rig.constant(constant, 8000);
+    rig.tick(1000);
+  }
+  rig.tick(250);  // a wave of a second is in its first half, and high
+  CHECK(share(rig) == Approx(12000 / 32767.0).epsilon(1e-3));
+  rig.tick(500);
+  CHECK(share(rig) == Approx(4000 / 32767.0).epsilon(1e-3));
+}
+
+TEST_CASE("habit: trigger buttons out of range, and none as all ones") {
+  // DIEB_NOTRIGGER is 0xFFFFFFFF, for a byte 0xFF; hid-pidff sends evdev's numbers of buttons.
+  for (const int trigger : {0, 3, 8, 128, 255}) {
+    GameRig rig;
+    EffectOptions options;
+    options.trigger = trigger;
+    rig.play_constant(20000, options);
+    rig.tick(5);
+    CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("habit: reset twice, stop all, actuators on, whenever no effect is left") {
+  // hid-pidff from 6.15 on: whenever the count of effects is 0.
+  GameRig rig;
+  for (int round = 0; round < 5; ++round) {
+    for (const int what : {4, 4, 3, 1}) rig.control(what);
+    rig.gain(32767);
+    const int block = rig.play_constant(20000);
+    CHECK(block == 1);
+    rig.tick(60);
+    CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+    rig.stop(block);
+    rig.free(block);
+    rig.tick(60);
+    CHECK(share(rig) == 0.0);
+  }
+}
+
+TEST_CASE("habit: the pool is asked for twenty times in a row") {
+  // hid-pidff from 6.15 on, until the pool has a size.
+  GameRig rig;
+  rig.play_constant(20000);
+  std::array<std::uint8_t, 64> answer{};
+  for (int n = 0; n < 20; ++n) {
+    REQUIRE(rig.device->game().get_feature(0x23, answer) == 5);
+    CHECK(answer[4] == 1);
+  }
+  rig.tick(5);
+  CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+}
+
+TEST_CASE("habit: without end as 0 and as all ones") {
+  // hid-pidff: 0 in 6.1, all ones of the field from 6.15 on.
+  for (const int length_ms : {0, 0xFFFF}) {
+    GameRig rig;
+    EffectOptions options;
+    options.duration_ms = length_ms;
+    const int block = rig.play_constant(20000, options);
+    for (int second = 0; second < 70; ++second) {
+      rig.gain(32767);
+      rig.tick(1000);
+    }
+    CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+    rig.stop(block);
+    rig.tick(3);
+    CHECK(share(rig) == 0.0);
+  }
+}
+
+TEST_CASE("habit: device gain to 0 in a menu and back, effects are still there") {
+  // DIPROP_FFGAIN in menus; evdev's FF_GAIN.
+  GameRig rig;
+  rig.play_constant(20000);
+  rig.tick(5);
+  rig.gain(0);
+  rig.tick(3000);
+  CHECK(share(rig) == 0.0);
+  rig.gain(32767);
+  rig.tick(5);
+  CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+}
+
+TEST_CASE("habit: forty blocks are filled, and freed in any order, again and again") {
+  // ffcfstress and games that make an effect for each sound of their engine; Linux erases all when
+  // a program closes the device.
+  GameRig rig;
+  for (int round = 0; round < 20; ++round) {
+    std::array<int, 40> blocks{};
+    for (int& block : blocks) block = rig.play_constant(700);
+    CHECK(rig.load(kConstant)[1] == 2);  // full
+    rig.tick(60);
+    CHECK(share(rig) == Approx(40 * 700 / 32767.0).epsilon(1e-3));
+    for (std::size_t i = 0; i < 40; ++i) {
+      rig.free(blocks[(i * 17 + static_cast<std::size_t>(round)) % 40]);
+    }
+    rig.tick(60);
+    CHECK(share(rig) == 0.0);
+  }
+}
+
+TEST_CASE("habit: alt-tab: the device is closed and opened, and effects are made anew") {
+  // The kernel's evdev_release: a stop and a free for each effect; DirectInput's Unacquire: reset.
+  for (const bool by_reset : {false, true}) {
+    GameRig rig;
+    for (int round = 0; round < 10; ++round) {
+      const int block = rig.play_constant(20000);
+      const int spring = rig.play_condition(kSpring, {});
+      rig.tick(60);
+      CHECK(share(rig) == Approx(20000 / 32767.0).epsilon(1e-3));
+      if (by_reset) {
+        rig.control(4);
+      } else {
+        for (const int one : {block, spring}) {
+          rig.stop(one);
+          rig.free(one);
+        }
+      }
+      rig.tick(60);
+      CHECK(share(rig) == 0.0);
+    }
+  }
+}
+
+TEST_CASE("habit: a pause menu pauses the device, for minutes, and the game goes on") {
+  // DISFFC_PAUSE and DISFFC_CONTINUE.
+  GameRig rig;
+  const int block = rig.play_constant(20000);
+  rig.tick(5);
+  rig.control(5);
+  rig.tick(9000);
+  CHECK(share(rig) == 0.0);
+  rig.control(6);
+  rig.constant(block, 10000);
+  rig.tick(45);
+  CHECK(share(rig) == Approx(10000 / 32767.0).epsilon(1e-3));
+}
+
+TEST_CASE("habit: an endless effect is updated and never started again") {
+  // hid-pidff from 6.15 on sends no start with an update. PCSX2 and BeamNG work round devices that
+  // time out meanwhile (PCSX2/pcsx2, pull requests 11906 and 11915).
+  GameRig rig;
+  const int block = rig.play_constant(20000);
+  rig.tick(12'000);  // stands still in a menu, for longer than the device waits
+  CHECK(share(rig) == 0.0);
+  int lost = 0;
+  for (int n = 0; n < 300; ++n) {
+    const int level = 10000 + 10 * n;
+    rig.constant(block, level);
+    rig.tick(1);
+    lost += share(rig) > 0.2 ? 0 : 1;
+    rig.tick(15);
+  }
+  CHECK(lost == 0);
+}

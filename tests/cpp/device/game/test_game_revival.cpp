@@ -1,0 +1,250 @@
+// What the device has ended comes back with the game's next update; what the game has ended does
+// not. And a force that nobody is there for any more ends soon.
+#include "device/game/game_rig.hpp"
+
+using namespace torsio;
+using namespace torsio::test;
+using doctest::Approx;
+using protocol::Op;
+using protocol::Owner;
+
+namespace {
+
+constexpr int kHalf = 16384;
+const auto kHalfNm = about(0.08 * kHalf / 32767);
+
+/// A constant force whose game has fallen silent for long enough.
+struct Silenced : GameRig {
+  Silenced() {
+    configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+    block = play_constant(32767);
+    tick(520);
+    REQUIRE(outputs.motor_command_nm == 0.0F);
+  }
+  int block = 0;
+};
+
+/// A host that fetches an input report whenever there is one, as systems do while a program has
+/// the device open.
+void live(GameRig& rig, int ticks) {
+  std::array<std::uint8_t, 64> report{};
+  for (int i = 0; i < ticks; ++i) {
+    rig.tick();
+    while (rig.device->game().next_input(report) != 0) {
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("an update brings back at the next tick what silence has ended") {
+  Silenced rig;
+  rig.constant(rig.block, kHalf);
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}
+
+TEST_CASE("an update brings a force back long after the actuator was let go") {
+  Silenced rig;
+  rig.tick(5000);
+  REQUIRE(rig.owner() == Owner::none);
+  rig.constant(rig.block, kHalf);
+  rig.tick(2);
+  CHECK(rig.owner() == Owner::game);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}
+
+TEST_CASE("an update of one effect does not bring back another") {
+  Silenced rig;
+  const int other = rig.create(kConstant);
+  rig.set_effect(other);
+  rig.constant(other, 32767);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
+TEST_CASE("what the game has ended stays ended, also after the device had ended it") {
+  for (const int how : {0, 1, 2, 3, 4, 5}) {
+    CAPTURE(how);
+    Silenced rig;
+    switch (how) {
+      case 0:
+        rig.stop(rig.block);
+        break;
+      case 1:
+        rig.control(3);  // stop all
+        break;
+      case 2:
+        rig.control(2);  // actuators off, and on
+        rig.control(1);
+        break;
+      case 3:
+        rig.control(4);  // reset
+        REQUIRE(rig.create(kConstant) == rig.block);
+        break;
+      case 4:
+        rig.free(rig.block);
+        REQUIRE(rig.create(kConstant) == rig.block);
+        break;
+      default: {
+        const int other = rig.create(kSpring);
+        rig.start_solo(other);
+      }
+    }
+    rig.set_effect(rig.block);
+    rig.constant(rig.block, kHalf);
+    rig.tick(20);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
+  }
+}
+
+TEST_CASE("an update that came before the stop does not outlive it") {
+  Silenced rig;
+  rig.constant(rig.block, kHalf);
+  rig.stop(rig.block);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
+TEST_CASE("an update brings a force back when the SDK has handed the actuator back, not before") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(40);
+  REQUIRE(rig.command(Op::arm) == protocol::Status::ok);
+  rig.tick(100);
+  rig.constant(block, 1000);  // in vain, but it still wants to play
+  rig.tick(20);
+  CHECK(rig.owner() == Owner::sdk);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  REQUIRE(rig.command(Op::disarm) == protocol::Status::ok);
+  rig.tick(20);
+  CHECK(rig.owner() == Owner::none);
+  rig.constant(block, kHalf);
+  rig.tick(2);
+  CHECK(rig.owner() == Owner::game);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}
+
+TEST_CASE("an update does not undo the SDK's stop of a game, nor a fault") {
+  for (const bool fault : {false, true}) {
+    CAPTURE(fault);
+    GameRig rig;
+    const int block = rig.play_constant(32767);
+    rig.tick(40);
+    if (fault) {
+      rig.inputs.emergency_stop = true;
+      rig.tick(2);
+      rig.inputs.emergency_stop = false;
+      rig.tick(2);
+      REQUIRE(rig.command(Op::clear_fault) == protocol::Status::ok);
+    } else {
+      REQUIRE(rig.command(Op::disarm) == protocol::Status::ok);
+    }
+    rig.constant(block, kHalf);
+    rig.tick(20);
+    CHECK(rig.owner() == Owner::none);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
+    rig.start(block);
+    rig.tick(2);
+    CHECK(rig.outputs.motor_command_nm == kHalfNm);
+  }
+}
+
+TEST_CASE("an update brings a force back after the bus was suspended") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(40);
+  rig.device->set_connected(false);
+  rig.tick(200);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.device->set_connected(true);
+  rig.tick(50);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);  // nobody has asked yet
+  rig.constant(block, kHalf);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}
+
+TEST_CASE("what has an end comes back for the rest of its time only") {
+  GameRig rig;
+  EffectOptions options;
+  options.duration_ms = 1000;
+  const int block = rig.play_constant(32767, options);
+  rig.tick(300);
+  rig.device->set_connected(false);
+  rig.tick(200);
+  rig.device->set_connected(true);
+  rig.constant(block, kHalf);
+  rig.tick(400);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+  rig.tick(110);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.constant(block, 32767);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+
+  rig.start(block);
+  rig.tick(300);
+  rig.device->set_connected(false);
+  rig.tick(2000);
+  rig.device->set_connected(true);
+  rig.constant(block, kHalf);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK(rig.owner() == Owner::none);  // nor does it take the actuator
+}
+
+TEST_CASE("a new configuration brings nothing back") {
+  Silenced rig;
+  rig.tick(2000);
+  REQUIRE(rig.owner() == Owner::none);
+  rig.configure([](protocol::GameConfig& config) { config.gain = 0.5F; });
+  rig.tick(50);
+  CHECK(rig.owner() == Owner::none);
+}
+
+TEST_CASE("a game whose device nobody has open any more loses its forces in half a second") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.play_condition(kSpring, {});
+  live(rig, 3000);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+  rig.tick(450);  // nobody fetches reports
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+  rig.tick(160);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.tick(1010);
+  CHECK(rig.owner() == Owner::none);
+}
+
+TEST_CASE("a silent game that has the device open keeps its force until the silence is over") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  live(rig, 9900);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+  live(rig, 200);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.constant(block, kHalf);
+  live(rig, 2);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}
+
+TEST_CASE("a program that never fetches reports keeps its force until the silence is over") {
+  GameRig rig;
+  rig.play_constant(32767);
+  rig.tick(9900);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+}
+
+TEST_CASE("a device that is open again gets its force back with the next update") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  live(rig, 100);
+  rig.tick(700);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  live(rig, 100);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.constant(block, kHalf);
+  live(rig, 2);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
+}

@@ -1,0 +1,200 @@
+// The boards' power stage on a chip that is made of numbers: what it never does, whatever it is
+// told and whatever it measures. tests/board runs the real binary.
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+
+#include "boards/rp2/power_stage.cpp"
+
+using torsio::boards::PowerStage;
+using torsio::device::TickOutputs;
+using torsio::protocol::BoardConfig;
+using torsio::protocol::Toggle;
+
+namespace {
+
+constexpr std::uint16_t kFull = 150'000'000 / 40'000 / 2;  // steps of a PWM period
+
+struct Bench {
+  explicit Bench(BoardConfig of = {}) : config(of), zero_steps(1000) {
+    fake::chip = {};
+    stage.emplace(config, 50'000);
+    measure(0.0);
+    apply({});
+  }
+  /// What the current sensor shows.
+  void measure(double amperes) {
+    const double steps = amperes * static_cast<double>(config.current_sense_v_per_a) / 3.3 * 4096;
+    fake::adc.result = static_cast<std::uint32_t>(std::lround(zero_steps + steps));
+  }
+  void apply(const TickOutputs& outputs, int ticks = 1) {
+    for (; ticks > 0; --ticks) {
+      stage->begin_tick();
+      stage->apply(outputs);
+    }
+  }
+  /// Share of the supply on the motor, with its sign.
+  double motor() const {
+    const auto& [a, b] = fake::chip.pwm[pwm_gpio_to_slice_num(config.motor_pin)];
+    return (static_cast<double>(b) - static_cast<double>(a)) / kFull;
+  }
+  double brake() const {
+    const auto& [a, b] = fake::chip.pwm[pwm_gpio_to_slice_num(config.brake_pin)];
+    return (static_cast<double>(b) - static_cast<double>(a)) / kFull;
+  }
+  bool lets_go(std::uint8_t pin) const {
+    return fake::chip.pwm[pwm_gpio_to_slice_num(pin)] == std::array<std::uint16_t, 2>{kFull, kFull};
+  }
+  bool enabled() const { return gpio_get(config.enable_pin); }
+
+  BoardConfig config;
+  std::optional<PowerStage> stage;
+  double zero_steps;
+};
+
+TickOutputs on(float motor_nm, float brake_nm = 0.0F) { return {motor_nm, brake_nm, true}; }
+
+}  // namespace
+
+TEST_CASE("a power stage starts with everything off, and is on only while it is told so") {
+  Bench bench;
+  CHECK_FALSE(bench.enabled());
+  CHECK(bench.lets_go(bench.config.motor_pin));
+  CHECK(bench.lets_go(bench.config.brake_pin));
+  bench.apply(on(0.02F, 0.05F));
+  CHECK(bench.enabled());
+  CHECK(bench.motor() > 0.0);
+  CHECK(bench.brake() > 0.0);
+  bench.apply({0.02F, 0.05F, false});
+  CHECK_FALSE(bench.enabled());
+  CHECK(bench.lets_go(bench.config.motor_pin));
+  CHECK(bench.lets_go(bench.config.brake_pin));
+}
+
+TEST_CASE("the motor is never asked for more than its current, either way") {
+  BoardConfig config;
+  config.motor_current_max_a = 1.0F;
+  for (const float sign : {1.0F, -1.0F}) {
+    Bench bench(config);
+    // At the limit, so nothing is wanted but what the winding's resistance takes, which is not
+    // known.
+    bench.measure(static_cast<double>(sign));
+    bench.apply(on(sign * 100.0F));
+    CHECK(std::abs(bench.motor()) < 0.02);
+    bench.measure(1.2 * static_cast<double>(sign));
+    bench.apply(on(sign * 100.0F));
+    CHECK(bench.motor() * static_cast<double>(sign) < 0.0);  // too much: back
+  }
+}
+
+TEST_CASE("the sign of the torque is the sign of the voltage, and turns with a reversed motor") {
+  for (const bool reversed : {false, true}) {
+    for (const double sign : {1.0, -1.0}) {
+      BoardConfig config;
+      config.motor_reversed = reversed ? Toggle::on : Toggle::off;
+      Bench bench(config);
+      bench.apply(on(static_cast<float>(sign) * 0.02F));
+      CHECK(bench.motor() * sign * (reversed ? -1.0 : 1.0) > 0.0);
+      // The measured current counts from the same side.
+      const double wanted =
+          sign * 0.02 / static_cast<double>(config.motor_torque_constant_nm_per_a);
+      Bench settled(config);
+      settled.measure(reversed ? -wanted : wanted);
+      settled.apply(on(static_cast<float>(sign) * 0.02F));
+      CHECK(std::abs(settled.motor()) < 0.02);
+    }
+  }
+}
+
+TEST_CASE("the brake's coil never gets more than its current, nor more than the supply") {
+  BoardConfig config;
+  config.brake_current_max_a = 0.1F;
+  Bench bench(config);
+  bench.apply(on(0.0F, 100.0F));
+  const double share =
+      0.1 * static_cast<double>(config.brake_resistance_ohm) / static_cast<double>(config.supply_v);
+  REQUIRE(share < 1.0);
+  CHECK(bench.brake() == doctest::Approx(share).epsilon(0.01));
+  config.brake_current_max_a = 100.0F;
+  Bench full(config);
+  full.apply(on(0.0F, 100.0F));
+  CHECK(full.brake() == 1.0);
+}
+
+TEST_CASE("a current of more than one and a half times the limit is a fault after three ticks") {
+  BoardConfig config;
+  config.motor_current_max_a = 2.0F;
+  for (const double sign : {1.0, -1.0}) {
+    Bench bench(config);
+    bench.zero_steps = 2000;
+    bench.measure(0.0);
+    bench.apply({}, 20000);  // learns where zero is
+    bench.measure(2.9 * sign);
+    bench.apply(on(0.0F), 50);
+    CHECK_FALSE(bench.stage->has_fault());
+    bench.measure(3.1 * sign);
+    bench.apply(on(0.0F), 2);
+    CHECK_FALSE(bench.stage->has_fault());  // noise
+    bench.measure(0.0);
+    bench.apply(on(0.0F));
+    bench.measure(3.1 * sign);
+    bench.apply(on(0.0F), 2);
+    CHECK_FALSE(bench.stage->has_fault());  // counts from the beginning
+    bench.apply(on(0.0F));
+    CHECK(bench.stage->has_fault());
+    bench.apply(on(0.0F), 300);
+    CHECK(bench.stage->has_fault());  // and goes on counting as one
+    bench.measure(0.0);
+    bench.apply({});
+    CHECK_FALSE(bench.stage->has_fault());
+  }
+}
+
+TEST_CASE("a bridge that reports an error is a fault as long as it does") {
+  Bench bench;
+  CHECK_FALSE(bench.stage->has_fault());
+  gpio_put(bench.config.driver_fault_pin, false);
+  CHECK(bench.stage->has_fault());
+  gpio_put(bench.config.driver_fault_pin, true);
+  CHECK_FALSE(bench.stage->has_fault());
+}
+
+TEST_CASE("where zero is, is learned only while the motor has no power") {
+  Bench bench;
+  bench.measure(1.0);
+  bench.apply(on(0.0F), 3000);
+  // Still taken for a current: the loop works against it.
+  CHECK(bench.motor() < 0.0);
+}
+
+TEST_CASE("what the current loop has wound up is forgotten when the power goes") {
+  Bench bench;
+  bench.measure(0.0);
+  bench.apply(on(0.05F), 2000);
+  const double wound_up = bench.motor();
+  bench.apply({});
+  bench.apply(on(0.05F));
+  const double fresh = bench.motor();
+  Bench other;
+  other.apply(on(0.05F));
+  CHECK(fresh == other.motor());
+  CHECK(wound_up >= fresh);
+  bench.apply({});
+  bench.apply(on(0.0F));
+  CHECK(std::abs(bench.motor()) < 1e-3);
+}
+
+TEST_CASE("cutting the power needs no object and takes the pins from the PWM") {
+  Bench bench;
+  bench.apply(on(0.05F, 0.05F));
+  torsio::boards::cut_power();
+  CHECK_FALSE(bench.enabled());
+  for (const unsigned pin : {0U, 1U}) {
+    CHECK_FALSE(gpio_get(bench.config.motor_pin + pin));
+    CHECK_FALSE(gpio_get(bench.config.brake_pin + pin));
+    CHECK(fake::chip.function[bench.config.motor_pin + pin] == GPIO_FUNC_SIO);
+    CHECK(fake::chip.function[bench.config.brake_pin + pin] == GPIO_FUNC_SIO);
+  }
+}

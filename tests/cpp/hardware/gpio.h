@@ -1,0 +1,5 @@
+/// @file
+/// See fake.hpp.
+#pragma once
+
+#include "hardware/fake.hpp"

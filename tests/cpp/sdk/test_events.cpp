@@ -1,0 +1,214 @@
+// What the device tells of itself: events, the reason why the torque went, and recordings without
+// it.
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "torsio/knob.hpp"
+
+using namespace torsio;
+using namespace std::chrono_literals;
+
+namespace {
+
+std::vector<std::string> kinds(const std::vector<Event>& events) {
+  std::vector<std::string> kinds;
+  for (const Event& event : events) kinds.push_back(event.kind);
+  return kinds;
+}
+
+using Kinds = std::vector<std::string>;
+
+}  // namespace
+
+TEST_CASE("events tell arming and disarming, in order, once") {
+  Knob knob = Knob::open("emulated");
+  CHECK(knob.events().empty());
+  CHECK_FALSE(knob.last_disarm());
+  knob.arm();
+  knob.disarm();
+  const std::vector<Event> events = knob.events();
+  REQUIRE(kinds(events) == Kinds{"state_changed", "state_changed"});
+  CHECK(events[0].state == State::armed);
+  CHECK(events[0].owner == Owner::sdk);
+  CHECK(events[1].state == State::disarmed);
+  CHECK(events[1].owner == Owner::none);
+  CHECK(events[1].tick > events[0].tick);
+  CHECK(events[1].time_s == doctest::Approx(1e-3 * static_cast<double>(events[1].tick)));
+  CHECK(knob.events().empty());
+  REQUIRE(knob.last_disarm());
+  CHECK(knob.last_disarm()->reason == DisarmReason::order);
+  CHECK(knob.last_disarm()->tick == events[1].tick);
+}
+
+TEST_CASE("events wait for one, in the knob's time") {
+  Knob knob = Knob::open("emulated");
+  const double begin_s = knob.emulator().time_s();
+  CHECK(knob.events(0.5).empty());
+  CHECK(knob.emulator().time_s() - begin_s == doctest::Approx(0.5));
+}
+
+TEST_CASE("a fault is an event, and the reason why the torque went") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  (void)knob.events();
+  knob.emulator().set_emergency_stop(true);
+  const std::vector<Event> events = knob.events(1.0);
+  REQUIRE(events.size() == 1);
+  CHECK(events[0].state == State::fault);
+  CHECK(events[0].faults == std::vector<std::string>{"emergency_stop"});
+  REQUIRE(knob.last_disarm());
+  CHECK(knob.last_disarm()->reason == DisarmReason::fault);
+  CHECK(knob.last_disarm()->faults == std::vector<std::string>{"emergency_stop"});
+}
+
+TEST_CASE("a missed deadline disarms, and what is refused afterwards says so") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
+  CHECK(knob.wait_for(State::disarmed));
+  CHECK(knob.last_disarm()->reason == DisarmReason::deadline_missed);
+  CHECK(kinds(knob.events()) == Kinds{"state_changed", "deadline_missed", "state_changed"});
+  try {
+    knob.stream_local_model({.torque_nm = 0.01});
+    FAIL("was not refused");
+  } catch (const Refused& error) {
+    CHECK(error.status() == "not_armed");
+    CHECK(error.reason() == "deadline_missed");
+    CHECK(std::string(error.what()).find("outlived its deadline") != std::string::npos);
+  }
+}
+
+TEST_CASE("silence of the host is the reason why the torque went") {
+  EmulatorOptions emulator{.control = ControlConfig{.watchdog_s = 0.05}};
+  Knob knob = Knob::open("emulated", {.emulator = emulator});
+  knob.arm();
+  knob.emulator().set_link_faults({.drop_output = 1.0});
+  CHECK(knob.wait_for(State::disarmed));
+  CHECK(knob.last_disarm()->reason == DisarmReason::watchdog);
+}
+
+TEST_CASE("the end of the connection is an event") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  knob.emulator().unplug();
+  CHECK(knob.state() == State::disconnected);
+  const std::vector<Event> events = knob.events();
+  REQUIRE_FALSE(events.empty());
+  CHECK(events.back().state == State::disconnected);
+  CHECK(knob.last_disarm()->reason == DisarmReason::disconnected);
+}
+
+TEST_CASE("a health report that is quicker than its event leaves the reason to the event") {
+  EmulatorOptions emulator{.control = ControlConfig{.watchdog_s = 0.05}};
+  Knob knob = Knob::open("emulated", {.emulator = emulator});
+  knob.arm();
+  knob.emulator().set_link_faults({.drop_output = 1.0});
+  for (int ms = 0; ms < 1000 && knob.health().state == State::armed; ++ms) knob.sleep(0.0005);
+  CHECK(knob.state() == State::disarmed);
+  knob.sleep(0.01);
+  CHECK(knob.last_disarm()->reason == DisarmReason::watchdog);
+}
+
+TEST_CASE("events that nobody takes are kept up to a number, and the lost are counted") {
+  Knob knob = Knob::open("emulated");
+  for (int i = 0; i < 600; ++i) {
+    knob.arm();
+    knob.disarm();
+  }
+  CHECK(knob.events().size() == 1024);
+  CHECK(knob.statistics().events_lost == 1200 - 1024);
+}
+
+TEST_CASE("a callback is told every event under no lock, and may use the knob") {
+  for (const bool is_paced : {false, true}) {
+    CAPTURE(is_paced);
+    EmulatorOptions emulator;
+    emulator.paced = is_paced;
+    Knob knob = Knob::open("emulated", {.emulator = emulator});
+    std::atomic<int> told = 0;
+    std::atomic<int> faults = 0;
+    knob.on_event([&](const Event& event) {
+      faults += knob.health().state == State::fault ? 1 : 0;
+      told += event.kind == "state_changed" ? 1 : 0;
+    });
+    knob.arm();
+    knob.disarm();
+    for (int i = 0; i < 500 && told < 2; ++i) knob.sleep(0.005);
+    CHECK(told == 2);
+    CHECK(faults == 0);
+    CHECK(knob.events().size() == 2);
+    knob.on_event({});
+    knob.arm();
+    knob.sleep(0.02);
+    CHECK(told == 2);
+  }
+}
+
+TEST_CASE("what a callback throws ends it, and comes out of the next on_event") {
+  for (const bool is_paced : {false, true}) {
+    CAPTURE(is_paced);
+    EmulatorOptions emulator;
+    emulator.paced = is_paced;
+    Knob knob = Knob::open("emulated", {.emulator = emulator});
+    std::atomic<int> told = 0;
+    knob.on_event([&](const Event&) {
+      ++told;
+      throw std::runtime_error("of the callback");
+    });
+    knob.arm();
+    for (int i = 0; i < 500 && told < 1; ++i) knob.sleep(0.005);
+    knob.disarm();
+    knob.sleep(0.05);
+    CHECK(told == 1);
+    CHECK_THROWS_WITH_AS(knob.on_event({}), "of the callback", std::runtime_error);
+    CHECK_NOTHROW(knob.on_event({}));
+  }
+}
+
+TEST_CASE("a callback may close its knob") {
+  EmulatorOptions emulator;
+  emulator.paced = true;
+  Knob knob = Knob::open("emulated", {.emulator = emulator});
+  std::atomic<bool> closed = false;
+  knob.on_event([&](const Event&) {
+    knob.close();
+    closed = true;
+  });
+  knob.arm();
+  for (int i = 0; i < 500 && !closed; ++i) std::this_thread::sleep_for(10ms);
+  CHECK(closed);
+  CHECK_FALSE(knob.is_open());
+}
+
+TEST_CASE("a recording says how the torque went") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  CHECK_FALSE(knob.record(0.1).disarmed);
+  knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
+  const Recording recording = knob.record(0.5);
+  CHECK(recording.size() == 500);
+  REQUIRE(recording.disarmed);
+  CHECK(recording.disarmed->reason == DisarmReason::deadline_missed);
+}
+
+TEST_CASE("a recording that must stay armed ends when the torque goes, with what it has") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
+  try {
+    (void)knob.record(10.0, {}, true);
+    FAIL("did not throw");
+  } catch (const Disarmed& error) {
+    CHECK(error.reason() == "deadline_missed");
+    REQUIRE(error.samples() != nullptr);
+    CHECK(error.samples()->size() > 20);
+    CHECK(error.samples()->size() < 1000);
+  }
+  CHECK(knob.state() == State::disarmed);
+}

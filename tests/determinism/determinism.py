@@ -1,0 +1,169 @@
+"""One number for the lives of some emulated knobs, however the program was made and run.
+
+``./dev determinism`` builds ``life.cpp`` with gcc and clang, without and with full optimisation,
+for x86-64 and for aarch64 (which qemu runs), and runs it on 1 to 32 threads, with its time cut in
+several ways, and through a stop of seconds. Every run must print the same number. It is not written
+down anywhere: a change of the plant or of a law changes it, and should.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+TREE = Path(__file__).parent.parent.parent
+HERE = Path(__file__).parent
+BUILD = TREE / "build/determinism"
+
+
+class Missing(Exception):
+    """A compiler or an emulator is not installed; says which."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way to make the program.
+
+    Attributes
+    ----------
+    name
+        Of its folder, and for people.
+    compiler, options
+        What makes it.
+    start
+        Words in front of its own command: an emulator.
+    """
+
+    name: str
+    compiler: str
+    options: str
+    start: tuple[str, ...] = ()
+    settings: tuple[str, ...] = ()
+
+
+ARM = ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")
+CROSS = ("-DCMAKE_SYSTEM_NAME=Linux", "-DCMAKE_SYSTEM_PROCESSOR=aarch64")
+WAYS = (
+    Way("gcc-O0", "g++", "-O0"),
+    Way("gcc-O3", "g++", "-O3"),
+    Way("gcc-native", "g++", "-O3 -march=native"),
+    Way("clang-O0", "clang++", "-O0"),
+    Way("clang-O3", "clang++", "-O3"),
+    Way("aarch64-O0", "aarch64-linux-gnu-g++", "-O0", ARM, CROSS),
+    Way("aarch64-O3", "aarch64-linux-gnu-g++", "-O3", ARM, CROSS),
+)
+
+
+def build(way: Way) -> Path:
+    """Build the program in one way and return it.
+
+    Raises
+    ------
+    Missing
+        If what it needs is not installed.
+    subprocess.CalledProcessError
+        If it does not compile; the log says why.
+    """
+    for program in (way.compiler, *way.start[:1]):
+        if shutil.which(program) is None:
+            raise Missing(f"{way.name} needs {program}, which is not installed")
+    folder = BUILD / way.name
+    log = TREE / f"build/logs/determinism-{way.name}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    configure: list[str | Path] = [
+        "cmake",
+        "-S",
+        HERE,
+        "-B",
+        folder,
+        "-G",
+        "Ninja",
+        "-DCMAKE_BUILD_TYPE=Debug",
+    ]
+    configure += [f"-DCMAKE_CXX_COMPILER={way.compiler}", f"-DCMAKE_CXX_FLAGS_DEBUG={way.options}"]
+    with log.open("w") as output:
+        for command in (
+            [*configure, *way.settings],
+            ["cmake", "--build", folder, "-t", "torsio_life"],
+        ):
+            subprocess.run(command, stdout=output, stderr=output, check=True)
+    return folder / "torsio_life"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the program: a name for people, and its command."""
+
+    name: str
+    command: tuple[str, ...]
+    stopped_s: float = 0.0
+
+    def number(self) -> str:
+        """Run it and return the number that it prints."""
+        with subprocess.Popen(self.command, stdout=subprocess.PIPE, text=True) as process:
+            if self.stopped_s > 0.0:
+                time.sleep(0.1)
+                process.send_signal(signal.SIGSTOP)
+                time.sleep(self.stopped_s)
+                process.send_signal(signal.SIGCONT)
+            output = process.communicate()[0]
+        if process.returncode != 0:
+            raise subprocess.CalledProcessError(process.returncode, self.command)
+        return output.strip()
+
+
+def runs_of(program: Path, seconds: int, knobs: int, threads: Sequence[int]) -> list[Run]:
+    """Return the runs of one program that differ in how they are run."""
+    base = (str(program), "--seconds", str(seconds), "--knobs", str(knobs))
+    return [
+        *(Run(f"{n} threads", (*base, "--threads", str(n))) for n in threads),
+        *(Run(f"time cut by seed {n}", (*base, "--cut", str(n))) for n in (1, 2, 3)),
+        Run("stopped for 2 s", base, 2.0),
+    ]
+
+
+def report(numbers: Sequence[tuple[str, str]]) -> int:
+    """Print what each run gave; return 1 if they are not all the same."""
+    for name, number in numbers:
+        print(f"{number}  {name}", flush=True)
+    kinds = len({number for _, number in numbers})
+    print(f"{len(numbers)} runs, {'one number' if kinds == 1 else f'{kinds} different numbers'}")
+    return 0 if kinds == 1 else 1
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Build and run all ways; return the exit status."""
+    parser = argparse.ArgumentParser(prog="./dev determinism", description=__doc__)
+    parser.add_argument("--seconds", type=int, default=60, help="of each knob's life (60)")
+    parser.add_argument("--knobs", type=int, default=32, help="how many knobs (32)")
+    parser.add_argument("--only", default="", help="part of the names of the ways to build")
+    options = parser.parse_args(arguments)
+    ways = [way for way in WAYS if options.only in way.name]
+    try:
+        programs = {way: build(way) for way in ways}
+    except Missing as error:
+        print(f"determinism: {error}", file=sys.stderr)
+        return 2
+    except subprocess.CalledProcessError as error:
+        print(f"determinism: does not compile: {error}; see build/logs", file=sys.stderr)
+        return 2
+    size = ("--seconds", str(options.seconds), "--knobs", str(options.knobs))
+    runs = [Run(way.name, (*way.start, str(programs[way]), *size)) for way in ways]
+    fastest = programs.get(WAYS[1], next(iter(programs.values())))
+    runs += runs_of(fastest, options.seconds, options.knobs, (1, 2, 4, 8, 16, 32))
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        numbers = list(pool.map(Run.number, runs))
+    return report([(run.name, number) for run, number in zip(runs, numbers, strict=True)])
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

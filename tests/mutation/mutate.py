@@ -1,0 +1,506 @@
+"""Mutants of the lines that make the device safe, all in one program, and which test kills each.
+
+``./dev mutate`` copies the sources to ``build/mutation/tree``, makes every mutant of
+``tests/mutation/mutants/*.txt`` a choice at run time there, and builds the copy with the C++ tests.
+A mutant dies by a test case that fails, crashes or hangs with it. The tests that kill are kept in
+``killers.json``: they are tried first, then every other test that reaches the mutant.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import itertools
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+TREE = Path(__file__).parent.parent.parent
+HERE = Path(__file__).parent
+BUILD = TREE / "build/mutation"
+COPY = BUILD / "tree"
+KILLERS = HERE / "killers.json"
+# What the mutation build is made of.
+FOLDERS = ("firmware", "emulator", "cmake", "tests/cpp", "tests/fuzz", "tests/golden")
+LEAST_LIMIT_S = 5.0
+# These wait for other threads, and take long on a busy machine.
+LEFT_OUT = ("a ring carries everything in order from one thread to another",)
+
+
+class BadList(Exception):
+    """A list of mutants does not fit the sources; says which line, and what to do."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of one place.
+
+    Attributes
+    ----------
+    number
+        By which it is switched on; from 1, in the order of the lists.
+    file
+        Of the source, from the top of the tree.
+    original, replacement
+        What stands there, and what would stand there instead.
+    where
+        Line of the list, for messages.
+    equivalent
+        Why no test can tell it from the original; empty if one must.
+    untested
+        Which test is still to be written; empty if there is one.
+    """
+
+    number: int
+    file: str
+    original: str
+    replacement: str
+    where: str
+    equivalent: str = ""
+    untested: str = ""
+
+    @property
+    def key(self) -> str:
+        """What it is kept by: it stays when mutants come or go."""
+        text = f"{self.file}\n{_squeezed(self.original)}\n{_squeezed(self.replacement)}"
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    def __str__(self) -> str:
+        new = _squeezed(self.replacement) or "(nothing)"
+        return f"{self.number}: {self.file}: {_squeezed(self.original)}  ->  {new}"
+
+
+@dataclass
+class Replacement:
+    """What would stand there, what the list says of it, and in which of its lines."""
+
+    text: str
+    where: str
+    equivalent: str = ""
+    untested: str = ""
+
+
+@dataclass
+class Place:
+    """A piece of a source and all its mutants."""
+
+    file: str
+    context: str
+    where: str
+    replacements: list[Replacement] = field(default_factory=list)
+
+
+def _squeezed(text: str) -> str:
+    return " ".join(text.split())
+
+
+# --- the lists -----------------------------------------------------------------------------------
+
+
+def read_list(path: Path) -> list[Place]:
+    """Read one list.
+
+    ``file NAME``, then ``-`` lines with what stands there, ``+`` lines with one mutant each, and
+    behind a mutant ``=`` why it is equivalent, or ``!`` which test is still to be written.
+    """
+    places: list[Place] = []
+    file = ""
+    last = ""
+    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+        where = f"{path.name}:{number}"
+        kind, text = line[:1], line[2:]
+        if line.startswith("file "):
+            file = line.removeprefix("file ").strip()
+        elif kind == "-":
+            if last == "-":
+                places[-1].context += f"\n{text}"
+            else:
+                places.append(Place(file, text, where))
+        elif kind == "+" and places:
+            places[-1].replacements.append(Replacement(text, where))
+        elif kind in "=!" and kind and places and places[-1].replacements:
+            mutant = places[-1].replacements[-1]
+            if kind == "=":
+                mutant.equivalent = f"{mutant.equivalent} {text}".strip()
+            else:
+                mutant.untested = f"{mutant.untested} {text}".strip()
+        elif line and kind != "#":
+            raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ', '! ' or '# '")
+        last = kind
+    for place in places:
+        for text in (_marked(place)[1], *(one.text for one in place.replacements)):
+            if any(text.count(pair[0]) != text.count(pair[1]) for pair in ("()", "{}", "[]")):
+                raise BadList(f"{place.where}: '{text}' opens a bracket that it does not close")
+        if not place.file:
+            raise BadList(f"{place.where}: say which file first, in a line 'file NAME'")
+        if not place.replacements:
+            raise BadList(f"{place.where}: a place without a mutant; add a line that begins with +")
+    return places
+
+
+def read_lists(folder: Path = HERE / "mutants") -> list[Place]:
+    """Read all lists, in the order of their names."""
+    return [place for path in sorted(folder.glob("*.txt")) for place in read_list(path)]
+
+
+def mutants_of(places: Iterable[Place]) -> list[Mutant]:
+    """Number the mutants of places."""
+    found: list[Mutant] = []
+    for place in places:
+        found += [
+            Mutant(
+                len(found) + 1 + n,
+                place.file,
+                place.context,
+                one.text,
+                one.where,
+                one.equivalent,
+                one.untested,
+            )
+            for n, one in enumerate(place.replacements)
+        ]
+    keys = [mutant.key for mutant in found]
+    for mutant in found:
+        if keys.count(mutant.key) > 1:
+            raise BadList(f"{mutant.where}: this mutant is there twice; leave one")
+    return found
+
+
+def _marked(place: Place) -> tuple[str, str, str]:
+    """Return what stands before, in and behind the marks ``@{`` and ``}@``."""
+    before, mark, rest = place.context.partition("@{")
+    if not mark:
+        return "", place.context, ""
+    inside, _, behind = rest.partition("}@")
+    return before, inside, behind
+
+
+# --- the mutated copy ----------------------------------------------------------------------------
+
+
+def _pattern(text: str) -> str:
+    return r"\s*".join(re.escape(word) for word in text.split())
+
+
+def _switched(original: str, numbered: Sequence[tuple[int, str]]) -> str:
+    """Return C++ that does what the original does, or what the mutant does that is switched on."""
+    if all(text.rstrip().endswith((";", "}")) for text in (original, *(r for _, r in numbered))):
+        code = original
+        for number, text in reversed(numbered):
+            code = f"if (torsio_mutant_is({number})) {{ {text} }} else {{ {code} }}"
+        return code
+    code = f"({original})"
+    for number, text in reversed(numbered):
+        code = f"(torsio_mutant_is({number}) ? ({text}) : {code})"
+    return code
+
+
+def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> str:
+    """Return a source with the mutants of these places in it.
+
+    Raises
+    ------
+    BadList
+        If a place is not there, or there twice, or two of them overlap.
+    """
+    cuts: list[tuple[int, int, str, Place]] = []
+    for place, numbers in places:
+        before, inside, behind = _marked(place)
+        pattern = rf"{_pattern(before)}(\s*){_pattern(inside)}(\s*){_pattern(behind)}"
+        found = list(re.finditer(pattern, text))
+        if len(found) != 1:
+            problem = "is not in" if not found else f"stands {len(found)} times in"
+            raise BadList(
+                f"{place.where}: '{_squeezed(place.context)}' {problem} {place.file}; "
+                "write what stands there now, with as much before and behind as makes it the only "
+                "one and @{...}@ round what is mutated"
+            )
+        begin, end = found[0].end(1), found[0].start(2)
+        numbered = [(n, one.text) for n, one in zip(numbers, place.replacements, strict=True)]
+        cuts.append((begin, end, _switched(text[begin:end], numbered), place))
+    cuts.sort(key=lambda cut: cut[0])
+    for (_, end, _, _), (begin, _, _, place) in itertools.pairwise(cuts):
+        if begin < end:
+            raise BadList(f"{place.where}: overlaps another place; put its + lines there")
+    for begin, end, code, _ in reversed(cuts):
+        text = text[:begin] + code + text[end:]
+    return text
+
+
+def _put(path: Path, content: bytes) -> None:
+    """Write a file unless it says so already, so that nothing is compiled twice."""
+    if path.exists() and path.read_bytes() == content:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+
+
+def make_copy(places: Sequence[Place]) -> int:
+    """Bring ``build/mutation/tree`` up to date; return how many mutants are in it."""
+    of_file: dict[str, list[tuple[Place, list[int]]]] = {}
+    count = 0
+    for place in places:
+        numbers = [count + 1 + n for n in range(len(place.replacements))]
+        count += len(numbers)
+        of_file.setdefault(place.file, []).append((place, numbers))
+    for file, its_places in of_file.items():
+        if not (TREE / file).is_file():
+            raise BadList(f"{its_places[0][0].where}: there is no {file}")
+    wanted: set[Path] = set()
+    for folder in FOLDERS:
+        for source in sorted((TREE / folder).rglob("*")):
+            if not source.is_file() or "__pycache__" in source.parts:
+                continue
+            name = str(source.relative_to(TREE))
+            content = source.read_bytes()
+            if name in of_file:
+                content = mutate_source(content.decode(), of_file[name]).encode()
+            _put(COPY / name, content)
+            wanted.add(COPY / name)
+    own = {"CMakeLists.txt": "tree.cmake", "switch.hpp": "switch.hpp", "runner.cpp": "runner.cpp"}
+    for name, original in own.items():
+        _put(COPY / name, (HERE / original).read_bytes())
+        wanted.add(COPY / name)
+    for path in list(COPY.rglob("*")):
+        if path.is_file() and path not in wanted:
+            path.unlink()
+    return count
+
+
+def build(tinyusb: str, log: Path) -> Path:
+    """Make the copy and compile it; return the runner.
+
+    Raises
+    ------
+    BadList
+        If a list does not fit the sources.
+    subprocess.CalledProcessError
+        If it does not compile; the log says why.
+    """
+    count = make_copy(read_lists())
+    folder = BUILD / "objects"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    configure: list[str | Path] = ["cmake", "-S", COPY, "-B", folder, "-G", "Ninja"]
+    configure += [f"-DTORSIO_MUTANTS={count}"]
+    configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
+    configure += [f"-DTORSIO_TINYUSB_PATH={tinyusb}"]
+    with log.open("w") as output:
+        for command in (
+            configure,
+            ["cmake", "--build", folder, "--target", "torsio_mutants", "--", "-k", "0"],
+        ):
+            subprocess.run(command, stdout=output, stderr=output, check=True)
+    return folder / "torsio_mutants"
+
+
+# --- running -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one test case with one mutant."""
+
+    result: str  # passed, failed or hung
+    took_s: float
+    reached: frozenset[int]
+
+
+class Runner:
+    """A process that runs test cases; see ``runner.cpp``."""
+
+    def __init__(self, program: Path) -> None:
+        self._process = subprocess.Popen(
+            [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=BUILD
+        )
+
+    def run(self, case: str, mutant: int = 0, limit_s: float = 120.0) -> Outcome:
+        """Run one test case, with a mutant switched on."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(f"{mutant}\t{limit_s}\t{case}\n")
+        self._process.stdin.flush()
+        words = self._process.stdout.readline().split()
+        return Outcome(words[0], float(words[1]), frozenset(int(word) for word in words[2:]))
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.communicate()
+
+
+def cases(program: Path) -> list[str]:
+    """Return the names of all test cases of the runner."""
+    listing = subprocess.run([program, "--list"], capture_output=True, check=True).stdout
+    found = [case.get("name") or "" for case in ElementTree.fromstring(listing).iter("TestCase")]
+    return sorted(set(found) - {"", *LEFT_OUT})
+
+
+@dataclass
+class Campaign:
+    """A run over mutants.
+
+    Attributes
+    ----------
+    killers
+        By the key of a mutant, the test that kills it.
+    survivors
+        Those that no test has killed.
+    """
+
+    program: Path
+    killers: dict[str, str] = field(default_factory=dict)
+    survivors: list[Mutant] = field(default_factory=list)
+    reach: dict[str, Outcome] = field(default_factory=dict)
+
+    def look_round(self) -> None:
+        """Run every test once as it is, to see what it reaches and how long it takes."""
+        names = cases(self.program)
+
+        def one(runner: Runner, name: str) -> tuple[str, Outcome]:
+            return name, runner.run(name)
+
+        for name, outcome in _in_parallel(self.program, names, one):
+            if os.environ.get("TORSIO_MUTATE_VERBOSE"):
+                print(f"{outcome.took_s:8.2f} s  {name}", flush=True)
+            if outcome.result != "passed":
+                raise BadList(f"the test '{name}' has {outcome.result} without any mutant")
+            self.reach[name] = outcome
+
+    def _candidates(self, mutant: Mutant) -> list[tuple[str, float]]:
+        near = [(n, o.took_s) for n, o in self.reach.items() if mutant.number in o.reached]
+        return sorted(near, key=lambda one: one[1])
+
+    def _attack(self, runner: Runner, mutant: Mutant) -> tuple[Mutant, str]:
+        known = self.killers.get(mutant.key)
+        if known and runner.run(known, mutant.number, 4 * LEAST_LIMIT_S).result != "passed":
+            return mutant, known
+        for name, took_s in self._candidates(mutant):
+            limit_s = max(LEAST_LIMIT_S, 20 * took_s)
+            if name != known and runner.run(name, mutant.number, limit_s).result != "passed":
+                return mutant, name
+        return mutant, ""
+
+    def run(self, mutants: Sequence[Mutant]) -> None:
+        """Try to kill mutants, the known killers first."""
+        for mutant, killer in _in_parallel(self.program, mutants, self._attack):
+            self.killers.pop(mutant.key, None)
+            if killer:
+                self.killers[mutant.key] = killer
+            else:
+                self.survivors.append(mutant)
+
+
+Work = TypeVar("Work")
+Done = TypeVar("Done")
+
+
+def _in_parallel(
+    program: Path, work: Sequence[Work], function: Callable[[Runner, Work], Done]
+) -> list[Done]:
+    """Hand each piece of work to one of as many runners as there are processors."""
+    runners = [Runner(program) for _ in range(os.cpu_count() or 1)]
+    free = list(runners)
+
+    def one(piece: Work) -> Done:
+        runner = free.pop()
+        try:
+            return function(runner, piece)
+        finally:
+            free.append(runner)
+
+    with ThreadPoolExecutor(len(runners)) as pool:
+        results = list(pool.map(one, work))
+    for runner in runners:
+        runner.close()
+    return results
+
+
+def read_killers() -> dict[str, str]:
+    """Return what ``killers.json`` has kept."""
+    if not KILLERS.exists():
+        return {}
+    kept: dict[str, dict[str, str]] = json.loads(KILLERS.read_text(encoding="utf-8"))
+    return {key: name for name, keys in kept.items() for key in keys}
+
+
+def write_killers(killers: dict[str, str], mutants: Sequence[Mutant]) -> None:
+    """Keep the killers of these mutants: by test, what it kills."""
+    kept: dict[str, dict[str, str]] = {}
+    for mutant in mutants:
+        if mutant.key in killers:
+            line = f"{mutant.file}: {_squeezed(mutant.original)} -> {_squeezed(mutant.replacement)}"
+            kept.setdefault(killers[mutant.key], {})[mutant.key] = line
+    text = json.dumps(dict(sorted(kept.items())), indent=1, ensure_ascii=False)
+    KILLERS.write_text(text + "\n", encoding="utf-8")
+
+
+def verdict(mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> list[str]:
+    """Return what is wrong: mutants that live, and equivalents that died after all."""
+    living = {mutant.number for mutant in survivors}
+    wrong = [
+        f"lives: {m}" for m in mutants if m.number in living and not m.equivalent and not m.untested
+    ]
+    wrong += [
+        f"died, though {m.where} calls it {'equivalent' if m.equivalent else 'untested'}: {m}"
+        for m in mutants
+        if m.number not in living and (m.equivalent or m.untested)
+    ]
+    return wrong
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run a campaign, tell what lives and return the exit status."""
+    parser = argparse.ArgumentParser(prog="./dev mutate", description=__doc__)
+    parser.add_argument("only", nargs="*", help="numbers of mutants, or parts of what they say")
+    parser.add_argument("--all", action="store_true", help="forget the killers that are known")
+    parser.add_argument("--list", action="store_true", help="only list the mutants")
+    parser.add_argument("--tinyusb", default="", help=argparse.SUPPRESS)
+    options = parser.parse_args(arguments)
+    begin_s = time.monotonic()
+    try:
+        mutants = mutants_of(read_lists())
+        chosen = [
+            m
+            for m in mutants
+            if not options.only
+            or any(w == str(m.number) or (not w.isdigit() and w in str(m)) for w in options.only)
+        ]
+        if options.list:
+            print(*chosen, sep="\n")
+            return 0
+        log = TREE / "build/logs/mutate.log"
+        program = build(options.tinyusb, log)
+        print(f"{len(mutants)} mutants built after {time.monotonic() - begin_s:.0f} s", flush=True)
+        campaign = Campaign(program, {} if options.all else read_killers())
+        campaign.look_round()
+        print(f"{len(campaign.reach)} tests know what they reach", flush=True)
+        campaign.run(chosen)
+    except BadList as error:
+        print(f"mutate: {error}", file=sys.stderr)
+        return 2
+    except subprocess.CalledProcessError:
+        print("mutate: does not compile; see build/logs/mutate.log", file=sys.stderr)
+        return 2
+    wrong = verdict(chosen, campaign.survivors)
+    write_killers(campaign.killers, mutants)
+    equivalent = sum(1 for mutant in chosen if mutant.equivalent)
+    untested = sum(1 for mutant in chosen if mutant.untested)
+    print(*wrong, sep="\n")
+    print(
+        f"{len(chosen)} mutants, {len(chosen) - len(campaign.survivors)} killed, "
+        f"{equivalent} equivalent, {untested} without a test, "
+        f"{len(wrong)} wrong, {time.monotonic() - begin_s:.0f} s"
+    )
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

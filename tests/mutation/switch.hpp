@@ -1,0 +1,18 @@
+/// @file
+/// What a mutated source asks: am I the mutant that is switched on? Put in front of every source of
+/// the mutation build; see tests/mutation/mutate.py.
+#pragma once
+
+#include <type_traits>
+
+extern "C" {
+extern int torsio_mutant;                      // number of the one that is on; 0: none
+extern unsigned char torsio_mutant_reached[];  // 1: was asked for
+}
+
+/// What is computed by the compiler is never mutated.
+constexpr bool torsio_mutant_is(int number) {
+  if (std::is_constant_evaluated()) return false;
+  torsio_mutant_reached[number] = 1;
+  return torsio_mutant == number;
+}

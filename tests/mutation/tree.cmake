@@ -1,0 +1,46 @@
+# The project in build/mutation/tree: the mutated copy of the sources, and the C++ tests with the
+# runner instead of doctest's main program. tests/mutation/mutate.py puts it there.
+#   TORSIO_MUTANTS       how many there are
+#   TORSIO_TINYUSB_PATH  as in emulator/usbip
+cmake_minimum_required(VERSION 3.25)
+project(torsio VERSION 0.0.0 LANGUAGES C CXX)
+
+list(APPEND CMAKE_MODULE_PATH "${CMAKE_CURRENT_SOURCE_DIR}/cmake")
+include(TorsioTargetDefaults)
+include(TorsioHeaders)
+find_package(doctest 2.4 CONFIG REQUIRED)
+find_package(Threads REQUIRED GLOBAL)
+
+# Mutated lines compare a number with a number, and leave parameters unused.
+add_compile_options(-w -g0 "$<$<COMPILE_LANGUAGE:CXX>:SHELL:-include ${CMAKE_CURRENT_SOURCE_DIR}/switch.hpp>")
+
+add_subdirectory(firmware/protocol)
+add_subdirectory(firmware/core)
+add_subdirectory(firmware/device)
+include(firmware/boards/list.cmake)
+add_subdirectory(emulator)
+
+set(sources)
+foreach(layer core protocol device usbip)
+  if(TARGET torsio_${layer})
+    file(GLOB_RECURSE found CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/tests/cpp/${layer}/*.cpp")
+    list(APPEND sources ${found})
+  endif()
+endforeach()
+# These start programs and wait for the clock.
+list(FILTER sources EXCLUDE REGEX "test_usbip_(program|server)")
+
+add_executable(torsio_mutants runner.cpp ${sources})
+target_compile_features(torsio_mutants PRIVATE cxx_std_20)
+# Compiled in half of the time; what takes long to run is in the libraries.
+target_compile_options(torsio_mutants PRIVATE -O0)
+# Only there, or one mutant more would compile everything anew.
+set_source_files_properties(runner.cpp PROPERTIES
+  COMPILE_DEFINITIONS TORSIO_MUTANTS=${TORSIO_MUTANTS})
+target_compile_definitions(torsio_mutants PRIVATE
+  TORSIO_TEST_DATA_DIR="${CMAKE_CURRENT_SOURCE_DIR}/tests/golden")
+target_include_directories(torsio_mutants PRIVATE tests/cpp)
+target_link_libraries(torsio_mutants PRIVATE torsio_emulator torsio_boards doctest::doctest Threads::Threads)
+if(TARGET torsio_usbip)
+  target_link_libraries(torsio_mutants PRIVATE torsio_usbip)
+endif()

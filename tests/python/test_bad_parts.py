@@ -1,0 +1,84 @@
+"""Numbers without end, parts of the wrong kind, torques of no hand: one sentence, and soon."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import torsio
+from torsio import Constant, PrescribedMotion, TorqueHand, Wall
+
+LONG = 10**5000  # Python does not even print it
+
+
+def forced(effect: Constant, name: str, value: object) -> Constant:
+    """Give it a value past its own checks, as a subclass or a copy may."""
+    object.__setattr__(effect, name, value)
+    return effect
+
+
+@pytest.mark.parametrize(
+    ("effect", "kind", "words"),
+    [
+        (lambda: Wall(stiffness_nm_per_rad=LONG), torsio.InvalidArgument, "stiffness_nm_per_rad"),
+        (lambda: Constant(torque_nm=0.1, timing=3), TypeError, "timing must be"),  # type: ignore[arg-type]
+        (lambda: forced(Constant(torque_nm=0.1), "timing", 3), TypeError, "no Timing"),
+        (lambda: Constant(torque_nm=[LONG]), TypeError, "torque_nm"),  # type: ignore[arg-type]
+    ],
+)
+def test_effect_is_refused_in_one_sentence(effect: Any, kind: type[Exception], words: str) -> None:
+    with torsio.open("emulated") as knob, pytest.raises(kind, match=words) as caught:
+        knob.play(effect())
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "much", [1e9, 1e200, 1e290, 1e308, -1e308, float("inf"), LONG], ids=lambda _: ""
+)
+def test_hand_that_is_none_is_refused_at_once(much: float) -> None:
+    with torsio.open("emulated") as knob:
+        hands: tuple[Callable[[], torsio.Hand], ...] = (
+            lambda: TorqueHand(torque_nm=much),
+            lambda: TorqueHand(torque_nm=[(0.0, 0.0), (1.0, much)]),
+            lambda: PrescribedMotion(angle_rad=[(0.0, 0.0), (1e-3, much)]),
+            lambda: torsio.ImpedanceHand(stiffness_nm_per_rad=much, intended_angle_rad=0.0),
+        )
+        for make in hands:
+            with pytest.raises(torsio.InvalidArgument):
+                knob.emulator.set_hand(make())
+        knob.sleep(0.01)  # time goes on with the old hand
+        assert knob.emulator.time_s > 0.0
+
+
+def test_parts_of_a_knob_of_the_wrong_kind_are_refused() -> None:
+    wrong: tuple[Callable[[], torsio.EmulatorOptions], ...] = (
+        lambda: torsio.EmulatorOptions(plant=3),  # type: ignore[arg-type]
+        lambda: torsio.EmulatorOptions(hand="x"),  # type: ignore[arg-type]
+        lambda: torsio.EmulatorOptions(control=[]),  # type: ignore[arg-type]
+        lambda: torsio.EmulatorOptions(plant=torsio.PlantParams(belt=3)),  # type: ignore[arg-type]
+    )
+    for options in wrong:
+        with pytest.raises(TypeError):
+            torsio.open("emulated", emulator=options()).close()
+
+
+@pytest.mark.parametrize("arguments", [("demo", "wall"), ("list",), ("info",)])
+def test_commands_print_where_letters_are_few(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    result = subprocess.run(
+        [sys.executable, "-m", "torsio", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONIOENCODING": "ascii", "LC_ALL": "C", "PYTHONUTF8": "0"},
+    )
+    assert result.returncode == 0, result.stderr
+    assert "Traceback" not in result.stderr
+    assert result.stdout.isascii()

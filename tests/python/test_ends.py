@@ -1,0 +1,286 @@
+"""How a program ends while the library is at work: exit, fork, signals, what is left of data."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torsio
+
+OPEN = """
+import os, signal, sys, threading, time, torsio
+paced = torsio.EmulatorOptions(paced=True)
+"""
+
+# Each leaves threads inside the library when the interpreter ends.
+AT_EXIT = {
+    "watch": "w = torsio.watch(lambda event: None)",
+    "recording": """
+knob = torsio.open("emulated", emulator=paced)
+knob.arm()
+threading.Thread(target=lambda: knob.record(60.0), daemon=True).start()
+time.sleep(0.1)
+""",
+    "asking": """
+knob = torsio.open("emulated", emulator=paced)
+def ask():
+    while True:
+        knob.health()
+for _ in range(4):
+    threading.Thread(target=ask, daemon=True).start()
+time.sleep(0.1)
+""",
+    "many": """
+def use():
+    while True:
+        with torsio.open("emulated") as knob:
+            knob.play(torsio.Constant(torque_nm=0.01))
+            knob.record(0.05)
+for _ in range(4):
+    threading.Thread(target=use, daemon=True).start()
+time.sleep(0.2)
+""",
+    "callback": """
+knob = torsio.open("emulated", emulator=paced)
+knob.on_event(lambda event: time.sleep(0.001))
+def toggle():
+    while True:
+        knob.arm()
+        knob.disarm()
+threading.Thread(target=toggle, daemon=True).start()
+time.sleep(0.2)
+""",
+}
+
+
+def run(program: str, timeout_s: float = 60.0) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", OPEN + program],
+        capture_output=True,
+        text=True,
+        timeout=timeout_s,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("kind", AT_EXIT)
+def test_interpreter_ends_well_with_threads_inside_the_library(kind: str) -> None:
+    for _ in range(3):
+        result = run(AT_EXIT[kind])
+        assert result.returncode == 0, result.stderr
+        assert "Fatal" not in result.stderr
+        assert "terminate" not in result.stderr
+
+
+def test_open_knob_is_disarmed_at_exit_though_a_thread_uses_it() -> None:
+    # The last to be told is a function that was registered first.
+    result = run(
+        """
+import atexit
+knob = torsio.open("emulated", emulator=paced)
+kept = []
+knob.on_event(lambda event: kept.append(event.state))
+knob.arm()
+threading.Thread(target=lambda: knob.sleep(60), daemon=True).start()
+time.sleep(0.1)
+import torsio.knob as module
+module._close_all()
+print(kept[-1], knob.is_open)
+"""
+    )
+    assert result.stdout.split() == ["disarmed", "False"], result.stderr
+
+
+def test_forked_child_with_an_open_knob_ends_and_may_open_its_own() -> None:
+    result = run(
+        """
+knob = torsio.open("emulated", emulator=paced)
+watch = torsio.watch(lambda event: None)
+knob.arm()
+child = os.fork()
+if child == 0:
+    words = [str(knob.is_open), str(watch.is_stopped)]
+    try:
+        knob.health()
+    except torsio.Closed as error:
+        words.append("forked" if "forked" in str(error) else str(error))
+    with torsio.open("emulated", emulator=paced) as own:
+        words.append(str(len(own.record(0.05))))
+    print(*words, flush=True)
+    sys.exit(3)
+_, status = os.waitpid(child, 0)
+print(os.waitstatus_to_exitcode(status), knob.health().state)
+"""
+    )
+    assert result.stdout.split() == ["False", "True", "forked", "50", "3", "armed"], result.stderr
+
+
+def test_interrupted_recording_has_its_samples() -> None:
+    result = run(
+        """
+with torsio.open("emulated", emulator=paced) as knob:
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    try:
+        knob.record(60.0)
+    except KeyboardInterrupt as error:
+        print(len(error.samples) > 100, error.samples["tick"][0] >= 0)
+    print(len(knob.read(timeout_s=0.0)) > 100)
+    knob.read()
+    time.sleep(0.1)
+    print(len(knob.read(timeout_s=0.05)))
+"""
+    )
+    assert result.stdout.split() == ["True", "True", "True", "0"], result.stderr
+
+
+def test_unplugged_recording_has_its_samples() -> None:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
+        timer = threading.Timer(0.2, knob.emulator.unplug)
+        timer.start()
+        with pytest.raises(torsio.Disconnected) as caught:
+            knob.record(60.0)
+        timer.join()
+        samples = caught.value.samples  # type: ignore[attr-defined]
+    assert len(samples) > 50
+    assert np.all(np.diff(samples["tick"].astype(int)) == 1)
+
+
+def test_recording_without_its_torque_says_so() -> None:
+    with torsio.open("emulated") as knob:
+        knob.arm()
+        knob.stream_local_model(torque_nm=0.01, deadline_s=0.02)
+        with pytest.warns(torsio.DisarmedWarning, match="deadline_missed"):
+            assert len(knob.record(0.2)) == 200
+        assert knob.last_disarm is not None
+        assert knob.last_disarm.reason == "deadline_missed"
+        knob.arm()
+        knob.stream_local_model(torque_nm=0.01, deadline_s=0.02)
+        with pytest.raises(torsio.Disarmed, match="deadline") as caught:
+            knob.record(10.0, must_stay_armed=True)
+        assert caught.value.reason == "deadline_missed"
+        assert 10 < len(caught.value.samples) < 1000  # type: ignore[attr-defined]
+        with pytest.raises(torsio.Refused) as refused:
+            knob.stream_local_model(torque_nm=0.01)
+        assert refused.value.reason == "deadline_missed"
+
+
+def test_events_and_callback_tell_the_same() -> None:
+    told: list[torsio.Event] = []
+    with torsio.open("emulated") as knob:
+        knob.on_event(told.append)
+        knob.arm()
+        knob.emulator.set_actuator_fault(present=True)
+        assert knob.wait_for("fault")
+        taken = knob.events()
+        assert taken == told
+        assert [event.state for event in taken] == ["armed", "fault"]
+        assert taken[-1].faults == ("actuator",)
+        knob.on_event(None)
+        with pytest.raises(TypeError, match="callback"):
+            knob.on_event(3)  # type: ignore[arg-type]
+
+
+def test_what_a_callback_raises_is_shown_and_ends_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shown: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda args: shown.append(args.exc_value))
+
+    def fail(_: torsio.Event) -> None:
+        raise RuntimeError("of the callback")
+
+    with torsio.open("emulated") as knob:
+        knob.on_event(fail)
+        knob.arm()
+        knob.disarm()
+        knob.on_event(None)
+    assert [str(error) for error in shown] == ["of the callback"] * 2
+
+
+def test_steps_and_latest() -> None:
+    with torsio.open("emulated") as knob:
+        with pytest.raises(torsio.Error, match="start_telemetry"):
+            knob.latest()
+        knob.start_telemetry(prompt=True)
+        ages = []
+        for step in knob.every(0.001):
+            ages.append(knob.emulator.time_s - float(knob.latest()["time_s"]))
+            if step.index == 99:
+                break
+        assert (step.index, step.late_steps) == (99, 0)
+        assert step.time_s == pytest.approx(0.099)
+        assert max(ages[10:]) <= 0.002 + 1e-9
+        with pytest.raises(torsio.InvalidArgument, match="period_s"):
+            knob.every(0.0)
+
+
+def test_a_thousand_knobs_in_reference_cycles_stay_small() -> None:
+    result = run(
+        """
+import gc, resource
+gc.disable()
+def cycle():
+    knob = torsio.open("emulated")
+    knob.me = knob
+    knob.record(0.01)
+for _ in range(300):
+    cycle()
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+""",
+        timeout_s=300,
+    )
+    # 300 rings that were filled at once would be 1.1 GB.
+    assert int(result.stdout) < 500, result.stderr
+
+
+def test_two_threads_record_while_a_third_stops_telemetry() -> None:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
+        sizes: list[int] = []
+        threads = [
+            threading.Thread(target=lambda: sizes.extend(len(knob.record(0.05)) for _ in range(5)))
+            for _ in range(2)
+        ]
+        for thread in threads:
+            thread.start()
+        while any(thread.is_alive() for thread in threads):
+            knob.stop_telemetry()
+            time.sleep(0.002)
+        for thread in threads:
+            thread.join()
+    assert sizes == [50] * 10
+
+
+def test_lock_file_that_is_a_pipe_does_not_block(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "torsio-dev-null.lock")
+    program = "import torsio\ntry:\n torsio.open('/dev/null')\nexcept torsio.Error as e:\n print(e)"
+    result = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env={**os.environ, "XDG_RUNTIME_DIR": str(tmp_path)},
+    )
+    assert "/dev/null" in result.stdout, result.stderr
+
+
+@pytest.mark.parametrize("stop", [signal.SIGTERM, signal.SIGINT])
+def test_signal_ends_a_program_at_once(stop: signal.Signals) -> None:
+    program = (
+        OPEN + "k = torsio.open('emulated', emulator=paced)\nprint(1, flush=True)\nk.sleep(60)"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        process.send_signal(stop)
+        assert process.wait(20) == -stop

@@ -1,0 +1,162 @@
+"""What `torsio games` and the monitor tell of a game, and what `torsio games set` keeps."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator
+
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from torsio.cli import app
+from torsio.games import GameMonitor
+
+FULL_NM = 0.08
+CONSTANT, SPRING = 1, 8
+
+
+@pytest.fixture
+def knob() -> Iterator[torsio.Knob]:
+    with torsio.open("emulated") as opened:
+        opened.configure(torsio.ControlConfig(law="motor_only"))
+        opened.configure(torsio.GameConfig(torque_max_nm=FULL_NM, blend_s=0))
+        yield opened
+
+
+class Game:
+    """A game on the emulated knob; reports as docs/games.md tabulates them."""
+
+    def __init__(self, knob: torsio.Knob) -> None:
+        self.port = knob.emulator.game
+        self.knob = knob
+
+    def create(self, kind: int) -> int:
+        assert self.port.set_feature(struct.pack("<BBH", 0x21, kind, 0))
+        answer = self.port.get_feature(0x22)
+        assert answer is not None
+        block = answer[1]
+        self.port.write(
+            struct.pack("<BBBHHHHBBHH", 0x11, block, kind, 0xFFFF, 0, 0, 32767, 0, 2, 24575, 0)
+        )
+        return block
+
+    def constant(self, block: int, level: int) -> None:
+        self.port.write(struct.pack("<BBh", 0x15, block, level))
+
+    def play(self, block: int) -> None:
+        self.port.write(struct.pack("<BBBB", 0x1A, block, 1, 1))
+
+    def stop(self, block: int) -> None:
+        self.port.write(struct.pack("<BBBB", 0x1A, block, 3, 0))
+
+
+def test_a_knob_without_a_game_has_no_effects(knob: torsio.Knob) -> None:
+    assert knob.game_effects() == ()
+    status = knob.game_status()
+    assert (status.owner, status.gain, status.torque_nm, status.effects) == ("none", 1, 0, 0)
+
+
+def test_each_effect_is_told_with_what_it_gives(knob: torsio.Knob) -> None:
+    game = Game(knob)
+    blocks = [game.create(CONSTANT) for _ in range(7)]
+    for n, block in enumerate(blocks):
+        game.constant(block, 1000 * n)
+        if n < 5:
+            game.play(block)
+    spring = game.create(SPRING)
+    knob.sleep(0.1)
+    effects = knob.game_effects()
+    assert [e.block for e in effects] == [*blocks, spring]
+    assert [e.kind for e in effects] == ["constant"] * 7 + ["spring"]
+    assert [e.state for e in effects] == ["playing"] * 5 + ["stopped"] * 3
+    # Set effect, its level, and a start.
+    assert [e.updates for e in effects] == [3] * 5 + [2] * 2 + [1]
+    expected = [FULL_NM * 1000 * n / 32767 for n in range(5)]
+    assert [e.torque_nm for e in effects[:5]] == pytest.approx(expected, abs=1e-5)
+    assert effects[0].silent_s == pytest.approx(0.1, abs=5e-3)
+    status = knob.game_status()
+    assert status.owner == "game"
+    assert status.effects == 8
+    assert status.torque_nm == pytest.approx(sum(expected), abs=2e-5)
+
+
+def test_what_the_device_has_ended_is_told_as_set_aside(knob: torsio.Knob) -> None:
+    game = Game(knob)
+    block = game.create(CONSTANT)
+    game.constant(block, 20000)
+    game.play(block)
+    knob.sleep(0.1)
+    knob.arm()
+    knob.sleep(0.2)
+    assert [e.state for e in knob.game_effects()] == ["set_aside"]
+    knob.disarm()
+    game.constant(block, 10000)
+    knob.sleep(0.1)
+    assert [e.state for e in knob.game_effects()] == ["playing"]
+    game.stop(block)
+    knob.sleep(0.1)
+    assert [e.state for e in knob.game_effects()] == ["stopped"]
+
+
+def test_monitor_counts_updates_in_a_second_of_the_device(knob: torsio.Knob) -> None:
+    game = Game(knob)
+    one, other = game.create(CONSTANT), game.create(CONSTANT)
+    game.play(one)
+    monitor = GameMonitor(knob)
+    assert monitor.read().updates_per_s == 0
+    for n in range(120):
+        game.constant(one, 100 * n)
+        if n % 2:
+            game.constant(other, n)
+        knob.sleep(1 / 60)
+    reading = monitor.read()
+    assert reading.updates_per_s == pytest.approx(90, rel=0.05)
+    assert reading.effect_updates_per_s == pytest.approx((60, 30), rel=0.05)
+
+
+# The command ---------------------------------------------------------------------------------
+
+
+def test_command_tells_one_moment_as_json() -> None:
+    result = CliRunner().invoke(app, ["games", "--device", "emulated", "--json"])
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["effects"] == []
+    assert told["status"]["owner"] == "none"
+
+
+def test_command_shows_one_moment_without_a_terminal() -> None:
+    result = CliRunner().invoke(app, ["games", "--device", "emulated"])
+    assert result.exit_code == 0, result.output
+    assert "actuator: nobody" in result.stdout
+
+
+def test_settings_are_kept_on_the_knob() -> None:
+    device = "emulated:games-set"
+    arguments = ["games", "set", "--device", device, "--range-deg", "270", "--end-stiffness", "2"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert "range_deg  270" in result.stdout
+    with torsio.open(device) as knob:
+        config = knob.game_config()
+        assert (config.range_deg, config.end_stiffness_nm_per_rad) == (270, 2)
+        assert config == torsio.GameConfig(range_deg=270, end_stiffness_nm_per_rad=2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--range-deg", "1"], "range_deg"),
+        (["--gain", "nan"], "gain"),
+        ([], "name at least one setting"),
+    ],
+)
+def test_bad_settings_are_refused_and_change_nothing(arguments: list[str], words: str) -> None:
+    device = "emulated:games-bad"
+    result = CliRunner().invoke(app, ["games", "set", "--device", device, *arguments])
+    assert result.exit_code != 0
+    assert words in result.output + str(result.stderr_bytes)
+    with torsio.open(device) as knob:
+        assert knob.game_config() == torsio.GameConfig()

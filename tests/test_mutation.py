@@ -1,0 +1,116 @@
+"""The list of mutants fits the sources, and each of them dies by the test that is known to kill it.
+
+``./dev mutate`` looks for tests that kill; here each is only shown to do so.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.mutation import mutate
+from tests.mutation.mutate import BadList, Mutant, Place, Replacement
+
+TREE = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def mutants() -> list[Mutant]:
+    return mutate.mutants_of(mutate.read_lists())
+
+
+@pytest.fixture(scope="module")
+def program() -> Path:
+    """Build the program with all mutants in it."""
+    cache = (TREE / "build/asan-ubsan/CMakeCache.txt").read_text(encoding="utf-8")
+    found = re.search(r"^TORSIO_TINYUSB_PATH:\w+=(.+)$", cache, re.MULTILINE)
+    assert found, "the virtual knob is not built; run ./dev test"
+    return mutate.build(found[1], TREE / "build/logs/mutate.log")
+
+
+def test_there_are_mutants_enough_and_each_has_a_killer_or_a_reason(mutants: list[Mutant]) -> None:
+    killers = mutate.read_killers()
+    assert sum(mutant.key in killers for mutant in mutants) >= 200
+    unexplained = [m for m in mutants if m.key not in killers and not m.equivalent + m.untested]
+    assert [str(mutant) for mutant in unexplained] == []
+    known = {mutant.key for mutant in mutants}
+    assert [key for key in killers if key not in known] == [], "run ./dev mutate"
+
+
+def test_every_mutant_dies_by_its_known_killer(mutants: list[Mutant], program: Path) -> None:
+    campaign = mutate.Campaign(program, mutate.read_killers())
+    campaign.run([mutant for mutant in mutants if mutant.key in campaign.killers])
+    assert [str(mutant) for mutant in campaign.survivors] == []
+
+
+SOURCE = "int held(int torque, int cap) {\n  if (torque > cap) return cap;\n  return torque;\n}\n"
+
+
+def place(context: str, *replacements: str) -> Place:
+    return Place("x.cpp", context, "list:1", [Replacement(text, "list:2") for text in replacements])
+
+
+def test_expression_becomes_a_choice() -> None:
+    text = mutate.mutate_source(SOURCE, [(place("torque > cap", "false"), [7])])
+    assert "if ((torsio_mutant_is(7) ? (false) : (torque > cap))) return cap;" in text
+
+
+def test_statement_becomes_a_branch_and_has_several_mutants() -> None:
+    text = mutate.mutate_source(SOURCE, [(place("return torque;", "return 0;", ";"), [1, 2])])
+    assert (
+        "if (torsio_mutant_is(1)) { return 0; } else "
+        "{ if (torsio_mutant_is(2)) { ; } else { return torque; } }" in text
+    )
+
+
+def test_marks_choose_a_piece_of_what_makes_it_the_only_one() -> None:
+    text = mutate.mutate_source(SOURCE, [(place("return @{cap}@; return", "0"), [1])])
+    assert "return (torsio_mutant_is(1) ? (0) : (cap));\n  return torque;" in text
+
+
+@pytest.mark.parametrize(
+    ("context", "message"),
+    [
+        ("torque < cap", r"^list:1: 'torque < cap' is not in x.cpp; write what stands there now"),
+        ("torque", r"^list:1: 'torque' stands 3 times in x.cpp"),
+    ],
+)
+def test_place_that_is_not_there_once_is_an_error(context: str, message: str) -> None:
+    with pytest.raises(BadList, match=message):
+        mutate.mutate_source(SOURCE, [(place(context, "false"), [1])])
+
+
+def test_places_that_overlap_are_an_error() -> None:
+    places = [(place("torque > cap", "false"), [1]), (place("> cap", "< cap"), [2])]
+    with pytest.raises(BadList, match="overlaps another place"):
+        mutate.mutate_source(SOURCE, places)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("- a\n+ b\n", "say which file first"),
+        ("file x.cpp\n- a\n", "a place without a mutant"),
+        ("file x.cpp\n* a\n", "begin a line with"),
+    ],
+)
+def test_list_that_cannot_be_read_says_where(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "bad.txt").write_text(text)
+    with pytest.raises(BadList, match=rf"^bad.txt:\d: {message}"):
+        mutate.read_list(tmp_path / "bad.txt")
+
+
+def test_mutant_that_is_there_twice_is_an_error() -> None:
+    with pytest.raises(BadList, match="this mutant is there twice"):
+        mutate.mutants_of([place("a", "b"), place("a", "b")])
+
+
+def test_equivalent_mutant_that_dies_is_told() -> None:
+    lives, dies = (Mutant(n, "x.cpp", f"a{n}", "b", "list:1", "for a reason") for n in (1, 2))
+    must_die = Mutant(3, "x.cpp", "a3", "b", "list:3")
+    assert mutate.verdict([lives, dies], [lives]) == [
+        f"died, though list:1 calls it equivalent: {dies}"
+    ]
+    assert mutate.verdict([must_die], [must_die]) == [f"lives: {must_die}"]

@@ -1,0 +1,121 @@
+"""What drivers and games do besides, through Linux's driver: what the device ends comes back."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torsio
+from tests.vm.guest import gamepad
+from tests.vm.guest.gamepad import Effect, Gamepad
+from tests.vm.guest.torque_log import FULL_NM, held, let_pass, plug, read_log
+from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
+
+
+def push(level: int, number: int = -1, direction: int = gamepad.RIGHT) -> Effect:
+    return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction)
+
+
+def test_update_brings_back_what_silence_has_ended(bus: VirtualBus, tmp_path: Path) -> None:
+    # The driver sends no start with an update of an endless effect.
+    knob, log = plug(bus, tmp_path, silence_s=0.5)
+    pad = Gamepad(knob)
+    number = pad.upload(push(16000))
+    pad.play(number)
+    let_pass(knob, 1.0)
+    pad.upload(push(24000, number))
+    let_pass(knob, 0.3)
+    pad.play(number, loops=0)
+    let_pass(knob, 0.1)
+    pad.upload(push(32000, number))  # which the game has stopped
+    let_pass(knob, 0.2)
+    pad.close()
+    _, _, torque = read_log(bus, log)
+    assert np.array(held(torque)) == pytest.approx(
+        np.array([0, 16000, 0, 24000, 0]) / 32767, abs=1e-3
+    )
+
+
+def test_update_brings_back_what_the_sdk_has_interrupted(bus: VirtualBus, tmp_path: Path) -> None:
+    knob, log = plug(bus, tmp_path)
+    pad = Gamepad(knob)
+    number = pad.upload(push(16000))
+    pad.play(number)
+    let_pass(knob, 0.2)
+    with torsio.open(knob.serial) as opened:
+        opened.arm()
+        let_pass(knob, 0.2)
+        opened.disarm()
+        let_pass(knob, 0.2)
+        assert [e.state for e in opened.game_effects()] == ["set_aside"]
+        pad.upload(push(24000, number))
+        wait_for("the game to have it again", lambda: opened.health().owner == "game")
+        let_pass(knob, 0.2)
+        (effect,) = opened.game_effects()
+        assert (effect.kind, effect.state) == ("constant", "playing")
+        assert effect.torque_nm == pytest.approx(FULL_NM * 24000 / 32767, rel=1e-3)
+    pad.close()
+    _, _, torque = read_log(bus, log)
+    assert np.array(held(torque)) == pytest.approx(
+        np.array([0, 16000, 0, 24000, 0]) / 32767, abs=1e-3
+    )
+
+
+def test_older_effect_is_updated_after_another_kind_was_made(
+    bus: VirtualBus, tmp_path: Path
+) -> None:
+    # The driver names the type of the effect that was made last, before a fix of June 2026.
+    knob, log = plug(bus, tmp_path)
+    pad = Gamepad(knob)
+    number = pad.upload(push(16000))
+    pad.upload(Effect(gamepad.PERIODIC, gamepad.periodic(gamepad.SINE, 1000, 100)))
+    pad.play(number)
+    let_pass(knob, 0.2)
+    pad.upload(push(16000, number, gamepad.LEFT))
+    let_pass(knob, 0.2)
+    pad.upload(replace(push(16000, number), delay_ms=0))
+    let_pass(knob, 0.2)
+    pad.close()
+    _, _, torque = read_log(bus, log)
+    expected = np.array([0, 16000, -16000, 16000, 0]) / 32767
+    assert np.array(held(torque))[:5] == pytest.approx(expected, abs=1e-3)
+
+
+def _game_hidraw(knob: VirtualKnob) -> Path:
+    """Return the file for programs that write the game interface's reports themselves."""
+    folder = knob.sysfs / f"{knob.bus_id}:1.1"
+    found = wait_for("a hidraw device", lambda: list(folder.glob("*/hidraw/hidraw*")))
+    path = Path("/dev") / found[0].name
+    wait_for("its file", path.exists)
+    return path
+
+
+def test_program_that_closes_hidraw_leaves_no_force(bus: VirtualBus, tmp_path: Path) -> None:
+    # As Wine's and Proton's services do: the reports are their own, and no driver sees them.
+    knob, log = plug(bus, tmp_path)
+    file = os.open(_game_hidraw(knob), os.O_RDWR)
+    create = bytearray(struct.pack("<BBH", 0x21, 1, 0))
+    fcntl.ioctl(file, 0xC0004806 | len(create) << 16, create)  # HIDIOCSFEATURE
+    load = bytearray(struct.pack("<B4x", 0x22))
+    fcntl.ioctl(file, 0xC0004807 | len(load) << 16, load)  # HIDIOCGFEATURE
+    block, status = load[1], load[2]
+    assert status == 1
+    effect = (0x11, block, 1, 0xFFFF, 0, 0, 32767, 0, 2, 24575, 0)
+    os.write(file, struct.pack("<BBBHHHHBBHH", *effect))
+    os.write(file, struct.pack("<BBh", 0x15, block, 32767))
+    os.write(file, struct.pack("<BBBB", 0x1A, block, 1, 1))
+    let_pass(knob, 2.0)
+    with torsio.open(knob.serial) as opened:
+        assert opened.health().owner == "game"  # silent, but it is there
+        os.close(file)
+        wait_for("the force to end", lambda: opened.health().owner == "none")
+    time_s, _, torque = read_log(bus, log)
+    full_s = np.count_nonzero(torque > 0.99) * (time_s[1] - time_s[0])
+    assert 2.0 < full_s < 6.0  # far from the ten seconds of silence
+    assert torque[-1] == 0
