@@ -33,6 +33,7 @@ HOST = "127.0.0.1"
 # Codes of a close that are free for programs; the reason is what the page shows.
 _REFUSED, _GONE = 4403, 4404
 _LONGEST_REASON = 120
+_HANDOVER_S = 2.0
 
 
 class _Studio:
@@ -48,19 +49,30 @@ class _Studio:
         if reason := self._refusal(socket):
             await socket.close(_REFUSED, reason)
             return
-        async with self._busy:
-            try:
-                transport = await asyncio.to_thread(_torsio.Transport, self._selector)
-            except Error as error:
-                await socket.close(_GONE, str(error)[:_LONGEST_REASON])
-                return
-            bridge = Bridge(transport)
-            try:
-                await self._pass_on(bridge, socket)
-            finally:
-                with contextlib.suppress(Exception):  # the device may be what is gone
-                    transport.write(encode("command", {"op": "disarm"}))
-                await asyncio.to_thread(bridge.close)
+        try:
+            # A page that is loaded again comes before its old self has quite gone.
+            await asyncio.wait_for(self._busy.acquire(), _HANDOVER_S)
+        except asyncio.TimeoutError:
+            await socket.close(_REFUSED, "another page has the knob: close it first")
+            return
+        try:
+            await self._serve(socket)
+        finally:
+            self._busy.release()
+
+    async def _serve(self, socket: WebSocket) -> None:
+        try:
+            transport = await asyncio.to_thread(_torsio.Transport, self._selector)
+        except Error as error:
+            await socket.close(_GONE, str(error)[:_LONGEST_REASON])
+            return
+        bridge = Bridge(transport)
+        try:
+            await self._pass_on(bridge, socket)
+        finally:
+            with contextlib.suppress(Exception):  # the device may be what is gone
+                await asyncio.to_thread(transport.write, encode("command", {"op": "disarm"}))
+            await asyncio.to_thread(bridge.close)
 
     def _refusal(self, socket: WebSocket) -> str:
         host = socket.headers.get("host", "")
@@ -69,8 +81,6 @@ class _Studio:
         token = socket.query_params.get("token", "")
         if not hmac.compare_digest(token.encode(), self._token.encode()):
             return "the token is not the right one: open the address that torsio studio printed"
-        if self._busy.locked():
-            return "another page has the knob: close it first"
         return ""
 
     async def _pass_on(self, bridge: Bridge, socket: WebSocket) -> None:
