@@ -20,8 +20,10 @@ BUILD = TREE / "build/studio"
 PAGE = BUILD / "page"
 
 # What becomes the emulated device; simulate() and its like stay behind.
-_FOLDERS = ("firmware/core", "firmware/device", "firmware/device/game", "emulator/plant")
-_FOLDERS += ("emulator/plant/exact", "studio/wasm")
+_FOLDERS = (
+    *("firmware/core", "firmware/device", "firmware/device/game", "emulator/plant"),
+    *("emulator/plant/exact", "studio/wasm"),
+)
 _FILES = ("emulated_device", "encoder", "usb_link")
 _INCLUDED = ("firmware", ".", "emulator/include")
 # As on every other machine: no contracted multiply-adds, so that it computes the same bits.
@@ -67,18 +69,19 @@ def build_wasm() -> Path:
 def build_page() -> Path:
     """Check the page's types and bundle it."""
     programs = STUDIO / "node_modules/.bin"
-    esbuild, quiet = programs / "esbuild", ("--log-level=warning",)
+    esbuild, quiet = str(programs / "esbuild"), ("--log-level=warning",)
+    entries = [str(STUDIO / f"src/{name}.ts") for name in ("main", "worker")]
     PAGE.mkdir(parents=True, exist_ok=True)
     subprocess.run([programs / "tsc", "--noEmit", "-p", STUDIO], check=True)
     subprocess.run(
         [
-            *(esbuild, STUDIO / "src/main.ts", STUDIO / "src/worker.ts", *quiet),
+            *(esbuild, *entries, *quiet),
             *("--bundle", "--minify", "--format=esm", "--target=es2022", f"--outdir={PAGE}"),
         ],
         check=True,
     )
     # What tests run in node.
-    modules = [STUDIO / f"src/{name}.ts" for name in MODULES]
+    modules = [str(STUDIO / f"src/{name}.ts") for name in MODULES]
     subprocess.run(
         [*(esbuild, *modules, "--bundle", "--format=esm", f"--outdir={BUILD / 'modules'}"), *quiet],
         check=True,

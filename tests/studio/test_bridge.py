@@ -13,6 +13,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
 
 from tests.python import wire
 from tests.studio.browser import PAGE, number, opened, settled, state_is
@@ -41,7 +42,7 @@ def _socket(address: str, *, origin: str = "", token: str | None = None) -> Clie
     query = url.query if token is None else f"token={token}"
     return connect(
         f"ws://{url.netloc}/knob?{query}",
-        origin=origin or f"http://{url.netloc}",  # type: ignore[arg-type]
+        origin=Origin(origin or f"http://{url.netloc}"),
     )
 
 
@@ -103,7 +104,7 @@ def test_foreign_host_name_gets_nothing(address: str) -> None:
         connect(
             f"ws://{url.netloc}/knob?{url.query}",
             additional_headers={"Host": "evil.example"},
-            origin="http://evil.example",  # type: ignore[arg-type]
+            origin=Origin("http://evil.example"),
         )
 
 
@@ -117,7 +118,7 @@ def test_second_page_is_told_to_wait_and_reports_pass_as_they_are(address: str) 
         assert isinstance(answer, bytes)
         assert answer[0] == GOT
         assert wire.decode(answer[1:])[1]["serial"][:8] == list(b"EMULATED")
-        socket.send(bytes([WRITE]) + wire.encode("command", {"sequence": 7, "op": "arm"}))
+        socket.send(bytes([WRITE]) + wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"}))
         while True:
             message = socket.recv(timeout=30)
             assert isinstance(message, bytes)
