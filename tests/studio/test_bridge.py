@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import signal
 import subprocess
 import sys
@@ -16,7 +15,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.python import wire
-from tests.studio.browser import PAGE, number, opened, settled, state_is
+from tests.studio.browser import PAGE, opened
 
 ARGUMENTS = ("studio", "--device", "emulated", "--page", str(PAGE))
 GET, GOT, WRITE, INPUT = 2, 4, 0, 1
@@ -57,33 +56,6 @@ def test_address_is_of_this_machine_alone(address: str) -> None:
     assert urlsplit(address).hostname == "127.0.0.1"
 
 
-def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: str) -> None:
-    with opened(browser, address) as page:
-        state_is(page, "disarmed")
-        expect(page.locator("#who")).to_contain_text("held by torsio studio")
-        # Nobody turns this knob, so the scene does: a spring to 0.2 rad.
-        page.get_by_role("button", name="remove Wall").click()
-        page.select_option("#new-effect", "spring")
-        page.click("#add-effect")
-        page.fill("#effects input[name=angle_rad]", "0.2")
-        page.fill("#effects input[name=stiffness_nm_per_rad]", "0.3")
-        # As slow as a loaded machine may be, this page is there.
-        control = page.locator("#control_config")
-        control.locator("summary").click()
-        control.locator("input[name=watchdog_s]").fill("60")
-        control.locator("button.apply").click()
-        expect(page.locator("#control_config .differences")).to_be_empty()
-        page.click("#arm")
-        state_is(page, "armed")
-        page.wait_for_function("Number(document.getElementById('angle_rad').value) > 0.05")
-        angle = settled(page, "angle_rad", within=1e-4)
-        wanted = 0.3 * (0.2 - angle)
-        step_nm = 0.3 * 2 * 2 * math.pi / 8192
-        assert number(page, "desired_torque_nm") == pytest.approx(wanted, abs=step_nm)
-        page.keyboard.press("Escape")
-        state_is(page, "disarmed")
-
-
 def test_page_that_was_cut_off_says_so(browser: Browser, address: str) -> None:
     with opened(browser, "about:blank") as page:
         page.route_web_socket("**/knob?*", lambda socket: socket.close(reason="cut for the test"))
@@ -118,7 +90,9 @@ def test_second_page_is_told_to_wait_and_reports_pass_as_they_are(address: str) 
         assert isinstance(answer, bytes)
         assert answer[0] == GOT
         assert wire.decode(answer[1:])[1]["serial"][:8] == list(b"EMULATED")
-        socket.send(bytes([WRITE]) + wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"}))
+        socket.send(
+            bytes([WRITE]) + wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"})
+        )
         while True:
             message = socket.recv(timeout=30)
             assert isinstance(message, bytes)
