@@ -68,5 +68,5 @@ def test_constant_force_of_a_game_turns_the_motor(pico: EmulatedPico, sign: int)
     health = pico.get("health")
     assert (health["state"], health["owner"]) == ("armed", "game")
     assert pico.write(bytes([0x1C, 3]), endpoint=ENDPOINT) == "ack"  # stop all effects
-    pico.run(20)
+    pico.run(120)  # it fades
     assert pico.motor() == pytest.approx(0, abs=0.002)

@@ -59,7 +59,7 @@ def test_a_second_bus_reset_and_enumeration_work_like_the_first(pico: EmulatedPi
 
 
 def test_effect_commit_arm_and_telemetry_go_through_the_real_endpoints(pico: EmulatedPico) -> None:
-    assert pico.send("stream", decimation=10)["status"] == 0
+    assert pico.send("stream", decimation=10, prompt="off")["status"] == 0
     assert pico.send("friction", slot=2, torque_nm=0.02, stiffness_nm_per_rad=2.0)["status"] == 0
     assert pico.send("commit", active=1 << 2)["status"] == 0
     assert pico.command("arm") == "ok"
@@ -201,7 +201,7 @@ def test_host_that_reads_nothing_is_made_to_wait_and_loses_no_command(pico: Emul
 def test_time_stamps_repeat_from_run_to_run() -> None:
     def run() -> list[object]:
         with enumerated() as pico:
-            pico.send("stream", decimation=7)
+            pico.send("stream", decimation=7, prompt="off")
             pico.turn(40, period_us=33)
             pico.listen(8)
             return [pico.status()["ns"], pico.get("clock"), *pico.telemetry]

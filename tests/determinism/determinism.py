@@ -91,10 +91,8 @@ def build(way: Way) -> Path:
     ]
     configure += [f"-DCMAKE_CXX_COMPILER={way.compiler}", f"-DCMAKE_CXX_FLAGS_DEBUG={way.options}"]
     with log.open("w") as output:
-        for command in (
-            [*configure, *way.settings],
-            ["cmake", "--build", folder, "-t", "torsio_life"],
-        ):
+        build: list[str | Path] = ["cmake", "--build", folder, "-t", "torsio_life"]
+        for command in ([*configure, *way.settings], build):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder / "torsio_life"
 

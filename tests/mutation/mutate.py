@@ -31,7 +31,7 @@ COPY = BUILD / "tree"
 KILLERS = HERE / "killers.json"
 # What the mutation build is made of.
 FOLDERS = ("firmware", "emulator", "cmake", "tests/cpp", "tests/fuzz", "tests/golden")
-LEAST_LIMIT_S = 5.0
+LEAST_LIMIT_S = 5.0  # of the processor's time
 # These wait for other threads, and take long on a busy machine.
 LEFT_OUT = ("a ring carries everything in order from one thread to another",)
 
@@ -294,10 +294,8 @@ def build(tinyusb: str, log: Path) -> Path:
     configure += ["-DCMAKE_BUILD_TYPE=Debug", "-DCMAKE_CXX_FLAGS_DEBUG=-O1"]
     configure += [f"-DTORSIO_TINYUSB_PATH={tinyusb}"]
     with log.open("w") as output:
-        for command in (
-            configure,
-            ["cmake", "--build", folder, "--target", "torsio_mutants", "--", "-k", "0"],
-        ):
+        build: list[str | Path] = ["cmake", "--build", folder, "--target", "torsio_mutants"]
+        for command in (configure, [*build, "--", "-k", "0"]):
             subprocess.run(command, stdout=output, stderr=output, check=True)
     return folder / "torsio_mutants"
 

@@ -43,4 +43,8 @@ target_include_directories(torsio_mutants PRIVATE tests/cpp)
 target_link_libraries(torsio_mutants PRIVATE torsio_emulator torsio_boards doctest::doctest Threads::Threads)
 if(TARGET torsio_usbip)
   target_link_libraries(torsio_mutants PRIVATE torsio_usbip)
+  # Takes the stack's types. Not by torsio_stack_headers(), which all sources would be compiled with.
+  set_source_files_properties(tests/cpp/usbip/test_hid_driver.cpp PROPERTIES
+    INCLUDE_DIRECTORIES "$<TARGET_PROPERTY:torsio_usb_stack,INTERFACE_INCLUDE_DIRECTORIES>"
+    COMPILE_DEFINITIONS "$<TARGET_PROPERTY:torsio_usb_stack,INTERFACE_COMPILE_DEFINITIONS>")
 endif()

@@ -195,7 +195,6 @@ def mutate(arguments: Sequence[str]) -> int:
         sources = building.FirmwareSources()
         environment.set_up("tests")
         tinyusb = sources.require() and sources.tinyusb
-    building.use_compiler_cache()
     become(PYTHON, "-m", "tests.mutation.mutate", "--tinyusb", tinyusb, *arguments)
 
 
@@ -214,7 +213,6 @@ def determinism(arguments: Sequence[str]) -> int:
     """Compare the lives of knobs; see ``tests/determinism/determinism.py``."""
     with lock():
         environment.set_up("tests", "compilers")
-    building.use_compiler_cache()
     become(PYTHON, "-m", "tests.determinism.determinism", *arguments)
 
 

@@ -86,8 +86,17 @@ TEST_CASE("a target beyond the supply saturates at once and is forgotten at once
   CHECK(lowest > 0.4);
 }
 
+TEST_CASE("the voltage is within the supply, both ways") {
+  for (const float sign : {1.0F, -1.0F}) {
+    CurrentLoopState state;
+    for (int n = 0; n < 100; ++n) {
+      CHECK(sign * hold_current(state, kParams, sign * 50, 0) == doctest::Approx(1));
+    }
+  }
+}
+
 TEST_CASE("windings far faster and far slower than the period give finite gains") {
-  for (const float inductance_h : {1e-6F, 1.0F}) {
+  for (const float inductance_h : {1e-6F, 1.0F, 1e3F}) {
     const CurrentLoopParams params = make_current_loop(1e-3F, inductance_h, 5e3F, kPeriod, 12);
     CHECK(is_finite(params.proportional_v_per_a));
     CHECK(params.proportional_v_per_a > 0.0F);

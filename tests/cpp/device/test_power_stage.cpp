@@ -123,6 +123,18 @@ TEST_CASE("the brake's coil never gets more than its current, nor more than the 
   CHECK(full.brake() == 1.0);
 }
 
+TEST_CASE("the brake's coil gets the current of the torque that is asked for") {
+  Bench bench;
+  for (const double torque_nm : {0.0, 0.01, 0.02, 0.04}) {
+    bench.apply(on(0.0F, static_cast<float>(torque_nm)));
+    const double amperes =
+        torque_nm / static_cast<double>(bench.config.brake_torque_constant_nm_per_a);
+    const double share = amperes * static_cast<double>(bench.config.brake_resistance_ohm) /
+                         static_cast<double>(bench.config.supply_v);
+    CHECK(bench.brake() == doctest::Approx(share).epsilon(0.01));
+  }
+}
+
 TEST_CASE("a current of more than one and a half times the limit is a fault after three ticks") {
   BoardConfig config;
   config.motor_current_max_a = 2.0F;

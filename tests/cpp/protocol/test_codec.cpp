@@ -131,6 +131,16 @@ TEST_CASE("a bad field is refused and named") {
   CHECK(check(points) == Verdict{Status::not_finite, field_index<CurvePoints>("torque_nm")});
 }
 
+TEST_CASE("of several bad fields the first is named") {
+  Wall wall;
+  wall.target.slot = 16;
+  wall.stiffness_nm_per_rad = std::numeric_limits<float>::quiet_NaN();
+  wall.damping_nm_s_per_rad = -1.0F;
+  CHECK(check(wall) == Verdict{Status::out_of_range, field_index<Wall>("slot")});
+  wall.target.slot = 0;
+  CHECK(check(wall) == Verdict{Status::not_finite, field_index<Wall>("stiffness_nm_per_rad")});
+}
+
 TEST_CASE("a number beyond an enumeration is refused and never becomes an enumerator") {
   ReportBytes bytes = encode(Wall{});
   bytes[13] = 2;  // side

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -89,6 +91,23 @@ _LOSSLESS = PlantParams(
 )
 
 
+Measure = TypeVar("Measure", bound=Callable[..., float])
+
+
+def _infinite_if_lost(measure: Measure) -> Measure:
+    """Let an error be infinite where the simulation gives up because nothing bounds the motion."""
+
+    @functools.wraps(measure)
+    def measured(*args: object) -> float:
+        try:
+            return measure(*args)
+        except RuntimeError:
+            return math.inf
+
+    return cast("Measure", measured)
+
+
+@_infinite_if_lost
 def shaft_swing_error(stiffness: float, method: Method) -> float:
     """Error of a free, lossless swing on a shaft of this stiffness, as a share of its amplitude.
 
@@ -108,6 +127,7 @@ def shaft_swing_error(stiffness: float, method: Method) -> float:
     return error if math.isfinite(error) else math.inf
 
 
+@_infinite_if_lost
 def shaft_step_error(stiffness: float, method: Method) -> float:
     """Give by how much the motion depends on the step, for a shaft of this stiffness.
 
@@ -136,6 +156,7 @@ def shaft_step_error(stiffness: float, method: Method) -> float:
     return float(max(errors)) if np.isfinite(errors).all() else math.inf
 
 
+@_infinite_if_lost
 def energy_error(ratio: float, method: Method) -> float:
     """Relative change of the energy of a free, lossless knob and brake in a tenth of a second.
 
