@@ -1,10 +1,12 @@
 // A knob that `torsio studio` holds for the page, over a WebSocket: a byte that says what, then the
-// report as it is.
+// report as it is, or several where the device speaks.
 
 import { Gone, Inbox, type Transport } from "./transport";
 
 /** First byte of every message; bindings/python/torsio/studio/bridge.py has the same. */
-const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6;
+const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6, HAVE = 7;
+
+const REPORT_BYTES = 64;
 
 export class BridgeTransport implements Transport {
   readonly title: string;
@@ -20,7 +22,7 @@ export class BridgeTransport implements Transport {
     this.readOnly = readOnly;
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       const bytes = new Uint8Array(event.data);
-      if (bytes[0] === INPUT) this.#inbox.push([bytes.slice(1)]);
+      if (bytes[0] === INPUT) this.#takeIn(bytes);
       else this.#waiting.shift()?.resolve(bytes);
     };
     socket.onclose = (event) => {
@@ -28,6 +30,16 @@ export class BridgeTransport implements Transport {
       this.#inbox.end(why);
       for (const { reject } of this.#waiting.splice(0)) reject(new Gone(why));
     };
+  }
+
+  #takeIn(message: Uint8Array): void {
+    const reports: Uint8Array[] = [];
+    for (let at = 1; at < message.length; at += REPORT_BYTES) reports.push(message.slice(at, at + REPORT_BYTES));
+    this.#inbox.push(reports);
+    // After what waits to be done: no more comes than the page keeps up with.
+    setTimeout(() => {
+      if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(Uint8Array.of(HAVE));
+    });
   }
 
   /** @throws Error that says why the bridge did not let the page in */

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.python import wire
-from tests.studio.browser import PAGE, opened
+from tests.studio.browser import PAGE, number, opened, settled, state_is
 
 ARGUMENTS = ("studio", "--device", "emulated", "--page", str(PAGE))
 GET, GOT, WRITE, INPUT = 2, 4, 0, 1
@@ -54,6 +55,33 @@ def _said_at_the_door(socket: ClientConnection) -> str:
 
 def test_address_is_of_this_machine_alone(address: str) -> None:
     assert urlsplit(address).hostname == "127.0.0.1"
+
+
+def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: str) -> None:
+    with opened(browser, address) as page:
+        state_is(page, "disarmed")
+        expect(page.locator("#who")).to_contain_text("held by torsio studio")
+        # Nobody turns this knob, so the scene does: a spring to 0.2 rad.
+        page.get_by_role("button", name="remove Wall").click()
+        page.select_option("#new-effect", "spring")
+        page.click("#add-effect")
+        page.fill("#effects input[name=angle_rad]", "0.2")
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "0.3")
+        # As slow as a loaded machine may be, this page is there.
+        control = page.locator("#control_config")
+        control.locator("summary").click()
+        control.locator("input[name=watchdog_s]").fill("60")
+        control.locator("button.apply").click()
+        expect(page.locator("#control_config .differences")).to_be_empty()
+        page.click("#arm")
+        state_is(page, "armed")
+        page.wait_for_function("Number(document.getElementById('angle_rad').value) > 0.05")
+        angle = settled(page, "angle_rad", within=1e-4)
+        wanted = 0.3 * (0.2 - angle)
+        step_nm = 0.3 * 2 * 2 * math.pi / 8192
+        assert number(page, "desired_torque_nm") == pytest.approx(wanted, abs=step_nm)
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
 
 
 def test_page_that_was_cut_off_says_so(browser: Browser, address: str) -> None:
