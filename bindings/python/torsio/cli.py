@@ -157,6 +157,7 @@ def _print_report(report: doctor.Report) -> None:
         table.add_row(verdict, finding.check.replace("_", " "), Text(finding.text))
         if finding.advice:
             table.add_row("", "", Text(f"-> {finding.advice}"))
+            table.add_row("", "", Text(f"   more in {finding.more}", style="dim"))
     out.print(table)
 
 
