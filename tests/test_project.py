@@ -12,7 +12,7 @@ import pytest
 TREE = Path(__file__).parent.parent
 COMMANDS = (
     *("setup", "build", "test", "check", "demo", "game", "studio", "bench", "firmware", "udev"),
-    *("generate", "clean"),
+    *("generate", "site", "clean"),
 )
 
 

@@ -72,7 +72,7 @@ export class Configurations {
         return card;
       }),
     );
-    this.enable(this.knob()?.state === "disarmed");
+    this.enable(this.knob()?.state === "disarmed" && !this.knob()?.transport.readOnly);
   }
 
   #differences(name: string): string[] {

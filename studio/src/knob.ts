@@ -59,7 +59,7 @@ export class Knob {
     const knob = new Knob(transport, await identify(transport));
     void knob.#read();
     await knob.refresh();
-    if (!transport.readOnly) await knob.startTelemetry();
+    await knob.startTelemetry();
     return knob;
   }
 
@@ -92,6 +92,7 @@ export class Knob {
     if (name === "telemetry") {
       const flags = Number(values.flags);
       this.flags = FLAGS.filter(({ bit }) => flags & (1 << bit)).map((flag) => flag.name);
+      this.sampleRateHz = 1e9 / this.identity.controlPeriodNs / Number(values.decimation);
       this.decoder.decode(values, this.onSample);
     } else if (name === "acknowledgement") {
       this.#enter(String(values.state), String(values.owner));
@@ -206,13 +207,15 @@ export class Knob {
     this.#enter(String(values.state), String(values.owner), Number(values.faults));
   }
 
-  /** Starts telemetry at the highest rate that leaves the cable room for answers. */
+  /** Starts telemetry at the highest rate that leaves the cable room for answers; one that only
+   * watches takes it as it comes. */
   async startTelemetry(): Promise<void> {
     const controlHz = 1e9 / this.identity.controlPeriodNs;
     const decimation = Math.ceil(controlHz / EASY_RATE_HZ);
     this.sampleRateHz = controlHz / decimation;
     const clock = await feature(this.transport, "clock");
     this.decoder.begin(this.identity, clock.position_counts as bigint);
+    if (this.transport.readOnly) return;
     await this.#inTurn(() => this.#exchange([encode("stream", { decimation })]));
   }
 

@@ -16,6 +16,8 @@ import { WasmTransport } from "./wasm_transport";
 
 const KEPT_SAMPLES = 60_000; // a quarter of a minute at the highest rate
 const TRUTH_WIDTH = 10;
+// Thirty pictures a second: more costs, and shows nothing more.
+const PICTURE_MS = 30;
 
 const samples = new Ring(1 + CHANNELS.length, KEPT_SAMPLES);
 const truth = new Ring(TRUTH_WIDTH, KEPT_SAMPLES);
@@ -112,7 +114,10 @@ async function connect(kind: string): Promise<void> {
     showState();
     throw error;
   }
-  knob.onSample = (row) => samples.push(row);
+  knob.onSample = (row) => {
+    cameAt = performance.now();
+    samples.push(row);
+  };
   knob.onChange = showState;
   knob.onGone = say;
   const { serial, firmware, controlPeriodNs } = knob.identity;
@@ -121,8 +126,7 @@ async function connect(kind: string): Promise<void> {
     `${knob.transport.title}: serial number ${serial}, firmware ${firmware}, ${rate} kHz` +
     (knob.transport.readOnly ? "; only watching" : "");
   showState();
-  if (knob.transport.readOnly) return;
-  await knob.play(editor.scene);
+  if (!knob.transport.readOnly) await knob.play(editor.scene);
   await configurations.load();
 }
 
@@ -136,7 +140,20 @@ function torque(value: number): string {
   return `${(1e3 * value).toFixed(1)} mN·m`;
 }
 
-function frame(): void {
+// When the newest sample came and when the last picture was made; and how old samples then were.
+let cameAt = 0, drewAt = 0;
+const ages: number[] = [];
+
+function frame(now: number): void {
+  requestAnimationFrame(frame);
+  if (now - drewAt < PICTURE_MS || cameAt <= drewAt) return;
+  drewAt = now;
+  draw();
+  ages.push(performance.now() - cameAt);
+  if (ages.length > 300) ages.shift();
+}
+
+function draw(): void {
   const row = samples.last();
   if (row && knob) {
     const [, angle, speed] = row as [number, number, number];
@@ -156,7 +173,6 @@ function frame(): void {
       (median === undefined ? "" : `, answers in ${median.toFixed(1)} ms`);
     plots.draw();
   }
-  requestAnimationFrame(frame);
 }
 
 const connection = byId<HTMLSelectElement>("connection");
@@ -184,3 +200,11 @@ connection.value = new URLSearchParams(location.search).has("token") ? "bridge" 
 showState();
 attempt(() => connect(connection.value));
 requestAnimationFrame(frame);
+// For ./dev bench studio.
+Object.assign(window, {
+  studio: {
+    samples: () => knob?.decoder.received ?? 0,
+    lost: () => knob?.decoder.lost ?? 0,
+    latencyMs: () => [...ages].sort((a, b) => a - b)[ages.length >> 1],
+  },
+});

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
@@ -17,9 +20,10 @@ from websockets.typing import Origin
 
 from tests.python import wire
 from tests.studio.browser import PAGE, number, opened, settled, state_is
+from torsio.studio.bridge import KEPT_REPORTS, Waiting
 
 ARGUMENTS = ("studio", "--device", "emulated", "--page", str(PAGE))
-GET, GOT, WRITE, INPUT = 2, 4, 0, 1
+WRITE, INPUT, GET, GOT, HAVE = 0, 1, 2, 4, 7
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +55,17 @@ def _said_at_the_door(socket: ClientConnection) -> str:
         socket.recv(timeout=30)
     assert closed.value.rcvd is not None
     return closed.value.rcvd.reason
+
+
+def _said(socket: ClientConnection) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Give the reports that the device sends, as a quick page takes them."""
+    while True:
+        message = socket.recv(timeout=30)
+        assert isinstance(message, bytes)
+        if message[0] == INPUT:
+            socket.send(bytes([HAVE]))
+            for at in range(1, len(message), 64):
+                yield wire.decode(message[at : at + 64])
 
 
 def test_address_is_of_this_machine_alone(address: str) -> None:
@@ -121,13 +136,50 @@ def test_second_page_is_told_to_wait_and_reports_pass_as_they_are(address: str) 
         socket.send(
             bytes([WRITE]) + wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"})
         )
-        while True:
-            message = socket.recv(timeout=30)
-            assert isinstance(message, bytes)
-            name, values = wire.decode(message[1:])
-            if message[0] == INPUT and name == "acknowledgement":
-                break
+        values = next(v for name, v in _said(socket) if name == "acknowledgement")
         assert (values["sequence"], values["status"], values["state"]) == (7, 0, "armed")
+
+
+def test_slow_page_gets_answers_and_no_more_telemetry_than_it_takes(address: str) -> None:
+    with _socket(address) as socket:
+        socket.recv(timeout=30)
+        stream = {"sequence": 1, "axis": 0, "decimation": 1, "prompt": "off"}
+        socket.send(bytes([WRITE]) + wire.encode("stream", stream))
+        kinds = []
+        # This page never says that it has something, and asks and asks.
+        for _ in range(50):
+            socket.send(bytes([GET, 0x03]))
+            while True:
+                message = socket.recv(timeout=30)
+                assert isinstance(message, bytes)
+                kinds.append(message[0])
+                if message[0] == GOT:
+                    break
+        assert kinds.count(GOT) == 50
+        assert kinds.count(INPUT) <= 2
+        for _ in range(2):
+            socket.send(bytes([HAVE]))
+        said = _said(socket)
+        ticks = [v["tick"] for name, v in (next(said) for _ in range(200)) if name == "telemetry"]
+        assert ticks == sorted(ticks)
+
+
+def test_what_waits_too_long_is_the_oldest_telemetry_and_nothing_else() -> None:
+    telemetry = [bytes([0x40]) + i.to_bytes(4, "big") for i in range(KEPT_REPORTS + 10)]
+    answers = [bytes([0x41, i]) for i in range(5)]
+
+    async def fill() -> list[bytes]:
+        waiting = Waiting()
+        for answer in answers:
+            waiting.put(answer)
+        for report in telemetry:
+            waiting.put(report)
+        return await waiting.take()
+
+    # The browser's driver has a loop of its own in this thread.
+    with ThreadPoolExecutor() as pool:
+        taken = pool.submit(lambda: asyncio.run(fill())).result()
+    assert taken == [*answers, *telemetry[len(telemetry) - KEPT_REPORTS + len(answers) :]]
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "demo": commands.demo,
     "game": commands.game,
     "studio": commands.studio,
+    "site": _plain("site", commands.site),
     "bench": commands.bench,
     "mutate": commands.mutate,
     "fuzz": commands.fuzz,

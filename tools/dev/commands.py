@@ -142,6 +142,16 @@ def studio(arguments: Sequence[str]) -> int:
     become(VENV / "bin/torsio", "studio", "--page", folder, *arguments)
 
 
+def site() -> int:
+    """Make the documents a site."""
+    with lock():
+        environment.set_up("tests", "studio")
+        page = building.begin_npm("studio")
+        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        building.build_studio(page)
+    become(PYTHON, "-m", "tools.site")
+
+
 def benchmarks() -> list[str]:
     """Return the names of the benchmarks."""
     files = (TREE / "tests/bench").glob("bench_*.py")
@@ -168,6 +178,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
+    groups += ["studio", "browser"] if name == "studio" else []
     # Only the benchmark's own lines go to standard output, so that they can be piped.
     with redirect_stdout(sys.stderr), lock():
         sources = building.FirmwareSources()
@@ -184,6 +195,8 @@ def _bench(name: str, *rest: str) -> NoReturn:
             tinyusb = sources.offer()
             building.build_preset("release", tinyusb)
             _build_packages(tinyusb)
+            if name == "studio":
+                building.build_studio(building.begin_npm("studio"))
         if kernels is not None:
             kernels.result()
     become(PYTHON, f"tests/bench/bench_{name}.py", *rest)
