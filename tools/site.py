@@ -99,8 +99,8 @@ def main() -> int:
     """Make the site; a link that leads nowhere is an error."""
     write_source()
     shutil.rmtree(HTML, ignore_errors=True)
-    options = ("-q", "-W", "--keep-going", "-j", "2", "-d", BUILD / "doctrees")
-    command = [sys.executable, "-m", "sphinx", *options, SOURCE, HTML]
+    options = ("-q", "-W", "--keep-going", "-j", "2", "-d", str(BUILD / "doctrees"))
+    command = [sys.executable, "-m", "sphinx", *options, str(SOURCE), str(HTML)]
     done = subprocess.run(command, check=False)
     if done.returncode:
         return done.returncode

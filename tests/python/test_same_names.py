@@ -50,7 +50,7 @@ PYTHON_ONLY = {
     "telemetry": "the module of TELEMETRY_DTYPE",
     "load": "recordings are Python's",
     "Recorded": "what load gives",
-    "Recording": "what Knob.record_to gives",
+    "RecordingFile": "what Knob.record_to gives",
 }
 METHODS_ONLY = {
     "Knob.open": "torsio.open",

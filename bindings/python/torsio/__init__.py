@@ -37,7 +37,7 @@ from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHa
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob, list_devices, open
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
-from torsio.recording import Recorded, Recording, load
+from torsio.recording import Recorded, RecordingFile, load
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -97,7 +97,7 @@ __all__ = [
     "PrescribedMotion",
     "ProtocolMismatch",
     "Recorded",
-    "Recording",
+    "RecordingFile",
     "Refused",
     "ShaftHardening",
     "Step",

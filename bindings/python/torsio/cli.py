@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import doctor, games_cli, live_commands
+from torsio import doctor, games_cli, live_commands, recording_commands
 from torsio.command import (
     AsJson,
     Device,
@@ -234,6 +234,7 @@ def games_set_command(
 
 app.command("emulate")(plainly(virtual_knob.emulate_command))
 live_commands.add_to(app)
+recording_commands.add_to(app)
 
 
 def _value_text(key: str, value: Any) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import platform
 import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sized
@@ -19,7 +20,8 @@ from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import Closed, DisarmedWarning, Error, Timeout
 from torsio.events import tell
-from torsio.recording import Recording
+from torsio.protocol import fingerprint
+from torsio.recording import RecordingFile
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -72,7 +74,7 @@ class Knob:
     def __init__(self, knob: _torsio.Knob) -> None:
         self._knob = knob
         self._path: str = knob.info()["path"]
-        self._recording: Recording | None = None
+        self._recording: RecordingFile | None = None
         _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
@@ -497,7 +499,7 @@ class Knob:
 
     # Recording ------------------------------------------------------------------------------
 
-    def record_to(self, path: str | Path) -> Recording:
+    def record_to(self, path: str | Path) -> RecordingFile:
         """Write all that happens from now on to a file, until the recording or the knob is closed.
 
         Telemetry is started if it does not run. The program goes on as before: what it reads is
@@ -511,7 +513,7 @@ class Knob:
 
         Returns
         -------
-        Recording
+        RecordingFile
             For a ``with`` statement, and for notes of one's own. `torsio.load` reads the file.
 
         Raises
@@ -530,9 +532,16 @@ class Knob:
             "info": asdict(self.info),
             "configuration": {type(config).__name__: asdict(config) for config in configs},
             # Last: what has it has all of them.
-            "versions": {"torsio": version("torsio"), "protocol": self.info.protocol_version},
+            "versions": {
+                "torsio": version("torsio"),
+                "protocol": self.info.protocol_version,
+                "fingerprint": fingerprint(),
+                "firmware": self.info.firmware_version,
+                "python": platform.python_version(),
+                "system": f"{platform.system()} {platform.machine()}",
+            },
         }
-        self._recording = Recording(path, metadata, self._end_recording)
+        self._recording = RecordingFile(path, metadata, self._end_recording)
         try:
             self.start_telemetry()
         except BaseException:

@@ -1,4 +1,4 @@
-"""Commands of `torsio` that show and keep what a knob does: monitor, record, export, studio."""
+"""Commands of `torsio` that show what a knob does: monitor and studio."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio.command import Device, choose, err, is_emulated, opened, out, plainly
+from torsio.command import Device, choose, err, opened, out, plainly
 from torsio.extras import how_to_install
 
 __all__ = ["add_to", "monitor_table"]
@@ -78,44 +78,6 @@ def monitor_command(
                 live.update(monitor_table(knob, knob.read(max_samples=65536, timeout_s=0.0)))
 
 
-def record_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="To be written; ends in .mcap.")],
-    device: Device = "",
-    duration_s: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.1, help="End by itself; else Ctrl-C.", show_default=False),
-    ] = None,
-) -> None:
-    """Record what a knob does to FILE, which `torsio.load`, Foxglove and PlotJuggler open.
-
-    The file is whole up to the last second whatever happens. The knob is not armed by this.
-    """
-    paced = not is_emulated(choose(device)) or duration_s is None
-    with opened(device, err, torsio.EmulatorOptions(paced=paced)) as knob:
-        recording = knob.record_to(file)
-        try:
-            knob.sleep(1e9 if duration_s is None else duration_s)
-        except KeyboardInterrupt:
-            err.print("torsio: the recording ends here")
-        finally:
-            recording.close()
-        lost = knob.statistics().samples_lost
-    out.print(f"{recording.samples} samples, {lost} lost", highlight=False)
-    out.print(f"recording  {file}", highlight=False, markup=False, soft_wrap=True)
-
-
-def export_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.")],
-    table: Annotated[Path, typer.Argument(metavar="TABLE", help="Ends in .csv or .parquet.")],
-) -> None:
-    """Write the telemetry of a recording as a table, one row a sample."""
-    recorded = torsio.load(file)
-    recorded.save(table)
-    if not recorded.whole:
-        err.print("torsio: the recording was torn; its end is missing", highlight=False)
-    out.print(f"{len(recorded.telemetry)} rows  {table}", highlight=False, soft_wrap=True)
-
-
 def studio_command(
     device: Device = "",
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 0,
@@ -148,6 +110,4 @@ def studio_command(
 def add_to(app: typer.Typer) -> None:
     """Add the commands."""
     app.command("monitor")(plainly(monitor_command))
-    app.command("record")(plainly(record_command))
-    app.command("export")(plainly(export_command))
     app.command("studio")(plainly(studio_command))

@@ -23,7 +23,7 @@ from torsio.errors import Error
 from torsio.extras import how_to_install
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
-__all__ = ["Recorded", "Recording", "load"]
+__all__ = ["Recorded", "RecordingFile", "load"]
 
 # What is in memory when the power goes is lost: this much at most.
 _FLUSH_S: Final = 1.0
@@ -62,7 +62,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-class Recording:
+class RecordingFile:
     """A file that is being written; made by `torsio.Knob.record_to`.
 
     Use it in a ``with`` statement, or `close` it. It is written as the program goes on, and
@@ -103,7 +103,7 @@ class Recording:
         self._lost = 0
         self._is_open = True
 
-    def __enter__(self) -> Recording:
+    def __enter__(self) -> RecordingFile:
         """Give the recording itself."""
         return self
 
