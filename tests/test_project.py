@@ -11,8 +11,8 @@ import pytest
 
 TREE = Path(__file__).parent.parent
 COMMANDS = (
-    *("setup", "build", "test", "check", "demo", "game", "bench", "firmware", "udev"),
-    *("generate", "clean"),
+    *("setup", "build", "test", "check", "demo", "game", "studio", "bench", "firmware", "udev"),
+    *("generate", "site", "clean"),
 )
 
 

@@ -15,7 +15,16 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 TREE = Path(__file__).parent.parent
-CPP_FOLDERS = ("firmware", "emulator", "sdk", "bindings", "studies", "examples", "tests")
+CPP_FOLDERS = (
+    "firmware",
+    "emulator",
+    "sdk",
+    "bindings",
+    "studies",
+    "examples",
+    "studio/wasm",
+    "tests",
+)
 PYTHON_FOLDERS = ("bindings", "studies", "examples", "tests", "tools")
 PACKAGE_FOLDERS = ("bindings/python", "studies/python")
 MAX_LINES = 40

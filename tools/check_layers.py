@@ -107,6 +107,8 @@ RULES = (
         third_party=r"pybind11/.*",
     ),
     Rule("studies/src", (*FIRMWARE, *STUDIES)),
+    # The emulated device for a browser, and nothing of the SDK.
+    Rule("studio/wasm", ("emulator",)),
     Rule("examples/cpp", ("torsio",)),
     # A game knows nothing of Torsio, and the lock in it nothing of SDL.
     Rule("examples/game/lock.cpp", ("game",)),

@@ -13,4 +13,5 @@ PYBIND11_MODULE(_torsio, module) {
   bind_emulator(module);
   bind_knob(module);
   bind_watch(module);
+  bind_transport(module);
 }

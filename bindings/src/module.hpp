@@ -14,5 +14,6 @@ void bind_emulator(pybind11::module_& module);
 void bind_closed_loop(pybind11::module_& emulator);
 void bind_knob(pybind11::module_& module);
 void bind_watch(pybind11::module_& module);
+void bind_transport(pybind11::module_& module);
 
 }  // namespace torsio::bindings

@@ -48,10 +48,14 @@ PYTHON_ONLY = {
     "emulator": "for study",
     "protocol": "for study",
     "telemetry": "the module of TELEMETRY_DTYPE",
+    "load": "recordings are Python's",
+    "Recorded": "what load gives",
+    "RecordingFile": "what Knob.record_to gives",
 }
 METHODS_ONLY = {
     "Knob.open": "torsio.open",
     "Knob.telemetry": "a generator; C++ calls read() in a loop",
+    "Knob.record_to": "recordings are Python's",
 }
 OTHER_PARAMETERS = {
     "Knob.stream_local_model": "keyword arguments in place of a LocalModel",

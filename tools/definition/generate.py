@@ -15,7 +15,7 @@ from emulator.definition import plant
 from firmware.protocol.definition import configurations, effects, limits, records, reports
 from firmware.protocol.definition import enumerations as e
 from tools import usb_ids
-from tools.definition import cpp, markdown, python
+from tools.definition import cpp, javascript, markdown, python
 from tools.definition.model import Enumeration, Structure
 
 TREE = Path(__file__).parent.parent.parent
@@ -422,6 +422,34 @@ def protocol_page() -> str:
     )
 
 
+def studio_reports() -> str:
+    """Write studio/src/reports.ts."""
+    vendor, product = (int(number, 16) for number in usb_ids.ids())
+    names = "readonly string[]"
+    return javascript.module(
+        "Every report, configuration and effect, with ranges, units and words.",
+        LISTS,
+        {
+            "FINGERPRINT": ("number", markdown.fingerprint(reports.ALL_REPORTS)),
+            "PROTOCOL_VERSION": ("number", limits.PROTOCOL_VERSION.value),
+            "USB": ("{ vendorId: number; productId: number }",
+                    {"vendorId": vendor, "productId": product}),
+            "CURVE_POINTS_PER_REPORT": ("number", limits.CURVE_POINTS_PER_REPORT.value),
+            "STATES": (names, javascript.values(e.STATE)),
+            "OWNERS": (names, javascript.values(e.OWNER)),
+            "STATUSES": (
+                "readonly { name: string; doc: string; advice: string }[]",
+                [{"name": v.name, "doc": v.doc, "advice": v.advice} for v in e.STATUS.values],
+            ),
+            "FAULTS": ("readonly Bit[]", javascript.bits(e.FAULT)),
+            "FLAGS": ("readonly Bit[]", javascript.bits(e.FLAG)),
+            "EFFECTS": (names, [of.snake for of in effects.EFFECTS]),
+            "CONFIGURATIONS": (names, [of.snake for of in configurations.CONFIGURATIONS]),
+            "REPORTS": ("Readonly<Record<string, Report>>", javascript.reports(reports.ALL_REPORTS)),
+        },
+    )  # fmt: skip
+
+
 def hardware_page() -> str:
     """Write the table in docs/hardware.md; the rest of the page stays."""
     page = usb_ids.with_ids((TREE / "docs/hardware.md").read_text(encoding="utf-8"))
@@ -458,6 +486,7 @@ contents: dict[str, Callable[[], str]] = {
     "bindings/python/torsio/telemetry.py": python_telemetry,
     "bindings/python/torsio/statuses.py": python_statuses,
     **{str(place.relative_to(TREE)): _with_usb_ids(place) for place in usb_ids.places()},
+    "studio/src/reports.ts": studio_reports,
     "docs/protocol.md": protocol_page,
     "docs/hardware.md": hardware_page,
 }

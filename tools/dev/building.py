@@ -185,21 +185,33 @@ def begin_fetching_kernels() -> Future[None]:
     return later(run_logged, "kernels", [sys.executable, "-m", "tools.kernels", "build/kernels"])
 
 
-def begin_board_tests() -> Future[None]:
-    """Begin to fetch the emulated board's packages."""
-    packages = TREE / "tests/board"
+def begin_npm(folder: str) -> Future[None]:
+    """Begin to fetch the packages that a folder's lock file names, without their scripts."""
+    packages = TREE / folder
     stamp = packages / "node_modules/.installed"
-    key = digest(["tests/board/package-lock.json"])
+    key = digest([f"{folder}/package-lock.json"])
+    log = f"npm-{folder.replace('/', '-')}"
 
     def install() -> None:
         with stamped(stamp, key):
             options = ("--no-audit", "--no-fund", "--ignore-scripts")
-            run_logged("npm", ["npm", "ci", "--prefix", packages, *options])
+            run_logged(log, ["npm", "ci", "--prefix", packages, *options])
 
     if stamp_is(stamp, key):
         return later(lambda: None)
-    say("emulated board: installing its packages")
+    say(f"{folder}: installing its npm packages")
     return later(install)
+
+
+def build_studio(npm: Future[None]) -> None:
+    """Build the studio's page and the emulated device in it, once its packages are there.
+
+    Zig compiles only what has changed; the rest takes seconds.
+    """
+    npm.result()
+    say("studio: building")
+    _own("studio")
+    run_logged("studio", [PYTHON, "-m", "tools.studio"])
 
 
 # --- C++ -----------------------------------------------------------------------------------------

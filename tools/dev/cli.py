@@ -79,6 +79,8 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "check": _check,
     "demo": commands.demo,
     "game": commands.game,
+    "studio": commands.studio,
+    "site": _plain("site", commands.site),
     "bench": commands.bench,
     "mutate": commands.mutate,
     "fuzz": commands.fuzz,

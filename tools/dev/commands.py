@@ -30,7 +30,8 @@ from tools.dev.running import (
 
 # Everything that is made in the tree.
 MADE = (
-    *("build", "out", "dist", ".venv", "tests/board/node_modules"),
+    *("build", "out", "dist", ".venv"),
+    *("studio/node_modules", "tests/board/node_modules"),
     *(".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 )
 _VENDOR, _PRODUCT = usb_ids.ids()
@@ -87,16 +88,19 @@ def test(arguments: Sequence[str]) -> int:
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        environment.set_up("tests", "machines", "game", *(() if only_usb else ("firmware",)))
-        board = None if only_usb else building.begin_board_tests()
+        more = () if only_usb else ("firmware", "studio", "browser")
+        environment.set_up("tests", "machines", "game", *more)
+        board = None if only_usb else building.begin_npm("tests/board")
+        page = None if only_usb else building.begin_npm("studio")
         sources.require()
         for preset in ("release", "asan-ubsan") if only_usb else ("release", "asan-ubsan", "tsan"):
             building.build_preset(preset, sources.tinyusb)
         _build_packages(sources.tinyusb)
-        if board is not None:
+        if board is not None and page is not None:
             building.build_firmware(sources.sdk)
             building.build_emulated()
             board.result()
+            building.build_studio(page)
         kernels.result()
     say("running the tests")
     become(*without_aslr(PYTHON, "-m", "pytest", "-n", "2", *arguments))
@@ -127,6 +131,27 @@ def game(arguments: Sequence[str]) -> int:
     become(BUILD / "dev/examples/game/lockpick", *arguments)
 
 
+def studio(arguments: Sequence[str]) -> int:
+    """Build the page and open a knob to it."""
+    with lock():
+        environment.set_up("tests", "studio")
+        page = building.begin_npm("studio")
+        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        building.build_studio(page)
+    folder = BUILD / "studio/page"
+    become(VENV / "bin/torsio", "studio", "--page", folder, *arguments)
+
+
+def site() -> int:
+    """Make the documents a site."""
+    with lock():
+        environment.set_up("tests", "studio")
+        page = building.begin_npm("studio")
+        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        building.build_studio(page)
+    become(PYTHON, "-m", "tools.site")
+
+
 def benchmarks() -> list[str]:
     """Return the names of the benchmarks."""
     files = (TREE / "tests/bench").glob("bench_*.py")
@@ -153,13 +178,14 @@ def _bench(name: str, *rest: str) -> NoReturn:
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
+    groups += ["studio", "browser"] if name == "studio" else []
     # Only the benchmark's own lines go to standard output, so that they can be piped.
     with redirect_stdout(sys.stderr), lock():
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels() if with_machines else None
         environment.set_up(*groups)
         if on_boards:
-            board = building.begin_board_tests()
+            board = building.begin_npm("tests/board")
             building.build_firmware(sources.require())
             building.build_emulated()
             board.result()
@@ -169,6 +195,8 @@ def _bench(name: str, *rest: str) -> NoReturn:
             tinyusb = sources.offer()
             building.build_preset("release", tinyusb)
             _build_packages(tinyusb)
+            if name == "studio":
+                building.build_studio(building.begin_npm("studio"))
         if kernels is not None:
             kernels.result()
     become(PYTHON, f"tests/bench/bench_{name}.py", *rest)

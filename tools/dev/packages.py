@@ -79,6 +79,9 @@ def groups() -> dict[str, tuple[Package, ...]]:
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
+        # What bundles the studio's page, and a browser to test it in.
+        "studio": (("nodejs", _program("node")), ("npm", _program("npm"))),
+        "browser": (("chromium", _program("chromium")),),
         # What else may compile and run the emulator.
         "compilers": (
             ("clang", _program("clang++")),

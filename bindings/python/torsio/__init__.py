@@ -37,6 +37,7 @@ from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHa
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob, list_devices, open
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.recording import Recorded, RecordingFile, load
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -95,6 +96,8 @@ __all__ = [
     "PlantParams",
     "PrescribedMotion",
     "ProtocolMismatch",
+    "Recorded",
+    "RecordingFile",
     "Refused",
     "ShaftHardening",
     "Step",
@@ -105,6 +108,7 @@ __all__ = [
     "core",
     "emulator",
     "list_devices",
+    "load",
     "open",
     "protocol",
     "telemetry",

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import asdict
-from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, ParamSpec, TypeVar
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -19,14 +17,22 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import doctor, games_cli
+from torsio import doctor, games_cli, live_commands, recording_commands
+from torsio.command import (
+    AsJson,
+    Device,
+    choose,
+    complain,
+    err,
+    is_emulated,
+    opened,
+    out,
+    plainly,
+)
 from torsio.demos import output, wall
 from torsio.extras import how_to_install
 from torsio.other_commands import add_commands
 from torsio.virtual_knob import cli as virtual_knob
-
-P = ParamSpec("P")
-T = TypeVar("T")
 
 app = typer.Typer(
     help="A USB knob that pushes back.",
@@ -39,83 +45,6 @@ app.add_typer(demo_app, name="demo")
 games_app = typer.Typer(help="See what games do, and set what they may do.")
 app.add_typer(games_app, name="games")
 add_commands(app)
-
-out = Console()
-err = Console(stderr=True)
-
-Device = Annotated[
-    str,
-    typer.Option(
-        "--device",
-        metavar="DEVICE",
-        help="Path, serial number, or 'emulated'; see `torsio list`. Unless given it is the knob "
-        "that is plugged in, or the emulated one if none is.",
-        show_default=False,
-    ),
-]
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json",
-        help="Print JSON to standard output; all else then goes to standard error.",
-    ),
-]
-
-
-def _plainly(command: Callable[P, T]) -> Callable[P, T]:
-    """Turn what can go wrong into one sentence and an exit status."""
-
-    @wraps(command)
-    def run(*args: P.args, **kwargs: P.kwargs) -> T:
-        try:
-            return command(*args, **kwargs)
-        except KeyboardInterrupt:
-            err.print("torsio: interrupted", highlight=False)
-            raise typer.Exit(130) from None
-        except (torsio.Error, wall.WallNotReachedError, output.OutputError, OSError) as error:
-            _complain(str(error))
-            raise typer.Exit(1) from None
-
-    return run
-
-
-def _complain(sentence: str) -> None:
-    err.print(f"torsio: error: {sentence}", highlight=False, markup=False, soft_wrap=True)
-
-
-def _choose(device: str) -> str:
-    """Give the selector of a device: if none is named, as `torsio.open`, or else the emulated."""
-    if device or any(listed.transport != "emulated" for listed in torsio.list_devices()):
-        return device
-    return "emulated"
-
-
-def _is_emulated(selector: str) -> bool:
-    return selector == "emulated" or selector.startswith("emulated:")
-
-
-@contextmanager
-def _opened(
-    device: str, say: Console, emulator: torsio.EmulatorOptions | None = None
-) -> Iterator[torsio.Knob]:
-    """Open a device, say which one it is, and close it."""
-    selector = _choose(device)
-    is_open = False
-    try:
-        with torsio.open(selector, emulator=emulator if _is_emulated(selector) else None) as knob:
-            is_open = True
-            info = knob.info
-            who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
-            if selector != device:
-                who.append("for no real knob is plugged in")
-            say.print(f"knob     {', '.join(who)}", highlight=False, markup=False, soft_wrap=True)
-            yield knob
-    except KeyboardInterrupt:
-        if not is_open:
-            raise
-        # Closing has disarmed it.
-        err.print("torsio: interrupted; the knob is disarmed", highlight=False)
-        raise typer.Exit(130) from None
 
 
 def _print_json(value: Any) -> None:
@@ -139,7 +68,7 @@ def main(
 
 
 @app.command("list")
-@_plainly
+@plainly
 def list_command(as_json: AsJson = False) -> None:
     """List the knobs that can be opened; the emulated one is always there."""
     devices = torsio.list_devices()
@@ -162,10 +91,10 @@ def list_command(as_json: AsJson = False) -> None:
 
 
 @app.command("info")
-@_plainly
+@plainly
 def info_command(device: Device = "", as_json: AsJson = False) -> None:
     """Show who a knob is, how it is, and how it is configured."""
-    with _opened(device, err if as_json else out) as knob:
+    with opened(device, err if as_json else out) as knob:
         groups = {
             "info": asdict(knob.info),
             "health": asdict(knob.health()),
@@ -189,7 +118,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
 
 
 @app.command("doctor")
-@_plainly
+@plainly
 def doctor_command(
     device: Annotated[
         str,
@@ -228,11 +157,12 @@ def _print_report(report: doctor.Report) -> None:
         table.add_row(verdict, finding.check.replace("_", " "), Text(finding.text))
         if finding.advice:
             table.add_row("", "", Text(f"-> {finding.advice}"))
+            table.add_row("", "", Text(f"   more in {finding.more}", style="dim"))
     out.print(table)
 
 
 @games_app.callback(invoke_without_command=True)
-@_plainly
+@plainly
 def games_command(
     context: typer.Context,
     device: Device = "",
@@ -248,7 +178,7 @@ def games_command(
     """
     if context.invoked_subcommand is not None:
         return
-    with _opened(device, err if as_json else out) as knob:
+    with opened(device, err if as_json else out) as knob:
         if as_json:
             _print_json(games_cli.as_dict(games_cli.measure(knob)))
         else:
@@ -256,7 +186,7 @@ def games_command(
 
 
 @games_app.command("set")
-@_plainly
+@plainly
 def games_set_command(
     device: Device = "",
     range_deg: Annotated[
@@ -296,13 +226,15 @@ def games_set_command(
     changes = {name: value for name, value in wanted.items() if value is not None}
     if not changes:
         raise typer.BadParameter("name at least one setting; see torsio games set --help")
-    with _opened(device, out) as knob:
+    with opened(device, out) as knob:
         config = games_cli.change(knob, changes)
     for name in changes:
         out.print(f"{name}  {_value_text(name, getattr(config, name))}", highlight=False)
 
 
-app.command("emulate")(_plainly(virtual_knob.emulate_command))
+app.command("emulate")(plainly(virtual_knob.emulate_command))
+live_commands.add_to(app)
+recording_commands.add_to(app)
 
 
 def _value_text(key: str, value: Any) -> str:
@@ -316,7 +248,7 @@ def _value_text(key: str, value: Any) -> str:
 
 
 @demo_app.command("wall")
-@_plainly
+@plainly
 def demo_wall(
     device: Device = "",
     seed: Annotated[
@@ -335,7 +267,7 @@ def demo_wall(
 
     Picture and numbers go to FOLDER. The exit status is 0 only if it feels like a wall.
     """
-    if not _is_emulated(_choose(device)):
+    if not is_emulated(choose(device)):
         for option, given in (("--seed", seed is not None), ("--paced", paced)):
             if given:
                 raise typer.BadParameter(
@@ -347,7 +279,7 @@ def demo_wall(
     output.check([png_file, json_file], "--out")
 
     emulator = torsio.EmulatorOptions(seed=1 if seed is None else seed, paced=paced, log_truth=True)
-    with _opened(device, say, emulator) as knob:
+    with opened(device, say, emulator) as knob:
         if not knob.is_emulated:
             _prompt_user(say)
         visit = _run_with_progress(knob, say)
@@ -367,7 +299,7 @@ def demo_wall(
     if as_json:
         sys.stdout.write(numbers)
     if shortcomings := measures.shortcomings():
-        _complain("it does not feel like a wall: " + "; ".join(shortcomings))
+        complain("it does not feel like a wall: " + "; ".join(shortcomings))
         raise typer.Exit(1)
 
 

@@ -67,6 +67,11 @@ class Finding:
     values: dict[str, Any] = field(default_factory=dict)
     """The figures behind it, SI units."""
 
+    @property
+    def more(self) -> str:
+        """Where there is more to read, in the project; empty if `ok`."""
+        return "" if self.ok else f"docs/troubleshooting.md#{self.check}"
+
 
 @dataclass(frozen=True)
 class Report:
@@ -82,7 +87,8 @@ class Report:
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"device": self.device, "ok": self.ok, "findings": [*map(asdict, self.findings)]}
+        findings = [{**asdict(finding), "more": finding.more} for finding in self.findings]
+        return {"device": self.device, "ok": self.ok, "findings": findings}
 
 
 # The system -------------------------------------------------------------------------------------

@@ -8,15 +8,20 @@ from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
-__all__ = ["how_to_install"]
+__all__ = ["how_to_install", "source_folder"]
+
+
+def source_folder() -> Path | None:
+    """Give the source tree that the package was installed from, if it is still there."""
+    origin = json.loads(distribution("torsio").read_text("direct_url.json") or "{}")
+    url = urlsplit(origin.get("url", ""))
+    folder = Path(url2pathname(url.path))
+    return folder if url.scheme == "file" and folder.is_dir() else None
 
 
 def how_to_install(extra: str) -> str:
     """Give the command that installs an extra of this package, from where the package came."""
-    origin = json.loads(distribution("torsio").read_text("direct_url.json") or "{}")
-    url = urlsplit(origin.get("url", ""))
-    folder = Path(url2pathname(url.path))
-    if url.scheme == "file" and folder.is_dir():
+    if folder := source_folder():
         return f"pip install '{folder}[{extra}]'"
     # Without the source tree, or once it has gone: what the extra would bring, by name.
     wanted = [

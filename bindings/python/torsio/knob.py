@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import atexit
+import platform
 import warnings
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Sized
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 from difflib import get_close_matches
+from importlib.metadata import version
 from itertools import islice
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, TypeAlias
 
@@ -17,6 +20,8 @@ from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import Emulator, EmulatorOptions
 from torsio.errors import Closed, DisarmedWarning, Error, Timeout
 from torsio.events import tell
+from torsio.protocol import fingerprint
+from torsio.recording import RecordingFile
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -49,6 +54,7 @@ assert len(_CONFIG_OF) == sum(len(fields(config)) for config in _CONFIGS), "a na
 # Telemetry for a quarter of an hour at 20 kHz; more is a slip of the pen.
 _MAX_SAMPLES = 2**24
 _MAX_EFFECTS = 16
+_RECORDED_SLICE_S = 1.0
 
 # Thirty years. A timeout of nothing would end before anything can have come.
 _LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
@@ -68,6 +74,7 @@ class Knob:
     def __init__(self, knob: _torsio.Knob) -> None:
         self._knob = knob
         self._path: str = knob.info()["path"]
+        self._recording: RecordingFile | None = None
         _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
@@ -92,6 +99,8 @@ class Knob:
 
     def close(self) -> None:
         """Disarm, unless told to be autonomous, and let go. Closing twice is fine."""
+        if self._recording is not None:
+            self._recording.close()
         self._knob.close()
 
     @property
@@ -164,18 +173,22 @@ class Knob:
 
     def arm(self) -> None:
         """Torque on. Raises `Refused` while a fault is latched."""
+        self._note("arm")
         self._knob.arm()
 
     def disarm(self) -> None:
         """Torque off; the scene stays."""
+        self._note("disarm")
         self._knob.disarm()
 
     def stop(self) -> None:
         """Torque off, and the scene is emptied."""
+        self._note("stop")
         self._knob.stop()
 
     def zero(self) -> None:
         """Make this position angle 0. Raises `Refused` unless disarmed."""
+        self._note("zero")
         self._knob.zero()
 
     def relax(self) -> None:
@@ -184,6 +197,7 @@ class Knob:
 
     def clear_fault(self) -> None:
         """Forget latched faults. Raises `Refused` while their cause is there."""
+        self._note("clear_fault")
         self._knob.clear_fault()
 
     def play(self, scene: Scene) -> None:
@@ -206,6 +220,7 @@ class Knob:
         if isinstance(scene, Iterable) and not isinstance(scene, Sized):
             # It may have no end: one effect too many is enough to refuse it.
             scene = list(islice(scene, _MAX_EFFECTS + 1))
+        self._note("play", scene=list(scene) if isinstance(scene, Iterable) else [scene])
         self._knob.play(scene)
 
     def stream_local_model(
@@ -295,6 +310,7 @@ class Knob:
         """
         if type(config) not in _CONFIGS:
             raise TypeError(f"not a configuration: {config!r}")
+        self._note("configure", config=config)
         getattr(self._knob, f"configure_{_CONFIGS[type(config)]}")(config)
 
     def update(self, **changes: Any) -> None:
@@ -383,9 +399,11 @@ class Knob:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
-        return self._knob.read(
-            checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
-            checks.number("timeout_s", timeout_s),
+        return self._recorded(
+            self._knob.read(
+                checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
+                checks.number("timeout_s", timeout_s),
+            )
         )
 
     def record(
@@ -421,6 +439,7 @@ class Knob:
             )
         except BaseException as error:
             if kept:
+                self._recorded(kept[0])
                 error.samples = kept[0]  # type: ignore[attr-defined]
             raise
         samples: Record
@@ -433,7 +452,7 @@ class Knob:
                 DisarmedWarning,
                 stacklevel=2,
             )
-        return samples
+        return self._recorded(samples)
 
     def telemetry(
         self,
@@ -471,18 +490,98 @@ class Knob:
         left = None if duration_s is None else round(duration_s * rate_hz)
         while left is None or left > 0:
             size = max_samples if left is None else min(max_samples, left)
-            samples = self._knob.read(size, timeout_s)
+            samples = self._recorded(self._knob.read(size, timeout_s))
             if len(samples) == 0:
                 raise Timeout(f"no telemetry for {timeout_s} s")
             if left is not None:
                 left -= len(samples)
             yield samples
 
+    # Recording ------------------------------------------------------------------------------
+
+    def record_to(self, path: str | Path) -> RecordingFile:
+        """Write all that happens from now on to a file, until the recording or the knob is closed.
+
+        Telemetry is started if it does not run. The program goes on as before: what it reads is
+        written as it is read, and what it does not read when it sleeps or the recording ends; such
+        samples are then not to be read any more. Everything asked of the knob is written too.
+
+        Parameters
+        ----------
+        path
+            A file to be made or overwritten; its name ends in ``.mcap`` by custom.
+
+        Returns
+        -------
+        RecordingFile
+            For a ``with`` statement, and for notes of one's own. `torsio.load` reads the file.
+
+        Raises
+        ------
+        Error
+            If one is under way already, or the package mcap is missing.
+        OSError
+            If the file cannot be written.
+        """
+        if self._recording is not None:
+            raise Error("this knob is being recorded already: close that recording first")
+        configs = (
+            self.actuator_config(), self.control_config(), self.board_config(), self.game_config()
+        )  # fmt: skip
+        metadata = {
+            "info": asdict(self.info),
+            "configuration": {type(config).__name__: asdict(config) for config in configs},
+            # Last: what has it has all of them.
+            "versions": {
+                "torsio": version("torsio"),
+                "protocol": self.info.protocol_version,
+                "fingerprint": fingerprint(),
+                "firmware": self.info.firmware_version,
+                "python": platform.python_version(),
+                "system": f"{platform.system()} {platform.machine()}",
+            },
+        }
+        self._recording = RecordingFile(path, metadata, self._end_recording)
+        try:
+            self.start_telemetry()
+        except BaseException:
+            self._recording.close()
+            raise
+        return self._recording
+
+    def _end_recording(self) -> None:
+        try:
+            self._drain()
+        except Error as error:
+            self._note("lost", why=str(error))
+        self._recording = None
+
+    def _note(self, kind: str, **values: Any) -> None:
+        if self._recording is not None:
+            self._recording.note(kind, **values)
+
+    def _recorded(self, samples: Record) -> Record:
+        """Keep samples in the recording, if there is one, and give them on."""
+        if self._recording is not None:
+            self._recording.write(samples, self.statistics().samples_lost)
+        return samples
+
+    def _drain(self) -> None:
+        while self._recording is not None and len(self._recorded(self._knob.read(65536, 0.0))):
+            pass
+
     # Waiting --------------------------------------------------------------------------------
 
     def sleep(self, duration_s: float) -> None:
         """Let time pass."""
-        self._knob.sleep(checks.number("duration_s", duration_s))
+        duration_s = checks.number("duration_s", duration_s)
+        # In slices that the ring of samples holds, so that a recording has them all.
+        while self._recording is not None and duration_s > _RECORDED_SLICE_S:
+            self._knob.sleep(_RECORDED_SLICE_S)
+            self._drain()
+            duration_s -= _RECORDED_SLICE_S
+        self._knob.sleep(duration_s)
+        self._drain()
 
     def every(self, period_s: float) -> Steps:
         """Iterate over steps of a program's own loop at equal distances of time, the first at once.

@@ -1,0 +1,108 @@
+"""What the commands of `torsio` share: options, how they open a knob, and how they say no."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Annotated, ParamSpec, TypeVar
+
+import typer
+from rich.console import Console
+
+import torsio
+from torsio.demos import output, wall
+
+__all__ = [
+    "AsJson",
+    "Device",
+    "choose",
+    "complain",
+    "err",
+    "is_emulated",
+    "opened",
+    "out",
+    "plainly",
+]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+out = Console()
+err = Console(stderr=True)
+
+Device = Annotated[
+    str,
+    typer.Option(
+        "--device",
+        metavar="DEVICE",
+        help="Path, serial number, or 'emulated'; see `torsio list`. Unless given it is the knob "
+        "that is plugged in, or the emulated one if none is.",
+        show_default=False,
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print JSON to standard output; all else then goes to standard error.",
+    ),
+]
+
+
+def plainly(command: Callable[P, T]) -> Callable[P, T]:
+    """Turn what can go wrong into one sentence and an exit status."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            return command(*args, **kwargs)
+        except KeyboardInterrupt:
+            err.print("torsio: interrupted", highlight=False)
+            raise typer.Exit(130) from None
+        except (torsio.Error, wall.WallNotReachedError, output.OutputError, OSError) as error:
+            complain(str(error))
+            raise typer.Exit(1) from None
+
+    return run
+
+
+def complain(sentence: str) -> None:
+    """Print what went wrong, in a sentence."""
+    err.print(f"torsio: error: {sentence}", highlight=False, markup=False, soft_wrap=True)
+
+
+def choose(device: str) -> str:
+    """Give the selector of a device: if none is named, as `torsio.open`, or else the emulated."""
+    if device or any(listed.transport != "emulated" for listed in torsio.list_devices()):
+        return device
+    return "emulated"
+
+
+def is_emulated(selector: str) -> bool:
+    """Whether a selector means an emulated knob."""
+    return selector == "emulated" or selector.startswith("emulated:")
+
+
+@contextmanager
+def opened(
+    device: str, say: Console, emulator: torsio.EmulatorOptions | None = None
+) -> Iterator[torsio.Knob]:
+    """Open a device, say which one it is, and close it."""
+    selector = choose(device)
+    is_open = False
+    try:
+        with torsio.open(selector, emulator=emulator if is_emulated(selector) else None) as knob:
+            is_open = True
+            info = knob.info
+            who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
+            if selector != device:
+                who.append("for no real knob is plugged in")
+            say.print(f"knob     {', '.join(who)}", highlight=False, markup=False, soft_wrap=True)
+            yield knob
+    except KeyboardInterrupt:
+        if not is_open:
+            raise
+        # Closing has disarmed it.
+        err.print("torsio: interrupted; the knob is disarmed", highlight=False)
+        raise typer.Exit(130) from None

@@ -1,0 +1,113 @@
+"""Commands of `torsio` that show what a knob does: monitor and studio."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+import torsio
+from torsio.command import Device, choose, err, opened, out, plainly
+from torsio.extras import how_to_install
+
+__all__ = ["add_to", "monitor_table"]
+
+_BAR_CELLS = 31
+_FULL_TORQUE_NM = 0.1
+
+
+def _bar(torque_nm: float) -> Text:
+    """Draw a torque about a middle, 0.1 N m at either end."""
+    middle = _BAR_CELLS // 2
+    cells = round(max(-1.0, min(1.0, torque_nm / _FULL_TORQUE_NM)) * middle)
+    left, right = (middle + min(cells, 0), middle + max(cells, 0))
+    return Text(
+        "".join(
+            "|" if i == middle else "=" if left <= i <= right else "." for i in range(_BAR_CELLS)
+        )
+    )
+
+
+def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> RenderableType:
+    """Show a knob as it is now, its newest samples at hand."""
+    health, statistics = knob.health(), knob.statistics()
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(min_width=16)
+    table.add_column(min_width=14, justify="right")
+    table.add_column()
+    style = {"armed": "bold green", "fault": "bold red"}.get(health.state, "bold")
+    table.add_row("state", Text(health.state, style=style), Text(", ".join(health.faults)))
+    if len(samples):
+        newest = samples[-1]
+        table.add_row("angle", f"{math.degrees(newest['angle_rad']):.2f} deg", "")
+        table.add_row("speed", f"{newest['speed_rad_s']:.2f} rad/s", "")
+        for title, name in (
+            ("torque wanted", "desired_torque_nm"),
+            ("motor command", "motor_command_nm"),
+            ("brake capacity", "brake_capacity_nm"),
+            ("spring, sensed", "spring_torque_nm"),
+        ):
+            value = float(newest[name])
+            table.add_row(title, f"{1e3 * value:.1f} mN·m", _bar(value))
+    table.add_row("samples", f"{statistics.samples_received}", f"{statistics.samples_lost} lost")
+    table.add_row("longest tick", f"{1e6 * health.tick_time_max_s:.1f} us", "")
+    return table
+
+
+def monitor_command(
+    device: Device = "",
+    duration_s: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.1, help="End by itself.", show_default=False),
+    ] = None,
+) -> None:
+    """Show a knob live in the terminal, also over ssh. Ctrl-C ends it; the knob stays as it is."""
+    with opened(device, err, torsio.EmulatorOptions(paced=True)) as knob:
+        end = math.inf if duration_s is None else time.monotonic() + duration_s
+        knob.start_telemetry()
+        with Live(console=out, refresh_per_second=20) as live:
+            while time.monotonic() < end:
+                knob.sleep(0.05)
+                live.update(monitor_table(knob, knob.read(max_samples=65536, timeout_s=0.0)))
+
+
+def studio_command(
+    device: Device = "",
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 0,
+    page: Annotated[
+        Path | None,
+        typer.Option("--page", metavar="FOLDER", help="A built page.", show_default=False),
+    ] = None,
+) -> None:
+    """Show and drive a knob in a browser: prints the address of a page on this machine.
+
+    It is for browsers without WebHID. Ctrl-C ends it and disarms the knob.
+    """
+    try:
+        from torsio.studio.server import serve
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn", "websockets"):
+            raise
+        raise torsio.Error(
+            f"the studio needs the Python package {error.name}; install what it needs with: "
+            f"{how_to_install('studio')}"
+        ) from None
+    from torsio.studio.page import page_folder
+
+    def ready(address: str) -> None:
+        print(f"studio  {address}", flush=True)
+
+    serve(choose(device), page_folder() if page is None else page, port, ready)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command("monitor")(plainly(monitor_command))
+    app.command("studio")(plainly(studio_command))

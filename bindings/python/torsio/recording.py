@@ -1,0 +1,260 @@
+"""Recordings: what a knob did, in a file that Foxglove and PlotJuggler open too.
+
+The file is MCAP, with JSON and its schemas in it. `torsio.Knob.record_to` writes one, `load` reads
+it. Both need the extra ``record``.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, is_dataclass
+from importlib.metadata import version
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+
+from torsio.errors import Error
+from torsio.extras import how_to_install
+from torsio.telemetry import TELEMETRY_DTYPE, Record
+
+__all__ = ["Recorded", "RecordingFile", "load"]
+
+# What is in memory when the power goes is lost: this much at most.
+_FLUSH_S: Final = 1.0
+_CHUNK_BYTES: Final = 256 * 1024
+_TOPICS: Final = ("telemetry", "events", "drop_outs")
+_COLUMNS: Final = TELEMETRY_DTYPE.names or ()
+_JSON_TYPES: Final = {"f": "number", "u": "integer", "i": "integer"}
+
+
+def _missing() -> Error:
+    return Error(f"recordings need the Python package mcap: {how_to_install('record')}")
+
+
+def _schema(topic: str) -> dict[str, Any]:
+    """Describe a topic's messages to viewers."""
+    columns: dict[str, Any] = {}
+    if topic == "telemetry":
+        columns = {name: {"type": _JSON_TYPES[TELEMETRY_DTYPE[name].kind]} for name in _COLUMNS}
+    elif topic == "drop_outs":
+        columns = {"samples_lost": {"type": "integer"}}
+    else:
+        columns = {"kind": {"type": "string"}}
+    return {"type": "object", "title": f"torsio.{topic}", "properties": columns}
+
+
+def _plain(value: Any) -> Any:
+    """Turn effects, configurations and arrays into what JSON has, with their class's name."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {"type": type(value).__name__, **{k: _plain(v) for k, v in asdict(value).items()}}
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return value
+
+
+class RecordingFile:
+    """A file that is being written; made by `torsio.Knob.record_to`.
+
+    Use it in a ``with`` statement, or `close` it. It is written as the program goes on, and
+    whole up to the last second whatever happens to the program.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        metadata: Mapping[str, Mapping[str, Any]],
+        on_close: Callable[[], None],
+    ) -> None:
+        try:
+            from mcap.writer import CompressionType, Writer
+        except ModuleNotFoundError as error:
+            raise _missing() from error
+        self.path: Final = Path(path)
+        self.samples = 0
+        """Written so far."""
+        self._on_close = on_close
+        self._lock = threading.Lock()
+        self._file: BinaryIO = self.path.open("wb")
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
+        self._writer.start(profile="torsio", library=f"torsio {version('torsio')}")
+        self._channels = {}
+        for topic in _TOPICS:
+            schema = self._writer.register_schema(
+                f"torsio.{topic}", "jsonschema", json.dumps(_schema(topic)).encode()
+            )
+            self._channels[topic] = self._writer.register_channel(topic, "json", schema)
+        for name, values in metadata.items():
+            text = {key: json.dumps(_plain(value)) for key, value in values.items()}
+            self._writer.add_metadata(name, text)
+        self._writer.flush()
+        self._flushed_at = time.monotonic()
+        # Device time is laid on the host's clock at the first sample.
+        self._host_minus_device_ns: int | None = None
+        self._lost = 0
+        self._is_open = True
+
+    def __enter__(self) -> RecordingFile:
+        """Give the recording itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Close the file."""
+        self.close()
+
+    @property
+    def is_open(self) -> bool:
+        """False once closed."""
+        return self._is_open
+
+    def close(self) -> None:
+        """Write what is left, and the file's index. Closing twice is fine."""
+        if not self._is_open:
+            return
+        self._on_close()
+        with self._lock:
+            self._is_open = False
+            try:
+                self._writer.finish()
+            finally:
+                self._file.close()
+
+    def note(self, kind: str, **values: Any) -> None:
+        """Write an event of the program's own: a mark, a condition of an experiment."""
+        self._add("events", time.time_ns(), {"kind": kind, **values})
+
+    def write(self, samples: Record, samples_lost: int) -> None:
+        """Write telemetry, and what is missing between it and the last; the knob calls it."""
+        if len(samples) == 0:
+            return
+        first_ns = round(1e9 * float(samples["time_s"][0]))
+        if self._host_minus_device_ns is None:
+            self._host_minus_device_ns = time.time_ns() - first_ns
+            self._lost = samples_lost
+        if samples_lost > self._lost:
+            at = self._host_minus_device_ns + first_ns
+            self._add("drop_outs", at, {"samples_lost": samples_lost - self._lost})
+            self._lost = samples_lost
+        columns = [samples[name].tolist() for name in _COLUMNS]
+        times_ns = np.rint(1e9 * samples["time_s"]).astype(np.int64) + self._host_minus_device_ns
+        for at, row in zip(times_ns.tolist(), zip(*columns, strict=True), strict=True):
+            self._add("telemetry", at, dict(zip(_COLUMNS, row, strict=True)))
+        self.samples += len(samples)
+
+    def _add(self, topic: str, at_ns: int, message: Mapping[str, Any]) -> None:
+        data = json.dumps(_plain(message), separators=(",", ":"), default=str).encode()
+        with self._lock:
+            if not self._is_open:
+                return
+            self._writer.add_message(self._channels[topic], at_ns, data, at_ns)
+            if time.monotonic() - self._flushed_at > _FLUSH_S:
+                self._writer.flush()
+                self._flushed_at = time.monotonic()
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a recording holds.
+
+    Attributes
+    ----------
+    telemetry
+        Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
+    events
+        What the program asked of the knob and noted, in order; each has ``kind`` and
+        ``host_time_ns``.
+    samples_lost
+        That never arrived.
+    metadata
+        Who the knob was, its configuration, the versions.
+    whole
+        False if the file ends in the middle, as its program did. What came before is here.
+    """
+
+    telemetry: Record
+    events: list[dict[str, Any]] = field(default_factory=list)
+    samples_lost: int = 0
+    metadata: dict[str, dict[str, Any]] = field(default_factory=dict)
+    whole: bool = True
+
+    def save(self, path: str | Path) -> None:
+        """Write the telemetry as a table: Parquet or CSV, by the ending of the path's name.
+
+        Raises
+        ------
+        torsio.Error
+            If the ending is another one, or pyarrow is missing for Parquet.
+        """
+        ending = Path(path).suffix
+        if ending == ".csv":
+            rows = np.column_stack([self.telemetry[name].astype(object) for name in _COLUMNS])
+            np.savetxt(path, rows, fmt="%s", delimiter=",", header=",".join(_COLUMNS), comments="")
+        elif ending == ".parquet":
+            try:
+                import pyarrow as pa
+                from pyarrow import parquet
+            except ModuleNotFoundError as error:
+                raise Error(f"Parquet needs pyarrow: {how_to_install('record')}") from error
+            table = pa.table(
+                {name: np.ascontiguousarray(self.telemetry[name]) for name in _COLUMNS}
+            )
+            parquet.write_table(table, path)
+        else:
+            raise Error(f"{str(path)!r} ends in neither .csv nor .parquet")
+
+
+def load(path: str | Path) -> Recorded:
+    """Read a recording, also one that was torn in the middle.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no such file.
+    torsio.Error
+        If it is no recording of Torsio.
+    """
+    try:
+        from mcap.records import Channel, Footer, Message, Metadata
+        from mcap.stream_reader import StreamReader
+    except ModuleNotFoundError as error:
+        raise _missing() from error
+    topics: dict[int, str] = {}
+    rows: list[tuple[Any, ...]] = []
+    events: list[dict[str, Any]] = []
+    metadata: dict[str, dict[str, Any]] = {}
+    lost, whole = 0, False
+    # What is torn or damaged raises whatever it likes, from the library and from its parts.
+    with Path(path).open("rb") as file, contextlib.suppress(Exception):
+        for record in StreamReader(file, validate_crcs=True, record_size_limit=2**28).records:
+            if isinstance(record, Channel):
+                topics[record.id] = record.topic
+            elif isinstance(record, Metadata):
+                metadata[record.name] = {k: json.loads(v) for k, v in record.metadata.items()}
+            elif isinstance(record, Message):
+                message = json.loads(record.data)
+                topic = topics.get(record.channel_id)
+                if topic == "telemetry":
+                    rows.append(tuple(message[name] for name in _COLUMNS))
+                elif topic == "events":
+                    events.append({**message, "host_time_ns": record.log_time})
+                elif topic == "drop_outs":
+                    lost += message["samples_lost"]
+            elif isinstance(record, Footer):
+                whole = True
+    if "versions" not in metadata:
+        raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
+    return Recorded(np.array(rows, TELEMETRY_DTYPE), events, lost, metadata, whole)

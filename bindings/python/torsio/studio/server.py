@@ -1,0 +1,199 @@
+"""The local server: the page's files, and the knob over a WebSocket.
+
+It listens on loopback alone. A page of another origin is not let in, and neither is one without the
+token that stands in the address which was printed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import json
+import secrets
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Protocol
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+from starlette.routing import Mount, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from torsio import _torsio
+from torsio.errors import Error
+from torsio.protocol import encode
+from torsio.studio.bridge import Bridge, MessageError
+
+__all__ = ["GONE", "Server", "application", "pass_on", "refusal", "serve"]
+
+HOST = "127.0.0.1"
+# Codes of a close that are free for programs; the reason is what the page shows.
+_REFUSED, GONE = 4403, 4404
+_LONGEST_REASON = 120
+_HANDOVER_S = 2.0
+
+
+class _Studio:
+    """Lets one page at a time at the knob."""
+
+    def __init__(self, selector: str) -> None:
+        self._selector = selector
+        self._busy = asyncio.Lock()
+
+    async def connect(self, socket: WebSocket) -> None:
+        try:
+            # A page that is loaded again comes before its old self has quite gone.
+            await asyncio.wait_for(self._busy.acquire(), _HANDOVER_S)
+        except asyncio.TimeoutError:
+            await socket.close(_REFUSED, "another page has the knob: close it first")
+            return
+        try:
+            await self._serve(socket)
+        finally:
+            self._busy.release()
+
+    async def _serve(self, socket: WebSocket) -> None:
+        try:
+            transport = await asyncio.to_thread(_torsio.Transport, self._selector)
+        except Error as error:
+            await socket.close(GONE, str(error)[:_LONGEST_REASON])
+            return
+        bridge = Bridge(transport)
+        title = f"{self._selector or 'knob'}, held by torsio studio"
+        try:
+            await pass_on(bridge, socket, title=title, read_only=False)
+        finally:
+            with contextlib.suppress(Exception):  # the device may be what is gone
+                await asyncio.to_thread(transport.write, encode("command", {"op": "disarm"}))
+            await asyncio.to_thread(bridge.close)
+
+
+def refusal(socket: WebSocket, token: str) -> str:
+    """Say why a page may not in; empty if it may."""
+    host = socket.headers.get("host", "")
+    if socket.headers.get("origin") != f"http://{host}":
+        return "this page comes from another place; open the address that torsio studio printed"
+    if not hmac.compare_digest(socket.query_params.get("token", "").encode(), token.encode()):
+        return "the token is not the right one: open the address that torsio studio printed"
+    return ""
+
+
+class Passed(Protocol):
+    """What a page is connected to."""
+
+    async def pump(self, send: Callable[[bytes], Awaitable[None]]) -> None:
+        """Hand on what the device says, for ever."""
+
+    async def answer(self, message: bytes) -> bytes | None:
+        """Do what a page asks; give what it is to be told."""
+
+
+async def pass_on(bridge: Passed, socket: WebSocket, *, title: str, read_only: bool) -> None:
+    """Connect a page until it goes, or what it is connected to."""
+    await socket.send_text(json.dumps({"title": title, "read_only": read_only}))
+    pump = asyncio.create_task(bridge.pump(socket.send_bytes))
+    answer = asyncio.create_task(_answer(bridge, socket))
+    done, others = await asyncio.wait({pump, answer}, return_when=asyncio.FIRST_COMPLETED)
+    for task in others:
+        task.cancel()
+    await asyncio.gather(*others, return_exceptions=True)
+    for task in done:
+        error = task.exception()
+        if error is not None and not isinstance(error, WebSocketDisconnect | RuntimeError):
+            with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+                await socket.close(GONE, str(error)[:_LONGEST_REASON])
+
+
+async def _answer(bridge: Passed, socket: WebSocket) -> None:
+    while True:
+        try:
+            answer = await bridge.answer(await socket.receive_bytes())
+        except KeyError:
+            raise MessageError("a page sent text where bytes belong") from None
+        if answer is not None:
+            await socket.send_bytes(answer)
+
+
+def application(
+    connect: Callable[[WebSocket], Awaitable[None]], page: Path, token: str
+) -> Starlette:
+    """Make the server's application: the page in a folder, and what is behind the token."""
+
+    async def gate(socket: WebSocket) -> None:
+        await socket.accept()
+        if reason := refusal(socket, token):
+            await socket.close(_REFUSED, reason)
+            return
+        await connect(socket)
+
+    return Starlette(
+        routes=[
+            WebSocketRoute("/knob", gate),
+            Mount("/", StaticFiles(directory=page, html=True)),
+        ],
+        # Another name for this host would be a way round the origin's check.
+        middleware=[Middleware(TrustedHostMiddleware, allowed_hosts=["127.0.0.1", "localhost"])],
+    )
+
+
+class Server(uvicorn.Server):
+    """Listens on loopback, and says where, once it does.
+
+    Parameters
+    ----------
+    connect
+        Called with each page that may in.
+    page
+        The page's folder.
+    port
+        0 takes a free one.
+    ready
+        Is told the address, with its token.
+    """
+
+    def __init__(
+        self,
+        connect: Callable[[WebSocket], Awaitable[None]],
+        page: Path,
+        port: int,
+        ready: Callable[[str], None],
+    ) -> None:
+        self._token = secrets.token_urlsafe(16)
+        self._ready = ready
+        super().__init__(
+            uvicorn.Config(
+                application(connect, page, self._token),
+                host=HOST,
+                port=port,
+                log_level="error",
+                ws="websockets-sansio",
+                ws_max_size=1024,
+                timeout_graceful_shutdown=2,
+            )
+        )
+
+    async def startup(self, sockets: object = None) -> None:
+        """Listen."""
+        await super().startup()
+        if self.started:
+            port = self.servers[0].sockets[0].getsockname()[1]
+            self._ready(f"http://{HOST}:{port}/?token={self._token}")
+
+
+def serve(selector: str, page: Path, port: int, ready: Callable[[str], None]) -> None:
+    """Serve a device until interrupted; tell `ready` the address, with its token.
+
+    Raises
+    ------
+    torsio.Error
+        If nobody may listen on this port.
+    """
+    studio = _Studio(selector)
+    try:
+        Server(studio.connect, page, port, ready).run()
+    except SystemExit:
+        raise Error(f"port {port} of this machine is in use; choose another with --port") from None

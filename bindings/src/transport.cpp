@@ -1,0 +1,116 @@
+// torsio._torsio.Transport: the way to a device without the SDK's session on it, for who passes
+// reports on as they are. The package's studio is one.
+#include "torsio/transport.hpp"
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "module.hpp"
+#include "torsio/knob.hpp"
+
+namespace py = pybind11;
+using py::arg;
+
+namespace torsio::bindings {
+namespace {
+
+/// Destroying one may wait for a thread, so the lock must be free whichever way it goes.
+class PyTransport {
+ public:
+  explicit PyTransport(std::unique_ptr<Transport> transport) : transport_(std::move(transport)) {}
+  PyTransport(const PyTransport&) = delete;
+  PyTransport& operator=(const PyTransport&) = delete;
+  ~PyTransport() {
+    const py::gil_scoped_release release;
+    close();
+    transport_.reset();
+  }
+
+  Transport* operator->() const { return transport_.get(); }
+
+  void close() {
+    if (!closed_) transport_->close();
+    closed_ = true;
+  }
+
+ private:
+  std::unique_ptr<Transport> transport_;
+  bool closed_ = false;
+};
+
+ReportBytes report_of(const std::string_view bytes) {
+  ReportBytes report{};
+  if (bytes.size() != report.size()) {
+    throw InvalidArgument("a report has 64 bytes, this one " + std::to_string(bytes.size()));
+  }
+  std::ranges::copy(bytes, report.begin());
+  return report;
+}
+
+py::bytes bytes_of(const ReportBytes& report) {
+  return {reinterpret_cast<const char*>(report.data()), report.size()};
+}
+
+/// Time is the wall clock's, also that of an emulated device.
+std::unique_ptr<PyTransport> open(const std::string& selector, std::uint64_t seed) {
+  OpenOptions options;
+  if (selector == "emulated" || selector.starts_with("emulated:")) {
+    options.emulator = EmulatorOptions{.seed = seed, .control_rate_hz = 4000.0, .paced = true};
+  }
+  const py::gil_scoped_release release;
+  return std::make_unique<PyTransport>(open_transport(selector, options));
+}
+
+}  // namespace
+
+void bind_transport(py::module_& module) {
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<PyTransport>(module, "Transport")
+      .def(py::init(&open), arg("selector"), arg("seed") = 0)
+      .def("close", &PyTransport::close, Release())
+      .def(
+          "write",
+          [](const PyTransport& self, const std::string& report) {
+            return self->write(report_of(report));
+          },
+          Release())
+      .def(
+          "read",
+          [](const PyTransport& self, double timeout_s) -> std::optional<py::bytes> {
+            ReportBytes report{};
+            {
+              const py::gil_scoped_release release;
+              const auto timeout = std::chrono::duration<double>(std::clamp(timeout_s, 0.0, 0.02));
+              if (!self->read(report,
+                              std::chrono::duration_cast<std::chrono::nanoseconds>(timeout))) {
+                return std::nullopt;
+              }
+            }
+            return bytes_of(report);
+          },
+          arg("timeout_s"))
+      .def("get_feature",
+           [](const PyTransport& self, std::uint8_t id) -> std::optional<py::bytes> {
+             ReportBytes report{};
+             {
+               const py::gil_scoped_release release;
+               if (!self->get_feature(id, report)) return std::nullopt;
+             }
+             return bytes_of(report);
+           })
+      .def(
+          "set_feature",
+          [](const PyTransport& self, const std::string& report) {
+            return self->set_feature(report_of(report));
+          },
+          Release());
+}
+
+}  // namespace torsio::bindings

@@ -1,0 +1,95 @@
+// A knob that `torsio studio` holds for the page, over a WebSocket: a byte that says what, then the
+// report as it is, or several where the device speaks.
+
+import { Gone, Inbox, type Transport } from "./transport";
+
+/** First byte of every message; bindings/python/torsio/studio/bridge.py has the same. */
+const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6, HAVE = 7;
+
+const REPORT_BYTES = 64;
+
+export class BridgeTransport implements Transport {
+  readonly title: string;
+  readonly readOnly: boolean;
+  readonly #socket: WebSocket;
+  readonly #inbox = new Inbox();
+  // Answers come in the order of the questions.
+  readonly #waiting: { resolve(answer: Uint8Array): void; reject(why: Error): void }[] = [];
+
+  private constructor(socket: WebSocket, title: string, readOnly: boolean) {
+    this.#socket = socket;
+    this.title = title;
+    this.readOnly = readOnly;
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
+      const bytes = new Uint8Array(event.data);
+      if (bytes[0] === INPUT) this.#takeIn(bytes);
+      else this.#waiting.shift()?.resolve(bytes);
+    };
+    socket.onclose = (event) => {
+      const why = event.reason || "the connection to `torsio studio` was cut; start it again";
+      this.#inbox.end(why);
+      for (const { reject } of this.#waiting.splice(0)) reject(new Gone(why));
+    };
+  }
+
+  #takeIn(message: Uint8Array): void {
+    const reports: Uint8Array[] = [];
+    for (let at = 1; at < message.length; at += REPORT_BYTES) reports.push(message.slice(at, at + REPORT_BYTES));
+    this.#inbox.push(reports);
+    // After what waits to be done: no more comes than the page keeps up with.
+    setTimeout(() => {
+      if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(Uint8Array.of(HAVE));
+    });
+  }
+
+  /** @throws Error that says why the bridge did not let the page in */
+  static open(address: string | URL): Promise<BridgeTransport> {
+    const socket = new WebSocket(address);
+    socket.binaryType = "arraybuffer";
+    return new Promise((resolve, reject) => {
+      // The first message is text: what is at the other end.
+      socket.onmessage = (event: MessageEvent<string>) => {
+        const hello = JSON.parse(event.data) as { title: string; read_only: boolean };
+        resolve(new BridgeTransport(socket, hello.title, hello.read_only));
+      };
+      socket.onclose = (event) =>
+        reject(new Error(event.reason || "`torsio studio` does not answer, or refused the address: open the one that it printed"));
+    });
+  }
+
+  #send(kind: number, report: Uint8Array): void {
+    this.#inbox.check();
+    const message = new Uint8Array(1 + report.length);
+    message[0] = kind;
+    message.set(report, 1);
+    this.#socket.send(message);
+  }
+
+  #ask(kind: number, report: Uint8Array): Promise<Uint8Array> {
+    this.#send(kind, report);
+    return new Promise((resolve, reject) => this.#waiting.push({ resolve, reject }));
+  }
+
+  async write(report: Uint8Array): Promise<void> {
+    this.#send(WRITE, report);
+  }
+
+  read(): Promise<Uint8Array[]> {
+    return this.#inbox.take();
+  }
+
+  async getFeature(id: number): Promise<Uint8Array | undefined> {
+    const answer = await this.#ask(GET, Uint8Array.of(id));
+    if (answer[0] === STALLED) return undefined;
+    if (answer[0] !== GOT) throw new Error("the bridge answered something else");
+    return answer.slice(1);
+  }
+
+  async setFeature(report: Uint8Array): Promise<boolean> {
+    return (await this.#ask(SET, report))[0] === TAKEN;
+  }
+
+  close(): void {
+    this.#socket.close();
+  }
+}

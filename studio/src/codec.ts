@@ -1,0 +1,169 @@
+// Reports as objects and as bytes, by the rules of the device: docs/protocol.md.
+
+import type { Field, Report, Scalar } from "./fields";
+import { REPORTS, STATUSES } from "./reports";
+
+export const REPORT_SIZE = 64;
+
+export type Value = number | bigint | string | Value[] | { [name: string]: Value };
+export type Values = { [name: string]: Value };
+
+/** A report that breaks a rule; `status` is the one that a device would answer. */
+export class MalformedReport extends Error {
+  constructor(
+    readonly report: string,
+    readonly status: string,
+    /** Index of the offending field, nested fields opened; none if it is the whole report. */
+    readonly field?: number,
+  ) {
+    const meaning = STATUSES.find((s) => s.name === status)?.doc ?? "";
+    const place = field === undefined ? "" : `, field ${field}`;
+    super(`${report || "report"}: ${status}${place} (${meaning})`);
+  }
+}
+
+const SIZES: Record<Scalar, number> = {
+  u8: 1, u16: 2, u32: 4, u64: 8, i8: 1, i16: 2, i32: 4, i64: 8, f32: 4,
+};
+
+const BY_ID = new Map(Object.entries(REPORTS).map(([name, report]) => [report.id, name]));
+
+export function described(name: string): Report {
+  const report = REPORTS[name];
+  if (!report) throw new Error(`there is no report ${name}`);
+  return report;
+}
+
+export function nameOf(id: number): string | undefined {
+  return BY_ID.get(id);
+}
+
+function put(view: DataView, at: number, type: Scalar, value: Value | undefined): void {
+  const number = value ?? 0;
+  if (type === "u64" || type === "i64") {
+    const whole = BigInt(number as number | bigint | string);
+    const fits = type === "u64" ? BigInt.asUintN(64, whole) : BigInt.asIntN(64, whole);
+    if (fits !== whole) throw new RangeError(`${whole} does not fit into ${type}`);
+    if (type === "u64") view.setBigUint64(at, whole, true);
+    else view.setBigInt64(at, whole, true);
+    return;
+  }
+  const plain = Number(number);
+  if (type === "f32") return view.setFloat32(at, plain, true);
+  const bits = 8 * SIZES[type];
+  const low = type[0] === "i" ? -(2 ** (bits - 1)) : 0;
+  if (!Number.isInteger(plain) || plain < low || plain >= low + 2 ** bits) {
+    throw new RangeError(`${plain} does not fit into ${type}`);
+  }
+  switch (type) {
+    case "u8": return view.setUint8(at, plain);
+    case "u16": return view.setUint16(at, plain, true);
+    case "u32": return view.setUint32(at, plain, true);
+    case "i8": return view.setInt8(at, plain);
+    case "i16": return view.setInt16(at, plain, true);
+    case "i32": return view.setInt32(at, plain, true);
+  }
+}
+
+function get(view: DataView, at: number, type: Scalar): number | bigint {
+  switch (type) {
+    case "u8": return view.getUint8(at);
+    case "u16": return view.getUint16(at, true);
+    case "u32": return view.getUint32(at, true);
+    case "u64": return view.getBigUint64(at, true);
+    case "i8": return view.getInt8(at);
+    case "i16": return view.getInt16(at, true);
+    case "i32": return view.getInt32(at, true);
+    case "i64": return view.getBigInt64(at, true);
+    case "f32": return view.getFloat32(at, true);
+  }
+}
+
+function numbered(field: Field, value: Value | undefined): Value | undefined {
+  const values = field.values;
+  const given = value ?? field.default;
+  if (!values) return given as Value | undefined;
+  if (typeof given === "boolean") return Number(given);
+  if (typeof given !== "string") return given;
+  const index = values.indexOf(given);
+  if (index < 0) throw new RangeError(`${field.name}: ${given} is none of ${values.join(", ")}`);
+  return index;
+}
+
+/** The bytes of a report. Fields that are not given keep their defaults; ranges are not checked. */
+export function encode(name: string, values: Values = {}): Uint8Array {
+  const bytes = new Uint8Array(REPORT_SIZE);
+  const view = new DataView(bytes.buffer);
+  bytes[0] = described(name).id;
+  let at = 1;
+  const write = (fields: Field[], given: Values): void => {
+    const names = new Set(fields.map((f) => f.wire));
+    for (const key of Object.keys(given)) {
+      if (!names.has(key)) throw new Error(`${name} has no field ${key}`);
+    }
+    for (const field of fields) {
+      if (field.wire === undefined) continue;
+      const value = given[field.wire];
+      for (let i = 0; i < (field.count ?? 1); ++i) {
+        const one = field.count ? (value as Value[] | undefined)?.[i] : value;
+        if (field.fields) {
+          write(field.fields, (one ?? {}) as Values);
+        } else {
+          put(view, at, field.type!, numbered(field, one));
+          at += SIZES[field.type!];
+        }
+      }
+    }
+  };
+  write(described(name).fields, values);
+  return bytes;
+}
+
+/** False for what is not finite, too. */
+function inRange(field: Field, value: number | bigint): boolean {
+  if (field.low === undefined || field.high === undefined) return true;
+  if (typeof value === "bigint") return value >= BigInt(field.low) && value <= BigInt(field.high);
+  const exact = field.type === "f32" ? Math.fround : Number;
+  return value >= exact(Number(field.low)) && value <= exact(Number(field.high));
+}
+
+/** Reads the bytes of a report. @throws MalformedReport */
+export function decode(bytes: Uint8Array): { name: string; values: Values } {
+  if (bytes.length !== REPORT_SIZE) throw new MalformedReport("", "bad_length");
+  const name = nameOf(bytes[0]!);
+  if (name === undefined) throw new MalformedReport("", "unknown_report");
+  const report = described(name);
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  for (let i = 1 + report.size; i < REPORT_SIZE; ++i) {
+    if (bytes[i] !== 0) throw new MalformedReport(name, "bad_padding");
+  }
+  let at = 1;
+  let index = 0;
+  const read = (fields: Field[]): Values => {
+    const values: Values = {};
+    for (const field of fields) {
+      if (field.wire === undefined) continue;
+      const one = (): Value => {
+        if (field.fields) return read(field.fields);
+        const value = get(view, at, field.type!);
+        at += SIZES[field.type!];
+        if (field.type === "f32" && !Number.isFinite(value)) {
+          throw new MalformedReport(name, "not_finite", index);
+        }
+        if (field.values) {
+          const known = field.values[Number(value)];
+          if (known === undefined && !field.open) {
+            throw new MalformedReport(name, "out_of_range", index);
+          }
+          return known ?? value;
+        }
+        if (!inRange(field, value)) throw new MalformedReport(name, "out_of_range", index);
+        return value;
+      };
+      values[field.wire] = field.count ? Array.from({ length: field.count }, one) : one();
+      if (!field.fields) ++index;
+    }
+    return values;
+  };
+  return { name, values: read(report.fields) };
+}

@@ -1,0 +1,111 @@
+// The knob's configuration: shown, changed, compared with a file, kept.
+
+import { described } from "./codec";
+import type { Given } from "./conversion";
+import { form } from "./form";
+import type { Knob } from "./knob";
+import { byId, element, label } from "./page";
+import { CONFIGURATIONS } from "./reports";
+
+type Attempt = (act: () => Promise<unknown>) => void;
+
+export class Configurations {
+  /** As the knob has them. */
+  #known: Record<string, Given> = {};
+  /** As the page shows them. */
+  #shown: Record<string, Given> = {};
+
+  constructor(private readonly knob: () => Knob | undefined, private readonly attempt: Attempt) {
+    byId("save").addEventListener("click", () => attempt(async () => this.knob()?.command("save")));
+    byId("export-configuration").addEventListener("click", () => this.#toFile());
+    const file = byId<HTMLInputElement>("import-configuration");
+    file.addEventListener("change", () => {
+      const chosen = file.files?.[0];
+      if (chosen) attempt(async () => this.#fromFile(await chosen.text()));
+      file.value = "";
+    });
+  }
+
+  enable(can: boolean): void {
+    byId<HTMLButtonElement>("save").disabled = !can;
+    byId<HTMLButtonElement>("export-configuration").disabled = !this.knob();
+    for (const apply of document.querySelectorAll<HTMLButtonElement>(".apply")) apply.disabled = !can;
+  }
+
+  /** Asks the knob, and shows what it says. */
+  async load(): Promise<void> {
+    const knob = this.knob();
+    if (!knob) return;
+    for (const name of CONFIGURATIONS) {
+      this.#known[name] = await knob.config(name);
+      this.#shown[name] = { ...this.#known[name] };
+    }
+    this.#build();
+  }
+
+  #build(): void {
+    const open = new Set([...document.querySelectorAll("#configurations > details[open]")].map((d) => d.id));
+    byId("configurations").replaceChildren(
+      ...CONFIGURATIONS.map((name) => {
+        const { fields, doc, notes } = described(name);
+        const differences = element("p", { class: "differences", role: "status" });
+        const compare = (): void => {
+          differences.textContent = this.#differences(name).join("; ");
+        };
+        const apply = element("button", { type: "button", class: "apply" }, "apply");
+        apply.addEventListener("click", () =>
+          this.attempt(async () => {
+            await this.knob()?.configure(name, this.#shown[name]!);
+            await this.load();
+          }),
+        );
+        const card = element(
+          "details",
+          { id: name, open: open.has(name) },
+          element("summary", {}, label(name)),
+          element("p", {}, `${doc} ${notes}`),
+          form(fields, this.#shown[name]!, compare),
+          differences,
+          apply,
+        );
+        compare();
+        return card;
+      }),
+    );
+    this.enable(this.knob()?.state === "disarmed" && !this.knob()?.transport.readOnly);
+  }
+
+  #differences(name: string): string[] {
+    const known = this.#known[name]!, shown = this.#shown[name]!;
+    return Object.keys(known)
+      .filter((field) => known[field] !== shown[field])
+      .map((field) => `${label(field)}: ${String(known[field])} in the knob, ${String(shown[field])} here`);
+  }
+
+  #toFile(): void {
+    const file = new Blob([JSON.stringify(this.#shown, null, 2) + "\n"], { type: "application/json" });
+    const link = element("a", { href: URL.createObjectURL(file), download: "torsio-configuration.json" });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+
+  /** Shows what a file has; nothing is sent. @throws Error that says what is wrong with it */
+  #fromFile(content: string): void {
+    let read: Record<string, Given>;
+    try {
+      read = JSON.parse(content) as Record<string, Given>;
+    } catch {
+      throw new Error("the file is no configuration: it is not JSON");
+    }
+    for (const [name, config] of Object.entries(read)) {
+      if (!CONFIGURATIONS.includes(name)) throw new Error(`the file has ${name}, which is no configuration`);
+      for (const field of Object.keys(config)) {
+        if (!described(name).fields.some((f) => f.shown && f.name === field)) {
+          throw new Error(`the file has ${name}.${field}, which is no field of it`);
+        }
+      }
+    }
+    for (const [name, config] of Object.entries(read)) Object.assign(this.#shown[name]!, config);
+    this.#build();
+  }
+}

@@ -1,0 +1,80 @@
+// The knob as one sees it, and the hand that turns it when it is an emulated one.
+
+import { byId } from "./page";
+
+const STEP_RAD = Math.PI / 90;
+
+export class Dial {
+  #angle = 0;
+  #target: number | undefined;
+  readonly #dial = byId<SVGElement>("dial");
+
+  /** @param hand is told where the hand means to be; undefined: it lets go */
+  constructor(private readonly hand: (angle: number | undefined) => void) {
+    const dial = this.#dial;
+    let before = 0;
+    dial.addEventListener("pointerdown", (event) => {
+      if (!this.enabled) return;
+      dial.setPointerCapture(event.pointerId);
+      before = this.#pointed(event);
+      this.#move(this.#angle);
+    });
+    dial.addEventListener("pointermove", (event) => {
+      if (this.#target === undefined || !dial.hasPointerCapture(event.pointerId)) return;
+      const now = this.#pointed(event);
+      // The short way round, so that one can go on for many turns.
+      this.#move(this.#target + Math.atan2(Math.sin(now - before), Math.cos(now - before)));
+      before = now;
+    });
+    for (const end of ["pointerup", "pointercancel"]) dial.addEventListener(end, () => this.letGo());
+    dial.addEventListener("blur", () => this.letGo());
+    dial.addEventListener("keydown", (event) => {
+      const steps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 }[event.key];
+      if (!this.enabled) return;
+      if (steps !== undefined) this.#move((this.#target ?? this.#angle) + steps * STEP_RAD);
+      else if (event.key === "Backspace" || event.key === "Delete") this.letGo();
+      else return;
+      event.preventDefault();
+    });
+  }
+
+  /** Only an emulated knob has a hand here. */
+  set enabled(can: boolean) {
+    this.#dial.setAttribute("aria-disabled", String(!can));
+  }
+
+  get enabled(): boolean {
+    return this.#dial.getAttribute("aria-disabled") !== "true";
+  }
+
+  letGo(): void {
+    if (this.#target === undefined) return;
+    this.#target = undefined;
+    this.hand(undefined);
+    this.#paintHand();
+  }
+
+  show(angle: number): void {
+    this.#angle = angle;
+    // Positive angles turn to the right, as one turns a knob up.
+    byId<SVGElement>("pointer").setAttribute("transform", `rotate(${(angle * 180) / Math.PI})`);
+    this.#dial.setAttribute("aria-valuenow", ((angle * 180) / Math.PI).toFixed(1));
+  }
+
+  #move(target: number): void {
+    this.#target = target;
+    this.hand(target);
+    this.#paintHand();
+  }
+
+  #paintHand(): void {
+    const hand = byId<SVGElement>("hand");
+    hand.style.display = this.#target === undefined ? "none" : "";
+    hand.setAttribute("transform", `rotate(${((this.#target ?? 0) * 180) / Math.PI})`);
+  }
+
+  #pointed(event: PointerEvent): number {
+    const { left, top, width, height } = this.#dial.getBoundingClientRect();
+    return Math.atan2(event.clientY - top - height / 2, event.clientX - left - width / 2);
+  }
+}

@@ -1,0 +1,290 @@
+// A knob: its reports become states, answers and samples; the page's wishes become reports.
+
+import { decode, encode, MalformedReport, type Values } from "./codec";
+import { fromWire, InvalidValue, sceneToWire, toWire, type Effect, type Given } from "./conversion";
+import { CONFIGURATIONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from "./reports";
+import { TelemetryDecoder, type Units } from "./samples";
+import type { Transport } from "./transport";
+
+const ANSWER_MS = 1000;
+const EASY_RATE_HZ = 3600;
+// Their first fields are the sequence number, which is written in here.
+const SEQUENCE_AT = 1;
+
+/** The device said no. */
+export class Refused extends Error {}
+
+export interface Identity extends Units {
+  serial: string;
+  firmware: string;
+  board: number;
+  effects: number;
+  curvePoints: number;
+}
+
+export interface Health {
+  faults: string[];
+  values: Values;
+}
+
+export class Knob {
+  state = "disarmed";
+  owner = "none";
+  flags: string[] = [];
+  faults: string[] = [];
+  undecodable = 0;
+  /** Round trips of commands, the newest last, in ms. */
+  readonly roundTrips: number[] = [];
+  sampleRateHz = 0;
+
+  onSample: (row: number[]) => void = () => {};
+  onChange: () => void = () => {};
+  onGone: (why: string) => void = () => {};
+
+  readonly decoder: TelemetryDecoder;
+  readonly #answers = new Map<number, (answer: Values) => void>();
+  readonly #written = new Map<string, string>();
+  #sequence = 0;
+  #keepAlive: ReturnType<typeof setInterval> | undefined;
+  #watchdogS = 0.25;
+  #saidAlive = 0;
+  #turn: Promise<unknown> = Promise.resolve();
+
+  private constructor(readonly transport: Transport, public identity: Identity) {
+    this.decoder = new TelemetryDecoder(identity);
+  }
+
+  /** @throws Error that says why these two cannot talk */
+  static async open(transport: Transport): Promise<Knob> {
+    const knob = new Knob(transport, await identify(transport));
+    void knob.#read();
+    await knob.refresh();
+    await knob.startTelemetry();
+    return knob;
+  }
+
+  async #read(): Promise<void> {
+    try {
+      for (;;) {
+        for (const report of await this.transport.read()) this.#dispatch(report);
+        // Timers come late where much else happens.
+        const late = performance.now() - this.#saidAlive > 1000 * this.#sayAliveS;
+        if (late && this.state === "armed" && !this.transport.readOnly) this.#sayAlive();
+      }
+    } catch (error) {
+      clearInterval(this.#keepAlive);
+      this.state = "disconnected";
+      this.onGone((error as Error).message);
+      this.onChange();
+    }
+  }
+
+  #dispatch(bytes: Uint8Array): void {
+    let report: { name: string; values: Values };
+    try {
+      report = decode(bytes);
+    } catch (error) {
+      if (!(error instanceof MalformedReport)) throw error;
+      ++this.undecodable;
+      return;
+    }
+    const { name, values } = report;
+    if (name === "telemetry") {
+      const flags = Number(values.flags);
+      this.flags = FLAGS.filter(({ bit }) => flags & (1 << bit)).map((flag) => flag.name);
+      this.sampleRateHz = 1e9 / this.identity.controlPeriodNs / Number(values.decimation);
+      this.decoder.decode(values, this.onSample);
+    } else if (name === "acknowledgement") {
+      this.#enter(String(values.state), String(values.owner));
+      this.#answers.get(Number(values.sequence))?.(values);
+    } else if (name === "event") {
+      this.#enter(String(values.state), String(values.owner), Number(values.faults));
+    }
+  }
+
+  #enter(state: string, owner: string, faults?: number): void {
+    if (faults !== undefined) this.faults = namesOf(faults);
+    if (state !== "fault") this.faults = [];
+    this.state = state;
+    this.owner = owner;
+    clearInterval(this.#keepAlive);
+    if (state === "armed" && !this.transport.readOnly) {
+      this.#keepAlive = setInterval(() => this.#sayAlive(), 1000 * this.#sayAliveS);
+      this.#sayAlive();
+    }
+    this.onChange();
+  }
+
+  get #sayAliveS(): number {
+    return this.#watchdogS / 4;
+  }
+
+  #sayAlive(): void {
+    this.#saidAlive = performance.now();
+    // Whoever reads next finds out that the device is gone.
+    this.transport.write(encode("command", { op: "keep_alive" })).catch(() => {});
+  }
+
+  /** One after the other: scenes and configurations must not mix. */
+  #inTurn<T>(act: () => Promise<T>): Promise<T> {
+    const done = this.#turn.then(act);
+    this.#turn = done.catch(() => {});
+    return done;
+  }
+
+  #expect(report: Uint8Array): Promise<Values> {
+    this.#sequence = (this.#sequence % 0xffff) + 1;
+    const sequence = this.#sequence;
+    new DataView(report.buffer).setUint16(SEQUENCE_AT, sequence, true);
+    const begin = performance.now();
+    return new Promise<Values>((resolve, reject) => {
+      const timer = setTimeout(() => {
+        this.#answers.delete(sequence);
+        reject(new Error("the device did not answer within a second; unplug it and plug it in again if that goes on"));
+      }, ANSWER_MS);
+      this.#answers.set(sequence, (answer) => {
+        clearTimeout(timer);
+        this.#answers.delete(sequence);
+        this.roundTrips.push(performance.now() - begin);
+        if (this.roundTrips.length > 100) this.roundTrips.shift();
+        resolve(answer);
+      });
+    });
+  }
+
+  async #exchange(reports: Uint8Array[]): Promise<void> {
+    const answers = reports.map((report) => this.#expect(report));
+    const all = Promise.all(answers);
+    all.catch(() => {}); // a write may fail first
+    for (const report of reports) await this.transport.write(report);
+    for (const answer of await all) throwIfRefused(answer);
+  }
+
+  command(op: string): Promise<void> {
+    return this.#inTurn(() => this.#exchange([encode("command", { op })]));
+  }
+
+  /** Plays a scene in place of the one before. Only what has changed is sent. */
+  play(scene: readonly Effect[]): Promise<void> {
+    const { effects, curvePoints, countsPerRev, controlPeriodNs } = this.identity;
+    const wire = sceneToWire(scene, { effects, curvePoints, countsPerRev, controlPeriodNs });
+    return this.#inTurn(async () => {
+      const encoded = wire.reports.map(({ name, values }) => {
+        const bytes = encode(name, values);
+        const place = name === "curve_points" ? `points ${values.first_point}` : `slot ${(values.target as Values).slot}`;
+        return { bytes, place, content: bytes.join() };
+      });
+      const anyPoints = encoded.some((e) => e.place.startsWith("points") && this.#written.get(e.place) !== e.content);
+      const news = encoded.filter(
+        (e) => this.#written.get(e.place) !== e.content || (anyPoints && e.bytes[0] === REPORTS.curve!.id),
+      );
+      // Until the commit is acknowledged nobody knows what of this the device has written down.
+      for (const { place } of news) this.#written.delete(place);
+      try {
+        await this.#exchange(news.map((e) => e.bytes.slice()));
+        await this.#exchange([encode("commit", { active: 2 ** wire.effects - 1 })]);
+      } catch (error) {
+        this.#written.clear();
+        throw error;
+      }
+      for (const { place, content } of encoded) this.#written.set(place, content);
+    });
+  }
+
+  /** Asks for state, counters and faults. */
+  async health(): Promise<Health> {
+    const values = await feature(this.transport, "health");
+    const faults = namesOf(Number(values.faults));
+    this.faults = faults;
+    return { faults, values };
+  }
+
+  /** Looks again at who the device is and how it is: after it was opened or configured. */
+  async refresh(): Promise<void> {
+    this.identity = await identify(this.transport);
+    const { values } = await this.health();
+    this.#watchdogS = Number((await feature(this.transport, "control_config")).watchdog_s);
+    this.#enter(String(values.state), String(values.owner), Number(values.faults));
+  }
+
+  /** Starts telemetry at the highest rate that leaves the cable room for answers; one that only
+   * watches takes it as it comes. */
+  async startTelemetry(): Promise<void> {
+    const controlHz = 1e9 / this.identity.controlPeriodNs;
+    const decimation = Math.ceil(controlHz / EASY_RATE_HZ);
+    this.sampleRateHz = controlHz / decimation;
+    const clock = await feature(this.transport, "clock");
+    this.decoder.begin(this.identity, clock.position_counts as bigint);
+    if (this.transport.readOnly) return;
+    await this.#inTurn(() => this.#exchange([encode("stream", { decimation })]));
+  }
+
+  /** A configuration in a person's units. */
+  async config(name: string): Promise<Given> {
+    return fromWire(REPORTS[name]!.fields, await feature(this.transport, name));
+  }
+
+  /** @throws InvalidValue, Refused; nothing was changed then */
+  async configure(name: string, config: Given): Promise<void> {
+    if (!CONFIGURATIONS.includes(name)) throw new InvalidValue(`there is no configuration ${name}`);
+    const report = encode(name, toWire(REPORTS[name]!.fields, config));
+    await this.#inTurn(async () => {
+      const answer = this.#expect(report);
+      answer.catch(() => {});
+      if (!(await this.transport.setFeature(report))) {
+        throw new Refused("the device refused the configuration: disarm it first");
+      }
+      throwIfRefused(await answer);
+      this.#written.clear();
+    });
+    await this.refresh();
+    await this.startTelemetry();
+  }
+
+  async close(): Promise<void> {
+    if (this.state === "armed" && !this.transport.readOnly) await this.command("disarm").catch(() => {});
+    clearInterval(this.#keepAlive);
+    this.transport.close();
+  }
+}
+
+function namesOf(faults: number): string[] {
+  return FAULTS.filter(({ bit }) => faults & (1 << bit)).map((fault) => fault.name);
+}
+
+async function feature(transport: Transport, name: string): Promise<Values> {
+  const report = await transport.getFeature(REPORTS[name]!.id);
+  if (!report) throw new Error(`the device does not give its ${name} report`);
+  return decode(report).values;
+}
+
+async function identify(transport: Transport): Promise<Identity> {
+  const report = await transport.getFeature(REPORTS.identity!.id);
+  if (!report) throw new Error("the device does not say who it is; is it a Torsio knob?");
+  // These two are the same in every version, whatever comes behind them.
+  const view = new DataView(report.buffer, report.byteOffset);
+  if (view.getUint32(1, true) !== FINGERPRINT) {
+    throw new Error(
+      `the device speaks another protocol (version ${view.getUint16(5, true)}, fingerprint ` +
+        `0x${view.getUint32(1, true).toString(16)}) than this page: give both the same version of Torsio`,
+    );
+  }
+  const { values } = decode(report);
+  const serial = (values.serial as number[]).filter((c) => c > 0);
+  return {
+    serial: String.fromCharCode(...serial),
+    firmware: (values.firmware_version as number[]).join("."),
+    board: Number(values.board),
+    effects: Number(values.effects),
+    curvePoints: Number(values.curve_points),
+    controlPeriodNs: Number(values.control_period_ns),
+    countsPerRev: Number(values.counts_per_rev),
+    torqueStepNm: Number(values.torque_step_nm),
+    speedStepRadS: Number(values.speed_step_rad_s),
+  };
+}
+
+function throwIfRefused(answer: Values): void {
+  const status = STATUSES[Number(answer.status)] ?? { name: `status ${answer.status}`, advice: "" };
+  if (status.name !== "ok") throw new Refused(`the device refused (${status.name}): ${status.advice}`);
+}

@@ -1,0 +1,210 @@
+// The page: it connects to a knob, shows it, plays the scene on it, and disarms it with one key.
+
+import "./main.css";
+import { BridgeTransport } from "./bridge_transport";
+import { Configurations } from "./configurations";
+import { Dial } from "./dial";
+import { Knob } from "./knob";
+import { byId, element } from "./page";
+import { legend, Plots } from "./plots";
+import { FAULTS } from "./reports";
+import { CHANNELS, Ring } from "./samples";
+import { SceneEditor } from "./scene_editor";
+import type { Transport } from "./transport";
+import { hasWebHid, WebHidTransport } from "./webhid_transport";
+import { WasmTransport } from "./wasm_transport";
+
+const KEPT_SAMPLES = 60_000; // a quarter of a minute at the highest rate
+const TRUTH_WIDTH = 10;
+// Thirty pictures a second: more costs, and shows nothing more.
+const PICTURE_MS = 30;
+
+const samples = new Ring(1 + CHANNELS.length, KEPT_SAMPLES);
+const truth = new Ring(TRUTH_WIDTH, KEPT_SAMPLES);
+let knob: Knob | undefined;
+let emulated: WasmTransport | undefined;
+
+function say(message: string): void {
+  const place = byId("message");
+  place.textContent = message;
+  place.hidden = message === "";
+}
+
+/** Does something with the knob; what goes wrong is told in a sentence. */
+function attempt(act: () => Promise<unknown>): void {
+  say("");
+  Promise.resolve()
+    .then(act)
+    .catch((error: unknown) => say((error as Error).message));
+}
+
+const editor = new SceneEditor((scene) => {
+  if (knob && !knob.transport.readOnly) attempt(() => knob!.play(scene));
+});
+const configurations = new Configurations(() => knob, attempt);
+const dial = new Dial((angle) => emulated?.hand(angle));
+const plots = new Plots(samples, truth);
+byId("over-angle-legend").append(legend());
+
+function button(id: string): HTMLButtonElement {
+  return byId<HTMLButtonElement>(id);
+}
+
+function showState(): void {
+  const state = knob?.state ?? "not connected";
+  const faulty = state === "fault";
+  const place = byId<HTMLDataElement>("state");
+  place.value = state;
+  place.textContent = knob?.owner === "game" ? `${state}, by a game` : state;
+  const canAct = knob !== undefined && !knob.transport.readOnly && state !== "disconnected";
+  button("arm").disabled = !canAct || state !== "disarmed";
+  button("disarm").disabled = !canAct || state !== "armed";
+  button("clear-fault").disabled = !canAct || !faulty;
+  button("zero").disabled = !canAct || state !== "disarmed";
+  configurations.enable(canAct && state === "disarmed");
+  document.body.classList.toggle("has-emulator", emulated !== undefined);
+  dial.enabled = emulated !== undefined;
+  if (faulty && !knob!.faults.length) void knob!.health().then(showFaults);
+  showFaults();
+}
+
+function showFaults(): void {
+  byId("faults").replaceChildren(
+    ...(knob?.faults ?? []).map((name) => {
+      const fault = FAULTS.find((f) => f.name === name);
+      const advice = fault?.advice || "remove its cause, then clear the fault";
+      return element("li", {}, `${name.replaceAll("_", " ")}: ${fault?.doc ?? ""}; ${advice}`);
+    }),
+  );
+}
+
+function bridgeAddress(): URL {
+  const address = new URL("knob", location.href);
+  address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
+  address.search = location.search;
+  return address;
+}
+
+async function transportTo(kind: string): Promise<Transport> {
+  if (kind === "wasm") return (emulated = await WasmTransport.open(location.href));
+  if (kind === "bridge") return BridgeTransport.open(bridgeAddress());
+  if (hasWebHid()) return WebHidTransport.open();
+  throw new Error("this browser has no WebHID: take Chromium or Edge, or start `torsio studio`");
+}
+
+async function connect(kind: string): Promise<void> {
+  await knob?.close();
+  knob = undefined;
+  emulated = undefined;
+  samples.clear();
+  truth.clear();
+  showState();
+  byId("who").textContent = "connecting";
+  try {
+    const transport = await transportTo(kind);
+    if (transport instanceof WasmTransport) {
+      transport.onTruth = (rows) => {
+        for (let i = 0; i < rows.length; i += TRUTH_WIDTH) truth.push(rows.subarray(i, i + TRUTH_WIDTH));
+      };
+    }
+    knob = await Knob.open(transport);
+  } catch (error) {
+    byId("who").textContent = "no knob";
+    emulated = undefined;
+    showState();
+    throw error;
+  }
+  knob.onSample = (row) => {
+    cameAt = performance.now();
+    samples.push(row);
+  };
+  knob.onChange = showState;
+  knob.onGone = say;
+  const { serial, firmware, controlPeriodNs } = knob.identity;
+  const rate = (1e6 / controlPeriodNs).toFixed(0);
+  byId("who").textContent =
+    `${knob.transport.title}: serial number ${serial}, firmware ${firmware}, ${rate} kHz` +
+    (knob.transport.readOnly ? "; only watching" : "");
+  showState();
+  if (!knob.transport.readOnly) await knob.play(editor.scene);
+  await configurations.load();
+}
+
+function show(id: string, value: number, words: string): void {
+  const place = byId<HTMLDataElement>(id);
+  place.value = String(value);
+  if (place.textContent !== words) place.textContent = words;
+}
+
+function torque(value: number): string {
+  return `${(1e3 * value).toFixed(1)} mN·m`;
+}
+
+// When the newest sample came and when the last picture was made; and how old samples then were.
+let cameAt = 0, drewAt = 0;
+const ages: number[] = [];
+
+function frame(now: number): void {
+  requestAnimationFrame(frame);
+  if (now - drewAt < PICTURE_MS || cameAt <= drewAt) return;
+  drewAt = now;
+  draw();
+  ages.push(performance.now() - cameAt);
+  if (ages.length > 300) ages.shift();
+}
+
+function draw(): void {
+  const row = samples.last();
+  if (row && knob) {
+    const [, angle, speed] = row as [number, number, number];
+    dial.show(angle);
+    show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
+    show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
+    CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
+    const actual = truth.last();
+    if (actual) {
+      show("true_spring_torque_nm", actual[4]!, torque(actual[4]!));
+      show("true_hand_torque_nm", actual[8]!, torque(actual[8]!));
+    }
+    const trips = [...knob.roundTrips].sort((a, b) => a - b);
+    const median = trips[trips.length >> 1];
+    byId("link").textContent =
+      `${knob.sampleRateHz.toFixed(0)} samples/s, ${knob.decoder.lost} lost` +
+      (median === undefined ? "" : `, answers in ${median.toFixed(1)} ms`);
+    plots.draw();
+  }
+}
+
+const connection = byId<HTMLSelectElement>("connection");
+button("connect").addEventListener("click", () => attempt(() => connect(connection.value)));
+button("arm").addEventListener("click", () => attempt(() => knob!.command("arm")));
+button("disarm").addEventListener("click", () => attempt(() => knob!.command("disarm")));
+button("clear-fault").addEventListener("click", () => attempt(() => knob!.command("clear_fault")));
+button("zero").addEventListener("click", () => attempt(() => knob!.command("zero")));
+button("emergency-stop").addEventListener("click", (event) => {
+  const pressed = (event.target as HTMLElement).getAttribute("aria-pressed") !== "true";
+  (event.target as HTMLElement).setAttribute("aria-pressed", String(pressed));
+  emulated?.setEmergencyStop(pressed);
+});
+// One key disarms, wherever one is; nothing on the page takes it away.
+addEventListener(
+  "keydown",
+  (event) => {
+    if (event.key === "Escape" && knob?.state === "armed") attempt(() => knob!.command("disarm"));
+  },
+  { capture: true },
+);
+addEventListener("pagehide", () => void knob?.close());
+
+connection.value = new URLSearchParams(location.search).has("token") ? "bridge" : "wasm";
+showState();
+attempt(() => connect(connection.value));
+requestAnimationFrame(frame);
+// For ./dev bench studio.
+Object.assign(window, {
+  studio: {
+    samples: () => knob?.decoder.received ?? 0,
+    lost: () => knob?.decoder.lost ?? 0,
+    latencyMs: () => [...ages].sort((a, b) => a - b)[ages.length >> 1],
+  },
+});

@@ -1,0 +1,53 @@
+// The way to a knob: four calls that move whole reports, whatever carries them.
+
+export interface Transport {
+  /** What the page calls it. */
+  readonly title: string;
+  /** Only looks: nothing that is written arrives. */
+  readonly readOnly?: boolean;
+  /** Sends an output report; resolves when it is on its way. @throws Gone */
+  write(report: Uint8Array): Promise<void>;
+  /** Waits for input reports and gives all that have come, oldest first. @throws Gone */
+  read(): Promise<Uint8Array[]>;
+  /** Asks for a feature report; undefined: the device stalled the request. @throws Gone */
+  getFeature(id: number): Promise<Uint8Array | undefined>;
+  /** Sends a feature report; false: the device stalled the request. @throws Gone */
+  setFeature(report: Uint8Array): Promise<boolean>;
+  close(): void;
+}
+
+/** The device is not there any more; the text says what happened and what to do. */
+export class Gone extends Error {}
+
+/** Input reports between the one who brings them and the one who reads. */
+export class Inbox {
+  #reports: Uint8Array[] = [];
+  #why: string | undefined;
+  #wake: (() => void) | undefined;
+
+  push(reports: Uint8Array[]): void {
+    this.#reports.push(...reports);
+    if (this.#reports.length) this.#wake?.();
+  }
+
+  /** What has arrived can still be read. */
+  end(why: string): void {
+    this.#why ??= why;
+    this.#wake?.();
+  }
+
+  check(): void {
+    if (this.#why !== undefined) throw new Gone(this.#why);
+  }
+
+  async take(): Promise<Uint8Array[]> {
+    while (!this.#reports.length) {
+      this.check();
+      await new Promise<void>((resolve) => (this.#wake = resolve));
+      this.#wake = undefined;
+    }
+    const taken = this.#reports;
+    this.#reports = [];
+    return taken;
+  }
+}

@@ -1,0 +1,186 @@
+"""Recordings: whole, torn, and as tables; and the commands that make and show them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from pyarrow import parquet
+
+import torsio
+
+TURN = "import sys; from torsio.__main__ import main; main()"
+WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
+
+
+@pytest.fixture
+def knob() -> Iterator[torsio.Knob]:
+    hand = torsio.TorqueHand(torque_nm=[(0.0, 0.0), (0.8, 0.05)])
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(hand=hand)) as knob:
+        yield knob
+
+
+def test_recording_holds_what_was_read_slept_over_and_asked(
+    knob: torsio.Knob, tmp_path: Path
+) -> None:
+    file = tmp_path / "wall.mcap"
+    with knob.record_to(file) as recording:
+        knob.play(WALL)
+        knob.arm()
+        read = knob.record(1.0)
+        knob.sleep(2.5)
+        recording.note("mark", participant=7)
+        with pytest.raises(torsio.Error, match="recorded already"):
+            knob.record_to(file)
+    knob.disarm()  # after the end: not in it
+
+    recorded = torsio.load(file)
+    assert recorded.whole
+    assert recorded.samples_lost == 0
+    # Every tick of a second and two and a half, without a hole.
+    assert set(np.diff(recorded.telemetry["tick"])) == {1}
+    assert len(recorded.telemetry) >= 3500
+    begin = int(np.searchsorted(recorded.telemetry["tick"], read["tick"][0]))
+    np.testing.assert_array_equal(recorded.telemetry[begin : begin + len(read)], read)
+    assert [event["kind"] for event in recorded.events] == ["play", "arm", "mark"]
+    scene = recorded.events[0]["scene"]
+    assert scene[0].pop("type") == "Wall"
+    assert torsio.Wall(**scene[0]) == WALL
+    assert recorded.events[2]["participant"] == 7
+    assert recorded.metadata["info"]["serial"] == knob.info.serial
+    config = recorded.metadata["configuration"]["ControlConfig"]
+    assert torsio.ControlConfig(**config) == knob.control_config()
+
+
+def test_other_programs_find_times_and_schemas_in_it(knob: torsio.Knob, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    before_ns = time.time_ns()
+    with knob.record_to(file):
+        knob.sleep(0.5)
+    with file.open("rb") as stream:
+        messages = list(make_reader(stream).iter_messages(topics=["telemetry"]))
+    assert len(messages) >= 500
+    schema, channel, first = messages[0]
+    assert channel.message_encoding == "json"
+    assert schema is not None
+    assert schema.encoding == "jsonschema"
+    told = json.loads(schema.data)["properties"]
+    assert set(told) == set(json.loads(first.data))
+    assert told["angle_rad"] == {"type": "number"}
+    # Device time laid on the host's clock: half a second from end to end, from about now on.
+    assert messages[-1][2].log_time - first.log_time == pytest.approx(0.5e9, rel=0.02)
+    assert before_ns < first.log_time < before_ns + 60e9
+
+
+def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with knob.record_to(file):
+        began = file.stat().st_size
+        for _ in range(3):
+            knob.sleep(0.5)
+            # As after a second; the clock of this knob runs faster than that of the wall.
+            assert knob._recording is not None
+            knob._recording._writer.flush()
+    whole = file.read_bytes()
+    sizes = set()
+    for end in range(0, len(whole), 997):
+        file.write_bytes(whole[:end])
+        if end < began:
+            with pytest.raises(torsio.Error, match="torn before it began"):
+                torsio.load(file)
+            continue
+        torn = torsio.load(file)
+        assert not torn.whole
+        ticks = torn.telemetry["tick"]
+        assert len(ticks) == 0 or set(np.diff(ticks)) <= {1}
+        sizes.add(len(ticks))
+    # Chunk by chunk.
+    assert len(sizes) >= 3
+
+    damaged = bytearray(whole)
+    damaged[len(whole) // 2] ^= 0xFF
+    file.write_bytes(damaged)
+    torsio.load(file)  # what can be read
+
+
+def test_program_that_is_killed_leaves_what_it_had(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with subprocess.Popen(
+        [sys.executable, "-c", TURN, "record", file, "--device", "emulated"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        # Until a second's samples have been written.
+        size = 0
+        deadline = time.monotonic() + 60
+        while size < 6000 and time.monotonic() < deadline:
+            time.sleep(0.1)
+            size = file.stat().st_size if file.exists() else 0
+        os.kill(process.pid, signal.SIGKILL)
+    recorded = torsio.load(file)
+    assert not recorded.whole
+    assert len(recorded.telemetry) > 100
+
+
+def test_tables_hold_the_same_numbers(knob: torsio.Knob, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with knob.record_to(file):
+        knob.sleep(0.3)
+    recorded = torsio.load(file)
+    for ending in ("csv", "parquet"):
+        done = _torsio("export", file, tmp_path / f"x.{ending}")
+        assert done.returncode == 0, done.stderr
+    table = parquet.read_table(tmp_path / "x.parquet")
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "x.csv").read_text())))
+    for name in torsio.TELEMETRY_DTYPE.names or ():
+        np.testing.assert_array_equal(table[name].to_numpy(), recorded.telemetry[name])
+        read = np.array([row[name] for row in rows], torsio.TELEMETRY_DTYPE[name])
+        np.testing.assert_array_equal(read, recorded.telemetry[name])
+    with pytest.raises(torsio.Error, match=r"ends in neither \.csv nor \.parquet"):
+        recorded.save(tmp_path / "x.xlsx")
+
+
+def test_what_is_no_recording_is_named(tmp_path: Path) -> None:
+    other = tmp_path / "notes.txt"
+    other.write_text("hello")
+    with pytest.raises(torsio.Error, match="is no recording of Torsio"):
+        torsio.load(other)
+    with pytest.raises(FileNotFoundError):
+        torsio.load(tmp_path / "none.mcap")
+
+
+def test_file_that_cannot_be_made_leaves_the_knob_as_it_was(
+    knob: torsio.Knob, tmp_path: Path
+) -> None:
+    with pytest.raises(OSError, match="No such file"):
+        knob.record_to(tmp_path / "no" / "folder.mcap")
+    with knob.record_to(tmp_path / "x.mcap"):
+        pass
+
+
+def _torsio(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", TURN, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+
+
+def test_monitor_shows_state_torques_and_losses() -> None:
+    done = _torsio("monitor", "--device", "emulated", "--seconds", "0.5")
+    assert done.returncode == 0, done.stderr
+    for word in ("disarmed", "0.00 deg", "torque wanted", "0.0 mN·m", "0 lost"):
+        assert word in done.stdout

@@ -1,0 +1,110 @@
+"""The distribution's Chromium, and pages of the studio served to it on loopback."""
+
+from __future__ import annotations
+
+import functools
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+PAGE = Path(__file__).parents[2] / "build/studio/page"
+# Chromium asks its maker's servers for many things, all of which would wait for nothing here.
+_OPTIONS = (
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
+)
+
+
+class _Quiet(SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: Any) -> None:
+        pass
+
+
+@contextmanager
+def served(folder: Path = PAGE) -> Iterator[str]:
+    """Serve a folder as any host would; gives its address."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(_Quiet, directory=str(folder)))
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/"
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """Start the distribution's browser."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path="/usr/bin/chromium", args=list(_OPTIONS)
+        )
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def opened(browser: Browser, address: str, **options: Any) -> Iterator[Page]:
+    """Open a page as a new visitor; what it complains of is an error in the end."""
+    complaints: list[str] = []
+    page = browser.new_page(**{"viewport": {"width": 1280, "height": 860}, **options})
+    page.set_default_timeout(60_000)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    try:
+        page.goto(address)
+        yield page
+    finally:
+        page.close()
+    assert not complaints, complaints
+
+
+def state_is(page: Page, state: str) -> None:
+    """Wait until the page shows a state of the knob."""
+    page.wait_for_selector(f"#state[value='{state}']", state="attached")
+
+
+def drag_to(page: Page, angle_rad: float, steps: int = 12) -> None:
+    """Take the knob at its right and drag it round by an angle; it stays held."""
+    box = page.locator("#dial").bounding_box()
+    assert box is not None
+    x, y, radius = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, 0.4 * box["width"]
+    page.mouse.move(x + radius, y)
+    page.mouse.down()
+    for step in range(1, steps + 1):
+        angle = angle_rad * step / steps
+        page.mouse.move(x + radius * math.cos(angle), y + radius * math.sin(angle))
+
+
+def number(page: Page, name: str) -> float:
+    """Return a readout, in SI units."""
+    return float(page.locator(f"#{name}").get_attribute("value") or "nan")
+
+
+def settled(page: Page, name: str, *, within: float, timeout_ms: float = 60_000) -> float:
+    """Wait until a readout stands still, and return it."""
+    page.wait_for_function(
+        """([name, within]) => {
+          const read = () => Number(document.getElementById(name).value);
+          const now = performance.now();
+          const state = (window.settling ??= {});
+          const kept = state[name];
+          if (!kept || Math.abs(read() - kept.value) > within) {
+            state[name] = { value: read(), since: now };
+            return false;
+          }
+          return now - kept.since > 400;
+        }""",
+        arg=[name, within],
+        timeout=timeout_ms,
+    )
+    return number(page, name)

@@ -1,0 +1,209 @@
+"""A page that drives a knob through `torsio studio`, and all whom the bridge does not let in."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import Browser, expect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+from websockets.typing import Origin
+
+from tests.python import wire
+from tests.studio.browser import PAGE, number, opened, settled, state_is
+from torsio.studio.bridge import KEPT_REPORTS, Waiting
+
+ARGUMENTS = ("studio", "--device", "emulated", "--page", str(PAGE))
+WRITE, INPUT, GET, GOT, HAVE = 0, 1, 2, 4, 7
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """Run the command, and give the address that it prints."""
+    program = "import sys; from torsio.__main__ import main; main()"
+    with subprocess.Popen(
+        [sys.executable, "-c", program, *ARGUMENTS], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        name, _, address = process.stdout.readline().strip().partition("  ")
+        assert name == "studio"
+        yield address
+        process.send_signal(signal.SIGINT)
+        process.wait(30)
+
+
+def _socket(address: str, *, origin: str = "", token: str | None = None) -> ClientConnection:
+    url = urlsplit(address)
+    query = url.query if token is None else f"token={token}"
+    return connect(
+        f"ws://{url.netloc}/knob?{query}",
+        origin=Origin(origin or f"http://{url.netloc}"),
+    )
+
+
+def _said_at_the_door(socket: ClientConnection) -> str:
+    with pytest.raises(ConnectionClosed) as closed:
+        socket.recv(timeout=30)
+    assert closed.value.rcvd is not None
+    return closed.value.rcvd.reason
+
+
+def _said(socket: ClientConnection) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Give the reports that the device sends, as a quick page takes them."""
+    while True:
+        message = socket.recv(timeout=30)
+        assert isinstance(message, bytes)
+        if message[0] == INPUT:
+            socket.send(bytes([HAVE]))
+            for at in range(1, len(message), 64):
+                yield wire.decode(message[at : at + 64])
+
+
+def test_address_is_of_this_machine_alone(address: str) -> None:
+    assert urlsplit(address).hostname == "127.0.0.1"
+
+
+def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: str) -> None:
+    with opened(browser, address) as page:
+        state_is(page, "disarmed")
+        expect(page.locator("#who")).to_contain_text("held by torsio studio")
+        # Nobody turns this knob, so the scene does: a spring to 0.2 rad.
+        page.get_by_role("button", name="remove Wall").click()
+        page.select_option("#new-effect", "spring")
+        page.click("#add-effect")
+        page.fill("#effects input[name=angle_rad]", "0.2")
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "0.3")
+        # As slow as a loaded machine may be, this page is there.
+        control = page.locator("#control_config")
+        control.locator("summary").click()
+        control.locator("input[name=watchdog_s]").fill("60")
+        control.locator("button.apply").click()
+        expect(page.locator("#control_config .differences")).to_be_empty()
+        page.click("#arm")
+        state_is(page, "armed")
+        page.wait_for_function("Number(document.getElementById('angle_rad').value) > 0.05")
+        angle = settled(page, "angle_rad", within=1e-4)
+        wanted = 0.3 * (0.2 - angle)
+        step_nm = 0.3 * 2 * 2 * math.pi / 8192
+        assert number(page, "desired_torque_nm") == pytest.approx(wanted, abs=step_nm)
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+
+
+def test_page_that_was_cut_off_says_so(browser: Browser, address: str) -> None:
+    with opened(browser, "about:blank") as page:
+        page.route_web_socket("**/knob?*", lambda socket: socket.close(reason="cut for the test"))
+        page.goto(address)
+        expect(page.locator("#message")).to_have_text("cut for the test")
+
+
+def test_foreign_origin_and_wrong_token_are_told_why_they_may_not_in(address: str) -> None:
+    with _socket(address, origin="http://example.org") as socket:
+        assert "comes from another place" in _said_at_the_door(socket)
+    with _socket(address, token="x") as socket:
+        assert "token is not the right one" in _said_at_the_door(socket)
+
+
+def test_foreign_host_name_gets_nothing(address: str) -> None:
+    url = urlsplit(address)
+    with pytest.raises(InvalidStatus, match="400"):
+        connect(
+            f"ws://{url.netloc}/knob?{url.query}",
+            additional_headers={"Host": "evil.example"},
+            origin=Origin("http://evil.example"),
+        )
+
+
+def test_second_page_is_told_to_wait_and_reports_pass_as_they_are(address: str) -> None:
+    with _socket(address) as socket:
+        assert "held by torsio studio" in str(socket.recv(timeout=30))
+        with _socket(address) as second:
+            assert "another page has the knob" in _said_at_the_door(second)
+        socket.send(bytes([GET, 0x01]))
+        answer = socket.recv(timeout=30)
+        assert isinstance(answer, bytes)
+        assert answer[0] == GOT
+        assert wire.decode(answer[1:])[1]["serial"][:8] == list(b"EMULATED")
+        socket.send(
+            bytes([WRITE]) + wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"})
+        )
+        values = next(v for name, v in _said(socket) if name == "acknowledgement")
+        assert (values["sequence"], values["status"], values["state"]) == (7, 0, "armed")
+
+
+def test_slow_page_gets_answers_and_no_more_telemetry_than_it_takes(address: str) -> None:
+    with _socket(address) as socket:
+        socket.recv(timeout=30)
+        stream = {"sequence": 1, "axis": 0, "decimation": 1, "prompt": "off"}
+        socket.send(bytes([WRITE]) + wire.encode("stream", stream))
+        kinds = []
+        # This page never says that it has something, and asks and asks.
+        for _ in range(50):
+            socket.send(bytes([GET, 0x03]))
+            while True:
+                message = socket.recv(timeout=30)
+                assert isinstance(message, bytes)
+                kinds.append(message[0])
+                if message[0] == GOT:
+                    break
+        assert kinds.count(GOT) == 50
+        assert kinds.count(INPUT) <= 2
+        for _ in range(2):
+            socket.send(bytes([HAVE]))
+        said = _said(socket)
+        ticks = [v["tick"] for name, v in (next(said) for _ in range(200)) if name == "telemetry"]
+        assert ticks == sorted(ticks)
+
+
+def test_what_waits_too_long_is_the_oldest_telemetry_and_nothing_else() -> None:
+    telemetry = [bytes([0x40]) + i.to_bytes(4, "big") for i in range(KEPT_REPORTS + 10)]
+    answers = [bytes([0x41, i]) for i in range(5)]
+
+    async def fill() -> list[bytes]:
+        waiting = Waiting()
+        for answer in answers:
+            waiting.put(answer)
+        for report in telemetry:
+            waiting.put(report)
+        return await waiting.take()
+
+    # The browser's driver has a loop of its own in this thread.
+    with ThreadPoolExecutor() as pool:
+        taken = pool.submit(lambda: asyncio.run(fill())).result()
+    assert taken == [*answers, *telemetry[len(telemetry) - KEPT_REPORTS + len(answers) :]]
+
+
+@pytest.mark.parametrize(
+    "message", [b"", b"\x00short", b"\x09" + bytes(64), bytes([GET, 1, 2]), bytes(1025), "text"]
+)
+def test_nonsense_ends_the_connection_and_harms_nobody(address: str, message: str | bytes) -> None:
+    with _socket(address) as socket:
+        socket.recv(timeout=30)
+        socket.send(message)
+        with pytest.raises(ConnectionClosed):
+            socket.recv(timeout=30)
+    with _socket(address) as socket:
+        assert "held by torsio studio" in str(socket.recv(timeout=30))
+
+
+def test_port_in_use_is_named(address: str) -> None:
+    program = "import sys; from torsio.__main__ import main; main()"
+    port = str(urlsplit(address).port)
+    done = subprocess.run(
+        [sys.executable, "-c", program, *ARGUMENTS, "--port", port],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert f"port {port} of this machine is in use" in done.stderr

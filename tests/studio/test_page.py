@@ -1,0 +1,180 @@
+"""The page with the emulated knob in it: one drags the knob into a wall and sees the torques.
+
+What is expected comes from the law of the wall, the balance of torques on a knob at rest, and the
+reference actuator's numbers.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+import torsio
+from tests.studio.browser import drag_to, number, opened, settled, state_is
+
+AXE = Path(__file__).parents[2] / "studio/node_modules/axe-core/axe.min.js"
+STIFFNESS, WALL_RAD = 1.4, 0.3  # the page's first scene
+COULOMB_NM = torsio.PlantParams().knob_coulomb_nm
+# A count of the encoder, twice: the wall's torque is computed from counts.
+STEP_NM = STIFFNESS * 2 * 2 * math.pi / 8192
+FLOAT = 1e-6
+
+
+def _armed(page: Page) -> None:
+    state_is(page, "disarmed")
+    page.click("#arm")
+    state_is(page, "armed")
+
+
+def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        assert number(page, "desired_torque_nm") == 0.0
+        _armed(page)
+        drag_to(page, 0.4)
+        angle = settled(page, "angle_rad", within=1e-4)
+        assert angle > WALL_RAD
+        wanted = number(page, "desired_torque_nm")
+        assert wanted == pytest.approx(-STIFFNESS * (angle - WALL_RAD), abs=STEP_NM)
+        # At rest the hand, the motor and the spring are in balance but for dry friction.
+        spring, hand = (number(page, f"true_{of}_torque_nm") for of in ("spring", "hand"))
+        motor = number(page, "motor_command_nm")
+        assert abs(hand + motor + spring) <= COULOMB_NM + FLOAT
+        # The printed law: motor and sensed spring make what is wanted.
+        sensed = number(page, "spring_torque_nm")
+        assert motor + sensed == pytest.approx(wanted, abs=2e-5)
+        # The sensor knows the brake only down to its floor.
+        assert sensed == pytest.approx(spring, abs=torsio.ActuatorConfig().brake_torque_min_nm)
+        # Half of it is the brake's, which holds no less.
+        assert number(page, "brake_capacity_nm") == pytest.approx(-wanted / 2, rel=0.05)
+
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        page.wait_for_function("Number(document.getElementById('motor_command_nm').value) === 0")
+        page.mouse.up()
+        expect(page.locator("#message")).to_be_hidden()
+        expect(page.locator("#link")).to_contain_text("0 lost")
+
+
+def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
+    browser: Browser, site: str
+) -> None:
+    with opened(browser, site) as page:
+        _armed(page)
+        page.get_by_role("button", name="remove Wall").click()
+        page.select_option("#new-effect", "spring")
+        page.click("#add-effect")
+        page.fill("#effects input[name=angle_rad]", "0.5")
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "0.05")
+        # A spring of 0.05 N m/rad to 0.5 rad, at angle 0: friction holds the knob there or short of
+        # the rest angle, and the law holds wherever that is.
+        settled(page, "desired_torque_nm", within=1e-6)
+        expect(page.locator("#message")).to_be_hidden()
+        angle = number(page, "angle_rad")
+        assert number(page, "desired_torque_nm") == pytest.approx(0.05 * (0.5 - angle), abs=2e-5)
+
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "-1")
+        expect(page.locator("#message")).to_have_text(
+            "effect 0 (spring): stiffness_nm_per_rad is -1, allowed are 0 to 1000000 N m/rad"
+        )
+        page.fill("#effects input[name=stiffness_nm_per_rad]", "0.05")
+        page.select_option("#new-effect", "periodic")
+        page.click("#add-effect")
+        page.select_option("#effects select[name=waveform]", "triangle")
+        lines = page.locator("#python").text_content() or ""
+        played: list[object] = []
+        exec(lines, {"torsio": torsio, "knob": type("Knob", (), {"play": played.append})})
+        assert played == [
+            [
+                torsio.Spring(angle_rad=0.5, stiffness_nm_per_rad=0.05),
+                torsio.Periodic(waveform="triangle", amplitude_nm=0.02, frequency_hz=2),
+            ]
+        ]
+        assert page.locator("#cpp").text_content() == (
+            "knob.play({\n"
+            "    torsio::Spring{.angle_rad = 0.5, .stiffness_nm_per_rad = 0.05},\n"
+            "    torsio::Periodic{.waveform = torsio::Waveform::triangle, .amplitude_nm = 0.02, "
+            ".frequency_hz = 2},\n});\n"
+        )
+
+
+def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        _armed(page)
+        page.click("#emergency-stop")
+        state_is(page, "fault")
+        expect(page.locator("#faults li")).to_contain_text("emergency stop")
+        page.click("#clear-fault")
+        expect(page.locator("#message")).to_contain_text("fault_persists")
+        page.click("#emergency-stop")
+        page.click("#clear-fault")
+        state_is(page, "disarmed")
+        expect(page.locator("#faults li")).to_have_count(0)
+
+
+def test_configuration_is_checked_applied_compared_and_kept_in_a_file(
+    browser: Browser, site: str, tmp_path: Path
+) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        card = page.locator("#control_config")
+        card.locator("summary").click()
+        card.locator("select[name=law]").select_option("motor_only")
+        expect(card.locator(".differences")).to_have_text("law: paper in the knob, motor_only here")
+        card.locator("input[name=beta]").fill("7")
+        card.locator("button.apply").click()
+        expect(page.locator("#message")).to_have_text("beta is 7, allowed are 0 to 1")
+        card.locator("input[name=beta]").fill("0.25")
+        card.locator("button.apply").click()
+        expect(page.locator("#control_config .differences")).to_be_empty()
+        with page.expect_download() as download:
+            page.click("#export-configuration")
+        saved = tmp_path / "configuration.json"
+        download.value.save_as(saved)
+        config = json.loads(saved.read_text())["control_config"]
+        assert torsio.ControlConfig(**config) == torsio.ControlConfig(law="motor_only", beta=0.25)
+
+        saved.write_text('{"control_config": {"betta": 1}}')
+        page.set_input_files("#import-configuration", saved)
+        expect(page.locator("#message")).to_contain_text("control_config.betta")
+
+
+def test_keyboard_alone_turns_the_knob_in_a_narrow_dark_window(browser: Browser, site: str) -> None:
+    small = {"viewport": {"width": 380, "height": 800}, "color_scheme": "dark"}
+    with opened(browser, site, **small) as page:
+        state_is(page, "disarmed")
+        # Nothing sticks out at the side.
+        assert page.evaluate("document.documentElement.scrollWidth") <= 380
+        page.focus("#dial")
+        for _ in range(3):
+            page.keyboard.press("PageUp")
+        # 3 x 20 degrees; a soft hand stays short of it by what friction holds.
+        angle = settled(page, "angle_rad", within=1e-4)
+        assert angle == pytest.approx(math.radians(60), abs=2 * COULOMB_NM / 0.8)
+        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 23, 24)"
+
+
+def test_axe_finds_no_fault_in_light_and_dark(browser: Browser, site: str) -> None:
+    for scheme in ("light", "dark"):
+        with opened(browser, site, color_scheme=scheme) as page:
+            state_is(page, "disarmed")
+            page.wait_for_selector("#game_config")
+            page.evaluate("for (const d of document.querySelectorAll('details')) d.open = true")
+            page.add_script_tag(path=AXE)
+            found = page.evaluate("axe.run().then((found) => found.violations)")
+            faults = [(of["id"], node["html"]) for of in found for node in of["nodes"]]
+            assert faults == [], scheme
+
+
+def test_page_without_its_module_says_how_to_build_it(browser: Browser, site: str) -> None:
+    page = browser.new_page()
+    page.route("**/knob.wasm", lambda route: route.fulfill(status=404))
+    page.goto(site)
+    expect(page.locator("#message")).to_have_text(
+        "knob.wasm is missing beside the page: build it with ./dev studio"
+    )
+    page.close()

@@ -1,0 +1,49 @@
+"""Whatever a knob may complain of has an entry on the page that one is sent to."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from firmware.protocol.definition import enumerations as e
+from torsio import doctor
+
+TREE = Path(__file__).parent.parent
+PAGE = (TREE / "docs/troubleshooting.md").read_text(encoding="utf-8")
+ENTRIES = set(re.findall(r"^### (\S+)$", PAGE, re.MULTILINE))
+DOCTOR = (TREE / "bindings/python/torsio/doctor.py").read_text(encoding="utf-8")
+
+WANTED = {
+    "faults": {bit.name for bit in e.FAULT.bits},
+    "statuses": {value.name for value in e.STATUS.values} - {"ok"},
+    "reasons": {value.name for value in e.DISARM_REASON.values},
+    # The names of findings are written down where they are made, and nowhere else.
+    "findings": set(re.findall(r'\bFinding\(\s*"(\w+)"', DOCTOR)),
+}
+
+
+@pytest.mark.parametrize("kind", WANTED)
+def test_each_has_an_entry(kind: str) -> None:
+    assert len(WANTED[kind]) >= 6
+    assert WANTED[kind] - ENTRIES == set()
+
+
+def test_no_entry_is_about_what_there_is_not() -> None:
+    assert set().union(*WANTED.values()) == ENTRIES
+
+
+def test_links_within_the_page_lead_somewhere() -> None:
+    anchors = {
+        re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+        for title in re.findall(r"^#+ (.+)$", PAGE, re.MULTILINE)
+    }
+    assert set(re.findall(r"\]\(#([^)]+)\)", PAGE)) <= anchors
+
+
+def test_doctor_sends_people_to_the_entry() -> None:
+    for name in WANTED["findings"]:
+        finding = doctor.Finding(name, False, "wrong", "mend it")
+        assert finding.more == f"docs/troubleshooting.md#{name}"
+    assert doctor.Finding("usb", True, "fine").more == ""

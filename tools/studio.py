@@ -1,0 +1,105 @@
+"""Builds the studio: the emulated device as WebAssembly, and the page, in ``build/studio/page``.
+
+``python -m tools.studio [--wasm | --page]``, or ``./dev studio``. WebAssembly is compiled by Zig's
+C++ compiler, which comes from PyPI with libraries of its own; the page is bundled by esbuild.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+TREE = Path(__file__).parent.parent
+STUDIO = TREE / "studio"
+BUILD = TREE / "build/studio"
+PAGE = BUILD / "page"
+
+# What becomes the emulated device; simulate() and its like stay behind.
+_FOLDERS = (
+    *("firmware/core", "firmware/device", "firmware/device/game", "emulator/plant"),
+    *("emulator/plant/exact", "studio/wasm"),
+)
+_FILES = ("emulated_device", "encoder", "usb_link")
+_INCLUDED = ("firmware", ".", "emulator/include")
+# As on every other machine: no contracted multiply-adds, so that it computes the same bits.
+_FLAGS = (
+    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O2", "-g0", "-s"),
+    *("-ffp-contract=off", "-DNDEBUG", "-Wall", "-Wextra", "-Werror"),
+)
+# Of the page, those that need no browser.
+MODULES = ("codec", "conversion", "emulated_device", "lines", "samples")
+
+
+def sources() -> list[Path]:
+    """Return the C++ that the emulated device is made of."""
+    files = [file for folder in _FOLDERS for file in (TREE / folder).glob("*.cpp")]
+    return sorted([*files, *(TREE / "emulator" / f"{name}.cpp" for name in _FILES)])
+
+
+def _version() -> Sequence[str]:
+    text = (TREE / "CMakeLists.txt").read_text(encoding="utf-8")
+    found = re.search(r"project\(torsio VERSION (\d+)\.(\d+)\.(\d+)", text)
+    assert found is not None
+    return found.groups()
+
+
+def build_wasm() -> Path:
+    """Compile the emulated device; Zig compiles only what has changed."""
+    PAGE.mkdir(parents=True, exist_ok=True)
+    module = PAGE / "knob.wasm"
+    caches = {
+        f"ZIG_{kind}_CACHE_DIR": str(BUILD / f"zig-{kind.lower()}") for kind in ("LOCAL", "GLOBAL")
+    }
+    defines = [
+        f"-DTORSIO_VERSION_{name}={value}"
+        for name, value in zip(("MAJOR", "MINOR", "PATCH"), _version(), strict=True)
+    ]
+    command = [sys.executable, "-m", "ziglang", "c++", *_FLAGS, *defines]
+    command += [f"-I{TREE / folder}" for folder in _INCLUDED]
+    command += [*map(str, sources()), "-o", str(module)]
+    subprocess.run(command, check=True, env={**os.environ, **caches})
+    return module
+
+
+def build_page() -> Path:
+    """Check the page's types and bundle it."""
+    programs = STUDIO / "node_modules/.bin"
+    esbuild, quiet = str(programs / "esbuild"), ("--log-level=warning",)
+    entries = [str(STUDIO / f"src/{name}.ts") for name in ("main", "worker")]
+    PAGE.mkdir(parents=True, exist_ok=True)
+    subprocess.run([programs / "tsc", "--noEmit", "-p", STUDIO], check=True)
+    subprocess.run(
+        [
+            *(esbuild, *entries, *quiet),
+            *("--bundle", "--minify", "--format=esm", "--target=es2022", f"--outdir={PAGE}"),
+        ],
+        check=True,
+    )
+    # What tests run in node.
+    modules = [str(STUDIO / f"src/{name}.ts") for name in MODULES]
+    subprocess.run(
+        [*(esbuild, *modules, "--bundle", "--format=esm", f"--outdir={BUILD / 'modules'}"), *quiet],
+        check=True,
+    )
+    for file in (STUDIO / "public").iterdir():
+        shutil.copy2(file, PAGE)
+    return PAGE
+
+
+def main(arguments: list[str]) -> int:
+    """Build the one, the other or both."""
+    if "--page" not in arguments:
+        build_wasm()
+    if "--wasm" not in arguments:
+        build_page()
+    print(f"the page is in {PAGE.relative_to(TREE)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
