@@ -95,6 +95,10 @@ RULES = (
     Rule("sdk/src/known_boards.hpp", ("protocol", "device")),
     Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "conversion", "torsio"), posix=True),
     Rule("sdk/src", ("protocol", "conversion", "torsio"), posix=True),
+    # C's users see C alone, and what is behind it only what C++'s users see.
+    Rule("sdk/c/include", ("torsio_base.h", "torsio_types.h"), third_party=r"std(bool|def|int)\.h"),
+    Rule("sdk/c/src", ("torsio", "torsio.h", "torsio_types.h")),
+    Rule("examples/c", ("torsio.h",), third_party=r"(torsio|stdio|stdbool)\.h"),
     Rule(
         "bindings/src",
         (*FIRMWARE, "conversion", "torsio"),

@@ -87,7 +87,8 @@ def test(arguments: Sequence[str]) -> int:
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        environment.set_up("tests", "machines", "game", *(() if only_usb else ("firmware",)))
+        others = () if only_usb else ("firmware", "languages")
+        environment.set_up("tests", "machines", "game", *others)
         board = None if only_usb else building.begin_board_tests()
         sources.require()
         for preset in ("release", "asan-ubsan") if only_usb else ("release", "asan-ubsan", "tsan"):

@@ -85,6 +85,14 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
             ("qemu-user", _program("qemu-aarch64")),
         ),
+        # Whose programs use the C interface in the tests.
+        "languages": (
+            ("mono-mcs", _program("mcs")),
+            ("mono-runtime", _program("mono")),
+            ("libmono-system-core4.0-cil", _file("/usr/lib/mono/4.5/System.Core.dll")),
+            ("rustc", _program("rustc")),
+            ("bindgen", _program("bindgen")),
+        ),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }
