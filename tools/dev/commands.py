@@ -217,6 +217,31 @@ def firmware() -> int:
         return run("ls", "-l", *sorted(files))
 
 
+def windows(arguments: Sequence[str]) -> int:
+    """Build for Windows and run the C++ tests under Wine; see ``tools/windows.py``."""
+    with lock():
+        environment.set_up("tests", "windows")
+    become(PYTHON, "-m", "tools.windows", *arguments)
+
+
+def wheels(arguments: Sequence[str]) -> int:
+    """Build the wheels; see ``tools/wheels.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up()
+        tinyusb = sources.require() and sources.tinyusb
+    become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
+
+
+def release(arguments: Sequence[str]) -> int:
+    """Build the firmware and put a release together; see ``tools/release.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("firmware")
+        building.build_firmware(sources.require())
+    become(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
+
+
 def generate(arguments: Sequence[str]) -> int:
     """Write what is printed from the field lists anew, where it is stale."""
     with lock():

@@ -93,6 +93,11 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("rustc", _program("rustc")),
             ("bindgen", _program("bindgen")),
         ),
+        "windows": (
+            ("g++-mingw-w64-x86-64-posix", _program("x86_64-w64-mingw32-g++-posix")),
+            ("wine", _program("wine")),
+            ("wine64", _file("/usr/lib/wine/wine64")),
+        ),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }
