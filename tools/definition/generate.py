@@ -15,7 +15,7 @@ from emulator.definition import plant
 from firmware.protocol.definition import configurations, effects, limits, records, reports
 from firmware.protocol.definition import enumerations as e
 from tools import usb_ids
-from tools.definition import cpp, javascript, markdown, python
+from tools.definition import c, cpp, javascript, markdown, python
 from tools.definition.model import Enumeration, Structure
 
 TREE = Path(__file__).parent.parent.parent
@@ -278,6 +278,109 @@ from torsio import checks
 """
 
 
+_C_INPUTS = (
+    effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, *configurations.CONFIGURATIONS,
+    *(of for of in plant.HANDS if of.host_fields), *plant.PARTS, plant.PLANT_PARAMS,
+)  # fmt: skip
+_C_ENUMERATIONS = (
+    *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON, plant.ENCODER_ROUNDING,
+)  # fmt: skip
+_C_SAMPLES = (records.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
+_C_STRUCTURES = (*_C_INPUTS, *records.RECORDS, *_C_SAMPLES)
+
+
+def c_types() -> str:
+    """Write sdk/c/include/torsio_types.h."""
+    body = "".join(map(c.enumeration, _C_ENUMERATIONS)) + c.bits(e.FLAG) + c.bits(e.FAULT)
+    body += cpp.comment(
+        "One corner of a piecewise-linear function of time. The first value holds before the first "
+        "knot, the last one after the last. Two knots at the same time make a jump."
+    )
+    body += "typedef struct torsio_knot {\ndouble time_s;\ndouble value;\n} torsio_knot;\n\n"
+    body += "".join(map(c.structure, _C_STRUCTURES))
+    body += cpp.comment(
+        "Put an effect behind those that a scene has; ranges are checked when it is played."
+    )
+    body += "".join(map(c.adder, effects.EFFECTS)) + "\n"
+    body += cpp.comment(
+        "Read a configuration, or set a whole one, which the device takes while it is disarmed: to "
+        "change a field, read, change, set. `torsio_knob_save` keeps it over power-off."
+    )
+    body += "".join(map(c.configuration, configurations.CONFIGURATIONS))
+    return c.header(
+        "The enumerations and structures of torsio.h, which includes this. Quantities are in SI units, "
+        "torques are torques on the knob, positive along positive angle. `torsio_..._init` fills in a "
+        "structure's size and defaults; a structure whose size is wrong is refused. `torsio_..._name` "
+        "gives the name of an enumeration's value as messages have it, NULL if there is none.",
+        f"{LISTS} and {PLANT_LISTS}",
+        ("<stdbool.h>", "<stddef.h>", "<stdint.h>", '"torsio_base.h"'),
+        "TORSIO_TYPES_H",
+        body,
+    )
+
+
+def c_structures() -> str:
+    """Write sdk/c/src/structures.hpp."""
+    body = f"inline constexpr std::array<std::string_view, {len(e.FAULT.bits)}> kFaultNames{{"
+    body += ", ".join(f'"{bit.name}"' for bit in e.FAULT.bits) + "};\n\n"
+    body += "/// Bits of the faults with these names; a later device may have some without a bit.\n"
+    body += (
+        "inline std::uint32_t fault_bits(const std::vector<std::string>& names) {\n"
+        "std::uint32_t bits = 0;\nfor (const std::string& name : names) {\n"
+        "for (std::size_t i = 0; i < kFaultNames.size(); ++i) {\n"
+        "if (kFaultNames.at(i) == name) bits |= std::uint32_t{1} << i;\n}\n}\nreturn bits;\n}\n\n"
+    )
+    parts = [of for of in _C_INPUTS if of is not plant.PLANT_PARAMS]
+    body += "".join(map(c.reader, (*parts, plant.PLANT_PARAMS))) + "\n"
+    body += "".join(map(c.writer, (*_C_INPUTS, *records.RECORDS))) + "\n"
+    body += "// Samples go over as they are.\n" + "".join(map(c.same_layout, _C_SAMPLES))
+    return cpp.header(
+        "The structures of C as those of C++, and back.",
+        f"{LISTS} and {PLANT_LISTS}",
+        (
+            "<array>", "<cstddef>", "<cstdint>", "<string>", "<string_view>", "<vector>",
+            "convert.hpp", "torsio/config.hpp", "torsio/plant.hpp", "torsio/scene.hpp",
+            "torsio/telemetry.hpp", "torsio_types.h",
+        ),
+        "torsio::c",
+        body,
+    )  # fmt: skip
+
+
+def c_functions() -> str:
+    """Write sdk/c/src/structures.cpp."""
+    body = "".join(
+        f"const char *{c.c_name(named)}_name(std::int32_t value) {{ "
+        f"return torsio::c::value_name<torsio::{named.name}>(value); }}\n"
+        for named in _C_ENUMERATIONS
+    )
+    body += "\n" + "".join(
+        f"torsio_result {c.c_name(of)}_init({c.c_name(of)} *structure) {{ "
+        f"return torsio::c::init<torsio::{of.name}>(structure); }}\n"
+        for of in (*_C_INPUTS, *records.RECORDS)
+        if c.has_size(of)
+    )
+    body += "\n" + "".join(
+        c.definition(c.adder(of), f'return torsio::c::add(scene, effect, "{c.c_name(of)}");')
+        for of in effects.EFFECTS
+    )
+    body += "\n"
+    for of in configurations.CONFIGURATIONS:
+        read, write = c.configuration(of).splitlines()
+        own, member = f'"{c.c_name(of)}"', f"&torsio::Knob::{c.snake(of.name)}"
+        body += c.definition(read, f"return torsio::c::get(knob, config, {own}, {member});")
+        body += c.definition(
+            write, f"return torsio::c::configure<torsio::{of.name}>(knob, config, {own});"
+        )
+    return (
+        "// The functions of torsio_types.h.\n//\n"
+        + cpp.comment(cpp.GENERATED.format(lists=f"{LISTS} and {PLANT_LISTS}"), "//")
+        + '#include "handles.hpp"\n#include "structures.hpp"\n#include "torsio.h"\n'
+        + '#include "torsio/fields.hpp"\n#include "torsio/plant_fields.hpp"\n\n'
+        + body
+    )
+
+
 def python_scenes() -> str:
     """Write the module of effects."""
     body = _PYTHON_IMPORTS.replace("{", "{{").replace("}", "}}").replace("{{all}}", "{all}")
@@ -478,6 +581,9 @@ contents: dict[str, Callable[[], str]] = {
     "sdk/conversion/wire_types.hpp": sdk_wire_types,
     "emulator/include/torsio/plant.hpp": emulator_plant,
     "emulator/include/torsio/plant_fields.hpp": emulator_plant_fields,
+    "sdk/c/include/torsio_types.h": c_types,
+    "sdk/c/src/structures.hpp": c_structures,
+    "sdk/c/src/structures.cpp": c_functions,
     "bindings/python/torsio/plant.py": python_plant,
     "bindings/python/torsio/hands.py": python_hands,
     "bindings/python/torsio/scenes.py": python_scenes,
@@ -497,7 +603,7 @@ def _formatted(file: str, text: str) -> str:
     """Lay a text out as the formatters want it."""
     tools = Path(sys.executable).parent
     command: list[str | Path]
-    if file.endswith(".hpp"):
+    if file.endswith((".h", ".hpp", ".cpp")):
         command = [tools / "clang-format", f"--assume-filename={TREE / file}"]
     elif file.endswith(".py"):
         command = [tools / "ruff", "format", f"--stdin-filename={TREE / file}", "-"]

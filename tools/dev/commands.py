@@ -88,7 +88,7 @@ def test(arguments: Sequence[str]) -> int:
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        more = () if only_usb else ("firmware", "studio", "browser")
+        more = () if only_usb else ("firmware", "studio", "browser", "languages")
         environment.set_up("tests", "machines", "game", *more)
         board = None if only_usb else building.begin_npm("tests/board")
         page = None if only_usb else building.begin_npm("studio")
@@ -242,6 +242,31 @@ def firmware() -> int:
             return status
         files = [f"{image}.{suffix}" for suffix in ("uf2", "elf", "map") for image in images]
         return run("ls", "-l", *sorted(files))
+
+
+def windows(arguments: Sequence[str]) -> int:
+    """Build for Windows and run the C++ tests under Wine; see ``tools/windows.py``."""
+    with lock():
+        environment.set_up("tests", "windows")
+    become(PYTHON, "-m", "tools.windows", *arguments)
+
+
+def wheels(arguments: Sequence[str]) -> int:
+    """Build the wheels; see ``tools/wheels.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up()
+        tinyusb = sources.require() and sources.tinyusb
+    become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
+
+
+def release(arguments: Sequence[str]) -> int:
+    """Build the firmware and put a release together; see ``tools/release.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("firmware")
+        building.build_firmware(sources.require())
+    become(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
 
 
 def generate(arguments: Sequence[str]) -> int:
