@@ -185,6 +185,13 @@ def begin_fetching_kernels() -> Future[None]:
     return later(run_logged, "kernels", [sys.executable, "-m", "tools.kernels", "build/kernels"])
 
 
+def build_windows_games() -> None:
+    """Make what the tests of Windows games need, and fetch the newest kernels."""
+    say("kernels: the newest, and a game for Windows")
+    kernels = [sys.executable, "-m", "tools.kernels", "--newest", "build/newest-kernels"]
+    run_logged("games", kernels, [PYTHON, "-m", "tools.windows_games"])
+
+
 def begin_npm(folder: str) -> Future[None]:
     """Begin to fetch the packages that a folder's lock file names, without their scripts."""
     packages = TREE / folder

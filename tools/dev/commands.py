@@ -34,6 +34,8 @@ MADE = (
     *("studio/node_modules", "tests/board/node_modules"),
     *(".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 )
+# Chooses among the tests in virtual machines; see tests/vm/guests.py.
+GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
 _VENDOR, _PRODUCT = usb_ids.ids()
 # What udev is to look at again: a knob's own nodes, and what stands beside them for games.
 _UDEV_MATCHES = (
@@ -80,15 +82,23 @@ def _build_packages(tinyusb: str) -> None:
 
 
 def test(arguments: Sequence[str]) -> int:
-    """Build everything and hand over to pytest; ``usb`` first selects the tests in real kernels."""
-    only_usb = arguments[:1] == ["usb"]
+    """Build everything and hand over to pytest.
+
+    ``usb`` first selects the tests in real kernels, ``games`` those of games that take minutes.
+    """
+    only_games = arguments[:1] == ["games"]
+    only_usb = only_games or arguments[:1] == ["usb"]
     if only_usb:
         arguments = ["tests/vm", *arguments[1:]]
+    if only_games:
+        os.environ[GAMES_VARIABLE] = "1"
     with lock():
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        more = () if only_usb else ("firmware", "studio", "browser", "languages")
+        more: tuple[str, ...] = ("firmware", "studio", "browser", "languages")
+        if only_usb:
+            more = ("windows",) if only_games else ()
         environment.set_up("tests", "machines", "game", *more)
         board = None if only_usb else building.begin_npm("tests/board")
         page = None if only_usb else building.begin_npm("studio")
@@ -102,6 +112,8 @@ def test(arguments: Sequence[str]) -> int:
             board.result()
             building.build_studio(page)
         kernels.result()
+        if only_games:
+            building.build_windows_games()
     say("running the tests")
     become(*without_aslr(PYTHON, "-m", "pytest", "-n", "2", *arguments))
 

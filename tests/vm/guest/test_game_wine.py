@@ -1,7 +1,7 @@
 """The knob as Windows games get it under Wine: its DirectInput drives the reports by itself.
 
-Wine's driver for HID devices and its `dinput` parse the report descriptor and write the reports over
-hidraw, without Linux's driver. Takes minutes: ``./dev test games``.
+Wine's driver for HID devices and its `dinput` parse the report descriptor and write the reports
+over hidraw, without Linux's driver. Takes minutes: ``./dev test games``.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ from tests.vm.guest import effect_forms, gamepad
 from tests.vm.guest.effect_forms import Case
 from tests.vm.guest.gamepad import Effect
 from tests.vm.guest.torque_log import Floats, let_pass, pieces, plug, read_log, turn
-from tests.vm.guest.virtual_bus import TREE, VirtualBus
+from tests.vm.guest.virtual_bus import VirtualBus
+from tools import windows_games
 
 pytestmark = [pytest.mark.kernel("6.1"), pytest.mark.games, pytest.mark.usefixtures("udev")]
 
-# Made by ./dev on the host, where it takes seconds; see tools/dev/windows_games.py.
-PROGRAM = TREE / "build/games/effects.exe"
-PREFIX = TREE / "build/games/prefix"
+# Made on the host, where it takes seconds; see tools/windows_games.py.
+PROGRAM = windows_games.FOLDER / "effects.exe"
+PREFIX = windows_games.FOLDER / "prefix"
 LENGTH_MS = 300
 LENGTH_S = LENGTH_MS / 1e3
 HALF = 5_000  # of DirectInput's 10,000
@@ -35,10 +36,8 @@ SATURATED = 10_000
 def environment() -> Mapping[str, str]:
     return {
         **os.environ,
+        **windows_games.QUIET,
         "WINEPREFIX": str(PREFIX),
-        "WINEDEBUG": "-all",
-        # Neither .NET nor a browser is asked for.
-        "WINEDLLOVERRIDES": "mscoree,mshtml=",
     }
 
 
@@ -100,8 +99,8 @@ def wave(form: effect_forms.Form, amplitude: float, offset: float = 0, phase: fl
     return case(lambda t: amplitude * form(t / 0.1 + phase) + offset)
 
 
-# What the program is told, and the torque as a share of full. With one axis Wine sends both 1 and -1
-# as 90 degrees, which is from the right: a positive force pushes to smaller angles.
+# What the program is told, and the torque as a share of full. With one axis Wine sends both 1 and
+# -1 as 90 degrees, which is from the right: a positive force pushes to smaller angles.
 PLAYED = {
     "half": (f"constant {LENGTH_MS} 10000 1 {HALF}", level(0.5)),
     "back": (f"constant {LENGTH_MS} 10000 1 {-HALF}", level(-0.5)),

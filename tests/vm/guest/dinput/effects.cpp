@@ -7,7 +7,6 @@
 // test_game_wine.py.
 #define DIRECTINPUT_VERSION 0x0800
 #define INITGUID
-// In this order.
 #include <dinput.h>
 #include <windows.h>
 
