@@ -43,6 +43,8 @@ class Plant {
   /// Lets time pass.
   /// @param duration_ns >= 0
   /// @throws std::invalid_argument if it is negative or runs past the end of 64-bit time
+  /// @throws whatever the function of a FeedbackHand throws, at the time when it was asked: from
+  ///         there time can go on, without a torque of the hand until it is asked again
   void advance(std::int64_t duration_ns);
 
   [[nodiscard]] const PlantState& state() const { return state_; }
@@ -53,6 +55,7 @@ class Plant {
  private:
   void attach(Hand hand);
   void refresh_hand_segment();
+  void ask_hand(const FeedbackHand& hand);
   /// Goes on from where the plant is, whatever the grid: after every change of an input.
   void start_from_here();
   /// What rigid connections make of a state.

@@ -287,4 +287,4 @@ def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
 
     for index, example in enumerate(examples("docs/testing.md", "python")):
         (pytester.path / f"test_page_{index}.py").write_text(example.code)
-    pytester.runpytest("-W", "error").assert_outcomes(passed=3)
+    pytester.runpytest("-W", "error").assert_outcomes(passed=4)
