@@ -108,6 +108,13 @@ void Plant::set_command(const Command& command) {
 
 void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
 
+void Plant::set_hand_torque(double torque_nm) {
+  require(model_.hand == HandKind::torque, "plant: only a TorqueHand's torque can be set");
+  require(std::abs(torque_nm) <= 100.0, "plant: hand_torque_nm must be within -100 and 100");
+  inputs_.hand = {Profile::kAlwaysNs, Profile::kForeverNs, torque_nm, 0.0};
+  between_ = false;  // the next step starts from here
+}
+
 void Plant::set_state(const PlantState& state) {
   require(state.time_ns >= 0 && state.time_ns < Profile::kForeverNs - step_ns_,
           "plant: time_ns must be >= 0 and leave room for a step");

@@ -15,7 +15,9 @@ namespace torsio::emulator {
 
 /// Motor, knob, shaft spring, brake and hand under a virtual clock. Commands are held until they
 /// are changed. Time is in whole nanoseconds, and where the plant is at some time does not depend,
-/// to the bit, on how the way there is cut into calls of advance().
+/// to the bit, on how the way there is cut into calls of advance(). A copy goes its own way from
+/// where the original is, but shares the tables of its steps: the two may not be advanced by
+/// different threads at the same time.
 class Plant {
  public:
   /// At rest at time 0, angle 0, except that a PrescribedMotion puts the knob on its path.
@@ -34,6 +36,10 @@ class Plant {
   /// Another hand takes over now; motion goes on from where it is.
   /// @throws std::invalid_argument as the constructor does; the old hand then stays
   void set_hand(Hand hand);
+
+  /// The same as a TorqueHand of a constant torque that takes over now, for who already is one.
+  /// @throws std::invalid_argument if there is another hand, or beyond 100 N m
+  void set_hand_torque(double torque_nm);
 
   /// Puts the plant into another state, its time included; the parts that the plant lacks are
   /// ignored.
@@ -66,7 +72,7 @@ class Plant {
   MakeStepper make_stepper_;
   Hand hand_ = NoHand{};
   PlantModel model_;
-  std::unique_ptr<Stepper> stepper_;
+  std::shared_ptr<Stepper> stepper_;
   Command command_;
   HeldInputs inputs_{};
   PlantState state_;          // now

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -219,3 +220,14 @@ def test_paced_knob_tells_of_a_function_that_failed() -> None:
         pytest.raises(torsio.Error, match="raised ValueError: enough"),
     ):
         ask_on(knob)
+
+
+def test_many_loops_ask_in_turn() -> None:
+    from torsio.batch import Knobs
+
+    hand = torsio.FeedbackHand(torque_nm=lambda _, angle_rad, __: 0.02 - 0.1 * angle_rad)
+    options = LoopOptions(hand=hand)
+    knobs = Knobs(6, options, threads=3)
+    knobs.step(100)
+    row = simulate(replace(options), duration_s=0.101)[100]
+    assert all(state.tobytes() == row.tobytes() for state in knobs.states)
