@@ -1,7 +1,7 @@
 """What many knobs at once cost: control ticks and environment steps a second, one JSON line each.
 
 Closed loops with a wall and a hand at 1 kHz: by themselves, together with the same plant and with
-one of their own each, and with actions every step; and how much of that
+one of their own each, and with actions every step; the Gymnasium environment; and how much of that
 more threads bring. CPU time for one thread, the clock for several; the least of several repeats.
 """
 
@@ -99,6 +99,7 @@ def measure(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
             pushed.step()
 
     add("steps of 1 ms with an action", n * ticks, shortest_s(push, repeats), goal=GOAL_STEPS_PER_S)
+    lines += environment(n, ticks, repeats)
 
     cores = os.cpu_count() or 1
     clock_s = shortest_s(together(n, ticks, OPTIONS), repeats, time.perf_counter)
@@ -109,6 +110,32 @@ def measure(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
         add("ticks, threads", n * ticks, seconds, threads=threads, scaling=scaling,
             goal_scaling=GOAL_SCALING)  # fmt: skip
     return lines
+
+
+def environment(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
+    """Time the Gymnasium environment, if Gymnasium is there."""
+    try:
+        from torsio.gym import KnobVectorEnv, RenderWall
+    except ModuleNotFoundError:
+        return []
+    env = KnobVectorEnv(RenderWall(), n, threads=1)
+    env.reset(seed=1)
+    actions = np.zeros(env.action_space.shape or (), dtype=np.float32)
+
+    def run() -> None:
+        for _ in range(ticks):
+            env.step(actions)
+
+    seconds = shortest_s(run, repeats)
+    return [
+        {
+            "benchmark": "batch",
+            "what": "steps of 1 ms of RenderWall in Gymnasium",
+            "knobs": n,
+            "per_s": round(n * ticks / seconds),
+            "ns": round(1e9 * seconds / (n * ticks), 1),
+        }
+    ]
 
 
 def main() -> None:

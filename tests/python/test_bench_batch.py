@@ -16,11 +16,12 @@ def test_bench_batch_prints_a_line_for_each_measurement() -> None:
     lines = [json.loads(line) for line in result.stdout.splitlines()]
     assert {line["benchmark"] for line in lines} == {"batch"}
     what = [line["what"] for line in lines]
-    assert what[:4] == [
+    assert what[:5] == [
         "ticks, one loop by itself",
         "ticks, same plant",
         "ticks, a plant of their own",
         "steps of 1 ms with an action",
+        "steps of 1 ms of RenderWall in Gymnasium",
     ]
-    assert set(what[4:]) <= {"ticks, threads"}
+    assert set(what[5:]) <= {"ticks, threads"}
     assert all(line["per_s"] > 0 for line in lines)
