@@ -127,7 +127,8 @@ void EmulatedDevice::tick() {
   } else {
     run_control(encoder_count_ + encoder_offset_);
   }
-  plant_.advance(options_.control_period_ns);
+  // A control period, or more after the function of a hand has failed in the middle of the last.
+  plant_.advance(next_tick_ns_ - plant_.state().time_ns);
 }
 
 void EmulatedDevice::run_control(std::uint32_t encoder_count) {

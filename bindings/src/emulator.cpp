@@ -339,6 +339,7 @@ void bind_emulator(py::module_& parent) {
   bind_profile_and_encoder(module);
   bind_device(module);
   bind_closed_loop(module);
+  bind_batch(module);
 }
 
 }  // namespace torsio::bindings

@@ -13,6 +13,7 @@ from tools.definition.model import (
     choice,
     enumeration,
     for_hosts,
+    function,
     number,
     numbers,
     optional_group,
@@ -160,8 +161,25 @@ PRESCRIBED_MOTION = Structure(
     (profile("angle_rad", "rad", "without jumps", 1e9, default="{0.0, 0.0}"),),
     base="Hand",
 )
+FEEDBACK_HAND = Structure(
+    "FeedbackHand",
+    "A hand whose torque is a function of what the knob does, such as a controller or a person's model.",
+    (
+        function(
+            "torque_nm", "HandFunction", "the torque on the knob; held until it is asked again"
+        ),
+        for_hosts(number("period_s", "s", 1e-5, 1.0, "from one asking to the next", default=1e-3)),
+    ),
+    notes="The function is asked when the hand takes over and then once a period. It must not use the "
+    "knob that it holds.",
+    base="Hand",
+)
+HAND_FUNCTION = (
+    "Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the "
+    "torque on the knob in N m, -100 to 100."
+)
 PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING)
-HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION)
+HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION, FEEDBACK_HAND)
 
 TRUTH_SAMPLE = Structure(
     "TruthSample",

@@ -52,7 +52,9 @@ void put_shafts_together(const PlantParams& params, PlantModel& model) {
 }
 
 void take_in_hand(const Hand& hand, PlantModel& model) {
-  if (std::holds_alternative<TorqueHand>(hand)) model.hand = HandKind::torque;
+  if (std::holds_alternative<TorqueHand>(hand) || std::holds_alternative<FeedbackHand>(hand)) {
+    model.hand = HandKind::torque;
+  }
   if (std::holds_alternative<PrescribedMotion>(hand)) model.hand = HandKind::prescribed;
   if (const auto* impedance = std::get_if<ImpedanceHand>(&hand)) {
     model.hand = HandKind::impedance;

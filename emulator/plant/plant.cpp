@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -46,7 +47,27 @@ void Plant::attach(Hand hand) {
   start_from_here();
 }
 
+void Plant::ask_hand(const FeedbackHand& hand) {
+  constexpr double kMostNm = 100.0;
+  const std::int64_t since_ns = state_.time_ns - hand.start_ns;
+  // Whatever the function does, the plant can go on: without a torque, until it is asked again.
+  inputs_.hand = {Profile::kAlwaysNs,
+                  hand.start_ns + (since_ns / hand.period_ns + 1) * hand.period_ns, 0.0, 0.0};
+  const double since_s = 1e-9 * static_cast<double>(since_ns);
+  const double torque_nm =
+      hand.torque_nm(since_s, state_.knob_angle_rad(), state_.knob_speed_rad_s());
+  if (!(std::abs(torque_nm) <= kMostNm)) {
+    throw std::runtime_error("the hand's function gave " + std::to_string(torque_nm) + " N m at " +
+                             std::to_string(since_s) + " s; it must give -100 to 100 N m");
+  }
+  inputs_.hand.begin_value = torque_nm;
+}
+
 void Plant::refresh_hand_segment() {
+  if (const auto* feedback = std::get_if<FeedbackHand>(&hand_)) {
+    ask_hand(*feedback);
+    return;
+  }
   const Profile* profile = profile_of(hand_);
   inputs_.hand = profile != nullptr ? profile->segment(state_.time_ns)
                                     : ProfileSegment{Profile::kAlwaysNs, Profile::kForeverNs, 0, 0};
@@ -86,6 +107,13 @@ void Plant::set_command(const Command& command) {
 }
 
 void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
+
+void Plant::set_hand_torque(double torque_nm) {
+  require(model_.hand == HandKind::torque, "plant: only a TorqueHand's torque can be set");
+  require(std::abs(torque_nm) <= 100.0, "plant: hand_torque_nm must be within -100 and 100");
+  inputs_.hand = {Profile::kAlwaysNs, Profile::kForeverNs, torque_nm, 0.0};
+  between_ = false;  // the next step starts from here
+}
 
 void Plant::set_state(const PlantState& state) {
   require(state.time_ns >= 0 && state.time_ns < Profile::kForeverNs - step_ns_,

@@ -113,11 +113,15 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   return out;
 }
 
-/// Runs `make`; what the emulator finds wrong is the user's mistake.
+/// Runs `make`; what the emulator finds wrong is the user's mistake, or that of the user's hand.
 template <class Make>
 auto checked(Make&& make) {
   try {
     return make();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw Error(error.what());
   } catch (const std::invalid_argument& error) {
     throw InvalidArgument(error.what());
   }
@@ -197,7 +201,7 @@ class EmulatedWorld {
     while (!closed_) {
       try {
         device_->advance(kFrame.count());
-      } catch (const std::runtime_error& error) {
+      } catch (const std::exception& error) {
         failure_ = error.what();  // for whoever calls next
         news_.notify_all();
         return;

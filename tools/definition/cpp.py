@@ -224,7 +224,7 @@ def _range_text(field: Field) -> str:
 
 
 def _host_default(field: Field) -> str:
-    if field.kind in ("group", "optional", "numbers", "text", "texts"):
+    if field.kind in ("group", "optional", "numbers", "text", "texts", "function"):
         return "{}"
     if field.kind == "profile":
         return f"{{{field.default}}}" if field.default else "{}"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
@@ -241,13 +242,15 @@ def emulator_plant() -> str:
     body += (
         "struct Knot {\ndouble time_s;\ndouble value;\n};\nusing Profile = std::vector<Knot>;\n\n"
     )
+    body += cpp.comment(plant.HAND_FUNCTION)
+    body += "using HandFunction =\n    std::function<double(double time_s, double angle_rad, double speed_rad_s)>;\n\n"
     body += "".join(map(cpp.host_structure, plant.HANDS))
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += cpp.host_enumeration(plant.ENCODER_ROUNDING)
     body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, plant.TRUTH_SAMPLE)))
     return _sdk_header(
         "What an emulated knob is made of, who holds it, and what only the simulation knows.",
-        ("<cstdint>", "<optional>", "<variant>", "<vector>"),
+        ("<cstdint>", "<functional>", "<optional>", "<variant>", "<vector>"),
         body,
         PLANT_LISTS,
     )
@@ -424,11 +427,13 @@ def python_plant() -> str:
 def python_hands() -> str:
     """Write the module of hands."""
     body = (
-        "from __future__ import annotations\n\nfrom collections.abc import Iterable, Sequence\n"
+        "from __future__ import annotations\n\nfrom collections.abc import Callable, Iterable, Sequence\n"
         "from dataclasses import KW_ONLY, dataclass\nfrom typing import TypeAlias\n\n"
         "from torsio import checks\n\n{all}\n\n"
         "Profile: TypeAlias = float | Iterable[Sequence[float]]\n"
         '"""What the fields of hands take; they keep it as a tuple of pairs."""\n'
+        "\nHandFunction: TypeAlias = Callable[[float, float, float], float]\n"
+        f'"""{textwrap.fill(plant.HAND_FUNCTION, 97)}\n"""\n'
         '\n\nclass Hand:\n    """Base class of all hands."""\n\n    __slots__ = ()\n'
     )
     body += "".join(map(python.data_class, plant.HANDS))
@@ -439,7 +444,7 @@ def python_hands() -> str:
         "before the first\nknot, the last one after the last. Time 0 is when the hand takes over.",
         PLANT_LISTS,
         body,
-        ("Hand", "Profile", *(of.name for of in plant.HANDS)),
+        ("Hand", "HandFunction", "Profile", *(of.name for of in plant.HANDS)),
     )
 
 

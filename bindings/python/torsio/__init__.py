@@ -33,7 +33,7 @@ from torsio.errors import (
     Timeout,
 )
 from torsio.game_port import GamePort
-from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob, list_devices, open
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
@@ -79,6 +79,7 @@ __all__ = [
     "EmulatorOptions",
     "Error",
     "Event",
+    "FeedbackHand",
     "GameConfig",
     "GameEffect",
     "GamePort",

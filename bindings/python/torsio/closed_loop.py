@@ -156,7 +156,7 @@ class ClosedLoop:
 
     def __init__(self, options: LoopOptions) -> None:
         """Set it up, and do the spin-up if there is one."""
-        _check(options)
+        checked_options(options)
         self.options = options
         self._loop = _torsio.emulator.ClosedLoop(options)
 
@@ -230,7 +230,7 @@ def simulate_many(
         checks.whole("threads", threads, 1, 4096)
     options = list(options)
     for one in options:
-        _check(one)
+        checked_options(one)
     ticks = _ticks(options, duration_s, record_every)
     return _torsio.emulator.simulate_many(options, ticks, record_every, threads or 0, on_progress)
 
@@ -250,13 +250,13 @@ def replay(options: LoopOptions, counts: npt.ArrayLike) -> Record:
     ndarray
         REPLAY_DTYPE rows, shape (n,).
     """
-    _check(options)
+    checked_options(options)
     return _torsio.emulator.replay(options, np.ascontiguousarray(counts, dtype=np.uint32))
 
 
 def reports(options: LoopOptions) -> list[bytes]:
     """Give the configuration and the scene of a loop as the reports that a device would be sent."""
-    _check(options)
+    checked_options(options)
     return _torsio.emulator.loop_reports(options)
 
 
@@ -276,7 +276,7 @@ def _ticks(options: Sequence[LoopOptions], duration_s: float, record_every: int)
     return ticks
 
 
-def _check(options: LoopOptions) -> None:
+def checked_options(options: LoopOptions) -> None:
     """Ask for the right kinds; what is out of its range is refused further down."""
     checks.kind("options", options, LoopOptions, "LoopOptions")
     checks.kind("plant", options.plant, PlantParams, "PlantParams")

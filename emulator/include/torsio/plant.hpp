@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -18,6 +19,10 @@ struct Knot {
   double value;
 };
 using Profile = std::vector<Knot>;
+
+/// Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the
+/// torque on the knob in N m, -100 to 100.
+using HandFunction = std::function<double(double time_s, double angle_rad, double speed_rad_s)>;
 
 /// Nobody touches the knob.
 struct NoHand {};
@@ -41,7 +46,15 @@ struct PrescribedMotion {
   Profile angle_rad{{0.0, 0.0}};  ///< without jumps
 };
 
-using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
+/// A hand whose torque is a function of what the knob does, such as a controller or a person's
+/// model. The function is asked when the hand takes over and then once a period. It must not use
+/// the knob that it holds.
+struct FeedbackHand {
+  HandFunction torque_nm{};  ///< the torque on the knob; held until it is asked again
+  double period_s = 0.001;   ///< from one asking to the next; 1e-5 to 1
+};
+
+using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, FeedbackHand>;
 
 /// Which count an angle between two gives.
 enum class EncoderRounding : std::uint8_t { floor, nearest };

@@ -52,6 +52,15 @@ struct Fields<PrescribedMotion> {
   };
 };
 template <>
+struct Fields<FeedbackHand> {
+  static constexpr std::string_view name = "FeedbackHand";
+  static constexpr std::tuple list{
+      field("torque_nm", &FeedbackHand::torque_nm, "", -kNoLimit, kNoLimit,
+            "the torque on the knob; held until it is asked again"),
+      field("period_s", &FeedbackHand::period_s, "s", 1e-5, 1.0, "from one asking to the next"),
+  };
+};
+template <>
 struct Fields<ShaftHardening> {
   static constexpr std::string_view name = "ShaftHardening";
   static constexpr std::tuple list{
