@@ -18,14 +18,6 @@ constexpr float kAdcReferenceV = 3.3F;
 constexpr float kAdcSteps = 4096;
 constexpr std::uint32_t kFirstAdcPin = 26;
 
-// Follows a sensor's slow drift, not its noise.
-constexpr float kZeroShare = 1.0F / 256;
-
-// Noise makes one high sample, a short circuit makes many.
-constexpr std::uint8_t kOverCurrentTicks = 3;
-constexpr float kOverCurrentFactor = 1.5F;
-constexpr float kLeastTripA = 0.1F;
-
 // For cut_power(), which knows no object.
 std::uint32_t output_pins = 0;
 
@@ -33,22 +25,13 @@ std::uint32_t output_pins = 0;
 
 PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t control_period_ns)
     : config_(config),
-      loop_params_(core::make_current_loop(
-          config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
-          static_cast<float>(control_period_ns) * 1e-9F, config.supply_v)),
+      logic_(config, {control_period_ns, kAdcReferenceV / kAdcSteps}),
       motor_unit_(pwm_gpio_to_slice_num(config.motor_pin)),
       brake_unit_(pwm_gpio_to_slice_num(config.brake_pin)),
       tick_unit_(0),
       tick_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
                                               control_period_ns / 1'000'000'000U)),
-      pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)),
-      amperes_per_step_(kAdcReferenceV / kAdcSteps / config.current_sense_v_per_a),
-      amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
-      brake_share_per_nm_(config.brake_resistance_ohm / config.brake_torque_constant_nm_per_a /
-                          config.supply_v),
-      brake_share_max_(core::smaller(
-          config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
-      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
+      pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)) {
   while (tick_unit_ == motor_unit_ || tick_unit_ == brake_unit_) ++tick_unit_;
 
   output_pins = (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
@@ -99,56 +82,37 @@ void PowerStage::begin_tick() {
 }
 
 bool PowerStage::has_fault() const {
-  return !gpio_get(config_.driver_fault_pin) || over_current_ticks_ >= kOverCurrentTicks;
+  return !gpio_get(config_.driver_fault_pin) || logic_.over_current();
 }
 
-void PowerStage::measure_current() {
+/// @returns the converter's reading
+std::int32_t PowerStage::finish_measurement() const {
   while ((adc_hw->cs & ADC_CS_READY_BITS) == 0) {
     // Two microseconds from begin_tick() on: long over.
   }
-  const auto steps = static_cast<float>(static_cast<std::int32_t>(adc_hw->result));
-  if (!enabled_) {
-    zero_steps_ = zero_known_ ? zero_steps_ + (steps - zero_steps_) * kZeroShare : steps;
-    zero_known_ = true;
-  }
-  current_a_ = (steps - zero_steps_) * amperes_per_step_;
-  if (config_.motor_reversed == protocol::Toggle::on) current_a_ = -current_a_;
-
-  if (core::absolute(current_a_) <= trip_a_) {
-    over_current_ticks_ = 0;
-  } else if (over_current_ticks_ < kOverCurrentTicks) {
-    ++over_current_ticks_;
-  }
+  return static_cast<std::int32_t>(adc_hw->result);
 }
 
 void PowerStage::apply(const device::TickOutputs& outputs) {
-  measure_current();
-  if (!outputs.enabled) {
+  const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
+  if (!drive.enabled) {
     if (enabled_) switch_off();
     return;
   }
-  const float target_a = core::clamp_symmetric(outputs.motor_command_nm * amperes_per_nm_,
-                                               config_.motor_current_max_a);
-  set_motor(core::hold_current(loop_, loop_params_, target_a, current_a_));
-  set_brake(core::smaller(outputs.brake_command_nm * brake_share_per_nm_, brake_share_max_));
+  set_bridge(motor_unit_, drive.motor_share);
+  set_bridge(brake_unit_, drive.brake_share);
   if (!enabled_) {
     gpio_put(config_.enable_pin, true);
     enabled_ = true;
   }
 }
 
-/// @param share of the supply's voltage; positive turns the knob to larger angles
-void PowerStage::set_motor(float share) {
-  if (config_.motor_reversed == protocol::Toggle::on) share = -share;
+/// @param share of the supply's voltage; positive drives a current into the first pin
+void PowerStage::set_bridge(std::uint32_t unit, float share) {
   const auto steps =
       static_cast<std::uint16_t>(core::absolute(share) * static_cast<float>(pwm_steps_));
   // The second input is low while the first drives.
-  pwm_set_both_levels(motor_unit_, share < 0.0F ? steps : 0, share < 0.0F ? 0 : steps);
-}
-
-void PowerStage::set_brake(float share) {
-  const auto steps = static_cast<std::uint16_t>(share * static_cast<float>(pwm_steps_));
-  pwm_set_both_levels(brake_unit_, 0, steps);
+  pwm_set_both_levels(unit, share < 0.0F ? steps : 0, share < 0.0F ? 0 : steps);
 }
 
 void PowerStage::switch_off() {
@@ -156,7 +120,6 @@ void PowerStage::switch_off() {
   // All inputs low all the time: a bridge without an enable input lets go as well.
   pwm_set_both_levels(motor_unit_, pwm_steps_, pwm_steps_);
   pwm_set_both_levels(brake_unit_, pwm_steps_, pwm_steps_);
-  loop_ = {};
   enabled_ = false;
 }
 

@@ -1,12 +1,12 @@
 /// @file
-/// Two H-bridges: the motor's current is held by a current loop, the brake's coil gets the voltage
-/// that its resistance needs. Everything here belongs to the control interrupt.
+/// Two H-bridges and a current sensor on the chip's units: what device/power_logic.hpp measures and
+/// drives. Everything here belongs to the control interrupt.
 #pragma once
 
 #include <cstdint>
 
-#include "core/current_loop.hpp"
 #include "device/control_loop.hpp"
+#include "device/power_logic.hpp"
 #include "protocol/reports.hpp"
 
 namespace torsio::boards {
@@ -30,29 +30,17 @@ class PowerStage {
   void apply(const device::TickOutputs& outputs);
 
  private:
-  void measure_current();
-  void set_motor(float share);
-  void set_brake(float share);
+  std::int32_t finish_measurement() const;
+  void set_bridge(std::uint32_t unit, float share);
   void switch_off();
 
   protocol::BoardConfig config_;
-  core::CurrentLoopParams loop_params_;
-  core::CurrentLoopState loop_;
+  device::PowerLogic logic_;
   std::uint32_t motor_unit_;
   std::uint32_t brake_unit_;
   std::uint32_t tick_unit_;
   std::uint32_t tick_cycles_;
   std::uint16_t pwm_steps_;
-  // Prepared, because a tick has no time for divisions.
-  float amperes_per_step_;
-  float amperes_per_nm_;
-  float brake_share_per_nm_;
-  float brake_share_max_;
-  float trip_a_;
-  float zero_steps_ = 0;
-  bool zero_known_ = false;
-  float current_a_ = 0;
-  std::uint8_t over_current_ticks_ = 0;
   bool enabled_ = false;
 };
 

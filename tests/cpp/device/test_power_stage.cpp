@@ -181,6 +181,15 @@ TEST_CASE("where zero is, is learned only while the motor has no power") {
   CHECK(bench.motor() < 0.0);
 }
 
+TEST_CASE("where zero is, is learned again once the power has gone") {
+  Bench bench;
+  bench.apply(on(0.05F), 10);
+  bench.measure(0.2);  // the sensor has drifted
+  bench.apply({}, 20000);
+  bench.apply(on(0.0F));
+  CHECK(std::abs(bench.motor()) < 1e-3);
+}
+
 TEST_CASE("what the current loop has wound up is forgotten when the power goes") {
   Bench bench;
   bench.measure(0.0);

@@ -1,0 +1,70 @@
+#include "device/power_logic.hpp"
+
+#include "core/math.hpp"
+
+namespace torsio::device {
+namespace {
+
+// Follows a sensor's slow drift, not its noise.
+constexpr float kZeroShare = 1.0F / 256;
+
+// Noise makes one high sample, a short circuit makes many.
+constexpr std::uint8_t kOverCurrentSteps = 3;
+constexpr float kOverCurrentFactor = 1.5F;
+constexpr float kLeastTripA = 0.1F;
+
+}  // namespace
+
+PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board)
+    : loop_params_(core::make_current_loop(
+          config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
+          static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
+      amperes_per_step_(board.converter_v_per_step / config.current_sense_v_per_a),
+      direction_(config.motor_reversed == protocol::Toggle::on ? -1.0F : 1.0F),
+      amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
+      current_max_a_(config.motor_current_max_a),
+      brake_share_per_nm_(config.brake_resistance_ohm / config.brake_torque_constant_nm_per_a /
+                          config.supply_v),
+      brake_share_max_(core::smaller(
+          config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
+      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
+  amperes_per_step_ *= direction_;
+}
+
+bool PowerLogic::over_current() const { return over_current_steps_ >= kOverCurrentSteps; }
+
+void PowerLogic::measure(std::int32_t current_steps) {
+  const auto steps = static_cast<float>(current_steps);
+  if (!enabled_) {
+    zero_steps_ = zero_known_ ? zero_steps_ + (steps - zero_steps_) * kZeroShare : steps;
+    zero_known_ = true;
+  }
+  current_a_ = (steps - zero_steps_) * amperes_per_step_;
+
+  if (core::absolute(current_a_) <= trip_a_) {
+    over_current_steps_ = 0;
+  } else if (over_current_steps_ < kOverCurrentSteps) {
+    ++over_current_steps_;
+  }
+}
+
+PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_steps) {
+  measure(current_steps);
+  if (!wanted.enabled) {
+    if (enabled_) rest();
+    return {};
+  }
+  enabled_ = true;
+  const float target_a =
+      core::clamp_symmetric(wanted.motor_command_nm * amperes_per_nm_, current_max_a_);
+  return {direction_ * core::hold_current(loop_, loop_params_, target_a, current_a_),
+          core::smaller(wanted.brake_command_nm * brake_share_per_nm_, brake_share_max_), true};
+}
+
+/// Without power nothing is remembered but the sensor's zero.
+void PowerLogic::rest() {
+  loop_ = {};
+  enabled_ = false;
+}
+
+}  // namespace torsio::device

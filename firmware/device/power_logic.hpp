@@ -1,0 +1,65 @@
+/// @file
+/// Between the torques that the device wants and the bridges: the current sensor's reading becomes
+/// a current, the motor's current is held by a current loop, the brake's coil gets the voltage that
+/// its resistance needs. Passive as the device is: a board and the emulator both run it, the one
+/// with pins and the other with simulated windings.
+#pragma once
+
+#include <cstdint>
+
+#include "core/current_loop.hpp"
+#include "device/control_loop.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::device {
+
+/// What a board brings to its power stage, whatever is wired to it.
+struct PowerBoard {
+  std::uint32_t current_period_ns = 50'000;     // of the current loop
+  float converter_v_per_step = 3.3F / 4096.0F;  // of the current sensor's converter
+};
+
+/// What the bridges do until the next step.
+struct PowerDrive {
+  float motor_share = 0;  // of the supply's voltage, -1 to 1; positive into the motor's first pin
+  float brake_share = 0;  // the same of the brake's coil
+  bool enabled = false;   // false: the bridges let go
+};
+
+class PowerLogic {
+ public:
+  PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board);
+
+  /// One period of the current loop.
+  /// @param wanted        of the newest tick
+  /// @param current_steps the converter's reading of this period
+  PowerDrive step(const TickOutputs& wanted, std::int32_t current_steps);
+
+  /// True while the current is far above its limit.
+  bool over_current() const;
+
+  /// Of the last step; positive turns the knob to larger angles.
+  float current_a() const { return current_a_; }
+
+ private:
+  void measure(std::int32_t current_steps);
+  void rest();
+
+  core::CurrentLoopParams loop_params_;
+  core::CurrentLoopState loop_;
+  // Prepared, because a tick has no time for divisions.
+  float amperes_per_step_;  // with the motor's sense
+  float direction_;         // of the motor: 1 or -1
+  float amperes_per_nm_;
+  float current_max_a_;
+  float brake_share_per_nm_;
+  float brake_share_max_;
+  float trip_a_;
+  float zero_steps_ = 0;
+  bool zero_known_ = false;
+  float current_a_ = 0;
+  std::uint8_t over_current_steps_ = 0;
+  bool enabled_ = false;
+};
+
+}  // namespace torsio::device
