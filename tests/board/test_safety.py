@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.board.pico import MS, SLOTS_AT, EmulatedPico, PowerCut, enumerated
+from tests.board.pico import MS, EmulatedPico, PowerCut, enumerated
 
 WEAK_DAMPED = {"stiffness_nm_per_rad": 0.1, "damping_nm_s_per_rad": 1e-4}
 
@@ -180,10 +180,10 @@ def test_power_cut_in_the_middle_of_a_save_keeps_the_last_one(
 
 
 def test_save_touches_only_its_own_two_sectors(pico: EmulatedPico) -> None:
-    before = pico.do("flash", address=0, size=SLOTS_AT)
+    before = pico.do("flash", address=0, size=pico.model.slots_at)
     for _ in range(3):
         assert pico.command("save") == "ok"
-    assert pico.do("flash", address=0, size=SLOTS_AT) == before
+    assert pico.do("flash", address=0, size=pico.model.slots_at) == before
 
 
 def test_bootloader_is_refused_while_armed_and_arming_on_the_way_to_it(
