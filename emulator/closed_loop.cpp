@@ -20,12 +20,17 @@ void require(bool condition, const std::string& message) {
 ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
     : period_ns_(options.control_period_ns),
       setup_(make_control_setup(options)),
-      plant_(options.plant, options.hand, std::min(options.step_ns, options.control_period_ns),
+      power_(make_power_path(options.plant, options.control_period_ns, options.sensor_seed)),
+      plant_(options.plant, options.hand,
+             power_ ? power_->step_ns() : std::min(options.step_ns, options.control_period_ns),
              options.make_stepper),
       encoder_(options.encoder) {
   require(options.delay_ticks <= kMostDelayTicks,
           "delay_ticks must be at most 1000, is " + std::to_string(options.delay_ticks));
   late_.resize(options.delay_ticks);
+  if (power_)
+    power_->power_up(options.board.value_or(matching_board(*options.plant.electrics)),
+                     options.actuator.brake_time_constant_s);
   controller_.tick = options.first_tick;
   if (options.initial) plant_.set_state(*options.initial);
   if (options.spin_up) spin_up(*options.spin_up);
@@ -116,16 +121,26 @@ void ClosedLoop::tick(LoopRow* row) {
             .brake_saturated = out.brake_saturated,
             .numeric_error = out.numeric_error};
   }
-  give(command);
+  follow(command);
+}
+
+void ClosedLoop::take(const Command& command) {
+  if (power_) {
+    power_->run(plant_, {.motor_command_nm = static_cast<float>(command.motor_command_nm),
+                         .brake_command_nm = static_cast<float>(command.brake_command_nm),
+                         .enabled = true});
+    return;
+  }
+  plant_.set_command(command);
   plant_.advance(period_ns_);
 }
 
-void ClosedLoop::give(const Command& command) {
+void ClosedLoop::follow(const Command& command) {
   if (late_.empty()) {
-    plant_.set_command(command);
+    take(command);
     return;
   }
-  plant_.set_command(late_[next_late_]);
+  take(late_[next_late_]);
   late_[next_late_] = command;
   next_late_ = next_late_ + 1 == late_.size() ? 0 : next_late_ + 1;
 }

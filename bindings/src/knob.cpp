@@ -84,6 +84,7 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
         [&](const py::object& value) { options.actuator = from_python<ActuatorConfig>(value); });
   given("control",
         [&](const py::object& value) { options.control = from_python<ControlConfig>(value); });
+  given("board", [&](const py::object& value) { options.board = from_python<BoardConfig>(value); });
   given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
   options.paced = source.attr("paced").cast<bool>();
   options.log_truth = source.attr("log_truth").cast<bool>();

@@ -16,6 +16,7 @@ namespace torsio::emulator {
 using torsio::Belt;
 using torsio::BrakeHysteresis;
 using torsio::Cogging;
+using torsio::Electrics;
 using torsio::EncoderRounding;
 using torsio::PlantParams;
 using torsio::ShaftHardening;

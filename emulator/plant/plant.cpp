@@ -37,6 +37,9 @@ Plant::Plant(const PlantParams& params, Hand hand, std::int64_t step_ns, MakeSte
 void Plant::attach(Hand hand) {
   PlantModel model = make_model(params_, hand);
   stepper_ = make_stepper_(model, step_ns_);
+  if (params_.electrics) {
+    disconnected_ = make_stepper_(make_model(params_, hand, false), step_ns_);
+  }
   model_ = std::move(model);
   hand_ = std::move(hand);
   if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand_)) {
@@ -85,6 +88,14 @@ void Plant::set_command(const Command& command) {
   between_ = false;  // the next step starts from here
 }
 
+void Plant::set_drive(const Drive& drive) {
+  connected_ = drive.motor_connected;
+  inputs_.motor_command_nm = drive.motor_connected ? drive.motor_torque_nm : 0.0;
+  if (!connected_) state_.motor_torque_nm = 0.0;
+  state_.brake_target_nm = drive.brake_torque_nm;
+  between_ = false;
+}
+
 void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
 
 void Plant::set_state(const PlantState& state) {
@@ -117,13 +128,14 @@ void Plant::advance(std::int64_t duration_ns) {
   between_ = false;
   do {
     const std::int64_t boundary_ns = std::min(grid_ns_, inputs_.hand.end_ns);
+    Stepper& stepper = connected_ ? *stepper_ : *disconnected_;
     if (boundary_ns > target_ns) {
       anchor_ = state_;
       between_ = true;
-      stepper_->step(state_, inputs_, target_ns - state_.time_ns);
+      stepper.step(state_, inputs_, target_ns - state_.time_ns);
       return;
     }
-    stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
+    stepper.step(state_, inputs_, boundary_ns - state_.time_ns);
     if (boundary_ns == grid_ns_) grid_ns_ += step_ns_;
     // False for NaN. No encoder counts what turns faster.
     if (!(std::abs(state_.speed_rad_s[0]) <= kFastestRadS)) [[unlikely]] {

@@ -31,6 +31,15 @@ class Plant {
   /// @throws std::invalid_argument if a value is not finite
   void set_command(const Command& command);
 
+  /// What the bridges of a plant with electrics make of its actuators from now on.
+  struct Drive {
+    double motor_torque_nm = 0.0;  ///< at which the motor's would settle at rest
+    bool motor_connected = true;   ///< false: the winding has no circuit, and no current
+    double brake_torque_nm = 0.0;  ///< where the brake's goes; below 0 it must not arrive
+  };
+  /// In place of set_command().
+  void set_drive(const Drive& drive);
+
   /// Another hand takes over now; motion goes on from where it is.
   /// @throws std::invalid_argument as the constructor does; the old hand then stays
   void set_hand(Hand hand);
@@ -64,6 +73,8 @@ class Plant {
   Hand hand_ = NoHand{};
   PlantModel model_;
   std::unique_ptr<Stepper> stepper_;
+  std::unique_ptr<Stepper> disconnected_;  // of a plant with electrics
+  bool connected_ = true;
   Command command_;
   HeldInputs inputs_{};
   PlantState state_;          // now

@@ -91,6 +91,7 @@ class Device {
 
   /// How the board is wired. A board looks once, when it starts.
   const protocol::BoardConfig& board_config() const { return config_.board; }
+  const protocol::ActuatorConfig& actuator_config() const { return config_.actuator; }
 
   /// True once after an accepted `bootloader` command. From then on nobody can arm.
   [[nodiscard]] bool take_bootloader_request();

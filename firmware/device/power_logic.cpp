@@ -15,8 +15,14 @@ constexpr float kLeastTripA = 0.1F;
 
 }  // namespace
 
-PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board)
-    : loop_params_(core::make_current_loop(
+PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board,
+                       float brake_lag_s)
+    : predicts_(board.predicts),
+      predictive_params_(core::make_predictive_loop(
+          config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
+          static_cast<float>(board.current_period_ns) * 1e-9F,
+          static_cast<float>(board.output_delay_ns) * 1e-9F, config.supply_v)),
+      loop_params_(core::make_current_loop(
           config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
           static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
       amperes_per_step_(board.converter_v_per_step / config.current_sense_v_per_a),
@@ -27,6 +33,14 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
                           config.supply_v),
       brake_share_max_(core::smaller(
           config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
+      coil_is_driven_(config.brake_inductance_h > 0.0F),
+      coil_params_(core::make_coil(
+          config.brake_resistance_ohm, core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
+          static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
+      coil_a_per_nm_(1.0F / config.brake_torque_constant_nm_per_a),
+      // More than the supply can hold it would never get to.
+      coil_max_a_(
+          core::smaller(config.brake_current_max_a, config.supply_v / config.brake_resistance_ohm)),
       trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
   amperes_per_step_ *= direction_;
 }
@@ -54,16 +68,29 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
     if (enabled_) rest();
     return {};
   }
+  if (!enabled_) predictive_.expected_a = current_a_;
   enabled_ = true;
   const float target_a =
       core::clamp_symmetric(wanted.motor_command_nm * amperes_per_nm_, current_max_a_);
-  return {direction_ * core::hold_current(loop_, loop_params_, target_a, current_a_),
-          core::smaller(wanted.brake_command_nm * brake_share_per_nm_, brake_share_max_), true};
+  const float share =
+      predicts_ ? core::hold_current(predictive_, predictive_params_, target_a, current_a_)
+                : core::hold_current(loop_, loop_params_, target_a, current_a_);
+  return {direction_ * share, drive_brake(wanted.brake_command_nm), true};
+}
+
+float PowerLogic::drive_brake(float command_nm) {
+  if (!coil_is_driven_) {
+    return core::smaller(command_nm * brake_share_per_nm_, brake_share_max_);
+  }
+  return core::drive_coil(coil_, coil_params_,
+                          core::smaller(command_nm * coil_a_per_nm_, coil_max_a_));
 }
 
 /// Without power nothing is remembered but the sensor's zero.
 void PowerLogic::rest() {
   loop_ = {};
+  predictive_ = {};
+  coil_ = {};
   enabled_ = false;
 }
 

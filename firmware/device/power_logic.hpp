@@ -15,7 +15,9 @@ namespace torsio::device {
 
 /// What a board brings to its power stage, whatever is wired to it.
 struct PowerBoard {
-  std::uint32_t current_period_ns = 50'000;     // of the current loop
+  std::uint32_t current_period_ns = 25'000;     // of the current loop
+  std::uint32_t output_delay_ns = 25'000;       // from measurement to voltage; at most a period
+  bool predicts = true;                         // false: the loop that costs less
   float converter_v_per_step = 3.3F / 4096.0F;  // of the current sensor's converter
 };
 
@@ -28,7 +30,8 @@ struct PowerDrive {
 
 class PowerLogic {
  public:
-  PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board);
+  /// @param brake_lag_s with which the brake shall follow, if its inductance is configured
+  PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board, float brake_lag_s);
 
   /// One period of the current loop.
   /// @param wanted        of the newest tick
@@ -43,8 +46,12 @@ class PowerLogic {
 
  private:
   void measure(std::int32_t current_steps);
+  float drive_brake(float command_nm);
   void rest();
 
+  bool predicts_;
+  core::PredictiveParams predictive_params_;
+  core::PredictiveState predictive_;
   core::CurrentLoopParams loop_params_;
   core::CurrentLoopState loop_;
   // Prepared, because a tick has no time for divisions.
@@ -54,6 +61,11 @@ class PowerLogic {
   float current_max_a_;
   float brake_share_per_nm_;
   float brake_share_max_;
+  bool coil_is_driven_;
+  core::CoilParams coil_params_;
+  core::CoilState coil_;
+  float coil_a_per_nm_;
+  float coil_max_a_;
   float trip_a_;
   float zero_steps_ = 0;
   bool zero_known_ = false;

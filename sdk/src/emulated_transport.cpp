@@ -108,6 +108,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.stored = stored;
   if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
   if (in.control) out.control = conversion::to_wire(*in.control);
+  if (in.board) out.board = conversion::to_wire(*in.board);
   if (in.game) out.game = conversion::to_wire(*in.game);
   out.log_truth = in.log_truth;
   return out;

@@ -135,6 +135,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "brake_torque_constant_nm_per_a": 0.40625,
             "brake_current_max_a": 0.28125,
             "brake_resistance_ohm": 41.5,
+            "brake_inductance_h": 2.5,
             "motor_reversed": "on",
             "encoder_pin": 3,
             "motor_pin": 14,

@@ -243,7 +243,7 @@ def emulator_plant() -> str:
     )
     body += "".join(map(cpp.host_structure, plant.HANDS))
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
-    body += cpp.host_enumeration(plant.ENCODER_ROUNDING)
+    body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
     body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, plant.TRUTH_SAMPLE)))
     return _sdk_header(
         "What an emulated knob is made of, who holds it, and what only the simulation knows.",
@@ -256,7 +256,11 @@ def emulator_plant() -> str:
 def emulator_plant_fields() -> str:
     """Write emulator/include/torsio/plant_fields.hpp."""
     structures = (*plant.HANDS, *plant.PARTS, plant.PLANT_PARAMS, plant.TRUTH_SAMPLE)
-    body = cpp.names(plant.ENCODER_ROUNDING) + "\n" + "".join(map(cpp.field_list, structures))
+    body = (
+        "\n".join(map(cpp.names, plant.ENUMERATIONS))
+        + "\n"
+        + "".join(map(cpp.field_list, structures))
+    )
     return _sdk_header(
         "The fields of the emulated knob's structures by name, as fields.hpp has the others.",
         ("<array>", "<string_view>", "<tuple>", "torsio/field.hpp", "torsio/plant.hpp"),

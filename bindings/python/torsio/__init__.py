@@ -36,7 +36,14 @@ from torsio.game_port import GamePort
 from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob, list_devices, open
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.plant import (
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    Electrics,
+    PlantParams,
+    ShaftHardening,
+)
 from torsio.records import (
     Clock,
     DeviceInfo,
@@ -74,6 +81,7 @@ __all__ = [
     "Disarmed",
     "DisarmedWarning",
     "Disconnected",
+    "Electrics",
     "Emulator",
     "EmulatorOptions",
     "Error",

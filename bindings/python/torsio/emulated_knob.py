@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig, GameConfig
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.game_port import GamePort
 from torsio.hands import Hand
 from torsio.plant import PlantParams
@@ -28,7 +28,7 @@ class EmulatorOptions:
         The simulated actuator, and who holds it; None is the reference actuator, and nobody.
     serial
         At most 16 ASCII characters; empty: derived from the device's name.
-    actuator, control, game
+    actuator, control, board, game
         Configuration at power-up, in place of what the device has stored, or of its defaults.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
@@ -50,6 +50,7 @@ class EmulatorOptions:
     serial: str = ""
     actuator: ActuatorConfig | None = None
     control: ControlConfig | None = None
+    board: BoardConfig | None = None
     game: GameConfig | None = None
     paced: bool = False
     log_truth: bool = False
@@ -66,6 +67,7 @@ class EmulatorOptions:
             ("hand", Hand),
             ("actuator", ActuatorConfig),
             ("control", ControlConfig),
+            ("board", BoardConfig),
             ("game", GameConfig),
         ):
             value = getattr(self, name)

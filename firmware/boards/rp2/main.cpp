@@ -29,6 +29,8 @@ namespace {
 
 constexpr const Board& kBoard = TORSIO_BOARD::kBoard;
 constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
+constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
+static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
 // Without a tick or a round of the main loop for so long, the chip starts anew: outputs off.
 constexpr std::uint32_t kWatchdogMs = 50;
 constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
@@ -78,7 +80,6 @@ std::uint32_t count_missed_ticks() {
 
 void on_tick() {
   const std::uint32_t start = cycles_left();
-  power->begin_tick();
   inputs.encoder_count = encoder->read();
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
   inputs.actuator_fault = power->has_fault();
@@ -88,6 +89,19 @@ void on_tick() {
   const std::uint32_t cycles = (start - cycles_left()) & kSysTickMask;
   inputs.tick_time_ns =
       static_cast<std::uint32_t>((std::uint64_t{cycles} * cycles_to_ns_q16) >> 16);
+}
+
+/// Between two ticks only the current loop has something to do.
+void on_step() {
+  static std::uint32_t steps_left = 0;
+  power->begin();
+  if (steps_left == 0) {
+    steps_left = kStepsPerTick;
+    on_tick();
+  } else {
+    power->apply();
+  }
+  --steps_left;
 }
 
 // Start-up -----------------------------------------------------------------------------------
@@ -110,9 +124,9 @@ device::BoardInfo board_info() {
   return info;
 }
 
-void start_control(const protocol::BoardConfig& config) {
+void start_control(const protocol::BoardConfig& config, const protocol::ActuatorConfig& actuator) {
   encoder.make(config.encoder_pin);
-  power.make(config, kBoard.control_period_ns);
+  power.make(config, kBoard.power, actuator.brake_time_constant_s);
   emergency_stop_pin = config.emergency_stop_pin;
   gpio_init(config.light_pin);
   gpio_set_dir(config.light_pin, GPIO_OUT);
@@ -122,7 +136,7 @@ void start_control(const protocol::BoardConfig& config) {
   cycles_to_ns_q16 =
       static_cast<std::uint32_t>((std::uint64_t{1'000'000'000} << 16) / clock_get_hz(clk_sys));
   due_us = timer_hw->timerawl + kControlPeriodUs;
-  power->start(on_tick);
+  power->start(on_step);
 }
 
 // Main loop ----------------------------------------------------------------------------------
@@ -190,7 +204,7 @@ int main() {
   using namespace torsio::boards;
   const torsio::device::BoardInfo info = board_info();
   torsio::device::Device& device = the_device.make(info, read_slots());
-  start_control(device.board_config());
+  start_control(device.board_config(), device.actuator_config());
   usb_device.make(device, info);
   run(device.board_config().light_pin);
 }

@@ -11,11 +11,9 @@
 namespace torsio::boards {
 namespace {
 
-// Above hearing, and a whole multiple of either control rate.
+// Above hearing, and a whole multiple of every rate of a current loop.
 constexpr std::uint32_t kPwmHz = 40'000;
 
-constexpr float kAdcReferenceV = 3.3F;
-constexpr float kAdcSteps = 4096;
 constexpr std::uint32_t kFirstAdcPin = 26;
 
 // For cut_power(), which knows no object.
@@ -23,16 +21,17 @@ std::uint32_t output_pins = 0;
 
 }  // namespace
 
-PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t control_period_ns)
+PowerStage::PowerStage(const protocol::BoardConfig& config, const device::PowerBoard& board,
+                       float brake_lag_s)
     : config_(config),
-      logic_(config, {control_period_ns, kAdcReferenceV / kAdcSteps}),
+      logic_(config, board, brake_lag_s),
       motor_unit_(pwm_gpio_to_slice_num(config.motor_pin)),
       brake_unit_(pwm_gpio_to_slice_num(config.brake_pin)),
-      tick_unit_(0),
-      tick_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
-                                              control_period_ns / 1'000'000'000U)),
+      step_unit_(0),
+      step_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
+                                              board.current_period_ns / 1'000'000'000U)),
       pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)) {
-  while (tick_unit_ == motor_unit_ || tick_unit_ == brake_unit_) ++tick_unit_;
+  while (step_unit_ == motor_unit_ || step_unit_ == brake_unit_) ++step_unit_;
 
   output_pins = (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
   gpio_init_mask(output_pins);  // inputs, with a low output behind them
@@ -51,9 +50,9 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t contro
   pwm_config_set_wrap(&bridge, static_cast<std::uint16_t>(pwm_steps_ - 1));
   for (const std::uint32_t unit : {motor_unit_, brake_unit_}) pwm_init(unit, &bridge, false);
 
-  pwm_config tick = pwm_get_default_config();
-  pwm_config_set_wrap(&tick, static_cast<std::uint16_t>(tick_cycles_ - 1));
-  pwm_init(tick_unit_, &tick, false);
+  pwm_config step = pwm_get_default_config();
+  pwm_config_set_wrap(&step, static_cast<std::uint16_t>(step_cycles_ - 1));
+  pwm_init(step_unit_, &step, false);
 
   switch_off();
   for (const std::uint8_t pin : {config.motor_pin, config.brake_pin}) {
@@ -70,14 +69,14 @@ void PowerStage::start(void (*handler)()) {
   const std::uint32_t irq = PWM_DEFAULT_IRQ_NUM();
   irq_set_exclusive_handler(irq, handler);
   irq_set_priority(irq, PICO_HIGHEST_IRQ_PRIORITY);
-  pwm_clear_irq(tick_unit_);
-  pwm_set_irq_enabled(tick_unit_, true);
+  pwm_clear_irq(step_unit_);
+  pwm_set_irq_enabled(step_unit_, true);
   irq_set_enabled(irq, true);
-  pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << tick_unit_));
+  pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << step_unit_));
 }
 
-void PowerStage::begin_tick() {
-  pwm_clear_irq(tick_unit_);
+void PowerStage::begin() {
+  pwm_clear_irq(step_unit_);
   hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
 }
 
@@ -88,12 +87,13 @@ bool PowerStage::has_fault() const {
 /// @returns the converter's reading
 std::int32_t PowerStage::finish_measurement() const {
   while ((adc_hw->cs & ADC_CS_READY_BITS) == 0) {
-    // Two microseconds from begin_tick() on: long over.
+    // Two microseconds from begin() on: long over.
   }
   return static_cast<std::int32_t>(adc_hw->result);
 }
 
 void PowerStage::apply(const device::TickOutputs& outputs) {
+  wanted_ = outputs;
   const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
   if (!drive.enabled) {
     if (enabled_) switch_off();

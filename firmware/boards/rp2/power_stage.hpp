@@ -14,20 +14,24 @@ namespace torsio::boards {
 class PowerStage {
  public:
   /// Claims the pins, all outputs off.
-  PowerStage(const protocol::BoardConfig& config, std::uint32_t control_period_ns);
+  /// @param brake_lag_s see device::PowerLogic
+  PowerStage(const protocol::BoardConfig& config, const device::PowerBoard& board,
+             float brake_lag_s);
 
-  /// Starts the PWM units in step, and with them `handler` once a control period, in the middle of
-  /// the time in which the motor is driven: there the current is at its average.
+  /// Starts the PWM units in step, and with them `handler` once a period of the current loop, in
+  /// the middle of the time in which the motor is driven: there the current is at its average.
   void start(void (*handler)());
 
-  /// First thing in a tick: acknowledges it and starts to measure the current.
-  void begin_tick();
+  /// First thing in the handler: acknowledges it and starts to measure the current.
+  void begin();
 
   /// True while a bridge reports an error or the current is far above its limit.
   bool has_fault() const;
 
-  /// Last thing in a tick: ends the measurement and sets the outputs for the next period.
+  /// Last thing in the handler: ends the measurement and sets the outputs for the next period.
   void apply(const device::TickOutputs& outputs);
+  /// The same between two ticks, with the outputs of the last one.
+  void apply() { apply(wanted_); }
 
  private:
   std::int32_t finish_measurement() const;
@@ -36,10 +40,11 @@ class PowerStage {
 
   protocol::BoardConfig config_;
   device::PowerLogic logic_;
+  device::TickOutputs wanted_;
   std::uint32_t motor_unit_;
   std::uint32_t brake_unit_;
-  std::uint32_t tick_unit_;
-  std::uint32_t tick_cycles_;
+  std::uint32_t step_unit_;
+  std::uint32_t step_cycles_;
   std::uint16_t pwm_steps_;
   bool enabled_ = false;
 };

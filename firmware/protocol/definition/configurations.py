@@ -101,8 +101,8 @@ BOARD_CONFIG = _configuration(
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=2.5),
     number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=1.5e-3),
     number(
-        "current_bandwidth_hz", "Hz", 1.0, 5e3,
-        "of the current loop; held at a tenth of the control rate", default=500.0,
+        "current_bandwidth_hz", "Hz", 1.0, 1e5,
+        "of the current loop; on a pico held at a tenth of the control rate", default=1e4,
     ),
     number(
         "current_sense_v_per_a", "V/A", 1e-3, 10.0,
@@ -113,6 +113,11 @@ BOARD_CONFIG = _configuration(
     ),
     number("brake_current_max_a", "A", 0.0, 100.0, "of the coil", default=0.3),
     number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=40.0),
+    number(
+        "brake_inductance_h", "H", 0.0, 1e3,
+        "of the coil, which the bridge then drives both ways, so that its current follows with the "
+        "actuator's brake_time_constant_s; 0: it follows as the coil lets it", default=0.0,
+    ),
     switch(
         "motor_reversed", e.TOGGLE,
         "on: a current into the first motor pin turns the knob to smaller angles",

@@ -27,6 +27,7 @@ struct EmulatorOptions {
   /// Configuration at power-up in place of what the device has stored, or of its defaults.
   std::optional<ActuatorConfig> actuator{};
   std::optional<ControlConfig> control{};
+  std::optional<BoardConfig> board{};  ///< a plant with electrics has use for it
   std::optional<GameConfig> game{};
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
