@@ -17,7 +17,7 @@ def _model(request: pytest.FixtureRequest) -> None:
 
 
 def _boot() -> Iterator[EmulatedPico]:
-    if not bench.chosen.image.exists() or not bench.ROM.exists() or not bench.COUNTER.exists():
+    if not bench.chosen.image.exists() or not bench.ROM.exists() or not bench.FAST.exists():
         pytest.fail("the firmware is not built; run ./dev test", pytrace=False)
     with enumerated() as board:
         yield board

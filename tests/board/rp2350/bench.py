@@ -153,8 +153,7 @@ class Bench:
         return True
 
     def do_encoder_counter(self) -> int:
-        self.chip.pio.catch_up()
-        return self.chip.pio.y
+        return self.chip.pio.count
 
     def do_motor(
         self, zero: int = 2048, sensor_amperes: float | None = None, **changes: float
@@ -186,6 +185,10 @@ class Bench:
 
     def do_memory(self, address: int, size: int) -> str:
         return bytes(self.chip.core.uc.mem_read(address, size)).hex()
+
+    def do_poke(self, address: int, word: int) -> bool:
+        self.chip.core.uc.mem_write(address, word.to_bytes(4, "little"))
+        return True
 
     # Ways to go wrong ---------------------------------------------------------------------------
 

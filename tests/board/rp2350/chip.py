@@ -17,6 +17,7 @@ import ctypes
 import math
 import struct
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from unicorn import UC_HOOK_CODE, UC_PROT_ALL, arm_const
@@ -35,7 +36,8 @@ PWM_LINE, USB_LINE = 8, 14
 
 CLOCKS, RESETS, IO_BANK, PADS = 0x10, 0x20, 0x28, 0x38
 XOSC, PLL_SYS, PLL_USB, ADC, PWM = 0x48, 0x50, 0x58, 0xA0, 0xA8
-TIMER, WATCHDOG, BOOT_RAM = 0xB0, 0xD8, 0xE0
+TIMER, WATCHDOG, BOOT_RAM, POWMAN = 0xB0, 0xD8, 0xE0, 0x100
+SCRATCH = range(0x0C, 0x2C, 4)
 
 FUNCTION_PWM, FUNCTION_SIO = 4, 5
 PULL_UP, ISOLATED = 1 << 3, 1 << 8
@@ -73,6 +75,7 @@ class Chip:
         for address, page in image.items():
             self.flash[address : address + len(page)] = page
         self.serial = serial
+        self.registers: dict[int, dict[int, int]] = {}
         self.cut_after_bytes: int | None = None
         self.erase_ns = TYPICAL_ERASE_NS
         self.spoilt_byte: int | None = None
@@ -81,16 +84,18 @@ class Chip:
         self.zero = 2048  # steps of the current sensor without a current
         self.sensor_amperes: float | None = None  # what the sensor says; None: the truth
         self.motor = {"ohm": 2.5, "henry": 1.5e-3, "supply": 12, "voltsPerAmpere": 0.2}
-        self.core = Core(library)
+        self._library = ctypes.CDLL(str(library))
+        self.core = Core(self._library)
         self._map_memory()
         self.core.coprocessor = self._move_pins
         self.core.entered = self._tick_begins
         self.core.left = self._tick_ends
         self.power_up()
 
-    def power_up(self, reason: int = 0) -> None:
-        """Start from reset; the flash, the world and its time stay."""
-        self.registers: dict[int, dict[int, int]] = {}
+    def power_up(self, *, bitten: bool = False) -> None:
+        """Start from reset, by the watchdog or not; the flash, the world and its time stay."""
+        kept = self._file(WATCHDOG) if bitten else {}
+        self.registers = {}
         self.pwm_starts: list[int] = []
         self.tick_ns = {"last": 0.0, "most": 0.0}
         self._tick_began = 0
@@ -107,11 +112,12 @@ class Chip:
         self._pwm_intr = 0
         self._pwm_wraps: dict[int, tuple[int, int]] = {}  # unit: next wrap, period
         self._rom_call = 0
-        self.pio = Pio(self._pin_levels, lambda: self.now)
-        self.pio._done = self.now
+        self.pio = Pio(self._library, lambda: self._levels, lambda: self.core.counter.cycles)
         self.usb = Usb(self._dpram, lambda high: self.core.raise_line(USB_LINE, high))
         self._file(RESETS)[0] = 0x1FFFFFFF
-        self._file(WATCHDOG)[8] = reason
+        self._file(WATCHDOG).update({at: kept[at] for at in SCRATCH if at in kept})
+        self._file(WATCHDOG)[8] = int(bitten)
+        self._file(POWMAN)[0x2C] = 0 if bitten else 1 << 16  # power-on
         stack, entry = struct.unpack("<II", self.flash[0:8])
         self.core.reset(stack, entry & ~1)
 
@@ -141,7 +147,7 @@ class Chip:
             until = min(until, wrap)
         if self._watchdog_at is not None:
             until = min(until, self._watchdog_at)
-        if self._rom_call == Rom.BUSY:
+        if self._rom_call == Rom.BUSY and not self.core.active:
             until = min(until, self._flash_busy)
             self.core.sleeping = self.now < self._flash_busy and not self._wakes()
             if self.now >= self._flash_busy:
@@ -165,7 +171,7 @@ class Chip:
                 self._tell_pwm()
         if self._watchdog_at is not None and self.now >= self._watchdog_at:
             self.watchdog_resets += 1
-            self.power_up(reason=1)
+            self.power_up(bitten=True)
 
     # Ways to go wrong ---------------------------------------------------------------------------
 
@@ -211,12 +217,14 @@ class Chip:
             *((0x40000000, 0x170000), (0x50110000, 0x10000), (0x50200000, 0x10000)),
             *((0xD0000000, 0x20000), (0xE0000000, 0x100000)),
         ):
-            uc.mmio_map(base, size, self._read_at, base, self._write_at, base)
+            self.core.map_registers(
+                base, size, partial(self._read_at, base), partial(self._write_at, base)
+            )
 
     def _file(self, block: int) -> dict[int, int]:
         return self.registers.setdefault(block, {})
 
-    def _read_at(self, uc: object, offset: int, size: int, base: int) -> int:
+    def _read_at(self, base: int, offset: int, size: int) -> int:
         word = self._read(base, offset & ~3)
         return word >> 8 * (offset & 3) & ((1 << 8 * size) - 1)
 
@@ -231,7 +239,7 @@ class Chip:
             return self._read_sio(offset)
         return self.core.read_private(offset)
 
-    def _write_at(self, uc: object, offset: int, size: int, value: int, base: int) -> None:
+    def _write_at(self, base: int, offset: int, size: int, value: int) -> None:
         if base == 0xD0000000:
             self._write_sio(offset, value)
         elif base == 0xE0000000:
@@ -323,9 +331,6 @@ class Chip:
             self.low.add(pin)
         self._settle()
 
-    def _pin_levels(self) -> int:
-        return self._levels
-
     def _settle(self) -> None:
         pads = self._file(PADS)
         levels = 0
@@ -358,7 +363,7 @@ class Chip:
 
     def _read_sio(self, offset: int) -> int:
         if offset == 0x04:
-            return self._pin_levels() & ~self.driven | self.out & self.driven
+            return self._levels & ~self.driven | self.out & self.driven
         return {0x10: self.out, 0x30: self.driven}.get(offset, 0)
 
     def _write_sio(self, offset: int, value: int) -> None:
