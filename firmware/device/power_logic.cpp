@@ -13,6 +13,20 @@ constexpr std::uint8_t kOverCurrentSteps = 3;
 constexpr float kOverCurrentFactor = 1.5F;
 constexpr float kLeastTripA = 0.1F;
 
+constexpr float kConverterTop = 4095.0F;
+
+// A bridge that wakes up may say for a while that it does not work.
+constexpr float kSettleS = 1e-3F;
+
+// The speed estimate is some milliseconds late.
+constexpr float kPatienceS = 4e-3F;
+
+// Of the smallest motors' windings; larger ones are slower.
+constexpr float kWindingS = 10.0F;
+constexpr std::uint32_t kHeatSteps = 64;  // it need not be looked at more often
+
+float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
+
 }  // namespace
 
 PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board,
@@ -41,11 +55,31 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       // More than the supply can hold it would never get to.
       coil_max_a_(
           core::smaller(config.brake_current_max_a, config.supply_v / config.brake_resistance_ohm)),
-      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
+      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)),
+      supply_v_(config.supply_v),
+      zero_margin_steps_(trip_a_ / amperes_per_step_),
+      settle_steps_(core::round_to_u32(kSettleS / seconds(board.current_period_ns))),
+      winding_params_(core::make_winding(config.motor_resistance_ohm, config.motor_inductance_h,
+                                         config.motor_torque_constant_nm_per_a,
+                                         config.motor_current_max_a,
+                                         seconds(board.current_period_ns), kPatienceS)),
+      heat_params_(
+          core::make_heat(config.motor_current_max_a, config.motor_current_continuous_a, kWindingS,
+                          static_cast<float>(kHeatSteps) * seconds(board.current_period_ns))) {
   amperes_per_step_ *= direction_;
 }
 
 bool PowerLogic::over_current() const { return over_current_steps_ >= kOverCurrentSteps; }
+
+std::uint16_t PowerLogic::find_faults(bool bridge_reports) const {
+  namespace fault = protocol::fault;
+  const bool settled = !enabled_ || steps_enabled_ == settle_steps_;
+  const bool zero_fits = !zero_known_ || (zero_steps_ >= zero_margin_steps_ &&
+                                          zero_steps_ <= kConverterTop - zero_margin_steps_);
+  return static_cast<std::uint16_t>(
+      (over_current() || (bridge_reports && settled) ? fault::actuator : 0) |
+      (zero_fits ? 0 : fault::current_sensor) | (believed_ ? 0 : fault::winding));
+}
 
 void PowerLogic::measure(std::int32_t current_steps) {
   const auto steps = static_cast<float>(current_steps);
@@ -66,6 +100,7 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   measure(current_steps);
   if (!wanted.enabled) {
     if (enabled_) rest();
+    warm(0.0F);
     return {};
   }
   if (!enabled_) predictive_.expected_a = current_a_;
@@ -75,6 +110,8 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   const float share =
       predicts_ ? core::hold_current(predictive_, predictive_params_, target_a, current_a_)
                 : core::hold_current(loop_, loop_params_, target_a, current_a_);
+  watch(share);
+  warm(current_a_);
   return {direction_ * share, drive_brake(wanted.brake_command_nm), true};
 }
 
@@ -86,11 +123,32 @@ float PowerLogic::drive_brake(float command_nm) {
                           core::smaller(command_nm * coil_a_per_nm_, coil_max_a_));
 }
 
-/// Without power nothing is remembered but the sensor's zero.
+/// Whether voltage and current fit together.
+/// @param motor_share from now on
+void PowerLogic::watch(float motor_share) {
+  if (steps_enabled_ < settle_steps_) ++steps_enabled_;
+  believed_ = core::believe_current(winding_, winding_params_, current_a_, speed_rad_s_,
+                                    motor_share * supply_v_) &&
+              believed_;
+}
+
+/// How much current there may be, after what there was.
+void PowerLogic::warm(float current_a) {
+  if (steps_to_heat_ == 0) {
+    steps_to_heat_ = kHeatSteps;
+    current_max_a_ = core::allow_current(heat_, heat_params_, current_a);
+  }
+  --steps_to_heat_;
+}
+
+/// Without power nothing is remembered but the sensor's zero and how warm the winding is.
 void PowerLogic::rest() {
   loop_ = {};
   predictive_ = {};
   coil_ = {};
+  winding_ = {};
+  believed_ = true;
+  steps_enabled_ = 0;
   enabled_ = false;
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "core/current_loop.hpp"
+#include "core/winding_model.hpp"
 #include "device/control_loop.hpp"
 #include "protocol/reports.hpp"
 
@@ -41,11 +42,21 @@ class PowerLogic {
   /// True while the current is far above its limit.
   bool over_current() const;
 
+  /// What of motor, sensor and bridges cannot be trusted now, as bits of `faults`.
+  /// @param bridge_reports a bridge says that something is wrong; not believed for a moment after
+  ///                       it was enabled
+  std::uint16_t find_faults(bool bridge_reports) const;
+
+  /// The knob's speed, for the voltage that the motor makes itself. Once a tick.
+  void set_speed(float speed_rad_s) { speed_rad_s_ = speed_rad_s; }
+
   /// Of the last step; positive turns the knob to larger angles.
   float current_a() const { return current_a_; }
 
  private:
   void measure(std::int32_t current_steps);
+  void watch(float motor_share);
+  void warm(float current_a);
   float drive_brake(float command_nm);
   void rest();
 
@@ -67,6 +78,17 @@ class PowerLogic {
   float coil_a_per_nm_;
   float coil_max_a_;
   float trip_a_;
+  float supply_v_;
+  float zero_margin_steps_;  // to either end of the converter, or the trip level cannot be seen
+  std::uint32_t settle_steps_;
+  std::uint32_t steps_enabled_ = 0;  // up to settle_steps_
+  core::WindingParams winding_params_;
+  core::WindingState winding_;
+  bool believed_ = true;
+  core::HeatParams heat_params_;
+  core::HeatState heat_;
+  std::uint32_t steps_to_heat_ = 0;
+  float speed_rad_s_ = 0;
   float zero_steps_ = 0;
   bool zero_known_ = false;
   float current_a_ = 0;

@@ -77,11 +77,12 @@ def test_program_that_hangs_is_restarted_with_its_outputs_off(
         pico.do("stop_ticks")
     else:
         pico.do("hang", masked=what == "everything")
-    pico.run(54)  # 50 ms of the watchdog, and the way to the main program again
+    pico.run(10)  # 8 ms of the watchdog, and the way to the main program again
     assert pico.status()["watchdog_resets"] == 1
     assert pico.motor() is None
     pico.enumerate()
-    assert pico.get("health")["state"] == "disarmed"
+    health = pico.get("health")
+    assert (health["state"], health["reset_cause"]) == ("disarmed", "watchdog")
 
 
 def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPico) -> None:
@@ -91,9 +92,10 @@ def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPi
     assert pico.motor() is None
     assert pico.brake() is None
     assert pico.status()["watchdog_resets"] == 0
-    pico.run(51)
+    pico.run(10)
     assert pico.status()["watchdog_resets"] == 1
     pico.enumerate()
+    assert pico.get("health")["reset_cause"] == "hard_fault"
 
 
 def test_idle_device_is_not_restarted_by_its_watchdog(pico: EmulatedPico) -> None:

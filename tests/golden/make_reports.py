@@ -80,6 +80,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "tick_time_max_ns": 0x51525354,
             "saves": 0xF1F2F3F4,
             "owner": "game",
+            "reset_cause": "stack",
         },
     ),
     (
@@ -128,6 +129,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "supply_v": 24.5,
             "motor_torque_constant_nm_per_a": 0.0625,
             "motor_current_max_a": 3.25,
+            "motor_current_continuous_a": 1.375,
             "motor_resistance_ohm": 1.75,
             "motor_inductance_h": 0.0009765625,
             "current_bandwidth_hz": 800.5,
@@ -137,6 +139,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "brake_resistance_ohm": 41.5,
             "brake_inductance_h": 2.5,
             "motor_reversed": "on",
+            "confirmed": "on",
             "encoder_pin": 3,
             "motor_pin": 14,
             "brake_pin": 20,

@@ -136,6 +136,8 @@ class BoardConfig:
         At the knob; 1e-4 to 100.
     motor_current_max_a
         Never asked for more; one and a half times as much measured is a fault; 0 to 100.
+    motor_current_continuous_a
+        That the winding stands for ever; more is given for seconds, then less and less; 0 to 100.
     motor_resistance_ohm
         Of the winding; 0.001 to 1000.
     motor_inductance_h
@@ -155,6 +157,9 @@ class BoardConfig:
         actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000.
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
+    confirmed
+        True: somebody has checked that these are the parts. Until then a real board holds torques
+        and speed low. Acts at once.
     encoder_pin
         GPIO of A; B is the next one; 0 to 28.
     motor_pin
@@ -177,6 +182,7 @@ class BoardConfig:
     supply_v: float = 12.0
     motor_torque_constant_nm_per_a: float = 0.05
     motor_current_max_a: float = 2.0
+    motor_current_continuous_a: float = 1.0
     motor_resistance_ohm: float = 2.5
     motor_inductance_h: float = 0.0015
     current_bandwidth_hz: float = 10000.0
@@ -186,6 +192,7 @@ class BoardConfig:
     brake_resistance_ohm: float = 40.0
     brake_inductance_h: float = 0.0
     motor_reversed: bool = False
+    confirmed: bool = False
     encoder_pin: int = 2
     motor_pin: int = 6
     brake_pin: int = 8

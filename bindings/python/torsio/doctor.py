@@ -42,6 +42,16 @@ _FAULT_ADVICE = {
         "the power stage reported an error",
         "check supply, motor cable and temperature, then clear the fault",
     ),
+    "current_sensor": (
+        "the motor's current sensor does not rest where it can see enough to either side",
+        "check the sensor's supply and wire; then current_sense_v_per_a and motor_current_max_a of "
+        "the board configuration: one and a half times that current must stay within its range",
+    ),
+    "winding": (
+        "the motor's voltage, its current and the knob's speed did not fit together",
+        "check the current sensor, the motor's wires, the supply and the encoder's cable, then "
+        "resistance, torque constant and signs in the configuration; clear the fault",
+    ),
     "overrun": (
         "ticks were missed, or took nearly the whole control period",
         "clear the fault; if it comes back the scene is too much for the board: play fewer effects",

@@ -20,6 +20,7 @@
 #include "boards/rp2/flash_slots.hpp"
 #include "boards/rp2/power_stage.hpp"
 #include "boards/rp2/quadrature.hpp"
+#include "boards/rp2/reset_cause.hpp"
 #include "boards/rp2/status_light.hpp"
 #include "device/device.hpp"
 #include "usb/usb_device.hpp"
@@ -32,7 +33,7 @@ constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
 constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
 static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
 // Without a tick or a round of the main loop for so long, the chip starts anew: outputs off.
-constexpr std::uint32_t kWatchdogMs = 50;
+constexpr std::uint32_t kWatchdogMs = 8;
 constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
@@ -58,6 +59,14 @@ Lasting<PowerStage> power;
 Lasting<Quadrature> encoder;
 Lasting<usb::UsbDevice> usb_device;
 
+/// Power off, then the watchdog starts the chip anew.
+[[noreturn]] void panic(protocol::ResetCause why) {
+  cut_power();
+  leave_reset_cause(why);
+  for (;;) {
+  }
+}
+
 // Control interrupt --------------------------------------------------------------------------
 
 device::TickInputs inputs;
@@ -82,9 +91,13 @@ void on_tick() {
   const std::uint32_t start = cycles_left();
   inputs.encoder_count = encoder->read();
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
-  inputs.actuator_fault = power->has_fault();
+  inputs.power_faults = power->find_faults();
+  inputs.actuator_fault = inputs.power_faults != 0;
   inputs.missed_ticks = count_missed_ticks();
-  power->apply(the_device->tick(inputs));
+  const device::TickOutputs outputs = the_device->tick(inputs);
+  power->set_speed(the_device->speed_rad_s());
+  power->apply(outputs);
+  if (!stack_is_whole()) panic(protocol::ResetCause::stack);
   ticks_done.store(ticks_done.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   const std::uint32_t cycles = (start - cycles_left()) & kSysTickMask;
   inputs.tick_time_ns =
@@ -113,6 +126,8 @@ device::BoardInfo board_info() {
   info.control_period_ns = kBoard.control_period_ns;
   info.wiring_rule = kBoard.wiring_rule;
   info.has_bootloader = true;
+  info.moves_parts = true;
+  info.reset_cause = take_reset_cause();
   pico_unique_board_id_t id;
   pico_get_unique_board_id(&id);
   constexpr char digits[] = "0123456789ABCDEF";
@@ -192,16 +207,15 @@ void show_life() {
 }  // namespace
 }  // namespace torsio::boards
 
-/// A program that has lost its way: power off, then the watchdog starts it anew.
+/// A program that has lost its way.
 extern "C" [[noreturn]] void torsio_panic(...) {
-  torsio::boards::cut_power();
-  for (;;) {
-  }
+  torsio::boards::panic(torsio::protocol::ResetCause::hard_fault);
 }
 extern "C" [[noreturn]] void isr_hardfault() { torsio_panic(); }
 
 int main() {
   using namespace torsio::boards;
+  guard_stack();
   const torsio::device::BoardInfo info = board_info();
   torsio::device::Device& device = the_device.make(info, read_slots());
   start_control(device.board_config(), device.actuator_config());

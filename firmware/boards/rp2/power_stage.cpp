@@ -80,8 +80,8 @@ void PowerStage::begin() {
   hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
 }
 
-bool PowerStage::has_fault() const {
-  return !gpio_get(config_.driver_fault_pin) || logic_.over_current();
+std::uint16_t PowerStage::find_faults() const {
+  return logic_.find_faults(!gpio_get(config_.driver_fault_pin));
 }
 
 /// @returns the converter's reading

@@ -25,8 +25,11 @@ class PowerStage {
   /// First thing in the handler: acknowledges it and starts to measure the current.
   void begin();
 
-  /// True while a bridge reports an error or the current is far above its limit.
-  bool has_fault() const;
+  /// What cannot be trusted now, as bits of `faults`.
+  std::uint16_t find_faults() const;
+
+  /// Once a tick; see device::PowerLogic.
+  void set_speed(float speed_rad_s) { logic_.set_speed(speed_rad_s); }
 
   /// Last thing in the handler: ends the measurement and sets the outputs for the next period.
   void apply(const device::TickOutputs& outputs);

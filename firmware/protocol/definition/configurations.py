@@ -98,6 +98,11 @@ BOARD_CONFIG = _configuration(
         "motor_current_max_a", "A", 0.0, 100.0,
         "never asked for more; one and a half times as much measured is a fault", default=2.0,
     ),
+    number(
+        "motor_current_continuous_a", "A", 0.0, 100.0,
+        "that the winding stands for ever; more is given for seconds, then less and less",
+        default=1.0,
+    ),
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=2.5),
     number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=1.5e-3),
     number(
@@ -121,6 +126,11 @@ BOARD_CONFIG = _configuration(
     switch(
         "motor_reversed", e.TOGGLE,
         "on: a current into the first motor pin turns the knob to smaller angles",
+    ),
+    switch(
+        "confirmed", e.TOGGLE,
+        "on: somebody has checked that these are the parts. Until then a real board holds torques and "
+        "speed low. Acts at once",
     ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(

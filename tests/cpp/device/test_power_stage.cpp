@@ -148,32 +148,33 @@ TEST_CASE("a current of more than one and a half times the limit is a fault afte
     bench.apply({}, 20000);  // learns where zero is
     bench.measure(2.9 * sign);
     bench.apply(on(0.0F), 50);
-    CHECK_FALSE(bench.stage->has_fault());
+    CHECK(bench.stage->find_faults() == 0);
     bench.measure(3.1 * sign);
     bench.apply(on(0.0F), 2);
-    CHECK_FALSE(bench.stage->has_fault());  // noise
+    CHECK(bench.stage->find_faults() == 0);  // noise
     bench.measure(0.0);
     bench.apply(on(0.0F));
     bench.measure(3.1 * sign);
     bench.apply(on(0.0F), 2);
-    CHECK_FALSE(bench.stage->has_fault());  // counts from the beginning
+    CHECK(bench.stage->find_faults() == 0);  // counts from the beginning
     bench.apply(on(0.0F));
-    CHECK(bench.stage->has_fault());
+    CHECK(bench.stage->find_faults() == torsio::protocol::fault::actuator);
     bench.apply(on(0.0F), 300);
-    CHECK(bench.stage->has_fault());  // and goes on counting as one
+    CHECK(bench.stage->find_faults() ==
+          torsio::protocol::fault::actuator);  // and goes on counting as one
     bench.measure(0.0);
     bench.apply({});
-    CHECK_FALSE(bench.stage->has_fault());
+    CHECK(bench.stage->find_faults() == 0);
   }
 }
 
 TEST_CASE("a bridge that reports an error is a fault as long as it does") {
   Bench bench;
-  CHECK_FALSE(bench.stage->has_fault());
+  CHECK(bench.stage->find_faults() == 0);
   gpio_put(bench.config.driver_fault_pin, false);
-  CHECK(bench.stage->has_fault());
+  CHECK(bench.stage->find_faults() == torsio::protocol::fault::actuator);
   gpio_put(bench.config.driver_fault_pin, true);
-  CHECK_FALSE(bench.stage->has_fault());
+  CHECK(bench.stage->find_faults() == 0);
 }
 
 TEST_CASE("where zero is, is learned only while the motor has no power") {
