@@ -38,20 +38,22 @@ constexpr WindingParams make_winding(float resistance_ohm, float inductance_h,
           round_to_u32(patience_s / period_s) + 1};
 }
 
-/// One period. The period by which the voltage comes late is short beside the patience.
+/// One period of the model. The period by which the voltage comes late is short beside the
+/// patience.
 /// @param next_v what the bridge does from now on
-/// @returns false once measurement and model have differed for so long that they cannot both be
-///          true
-constexpr bool believe_current(WindingState& state, const WindingParams& params, float measured_a,
-                               float speed_rad_s, float next_v) {
+constexpr void follow_winding(WindingState& state, const WindingParams& params, float speed_rad_s,
+                              float next_v) {
   const float end_a = (state.voltage_v - params.emf_v_s * speed_rad_s) * params.a_per_v;
   state.expected_a =
       flush_tiny(state.expected_a + params.settled_share * (end_a - state.expected_a));
   state.voltage_v = next_v;
+}
+
+/// Once a period, a measurement beside the model.
+/// @returns false once the two have differed for so long that they cannot both be true
+constexpr bool believe_current(WindingState& state, const WindingParams& params, float measured_a) {
   const float most_a = larger(absolute(state.expected_a), absolute(measured_a));
-  const bool fits =
-      absolute(state.expected_a - measured_a) <= params.slack_a + kModelErrorShare * most_a;
-  if (fits) {
+  if (absolute(state.expected_a - measured_a) <= params.slack_a + kModelErrorShare * most_a) {
     state.doubtful_steps = 0;
   } else if (state.doubtful_steps < params.patience_steps) {
     ++state.doubtful_steps;

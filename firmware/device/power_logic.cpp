@@ -59,10 +59,10 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       supply_v_(config.supply_v),
       zero_margin_steps_(trip_a_ / amperes_per_step_),
       settle_steps_(core::round_to_u32(kSettleS / seconds(board.current_period_ns))),
-      winding_params_(core::make_winding(config.motor_resistance_ohm, config.motor_inductance_h,
-                                         config.motor_torque_constant_nm_per_a,
-                                         config.motor_current_max_a,
-                                         seconds(board.current_period_ns), kPatienceS)),
+      winding_params_(core::make_winding(
+          config.motor_resistance_ohm, config.motor_inductance_h,
+          config.motor_torque_constant_nm_per_a, config.motor_current_max_a,
+          (board.predicts ? 1.0F : 2.0F) * seconds(board.current_period_ns), kPatienceS)),
       heat_params_(
           core::make_heat(config.motor_current_max_a, config.motor_current_continuous_a, kWindingS,
                           static_cast<float>(kHeatSteps) * seconds(board.current_period_ns))) {
@@ -127,9 +127,14 @@ float PowerLogic::drive_brake(float command_nm) {
 /// @param motor_share from now on
 void PowerLogic::watch(float motor_share) {
   if (steps_enabled_ < settle_steps_) ++steps_enabled_;
-  believed_ = core::believe_current(winding_, winding_params_, current_a_, speed_rad_s_,
-                                    motor_share * supply_v_) &&
-              believed_;
+  // Without floating point one half of it fits into a step.
+  compares_ = predicts_ || !compares_;
+  if (compares_) {
+    believed_ = core::believe_current(winding_, winding_params_, current_a_) && believed_;
+  }
+  if (predicts_ || !compares_) {
+    core::follow_winding(winding_, winding_params_, speed_rad_s_, motor_share * supply_v_);
+  }
 }
 
 /// How much current there may be, after what there was.

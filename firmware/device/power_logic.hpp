@@ -85,6 +85,7 @@ class PowerLogic {
   core::WindingParams winding_params_;
   core::WindingState winding_;
   bool believed_ = true;
+  bool compares_ = false;  // in this step; else the model goes on
   core::HeatParams heat_params_;
   core::HeatState heat_;
   std::uint32_t steps_to_heat_ = 0;

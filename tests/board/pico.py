@@ -44,6 +44,7 @@ class Model:
     tick_ns: int
     clock_hz: int
     flash_size: int
+    watchdog_ms: int
 
     @property
     def image(self) -> Path:
@@ -62,8 +63,8 @@ class Model:
 
 
 MODELS = {
-    "pico": Model("pico", 1, "rp2040", 100_000, 200_000_000, 2 * 1024 * 1024),
-    "pico2": Model("pico2", 2, "rp2350", 50_000, 150_000_000, 4 * 1024 * 1024),
+    "pico": Model("pico", 1, "rp2040", 100_000, 200_000_000, 2 * 1024 * 1024, 20),
+    "pico2": Model("pico2", 2, "rp2350", 50_000, 150_000_000, 4 * 1024 * 1024, 8),
 }
 chosen = MODELS["pico"]
 

@@ -116,7 +116,7 @@ def test_stack_that_is_too_small_cuts_the_power_and_is_reported(pico: EmulatedPi
     pico.do("poke", address=STACK_ENDS_AT[pico.model.name], word=0)
     pico.run(0.3)
     assert pico.motor() is None
-    pico.run(10)
+    pico.run(pico.model.watchdog_ms + 2)
     assert pico.status()["watchdog_resets"] == 1
     pico.enumerate()
     assert pico.get("health")["reset_cause"] == "stack"

@@ -77,7 +77,7 @@ def test_program_that_hangs_is_restarted_with_its_outputs_off(
         pico.do("stop_ticks")
     else:
         pico.do("hang", masked=what == "everything")
-    pico.run(10)  # 8 ms of the watchdog, and the way to the main program again
+    pico.run(pico.model.watchdog_ms + 2)  # and the way to the main program again
     assert pico.status()["watchdog_resets"] == 1
     assert pico.motor() is None
     pico.enumerate()
@@ -92,7 +92,7 @@ def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPi
     assert pico.motor() is None
     assert pico.brake() is None
     assert pico.status()["watchdog_resets"] == 0
-    pico.run(10)
+    pico.run(pico.model.watchdog_ms + 2)
     assert pico.status()["watchdog_resets"] == 1
     pico.enumerate()
     assert pico.get("health")["reset_cause"] == "hard_fault"

@@ -33,7 +33,8 @@ constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
 constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
 static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
 // Without a tick or a round of the main loop for so long, the chip starts anew: outputs off.
-constexpr std::uint32_t kWatchdogMs = 8;
+// With the largest scene that fits, a round takes longer without floating point.
+constexpr std::uint32_t kWatchdogMs = kBoard.power.predicts ? 8 : 20;
 constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits

@@ -19,6 +19,7 @@ import struct
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 from unicorn import UC_HOOK_CODE, UC_PROT_ALL, arm_const
 
@@ -53,7 +54,7 @@ class Rom:
 
     LOOKUP, NOTHING, ERASE, PROGRAM, BUSY, SYS_INFO, REBOOT, LOST = range(0x100, 0x110, 2)
     DATA = 0x200
-    FUNCTIONS = {
+    FUNCTIONS: ClassVar = {
         b"IF": NOTHING,
         b"EX": NOTHING,
         b"FC": NOTHING,
@@ -299,7 +300,7 @@ class Chip:
         elif block == WATCHDOG:
             self._write_watchdog(offset, value)
             return
-        elif block == PADS or block == IO_BANK:
+        elif block in (PADS, IO_BANK):
             self.pio.catch_up()
             file[offset] = value
             self._settle()

@@ -160,8 +160,8 @@ TEST_CASE("a current of more than one and a half times the limit is a fault afte
     bench.apply(on(0.0F));
     CHECK(bench.stage->find_faults() == torsio::protocol::fault::actuator);
     bench.apply(on(0.0F), 300);
-    CHECK(bench.stage->find_faults() ==
-          torsio::protocol::fault::actuator);  // and goes on counting as one
+    CHECK((bench.stage->find_faults() & torsio::protocol::fault::actuator) !=
+          0);  // and goes on counting as one
     bench.measure(0.0);
     bench.apply({});
     CHECK(bench.stage->find_faults() == 0);
