@@ -7,7 +7,8 @@ from typing import Any
 
 from unicorn import arm_const
 
-from tests.board.rp2350.chip import Chip, PowerCut
+from tests.board.rp2350.chip import Chip
+from tests.board.rp2350.rom import PowerCut
 from tests.board.rp2350.usb import RESET, RESUME, SUSPENDED
 
 FRAME_NS = 1e6
@@ -28,7 +29,7 @@ class Bench:
         try:
             return getattr(self, f"do_{name}")(**details)
         except PowerCut:
-            self.chip.cut_after_bytes = None
+            self.chip.rom.cut_after_bytes = None
             return "power cut"
 
     def close(self) -> None:
@@ -54,10 +55,10 @@ class Bench:
         return {
             "ns": chip.ns,
             "watchdog_resets": chip.watchdog_resets,
-            "bootloader": chip.bootloader,
+            "bootloader": chip.rom.bootloader,
             "tick_ns": chip.tick_ns,
             "pwm_starts": chip.pwm_starts,
-            "lost": chip.lost,
+            "lost": chip.rom.lost,
             "address": chip.usb.address,
             "stack": chip.core.uc.reg_read(arm_const.UC_ARM_REG_SP),
             "pc": chip.core.uc.reg_read(arm_const.UC_ARM_REG_PC),
@@ -169,19 +170,19 @@ class Bench:
     # Flash and memory ---------------------------------------------------------------------------
 
     def do_cut_flash(self, after_bytes: int) -> bool:
-        self.chip.cut_after_bytes = after_bytes
+        self.chip.rom.cut_after_bytes = after_bytes
         return True
 
     def do_erase_time(self, ns: float) -> bool:
-        self.chip.erase_ns = ns
+        self.chip.rom.erase_ns = ns
         return True
 
     def do_spoil_flash(self, byte: int) -> bool:
-        self.chip.spoilt_byte = byte
+        self.chip.rom.spoilt_byte = byte
         return True
 
     def do_flash(self, address: int, size: int) -> str:
-        return self.chip.flash[address : address + size].hex()
+        return self.chip.rom.flash[address : address + size].hex()
 
     def do_memory(self, address: int, size: int) -> str:
         return bytes(self.chip.core.uc.mem_read(address, size)).hex()

@@ -19,19 +19,14 @@ import struct
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import ClassVar
 
-from unicorn import UC_HOOK_CODE, UC_PROT_ALL, arm_const
+from unicorn import UC_PROT_ALL, arm_const
 
 from tests.board.rp2350.core import HARD_FAULT, Core
 from tests.board.rp2350.pio import Pio
-from tests.board.rp2350.usb import SUSPENDED, Usb
+from tests.board.rp2350.rom import HZ, LOOP, Rom
+from tests.board.rp2350.usb import Usb
 
-HZ = 150_000_000
-FLASH_SIZE = 4 * 1024 * 1024
-SECTOR = 4096
-TYPICAL_ERASE_NS = 45e6
-PROGRAM_NS = 0.4e6
 ADC_CYCLES = HZ // 500_000  # a conversion takes two microseconds
 PWM_LINE, USB_LINE = 8, 14
 
@@ -42,44 +37,13 @@ SCRATCH = range(0x0C, 0x2C, 4)
 
 FUNCTION_PWM, FUNCTION_SIO = 4, 5
 PULL_UP, ISOLATED = 1 << 3, 1 << 8
-LOOP = 0x20070000  # RAM that the firmware leaves alone
-
-
-class PowerCut(Exception):
-    """The power went while the flash was being written."""
-
-
-class Rom:
-    """Where the boot ROM's functions are: one halfword each."""
-
-    LOOKUP, NOTHING, ERASE, PROGRAM, BUSY, SYS_INFO, REBOOT, LOST = range(0x100, 0x110, 2)
-    DATA = 0x200
-    FUNCTIONS: ClassVar = {
-        b"IF": NOTHING,
-        b"EX": NOTHING,
-        b"FC": NOTHING,
-        b"CX": NOTHING,
-        b"XM": NOTHING,
-        b"SR": NOTHING,
-        b"RE": ERASE,
-        b"RP": PROGRAM,
-        b"GS": SYS_INFO,
-        b"RB": REBOOT,
-    }
 
 
 class Chip:
     """The chip, its flash, and what is wired to it."""
 
     def __init__(self, library: Path, image: dict[int, bytes], serial: bytes) -> None:
-        self.flash = ctypes.create_string_buffer(b"\xff" * FLASH_SIZE, FLASH_SIZE)
-        for address, page in image.items():
-            self.flash[address : address + len(page)] = page
-        self.serial = serial
         self.registers: dict[int, dict[int, int]] = {}
-        self.cut_after_bytes: int | None = None
-        self.erase_ns = TYPICAL_ERASE_NS
-        self.spoilt_byte: int | None = None
         self.watchdog_resets = 0
         self.low = {11}  # pins that the world connects to ground: the emergency stop runs
         self.zero = 2048  # steps of the current sensor without a current
@@ -87,6 +51,7 @@ class Chip:
         self.motor = {"ohm": 2.5, "henry": 1.5e-3, "supply": 12, "voltsPerAmpere": 0.2}
         self._library = ctypes.CDLL(str(library))
         self.core = Core(self._library)
+        self.rom = Rom(self.core, image, serial)
         self._map_memory()
         self.core.coprocessor = self._move_pins
         self.core.entered = self._tick_begins
@@ -102,24 +67,23 @@ class Chip:
         self._tick_began = 0
         self.out = self.driven = 0
         self._settle()
-        self.bootloader = self.lost = self.sleepless = False
+        self.sleepless = False
         self.amperes = 0.0
         self._amperes_at = self.now
         self._adc_ready = 0
         self._adc_result = 0
-        self._flash_busy = 0
         self._powered = self.now
         self._watchdog_at: int | None = None
         self._pwm_intr = 0
         self._pwm_wraps: dict[int, tuple[int, int]] = {}  # unit: next wrap, period
-        self._rom_call = 0
+        self.rom.power_up()
         self.pio = Pio(self._library, lambda: self._levels, lambda: self.core.counter.cycles)
         self.usb = Usb(self._dpram, lambda high: self.core.raise_line(USB_LINE, high))
         self._file(RESETS)[0] = 0x1FFFFFFF
         self._file(WATCHDOG).update({at: kept[at] for at in SCRATCH if at in kept})
         self._file(WATCHDOG)[8] = int(bitten)
         self._file(POWMAN)[0x2C] = 0 if bitten else 1 << 16  # power-on
-        stack, entry = struct.unpack("<II", self.flash[0:8])
+        stack, entry = struct.unpack("<II", self.rom.flash[0:8])
         self.core.reset(stack, entry & ~1)
 
     # Time ---------------------------------------------------------------------------------------
@@ -148,21 +112,17 @@ class Chip:
             until = min(until, wrap)
         if self._watchdog_at is not None:
             until = min(until, self._watchdog_at)
-        if self._rom_call == Rom.BUSY and not self.core.active:
-            until = min(until, self._flash_busy)
-            self.core.sleeping = self.now < self._flash_busy and not self._wakes()
-            if self.now >= self._flash_busy:
-                self._return_from_rom()
+        if self.rom.waits:
+            until = min(until, self.rom.busy_until)
+            self.rom.wait()
         if self.sleepless:
             self.core.sleeping = False
         if until > self.now:
             self.core.run(until)
         self._pass_events()
-        if self._rom_call and self._rom_call != Rom.BUSY:
-            self._do_rom()
-
-    def _wakes(self) -> bool:
-        return bool((self.core.pending | self.core.level) & self.core.enabled)
+        self.rom.serve()
+        if self.rom.bootloader:
+            self._watchdog_at = None
 
     def _pass_events(self) -> None:
         for unit, (wrap, period) in self._pwm_wraps.items():
@@ -198,16 +158,6 @@ class Chip:
 
     def _map_memory(self) -> None:
         uc = self.core.uc
-        uc.mem_map(0, 0x8000)
-        rom = bytearray(b"\x70\x47" * 0x4000)  # bx lr
-        rom[0x14:0x18] = struct.pack("<HH", 0, Rom.LOOKUP + 1)
-        rom[0x16:0x18] = struct.pack("<H", Rom.LOOKUP + 1)
-        rom[Rom.DATA : Rom.DATA + 4] = struct.pack("<I", Rom.DATA + 4)
-        rom[Rom.DATA + 4 : Rom.DATA + 8] = bytes(4)
-        uc.mem_write(0, bytes(rom))
-        uc.hook_add(UC_HOOK_CODE, self._rom_reached, begin=Rom.LOOKUP, end=Rom.LOST)
-        for base in (0x10000000, 0x14000000):
-            uc.mem_map_ptr(base, FLASH_SIZE, UC_PROT_ALL, ctypes.addressof(self.flash))
         uc.mem_map(0x18000000, 0x4000000)  # cache maintenance by writing
         uc.mem_map(0x20000000, 0x82000)
         dpram = ctypes.create_string_buffer(0x1000)
@@ -476,75 +426,3 @@ class Chip:
         seen = self.amperes if self.sensor_amperes is None else self.sensor_amperes
         steps = round(self.zero + seen * motor["voltsPerAmpere"] / 3.3 * 4096)
         self._adc_result = max(0, min(4095, steps))
-
-    # The boot ROM and the flash -------------------------------------------------------------------
-
-    def _rom_reached(self, uc: object, address: int, _size: int, _data: object) -> None:
-        self._rom_call = address
-        self.core.uc.emu_stop()
-
-    def _return_from_rom(self, result: int | None = None) -> None:
-        uc = self.core.uc
-        if result is not None:
-            uc.reg_write(arm_const.UC_ARM_REG_R0, result)
-        uc.reg_write(arm_const.UC_ARM_REG_PC, uc.reg_read(arm_const.UC_ARM_REG_LR) | 1)
-        self._rom_call = 0
-        self.core.sleeping = False
-
-    def _do_rom(self) -> None:
-        uc = self.core.uc
-        first, second, third = (
-            uc.reg_read(arm_const.UC_ARM_REG_R0 + number) for number in range(3)
-        )
-        self.core.sleeping = False
-        match self._rom_call:
-            case Rom.LOOKUP:
-                code = struct.pack("<H", first & 0xFFFF)
-                if second & 0x40:
-                    self._return_from_rom(Rom.DATA)
-                else:
-                    self._return_from_rom(Rom.FUNCTIONS.get(code, Rom.LOST) + 1)
-            case Rom.NOTHING:
-                self._return_from_rom()
-            case Rom.ERASE:
-                self._change_flash(first, b"\xff" * second, self.erase_ns * second / SECTOR)
-            case Rom.PROGRAM:
-                data = bytes(uc.mem_read(second, third))
-                old = self.flash[first : first + third]
-                mixed = bytearray(a & b for a, b in zip(data, old, strict=True))
-                if self.spoilt_byte is not None:
-                    mixed[self.spoilt_byte] ^= 0x10
-                    self.spoilt_byte = None
-                self._change_flash(first, bytes(mixed), PROGRAM_NS * third / 256)
-            case Rom.SYS_INFO:
-                # Flags, package, then the chip's number, its low word first.
-                number = int.from_bytes(self.serial, "big")
-                words = struct.pack("<4I", third, 0, number & 0xFFFFFFFF, number >> 32)
-                uc.mem_write(first, words)
-                self._return_from_rom(4)
-            case Rom.REBOOT:
-                self.bootloader = True
-                uc.mem_write(LOOP, struct.pack("<H", 0xE7FE))
-                uc.reg_write(arm_const.UC_ARM_REG_PC, LOOP | 1)
-                uc.reg_write(arm_const.UC_ARM_REG_PRIMASK, 1)
-                self._watchdog_at = None
-                self._rom_call = 0
-            case _:
-                self.lost = True
-                self._return_from_rom()
-
-    def _change_flash(self, address: int, data: bytes, ns: float) -> None:
-        cut = self.cut_after_bytes
-        part = data if cut is None else data[:cut]
-        self.flash[address : address + len(part)] = part
-        self._flash_busy = self.now + int(ns * HZ / 1e9)
-        # The function goes on at the place that waits.
-        self.core.uc.reg_write(arm_const.UC_ARM_REG_PC, Rom.BUSY | 1)
-        self._rom_call = Rom.BUSY
-        if cut is not None:
-            self.cut_after_bytes = cut - len(part)
-            if len(part) < len(data):
-                raise PowerCut
-
-    def suspend_ends(self) -> None:
-        self.usb.registers[0x50] = self.usb.registers.get(0x50, 0) & ~SUSPENDED

@@ -128,7 +128,7 @@ class Core:
             self.sleeping = False
             self.enter(number)
         if self.sleeping:
-            if self.pending | self.level & self.enabled:
+            if self.wakes():
                 self.sleeping = False
             else:
                 self.counter.cycles = until
@@ -152,6 +152,10 @@ class Core:
     def attend(self) -> None:
         """Stop before the next block, for something has changed."""
         self.counter.deadline = 0
+
+    def wakes(self) -> bool:
+        """Tell whether an interrupt waits that ends sleep."""
+        return bool((self.pending | self.level) & self.enabled)
 
     # Exceptions -------------------------------------------------------------------------------
 
