@@ -233,6 +233,8 @@ class Chip:
             return 1 << 31
         if block in (PLL_SYS, PLL_USB) and offset == 0:
             return file.get(0, 0) | 1 << 31
+        if block == BOOT_RAM and offset < 0x100:
+            return 0x47704770  # what the ROM left there to make the flash fast again: bx lr
         if block == BOOT_RAM and 0x80C <= offset < 0x82C:
             return 1  # a lock, free for the asking
         if block == PADS and 4 <= offset < 0xC4:
