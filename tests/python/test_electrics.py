@@ -193,3 +193,45 @@ def test_emulated_device_pushes_with_the_boards_own_loop() -> None:
 def test_electrics_out_of_range_are_told() -> None:
     with pytest.raises(ValueError, match=r"electrics\.winding_inductance_h is 0"):
         Plant(PlantParams(electrics=Electrics(winding_inductance_h=0.0)))
+
+
+def test_held_current_warms_winding_and_rotor_as_their_resistances_have_it() -> None:
+    # Time constants of tenths of a second, so that a test can wait for them.
+    warm = replace(
+        STIFF, winding_heat_j_per_k=0.02, winding_to_rotor_k_per_w=2.0, rotor_heat_j_per_k=0.02,
+        rotor_to_air_k_per_w=3.0, coil_heat_j_per_k=0.01, coil_to_air_k_per_w=8.0,
+    )  # fmt: skip
+    options = EmulatorOptions(
+        control_rate_hz=20_000, plant=PlantParams(electrics=warm), hand=at_angle(),
+        control=torsio.ControlConfig(law="parallel", watchdog_s=60.0),
+    )  # fmt: skip
+    with torsio.open("emulated", emulator=options) as knob:
+        assert knob.emulator is not None
+        before = knob.emulator.electrics
+        assert (before.winding_c, before.rotor_c, before.coil_c) == (25.0, 25.0, 25.0)
+        knob.arm()
+        knob.play(torsio.Constant(torque_nm=0.04))
+        knob.sleep(2.0)
+        state = knob.emulator.electrics
+        watts = 0.8**2 * OHM * (1 + 3.93e-3 * (state.winding_c - 25.0))
+        assert state.motor_current_a == pytest.approx(0.8, rel=0.02)
+        assert state.winding_c - 25.0 == pytest.approx(watts * 5.0, rel=0.03)
+        assert state.rotor_c - 25.0 == pytest.approx(watts * 3.0, rel=0.03)
+        # Warm copper resists more; the current loop does not mind.
+        assert state.supply_v == VOLT
+
+
+def test_knob_without_electrics_says_so() -> None:
+    with torsio.open("emulated") as knob:
+        assert knob.emulator is not None
+        with pytest.raises(torsio.Error, match="no electrics"):
+            _ = knob.emulator.electrics
+        with pytest.raises(torsio.Error, match="no electrics"):
+            knob.emulator.set_current_sensor("dead")
+    with torsio.open(
+        "emulated", emulator=EmulatorOptions(plant=PlantParams(electrics=Electrics()))
+    ) as knob:
+        assert knob.emulator is not None
+        with pytest.raises(torsio.InvalidArgument, match="allowed are works, dead"):
+            knob.emulator.set_current_sensor("broken")  # type: ignore[arg-type]
+        knob.emulator.set_current_sensor("dead")
