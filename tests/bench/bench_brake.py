@@ -18,9 +18,13 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.bench.bench_stiffness import SPEEDS_RAD_S, islands, springs, stable_to
 from torsio import BoardConfig, Electrics, PlantParams, PrescribedMotion
@@ -77,8 +81,8 @@ def stable(law: runs.Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
         cases += [replace(one, spin_up=replace(one.spin_up, speed_rad_s=v)) for v in SPEEDS_RAD_S]
     rows = simulate_many(cases, duration_s=1.0, record_every=20)
     calm = np.reshape([runs.count_bounces(one).at_rest for one in rows], (len(stiffness), -1))
-    worst = calm.all(axis=1)
-    return stable_to(stiffness, worst), islands(stiffness, list(worst))
+    worst = [all(row) for row in calm]
+    return stable_to(stiffness, worst), islands(stiffness, worst)
 
 
 def main() -> None:

@@ -79,7 +79,8 @@ LOOPS = (
 
 def springs(step: float) -> Array:
     """Stiffnesses from 2 to 300 N m/rad, each so much larger than the one before."""
-    return 2.0 * step ** np.arange(math.ceil(math.log(150.0) / math.log(step)) + 1)
+    steps = math.ceil(math.log(150.0) / math.log(step))
+    return np.array([2.0 * step**i for i in range(steps + 1)])
 
 
 def _options(loop: Loop, counts: int, stiffness: float, speed: float) -> LoopOptions:
@@ -133,7 +134,8 @@ def step_response(loop: Loop) -> tuple[Array, Array]:
     loop_.run(duration_s=1e-3)
     loop_.hold_command(motor_command_nm=5e-3)
     torque = loop_.run(duration_s=20e-3)["motor_torque_nm"]
-    return 1e-9 * period_ns * np.arange(len(torque)), torque / torque[-1]
+    time_s = np.array([1e-9 * period_ns * i for i in range(len(torque))])
+    return time_s, np.asarray(torque / torque[-1])
 
 
 def bandwidth_hz(time_s: Array, response: Array) -> float:
@@ -175,7 +177,7 @@ def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
             winding_inductance_h=1.5e-3 * inductance,
         )
         wrong = replace(loop, electrics=electrics, config=config)
-        calm = rests(wrong, 32768, stiffness).all(axis=1)
+        calm = [all(row) for row in rests(wrong, 32768, stiffness)]
         least = min(least, stable_to(stiffness, calm))
     return least
 
@@ -188,12 +190,12 @@ def main(arguments: list[str]) -> None:
         known = {"loop": loop.name, "board": loop.board, "rate_hz": loop.rate_hz}
         for counts in (32768,) if quick else COUNTS:
             calm = rests(loop, counts, stiffness)
-            worst = calm.all(axis=1)
+            worst = [all(row) for row in calm]
             line = {
                 **known,
                 "counts_per_rev": counts,
                 "stable_nm_per_rad": round(stable_to(stiffness, worst), 1),
-                "islands": islands(stiffness, list(worst)),
+                "islands": islands(stiffness, worst),
                 "by_speed_nm_per_rad": [round(stable_to(stiffness, c), 1) for c in calm.T],
             }
             print(json.dumps(line), flush=True)

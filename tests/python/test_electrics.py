@@ -35,7 +35,7 @@ def driven(
 ) -> tuple[Record, Array]:  # fmt: skip
     size = n or len(np.atleast_1d(motor))
     shares = [np.broadcast_to(np.asarray(share, dtype=float), (size,)) for share in (motor, brake)]
-    return plant.record_bridges(*shares, np.full(size, float(on)), period_ns=period_ns)
+    return plant.record_bridges(shares[0], shares[1], np.full(size, float(on)), period_ns=period_ns)
 
 
 def at_angle(speed_rad_s: float = 0.0) -> PrescribedMotion:
