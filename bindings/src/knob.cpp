@@ -221,6 +221,16 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
       "advance",
       [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
       Release());
+  knob.def("electrics", [](const PyKnob& self) { return to_python(self->emulator().electrics()); });
+  knob.def("set_current_sensor", [](const PyKnob& self, const std::string& state) {
+    for (std::size_t i = 0; i < Names<CurrentSensorState>::values.size(); ++i) {
+      if (Names<CurrentSensorState>::values[i] == state) {
+        self->emulator().set_current_sensor(static_cast<CurrentSensorState>(i));
+        return;
+      }
+    }
+    throw InvalidArgument("state is \"" + state + "\", allowed are works, dead, stuck, saturated");
+  });
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
     self->emulator().game().write(bytes_of(report));
   });

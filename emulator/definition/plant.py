@@ -113,6 +113,13 @@ ELECTRICS = Structure(
         positive("supply_v", "V", "without load", 12.0),
         amount("supply_resistance_ohm", "ohm", "of the supply; it takes no current back", 0.1),
         positive("supply_capacitance_f", "F", "behind that", 2.2e-3),
+        for_hosts(number("ambient_c", "degree C", -100.0, 300.0, "of the air; everything begins there", default=25.0)),
+        positive("winding_heat_j_per_k", "J/K", "heat capacity of the motor's winding", 12.0),
+        positive("winding_to_rotor_k_per_w", "K/W", "from there to the rotor", 4.0),
+        positive("rotor_heat_j_per_k", "J/K", "heat capacity of the rotor", 60.0),
+        positive("rotor_to_air_k_per_w", "K/W", "from there to the air", 8.0),
+        positive("coil_heat_j_per_k", "J/K", "heat capacity of the brake's coil", 40.0),
+        positive("coil_to_air_k_per_w", "K/W", "from there to the air", 20.0),
         for_hosts(whole("pwm_steps", "u16", 1, 0xFFFF, "of a bridge's full share", default=1875)),
         for_hosts(number("current_period_s", "s", 0.0, 1e-3, "of the current loop, rounded to a whole part of the control period, which 0 is", default=25e-6)),
         for_hosts(number("output_delay_s", "s", 1e-6, 1e-3, "from a measurement to the voltage that answers it; at most a period of the current loop", default=25e-6)),
@@ -126,6 +133,19 @@ ELECTRICS = Structure(
         for_hosts(choice("sensor_state", CURRENT_SENSOR, "dead: 0 V; stuck: at its zero; saturated: at the end of its range")),
     ),
 )  # fmt: skip
+
+ELECTRICS_STATE = Structure(
+    "ElectricsState",
+    "What no sensor of an emulated knob sees of its electrics, now.",
+    (
+        told("motor_current_a", "double", "positive turns the knob to larger angles"),
+        told("coil_current_a", "double", "of the brake"),
+        told("supply_v", "double", "at the bridges"),
+        told("winding_c", "double", "temperature of the motor's winding"),
+        told("rotor_c", "double", "of its rotor"),
+        told("coil_c", "double", "of the brake's coil"),
+    ),
+)
 
 PLANT_PARAMS = Structure(
     "PlantParams",
@@ -218,3 +238,4 @@ TRUTH_SAMPLE = Structure(
     ),
     array_record=True,
 )
+TOLD = (TRUTH_SAMPLE, ELECTRICS_STATE)

@@ -14,6 +14,11 @@ double zero_after_s(double value, double end, double time_constant_s) {
   return time_constant_s * log_of(1.0 - value / end);
 }
 
+/// Resistance of copper over the one at 25 degrees; it stays positive whatever it is asked.
+double copper_share(double temperature_c) {
+  return std::max(0.05, 1.0 + 3.93e-3 * (temperature_c - 25.0));
+}
+
 /// Rounded up, at least one.
 std::int64_t in_ns(double time_s) {
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(1e9 * time_s)));
@@ -22,7 +27,20 @@ std::int64_t in_ns(double time_s) {
 }  // namespace
 
 Circuit::Circuit(const Electrics& electrics)
-    : electrics_(electrics), supply_v_(electrics.supply_v) {}
+    : electrics_(electrics),
+      winding_c_(electrics.ambient_c),
+      rotor_c_(electrics.ambient_c),
+      coil_c_(electrics.ambient_c),
+      supply_v_(electrics.supply_v) {}
+
+ElectricsState Circuit::state(const Plant& plant) const {
+  return {.motor_current_a = current_a(plant),
+          .coil_current_a = coil_current_a(plant),
+          .supply_v = supply_v_,
+          .winding_c = winding_c_,
+          .rotor_c = rotor_c_,
+          .coil_c = coil_c_};
+}
 
 double Circuit::current_a(const Plant& plant) const {
   return plant.state().motor_torque_nm / electrics_.torque_constant_nm_per_a;
@@ -44,8 +62,10 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
                                    std::int64_t most_ns) const {
   Piece piece{{}, most_ns, false, false};
   const PlantState& state = plant.state();
+  const double winding_ohm = plant.params().electrics->winding_resistance_ohm;
+  const double coil_ohm = plant.params().electrics->coil_resistance_ohm;
   const double constant = electrics_.torque_constant_nm_per_a;
-  const double nm_per_v = constant / electrics_.winding_resistance_ohm;
+  const double nm_per_v = constant / winding_ohm;
   const double torque_nm = state.motor_torque_nm;
   if (shares.enabled) {
     piece.drive.motor_torque_nm = shares.motor * supply_v_ * nm_per_v;
@@ -56,8 +76,8 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
     const double end_nm =
         piece.drive.motor_torque_nm - constant * nm_per_v * state.knob_speed_rad_s();
     if (end_nm * torque_nm < 0.0) {
-      const std::int64_t zero_ns = in_ns(zero_after_s(
-          torque_nm, end_nm, electrics_.winding_inductance_h / electrics_.winding_resistance_ohm));
+      const std::int64_t zero_ns =
+          in_ns(zero_after_s(torque_nm, end_nm, electrics_.winding_inductance_h / winding_ohm));
       if (zero_ns <= piece.duration_ns) {
         piece.duration_ns = zero_ns;
         piece.motor_ends = true;
@@ -65,8 +85,7 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
     }
   }
 
-  const double coil_nm_per_v =
-      electrics_.coil_torque_constant_nm_per_a / electrics_.coil_resistance_ohm;
+  const double coil_nm_per_v = electrics_.coil_torque_constant_nm_per_a / coil_ohm;
   const double magnetic_nm = state.brake_magnetic_nm;
   if (shares.enabled) {
     piece.drive.brake_torque_nm = coil_sign_ * shares.brake * supply_v_ * coil_nm_per_v;
@@ -74,9 +93,8 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
     piece.drive.brake_torque_nm = -supply_v_ * coil_nm_per_v;
   }
   if (piece.drive.brake_torque_nm < 0.0) {
-    const std::int64_t zero_ns =
-        in_ns(zero_after_s(magnetic_nm, piece.drive.brake_torque_nm,
-                           electrics_.coil_inductance_h / electrics_.coil_resistance_ohm));
+    const std::int64_t zero_ns = in_ns(zero_after_s(magnetic_nm, piece.drive.brake_torque_nm,
+                                                    electrics_.coil_inductance_h / coil_ohm));
     if (zero_ns <= piece.duration_ns) {
       piece.motor_ends = piece.motor_ends && zero_ns == piece.duration_ns;
       piece.duration_ns = zero_ns;
@@ -110,11 +128,41 @@ void Circuit::advance(Plant& plant, const BridgeShares& shares, std::int64_t dur
     }
     left_ns -= piece.duration_ns;
   }
-  const double mean_a = 0.5 * (begin_a + current_a(plant));
-  const double mean_coil_a = 0.5 * (begin_coil_a + coil_current_a(plant));
+  adjust_resistances(plant);
+  const double end_a = current_a(plant);
+  const double end_coil_a = coil_current_a(plant);
+  const double duration_s = 1e-9 * static_cast<double>(duration_ns);
+  warm_up(0.5 * (begin_a * begin_a + end_a * end_a),
+          0.5 * (begin_coil_a * begin_coil_a + end_coil_a * end_coil_a), duration_s);
+  const double mean_a = 0.5 * (begin_a + end_a);
+  const double mean_coil_a = 0.5 * (begin_coil_a + end_coil_a);
   follow_supply(shares.enabled ? shares.motor * mean_a + shares.brake * mean_coil_a
                                : -std::abs(mean_a) - std::abs(mean_coil_a),
-                1e-9 * static_cast<double>(duration_ns));
+                duration_s);
+}
+
+void Circuit::warm_up(double motor_square_a2, double coil_square_a2, double duration_s) {
+  const Electrics& e = electrics_;
+  const double winding_w = motor_square_a2 * e.winding_resistance_ohm * copper_share(winding_c_);
+  const double coil_w = coil_square_a2 * e.coil_resistance_ohm * copper_share(coil_c_);
+  const double to_rotor_w = (winding_c_ - rotor_c_) / e.winding_to_rotor_k_per_w;
+  const double to_air_w = (rotor_c_ - e.ambient_c) / e.rotor_to_air_k_per_w;
+  // Steps of microseconds beside time constants of minutes.
+  winding_c_ += duration_s * (winding_w - to_rotor_w) / e.winding_heat_j_per_k;
+  rotor_c_ += duration_s * (to_rotor_w - to_air_w) / e.rotor_heat_j_per_k;
+  coil_c_ +=
+      duration_s * (coil_w - (coil_c_ - e.ambient_c) / e.coil_to_air_k_per_w) / e.coil_heat_j_per_k;
+}
+
+void Circuit::adjust_resistances(Plant& plant) const {
+  constexpr double kStep = 2e-3;
+  const double winding_ohm = electrics_.winding_resistance_ohm * copper_share(winding_c_);
+  const double coil_ohm = electrics_.coil_resistance_ohm * copper_share(coil_c_);
+  const Electrics& used = *plant.params().electrics;
+  if (std::abs(winding_ohm - used.winding_resistance_ohm) > kStep * used.winding_resistance_ohm ||
+      std::abs(coil_ohm - used.coil_resistance_ohm) > kStep * used.coil_resistance_ohm) {
+    plant.set_resistances(winding_ohm, coil_ohm);
+  }
 }
 
 void Circuit::follow_supply(double drawn_a, double duration_s) {

@@ -20,9 +20,9 @@ struct BridgeShares {
 /// off lets the current run back into the supply through its diodes, until there is none.
 ///
 /// Between two changes the voltages are constant and the plant's steps are exact, back EMF
-/// included. The moment at which a current ends is computed with the speed of the begin; within
-/// microseconds the speed changes by too little to matter. The supply's voltage is followed from
-/// change to change.
+/// included. Resistances follow the temperatures in steps of a fifth of a percent. The moment at
+/// which a current ends is computed with the speed of the begin; within microseconds the speed
+/// changes by too little to matter. The supply's voltage is followed from change to change.
 class Circuit {
  public:
   explicit Circuit(const Electrics& electrics);
@@ -32,6 +32,7 @@ class Circuit {
   void advance(Plant& plant, const BridgeShares& shares, std::int64_t duration_ns);
 
   [[nodiscard]] double supply_v() const { return supply_v_; }
+  [[nodiscard]] ElectricsState state(const Plant& plant) const;
   /// Of the motor; positive turns forward.
   [[nodiscard]] double current_a(const Plant& plant) const;
   /// Of the brake's coil, with its sign.
@@ -49,8 +50,14 @@ class Circuit {
   [[nodiscard]] Piece next_piece(const Plant& plant, const BridgeShares& shares,
                                  std::int64_t most_ns) const;
   void follow_supply(double drawn_a, double duration_s);
+  void warm_up(double motor_square_a2, double coil_square_a2, double duration_s);
+  /// Copper that has become warmer resists more.
+  void adjust_resistances(Plant& plant) const;
 
-  Electrics electrics_;
+  Electrics electrics_;  // as they are at 25 degrees
+  double winding_c_;
+  double rotor_c_;
+  double coil_c_;
   double supply_v_;
   double coil_sign_ = 1.0;  // of the coil's current
 };

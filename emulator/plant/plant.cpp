@@ -35,18 +35,29 @@ Plant::Plant(const PlantParams& params, Hand hand, std::int64_t step_ns, MakeSte
 }
 
 void Plant::attach(Hand hand) {
-  PlantModel model = make_model(params_, hand);
-  stepper_ = make_stepper_(model, step_ns_);
-  if (params_.electrics) {
-    disconnected_ = make_stepper_(make_model(params_, hand, false), step_ns_);
-  }
-  model_ = std::move(model);
+  make_steppers(hand);
   hand_ = std::move(hand);
   if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand_)) {
     state_.knob_angle = Angle::from_rad(prescribed->angle_rad.value(state_.time_ns));
   }
   refresh_hand_segment();
   start_from_here();
+}
+
+void Plant::make_steppers(const Hand& hand) {
+  PlantModel model = make_model(params_, hand);
+  std::unique_ptr<Stepper> stepper = make_stepper_(model, step_ns_);
+  if (params_.electrics) {
+    disconnected_ = make_stepper_(make_model(params_, hand, false), step_ns_);
+  }
+  model_ = std::move(model);
+  stepper_ = std::move(stepper);
+}
+
+void Plant::set_resistances(double winding_ohm, double coil_ohm) {
+  params_.electrics->winding_resistance_ohm = winding_ohm;
+  params_.electrics->coil_resistance_ohm = coil_ohm;
+  make_steppers(hand_);
 }
 
 void Plant::refresh_hand_segment() {

@@ -40,6 +40,9 @@ class Plant {
   /// In place of set_command().
   void set_drive(const Drive& drive);
 
+  /// Other resistances of the windings, of a plant with electrics, as they warm up.
+  void set_resistances(double winding_ohm, double coil_ohm);
+
   /// Another hand takes over now; motion goes on from where it is.
   /// @throws std::invalid_argument as the constructor does; the old hand then stays
   void set_hand(Hand hand);
@@ -61,6 +64,7 @@ class Plant {
 
  private:
   void attach(Hand hand);
+  void make_steppers(const Hand& hand);
   void refresh_hand_segment();
   /// Goes on from where the plant is, whatever the grid: after every change of an input.
   void start_from_here();

@@ -155,4 +155,9 @@ constexpr float drive_coil(CoilState& state, const CoilParams& params, float tar
   return voltage_v * params.share_per_v;
 }
 
+/// One period in which the bridge lets go: the current runs back into the supply, until it ends.
+constexpr void release_coil(CoilState& state, const CoilParams& params) {
+  state.current_a = larger(params.decay * state.current_a - params.a_per_v * params.supply_v, 0.0F);
+}
+
 }  // namespace torsio::core

@@ -52,9 +52,7 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
           config.brake_resistance_ohm, core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
           static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
       coil_a_per_nm_(1.0F / config.brake_torque_constant_nm_per_a),
-      // More than the supply can hold it would never get to.
-      coil_max_a_(
-          core::smaller(config.brake_current_max_a, config.supply_v / config.brake_resistance_ohm)),
+      coil_max_a_(config.brake_current_max_a),
       trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)),
       supply_v_(config.supply_v),
       zero_margin_steps_(trip_a_ / amperes_per_step_),
@@ -101,6 +99,7 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   if (!wanted.enabled) {
     if (enabled_) rest();
     warm(0.0F);
+    core::release_coil(coil_, coil_params_);
     return {};
   }
   if (!enabled_) predictive_.expected_a = current_a_;
@@ -146,11 +145,11 @@ void PowerLogic::warm(float current_a) {
   --steps_to_heat_;
 }
 
-/// Without power nothing is remembered but the sensor's zero and how warm the winding is.
+/// Without power nothing is remembered but the sensor's zero, how warm the winding is, and what the
+/// coil still has.
 void PowerLogic::rest() {
   loop_ = {};
   predictive_ = {};
-  coil_ = {};
   winding_ = {};
   believed_ = true;
   steps_enabled_ = 0;

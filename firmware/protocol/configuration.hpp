@@ -43,7 +43,7 @@ struct Layout<ActuatorConfig> {
   static constexpr std::string_view doc =
       "The actuator as built. The defaults are those of the reference actuator. Set only while "
       "disarmed; another encoder empties the scene.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
       number("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0, max_torque_nm,
@@ -98,7 +98,7 @@ struct Layout<ControlConfig> {
   static constexpr std::string_view doc =
       "How the device controls, and what it does when the host goes silent. Set only while "
       "disarmed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
       choice("law", &ControlConfig::law,
@@ -162,7 +162,7 @@ struct Layout<BoardConfig> {
       "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. "
       "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
       "device starts the next time. The emulated device keeps it and has no use for it.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "which axis; 0 is the first"),
       number("supply_v", &BoardConfig::supply_v, "V", 3, 60, "of both H-bridges"),
@@ -235,7 +235,7 @@ struct Layout<GameConfig> {
   static constexpr std::string_view doc =
       "What games may do over the game interface, and how their numbers become torques; "
       "docs/games.md. Set only while disarmed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &GameConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &GameConfig::axis, "", "which axis; 0 is the first"),
       choice("enabled", &GameConfig::enabled, "off: games see the axis but move nothing"),

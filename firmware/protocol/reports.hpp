@@ -44,7 +44,7 @@ struct Layout<Identity> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "identity";
   static constexpr std::string_view doc = "Who the device is and what it can do. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("fingerprint", &Identity::fingerprint, "", "hash of every report's layout"),
       any_number("version", &Identity::version, "", "version of the protocol"),
       any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
@@ -77,7 +77,7 @@ struct Layout<Clock> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "clock";
   static constexpr std::string_view doc = "The device's time and position in full. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       number("tick", &Clock::tick, "", 0, std::uint64_t{1} << 62, "ticks since power-up"),
       number("time_ns", &Clock::time_ns, "ns", 0, std::uint64_t{1} << 62,
              "tick times the control period"),
@@ -106,7 +106,7 @@ struct Layout<Health> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "health";
   static constexpr std::string_view doc = "State and counters since power-up. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       choice("state", &Health::state, "now"),
       any_number("faults", &Health::faults, "", "bits, see above"),
       any_number("reports_accepted", &Health::reports_accepted, "", "that did what they asked"),
@@ -135,7 +135,7 @@ template <>
 struct Layout<GameEffect> {
   static constexpr std::string_view name = "game_effect";
   static constexpr std::string_view doc = "One effect of a game.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("block", &GameEffect::block, "",
                  "number of its block, from 1; 0: the row is empty"),
       choice("kind", &GameEffect::kind, "what it is"),
@@ -167,7 +167,7 @@ struct Layout<GameMonitor> {
   static constexpr std::string_view name = "game_monitor";
   static constexpr std::string_view doc =
       "What games do. Each reading shows the next effects that exist, in turns. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("tick", &GameMonitor::tick, "", "of this moment"),
       choice("owner", &GameMonitor::owner, "who has the actuator"),
       choice("paused", &GameMonitor::paused, "by the game"),
@@ -203,7 +203,7 @@ struct Layout<Command> {
       "keep the configuration; only while disarmed; load_defaults: configuration of a new device; "
       "only while disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after "
       "it; only while disarmed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Command::axis, "", "which axis; 0 is the first"),
       choice("op", &Command::op, "what to do"),
@@ -225,7 +225,7 @@ struct Layout<Commit> {
   static constexpr std::string_view doc =
       "Plays the scene as written, whole, from the next tick on. Slots written since the last "
       "commit start anew, the others go on.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Commit::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Commit::axis, "", "which axis; 0 is the first"),
       any_number("active", &Commit::active, "", "bit n: slot n plays"),
@@ -245,7 +245,7 @@ struct Layout<Stream> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "stream";
   static constexpr std::string_view doc = "Starts or stops telemetry.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Stream::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Stream::axis, "", "which axis; 0 is the first"),
       any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
@@ -276,7 +276,7 @@ struct Layout<LocalModel> {
       "A torque, a spring and a damper that the device renders at its own rate, on top of the "
       "scene, until the next one comes. A host that streams these renders stiff things without its "
       "own delay. Only refusals are acknowledged. Past the deadline the device fails passive.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &LocalModel::sequence, "",
                  "must be newer (modulo 2^16) than the last one"),
       any_number("axis", &LocalModel::axis, "", "which axis; 0 is the first"),
@@ -309,7 +309,7 @@ struct Layout<Sample> {
   static constexpr std::string_view doc =
       "One moment of telemetry. Torques and speed are in the units that identity gives and hold at "
       "the ends of the range.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("offset_counts", &Sample::offset_counts, "count", "position behind the base"),
       any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
       any_number("desired_torque", &Sample::desired_torque, "torque_step_nm",
@@ -338,7 +338,7 @@ struct Layout<Telemetry> {
   static constexpr std::string_view name = "telemetry";
   static constexpr std::string_view doc =
       "Samples at equal distances. A gap between two reports shows in their ticks.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       number("axis_samples", &Telemetry::axis_samples, "", 16, 79,
              "low four bits: axis; high four bits: how many samples are filled"),
       any_number("decimation", &Telemetry::decimation, "", "ticks from one sample to the next"),
@@ -366,7 +366,7 @@ struct Layout<Acknowledgement> {
   static constexpr Direction direction = Direction::input;
   static constexpr std::string_view name = "acknowledgement";
   static constexpr std::string_view doc = "What became of a report.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Acknowledgement::sequence, "", "of the report that is answered"),
       any_number("report", &Acknowledgement::report, "", "its id"),
       any_number("status", &Acknowledgement::status, "", "0 is accepted, else why not, see above"),
@@ -392,7 +392,7 @@ struct Layout<Event> {
   static constexpr Direction direction = Direction::input;
   static constexpr std::string_view name = "event";
   static constexpr std::string_view doc = "Something that the host did not ask for.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       choice("kind", &Event::kind, "what happened"),
       choice("state", &Event::state, "after the event"),
       any_number("faults", &Event::faults, "", "bits, see above"),

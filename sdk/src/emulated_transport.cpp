@@ -124,6 +124,10 @@ auto checked(Make&& make) {
   }
 }
 
+constexpr const char* kNoElectrics =
+    "this emulated knob has no electrics: open it with a plant that names them in its "
+    "EmulatorOptions";
+
 // The world ---------------------------------------------------------------------------------------
 
 /// The emulated device and who may touch it when: transport and emulator handle share it.
@@ -366,6 +370,14 @@ class EmulatedWorldHandle final : public Emulator {
     return truth;
   }
 
+  ElectricsState electrics() const override {
+    return world_->with_device([](emulator::EmulatedDevice& device) {
+      const emulator::Circuit* circuit = device.circuit();
+      if (circuit == nullptr) throw Error(kNoElectrics);
+      return circuit->state(device.plant());
+    });
+  }
+
   GamePort& game() override { return game_; }
 
   void unplug() override {
@@ -379,6 +391,13 @@ class EmulatedWorldHandle final : public Emulator {
 
   void set_actuator_fault(bool present) override {
     world_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+  }
+
+  void set_current_sensor(CurrentSensorState state) override {
+    world_->with_device([&](auto& device) {
+      if (device.circuit() == nullptr) throw Error(kNoElectrics);
+      device.set_current_sensor(state);
+    });
   }
 
   void freeze_encoder(bool frozen) override {

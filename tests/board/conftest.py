@@ -10,6 +10,22 @@ from tests.board import pico as bench
 from tests.board.pico import MODELS, EmulatedPico, enumerated
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "one_board: many cases of what all boards have in common")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave to the RP2040, which is the quicker one here, what would only take time on others."""
+    left = [
+        item
+        for item in items
+        if item.get_closest_marker("one_board") and "pico2" in item.name.split("[")[-1]
+    ]
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in left]
+
+
 @pytest.fixture(scope="module", autouse=True, params=MODELS)
 def _model(request: pytest.FixtureRequest) -> None:
     """Run every test on every board."""

@@ -42,6 +42,7 @@ class Model:
     number: int  # on the wire
     chip: str
     tick_ns: int
+    step_ns: int  # of the current loop
     clock_hz: int
     flash_size: int
     watchdog_ms: int
@@ -63,8 +64,8 @@ class Model:
 
 
 MODELS = {
-    "pico": Model("pico", 1, "rp2040", 100_000, 200_000_000, 2 * 1024 * 1024, 20),
-    "pico2": Model("pico2", 2, "rp2350", 50_000, 150_000_000, 4 * 1024 * 1024, 8),
+    "pico": Model("pico", 1, "rp2040", 100_000, 100_000, 200_000_000, 2 * 1024 * 1024, 20),
+    "pico2": Model("pico2", 2, "rp2350", 50_000, 25_000, 150_000_000, 4 * 1024 * 1024, 8),
 }
 chosen = MODELS["pico"]
 

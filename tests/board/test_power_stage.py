@@ -33,7 +33,7 @@ def test_brake_current_is_limited() -> None:
         assert pico.brake() == pytest.approx(0.05 * 40 / 12, abs=pico.model.pwm_step)
 
 
-def test_over_current_is_a_fault_after_three_ticks_at_one_and_a_half_times_the_limit(
+def test_over_current_is_a_fault_after_three_measurements_at_one_and_a_half_times_the_limit(
     pico: EmulatedPico,
 ) -> None:
     _push_hard(pico)
@@ -41,10 +41,9 @@ def test_over_current_is_a_fault_after_three_ticks_at_one_and_a_half_times_the_l
     pico.run(3)
     assert pico.motor() is not None
     pico.do("motor", sensor_amperes=1.6 * LIMIT_A)
-    ticks = pico.model.tick_ns / MS
-    pico.run(2 * ticks)
+    pico.run(2 * pico.model.step_ns / MS)
     assert pico.motor() is not None
-    pico.run(3 * ticks)
+    pico.run(3 * pico.model.tick_ns / MS)
     assert pico.motor() is None
     health = pico.get("health")
     assert (health["state"], health["faults"]) == ("fault", 1 << 3)

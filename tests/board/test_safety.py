@@ -152,6 +152,7 @@ def test_save_that_the_flash_does_not_take_is_refused_and_may_be_tried_again() -
 
 # An erased sector is 4096 bytes; of the page written into it the first 208 matter, of which the
 # last is 0xFF here, as erased flash is. The slots take turns, also across a restart.
+@pytest.mark.one_board
 @pytest.mark.parametrize(
     ("saves", "restarted", "after_bytes"),
     [
@@ -214,6 +215,10 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     pico.turn(60)
     pico.arm_at_wall(walls, **WEAK_DAMPED)
     pico.run(3)
+    if pico.model.name == "pico2":  # whose floating point has time for all that there can be
+        assert pico.get("health")["state"] == "armed"
+        assert pico.get("health")["tick_overruns"] == 0
+        return
     assert pico.motor() is None
     assert pico.brake() is None
     health = pico.get("health")
@@ -236,8 +241,9 @@ def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: in
     health = pico.get("health")
     seen = pico.status()["tick_ns"]
     # The bench sees the processor enter and leave as well.
-    assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.05)
-    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.05)
+    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.1)
+    if pico.model.step_ns == pico.model.tick_ns:  # or the last interrupt may have been no tick
+        assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.05)
     assert health["tick_overruns"] == 0
 
 

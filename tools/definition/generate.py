@@ -246,7 +246,7 @@ def emulator_plant() -> str:
     body += "".join(map(cpp.host_structure, plant.HANDS))
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
-    body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, plant.TRUTH_SAMPLE)))
+    body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)))
     return _sdk_header(
         "What an emulated knob is made of, who holds it, and what only the simulation knows.",
         ("<cstdint>", "<optional>", "<variant>", "<vector>"),
@@ -257,7 +257,7 @@ def emulator_plant() -> str:
 
 def emulator_plant_fields() -> str:
     """Write emulator/include/torsio/plant_fields.hpp."""
-    structures = (*plant.HANDS, *plant.PARTS, plant.PLANT_PARAMS, plant.TRUTH_SAMPLE)
+    structures = (*plant.HANDS, *plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)
     body = (
         "\n".join(map(cpp.names, plant.ENUMERATIONS))
         + "\n"
@@ -315,12 +315,14 @@ def python_plant() -> str:
         "from torsio import checks\nfrom torsio.plant_methods import CoggingShapes, PlantMethods\n\n"
         "{all}\n"
     )
-    body += "".join(map(python.data_class, (*plant.PARTS, plant.PLANT_PARAMS)))
+    body += "".join(
+        map(python.data_class, (*plant.PARTS, plant.PLANT_PARAMS, plant.ELECTRICS_STATE))
+    )
     return python.module(
         "What an emulated knob is made of. Defaults: the reference actuator.",
         PLANT_LISTS,
         body,
-        (*(of.name for of in plant.PARTS), plant.PLANT_PARAMS.name),
+        (*(of.name for of in plant.PARTS), plant.PLANT_PARAMS.name, plant.ELECTRICS_STATE.name),
     )
 
 

@@ -41,6 +41,7 @@ from torsio.plant import (
     BrakeHysteresis,
     Cogging,
     Electrics,
+    ElectricsState,
     PlantParams,
     ShaftHardening,
 )
@@ -82,6 +83,7 @@ __all__ = [
     "DisarmedWarning",
     "Disconnected",
     "Electrics",
+    "ElectricsState",
     "Emulator",
     "EmulatorOptions",
     "Error",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from typing import Literal
 
 from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.game_port import GamePort
 from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.plant import ElectricsState, PlantParams
 from torsio.telemetry import Record
 
 __all__ = ["Emulator", "EmulatorOptions"]
@@ -109,6 +110,17 @@ class Emulator:
         return self._knob.truth()
 
     @property
+    def electrics(self) -> ElectricsState:
+        """What no sensor sees of the electrics, now.
+
+        Raises
+        ------
+        Error
+            Unless the plant has electrics.
+        """
+        return ElectricsState(**self._knob.electrics())
+
+    @property
     def game(self) -> GamePort:
         """The game interface, as a game's driver sees it."""
         return GamePort(self._knob)
@@ -124,6 +136,16 @@ class Emulator:
     def set_actuator_fault(self, *, present: bool) -> None:
         """Make the power stage report an error, or stop doing so."""
         self._knob.set_actuator_fault(checks.flag("present", present))
+
+    def set_current_sensor(self, state: Literal["works", "dead", "stuck", "saturated"]) -> None:
+        """Have the current sensor show something else from now on.
+
+        Raises
+        ------
+        Error
+            Unless the plant has electrics.
+        """
+        self._knob.set_current_sensor(checks.text("state", state))
 
     def freeze_encoder(self, *, frozen: bool) -> None:
         """Let the encoder's counter stand still."""

@@ -17,6 +17,7 @@ __all__ = [
     "BrakeHysteresis",
     "Cogging",
     "Electrics",
+    "ElectricsState",
     "PlantParams",
     "ShaftHardening",
 ]
@@ -125,6 +126,20 @@ class Electrics:
         Of the supply; it takes no current back; >= 0.
     supply_capacitance_f
         Behind that; > 0.
+    ambient_c
+        Of the air; everything begins there; -100 to 300.
+    winding_heat_j_per_k
+        Heat capacity of the motor's winding; > 0.
+    winding_to_rotor_k_per_w
+        From there to the rotor; > 0.
+    rotor_heat_j_per_k
+        Heat capacity of the rotor; > 0.
+    rotor_to_air_k_per_w
+        From there to the air; > 0.
+    coil_heat_j_per_k
+        Heat capacity of the brake's coil; > 0.
+    coil_to_air_k_per_w
+        From there to the air; > 0.
     pwm_steps
         Of a bridge's full share; 1 to 65535.
     current_period_s
@@ -161,6 +176,13 @@ class Electrics:
     supply_v: float = 12.0
     supply_resistance_ohm: float = 0.1
     supply_capacitance_f: float = 0.0022
+    ambient_c: float = 25.0
+    winding_heat_j_per_k: float = 12.0
+    winding_to_rotor_k_per_w: float = 4.0
+    rotor_heat_j_per_k: float = 60.0
+    rotor_to_air_k_per_w: float = 8.0
+    coil_heat_j_per_k: float = 40.0
+    coil_to_air_k_per_w: float = 20.0
     pwm_steps: int = 1875
     current_period_s: float = 2.5e-05
     output_delay_s: float = 2.5e-05
@@ -264,3 +286,32 @@ class PlantParams(PlantMethods):
             checks.kind("cogging", self.cogging, Cogging, "Cogging or None")
         if self.electrics is not None:
             checks.kind("electrics", self.electrics, Electrics, "Electrics or None")
+
+
+@dataclass(frozen=True)
+class ElectricsState:
+    """What no sensor of an emulated knob sees of its electrics, now.
+
+    Attributes
+    ----------
+    motor_current_a
+        Positive turns the knob to larger angles.
+    coil_current_a
+        Of the brake.
+    supply_v
+        At the bridges.
+    winding_c
+        Temperature of the motor's winding.
+    rotor_c
+        Of its rotor.
+    coil_c
+        Of the brake's coil.
+    """
+
+    _: KW_ONLY
+    motor_current_a: float = 0.0
+    coil_current_a: float = 0.0
+    supply_v: float = 0.0
+    winding_c: float = 0.0
+    rotor_c: float = 0.0
+    coil_c: float = 0.0

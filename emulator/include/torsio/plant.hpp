@@ -89,7 +89,14 @@ struct Electrics {
   double supply_v = 12.0;                       ///< without load; > 0
   double supply_resistance_ohm = 0.1;           ///< of the supply; it takes no current back; >= 0
   double supply_capacitance_f = 0.0022;         ///< behind that; > 0
-  int pwm_steps = 1875;                         ///< of a bridge's full share; 1 to 65535
+  double ambient_c = 25.0;                ///< of the air; everything begins there; -100 to 300
+  double winding_heat_j_per_k = 12.0;     ///< heat capacity of the motor's winding; > 0
+  double winding_to_rotor_k_per_w = 4.0;  ///< from there to the rotor; > 0
+  double rotor_heat_j_per_k = 60.0;       ///< heat capacity of the rotor; > 0
+  double rotor_to_air_k_per_w = 8.0;      ///< from there to the air; > 0
+  double coil_heat_j_per_k = 40.0;        ///< heat capacity of the brake's coil; > 0
+  double coil_to_air_k_per_w = 20.0;      ///< from there to the air; > 0
+  int pwm_steps = 1875;                   ///< of a bridge's full share; 1 to 65535
   /// of the current loop, rounded to a whole part of the control period, which 0 is; 0 to 0.001
   double current_period_s = 2.5e-5;
   /// from a measurement to the voltage that answers it; at most a period of the current loop; 1e-6
@@ -149,6 +156,16 @@ struct TruthSample {
   double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
   double motor_torque_nm;    ///< after the motor's lag
   double hand_torque_nm;     ///< of whoever holds the knob
+};
+
+/// What no sensor of an emulated knob sees of its electrics, now.
+struct ElectricsState {
+  double motor_current_a = 0.0;  ///< positive turns the knob to larger angles
+  double coil_current_a = 0.0;   ///< of the brake
+  double supply_v = 0.0;         ///< at the bridges
+  double winding_c = 0.0;        ///< temperature of the motor's winding
+  double rotor_c = 0.0;          ///< of its rotor
+  double coil_c = 0.0;           ///< of the brake's coil
 };
 
 }  // namespace torsio

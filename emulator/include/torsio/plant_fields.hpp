@@ -118,6 +118,20 @@ struct Fields<Electrics> {
             "of the supply; it takes no current back"),
       field("supply_capacitance_f", &Electrics::supply_capacitance_f, "F", 1e-15, 1e15,
             "behind that"),
+      field("ambient_c", &Electrics::ambient_c, "degree C", -100.0, 300.0,
+            "of the air; everything begins there"),
+      field("winding_heat_j_per_k", &Electrics::winding_heat_j_per_k, "J/K", 1e-15, 1e15,
+            "heat capacity of the motor's winding"),
+      field("winding_to_rotor_k_per_w", &Electrics::winding_to_rotor_k_per_w, "K/W", 1e-15, 1e15,
+            "from there to the rotor"),
+      field("rotor_heat_j_per_k", &Electrics::rotor_heat_j_per_k, "J/K", 1e-15, 1e15,
+            "heat capacity of the rotor"),
+      field("rotor_to_air_k_per_w", &Electrics::rotor_to_air_k_per_w, "K/W", 1e-15, 1e15,
+            "from there to the air"),
+      field("coil_heat_j_per_k", &Electrics::coil_heat_j_per_k, "J/K", 1e-15, 1e15,
+            "heat capacity of the brake's coil"),
+      field("coil_to_air_k_per_w", &Electrics::coil_to_air_k_per_w, "K/W", 1e-15, 1e15,
+            "from there to the air"),
       field("pwm_steps", &Electrics::pwm_steps, "", 1.0, 65535.0, "of a bridge's full share"),
       field("current_period_s", &Electrics::current_period_s, "s", 0.0, 0.001,
             "of the current loop, rounded to a whole part of the control period, which 0 is"),
@@ -205,6 +219,21 @@ struct Fields<TruthSample> {
             "after the motor's lag"),
       field("hand_torque_nm", &TruthSample::hand_torque_nm, "", -kNoLimit, kNoLimit,
             "of whoever holds the knob"),
+  };
+};
+template <>
+struct Fields<ElectricsState> {
+  static constexpr std::string_view name = "ElectricsState";
+  static constexpr std::tuple list{
+      field("motor_current_a", &ElectricsState::motor_current_a, "", -kNoLimit, kNoLimit,
+            "positive turns the knob to larger angles"),
+      field("coil_current_a", &ElectricsState::coil_current_a, "", -kNoLimit, kNoLimit,
+            "of the brake"),
+      field("supply_v", &ElectricsState::supply_v, "", -kNoLimit, kNoLimit, "at the bridges"),
+      field("winding_c", &ElectricsState::winding_c, "", -kNoLimit, kNoLimit,
+            "temperature of the motor's winding"),
+      field("rotor_c", &ElectricsState::rotor_c, "", -kNoLimit, kNoLimit, "of its rotor"),
+      field("coil_c", &ElectricsState::coil_c, "", -kNoLimit, kNoLimit, "of the brake's coil"),
   };
 };
 

@@ -90,6 +90,10 @@ class TORSIO_EXPORT Emulator {
   /// @throws Error unless opened with EmulatorOptions::log_truth
   [[nodiscard]] virtual std::vector<TruthSample> truth() = 0;
 
+  /// What no sensor sees of the electrics, now.
+  /// @throws Error unless the plant has electrics
+  [[nodiscard]] virtual ElectricsState electrics() const = 0;
+
   /// The game interface, as a game's driver sees it.
   [[nodiscard]] virtual GamePort& game() = 0;
 
@@ -99,6 +103,9 @@ class TORSIO_EXPORT Emulator {
   // Faults of the device's world.
   virtual void set_emergency_stop(bool pressed) = 0;
   virtual void set_actuator_fault(bool present) = 0;
+  /// What the current sensor shows from now on.
+  /// @throws Error unless the plant has electrics
+  virtual void set_current_sensor(CurrentSensorState state) = 0;
   virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
   virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
   virtual void skip_ticks(

@@ -239,6 +239,11 @@ TEST_CASE("a board that predicts has the same signs, limits and memory") {
       bench.apply({});
       bench.apply(on(static_cast<float>(sign) * 0.005F));
       CHECK(bench.motor() == first);
+      // A current that flows already is not taken for one that was not expected.
+      Bench flowing(config, fast);
+      flowing.measure((reversed ? -0.2 : 0.2) * sign);
+      flowing.apply(on(static_cast<float>(sign) * 0.01F));
+      CHECK(flowing.motor() * sign * (reversed ? -1.0 : 1.0) > 0.0);
       // A winding that stays at its limit gets what its resistance takes, 2.5 V of 12.
       Bench limited(config, fast);
       limited.measure((reversed ? -1.0 : 1.0) * sign);
@@ -285,4 +290,19 @@ TEST_CASE("a coil whose inductance is known is driven both ways, within its curr
   CHECK(slow.brake() < 0.0);
   slow.apply(on(0.0F, 0.0F), 40'000);
   CHECK(slow.brake() == doctest::Approx(0.0));
+}
+
+TEST_CASE("what a coil still has when the power comes back is not forgotten") {
+  BoardConfig config;
+  config.brake_inductance_h = 2.4F;
+  Bench bench(config);
+  const auto again = [&](int ticks_off) {
+    bench.apply(on(0.0F, 0.1F), 10'000);
+    bench.apply({}, ticks_off);
+    bench.apply(on(0.0F, 0.0F));
+    return bench.brake();
+  };
+  // 0.1 / 0.44 A runs back in L/R ln(1 + 0.227 / 0.3) = 33.8 ms.
+  CHECK(again(600) < -0.05);  // 30 ms
+  CHECK(again(700) == 0.0);   // 35 ms
 }
