@@ -5,8 +5,8 @@ Cortex-M33 of ``pico2`` is counted by QEMU, the Cortex-M0+ of ``pico`` by the em
 count instructions, not cycles. ``control law`` is the same without the device round it.
 
 What the board adds to the device (encoder, current loop, PWM) is not in these counts. It is in the
-last lines: there the real binary for ``pico`` runs in the emulated RP2040 and tells in its health
-report how long its ticks take.
+last lines of each board: there the real binary runs in the emulated chip and tells in its health
+report how long its ticks take. The RP2350's cycles are estimates there.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class Registers:
         return [value & 0xFFFFFFFF for value in self._values]
 
     def write(self, *values: int) -> None:
-        self._values[:] = values
+        self._values[:] = list(values)
         LIBRARY.uc_reg_write_batch(*self._arguments)
 
 

@@ -48,7 +48,8 @@ class Rom:
     def __init__(self, core: Core, image: dict[int, bytes], serial: bytes) -> None:
         self._core = core
         self._serial = serial
-        self.flash = ctypes.create_string_buffer(b"\xff" * FLASH_SIZE, FLASH_SIZE)
+        self.flash = bytearray(b"\xff" * FLASH_SIZE)
+        self._flash_memory = (ctypes.c_char * FLASH_SIZE).from_buffer(self.flash)
         for address, page in image.items():
             self.flash[address : address + len(page)] = page
         self.cut_after_bytes: int | None = None  # power goes after so many of the next write
@@ -63,7 +64,7 @@ class Rom:
         uc.mem_write(0, bytes(content))
         uc.hook_add(UC_HOOK_CODE, self._reached, begin=Place.LOOKUP, end=Place.LOST)
         for base in FLASH_BASES:
-            uc.mem_map_ptr(base, FLASH_SIZE, UC_PROT_ALL, ctypes.addressof(self.flash))
+            uc.mem_map_ptr(base, FLASH_SIZE, UC_PROT_ALL, ctypes.addressof(self._flash_memory))
 
     def power_up(self) -> None:
         """Forget what was under way."""
