@@ -38,6 +38,8 @@ protocol::BoardConfig matching_board(const Electrics& electrics) {
   protocol::BoardConfig config;
   config.supply_v = f(electrics.supply_v);
   config.motor_torque_constant_nm_per_a = f(electrics.torque_constant_nm_per_a);
+  // What its winding stands for ever the plant does not say: nothing is held back.
+  config.motor_current_continuous_a = config.motor_current_max_a;
   config.motor_resistance_ohm = f(electrics.winding_resistance_ohm);
   config.motor_inductance_h = f(electrics.winding_inductance_h);
   config.current_sense_v_per_a = f(electrics.sensor_v_per_a);
