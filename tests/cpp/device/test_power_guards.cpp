@@ -91,7 +91,7 @@ TEST_CASE("a sound motor is believed at every torque and speed, with values that
   }
 }
 
-TEST_CASE("a sensor that says nothing, or always the same, is found out within twenty milliseconds") {
+TEST_CASE("a sensor that says nothing, or always the same, is found out in twenty milliseconds") {
   for (const PowerBoard& board : {kFast, kSlow}) {
     for (const double stuck_steps : {2048.0, 2048.0 + 200.0, 2048.0 - 400.0}) {
       for (const double torque_nm : {0.085, -0.085}) {
