@@ -20,12 +20,17 @@ void require(bool condition, const std::string& message) {
 ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
     : period_ns_(options.control_period_ns),
       setup_(std::make_shared<const ControlSetup>(make_control_setup(options))),
-      plant_(options.plant, options.hand, std::min(options.step_ns, options.control_period_ns),
+      power_(make_power_path(options.plant, options.control_period_ns, options.sensor_seed)),
+      plant_(options.plant, options.hand,
+             power_ ? power_->step_ns() : std::min(options.step_ns, options.control_period_ns),
              options.make_stepper),
       encoder_(options.encoder) {
   require(options.delay_ticks <= kMostDelayTicks,
           "delay_ticks must be at most 1000, is " + std::to_string(options.delay_ticks));
   late_.resize(options.delay_ticks);
+  if (power_)
+    power_->power_up(options.board.value_or(matching_board(*options.plant.electrics)),
+                     options.actuator.brake_time_constant_s);
   controller_.tick = options.first_tick;
   if (options.initial) plant_.set_state(*options.initial);
   if (options.spin_up) spin_up(*options.spin_up);
@@ -122,8 +127,7 @@ void ClosedLoop::act() {
     controller_.limits.motor_command_nm = static_cast<float>(decided_.motor_command_nm);
     controller_.brake_command_nm = static_cast<float>(decided_.brake_command_nm);
   }
-  give(decided_);
-  plant_.advance(period_ns_);
+  follow(decided_);
 }
 
 void ClosedLoop::set_seed(std::uint64_t seed) {
@@ -132,12 +136,23 @@ void ClosedLoop::set_seed(std::uint64_t seed) {
   encoder_ = Encoder(params);
 }
 
-void ClosedLoop::give(const Command& command) {
-  if (late_.empty()) {
-    plant_.set_command(command);
+void ClosedLoop::take(const Command& command) {
+  if (power_) {
+    power_->run(plant_, {.motor_command_nm = static_cast<float>(command.motor_command_nm),
+                         .brake_command_nm = static_cast<float>(command.brake_command_nm),
+                         .enabled = true});
     return;
   }
-  plant_.set_command(late_[next_late_]);
+  plant_.set_command(command);
+  plant_.advance(period_ns_);
+}
+
+void ClosedLoop::follow(const Command& command) {
+  if (late_.empty()) {
+    take(command);
+    return;
+  }
+  take(late_[next_late_]);
   late_[next_late_] = command;
   next_late_ = next_late_ + 1 == late_.size() ? 0 : next_late_ + 1;
 }

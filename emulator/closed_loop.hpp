@@ -15,6 +15,7 @@
 #include "emulator/closed_loop_options.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant/plant.hpp"
+#include "emulator/power_path.hpp"
 #include "emulator/replay.hpp"
 
 namespace torsio::emulator {
@@ -86,11 +87,14 @@ class ClosedLoop {
 
  private:
   void spin_up(const SpinUp& spin_up);
-  void give(const Command& command);
+  /// Lets a period pass in which the actuators follow.
+  void follow(const Command& command);
+  void take(const Command& command);
 
   std::int64_t period_ns_;
   std::shared_ptr<const ControlSetup> setup_;
   core::ControllerState controller_;
+  std::optional<PowerPath> power_;  // of a plant with electrics
   Plant plant_;
   Encoder encoder_;
   std::optional<Command> held_;

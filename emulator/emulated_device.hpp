@@ -14,6 +14,7 @@
 #include "emulator/encoder.hpp"
 #include "emulator/plant/hand.hpp"
 #include "emulator/plant/plant.hpp"
+#include "emulator/power_path.hpp"
 #include "emulator/usb_link.hpp"
 #include "protocol/codec.hpp"
 
@@ -31,6 +32,7 @@ struct EmulatedDeviceOptions {
   /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
   std::optional<protocol::ActuatorConfig> actuator{};
   std::optional<protocol::ControlConfig> control{};
+  std::optional<protocol::BoardConfig> board{};  ///< a plant with electrics has use for it
   std::optional<protocol::GameConfig> game{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
@@ -99,6 +101,8 @@ class EmulatedDevice {
   // The world ---------------------------------------------------------------------------------
 
   [[nodiscard]] const Plant& plant() const { return plant_; }
+  /// nullptr without electrics.
+  [[nodiscard]] const Circuit* circuit() const { return power_ ? &power_->circuit() : nullptr; }
 
   /// The hand takes over at the next tick. Times of its profiles are device time.
   /// @throws std::invalid_argument as validate(hand) does; the old hand then stays
@@ -119,6 +123,9 @@ class EmulatedDevice {
   /// Takes the power away or gives it back. Powering up starts the firmware anew.
   void set_powered(bool powered);
   void set_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
+  /// What the current sensor shows from now on, of a plant with electrics.
+  /// @throws std::logic_error if the plant has none
+  void set_current_sensor(CurrentSensorState state);
   void set_actuator_fault(bool present) { actuator_fault_ = present; }
   /// The encoder's counter stands still.
   void freeze_encoder(bool frozen) { encoder_frozen_ = frozen; }
@@ -134,11 +141,12 @@ class EmulatedDevice {
  private:
   void power_up();
   void tick();
-  void run_control(std::uint32_t encoder_count);
+  device::TickOutputs run_control(std::uint32_t encoder_count);
   void write_slot(const device::SlotWrite& write);
   void log_truth();
 
   EmulatedDeviceOptions options_;
+  std::optional<PowerPath> power_;  // of a plant with electrics
   Plant plant_;
   Encoder encoder_;
   UsbLink link_;

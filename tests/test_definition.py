@@ -35,6 +35,9 @@ RELEASED = {
         *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
         "unknown",
     ],
+    "ResetCause": [
+        *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),
+    ],
     "Op": [
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),

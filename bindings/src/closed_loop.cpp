@@ -219,6 +219,10 @@ ClosedLoopOptions loop_options_from_python(const py::object& source) {
   if (!from.get("step_ns").is_none()) options.step_ns = from.integer<std::int64_t>("step_ns");
   options.make_stepper = stepper_from_python(from.get("stepper"));
   options.encoder = emulator::encoder_of(plant);
+  if (const py::object board = from.get("board"); !board.is_none()) {
+    options.board = conversion::to_wire(from_python<BoardConfig>(board));
+  }
+  options.sensor_seed = from.integer<std::uint64_t>("seed");
   options.encoder.seed = from.integer<std::uint64_t>("seed");
   options.hand = emulator_hand(from.get("hand"));
   if (const py::object initial = from.get("initial"); !initial.is_none()) {

@@ -94,6 +94,7 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
         [&](const py::object& value) { options.actuator = from_python<ActuatorConfig>(value); });
   given("control",
         [&](const py::object& value) { options.control = from_python<ControlConfig>(value); });
+  given("board", [&](const py::object& value) { options.board = from_python<BoardConfig>(value); });
   given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
   options.paced = source.attr("paced").cast<bool>();
   options.log_truth = source.attr("log_truth").cast<bool>();
@@ -230,6 +231,17 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
       "advance",
       [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
       Release());
+  knob.def("electrics", [](const PyKnob& self) { return to_python(self->emulator().electrics()); });
+  knob.def("set_current_sensor", [](const PyKnob& self, const std::string& state) {
+    for (std::size_t i = 0; i < Names<CurrentSensorState>::values.size(); ++i) {
+      if (Names<CurrentSensorState>::values[i] == state) {
+        const Unlocked unlocked;
+        self->emulator().set_current_sensor(static_cast<CurrentSensorState>(i));
+        return;
+      }
+    }
+    throw InvalidArgument("state is \"" + state + "\", allowed are works, dead, stuck, saturated");
+  });
   // These wait for their turn as well, and whoever has it may be the function of a hand.
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
     const auto bytes = bytes_of(report);

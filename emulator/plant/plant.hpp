@@ -33,6 +33,18 @@ class Plant {
   /// @throws std::invalid_argument if a value is not finite
   void set_command(const Command& command);
 
+  /// What the bridges of a plant with electrics make of its actuators from now on.
+  struct Drive {
+    double motor_torque_nm = 0.0;  ///< at which the motor's would settle at rest
+    bool motor_connected = true;   ///< false: the winding has no circuit, and no current
+    double brake_torque_nm = 0.0;  ///< where the brake's goes; below 0 it must not arrive
+  };
+  /// In place of set_command().
+  void set_drive(const Drive& drive);
+
+  /// Other resistances of the windings, of a plant with electrics, as they warm up.
+  void set_resistances(double winding_ohm, double coil_ohm);
+
   /// Another hand takes over now; motion goes on from where it is.
   /// @throws std::invalid_argument as the constructor does; the old hand then stays
   void set_hand(Hand hand);
@@ -60,6 +72,7 @@ class Plant {
 
  private:
   void attach(Hand hand);
+  void make_steppers(const Hand& hand);
   void refresh_hand_segment();
   void ask_hand(const FeedbackHand& hand);
   /// Goes on from where the plant is, whatever the grid: after every change of an input.
@@ -73,6 +86,8 @@ class Plant {
   Hand hand_ = NoHand{};
   PlantModel model_;
   std::shared_ptr<Stepper> stepper_;
+  std::shared_ptr<Stepper> disconnected_;  // of a plant with electrics
+  bool connected_ = true;
   Command command_;
   HeldInputs inputs_{};
   PlantState state_;          // now

@@ -9,7 +9,38 @@ namespace torsio::device {
 
 using protocol::ActuatorConfig;
 
-LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
+namespace {
+
+// Enough to move the reference actuator against its friction, and nothing that hurts.
+constexpr float kTimidMotorNm = 15e-3F;
+constexpr float kTimidBrakeNm = 30e-3F;
+constexpr float kTimidSpeedRadS = 10.0F;
+
+// No hand turns a knob faster, and no small motor without load gets there in a moment.
+constexpr float kFastestRadS = 2000.0F;
+constexpr std::uint32_t kLeastJumpCounts = 16;
+
+/// Counts in one period that no knob can make, but noise and a loose cable can. Never more than a
+/// quarter of a turn.
+std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t counts_per_rev) {
+  const std::uint32_t fastest =
+      core::round_to_u32(kFastestRadS * resolution.period_s / resolution.rad_per_count);
+  const std::uint32_t limit = fastest > kLeastJumpCounts ? fastest : kLeastJumpCounts;
+  return limit < counts_per_rev / 4 ? limit : counts_per_rev / 4;
+}
+
+/// A sign that is wrong, or values of other parts, then end in a fault and not in a bruise.
+void hold_low(LoopConfig& loop) {
+  core::PartitionParams& partition = loop.controller.partition;
+  partition.motor_torque_max_nm = core::smaller(partition.motor_torque_max_nm, kTimidMotorNm);
+  partition.brake_torque_max_nm = core::smaller(partition.brake_torque_max_nm, kTimidBrakeNm);
+  loop.passive_brake_nm = core::smaller(loop.passive_brake_nm, kTimidBrakeNm);
+  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, kTimidSpeedRadS);
+}
+
+}  // namespace
+
+LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool moves_parts) {
   const protocol::ActuatorConfig& actuator = config.actuator;
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
@@ -37,10 +68,11 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   loop.passive_ramp_ticks = core::round_to_u32(control.passive_ramp_s / period_s);
   loop.passive_brake_nm = core::smaller(control.passive_brake_nm, brake_max_nm);
   if (control.speed_limit_rad_s > 0.0F) loop.speed_limit_rad_s = control.speed_limit_rad_s;
-  // A quarter of a turn in one period: no hand does that, a lost encoder signal does.
-  loop.jump_limit_counts = static_cast<std::int32_t>(actuator.counts_per_rev / 4);
+  loop.jump_limit_counts =
+      static_cast<std::int32_t>(jump_limit(resolution, actuator.counts_per_rev));
   // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
   loop.tick_budget_ns = period_ns - period_ns / 20;
+  if (moves_parts && config.board.confirmed == protocol::Toggle::off) hold_low(loop);
   return loop;
 }
 

@@ -22,6 +22,10 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
+// What reported_by() and hold_back() make of the inputs, and nothing else does.
+constexpr std::uint32_t kReported =
+    fault::emergency_stop | fault::actuator | fault::current_sensor | fault::winding;
+
 /// Faults that inputs report.
 std::uint32_t reported_by(const TickInputs& in) {
   return (in.emergency_stop ? fault::emergency_stop : 0U) |
@@ -44,7 +48,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const std::uint32_t causes = find_causes(in, out);
   TickOutputs given{out.motor_command_nm, out.brake_command_nm, enabled_};
   if (causes != 0 || held_back_) [[unlikely]] {
-    given = hold_back(causes);
+    given = hold_back(causes, in.power_faults);
   }
   if (decimation_ != 0) [[unlikely]] {
     sample(out.motion.speed_rad_s, out.desired_torque_nm,
@@ -67,8 +71,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
-  causes_ = static_cast<std::uint16_t>((causes_ & ~(fault::emergency_stop | fault::actuator)) |
-                                       reported_by(in));
+  causes_ = static_cast<std::uint16_t>((causes_ & ~kReported) | reported_by(in));
   if (const Order* order = orders_.front()) {
     carry_out(*order);
     orders_.pop();
@@ -304,7 +307,11 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
 }
 
 /// Latches the faults, and gives what is left where the controller's commands are not followed.
-[[gnu::noinline]] TickOutputs ControlLoop::hold_back(std::uint32_t causes) {
+[[gnu::noinline]] TickOutputs ControlLoop::hold_back(std::uint32_t causes,
+                                                     std::uint16_t power_faults) {
+  if ((causes & fault::actuator) != 0 && power_faults != 0) {
+    causes = (causes & ~std::uint32_t{fault::actuator}) | power_faults;
+  }
   causes |= causes_;
   // These endanger only somebody who feels a torque.
   if (!armed()) causes &= ~std::uint32_t{fault::overrun | fault::over_speed};

@@ -21,6 +21,7 @@ struct TickInputs {
   std::uint32_t encoder_count = 0;
   bool emergency_stop = false;
   bool actuator_fault = false;
+  std::uint16_t power_faults = 0;  // with actuator_fault: which, as bits of `faults`; 0: `actuator`
   std::uint32_t missed_ticks = 0;  // since the last tick; they count as time
   std::uint32_t tick_time_ns = 0;  // how long the last tick took; 0: not known
 };
@@ -109,6 +110,10 @@ class ControlLoop {
 
   // Control interrupt.
   TickOutputs tick(const TickInputs& in);
+  /// Of the last tick.
+  float speed_rad_s() const {
+    return controller_.motion.speed_counts_per_tick * config_.controller.motion.speed_scale;
+  }
 
   // Main loop. The rings of answers and samples are below.
   Snapshot snapshot() const;
@@ -132,7 +137,7 @@ class ControlLoop {
   void begin_passive(protocol::EventKind why);
   void choose_torque(bool playing, core::ForceSource* game_force);
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
-  TickOutputs hold_back(std::uint32_t causes);
+  TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
   void set_state(protocol::State state, protocol::Owner owner = protocol::Owner::none);
   void report_event(protocol::EventKind kind);

@@ -132,6 +132,23 @@ struct Enumerators<GameEffectState> {
   static constexpr bool open = false;
 };
 
+/// Why the device started.
+enum class ResetCause : std::uint8_t {
+  unknown,     // the board cannot tell
+  power,       // it was switched on
+  brown_out,   // its supply was too low for a moment
+  reset_pin,   // somebody pressed reset
+  watchdog,    // the main loop or the control interrupt hung
+  hard_fault,  // the program did what the processor refuses
+  stack,       // the program needed more stack than there is
+};
+template <>
+struct Enumerators<ResetCause> {
+  static constexpr std::array<std::string_view, 7> names{
+      "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"};
+  static constexpr bool open = false;
+};
+
 /// What a command asks for.
 enum class Op : std::uint8_t {
   keep_alive,  // nothing but a sign of life, not acknowledged
@@ -225,8 +242,12 @@ inline constexpr std::uint16_t encoder = 1 << 2;         // a jump that no knob 
 inline constexpr std::uint16_t actuator = 1 << 3;        // the power stage reports an error
 inline constexpr std::uint16_t overrun = 1 << 4;         // ticks were missed or took too long
 inline constexpr std::uint16_t numeric = 1 << 5;         // the control law gave no finite torque
-inline constexpr std::array<std::string_view, 6> names{
-    "emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"};  // from bit 0 on
+inline constexpr std::uint16_t current_sensor = 1
+                                                << 6;  // its zero leaves no room for the trip level
+inline constexpr std::uint16_t winding = 1 << 7;  // voltage, current and speed do not fit together
+inline constexpr std::array<std::string_view, 8> names{
+    "emergency_stop", "over_speed", "encoder",        "actuator",
+    "overrun",        "numeric",    "current_sensor", "winding"};  // from bit 0 on
 }  // namespace fault
 
 /// Bits of telemetry's `flags`; the two lowest are the state.

@@ -98,6 +98,7 @@ struct Health {
   std::uint32_t tick_time_max_ns = 0;
   std::uint32_t saves = 0;
   Owner owner = Owner::none;
+  ResetCause reset_cause = ResetCause::unknown;
 };
 template <>
 struct Layout<Health> {
@@ -117,6 +118,7 @@ struct Layout<Health> {
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
       choice("owner", &Health::owner, "who has the actuator"),
+      choice("reset_cause", &Health::reset_cause, "why the device started"),
   };
 };
 
@@ -409,7 +411,7 @@ using AllReports =
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
-static_assert(wire_size<Health>() == 32);
+static_assert(wire_size<Health>() == 33);
 static_assert(wire_size<GameMonitor>() == 53);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);

@@ -108,6 +108,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.stored = stored;
   if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
   if (in.control) out.control = conversion::to_wire(*in.control);
+  if (in.board) out.board = conversion::to_wire(*in.board);
   if (in.game) out.game = conversion::to_wire(*in.game);
   out.log_truth = in.log_truth;
   return out;
@@ -126,6 +127,10 @@ auto checked(Make&& make) {
     throw InvalidArgument(error.what());
   }
 }
+
+constexpr const char* kNoElectrics =
+    "this emulated knob has no electrics: open it with a plant that names them in its "
+    "EmulatorOptions";
 
 // The world ---------------------------------------------------------------------------------------
 
@@ -369,6 +374,14 @@ class EmulatedWorldHandle final : public Emulator {
     return truth;
   }
 
+  ElectricsState electrics() const override {
+    return world_->with_device([](emulator::EmulatedDevice& device) {
+      const emulator::Circuit* circuit = device.circuit();
+      if (circuit == nullptr) throw Error(kNoElectrics);
+      return circuit->state(device.plant());
+    });
+  }
+
   GamePort& game() override { return game_; }
 
   void unplug() override {
@@ -382,6 +395,13 @@ class EmulatedWorldHandle final : public Emulator {
 
   void set_actuator_fault(bool present) override {
     world_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+  }
+
+  void set_current_sensor(CurrentSensorState state) override {
+    world_->with_device([&](auto& device) {
+      if (device.circuit() == nullptr) throw Error(kNoElectrics);
+      device.set_current_sensor(state);
+    });
   }
 
   void freeze_encoder(bool frozen) override {

@@ -230,7 +230,8 @@ Health Knob::health() {
           .tick_time_s = 1e-9 * health.tick_time_ns,
           .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
           .saves = health.saves,
-          .owner = static_cast<Owner>(health.owner)};
+          .owner = static_cast<Owner>(health.owner),
+          .reset_cause = static_cast<ResetCause>(health.reset_cause)};
 }
 
 GameStatus Knob::game_status() {

@@ -94,6 +94,17 @@ DISARM_REASON = enumeration(
     Value("disconnected", "the device was unplugged or lost its power"),
     Value("unknown", "the word of the device about it was lost on the way"),
 )
+RESET_CAUSE = enumeration(
+    "ResetCause",
+    "Why the device started.",
+    Value("unknown", "the board cannot tell"),
+    Value("power", "it was switched on"),
+    Value("brown_out", "its supply was too low for a moment"),
+    Value("reset_pin", "somebody pressed reset"),
+    Value("watchdog", "the main loop or the control interrupt hung"),
+    Value("hard_fault", "the program did what the processor refuses"),
+    Value("stack", "the program needed more stack than there is"),
+)
 EVENT_KIND = enumeration(
     "EventKind",
     "What happened.",
@@ -183,6 +194,8 @@ FAULT = Bits(
         Value("actuator", "the power stage reports an error"),
         Value("overrun", "ticks were missed or took too long"),
         Value("numeric", "the control law gave no finite torque"),
+        Value("current_sensor", "its zero leaves no room for the trip level"),
+        Value("winding", "voltage, current and speed do not fit together"),
     ),
     "Faults, latched until cleared: bits of every `faults` field.",
 )

@@ -82,6 +82,7 @@ HEALTH = Structure(
         raw("tick_time_max_ns", "u32", "longest tick so far", "ns"),
         raw("saves", "u32", "how often the configuration was saved, ever"),
         on_wire(choice("owner", e.OWNER, "who has the actuator")),
+        on_wire(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
     ),
     id=0x03,
     direction="feature",

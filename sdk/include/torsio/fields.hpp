@@ -63,6 +63,11 @@ struct Names<GameEffectState> {
   static constexpr std::array<std::string_view, 3> values{"stopped", "playing", "set_aside"};
 };
 template <>
+struct Names<ResetCause> {
+  static constexpr std::array<std::string_view, 7> values{
+      "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"};
+};
+template <>
 struct Names<DisarmReason> {
   static constexpr std::array<std::string_view, 7> values{
       "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"};
@@ -307,12 +312,14 @@ struct Fields<BoardConfig> {
             1e-4, 100.0, "at the knob"),
       field("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0.0, 100.0,
             "never asked for more; one and a half times as much measured is a fault"),
+      field("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0.0, 100.0,
+            "that the winding stands for ever; more is given for seconds, then less and less"),
       field("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001, 1000.0,
             "of the winding"),
       field("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6, 1.0,
             "of the winding"),
-      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 5000.0,
-            "of the current loop; held at a tenth of the control rate"),
+      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 1e5,
+            "of the current loop; on a pico held at a tenth of the control rate"),
       field("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001, 10.0,
             "of the current sensor; its zero is measured while the power is off"),
       field("brake_torque_constant_nm_per_a", &BoardConfig::brake_torque_constant_nm_per_a, "N m/A",
@@ -321,8 +328,14 @@ struct Fields<BoardConfig> {
             "of the coil"),
       field("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001, 1e4,
             "of the coil"),
+      field("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0.0, 1000.0,
+            "of the coil, which the bridge then drives both ways, so that its current follows with "
+            "the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
       field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
             "on: a current into the first motor pin turns the knob to smaller angles"),
+      field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
+            "on: somebody has checked that these are the parts. Until then a real board holds "
+            "torques and speed low. Acts at once"),
       field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
             "GPIO of A; B is the next one"),
       field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,
@@ -470,6 +483,7 @@ struct Fields<Health> {
       field("saves", &Health::saves, "", -kNoLimit, kNoLimit,
             "how often the configuration was saved, ever"),
       field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+      field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit, "why the device started"),
   };
 };
 template <>

@@ -38,6 +38,14 @@ class Plant:
         *,
         period_ns: int = 1_000_000,
     ) -> npt.NDArray[np.void]: ...
+    def record_bridges(
+        self,
+        motor_share: npt.ArrayLike,
+        brake_share: npt.ArrayLike,
+        enabled: npt.ArrayLike,
+        *,
+        period_ns: int = 25_000,
+    ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.float64]]: ...
     def drive(
         self,
         motor_command_nm: npt.ArrayLike,
