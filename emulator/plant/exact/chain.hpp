@@ -84,7 +84,7 @@ struct Chain {
   const PlantModel& model;
   double motor_rate;  ///< 1/s; 0 when there is no lag, as the gap is 0 then
   double brake_rate;
-  double back_emf;  ///< N m s/rad; 0 without electrics
+  double back_emf;                         ///< N m s/rad; 0 without electrics
   std::array<double, kShafts> mobility{};  ///< 1 / inertia
   // Copies of the model's, which are at hand where most of the time is spent:
   std::array<double, kShafts> viscous{};    ///< N m s/rad
