@@ -15,6 +15,21 @@ namespace {
   return desired_nm;
 }
 
+/// Keeps the ledger, and bounds what the scene asks. What comes from beside the scene is not the
+/// knob's motion.
+float bound_torque(ControllerState& state, const ControllerParams& params,
+                   const ControllerOutputs& out, float beside_nm) {
+  const std::int32_t delta_counts = out.motion.delta_counts;
+  keep_ledger(state.ledger, state.limits.motor_command_nm, out.spring_torque_nm, delta_counts);
+  float timed_nm = state.scene.timed_change_nm + (beside_nm - state.bound.beside_nm);
+  if (state.bound.new_scene) timed_nm = out.desired_torque_nm - state.bound.asked_nm;
+  state.bound.new_scene = false;
+  state.scene.timed_change_nm = 0.0F;
+  state.bound.beside_nm = beside_nm;
+  return bound_stiffness(state.bound, params.bound, out.desired_torque_nm, timed_nm, delta_counts,
+                         out.motion.delta_rad, static_cast<std::uint32_t>(state.tick));
+}
+
 }  // namespace
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params,
@@ -27,10 +42,11 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
                                       out.motion.delta_rad, capacity_nm);
 
   const Resolution& resolution = params.motion.resolution;
-  float desired_nm = 0.0F;
+  float scene_nm = 0.0F;
   if (in.scene != nullptr) {
-    desired_nm = evaluate_scene(*in.scene, state.scene, out.motion, resolution, state.tick);
+    scene_nm = evaluate_scene(*in.scene, state.scene, out.motion, resolution, state.tick);
   }
+  float desired_nm = scene_nm;
   if (in.overlay != nullptr) [[unlikely]] {
     // Field by field: a copy as a whole would put the motion into memory in every tick.
     const Motion& now = out.motion;
@@ -41,7 +57,13 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
-  const Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
+  float given_nm = out.desired_torque_nm;
+  if (params.partition.law == Law::calibrated) {
+    given_nm =
+        bound_torque(state, params, out, out.numeric_error ? 0.0F : desired_nm - scene_nm);
+    out.bounded = given_nm != out.desired_torque_nm;
+  }
+  const Shares shares = partition(params.partition, given_nm, out.spring_torque_nm);
   out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
   out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;

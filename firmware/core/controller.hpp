@@ -11,11 +11,13 @@
 
 #include "core/brake_model.hpp"
 #include "core/force_source.hpp"
+#include "core/ledger.hpp"
 #include "core/limits.hpp"
 #include "core/motion.hpp"
 #include "core/partition.hpp"
 #include "core/scene.hpp"
 #include "core/soft_sensor.hpp"
+#include "core/stiffness_bound.hpp"
 
 namespace torsio::core {
 
@@ -25,6 +27,7 @@ struct ControllerParams {
   float spring_stiffness_nm_per_rad = 2.873F;
   PartitionParams partition;
   LimitParams limits;
+  BoundParams bound;  // of the law calibrated
 };
 
 struct ControllerState {
@@ -34,6 +37,8 @@ struct ControllerState {
   SoftSensorState sensor;
   SceneState scene;
   LimitState limits;
+  BoundState bound;
+  Ledger ledger;  // of the law calibrated
   float brake_command_nm = 0;  // held since the last tick
 };
 
@@ -59,6 +64,7 @@ struct ControllerOutputs {
   float spring_torque_nm = 0;   // sensed
   bool motor_saturated = false;
   bool brake_saturated = false;
+  bool bounded = false;        // less is given than the scene asks, or it would buzz
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 

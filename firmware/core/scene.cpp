@@ -87,24 +87,33 @@ float torque_nm(const Inertia& inertia, const Moment& now) {
                          inertia.torque_limit_nm);
 }
 
+/// Remembers that the torque of an effect has changed by itself.
+float timed(float torque_nm, const Moment& now) {
+  now.state.timed_change_nm += torque_nm - now.state.timed_nm[now.slot];
+  now.state.timed_nm[now.slot] = torque_nm;
+  return torque_nm;
+}
+
 float torque_nm(const Constant& constant, const Moment& now) {
   const Playing play = playing(constant.timing, elapsed_ticks(now));
-  return play.on ? constant.torque_nm * play.level : 0.0F;
+  return timed(play.on ? constant.torque_nm * play.level : 0.0F, now);
 }
 
 float torque_nm(const Ramp& ramp, const Moment& now) {
   const Playing play = playing(ramp.timing, elapsed_ticks(now));
-  if (!play.on) return 0.0F;
-  return (ramp.start_torque_nm + ramp.rise_nm_per_tick * static_cast<float>(play.ticks)) *
-         play.level;
+  if (!play.on) return timed(0.0F, now);
+  return timed(
+      (ramp.start_torque_nm + ramp.rise_nm_per_tick * static_cast<float>(play.ticks)) * play.level,
+      now);
 }
 
 float torque_nm(const Periodic& periodic, const Moment& now) {
   const Playing play = playing(periodic.timing, elapsed_ticks(now));
-  if (!play.on) return 0.0F;
+  if (!play.on) return timed(0.0F, now);
   const std::uint32_t phase = periodic.start_phase + periodic.phase_per_tick * play.ticks;
-  return periodic.offset_nm +
-         periodic.amplitude_nm * play.level * waveform_value(periodic.waveform, phase);
+  return timed(periodic.offset_nm +
+                   periodic.amplitude_nm * play.level * waveform_value(periodic.waveform, phase),
+               now);
 }
 
 float torque_nm(const Detents& detents, const Moment& now) {

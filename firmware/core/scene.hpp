@@ -25,6 +25,8 @@ struct Scene {
 struct SceneState {
   std::array<std::uint64_t, kMaxEffects> start_tick{};
   std::array<float, kMaxEffects> twist_rad{};  // of a friction's spring
+  std::array<float, kMaxEffects> timed_nm{};   // of an effect that plays in time, its last torque
+  float timed_change_nm = 0;                   // by time, not by motion, since somebody took it
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.

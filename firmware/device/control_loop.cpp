@@ -49,7 +49,8 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (decimation_ != 0) [[unlikely]] {
     sample(out.motion.speed_rad_s, out.desired_torque_nm,
            static_cast<std::uint8_t>((out.motor_saturated ? flag::motor_saturated : 0) |
-                                     (out.brake_saturated ? flag::brake_saturated : 0)));
+                                     (out.brake_saturated ? flag::brake_saturated : 0) |
+                                     (out.bounded ? flag::bounded : 0)));
   }
   counters_.tick_time_ns = in.tick_time_ns;
   return given;
@@ -163,6 +164,7 @@ Status ControlLoop::execute(const Order& order) {
       return Status::ok;
     case Order::Kind::play:
       scene_ = order.commit.scene;
+      controller_.bound.new_scene = true;
       core::restart_effects(controller_.scene, order.commit.fresh, controller_.tick);
       return Status::ok;
     case Order::Kind::local_model:
@@ -178,6 +180,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::configure:
       config_ = *order.config;
       game_params_ = *order.game;
+      controller_.bound = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;
       return Status::ok;
