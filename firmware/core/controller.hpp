@@ -35,18 +35,20 @@ struct ControllerState {
   MotionState motion;
   BrakeState brake;
   SoftSensorState sensor;
-  SceneState scene;
   LimitState limits;
-  BoundState bound;
-  Ledger ledger;  // of the law calibrated
   float brake_command_nm = 0;  // held since the last tick
+  SceneState scene;
+  BoundState bound;  // this and the ledger: while an overlay bounds
+  Ledger ledger;
 };
 
-/// What is rarely there beside the scene: (scene + local) * gain + extra.
+/// What is rarely there beside the scene: (scene + local) * gain + extra, bounded. The ordinary
+/// tick without it is spared all of that.
 struct Overlay {
   const LocalModel* local = nullptr;  // nullptr: nothing is streamed
   float gain = 1;                     // 0 to 1, for a soft start
   ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
+  bool bounds = false;                // the law calibrated: nothing that would buzz
 };
 
 struct ControllerInputs {
@@ -57,14 +59,13 @@ struct ControllerInputs {
 
 struct ControllerOutputs {
   Motion motion;
-  float desired_torque_nm = 0;
+  float desired_torque_nm = 0;  // within the bound, if there is one
   float motor_command_nm = 0;
   float brake_command_nm = 0;
   float brake_capacity_nm = 0;  // what the brake is taken to hold now
   float spring_torque_nm = 0;   // sensed
   bool motor_saturated = false;
   bool brake_saturated = false;
-  bool bounded = false;        // less is given than the scene asks, or it would buzz
   bool numeric_error = false;  // the desired torque was not finite: commands are zero
 };
 

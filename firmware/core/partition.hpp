@@ -16,16 +16,17 @@ namespace torsio::core {
 struct LawTraits {
   bool counts_drag = false;  // the sensor takes the drag of a brake without current into account
   bool brakes = true;        // the brake carries its share
+  bool bounds = false;       // nothing buzzes: core/stiffness_bound.hpp
 };
 
-/// In the order of Law. Not every law counts the drag: with the paper's the drag's help is what keeps
-/// the motor from overcompensating (docs/theory.md).
+/// In the order of Law. Not every law counts the drag: with the paper's the drag's help is what
+/// keeps the motor from overcompensating (docs/theory.md).
 inline constexpr std::array kLaws{
-    LawTraits{},                     // paper
-    LawTraits{.counts_drag = true},  // compensated
-    LawTraits{},                     // parallel
-    LawTraits{.brakes = false},      // motor_only
-    LawTraits{.counts_drag = true},  // calibrated
+    LawTraits{},                                     // paper
+    LawTraits{.counts_drag = true},                  // compensated
+    LawTraits{},                                     // parallel
+    LawTraits{.brakes = false},                      // motor_only
+    LawTraits{.counts_drag = true, .bounds = true},  // calibrated
 };
 constexpr const LawTraits& traits(Law law) { return kLaws[static_cast<std::size_t>(law)]; }
 

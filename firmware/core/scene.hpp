@@ -25,8 +25,6 @@ struct Scene {
 struct SceneState {
   std::array<std::uint64_t, kMaxEffects> start_tick{};
   std::array<float, kMaxEffects> twist_rad{};  // of a friction's spring
-  std::array<float, kMaxEffects> timed_nm{};   // of an effect that plays in time, its last torque
-  float timed_change_nm = 0;                   // by time, not by motion, since somebody took it
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.
@@ -35,6 +33,10 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
 /// Sum of the active effects' torques on the knob, N m. Costs nothing for slots that do not play.
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
                      const Resolution& resolution, const std::uint64_t& tick);
+
+/// The part of it that plays in time, whatever the knob does.
+float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
+                     const std::uint64_t& tick);
 
 /// A torque, a spring and a damper, streamed by the host.
 struct LocalModel {

@@ -13,7 +13,7 @@ namespace torsio::core {
 
 struct BoundParams {
   float stiffness_nm_per_rad = 0;  // that a touch begins with
-  float least_share = 1.0F / 64;  // of it that is always left
+  float least_share = 1.0F / 64;   // of it that is always left
   std::uint32_t buzz_ticks = 0;    // a swing that takes longer is a hand's
 };
 
@@ -29,7 +29,7 @@ constexpr BoundParams make_bound_params(const StableStiffness& stable, float per
 struct BoundState {
   float asked_nm = 0;  // at the last tick
   float given_nm = 0;
-  float beside_nm = 0;             // what of it came from beside the scene
+  float in_time_nm = 0;            // what of it is none of the knob's motion
   float share = 1;                 // of the bound to begin with that is left
   bool new_scene = true;           // the next change is none of the knob's motion
   bool rises = true;               // the way of the swing that goes on
@@ -66,12 +66,15 @@ inline constexpr std::int32_t kRestCounts = 2;
   state.share = larger(0.6F * state.share, params.least_share);
 }
 
+/// Whether less is given than the scene asks.
+constexpr bool is_bounded(const BoundState& state) { return state.given_nm != state.asked_nm; }
+
 /// One tick.
 /// @param asked_nm  the scene's torque
 /// @param timed_nm  how much of its change comes from time, not from the knob's motion
 /// @returns what may be given of it: of the same sign, and not more
 constexpr float bound_stiffness(BoundState& state, const BoundParams& params, float asked_nm,
-                                float timed_nm, std::int32_t delta_counts, float delta_rad,
+                                float timed_nm, std::int32_t delta_counts, float rad_per_count,
                                 std::uint32_t tick) {
   float given_nm = asked_nm;
   float spring_nm = 0.0F;  // of a spring as stiff as the bound, for this tick's motion
@@ -84,12 +87,13 @@ constexpr float bound_stiffness(BoundState& state, const BoundParams& params, fl
     } else if (state.back_counts > kRestCounts) {
       judge_swing(state, params, tick);
     }
-    spring_nm = -(params.stiffness_nm_per_rad * state.share) * delta_rad;
+    spring_nm = -(params.stiffness_nm_per_rad * state.share) *
+                (static_cast<float>(delta_counts) * rad_per_count);
     const float change_nm = asked_nm - state.asked_nm - timed_nm;
     steep = delta_counts > 0 ? change_nm < spring_nm : change_nm > spring_nm;
   }
   // What is left out is never made up for at rest: that would be energy from nowhere.
-  if (steep || state.given_nm != state.asked_nm) {
+  if (steep || is_bounded(state)) {
     given_nm = state.given_nm + timed_nm + spring_nm;
     // Between nothing and what is asked.
     if (asked_nm < 0.0F) {

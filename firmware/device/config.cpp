@@ -21,8 +21,8 @@ core::Parts parts(const Config& config, const core::Resolution& resolution) {
           .brake_share = core::traits(static_cast<core::Law>(config.control.law)).brakes
                              ? config.control.beta
                              : 0.0F,
-          .motor_torque_max_nm = core::smaller(actuator.motor_torque_max_nm,
-                                               config.control.motor_torque_cap_nm)};
+          .motor_torque_max_nm =
+              core::smaller(actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm)};
 }
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {

@@ -49,8 +49,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (decimation_ != 0) [[unlikely]] {
     sample(out.motion.speed_rad_s, out.desired_torque_nm,
            static_cast<std::uint8_t>((out.motor_saturated ? flag::motor_saturated : 0) |
-                                     (out.brake_saturated ? flag::brake_saturated : 0) |
-                                     (out.bounded ? flag::bounded : 0)));
+                                     (out.brake_saturated ? flag::brake_saturated : 0)));
   }
   counters_.tick_time_ns = in.tick_time_ns;
   return given;
@@ -83,7 +82,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const bool at_rest = !passive_ && controller_.limits.motor_command_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
-  if (held_back_ || playing_overlay_ != nullptr || lateness_ != 0) call();
+  if (held_back_ || changes_ || lateness_ != 0) call();
 }
 
 void ControlLoop::give(const Order& order) {
@@ -272,6 +271,7 @@ void ControlLoop::begin_passive(EventKind why) {
 void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
+  changes_ = false;
   if (!playing) {
     silent_ticks_left_ = kForever;  // whoever arms is heard
     return;
@@ -283,12 +283,14 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
     if (owner_ == Owner::game) playing_scene_ = nullptr;
   }
   if (local_model_on_) overlay_.local = &local_model_;
+  overlay_.bounds = core::traits(config_.controller.partition.law).bounds;
   const bool soft = soft_start_ticks_left_ != 0;
   if (soft) {
     overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
                     static_cast<float>(config_.passive_ramp_ticks);
   }
-  if (soft || local_model_on_ || game_force != nullptr) playing_overlay_ = &overlay_;
+  changes_ = soft || local_model_on_ || game_force != nullptr;
+  if (changes_ || overlay_.bounds) playing_overlay_ = &overlay_;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -367,6 +369,9 @@ void ControlLoop::report_event(EventKind kind) {
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
+  const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
+  if (bounds) desired_torque_nm = controller_.bound.asked_nm;
+  if (bounds && core::is_bounded(controller_.bound)) flags |= flag::bounded;
   const LoopSample sample{controller_.tick - 1,
                           controller_.motion.position_counts,
                           speed_rad_s,

@@ -180,7 +180,7 @@ ENUMERATORS = {
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
     "owner": ("none", "sdk", "game"),
-    "law": ("paper", "compensated", "parallel", "motor_only"),
+    "law": ("paper", "compensated", "parallel", "motor_only", "calibrated"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
     "autonomous": ("off", "on"),
