@@ -22,7 +22,7 @@ RELEASED = {
     "DetentProfile": ["sine", "linear", "click"],
     "Grain": ["sine", "square", "triangle", "noise"],
     "Ends": ["hold", "repeat"],
-    "Law": ["paper", "compensated", "parallel", "motor_only"],
+    "Law": ["paper", "compensated", "parallel", "motor_only", "calibrated"],
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
     "Owner": ["none", "sdk", "game"],

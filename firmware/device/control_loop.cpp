@@ -85,7 +85,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const bool at_rest = !passive_ && controller_.limits.motor_command_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
-  if (held_back_ || playing_overlay_ != nullptr || lateness_ != 0) call();
+  if (held_back_ || changes_ || lateness_ != 0) call();
 }
 
 void ControlLoop::give(const Order& order) {
@@ -166,6 +166,7 @@ Status ControlLoop::execute(const Order& order) {
       return Status::ok;
     case Order::Kind::play:
       scene_ = order.commit.scene;
+      controller_.bound.new_scene = true;
       core::restart_effects(controller_.scene, order.commit.fresh, controller_.tick);
       return Status::ok;
     case Order::Kind::local_model:
@@ -181,6 +182,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::configure:
       config_ = *order.config;
       game_params_ = *order.game;
+      controller_.bound = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;
       return Status::ok;
@@ -272,6 +274,7 @@ void ControlLoop::begin_passive(EventKind why) {
 void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
+  changes_ = false;
   if (!playing) {
     silent_ticks_left_ = kForever;  // whoever arms is heard
     return;
@@ -283,12 +286,14 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
     if (owner_ == Owner::game) playing_scene_ = nullptr;
   }
   if (local_model_on_) overlay_.local = &local_model_;
+  overlay_.bounds = core::traits(config_.controller.partition.law).bounds;
   const bool soft = soft_start_ticks_left_ != 0;
   if (soft) {
     overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
                     static_cast<float>(config_.passive_ramp_ticks);
   }
-  if (soft || local_model_on_ || game_force != nullptr) playing_overlay_ = &overlay_;
+  changes_ = soft || local_model_on_ || game_force != nullptr;
+  if (changes_ || overlay_.bounds) playing_overlay_ = &overlay_;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -371,6 +376,9 @@ void ControlLoop::report_event(EventKind kind) {
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
+  const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
+  if (bounds) desired_torque_nm = controller_.bound.asked_nm;
+  if (bounds && core::is_bounded(controller_.bound)) flags |= flag::bounded;
   const LoopSample sample{controller_.tick - 1,
                           controller_.motion.position_counts,
                           speed_rad_s,

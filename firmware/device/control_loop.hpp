@@ -181,6 +181,7 @@ class ControlLoop {
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
+  bool changes_ = false;  // what plays beside the scene is decided anew in every tick
   bool passive_ = false;
   std::uint32_t passive_ticks_left_ = 0;
   float passive_motor_nm_ = 0;

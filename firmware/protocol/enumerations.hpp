@@ -69,11 +69,12 @@ enum class Law : std::uint8_t {
   compensated,  // the motor makes up for what the brake really holds, its drag counted
   parallel,     // fixed shares, without the sensor: it sticks, and is here to show that
   motor_only,   // no brake
+  calibrated,   // as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 template <>
 struct Enumerators<Law> {
-  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
-                                                         "motor_only"};
+  static constexpr std::array<std::string_view, 5> names{"paper", "compensated", "parallel",
+                                                         "motor_only", "calibrated"};
   static constexpr bool open = false;
 };
 
@@ -258,8 +259,11 @@ inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all 
 inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
-inline constexpr std::array<std::string_view, 5> names{
-    "motor_saturated", "brake_saturated", "local_model", "passive", "game"};  // from bit 2 on
+inline constexpr std::uint8_t bounded =
+    1 << 7;  // less is given than the scene asks, or the knob would buzz
+inline constexpr std::array<std::string_view, 6> names{
+    "motor_saturated", "brake_saturated", "local_model", "passive", "game",
+    "bounded"};  // from bit 2 on
 }  // namespace flag
 
 }  // namespace torsio::protocol

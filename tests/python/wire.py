@@ -181,7 +181,7 @@ ENUMERATORS = {
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
     "owner": ("none", "sdk", "game"),
-    "law": ("paper", "compensated", "parallel", "motor_only"),
+    "law": ("paper", "compensated", "parallel", "motor_only", "calibrated"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
     "confirmed": ("off", "on"),

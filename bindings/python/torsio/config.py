@@ -108,7 +108,7 @@ class ControlConfig:
     """
 
     _: KW_ONLY
-    law: Literal["paper", "compensated", "parallel", "motor_only"] = "paper"
+    law: Literal["paper", "compensated", "parallel", "motor_only", "calibrated"] = "paper"
     beta: float = 0.5
     speed_bandwidth_hz: float = 100.0
     motor_torque_cap_nm: float = MAX_TORQUE_NM

@@ -40,6 +40,7 @@ LAW = enumeration(
     Value("compensated", "the motor makes up for what the brake really holds, its drag counted"),
     Value("parallel", "fixed shares, without the sensor: it sticks, and is here to show that"),
     Value("motor_only", "no brake"),
+    Value("calibrated", "as compensated, and no wall buzzes: what the parts cannot render is bounded"),
 )
 
 # --- what the device says ------------------------------------------------------------------------
@@ -208,6 +209,7 @@ FLAG = Bits(
         Value("local_model", "a streamed local model is in force"),
         Value("passive", "fading out after silence or a deadline"),
         Value("game", "a game has the actuator"),
+        Value("bounded", "less is given than the scene asks, or the knob would buzz"),
     ),
     "Bits of telemetry's `flags`; the two lowest are the state.",
     first=2,

@@ -40,8 +40,8 @@ struct Names<Ends> {
 };
 template <>
 struct Names<Law> {
-  static constexpr std::array<std::string_view, 4> values{"paper", "compensated", "parallel",
-                                                          "motor_only"};
+  static constexpr std::array<std::string_view, 5> values{"paper", "compensated", "parallel",
+                                                          "motor_only", "calibrated"};
 };
 template <>
 struct Names<State> {

@@ -75,6 +75,8 @@ inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all 
 inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
+inline constexpr std::uint8_t bounded =
+    1 << 7;  // less is given than the scene asks, or the knob would buzz
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.
