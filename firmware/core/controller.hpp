@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "core/brake_model.hpp"
+#include "core/excitation.hpp"
 #include "core/force_source.hpp"
 #include "core/limits.hpp"
 #include "core/motion.hpp"
@@ -39,9 +40,10 @@ struct ControllerState {
 
 /// What is rarely there beside the scene: (scene + local) * gain + extra.
 struct Overlay {
-  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
-  float gain = 1;                     // 0 to 1, for a soft start
-  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
+  const LocalModel* local = nullptr;      // nullptr: nothing is streamed
+  float gain = 1;                         // 0 to 1, for a soft start
+  ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
+  ExcitationState* excitation = nullptr;  // instead of all that, and of the law
 };
 
 struct ControllerInputs {
