@@ -1,0 +1,8 @@
+"""Measuring a knob: what it is made of, how well that is known, and what is wrong with it."""
+
+from __future__ import annotations
+
+from torsio.calibration.procedure import STEPS, Calibration, calibrate
+from torsio.calibration.quantity import Fit, Quantity, Refusal
+
+__all__ = ["STEPS", "Calibration", "Fit", "Quantity", "Refusal", "calibrate"]
