@@ -99,7 +99,9 @@ def calibration(
     ] = None,
     results: Annotated[
         Path | None,
-        typer.Option("--results", metavar="FOLDER", help="Parquet files; OUT/calibration if unset."),
+        typer.Option(
+            "--results", metavar="FOLDER", help="Parquet files; OUT/calibration if unset."
+        ),
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,

@@ -60,7 +60,9 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
     return log
 
 
-def _lagged(time_s: Array, begins_s: Array, targets: Array, first: float, lags: tuple[float, float]) -> Array:
+def _lagged(
+    time_s: Array, begins_s: Array, targets: Array, first: float, lags: tuple[float, float]
+) -> Array:
     """First-order answer to targets that step at `begins_s`; lags of rise and release."""
     result = np.full(len(time_s), first)
     held = first
@@ -97,7 +99,7 @@ def estimate_brake(
     Refusal
         "no_brake", "stuck", "unexplained".
     """
-    half = max(int(round(12e-3 / log.period_s)), 3)
+    half = max(round(12e-3 / log.period_s), 3)
     window, first, second = kernel(half, log.period_s)
     valid = slice(half + 1, len(log.time_s) - half - 1)
     time_s = log.time_s[valid]
@@ -112,7 +114,7 @@ def estimate_brake(
     begins = np.append(log.time_s[0] - 1.0, log.time_s[changes] - 0.5 * log.period_s)
     commands = np.append(log.brake_nm[0], log.brake_nm[changes])
     top = float(np.max(commands))
-    thin = max(int(round(2e-3 / log.period_s)), 1)
+    thin = max(round(2e-3 / log.period_s), 1)
     chosen = np.flatnonzero(turning)[::thin]
 
     def model(value: Array) -> Array:
@@ -133,7 +135,7 @@ def estimate_brake(
             measured,
             np.array([1.0, width, 0.06, 0.06, float(np.min(measured))]),
             scale=np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5]),
-            lags=max(int(round(0.06 / (thin * log.period_s))), 4),
+            lags=max(round(0.06 / (thin * log.period_s)), 4),
             steps=15,
         )
         if best is None or np.sum(trial.residual**2) < np.sum(best.residual**2):
@@ -143,12 +145,14 @@ def estimate_brake(
     left = float(np.sqrt(np.mean(best.residual**2)))
     if gain < 0.3:
         raise Refusal(
-            _STEP, "no_brake", f"the brake gives {100 * gain:.0f} % of what it is told: it is dead, its wires "
+            _STEP, "no_brake", f"the brake gives {100 * gain:.0f} % of what it is told: it is "
+            "dead, its wires "
             "are off, or brake_torque_constant_nm_per_a is wrong", gain=gain,
         )  # fmt: skip
     if left > 0.06 * top + 0.5e-3:
         raise Refusal(
-            _STEP, "unexplained", f"the brake's torque strays by {1e3 * left:.1f} mN m from one with hysteresis "
+            _STEP, "unexplained", f"the brake's torque strays by {1e3 * left:.1f} mN m from one "
+            "with hysteresis "
             "and a lag: it is at its limit, sticks, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
     return Brake(

@@ -1,6 +1,7 @@
 """Electrical steps: the current sensor's zero, the winding, the torque constant.
 
-They need a device that reports the motor's current and voltage; `calibrate` plays them once it does.
+They need a device that reports the motor's current and voltage; `calibrate` plays them once it
+does.
 """
 
 from __future__ import annotations
@@ -26,12 +27,15 @@ def current_zero(current_a: Array) -> tuple[Quantity, Quantity]:
     noise = float(np.std(current_a, ddof=1))
     if noise == 0.0:
         raise Refusal(
-            "current sensor", "dead_sensor", "the current sensor says the very same number all the time: "
+            "current sensor", "dead_sensor", "the current sensor says the very same number all "
+            "the time: "
             "it has no supply, or its wire is not at current_sense_pin",
         )  # fmt: skip
     count = len(current_a)
     return (
-        Quantity("current_zero_a", float(np.mean(current_a)), noise / count**0.5, "with no current"),
+        Quantity(
+            "current_zero_a", float(np.mean(current_a)), noise / count**0.5, "with no current"
+        ),
         Quantity("current_noise_a", noise, noise / (2.0 * count) ** 0.5, "standard deviation"),
     )
 
@@ -64,12 +68,14 @@ def winding(
     """
     if np.ptp(current_a) < 0.1 * np.ptp(voltage_v) / believed_ohm:
         raise Refusal(
-            "winding", "no_current", f"{np.ptp(voltage_v):.1f} V drive {np.ptp(current_a):.2f} A only: the motor "
+            "winding", "no_current", f"{np.ptp(voltage_v):.1f} V drive {np.ptp(current_a):.2f} "
+            "A only: the motor "
             "or its sensor is not connected",
         )  # fmt: skip
     if float(np.sum((voltage_v - np.mean(voltage_v)) * current_a)) < 0.0:
         raise Refusal(
-            "winding", "reversed_sensor", "the current sensor counts down where the voltage drives up: "
+            "winding", "reversed_sensor", "the current sensor counts down where the voltage "
+            "drives up: "
             "turn it round, or current_sense_v_per_a",
         )  # fmt: skip
     step = float(time_s[1] - time_s[0])
@@ -90,7 +96,8 @@ def winding(
     gain = believed_ohm / resistance
     if not 0.5 < gain < 2.0:
         raise Refusal(
-            "winding", "gain", f"the winding seems to have {resistance:.2f} ohm, and motor_resistance_ohm is "
+            "winding", "gain", f"the winding seems to have {resistance:.2f} ohm, and "
+            "motor_resistance_ohm is "
             f"{believed_ohm:.2f}: one of it, supply_v and current_sense_v_per_a is wrong",
         )  # fmt: skip
     relative = fit.sigma(0) / resistance
@@ -120,7 +127,8 @@ def torque_constant(
     constant = float(fit.value[0])
     if constant < 0.0:
         raise Refusal(
-            "torque constant", "reversed_motor", "the back-EMF has the sign of the speed's opposite: motor "
+            "torque constant", "reversed_motor", "the back-EMF has the sign of the speed's "
+            "opposite: motor "
             "and encoder disagree; change motor_reversed or encoder_reversed",
         )  # fmt: skip
     return Quantity("motor_torque_constant_nm_per_a", constant, fit.sigma(0), "from the back-EMF")

@@ -87,7 +87,8 @@ def find_signs(player: Player, torque_nm: float) -> float:
         torques.append(_breakaway(log, way, torque_nm))
     if max(torques) > 4.0 * min(torques) + 2e-3:
         raise Refusal(
-            _SIGNS, "pulled", f"the knob begins to turn at {1e3 * torques[0]:.1f} mN m one way and at "
+            _SIGNS, "pulled", f"the knob begins to turn at {1e3 * torques[0]:.1f} mN m one way "
+            "and at "
             f"{1e3 * torques[1]:.1f} the other: something pulls at it; turn the axis upright, take "
             "off weights and cables", torques_nm=torques,
         )  # fmt: skip
@@ -103,13 +104,15 @@ def _breakaway(log: Recording, way: float, torque_nm: float) -> float:
         )
     if against > max(reached, 0.1):
         raise Refusal(
-            _SIGNS, "reversed", "the encoder counts down while the motor's torque is positive: change "
+            _SIGNS, "reversed", "the encoder counts down while the motor's torque is positive: "
+            "change "
             "encoder_reversed of the actuator, or motor_reversed of the board, not both",
             against_rad=against,
         )  # fmt: skip
     if reached < 5.0 * log.count_rad:
         raise Refusal(
-            _SIGNS, "still", f"nothing moves at {1e3 * torque_nm:.0f} mN m: the motor is not connected, "
+            _SIGNS, "still", f"nothing moves at {1e3 * torque_nm:.0f} mN m: the motor is not "
+            "connected, "
             "the encoder stands still, or the knob is jammed", reached_rad=reached,
         )  # fmt: skip
     if log.stopped == "":
@@ -147,7 +150,8 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
     if log.stopped:
         raise Refusal(
             _FREE, "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the device stopped the turns ({log.stopped}): the knob is not what it was a moment ago",
+            f"the device stopped the turns ({log.stopped}): the knob is not what it was a "
+            "moment ago",
         )  # fmt: skip
     return log
 
@@ -166,16 +170,18 @@ class _Rows:
 
 def _rows(log: Recording, half_s: float, least_rad_s: float) -> _Rows:
     """Weigh a recording where the knob turns one way for the whole of a window."""
-    half = max(int(round(half_s / log.period_s)), 4)
+    half = max(round(half_s / log.period_s), 4)
     window, first, second = kernel(half, log.period_s)
     angle = log.angle_rad - log.angle_rad[0]
     speed = smooth(angle, first, odd=True)
-    _, short, _ = kernel(max(int(round(6e-3 / log.period_s)), 3), log.period_s)
+    _, short, _ = kernel(max(round(6e-3 / log.period_s), 3), log.period_s)
     local = smooth(angle, short, odd=True)
     margin = (len(angle) - len(local)) // 2
     local = np.pad(local, margin, mode="edge")[: len(angle)]
     wide = np.lib.stride_tricks.sliding_window_view(local, len(window))
-    same: npt.NDArray[np.bool_] = (wide.min(axis=1) > least_rad_s) | (wide.max(axis=1) < -least_rad_s)
+    same: npt.NDArray[np.bool_] = (wide.min(axis=1) > least_rad_s) | (
+        wide.max(axis=1) < -least_rad_s
+    )
     fourth = np.convolve(second, np.array([1.0, -2.0, 1.0]) / log.period_s**2)
     jerk = np.pad(np.convolve(angle, fourth[::-1], mode="valid"), 1)
     same[[0, -1]] = False  # where the fourth difference reaches beyond the recording
@@ -242,14 +248,17 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
     speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
     if float(np.max(np.abs(speed))) < 0.4 * _FAST_RAD_S:
         raise Refusal(
-            _FREE, "held", f"the knob reaches {np.max(np.abs(speed)):.0f} rad/s only: it is held, rubs, "
+            _FREE, "held", f"the knob reaches {np.max(np.abs(speed)):.0f} rad/s only: it is "
+            "held, rubs, "
             "or the motor is weaker than motor_torque_max_nm says",
         )  # fmt: skip
     slow = _rows(log.between(0.2, 2 * slow_s), 0.02, 0.5)
     fast = _rows(log.between(2 * slow_s, 1e9), 0.09, 5.0)
     if len(slow.speed) < 20 or len(fast.speed) < 20:
         raise Refusal(
-            _FREE, "held", "the knob does not turn evenly: it is held, or rubs somewhere in its turn"
+            _FREE,
+            "held",
+            "the knob does not turn evenly: it is held, or rubs somewhere in its turn",
         )
     # Less than a turn does not tell cogging from a rough spot.
     periods = _find_cogging(slow) if slow_s == SLOW_S else 0
@@ -268,12 +277,14 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
     coulomb = float(value[1])
     if abs(value[3]) > 0.2 * abs(coulomb) + 5.0 * fit.sigma(3):
         raise Refusal(
-            _FREE, "pulled", f"a steady torque of {1e3 * value[3]:+.1f} mN m pulls at the knob: take off "
+            _FREE, "pulled", f"a steady torque of {1e3 * value[3]:+.1f} mN m pulls at the knob: "
+            "take off "
             "weights and cables, turn the axis upright", offset_nm=float(value[3]),
         )  # fmt: skip
     if coulomb <= 0 or value[0] <= 0 or left > 0.25 * abs(coulomb) + 1e-3:
         raise Refusal(
-            _FREE, "unexplained", f"friction and inertia leave {1e3 * left:.1f} mN m unexplained: a hand "
+            _FREE, "unexplained", f"friction and inertia leave {1e3 * left:.1f} mN m "
+            "unexplained: a hand "
             "is on the knob, or something is loose", residual_nm=left,
         )  # fmt: skip
     slow_fitted = slow.motor_nm - unexplained[: len(slow.speed)]

@@ -1,4 +1,4 @@
-"""The mathematics of the estimators: least squares with honest uncertainties, smooth derivatives."""
+"""The mathematics of the estimators: least squares with honest uncertainties, smooth windows."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Solution:
     residual: Array
 
     def sigma(self, index: int) -> float:
-        """Standard uncertainty of one parameter."""
+        """Give the standard uncertainty of one parameter."""
         return float(np.sqrt(max(self.covariance[index, index], 0.0)))
 
 
@@ -121,7 +121,7 @@ def kernel(half_width: int, period_s: float) -> tuple[Array, Array, Array]:
 
 
 def smooth(data: Array, window: Array, *, odd: bool = False) -> Array:
-    """Weigh with the window round every sample; `odd` for a first difference. Shape (n - m + 1,)."""
+    """Weigh with the window round every sample; `odd` for a first difference. Shape (n-m+1,)."""
     result: Array = np.convolve(data, window if odd else window[::-1], mode="valid")
     return result
 

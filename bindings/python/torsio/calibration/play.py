@@ -1,4 +1,4 @@
-"""How a calibration moves the knob: chains of bounded excitations, and what the device says meanwhile."""
+"""How a calibration moves the knob: chains of bounded excitations, and what is heard meanwhile."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ __all__ = ["Player", "Recording"]
 
 # The device goes on for so long when the host is late with the next stretch; then it disarms.
 _SLACK_S = 0.25
+# What the library keeps unless it is told otherwise.
+_MOST_SAMPLES = 65536
 
 
 @dataclass(frozen=True)
@@ -94,12 +96,14 @@ class Player:
 
     def watch(self, duration_s: float) -> Recording:
         """Record without torque."""
-        self._knob.read(max_samples=2**24, timeout_s=0.0)
+        self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         self._knob.sleep(duration_s)
         self.seconds += duration_s
-        return self._recording([self._knob.read(max_samples=2**24)], "")
+        return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)], "")
 
-    def chain(self, stretches: Sequence[tuple[float, dict[str, Any]]], **bounds: float) -> Recording:
+    def chain(
+        self, stretches: Sequence[tuple[float, dict[str, Any]]], **bounds: float
+    ) -> Recording:
         """Play stretches one after the other.
 
         Parameters
@@ -110,7 +114,7 @@ class Player:
             Fields of all of them.
         """
         knob = self._knob
-        knob.read(max_samples=2**24, timeout_s=0.0)
+        knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         pieces: list[Record] = []
         stopped = ""
         knob.arm()
@@ -120,7 +124,7 @@ class Player:
                 knob.excite(Excitation(duration_s=duration_s + _SLACK_S, **given))
                 knob.sleep(duration_s)
                 self.seconds += duration_s
-                pieces.append(knob.read(max_samples=2**24))
+                pieces.append(knob.read(max_samples=_MOST_SAMPLES))
                 if knob.state != "armed":
                     break
         except Refused:

@@ -20,7 +20,8 @@ _STEP_S, _STEPS, _STEP_RAMP_S = 0.11, 14, 6e-3
 _TRAVEL_RAD = 0.4
 # The motor's lag is believed to so much; it shifts all that is read off at a border of counts.
 _LAG_S = 0.06e-3
-# Of the inertia: what neither noise nor counts explain, over emulated knobs; `torsio study calibration`.
+# Of the inertia: what neither noise nor counts explain, over emulated knobs; the study
+# `calibration` measures it.
 _RING_SHARE = 4e-3
 
 
@@ -89,7 +90,8 @@ def hold_and_push(
         raise Refusal(
             _STEP, "does_not_hold" if log.stopped == "excitation_stopped" else log.stopped,
             f"the brake was told to hold {1e3 * brake_nm:.0f} mN m and the knob came loose at "
-            f"{1e3 * slipped:.0f}: brake or its wires are dead, it is weaker than brake_torque_max_nm "
+            f"{1e3 * slipped:.0f}: brake or its wires are dead, it is weaker than "
+            "brake_torque_max_nm "
             "says, or a coupling slips", slipped_at_nm=slipped,
         )  # fmt: skip
     begin = _SETTLE_S + 0.3
@@ -167,13 +169,20 @@ def _is_bent(straight: Solution, bent: Solution, reach: float) -> bool:
     return after < 0.7 * before and known and inside and bent.value[0] + bent.value[4] > 0
 
 
-def _backlash(edges: _Edges, spring: Callable[[Array], Array], stiffness: float) -> tuple[float, float]:
+def _backlash(
+    edges: _Edges, spring: Callable[[Array], Array], stiffness: float
+) -> tuple[float, float]:
     """Give the angle that is lost where the torque changes its sign, and its uncertainty."""
     torque = spring(edges.angle_rad)
     clear = np.abs(torque) > 0.05 * float(np.max(np.abs(torque)))
     side = np.sign(torque[clear])
     slopes = np.column_stack(
-        [side, np.ones_like(side), edges.way[clear], edges.angle_rad[clear] - np.mean(edges.angle_rad)]
+        [
+            side,
+            np.ones_like(side),
+            edges.way[clear],
+            edges.angle_rad[clear] - np.mean(edges.angle_rad),
+        ]
     )
     fit = linear(slopes, edges.torque_nm[clear] - torque[clear], lags=3)
     return -2.0 * float(fit.value[0]) / stiffness, 2.0 * fit.sigma(0) / stiffness
@@ -249,7 +258,8 @@ def estimate_shaft(
     edges = _edges(sweeps, cogging_nm)
     if len(edges.angle_rad) < 12:
         raise Refusal(
-            _STEP, "rigid", f"the shaft twists by {np.ptp(sweeps.angle_rad) * 1e3:.1f} mrad only, too little "
+            _STEP, "rigid", f"the shaft twists by {np.ptp(sweeps.angle_rad) * 1e3:.1f} mrad "
+            "only, too little "
             "for this encoder: the shaft is locked, or the knob is held",
         )  # fmt: skip
     straight = _straight(edges)
@@ -272,7 +282,8 @@ def estimate_shaft(
     pull = float(np.max(np.abs(edges.torque_nm)))
     if left > 0.04 * pull:
         raise Refusal(
-            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from a curve over its "
+            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from a "
+            "curve over its "
             "twist: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
 
@@ -373,7 +384,8 @@ def _estimate_ring(
     left = float(np.std(best.residual))
     if left > 3.0 * log.count_rad and left > 0.2 * float(np.std(measured)):
         raise Refusal(
-            _STEP, "unexplained", f"the knob's swing on the shaft strays by {left / log.count_rad:.0f} counts "
+            _STEP, "unexplained", "the knob's swing on the shaft strays by "
+            f"{left / log.count_rad:.0f} counts "
             "from that of an inertia on a spring: something is loose, or a hand is on the knob",
         )  # fmt: skip
     return best, measured - best.residual

@@ -1,1 +1,1 @@
-"""Does `torsio calibrate` find what emulated knobs hide, and refuse what is broken?"""
+"""Whether `torsio calibrate` finds what emulated knobs hide, and refuse what is broken."""

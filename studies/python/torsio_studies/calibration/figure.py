@@ -19,8 +19,10 @@ def draw(study: Study, table: dict[str, Array], coverage: list[dict[str, Any]]) 
         headline(
             picture,
             "What a knob says of itself, and what it really is",
-            f"{len(table['number'])} emulated knobs with hidden parameters measured themselves. Left: "
-            "how many of the stated 95 % intervals hold the truth; the band is 90 to 98 %. Right: how "
+            f"{len(table['number'])} emulated knobs with hidden parameters measured themselves. "
+            "Left: "
+            "how many of the stated 95 % intervals hold the truth; the band is 90 to 98 %. "
+            "Right: how "
             "far each value is off, in its own stated standard uncertainties.",
         )
         inch = 1.0 / picture.get_size_inches()[1]

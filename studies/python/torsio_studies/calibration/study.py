@@ -1,4 +1,4 @@
-"""`torsio study calibration`: do its intervals hold the truth, and does it refuse what is broken?"""
+"""`torsio study calibration`: whether intervals hold the truth, and what is broken is refused."""
 
 from __future__ import annotations
 
@@ -110,6 +110,7 @@ def show(results: Results, console: Console) -> None:
     for row in results["sabotages"]:
         right = row["reason"] in row["right"]
         console.print(
-            f"  {'refused' if right else 'WRONG  '}  {row['sabotage']}: {row['reason'] or 'accepted'}",
+            f"  {'refused' if right else 'WRONG  '}  {row['sabotage']}: "
+            f"{row['reason'] or 'accepted'}",
             highlight=False,
         )

@@ -80,9 +80,7 @@ def _ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _from_pool(
-    pool: ProcessPoolExecutor, batches: Sequence[Any], evaluate: Evaluate
-) -> Results:
+def _from_pool(pool: ProcessPoolExecutor, batches: Sequence[Any], evaluate: Evaluate) -> Results:
     futures = {pool.submit(evaluate, batch): batch for batch in batches}
     try:
         for future in as_completed(futures):
