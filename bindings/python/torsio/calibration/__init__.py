@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
+from torsio.calibration.kept import Drift, drifts, keep, kept
 from torsio.calibration.procedure import STEPS, Calibration, calibrate
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 
-__all__ = ["STEPS", "Calibration", "Fit", "Quantity", "Refusal", "calibrate"]
+__all__ = [
+    "STEPS",
+    "Calibration",
+    "Drift",
+    "Fit",
+    "Quantity",
+    "Refusal",
+    "calibrate",
+    "drifts",
+    "keep",
+    "kept",
+]

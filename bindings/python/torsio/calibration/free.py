@@ -166,6 +166,8 @@ class _Rows:
     angle: Array
     jerk: Array
     motor_curve: Array
+    window: Array
+    period_s: float
 
 
 def _rows(log: Recording, half_s: float, least_rad_s: float) -> _Rows:
@@ -194,13 +196,21 @@ def _rows(log: Recording, half_s: float, least_rad_s: float) -> _Rows:
         smooth(log.angle_rad, window)[chosen],
         jerk[chosen],
         smooth(log.motor_nm, second)[chosen],
+        window,
+        log.period_s,
     )
 
 
 def _columns(rows: _Rows, periods: int) -> Array:
     columns = [rows.acceleration, np.sign(rows.speed), rows.speed, np.ones_like(rows.speed)]
     if periods:
-        columns += [-np.cos(periods * rows.angle), -np.sin(periods * rows.angle)]
+        # The window takes some of a wave that passes within it.
+        since = (np.arange(len(rows.window)) - len(rows.window) // 2) * rows.period_s
+        left = np.cos(np.outer(periods * rows.speed, since)) @ rows.window
+        columns += [
+            -left * np.cos(periods * rows.angle),
+            -left * np.sin(periods * rows.angle),
+        ]
     return np.column_stack(columns)
 
 
