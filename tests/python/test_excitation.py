@@ -48,7 +48,8 @@ def test_both_commands_go_in_straight_lines_from_where_they_are(knob: torsio.Kno
 
 def test_sine_goes_from_one_frequency_to_the_other(knob: torsio.Knob) -> None:
     knob.excite(Excitation(**BOUNDS, sine_nm=0.03, sine_begin_hz=10.0, sine_end_hz=50.0))
-    log = knob.record(0.4)
+    knob.sleep(0.4)
+    log = knob.read(max_samples=1000)
     start = int(np.argmax(np.abs(log["motor_command_nm"]) > 1e-4)) - 1
     time_s = np.arange(300) * 1e-3
     # The phase of a frequency that grows evenly, 80 Hz a second.
@@ -60,7 +61,8 @@ def test_servo_pulls_with_stiffness_and_damping_up_to_the_torque_limit(knob: tor
     knob.excite(
         Excitation(**BOUNDS, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=2e-3, servo_rad_s=1.0)
     )
-    log = knob.record(0.45)
+    knob.sleep(0.45)
+    log = knob.read(max_samples=1000)
     torque = log["motor_command_nm"].astype(float)
     begin = int(np.argmax(torque > 1e-4))
     # The knob is held at 0: damping times 1 rad/s at once, then 0.1 N m/rad times 1 rad/s.
@@ -109,7 +111,7 @@ def test_nothing_of_an_excitation_is_left_when_armed_again(knob: torsio.Knob) ->
 
 
 def test_disarmed_knob_refuses_an_excitation() -> None:
-    with torsio.open("emulated") as knob, pytest.raises(torsio.Refused, match="not armed"):
+    with torsio.open("emulated") as knob, pytest.raises(torsio.Refused, match="must be armed"):
         knob.excite(Excitation(**BOUNDS))
 
 

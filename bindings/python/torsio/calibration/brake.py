@@ -61,16 +61,26 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
 
 
 def _lagged(
-    time_s: Array, begins_s: Array, targets: Array, first: float, lags: tuple[float, float]
+    time_s: Array,
+    begins_s: Array,
+    targets: Array,
+    first: float,
+    lags: tuple[float, float],
+    flexible_s2: float,
 ) -> Array:
-    """First-order answer to targets that step at `begins_s`; lags of rise and release."""
+    """First-order answer to targets that step at `begins_s`, seen through the shaft.
+
+    `lags` are of rise and release. The brake's inertia on the shaft's spring takes a part of what
+    changes: ``flexible_s2`` is one over the other.
+    """
     result = np.full(len(time_s), first)
     held = first
     ends = np.append(begins_s[1:], time_s[-1] + 1.0)
     for begin, end, target in zip(begins_s, ends, targets, strict=True):
         lag = max(lags[0] if target > held else lags[1], 1e-4)
         chosen = (time_s >= begin) & (time_s < end)
-        result[chosen] = target + (held - target) * np.exp(-(time_s[chosen] - begin) / lag)
+        seen = (held - target) / (1.0 + flexible_s2 / lag**2)
+        result[chosen] = target + seen * np.exp(-(time_s[chosen] - begin) / lag)
         held = target + (held - target) * np.exp(-(end - begin) / lag)
     return result
 
@@ -81,6 +91,7 @@ def estimate_brake(
     *,
     inertia_kg_m2: float,
     viscous_nm_s_per_rad: float,
+    flexible_s2: float,
     remanent: bool,
 ) -> Brake:
     """Estimate the brake from `slip`.
@@ -91,6 +102,8 @@ def estimate_brake(
         Torque on the knob over the angle.
     inertia_kg_m2, viscous_nm_s_per_rad
         Of all that turns.
+    flexible_s2
+        The brake's inertia over the shaft's stiffness.
     remanent
         True if the brake was held before, so that its hysteresis holds it from the start.
 
@@ -122,7 +135,9 @@ def estimate_brake(
         width = abs(width)
         targets = play_of(commands, width, width if remanent else 0.0)
         begin = targets[0]
-        braked = _lagged(time_s, begins, targets, float(begin), (abs(rise), abs(release)))
+        braked = _lagged(
+            time_s, begins, targets, float(begin), (abs(rise), abs(release)), flexible_s2
+        )
         smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), window, mode="valid")
         result: Array = (gain * smoothed[: len(time_s)] + friction)[chosen]
         return result

@@ -259,7 +259,7 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
     if float(np.max(np.abs(speed))) < 0.4 * _FAST_RAD_S:
         raise Refusal(
             _FREE, "held", f"the knob reaches {np.max(np.abs(speed)):.0f} rad/s only: it is "
-            "held, rubs, "
+            "held, rubs, something heavy is on it, "
             "or the motor is weaker than motor_torque_max_nm says",
         )  # fmt: skip
     slow = _rows(log.between(0.2, 2 * slow_s), 0.02, 0.5)

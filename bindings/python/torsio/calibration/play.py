@@ -117,8 +117,8 @@ class Player:
         knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         pieces: list[Record] = []
         stopped = ""
-        knob.arm()
         try:
+            knob.arm()
             for duration_s, values in stretches:
                 given = {**bounds, **values}
                 knob.excite(Excitation(duration_s=duration_s + _SLACK_S, **given))
@@ -132,7 +132,8 @@ class Player:
                 raise
         if knob.state != "armed":
             last = knob.last_disarm
-            stopped = "unknown" if last is None else str(last.reason)
+            stopped = "fault" if knob.state == "fault" or last is None else str(last.reason)
+            pieces.append(knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.1))
         else:
             knob.disarm()
         return self._recording(pieces, stopped)

@@ -16,13 +16,12 @@ __all__ = ["Shaft", "estimate_shaft", "hold_and_push"]
 
 _STEP = "shaft"
 _SETTLE_S, _SWEEP_S, _SWEEPS = 0.8, 0.9, 4
-_STEP_S, _STEPS, _STEP_RAMP_S = 0.11, 14, 6e-3
+_STEP_S, _STEPS, _STEP_RAMP_S = 0.11, 12, 6e-3
 _TRAVEL_RAD = 0.4
 # The motor's lag is believed to so much; it shifts all that is read off at a border of counts.
 _LAG_S = 0.06e-3
-# Of the inertia: what neither noise nor counts explain, over emulated knobs; the study
-# `calibration` measures it.
-_RING_SHARE = 4e-3
+_SWING_RAD_S = 1.0  # of a step's swing, about: there friction passes for damping
+_DAMPING = 2e-4  # N m s/rad, where the search begins
 
 
 @dataclass(frozen=True)
@@ -189,16 +188,20 @@ def _backlash(
 
 
 def _ring(
-    log: Recording, value: Array, spring: tuple[float, float, float], cogging: Array
+    log: Recording,
+    value: Array,
+    spring: tuple[float, float, float],
+    coulomb: float,
+    cogging: Array,
 ) -> Array:
     """Angle of a knob on a held shaft, from rest.
 
     The leapfrog method, with turning points and sticking in closed form. `value`: inertia, damping,
-    Coulomb friction, rest angle and first angle.
+    rest angle and first angle.
     """
-    inertia, damping, coulomb, rest, angle = (float(number) for number in value)
+    inertia, damping, rest, angle = (float(number) for number in value)
     stiffness, knee, extra = spring
-    step_s = 0.5 * log.period_s
+    step_s = log.period_s
     # What the method adds to the frequency, to first order.
     inertia += stiffness * step_s**2 / 12.0
     twist, speed, half_s = angle - rest, 0.0, 0.5 * step_s
@@ -207,34 +210,33 @@ def _ring(
     middles = np.append(0.5 * (drive[1:] + drive[:-1]), drive[-1]).tolist()
     for index, torque in enumerate(middles):
         result[index] = twist
-        for _ in range(2):
-            place = twist + half_s * speed
-            held = stiffness * place
-            if place > knee:
-                held += extra * (place - knee)
-            elif place < -knee:
-                held += extra * (place + knee)
-            pull = torque - held
-            if speed == 0.0:
-                if -coulomb <= pull <= coulomb:
-                    continue
-                way = 1.0 if pull > 0.0 else -1.0
-            else:
-                way = 1.0 if speed > 0.0 else -1.0
-            rate = (pull - damping * speed - way * coulomb) / inertia
-            after = speed + rate * step_s
-            if after * way >= 0.0:
-                twist = place + half_s * after
-                speed = after
+        place = twist + half_s * speed
+        held = stiffness * place
+        if place > knee:
+            held += extra * (place - knee)
+        elif place < -knee:
+            held += extra * (place + knee)
+        pull = torque - held
+        if speed == 0.0:
+            if -coulomb <= pull <= coulomb:
                 continue
-            # It stops within this step, and turns back or sticks.
-            until_s = -speed / rate
-            twist += 0.5 * speed * until_s
-            speed = 0.0
-            if pull * way < -coulomb:
-                left_s = step_s - until_s
-                speed = (pull + way * coulomb) / inertia * left_s
-                twist += 0.5 * speed * left_s
+            way = 1.0 if pull > 0.0 else -1.0
+        else:
+            way = 1.0 if speed > 0.0 else -1.0
+        rate = (pull - damping * speed - way * coulomb) / inertia
+        after = speed + rate * step_s
+        if after * way >= 0.0:
+            twist = place + half_s * after
+            speed = after
+            continue
+        # It stops within this step, and turns back or sticks.
+        until_s = -speed / rate
+        twist += 0.5 * speed * until_s
+        speed = 0.0
+        if pull * way < -coulomb:
+            left_s = step_s - until_s
+            speed = (pull + way * coulomb) / inertia * left_s
+            twist += 0.5 * speed * left_s
     return result + rest
 
 
@@ -312,11 +314,14 @@ def estimate_shaft(
         inertia = Quantity(
             "knob_inertia_kg_m2",
             float(ring.value[0]),
-            math.hypot(ring.sigma(0), _RING_SHARE * float(ring.value[0])),
+            ring.sigma(0),
             "of motor and knob",
         )
         damping = Quantity(
-            "shaft_damping_nm_s_per_rad", float(ring.value[1]), ring.sigma(1), "of shaft and knob"
+            "shaft_damping_nm_s_per_rad",
+            float(ring.value[1]),
+            math.hypot(ring.sigma(1), fit.sigma(friction_at) / _SWING_RAD_S),
+            "of shaft and knob",
         )
         # Slow as the pulls are, they feel a little of it.
         coulomb -= max(damping.value, 0.0) * _rate_nm_s(sweeps) / stiffness
@@ -363,21 +368,22 @@ def _estimate_ring(
     cogging = cogging_nm(measured)
 
     def model(value: Array) -> Array:
-        return _ring(log, value, spring, cogging)
+        return _ring(log, value, spring, coulomb, cogging)
 
     first = float(measured[0])
+
+    def costs(inertias: Array) -> list[float]:
+        tried = (np.array([kg_m2, _DAMPING, rest, first]) for kg_m2 in inertias)
+        return [float(np.sum((model(value) - measured) ** 2)) for value in tried]
+
     # The period says the inertia; from too far away the fit would settle a period beside it.
-    shares = np.geomspace(0.25, 0.97, 10)
-    costs = [
-        float(np.sum((model(np.array([s * inertia, 2e-4, coulomb, rest, first])) - measured) ** 2))
-        for s in shares
-    ]
-    start = float(shares[int(np.argmin(costs))]) * inertia
+    rough = np.geomspace(0.25, 0.97, 8) * inertia
+    fine = np.geomspace(0.9, 1.11, 7) * rough[int(np.argmin(costs(rough)))]
     best = gauss_newton(
         model,
         measured,
-        np.array([start, 2e-4, coulomb, rest, first]),
-        scale=np.array([2e-3 * inertia, 3e-5, 5e-5, 1e-4, 1e-4]),
+        np.array([fine[int(np.argmin(costs(fine)))], _DAMPING, rest, first]),
+        scale=np.array([2e-3 * inertia, 3e-5, 1e-4, 1e-4]),
         lags=40,
         steps=12,
     )
