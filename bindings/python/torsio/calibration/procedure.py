@@ -30,15 +30,16 @@ _PLAUSIBLE = 5.0
 # What the models leave out, as a share and at least: found on 32 emulated knobs (numbers from 5000)
 # that `torsio study calibration` does not use.
 _LEFT_OUT = {
-    "inertia_kg_m2": (3e-4, 0.0),
+    "inertia_kg_m2": (2e-4, 0.0),
     "offset_nm": (0.0, 1.5e-6),
     "cogging_nm": (3e-3, 0.0),
     "knee_rad": (4e-3, 0.0),
     "stiffness_factor": (4e-3, 0.0),
     "knob_coulomb_nm": (3e-3, 0.0),
-    "knob_inertia_kg_m2": (4e-3, 0.0),
-    "brake_gain": (4e-4, 0.0),
-    "rise_s": (1e-3, 1e-4),
+    "knob_inertia_kg_m2": (5e-3, 0.0),
+    "shaft_damping_nm_s_per_rad": (0.15, 1e-5),
+    "brake_gain": (8e-4, 0.0),
+    "rise_s": (5e-4, 5e-5),
     "release_s": (1e-3, 1e-4),
 }
 
