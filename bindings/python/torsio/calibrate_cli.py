@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from torsio import calibration
-from torsio.calibration import kept, report
+from torsio.calibration import report
 from torsio.errors import Error
 from torsio.extras import how_to_install
 from torsio.knob import Knob
@@ -22,7 +22,7 @@ def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> d
     """Calibrate with a line of progress a step, draw, and give all as JSON has it."""
     if picture is not None and importlib.util.find_spec("matplotlib") is None:
         raise Error(f"a picture needs matplotlib: {how_to_install('plot')}")
-    before = kept.kept(knob.info.serial)
+    before = calibration.kept(knob.info.serial)
     say.print("hands off: the knob turns by itself for half a minute", highlight=False)
 
     def step(name: str) -> None:
@@ -34,7 +34,7 @@ def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> d
 
         save_figure(found, picture)
         say.print(f"picture  {picture}", highlight=False, markup=False, soft_wrap=True)
-    changed = [] if before is None else kept.drifts(before, found)
+    changed = [] if before is None else calibration.drifts(before, found)
     return {
         "calibration": found,
         "changed": changed,
@@ -71,14 +71,14 @@ def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
     """Configure the device as proposed, keep that in its flash, and the findings in a file."""
     knob.configure(found.actuator)
     knob.save()
-    path = kept.keep(found)
+    path = calibration.keep(found)
     say.print(f"saved    on the device, and with uncertainties in {path}", soft_wrap=True)
 
 
 def words_of(serial: str) -> dict[str, Any]:
     """Give what `torsio info` shows of the calibration that was kept for a knob."""
     try:
-        found = kept.kept(serial)
+        found = calibration.kept(serial)
     except Error as error:
         return {"problem": str(error)}
     if found is None:

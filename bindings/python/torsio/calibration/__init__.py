@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from torsio.calibration.kept import Drift, drifts, keep, kept
+from torsio.calibration.keeping import Drift, drifts, keep, kept
 from torsio.calibration.procedure import STEPS, Calibration, calibrate
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 
