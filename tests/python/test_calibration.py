@@ -52,6 +52,7 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
     assert path.parent == data_folder / "torsio/calibration"
     back = calibration.kept(found[0].conditions["serial"])
     assert back == json.loads(json.dumps(found[0].as_dict()))
+    assert back is not None
     assert calibration.drifts(back, found[0]) == []
     back["quantities"]["coulomb_nm"]["value"] *= 1.3
     assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
@@ -102,7 +103,7 @@ def test_window_differences_weigh_derivatives_exactly() -> None:
     window, first, second = numeric.kernel(10, 0.01)
     time_s = np.arange(200) * 0.01
     assert window.sum() == pytest.approx(1.0)
-    slope = numeric.smooth(3.0 + 2.0 * time_s, first, odd=True)
+    slope = numeric.smooth((3.0 + 2.0 * time_s).astype(np.float64), first, odd=True)
     assert slope == pytest.approx(np.full(len(slope), 2.0))
     bend = numeric.smooth(5.0 - time_s + 3.0 * time_s**2, second)
     assert bend == pytest.approx(np.full(len(bend), 6.0))

@@ -118,7 +118,7 @@ def estimate_brake(
     time_s = log.time_s[valid]
     speed = smooth(log.angle_rad - log.angle_rad[0], first, odd=True)
     acceleration = smooth(log.angle_rad - log.angle_rad[0], second)
-    motor = np.convolve(log.motor_nm + cogging_nm(log.angle_rad), window, mode="valid")[
+    motor: Array = np.convolve(log.motor_nm + cogging_nm(log.angle_rad), window, mode="valid")[
         : len(time_s)
     ]
     torque = motor - inertia_kg_m2 * acceleration - viscous_nm_s_per_rad * speed

@@ -17,7 +17,7 @@ _SIGNS = "signs"
 _FREE = "friction and inertia"
 # A turn of so much is free motion: the shaft's twist under the motor's full torque is less.
 _FREE_RAD = 0.25
-_SLOW_RAD_S, _FAST_RAD_S = 3.0, 80.0
+SLOW_RAD_S, _FAST_RAD_S = 3.0, 80.0
 SLOW_S = 2.5
 _MOST_PERIODS = 64
 
@@ -136,8 +136,8 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
     slow = {"stiffness_nm_per_rad": 0.3, "damping_nm_s_per_rad": 6e-3}
     fast = {"damping_nm_s_per_rad": 6e-3}
     stretches = [
-        (slow_s, {**slow, "servo_rad_s": _SLOW_RAD_S}),
-        (slow_s, {**slow, "servo_rad_s": -_SLOW_RAD_S}),
+        (slow_s, {**slow, "servo_rad_s": SLOW_RAD_S}),
+        (slow_s, {**slow, "servo_rad_s": -SLOW_RAD_S}),
         (0.7, {**fast, "servo_rad_s": _FAST_RAD_S}),
         (1.2, {**fast, "servo_rad_s": -_FAST_RAD_S}),
         (0.8, {**fast, "servo_rad_s": 0.4 * _FAST_RAD_S}),
@@ -281,7 +281,8 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
         along = np.array([cosine, sine]) / max(amplitude, 1e-12)
         amplitude_sigma = float(np.sqrt(along @ fit.covariance[4:6, 4:6] @ along))
     else:
-        amplitude_sigma = float(np.std(linear(_columns(slow, 0), slow.motor_nm).residual))
+        # What was not found may be as large as what is left, and more.
+        amplitude_sigma = 3.0 * float(np.std(linear(_columns(slow, 0), slow.motor_nm).residual))
     unexplained = fit.residual / weights
     left = float(np.sqrt(np.mean(unexplained**2)))
     coulomb = float(value[1])

@@ -122,8 +122,8 @@ def kernel(half_width: int, period_s: float) -> tuple[Array, Array, Array]:
 
 def smooth(data: Array, window: Array, *, odd: bool = False) -> Array:
     """Weigh with the window round every sample; `odd` for a first difference. Shape (n-m+1,)."""
-    result: Array = np.convolve(data, window if odd else window[::-1], mode="valid")
-    return result
+    weights = window if odd else window[::-1]
+    return np.asarray(np.convolve(data, weights, mode="valid"), dtype=np.float64)
 
 
 def crossings(counts: Array, values: Array) -> tuple[Array, Array]:

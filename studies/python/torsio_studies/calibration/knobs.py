@@ -15,8 +15,11 @@ from torsio import calibration
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 
 RATE_HZ: Final = 10_000.0
-EVALUATION: Final = 1
+EVALUATION: Final = 2
 """Changes whenever the numbers of the same knob may change."""
+
+FIRST: Final = 1000
+"""Number of the study's first knob; those before it were used to make the estimators."""
 
 QUANTITIES: Final = (
     "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "cogging_nm", "offset_nm",
@@ -48,7 +51,9 @@ class Batch:
 def batches(knobs: int, size: int) -> Iterator[Batch]:
     """Give all the work."""
     for begin in range(0, knobs, size):
-        yield Batch("knob", begin // size, tuple(range(begin, min(begin + size, knobs))))
+        end = min(begin + size, knobs)
+        numbers = tuple(range(FIRST + begin, FIRST + end))
+        yield Batch("knob", begin // size, numbers)
 
 
 def hidden_knob(number: int) -> HiddenKnob:
