@@ -77,8 +77,7 @@ def test_end_of_its_time_disarms_and_says_so(knob: torsio.Knob) -> None:
     knob.excite(Excitation(**BOUNDS, motor_nm=0.01))
     knob.sleep(0.45)
     assert knob.state == "armed"
-    knob.sleep(0.1)
-    assert knob.state == "disarmed"
+    assert knob.wait_for("disarmed", timeout_s=0.1)
     assert knob.last_disarm is not None
     assert knob.last_disarm.reason == "excitation_over"
     assert "excitation_over" in [event.kind for event in knob.events()]

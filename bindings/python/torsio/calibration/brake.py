@@ -139,8 +139,7 @@ def estimate_brake(
             time_s, begins, targets, float(begin), (abs(rise), abs(release)), flexible_s2
         )
         smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), window, mode="valid")
-        result: Array = (gain * smoothed[: len(time_s)] + friction)[chosen]
-        return result
+        return np.asarray(gain * smoothed[: len(time_s)] + friction, dtype=np.float64)[chosen]
 
     measured = torque[chosen]
     best: Solution | None = None
