@@ -33,7 +33,7 @@ RELEASED = {
     "GameEffectState": ["stopped", "playing", "set_aside"],
     "DisarmReason": [
         *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
-        "unknown",
+        *("unknown", "excitation_over", "excitation_stopped"),
     ],
     "ResetCause": [
         *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),
@@ -42,7 +42,10 @@ RELEASED = {
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),
     ],
-    "EventKind": ["state_changed", "watchdog", "deadline_missed", "owner_changed"],
+    "EventKind": [
+        *("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+        *("excitation_over", "excitation_stopped"),
+    ],
     "Status": [
         *("ok", "bad_length", "bad_padding", "unknown_report", "not_finite", "out_of_range"),
         *("inconsistent", "bad_axis", "empty_slot", "not_armed", "not_disarmed", "fault_latched"),

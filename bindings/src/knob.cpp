@@ -338,6 +338,11 @@ void bind_orders(py::class_<PyKnob>& knob) {
       },
       arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
       arg("deadline_s"), Release());
+  knob.def("excite", [](const PyKnob& self, const py::object& source) {
+    const auto excitation = from_python<Excitation>(source);
+    const Unlocked unlocked;
+    self->excite(excitation);
+  });
   bind_config(knob, "actuator", &Knob::actuator_config);
   bind_config(knob, "control", &Knob::control_config);
   bind_config(knob, "board", &Knob::board_config);

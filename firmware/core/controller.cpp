@@ -65,7 +65,12 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
-  const Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
+  Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
+  if (in.overlay != nullptr && in.overlay->excitation != nullptr) [[unlikely]] {
+    const Motion copy{out.motion};
+    shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
+    out.desired_torque_nm = shares.motor_command_nm;
+  }
   out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
   out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "core/brake_model.hpp"
+#include "core/excitation.hpp"
 #include "core/force_source.hpp"
 #include "core/ledger.hpp"
 #include "core/limits.hpp"
@@ -45,10 +46,11 @@ struct ControllerState {
 /// What is rarely there beside the scene: (scene + local) * gain + extra, bounded. The ordinary
 /// tick without it is spared all of that.
 struct Overlay {
-  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
-  float gain = 1;                     // 0 to 1, for a soft start
-  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
-  bool bounds = false;                // the law calibrated: nothing that would buzz
+  const LocalModel* local = nullptr;      // nullptr: nothing is streamed
+  float gain = 1;                         // 0 to 1, for a soft start
+  ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
+  ExcitationState* excitation = nullptr;  // instead of all that, and of the law
+  bool bounds = false;                    // the law calibrated: nothing that would buzz
 };
 
 struct ControllerInputs {

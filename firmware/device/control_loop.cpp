@@ -76,6 +76,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
     carry_out(*order);
     orders_.pop();
   }
+  if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
   const bool playing = plays() && host_is_there();
   choose_torque(playing, game_force);
@@ -171,6 +172,8 @@ Status ControlLoop::execute(const Order& order) {
       return Status::ok;
     case Order::Kind::local_model:
       return follow_local_model(order);
+    case Order::Kind::excite:
+      return excite(order);
     case Order::Kind::zero:
       if (armed()) return Status::not_disarmed;
       controller_.motion.position_counts = 0;
@@ -244,6 +247,20 @@ Status ControlLoop::follow_local_model(const Order& order) {
   return Status::ok;
 }
 
+Status ControlLoop::excite(const Order& order) {
+  if (!armed() || passive_) return Status::not_armed;
+  if (owner_ != Owner::sdk) return Status::not_owner;
+  core::begin_excitation(excitation_, order.excitation, controller_.motion.position_counts);
+  local_model_on_ = false;
+  return Status::ok;
+}
+
+void ControlLoop::end_excitation() {
+  const bool over = excitation_.end == core::ExcitationEnd::over;
+  report_event(over ? EventKind::excitation_over : EventKind::excitation_stopped);
+  set_state(State::disarmed);
+}
+
 bool ControlLoop::host_is_there() {
   // A game says nothing for as long as nothing changes, and an autonomous device needs nobody.
   const bool game_plays = owner_ == Owner::game;
@@ -280,6 +297,11 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
     return;
   }
   overlay_ = {};
+  if (excitation_.on) {
+    overlay_.excitation = &excitation_;
+    playing_overlay_ = &overlay_;
+    return;
+  }
   playing_scene_ = scene_;
   if (game_force != nullptr) {
     overlay_.extra = game_force;
@@ -352,6 +374,8 @@ void ControlLoop::set_state(State state, Owner owner) {
   if (state != State::armed) game.drop();
   passive_ = false;
   local_model_on_ = false;
+  excitation_.on = false;
+  excitation_.end = core::ExcitationEnd::none;
   call();
   report_event(EventKind::state_changed);
 }

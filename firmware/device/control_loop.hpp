@@ -46,6 +46,7 @@ struct Order {
     stream,
     play,
     local_model,
+    excite,
     configure,
     keep_alive,
   };
@@ -59,6 +60,7 @@ struct Order {
   SceneBuilder::Commit commit;              // play
   core::LocalModel local_model;             // local_model
   std::uint32_t deadline_ticks = 0;         // local_model; 0 ends it
+  core::Excitation excitation;              // excite
   const LoopConfig* config = nullptr;       // configure
   const game::ForceParams* game = nullptr;  // configure
   bool clears_scene = false;                // configure
@@ -133,6 +135,8 @@ class ControlLoop {
   core::ForceSource* serve_game();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
+  protocol::Status excite(const Order& order);
+  void end_excitation();
   bool host_is_there();
   void begin_passive(protocol::EventKind why);
   void choose_torque(bool playing, core::ForceSource* game_force);
@@ -177,6 +181,7 @@ class ControlLoop {
   bool local_model_on_ = false;
   std::uint32_t local_model_ticks_left_ = 0;
   std::uint16_t local_model_sequence_ = 0;
+  core::ExcitationState excitation_;
 
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites

@@ -198,6 +198,12 @@ Order Device::order_for(const protocol::LocalModel& model) {
   return order;
 }
 
+Order Device::order_for(const protocol::Excitation& excitation) {
+  Order order = order_of(Order::Kind::excite);
+  order.excitation = prepare(excitation, resolution());
+  return order;
+}
+
 Order Device::order_for(const protocol::CurvePoints& points) {
   if (points.first_point + points.points > protocol::curve_pool_points) {
     return refusal({Status::inconsistent, protocol::field_index<protocol::CurvePoints>("points")});

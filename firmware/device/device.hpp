@@ -113,6 +113,7 @@ class Device {
   Order order_for(const protocol::Commit& commit);
   Order order_for(const protocol::Stream& stream);
   Order order_for(const protocol::LocalModel& model);
+  Order order_for(const protocol::Excitation& excitation);
   Order order_for(const protocol::CurvePoints& points);
   Order order_for(const protocol::ActuatorConfig& actuator);
   Order order_for(const protocol::ControlConfig& control);

@@ -173,15 +173,18 @@ struct Enumerators<Op> {
 
 /// What happened.
 enum class EventKind : std::uint8_t {
-  state_changed,    // by an order, a fault or the end of a soft stop
-  watchdog,         // the host was silent for too long
-  deadline_missed,  // a streamed local model outlived its deadline
-  owner_changed,    // somebody else has the actuator now
+  state_changed,       // by an order, a fault or the end of a soft stop
+  watchdog,            // the host was silent for too long
+  deadline_missed,     // a streamed local model outlived its deadline
+  owner_changed,       // somebody else has the actuator now
+  excitation_over,     // the time of an excitation was over
+  excitation_stopped,  // an excitation left its bounds of travel or speed
 };
 template <>
 struct Enumerators<EventKind> {
-  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
-                                                         "deadline_missed", "owner_changed"};
+  static constexpr std::array<std::string_view, 6> names{"state_changed",   "watchdog",
+                                                         "deadline_missed", "owner_changed",
+                                                         "excitation_over", "excitation_stopped"};
   static constexpr bool open = true;
 };
 

@@ -293,6 +293,68 @@ struct Layout<LocalModel> {
   };
 };
 
+/// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
+/// reached from where the last excitation is now, in a straight line. The motor also gets a sine
+/// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
+/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.
+struct Excitation {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float duration_s = 0;
+  float travel_rad = 0;
+  float speed_limit_rad_s = 0;
+  float torque_limit_nm = 0;
+  float motor_nm = 0;
+  float brake_nm = 0;
+  float ramp_s = 0;
+  float sine_nm = 0;
+  float sine_begin_hz = 0;
+  float sine_end_hz = 0;
+  float stiffness_nm_per_rad = 0;
+  float damping_nm_s_per_rad = 0;
+  float servo_rad_s = 0;
+};
+template <>
+struct Layout<Excitation> {
+  static constexpr std::uint8_t id = 0x14;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "excitation";
+  static constexpr std::string_view doc =
+      "A bounded experiment: commands of motor and brake that go past scene and law. What it names "
+      "is reached from where the last excitation is now, in a straight line. The motor also gets a "
+      "sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping "
+      "(reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, "
+      "disarms.";
+  static constexpr std::tuple fields{
+      any_number("sequence", &Excitation::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &Excitation::axis, "", "which axis; 0 is the first"),
+      number("duration_s", &Excitation::duration_s, "s", 0.001F, 60,
+             "until it disarms, unless the next one comes first"),
+      number("travel_rad", &Excitation::travel_rad, "rad", 0.001F, 1000,
+             "further from its first angle disarms"),
+      number("speed_limit_rad_s", &Excitation::speed_limit_rad_s, "rad/s", 0.1F, 1e4F,
+             "faster disarms"),
+      number("torque_limit_nm", &Excitation::torque_limit_nm, "N m", 0, max_torque_nm,
+             "largest torque of the motor"),
+      number("motor_nm", &Excitation::motor_nm, "N m", -max_torque_nm, max_torque_nm,
+             "where the motor goes"),
+      number("brake_nm", &Excitation::brake_nm, "N m", 0, max_torque_nm,
+             "where the brake's command goes"),
+      number("ramp_s", &Excitation::ramp_s, "s", 0, 60, "time that both take; 0 is a step"),
+      number("sine_nm", &Excitation::sine_nm, "N m", 0, max_torque_nm,
+             "amplitude of the sine on top of `motor_nm`"),
+      number("sine_begin_hz", &Excitation::sine_begin_hz, "Hz", 0, 1000,
+             "its frequency at the beginning"),
+      number("sine_end_hz", &Excitation::sine_end_hz, "Hz", 0, 1000, "and after `duration_s`"),
+      number("stiffness_nm_per_rad", &Excitation::stiffness_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad, "of the servo"),
+      number("damping_nm_s_per_rad", &Excitation::damping_nm_s_per_rad, "N m s/rad", 0,
+             max_damping_nm_s_per_rad, "of the servo"),
+      number("servo_rad_s", &Excitation::servo_rad_s, "rad/s", -1000, 1000,
+             "speed of the servo's reference"),
+  };
+};
+
 /// One moment of telemetry. Torques and speed are in the units that identity gives and hold at the
 /// ends of the range.
 struct Sample {
@@ -404,9 +466,9 @@ struct Layout<Event> {
 /// Every report, in the order of the documentation.
 using AllReports =
     std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
-               GameMonitor, Command, Commit, Stream, LocalModel, Wall, Spring, Damper, Friction,
-               Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve, CurvePoints,
-               Telemetry, Acknowledgement, Event>;
+               GameMonitor, Command, Commit, Stream, LocalModel, Excitation, Wall, Spring, Damper,
+               Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve,
+               CurvePoints, Telemetry, Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
@@ -417,6 +479,7 @@ static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
 static_assert(wire_size<Stream>() == 5);
 static_assert(wire_size<LocalModel>() == 27);
+static_assert(wire_size<Excitation>() == 55);
 static_assert(wire_size<Telemetry>() == 63);
 static_assert(wire_size<Acknowledgement>() == 15);
 static_assert(wire_size<Event>() == 13);

@@ -297,6 +297,10 @@ void Knob::stream_local_model(const LocalModel& model) {
   impl().session.send_while_armed(report);
 }
 
+void Knob::excite(const Excitation& excitation) {
+  impl().session.request(conversion::to_wire(excitation));
+}
+
 ActuatorConfig Knob::actuator_config() {
   return conversion::convert_back<ActuatorConfig>(impl().session.get<protocol::ActuatorConfig>());
 }

@@ -224,6 +224,26 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         },
     ),
     (
+        "excitation",
+        {
+            "sequence": 0xBA98,
+            "axis": 0,
+            "duration_s": 1.5,
+            "travel_rad": 12.5,
+            "speed_limit_rad_s": 90.0,
+            "torque_limit_nm": 0.0625,
+            "motor_nm": -0.03125,
+            "brake_nm": 0.046875,
+            "ramp_s": 0.25,
+            "sine_nm": 0.0078125,
+            "sine_begin_hz": 20.0,
+            "sine_end_hz": 60.0,
+            "stiffness_nm_per_rad": 0.5625,
+            "damping_nm_s_per_rad": 0.001953125,
+            "servo_rad_s": -2.5,
+        },
+    ),
+    (
         "wall",
         {
             "target": TARGET,

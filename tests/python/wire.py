@@ -120,6 +120,13 @@ REPORTS = {
             "f damping_nm_s_per_rad, f deadline_s",
         ),
         _report(
+            "excitation",
+            0x14,
+            "H sequence, B axis, f duration_s, f travel_rad, f speed_limit_rad_s, "
+            "f torque_limit_nm, f motor_nm, f brake_nm, f ramp_s, f sine_nm, f sine_begin_hz, "
+            "f sine_end_hz, f stiffness_nm_per_rad, f damping_nm_s_per_rad, f servo_rad_s",
+        ),
+        _report(
             "wall",
             0x20,
             f"{_TARGET}, q angle_turns_q32, B side, f stiffness_nm_per_rad, f damping_nm_s_per_rad",
@@ -195,7 +202,10 @@ ENUMERATORS = {
         *("keep_alive", "arm", "disarm", "stop", "zero"),
         *("relax", "save", "load_defaults", "clear_fault", "bootloader"),
     ),
-    "kind": ("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+    "kind": (
+        *("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+        *("excitation_over", "excitation_stopped"),
+    ),
     "paused": ("off", "on"),
     "join_updates": ("off", "on"),
 }

@@ -160,7 +160,7 @@ def sdk_scene() -> str:
         "any other starts anew."
     )
     body += "using Scene = std::vector<Effect>;\n\n"
-    body += cpp.host_structure(reports.LOCAL_MODEL)
+    body += "".join(map(cpp.host_structure, (reports.LOCAL_MODEL, reports.EXCITATION)))
     return _sdk_header(
         "Scenes: what the knob shall feel like. Torques are torques on the knob, positive along "
         "positive angle. Angles are measured from the device's zero. docs/protocol.md has the equation "
@@ -197,8 +197,8 @@ def sdk_telemetry() -> str:
 def sdk_fields() -> str:
     """Write sdk/include/torsio/fields.hpp."""
     structures = (
-        effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, *configurations.CONFIGURATIONS,
-        records.TELEMETRY_SAMPLE, *records.RECORDS,
+        effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
+        *configurations.CONFIGURATIONS, records.TELEMETRY_SAMPLE, *records.RECORDS,
     )  # fmt: skip
     body = "".join(
         map(cpp.names, (*_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON))
@@ -218,7 +218,8 @@ def sdk_fields() -> str:
 def sdk_wire_types() -> str:
     """Write sdk/conversion/wire_types.hpp."""
     travelling = (
-        effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, *configurations.CONFIGURATIONS,
+        effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
+        *configurations.CONFIGURATIONS,
     )  # fmt: skip
     body = "".join(
         f"template <>\nstruct WireType<{of.name}> {{\nusing type = protocol::{of.name};\n}};\n"
@@ -400,6 +401,7 @@ def python_scenes() -> str:
     body += '\n\nclass Effect:\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
     body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""What `Knob.play` takes."""\n'
     body += "".join(map(python.data_class, (effects.TIMING, *effects.EFFECTS)))
+    body += python.data_class(reports.EXCITATION)
     return python.module(
         "Scenes: what the knob shall feel like.\n\n"
         "A scene is one effect or a list of up to 16, whose torques add up. Torques are torques on the "
@@ -409,7 +411,7 @@ def python_scenes() -> str:
         "is\nsent to the device.",
         LISTS,
         body,
-        ("Effect", "Scene", "Timing", *(of.name for of in effects.EFFECTS)),
+        ("Effect", "Excitation", "Scene", "Timing", *(of.name for of in effects.EFFECTS)),
     )
 
 

@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import config_cli, doctor, games_cli, live_commands, recording_commands
+from torsio import calibrate_cli, config_cli, doctor, games_cli, live_commands, recording_commands
 from torsio.command import (
     AsJson,
     Device,
@@ -105,6 +105,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
             "control_config": asdict(knob.control_config()),
             "board_config": asdict(knob.board_config()),
             "game_config": asdict(knob.game_config()),
+            "calibration": calibrate_cli.words_of(knob.info.serial),
         }
     if as_json:
         _print_json(groups)
@@ -161,6 +162,46 @@ def _print_report(report: doctor.Report) -> None:
             table.add_row("", "", Text(f"-> {finding.advice}"))
             table.add_row("", "", Text(f"   more in {finding.more}", style="dim"))
     out.print(table)
+
+
+@app.command("calibrate")
+@plainly
+def calibrate_command(
+    device: Device = "",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Ten seconds: has anything drifted since it was kept?")
+    ] = False,
+    keep: Annotated[
+        bool, typer.Option("--save", help="Keep what is found, without asking.")
+    ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="FILE", help="PNG of all fits and what they leave."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the knob: friction, inertia, shaft, brake. Take your hand off; it turns by itself.
+
+    Nothing is saved unless you say so. The exit status is 0 only if every step could be trusted
+    and, with --quick, nothing has drifted.
+    """
+    say = err if as_json else out
+    with opened(device, say) as knob:
+        measured = calibrate_cli.measure(knob, say, quick=quick, picture=picture)
+        found = measured["calibration"]
+        if as_json:
+            changed = [asdict(drift) for drift in measured["changed"]]
+            _print_json(found.as_dict() | {"changed": changed})
+        else:
+            calibrate_cli.show(knob, measured, out)
+        if keep or (not quick and not as_json and sys.stdin.isatty() and _asked(say)):
+            calibrate_cli.save(knob, found, say)
+    if quick and measured["changed"]:
+        raise typer.Exit(1)
+
+
+def _asked(say: Console) -> bool:
+    return say.input("Keep this on the device? [y/N] ").strip().lower() in ("y", "yes")
 
 
 @games_app.callback(invoke_without_command=True)

@@ -303,7 +303,15 @@ class Disarm:
     """
 
     reason: Literal[
-        "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"
+        "order",
+        "watchdog",
+        "deadline_missed",
+        "fault",
+        "game_idle",
+        "disconnected",
+        "unknown",
+        "excitation_over",
+        "excitation_stopped",
     ]
     faults: tuple[str, ...]
     tick: int

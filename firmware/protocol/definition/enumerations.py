@@ -94,6 +94,8 @@ DISARM_REASON = enumeration(
     Value("game_idle", "a game had the actuator and has nothing to play any more"),
     Value("disconnected", "the device was unplugged or lost its power"),
     Value("unknown", "the word of the device about it was lost on the way"),
+    Value("excitation_over", "the time of an excitation was over and no next one had come"),
+    Value("excitation_stopped", "an excitation left its bounds of travel or speed"),
 )
 RESET_CAUSE = enumeration(
     "ResetCause",
@@ -113,6 +115,8 @@ EVENT_KIND = enumeration(
     Value("watchdog", "the host was silent for too long"),
     Value("deadline_missed", "a streamed local model outlived its deadline"),
     Value("owner_changed", "somebody else has the actuator now"),
+    Value("excitation_over", "the time of an excitation was over"),
+    Value("excitation_stopped", "an excitation left its bounds of travel or speed"),
     open=True,
     public=False,
 )

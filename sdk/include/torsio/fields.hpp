@@ -69,8 +69,9 @@ struct Names<ResetCause> {
 };
 template <>
 struct Names<DisarmReason> {
-  static constexpr std::array<std::string_view, 7> values{
-      "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"};
+  static constexpr std::array<std::string_view, 9> values{
+      "order",   "watchdog",        "deadline_missed",   "fault", "game_idle", "disconnected",
+      "unknown", "excitation_over", "excitation_stopped"};
 };
 
 template <>
@@ -242,6 +243,34 @@ struct Fields<LocalModel> {
             ""),
       field("deadline_s", &LocalModel::deadline_s, "s", 0.0, 60.0,
             "how long it holds; 0 ends the stream in good order"),
+  };
+};
+template <>
+struct Fields<Excitation> {
+  static constexpr std::string_view name = "Excitation";
+  static constexpr std::tuple list{
+      field("duration_s", &Excitation::duration_s, "s", 0.001, 60.0,
+            "until it disarms, unless the next one comes first"),
+      field("travel_rad", &Excitation::travel_rad, "rad", 0.001, 1000.0,
+            "further from its first angle disarms"),
+      field("speed_limit_rad_s", &Excitation::speed_limit_rad_s, "rad/s", 0.1, 1e4,
+            "faster disarms"),
+      field("torque_limit_nm", &Excitation::torque_limit_nm, "N m", 0.0, 100.0,
+            "largest torque of the motor"),
+      field("motor_nm", &Excitation::motor_nm, "N m", -100.0, 100.0, "where the motor goes"),
+      field("brake_nm", &Excitation::brake_nm, "N m", 0.0, 100.0, "where the brake's command goes"),
+      field("ramp_s", &Excitation::ramp_s, "s", 0.0, 60.0, "time that both take; 0 is a step"),
+      field("sine_nm", &Excitation::sine_nm, "N m", 0.0, 100.0,
+            "amplitude of the sine on top of `motor_nm`"),
+      field("sine_begin_hz", &Excitation::sine_begin_hz, "Hz", 0.0, 1000.0,
+            "its frequency at the beginning"),
+      field("sine_end_hz", &Excitation::sine_end_hz, "Hz", 0.0, 1000.0, "and after `duration_s`"),
+      field("stiffness_nm_per_rad", &Excitation::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "of the servo"),
+      field("damping_nm_s_per_rad", &Excitation::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "of the servo"),
+      field("servo_rad_s", &Excitation::servo_rad_s, "rad/s", -1000.0, 1000.0,
+            "speed of the servo's reference"),
   };
 };
 template <>

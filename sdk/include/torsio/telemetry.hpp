@@ -58,13 +58,15 @@ enum class ResetCause : std::uint8_t {
 
 /// Why the torque went.
 enum class DisarmReason : std::uint8_t {
-  order,            ///< somebody said disarm() or stop()
-  watchdog,         ///< the host was silent for too long, or the bus was lost
-  deadline_missed,  ///< a streamed local model outlived its deadline
-  fault,            ///< a fault was latched
-  game_idle,        ///< a game had the actuator and has nothing to play any more
-  disconnected,     ///< the device was unplugged or lost its power
-  unknown,          ///< the word of the device about it was lost on the way
+  order,               ///< somebody said disarm() or stop()
+  watchdog,            ///< the host was silent for too long, or the bus was lost
+  deadline_missed,     ///< a streamed local model outlived its deadline
+  fault,               ///< a fault was latched
+  game_idle,           ///< a game had the actuator and has nothing to play any more
+  disconnected,        ///< the device was unplugged or lost its power
+  unknown,             ///< the word of the device about it was lost on the way
+  excitation_over,     ///< the time of an excitation was over and no next one had come
+  excitation_stopped,  ///< an excitation left its bounds of travel or speed
 };
 
 /// Bits of telemetry's `flags`; the two lowest are the state.

@@ -8,7 +8,7 @@ from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import EmulatorOptions
 from torsio.hands import Hand
 from torsio.plant import PlantParams
-from torsio.scenes import Scene
+from torsio.scenes import Excitation, Scene
 
 from . import core as core
 from . import emulator as emulator
@@ -83,6 +83,7 @@ class Knob:
         damping_nm_s_per_rad: float,
         deadline_s: float,
     ) -> None: ...
+    def excite(self, excitation: Excitation, /) -> None: ...
     def actuator_config(self) -> dict[str, Any]: ...
     def control_config(self) -> dict[str, Any]: ...
     def configure_actuator(self, config: ActuatorConfig, /) -> None: ...
