@@ -95,27 +95,29 @@ def test_same_in_a_closed_loop_in_one_run_or_several() -> None:
     whole = simulate(options, duration_s=0.2)
     loop = ClosedLoop(options)
     parts = np.concatenate([loop.run(duration_s=0.05) for _ in range(4)])
-    assert whole.tobytes() == parts.tobytes()
+    assert all(np.array_equal(whole[name], parts[name]) for name in whole.dtype.names or ())
 
 
 def test_after_a_failure_the_hand_is_where_the_device_is() -> None:
-    def fail_once(time_s: float, *_: float) -> float:
-        if 0.1055 < time_s < 0.106:  # in the middle of a tick
-            raise ValueError("once")
-        return 0.01
+    def last_angle_rad(fails: bool) -> float:
+        def torque_nm(time_s: float, *_: float) -> float:
+            if not 0.1055 < time_s < 0.106:  # in the middle of a tick
+                return 0.01
+            if fails:
+                raise ValueError("once")
+            return 0.0
 
-    hand = torsio.FeedbackHand(torque_nm=fail_once, period_s=0.0007)
-    with open_knob(hand, plant=RIGID) as knob:
-        knob.sleep(0.05)
-        with pytest.raises(torsio.Error, match="once"):
-            knob.sleep(0.1)
-        knob.sleep(0.05)
-        truth = knob.emulator.truth()
-    period_s = np.diff(truth["time_s"])
-    assert period_s == pytest.approx(1e-3, rel=1e-9)
-    travelled = np.diff(truth["angle_rad"]) / period_s  # slower than the faster of its ends
-    fastest = np.maximum(truth["speed_rad_s"][:-1], truth["speed_rad_s"][1:])
-    assert np.all(travelled <= fastest * (1 + 1e-9))
+        hand = torsio.FeedbackHand(torque_nm=torque_nm, period_s=0.0007)
+        with open_knob(hand, plant=RIGID) as knob:
+            while knob.emulator.time_s < 0.2:
+                try:
+                    knob.sleep(0.01)
+                except torsio.Error as error:
+                    assert fails and "once" in str(error)  # noqa: PT017, PT018
+            truth = knob.emulator.truth()
+        return float(truth["angle_rad"][190])
+
+    assert last_angle_rad(True) == pytest.approx(last_angle_rad(False), rel=1e-9)
 
 
 def test_what_the_function_raises_is_told_and_time_goes_on_without_a_torque() -> None:
@@ -230,4 +232,4 @@ def test_many_loops_ask_in_turn() -> None:
     knobs = Knobs(6, options, threads=3)
     knobs.step(100)
     row = simulate(replace(options), duration_s=0.101)[100]
-    assert all(state.tobytes() == row.tobytes() for state in knobs.states)
+    assert all(state.tolist() == row.tolist() for state in knobs.states)

@@ -97,8 +97,9 @@ class Knobs:
         for kind in kinds:
             checked_options(kind)
         if threads is None:
-            threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else None
-        threads = checks.whole("threads", threads or os.cpu_count() or 1, 1, 4096)
+            has_share = hasattr(os, "sched_getaffinity")
+            threads = len(os.sched_getaffinity(0)) if has_share else os.cpu_count() or 1
+        threads = checks.whole("threads", threads, 1, 4096)
         self._seeds = _seeds(seeds, n)
         self._batch = _torsio.emulator.Batch(
             kinds,
