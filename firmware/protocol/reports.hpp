@@ -325,7 +325,7 @@ struct Layout<Excitation> {
       "sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping "
       "(reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, "
       "disarms.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Excitation::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Excitation::axis, "", "which axis; 0 is the first"),
       number("duration_s", &Excitation::duration_s, "s", 0.001F, 60,

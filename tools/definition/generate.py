@@ -288,12 +288,14 @@ from torsio import checks
 """
 
 
+# C has no hand that is a function: nothing calls back into a program there.
+_C_HANDS = tuple(of for of in plant.HANDS if of.host_fields and of is not plant.FEEDBACK_HAND)
 _C_INPUTS = (
     effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, *configurations.CONFIGURATIONS,
-    *(of for of in plant.HANDS if of.host_fields), *plant.PARTS, plant.PLANT_PARAMS,
+    *_C_HANDS, *plant.PARTS, plant.PLANT_PARAMS,
 )  # fmt: skip
 _C_ENUMERATIONS = (
-    *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON, plant.ENCODER_ROUNDING,
+    *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON, *plant.ENUMERATIONS,
 )  # fmt: skip
 _C_SAMPLES = (records.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
 _C_STRUCTURES = (*_C_INPUTS, *records.RECORDS, *_C_SAMPLES)

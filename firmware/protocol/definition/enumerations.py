@@ -40,7 +40,9 @@ LAW = enumeration(
     Value("compensated", "the motor makes up for what the brake really holds, its drag counted"),
     Value("parallel", "fixed shares, without the sensor: it sticks, and is here to show that"),
     Value("motor_only", "no brake"),
-    Value("calibrated", "as compensated, and no wall buzzes: what the parts cannot render is bounded"),
+    Value(
+        "calibrated", "as compensated, and no wall buzzes: what the parts cannot render is bounded"
+    ),
 )
 
 # --- what the device says ------------------------------------------------------------------------

@@ -69,6 +69,8 @@ typedef enum torsio_law {
   TORSIO_LAW_PARALLEL =
       2,  ///< fixed shares, without the sensor: it sticks, and is here to show that
   TORSIO_LAW_MOTOR_ONLY = 3,  ///< no brake
+  TORSIO_LAW_CALIBRATED =
+      4,  ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
 
@@ -115,6 +117,18 @@ typedef enum torsio_game_effect_state {
 } torsio_game_effect_state;
 TORSIO_API const char* torsio_game_effect_state_name(int32_t value);
 
+/// Why the device started.
+typedef enum torsio_reset_cause {
+  TORSIO_RESET_CAUSE_UNKNOWN = 0,     ///< the board cannot tell
+  TORSIO_RESET_CAUSE_POWER = 1,       ///< it was switched on
+  TORSIO_RESET_CAUSE_BROWN_OUT = 2,   ///< its supply was too low for a moment
+  TORSIO_RESET_CAUSE_RESET_PIN = 3,   ///< somebody pressed reset
+  TORSIO_RESET_CAUSE_WATCHDOG = 4,    ///< the main loop or the control interrupt hung
+  TORSIO_RESET_CAUSE_HARD_FAULT = 5,  ///< the program did what the processor refuses
+  TORSIO_RESET_CAUSE_STACK = 6,       ///< the program needed more stack than there is
+} torsio_reset_cause;
+TORSIO_API const char* torsio_reset_cause_name(int32_t value);
+
 /// Why the torque went.
 typedef enum torsio_disarm_reason {
   TORSIO_DISARM_REASON_ORDER = 0,     ///< somebody said disarm() or stop()
@@ -124,6 +138,10 @@ typedef enum torsio_disarm_reason {
   TORSIO_DISARM_REASON_GAME_IDLE = 4,  ///< a game had the actuator and has nothing to play any more
   TORSIO_DISARM_REASON_DISCONNECTED = 5,  ///< the device was unplugged or lost its power
   TORSIO_DISARM_REASON_UNKNOWN = 6,       ///< the word of the device about it was lost on the way
+  TORSIO_DISARM_REASON_EXCITATION_OVER =
+      7,  ///< the time of an excitation was over and no next one had come
+  TORSIO_DISARM_REASON_EXCITATION_STOPPED =
+      8,  ///< an excitation left its bounds of travel or speed
 } torsio_disarm_reason;
 TORSIO_API const char* torsio_disarm_reason_name(int32_t value);
 
@@ -134,6 +152,15 @@ typedef enum torsio_encoder_rounding {
 } torsio_encoder_rounding;
 TORSIO_API const char* torsio_encoder_rounding_name(int32_t value);
 
+/// What a current sensor shows.
+typedef enum torsio_current_sensor_state {
+  TORSIO_CURRENT_SENSOR_STATE_WORKS = 0,
+  TORSIO_CURRENT_SENSOR_STATE_DEAD = 1,
+  TORSIO_CURRENT_SENSOR_STATE_STUCK = 2,
+  TORSIO_CURRENT_SENSOR_STATE_SATURATED = 3,
+} torsio_current_sensor_state;
+TORSIO_API const char* torsio_current_sensor_state_name(int32_t value);
+
 /// Bits of telemetry's `flags`; the two lowest are the state.
 enum {
   TORSIO_FLAG_STATE_MASK = 0x3,
@@ -142,6 +169,7 @@ enum {
   TORSIO_FLAG_LOCAL_MODEL = 1 << 4,      ///< a streamed local model is in force
   TORSIO_FLAG_PASSIVE = 1 << 5,          ///< fading out after silence or a deadline
   TORSIO_FLAG_GAME = 1 << 6,             ///< a game has the actuator
+  TORSIO_FLAG_BOUNDED = 1 << 7,  ///< less is given than the scene asks, or the knob would buzz
 };
 
 /// Faults, latched until cleared: bits of every `faults` field.
@@ -152,6 +180,8 @@ enum {
   TORSIO_FAULT_ACTUATOR = 1 << 3,        ///< the power stage reports an error
   TORSIO_FAULT_OVERRUN = 1 << 4,         ///< ticks were missed or took too long
   TORSIO_FAULT_NUMERIC = 1 << 5,         ///< the control law gave no finite torque
+  TORSIO_FAULT_CURRENT_SENSOR = 1 << 6,  ///< its zero leaves no room for the trip level
+  TORSIO_FAULT_WINDING = 1 << 7,         ///< voltage, current and speed do not fit together
 };
 
 /// One corner of a piecewise-linear function of time. The first value holds before the first knot,
@@ -428,11 +458,14 @@ typedef struct torsio_board_config {
   double motor_torque_constant_nm_per_a;
   /// never asked for more; one and a half times as much measured is a fault; 0 to 100; at first 2
   double motor_current_max_a;
+  /// that the winding stands for ever; more is given for seconds, then less and less; 0 to 100; at
+  /// first 1
+  double motor_current_continuous_a;
   /// of the winding; 0.001 to 1000; at first 2.5
   double motor_resistance_ohm;
   /// of the winding; 1e-6 to 1; at first 0.0015
   double motor_inductance_h;
-  /// of the current loop; held at a tenth of the control rate; 1 to 5000; at first 500
+  /// of the current loop; on a pico held at a tenth of the control rate; 1 to 1e5; at first 10000
   double current_bandwidth_hz;
   /// of the current sensor; its zero is measured while the power is off; 0.001 to 10; at first 0.2
   double current_sense_v_per_a;
@@ -442,8 +475,14 @@ typedef struct torsio_board_config {
   double brake_current_max_a;
   /// of the coil; 0.001 to 1e4; at first 40
   double brake_resistance_ohm;
+  /// of the coil, which the bridge then drives both ways, so that its current follows with the
+  /// actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000
+  double brake_inductance_h;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed;
+  /// true: somebody has checked that these are the parts. Until then a real board holds torques and
+  /// speed low. Acts at once
+  bool confirmed;
   /// GPIO of A; B is the next one; 0 to 28; at first 2
   int32_t encoder_pin;
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28; at
@@ -572,6 +611,73 @@ typedef struct torsio_cogging {
 } torsio_cogging;
 TORSIO_API torsio_result torsio_cogging_init(torsio_cogging* structure);
 
+/// Part of a plant: windings, bridges, supply and current sensor. With it the emulated device runs
+/// the board's own power stage; without it motor and brake are the lags that are given.
+typedef struct torsio_electrics {
+  uint32_t struct_size;  ///< bytes of a torsio_electrics
+  /// of the motor, at 25 degrees; > 0; at first 2.5
+  double winding_resistance_ohm;
+  /// of the motor; > 0; at first 0.0015
+  double winding_inductance_h;
+  /// of the motor, at the knob; V s/rad of back EMF as well; > 0; at first 0.05
+  double torque_constant_nm_per_a;
+  /// a current into the first pin turns the knob to smaller angles
+  bool motor_reversed;
+  /// of the brake; > 0; at first 40
+  double coil_resistance_ohm;
+  /// of the brake; > 0; at first 2.4
+  double coil_inductance_h;
+  /// of the brake, on the pulley; > 0; at first 0.44
+  double coil_torque_constant_nm_per_a;
+  /// without load; > 0; at first 12
+  double supply_v;
+  /// of the supply; it takes no current back; >= 0; at first 0.1
+  double supply_resistance_ohm;
+  /// behind that; > 0; at first 0.0022
+  double supply_capacitance_f;
+  /// of the air; everything begins there; -100 to 300; at first 25
+  double ambient_c;
+  /// heat capacity of the motor's winding; > 0; at first 12
+  double winding_heat_j_per_k;
+  /// from there to the rotor; > 0; at first 4
+  double winding_to_rotor_k_per_w;
+  /// heat capacity of the rotor; > 0; at first 60
+  double rotor_heat_j_per_k;
+  /// from there to the air; > 0; at first 8
+  double rotor_to_air_k_per_w;
+  /// heat capacity of the brake's coil; > 0; at first 40
+  double coil_heat_j_per_k;
+  /// from there to the air; > 0; at first 20
+  double coil_to_air_k_per_w;
+  /// of a bridge's full share; 1 to 65535; at first 1875
+  int32_t pwm_steps;
+  /// of the current loop, rounded to a whole part of the control period, which 0 is; 0 to 0.001; at
+  /// first 2.5e-05
+  double current_period_s;
+  /// from a measurement to the voltage that answers it; at most a period of the current loop; 1e-6
+  /// to 0.001; at first 2.5e-05
+  double output_delay_s;
+  /// the current loop of the RP2350; false: the one of the RP2040; at first true
+  bool predictive;
+  /// from the middle of the time in which the bridge drives to the measurement; 0 to 1e-5; at first
+  /// 1e-06
+  double sample_offset_s;
+  /// of the current sensor; > 0; at first 0.2
+  double sensor_v_per_a;
+  /// what it shows without current; -10 to 10; at first 1.65
+  double sensor_zero_v;
+  /// standard deviation; >= 0; at first 0.001
+  double sensor_noise_v;
+  /// of its converter, from 0; > 0; at first 3.3
+  double sensor_range_v;
+  /// of its converter; 1 to 24; at first 12
+  int32_t sensor_bits;
+  /// a torsio_current_sensor_state: dead: 0 V; stuck: at its zero; saturated: at the end of its
+  /// range; at first works
+  int32_t sensor_state;
+} torsio_electrics;
+TORSIO_API torsio_result torsio_electrics_init(torsio_electrics* structure);
+
 /// Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob. The
 /// defaults are the reference actuator; docs/theory.md has the equations. Parts that are not named
 /// cost nothing; the lags of motor and brake are always carried.
@@ -621,6 +727,8 @@ typedef struct torsio_plant_params {
   const torsio_belt* belt;
   /// NULL: without
   const torsio_cogging* cogging;
+  /// NULL: without
+  const torsio_electrics* electrics;
 } torsio_plant_params;
 TORSIO_API torsio_result torsio_plant_params_init(torsio_plant_params* structure);
 
@@ -706,6 +814,8 @@ typedef struct torsio_health {
   uint32_t saves;
   /// a torsio_owner: who has the actuator
   int32_t owner;
+  /// a torsio_reset_cause: why the device started
+  int32_t reset_cause;
 } torsio_health;
 TORSIO_API torsio_result torsio_health_init(torsio_health* structure);
 

@@ -39,11 +39,17 @@ const char* torsio_game_effect_kind_name(std::int32_t value) {
 const char* torsio_game_effect_state_name(std::int32_t value) {
   return torsio::c::value_name<torsio::GameEffectState>(value);
 }
+const char* torsio_reset_cause_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::ResetCause>(value);
+}
 const char* torsio_disarm_reason_name(std::int32_t value) {
   return torsio::c::value_name<torsio::DisarmReason>(value);
 }
 const char* torsio_encoder_rounding_name(std::int32_t value) {
   return torsio::c::value_name<torsio::EncoderRounding>(value);
+}
+const char* torsio_current_sensor_state_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::CurrentSensorState>(value);
 }
 
 torsio_result torsio_wall_init(torsio_wall* structure) {
@@ -117,6 +123,9 @@ torsio_result torsio_belt_init(torsio_belt* structure) {
 }
 torsio_result torsio_cogging_init(torsio_cogging* structure) {
   return torsio::c::init<torsio::Cogging>(structure);
+}
+torsio_result torsio_electrics_init(torsio_electrics* structure) {
+  return torsio::c::init<torsio::Electrics>(structure);
 }
 torsio_result torsio_plant_params_init(torsio_plant_params* structure) {
   return torsio::c::init<torsio::PlantParams>(structure);

@@ -21,8 +21,9 @@
 
 namespace torsio::c {
 
-inline constexpr std::array<std::string_view, 6> kFaultNames{
-    "emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"};
+inline constexpr std::array<std::string_view, 8> kFaultNames{
+    "emergency_stop", "over_speed", "encoder",        "actuator",
+    "overrun",        "numeric",    "current_sensor", "winding"};
 
 /// Bits of the faults with these names; a later device may have some without a bit.
 inline std::uint32_t fault_bits(const std::vector<std::string>& names) {
@@ -182,6 +183,7 @@ inline BoardConfig from_c(const torsio_board_config& from) {
   to.supply_v = from.supply_v;
   to.motor_torque_constant_nm_per_a = from.motor_torque_constant_nm_per_a;
   to.motor_current_max_a = from.motor_current_max_a;
+  to.motor_current_continuous_a = from.motor_current_continuous_a;
   to.motor_resistance_ohm = from.motor_resistance_ohm;
   to.motor_inductance_h = from.motor_inductance_h;
   to.current_bandwidth_hz = from.current_bandwidth_hz;
@@ -189,7 +191,9 @@ inline BoardConfig from_c(const torsio_board_config& from) {
   to.brake_torque_constant_nm_per_a = from.brake_torque_constant_nm_per_a;
   to.brake_current_max_a = from.brake_current_max_a;
   to.brake_resistance_ohm = from.brake_resistance_ohm;
+  to.brake_inductance_h = from.brake_inductance_h;
   to.motor_reversed = flag(from.motor_reversed);
+  to.confirmed = flag(from.confirmed);
   to.encoder_pin = from.encoder_pin;
   to.motor_pin = from.motor_pin;
   to.brake_pin = from.brake_pin;
@@ -258,6 +262,38 @@ inline Cogging from_c(const torsio_cogging& from) {
   take(to.torque_nm, from.torque_nm, from.torque_nm_count, "torque_nm");
   return to;
 }
+inline Electrics from_c(const torsio_electrics& from) {
+  Electrics to;
+  to.winding_resistance_ohm = from.winding_resistance_ohm;
+  to.winding_inductance_h = from.winding_inductance_h;
+  to.torque_constant_nm_per_a = from.torque_constant_nm_per_a;
+  to.motor_reversed = flag(from.motor_reversed);
+  to.coil_resistance_ohm = from.coil_resistance_ohm;
+  to.coil_inductance_h = from.coil_inductance_h;
+  to.coil_torque_constant_nm_per_a = from.coil_torque_constant_nm_per_a;
+  to.supply_v = from.supply_v;
+  to.supply_resistance_ohm = from.supply_resistance_ohm;
+  to.supply_capacitance_f = from.supply_capacitance_f;
+  to.ambient_c = from.ambient_c;
+  to.winding_heat_j_per_k = from.winding_heat_j_per_k;
+  to.winding_to_rotor_k_per_w = from.winding_to_rotor_k_per_w;
+  to.rotor_heat_j_per_k = from.rotor_heat_j_per_k;
+  to.rotor_to_air_k_per_w = from.rotor_to_air_k_per_w;
+  to.coil_heat_j_per_k = from.coil_heat_j_per_k;
+  to.coil_to_air_k_per_w = from.coil_to_air_k_per_w;
+  to.pwm_steps = from.pwm_steps;
+  to.current_period_s = from.current_period_s;
+  to.output_delay_s = from.output_delay_s;
+  to.predictive = flag(from.predictive);
+  to.sample_offset_s = from.sample_offset_s;
+  to.sensor_v_per_a = from.sensor_v_per_a;
+  to.sensor_zero_v = from.sensor_zero_v;
+  to.sensor_noise_v = from.sensor_noise_v;
+  to.sensor_range_v = from.sensor_range_v;
+  to.sensor_bits = from.sensor_bits;
+  to.sensor_state = choice<CurrentSensorState>(from.sensor_state, "sensor_state");
+  return to;
+}
 inline PlantParams from_c(const torsio_plant_params& from) {
   PlantParams to;
   to.knob_inertia_kg_m2 = from.knob_inertia_kg_m2;
@@ -286,6 +322,8 @@ inline PlantParams from_c(const torsio_plant_params& from) {
   if (from.belt != nullptr) to.belt = from_c(need_sized(from.belt, "belt", "torsio_belt"));
   if (from.cogging != nullptr)
     to.cogging = from_c(need_sized(from.cogging, "cogging", "torsio_cogging"));
+  if (from.electrics != nullptr)
+    to.electrics = from_c(need_sized(from.electrics, "electrics", "torsio_electrics"));
   return to;
 }
 
@@ -453,6 +491,7 @@ inline torsio_board_config to_c([[maybe_unused]] const BoardConfig& from) {
   to.supply_v = from.supply_v;
   to.motor_torque_constant_nm_per_a = from.motor_torque_constant_nm_per_a;
   to.motor_current_max_a = from.motor_current_max_a;
+  to.motor_current_continuous_a = from.motor_current_continuous_a;
   to.motor_resistance_ohm = from.motor_resistance_ohm;
   to.motor_inductance_h = from.motor_inductance_h;
   to.current_bandwidth_hz = from.current_bandwidth_hz;
@@ -460,7 +499,9 @@ inline torsio_board_config to_c([[maybe_unused]] const BoardConfig& from) {
   to.brake_torque_constant_nm_per_a = from.brake_torque_constant_nm_per_a;
   to.brake_current_max_a = from.brake_current_max_a;
   to.brake_resistance_ohm = from.brake_resistance_ohm;
+  to.brake_inductance_h = from.brake_inductance_h;
   to.motor_reversed = from.motor_reversed;
+  to.confirmed = from.confirmed;
   to.encoder_pin = from.encoder_pin;
   to.motor_pin = from.motor_pin;
   to.brake_pin = from.brake_pin;
@@ -540,6 +581,39 @@ inline torsio_cogging to_c([[maybe_unused]] const Cogging& from) {
   to.torque_nm_count = 0;
   return to;
 }
+inline torsio_electrics to_c([[maybe_unused]] const Electrics& from) {
+  torsio_electrics to{};
+  to.struct_size = sizeof(torsio_electrics);
+  to.winding_resistance_ohm = from.winding_resistance_ohm;
+  to.winding_inductance_h = from.winding_inductance_h;
+  to.torque_constant_nm_per_a = from.torque_constant_nm_per_a;
+  to.motor_reversed = from.motor_reversed;
+  to.coil_resistance_ohm = from.coil_resistance_ohm;
+  to.coil_inductance_h = from.coil_inductance_h;
+  to.coil_torque_constant_nm_per_a = from.coil_torque_constant_nm_per_a;
+  to.supply_v = from.supply_v;
+  to.supply_resistance_ohm = from.supply_resistance_ohm;
+  to.supply_capacitance_f = from.supply_capacitance_f;
+  to.ambient_c = from.ambient_c;
+  to.winding_heat_j_per_k = from.winding_heat_j_per_k;
+  to.winding_to_rotor_k_per_w = from.winding_to_rotor_k_per_w;
+  to.rotor_heat_j_per_k = from.rotor_heat_j_per_k;
+  to.rotor_to_air_k_per_w = from.rotor_to_air_k_per_w;
+  to.coil_heat_j_per_k = from.coil_heat_j_per_k;
+  to.coil_to_air_k_per_w = from.coil_to_air_k_per_w;
+  to.pwm_steps = from.pwm_steps;
+  to.current_period_s = from.current_period_s;
+  to.output_delay_s = from.output_delay_s;
+  to.predictive = from.predictive;
+  to.sample_offset_s = from.sample_offset_s;
+  to.sensor_v_per_a = from.sensor_v_per_a;
+  to.sensor_zero_v = from.sensor_zero_v;
+  to.sensor_noise_v = from.sensor_noise_v;
+  to.sensor_range_v = from.sensor_range_v;
+  to.sensor_bits = from.sensor_bits;
+  to.sensor_state = static_cast<std::int32_t>(from.sensor_state);
+  return to;
+}
 inline torsio_plant_params to_c([[maybe_unused]] const PlantParams& from) {
   torsio_plant_params to{};
   to.struct_size = sizeof(torsio_plant_params);
@@ -564,6 +638,7 @@ inline torsio_plant_params to_c([[maybe_unused]] const PlantParams& from) {
   to.brake_hysteresis = nullptr;
   to.belt = nullptr;
   to.cogging = nullptr;
+  to.electrics = nullptr;
   return to;
 }
 inline torsio_listed_device to_c([[maybe_unused]] const ListedDevice& from) {
@@ -618,6 +693,7 @@ inline torsio_health to_c([[maybe_unused]] const Health& from) {
   to.tick_time_max_s = from.tick_time_max_s;
   to.saves = from.saves;
   to.owner = static_cast<std::int32_t>(from.owner);
+  to.reset_cause = static_cast<std::int32_t>(from.reset_cause);
   return to;
 }
 inline torsio_game_status to_c([[maybe_unused]] const GameStatus& from) {
