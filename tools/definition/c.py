@@ -28,6 +28,7 @@ TOLD = (
     "LinkStatistics",
     "Event",
     "Disarm",
+    "ElectricsState",
 )
 # Part of others, which have the size.
 INSIDE = ("Timing",)

@@ -291,14 +291,15 @@ from torsio import checks
 # C has no hand that is a function: nothing calls back into a program there.
 _C_HANDS = tuple(of for of in plant.HANDS if of.host_fields and of is not plant.FEEDBACK_HAND)
 _C_INPUTS = (
-    effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, *configurations.CONFIGURATIONS,
+    effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION, *configurations.CONFIGURATIONS,
     *_C_HANDS, *plant.PARTS, plant.PLANT_PARAMS,
 )  # fmt: skip
 _C_ENUMERATIONS = (
     *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON, *plant.ENUMERATIONS,
 )  # fmt: skip
 _C_SAMPLES = (records.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
-_C_STRUCTURES = (*_C_INPUTS, *records.RECORDS, *_C_SAMPLES)
+_C_TOLD = (*records.RECORDS, plant.ELECTRICS_STATE)
+_C_STRUCTURES = (*_C_INPUTS, *_C_TOLD, *_C_SAMPLES)
 
 
 def c_types() -> str:
@@ -344,7 +345,7 @@ def c_structures() -> str:
     )
     parts = [of for of in _C_INPUTS if of is not plant.PLANT_PARAMS]
     body += "".join(map(c.reader, (*parts, plant.PLANT_PARAMS))) + "\n"
-    body += "".join(map(c.writer, (*_C_INPUTS, *records.RECORDS))) + "\n"
+    body += "".join(map(c.writer, (*_C_INPUTS, *_C_TOLD))) + "\n"
     body += "// Samples go over as they are.\n" + "".join(map(c.same_layout, _C_SAMPLES))
     return cpp.header(
         "The structures of C as those of C++, and back.",
@@ -369,7 +370,7 @@ def c_functions() -> str:
     body += "\n" + "".join(
         f"torsio_result {c.c_name(of)}_init({c.c_name(of)} *structure) {{ "
         f"return torsio::c::init<torsio::{of.name}>(structure); }}\n"
-        for of in (*_C_INPUTS, *records.RECORDS)
+        for of in (*_C_INPUTS, *_C_TOLD)
         if c.has_size(of)
     )
     body += "\n" + "".join(

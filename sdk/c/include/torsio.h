@@ -147,6 +147,9 @@ TORSIO_API torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene*
 /// the device refuses later only counts, in torsio_knob_statistics().
 TORSIO_API torsio_result torsio_knob_stream_local_model(torsio_knob* knob,
                                                         const torsio_local_model* model);
+/// Plays one piece of a bounded experiment past scene and law; the knob must be armed, and is
+/// disarmed when the piece is over and no next one has come, or a bound is left.
+TORSIO_API torsio_result torsio_knob_excite(torsio_knob* knob, const torsio_excitation* excitation);
 
 /// Takes the oldest event that nobody has taken yet.
 /// @param timeout_s how long to wait for one; TORSIO_TIMEOUT if none comes
@@ -229,10 +232,16 @@ TORSIO_API torsio_result torsio_emulator_advance(torsio_knob* knob, double durat
 /// @param item_size sizeof(torsio_truth_sample)
 TORSIO_API torsio_result torsio_emulator_truth(torsio_knob* knob, torsio_truth_sample* samples,
                                                size_t capacity, size_t item_size, size_t* count);
+/// What no sensor sees of the electrics, now. TORSIO_ERROR unless the plant has electrics.
+TORSIO_API torsio_result torsio_emulator_electrics(torsio_knob* knob,
+                                                   torsio_electrics_state* state);
 /// Pulls the plug. As with hardware the knob must be opened again.
 TORSIO_API torsio_result torsio_emulator_unplug(torsio_knob* knob);
 TORSIO_API torsio_result torsio_emulator_set_emergency_stop(torsio_knob* knob, bool pressed);
 TORSIO_API torsio_result torsio_emulator_set_actuator_fault(torsio_knob* knob, bool present);
+/// What the current sensor shows from now on, a torsio_current_sensor_state. TORSIO_ERROR unless
+/// the plant has electrics.
+TORSIO_API torsio_result torsio_emulator_set_current_sensor(torsio_knob* knob, int32_t state);
 /// The encoder's counter stands still.
 TORSIO_API torsio_result torsio_emulator_freeze_encoder(torsio_knob* knob, bool frozen);
 /// The encoder's counter is wrong from now on.

@@ -385,6 +385,41 @@ typedef struct torsio_local_model {
 } torsio_local_model;
 TORSIO_API torsio_result torsio_local_model_init(torsio_local_model* structure);
 
+/// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
+/// reached from where the last excitation is now, in a straight line. The motor also gets a sine
+/// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
+/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.
+typedef struct torsio_excitation {
+  uint32_t struct_size;  ///< bytes of a torsio_excitation
+  /// until it disarms, unless the next one comes first; 0.001 to 60
+  double duration_s;
+  /// further from its first angle disarms; 0.001 to 1000
+  double travel_rad;
+  /// faster disarms; 0.1 to 1e4
+  double speed_limit_rad_s;
+  /// largest torque of the motor; 0 to 100
+  double torque_limit_nm;
+  /// where the motor goes; -100 to 100
+  double motor_nm;
+  /// where the brake's command goes; 0 to 100
+  double brake_nm;
+  /// time that both take; 0 is a step; 0 to 60
+  double ramp_s;
+  /// amplitude of the sine on top of `motor_nm`; 0 to 100
+  double sine_nm;
+  /// its frequency at the beginning; 0 to 1000
+  double sine_begin_hz;
+  /// and after `duration_s`; 0 to 1000
+  double sine_end_hz;
+  /// of the servo; 0 to 1e6
+  double stiffness_nm_per_rad;
+  /// of the servo; 0 to 1000
+  double damping_nm_s_per_rad;
+  /// speed of the servo's reference; -1000 to 1000
+  double servo_rad_s;
+} torsio_excitation;
+TORSIO_API torsio_result torsio_excitation_init(torsio_excitation* structure);
+
 /// The actuator as built. The defaults are those of the reference actuator. Set only while
 /// disarmed; another encoder empties the scene.
 typedef struct torsio_actuator_config {
@@ -906,6 +941,24 @@ typedef struct torsio_disarm {
   double time_s;
 } torsio_disarm;
 TORSIO_API torsio_result torsio_disarm_init(torsio_disarm* structure);
+
+/// What no sensor of an emulated knob sees of its electrics, now.
+typedef struct torsio_electrics_state {
+  uint32_t struct_size;  ///< bytes of a torsio_electrics_state
+  /// positive turns the knob to larger angles
+  double motor_current_a;
+  /// of the brake
+  double coil_current_a;
+  /// at the bridges
+  double supply_v;
+  /// temperature of the motor's winding
+  double winding_c;
+  /// of its rotor
+  double rotor_c;
+  /// of the brake's coil
+  double coil_c;
+} torsio_electrics_state;
+TORSIO_API torsio_result torsio_electrics_state_init(torsio_electrics_state* structure);
 
 /// One moment of the control loop. Torques are on the knob.
 typedef struct torsio_telemetry_sample {

@@ -70,6 +70,20 @@ torsio_result torsio_emulator_truth(torsio_knob* knob, torsio_truth_sample* samp
   });
 }
 
+torsio_result torsio_emulator_electrics(torsio_knob* knob, torsio_electrics_state* state) {
+  return guarded([&] {
+    torsio_electrics_state& known = need_sized(state, "state", "torsio_electrics_state");
+    known = torsio::c::to_c(emulator_of(knob).electrics());
+  });
+}
+
+torsio_result torsio_emulator_set_current_sensor(torsio_knob* knob, int32_t state) {
+  return guarded([&] {
+    emulator_of(knob).set_current_sensor(
+        torsio::c::choice<torsio::CurrentSensorState>(state, "state"));
+  });
+}
+
 torsio_result torsio_emulator_unplug(torsio_knob* knob) {
   return guarded([&] { emulator_of(knob).unplug(); });
 }

@@ -222,6 +222,13 @@ torsio_result torsio_knob_play(torsio_knob* knob, const torsio_scene* scene) {
   return guarded([&] { knob_of(knob).play(need(scene, "scene").effects); });
 }
 
+torsio_result torsio_knob_excite(torsio_knob* knob, const torsio_excitation* excitation) {
+  return guarded([&] {
+    knob_of(knob).excite(
+        torsio::c::from_c(need_sized(excitation, "excitation", "torsio_excitation")));
+  });
+}
+
 torsio_result torsio_knob_stream_local_model(torsio_knob* knob, const torsio_local_model* model) {
   return guarded([&] {
     knob_of(knob).stream_local_model(

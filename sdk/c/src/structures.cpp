@@ -91,6 +91,9 @@ torsio_result torsio_curve_init(torsio_curve* structure) {
 torsio_result torsio_local_model_init(torsio_local_model* structure) {
   return torsio::c::init<torsio::LocalModel>(structure);
 }
+torsio_result torsio_excitation_init(torsio_excitation* structure) {
+  return torsio::c::init<torsio::Excitation>(structure);
+}
 torsio_result torsio_actuator_config_init(torsio_actuator_config* structure) {
   return torsio::c::init<torsio::ActuatorConfig>(structure);
 }
@@ -150,6 +153,9 @@ torsio_result torsio_event_init(torsio_event* structure) {
 }
 torsio_result torsio_disarm_init(torsio_disarm* structure) {
   return torsio::c::init<torsio::Disarm>(structure);
+}
+torsio_result torsio_electrics_state_init(torsio_electrics_state* structure) {
+  return torsio::c::init<torsio::ElectricsState>(structure);
 }
 
 torsio_result torsio_scene_add_wall(torsio_scene* scene, const torsio_wall* effect) {

@@ -146,6 +146,23 @@ inline LocalModel from_c(const torsio_local_model& from) {
   to.deadline_s = from.deadline_s;
   return to;
 }
+inline Excitation from_c(const torsio_excitation& from) {
+  Excitation to;
+  to.duration_s = from.duration_s;
+  to.travel_rad = from.travel_rad;
+  to.speed_limit_rad_s = from.speed_limit_rad_s;
+  to.torque_limit_nm = from.torque_limit_nm;
+  to.motor_nm = from.motor_nm;
+  to.brake_nm = from.brake_nm;
+  to.ramp_s = from.ramp_s;
+  to.sine_nm = from.sine_nm;
+  to.sine_begin_hz = from.sine_begin_hz;
+  to.sine_end_hz = from.sine_end_hz;
+  to.stiffness_nm_per_rad = from.stiffness_nm_per_rad;
+  to.damping_nm_s_per_rad = from.damping_nm_s_per_rad;
+  to.servo_rad_s = from.servo_rad_s;
+  return to;
+}
 inline ActuatorConfig from_c(const torsio_actuator_config& from) {
   ActuatorConfig to;
   to.motor_torque_max_nm = from.motor_torque_max_nm;
@@ -451,6 +468,24 @@ inline torsio_local_model to_c([[maybe_unused]] const LocalModel& from) {
   to.deadline_s = from.deadline_s;
   return to;
 }
+inline torsio_excitation to_c([[maybe_unused]] const Excitation& from) {
+  torsio_excitation to{};
+  to.struct_size = sizeof(torsio_excitation);
+  to.duration_s = from.duration_s;
+  to.travel_rad = from.travel_rad;
+  to.speed_limit_rad_s = from.speed_limit_rad_s;
+  to.torque_limit_nm = from.torque_limit_nm;
+  to.motor_nm = from.motor_nm;
+  to.brake_nm = from.brake_nm;
+  to.ramp_s = from.ramp_s;
+  to.sine_nm = from.sine_nm;
+  to.sine_begin_hz = from.sine_begin_hz;
+  to.sine_end_hz = from.sine_end_hz;
+  to.stiffness_nm_per_rad = from.stiffness_nm_per_rad;
+  to.damping_nm_s_per_rad = from.damping_nm_s_per_rad;
+  to.servo_rad_s = from.servo_rad_s;
+  return to;
+}
 inline torsio_actuator_config to_c([[maybe_unused]] const ActuatorConfig& from) {
   torsio_actuator_config to{};
   to.struct_size = sizeof(torsio_actuator_config);
@@ -750,6 +785,17 @@ inline torsio_disarm to_c([[maybe_unused]] const Disarm& from) {
   to.faults = fault_bits(from.faults);
   to.tick = from.tick;
   to.time_s = from.time_s;
+  return to;
+}
+inline torsio_electrics_state to_c([[maybe_unused]] const ElectricsState& from) {
+  torsio_electrics_state to{};
+  to.struct_size = sizeof(torsio_electrics_state);
+  to.motor_current_a = from.motor_current_a;
+  to.coil_current_a = from.coil_current_a;
+  to.supply_v = from.supply_v;
+  to.winding_c = from.winding_c;
+  to.rotor_c = from.rotor_c;
+  to.coil_c = from.coil_c;
   return to;
 }
 
