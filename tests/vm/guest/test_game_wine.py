@@ -147,7 +147,7 @@ def test_each_effect_of_direct_input_is_felt_as_it_was_made(
         game.play("spring", f"spring {LENGTH_MS} {PUSHED}")
         # The speed goes up and down between -25 and 25 rad/s. All begins where the knob stands: a
         # jump would be a fault.
-        times = np.arange(0, 4, 2e-3)
+        times = np.arange(0, 4, 2e-3, dtype=np.float64)
         angle = ANGLE_RAD + np.cumsum(25 * effect_forms.triangle(times)) * 2e-3
         turn(knob, tmp_path, list(zip(times.tolist(), angle.tolist(), strict=True)))
         let_pass(knob, 0.1)  # it is long to read

@@ -118,9 +118,8 @@ def estimate_brake(
     time_s = log.time_s[valid]
     speed = smooth(log.angle_rad - log.angle_rad[0], first, odd=True)
     acceleration = smooth(log.angle_rad - log.angle_rad[0], second)
-    motor: Array = np.convolve(log.motor_nm + cogging_nm(log.angle_rad), window, mode="valid")[
-        : len(time_s)
-    ]
+    given = log.motor_nm + cogging_nm(log.angle_rad)
+    motor = np.convolve(given, window, mode="valid").astype(np.float64)[: len(time_s)]
     torque = motor - inertia_kg_m2 * acceleration - viscous_nm_s_per_rad * speed
     turning = (speed > 0.3) & (time_s > log.time_s[0] + 0.4)
     changes = np.flatnonzero(np.abs(np.diff(log.brake_nm)) > 1e-6) + 1
