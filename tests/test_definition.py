@@ -108,6 +108,7 @@ def test_every_data_class_has_words_for_its_fields() -> None:
     for name in ("ActuatorConfig", "ControlConfig", "BoardConfig", "GameConfig", "PlantParams"):
         documented = getattr(torsio, name).__doc__
         for field in getattr(torsio, name).__dataclass_fields__:
-            assert field in ("_", "shaft_hardening", "brake_hysteresis", "belt", "cogging") or (
-                f"\n    {field}\n" in documented
-            ), f"{name}.{field} is not documented"
+            parts = ("_", "shaft_hardening", "brake_hysteresis", "belt", "cogging", "electrics")
+            assert field in parts or f"\n    {field}\n" in documented, (
+                f"{name}.{field} is not documented"
+            )

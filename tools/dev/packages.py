@@ -92,7 +92,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
         "languages": (
             ("mono-mcs", _program("mcs")),
             ("mono-runtime", _program("mono")),
-            ("libmono-system-core4.0-cil", _file("/usr/lib/mono/4.5/System.Core.dll")),
+            ("libmono-system-core4.0-cil", Path("/usr/lib/mono/4.5/System.Core.dll").exists),
             ("rustc", _program("rustc")),
             ("bindgen", _program("bindgen")),
         ),
