@@ -77,6 +77,7 @@ struct HandWriter {
   void operator()(const TorqueHand& hand) const { write("torque_nm", hand.torque_nm); }
   void operator()(const ImpedanceHand&) const { only_in_process("ImpedanceHand"); }
   void operator()(const PrescribedMotion& hand) const { write("motion_rad", hand.angle_rad); }
+  void operator()(const FeedbackHand&) const { only_in_process("FeedbackHand"); }
 };
 
 void set_hand_of(const VirtualKnob& knob, const Hand& hand) {
