@@ -298,6 +298,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
   }
   overlay_ = {};
   if (excitation_.on) {
+    changes_ = true;
     overlay_.excitation = &excitation_;
     playing_overlay_ = &overlay_;
     return;

@@ -228,8 +228,11 @@ core::Excitation prepare(const protocol::Excitation& in, const Resolution& r) {
   out.servo_stiffness_nm_per_rad = in.stiffness_nm_per_rad;
   out.servo_damping_nm_s_per_rad = in.damping_nm_s_per_rad;
   out.servo_rad_s = in.servo_rad_s;
+  // In two parts of 32 bits: the boards have no conversion to 64 that is not made of doubles.
   const float counts = in.servo_rad_s * r.period_s / r.rad_per_count;
-  out.servo_counts_q32 = static_cast<std::int64_t>(counts * 65536.0F) * 65536;
+  const auto whole = static_cast<std::int32_t>(counts);
+  const auto rest_q30 = static_cast<std::int32_t>((counts - static_cast<float>(whole)) * 0x1p30F);
+  out.servo_counts_q32 = std::int64_t{whole} * (std::int64_t{1} << 32) + std::int64_t{rest_q30} * 4;
   return out;
 }
 

@@ -69,6 +69,7 @@ class Chip:
         self._settle()
         self.sleepless = False
         self.amperes = 0.0
+        self._next_share = 0.0
         self._amperes_at = self.now
         self._adc_ready = 0
         self._adc_result = 0
@@ -419,9 +420,13 @@ class Chip:
         motor = self.motor
         seconds = (self.now - self._amperes_at) / HZ
         self._amperes_at = self.now
-        share = 0.0
+        # A level that was written in the last period counts from this one on: the chip takes it
+        # over when its counter wraps, which is when the current is measured.
+        share, self._next_share = self._next_share, 0.0
         if self.high_share(10):
-            share = (self.high_share(6) or 0) - (self.high_share(7) or 0)
+            self._next_share = (self.high_share(6) or 0) - (self.high_share(7) or 0)
+        else:
+            share = 0.0
         end = motor["supply"] * share / motor["ohm"]
         decay = math.exp(-seconds * motor["ohm"] / motor["henry"])
         self.amperes = end + (self.amperes - end) * decay
