@@ -55,24 +55,24 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   if (in.scene != nullptr) {
     desired_nm = evaluate_scene(*in.scene, state.scene, out.motion, resolution, state.tick);
   }
-  ExcitationState* excitation = nullptr;
+  Shares shares;
+  bool excited = false;
   if (in.overlay != nullptr) [[unlikely]] {
-    excitation = in.overlay->excitation;
     // Field by field: a copy as a whole would put the motion into memory in every tick.
     const Motion& now = out.motion;
     const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
                       now.acceleration_rad_s2};
     desired_nm = add_overlay(state, params, *in.overlay, in.scene, desired_nm, copy);
+    if (in.overlay->excitation != nullptr) {
+      shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
+      desired_nm = shares.motor_command_nm;
+      excited = true;
+    }
   }
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
-  Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
-  if (excitation != nullptr) [[unlikely]] {
-    const Motion copy{out.motion};
-    shares = excite(*excitation, params.partition, copy, resolution.rad_per_count);
-    out.desired_torque_nm = shares.motor_command_nm;
-  }
+  if (!excited) shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
   out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
   out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;
