@@ -250,6 +250,10 @@ def test_knob_tells_of_itself(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
     for name in ("health", "link_statistics", "game_status"):
         function = getattr(lib, f"torsio_knob_{name.removeprefix('link_')}")
         good(lib, function(knob, ctypes.byref(made(lib, f"torsio_{name}"))))
+    stiffness = made(lib, "torsio_stable_stiffness")
+    good(lib, lib.torsio_knob_stable_stiffness(knob, ctypes.byref(stiffness)))
+    assert stiffness.stiffness_nm_per_rad > 1.0
+    assert stiffness.limited_by in (b"rate", b"lag", b"counts")
     position_rad, count = ctypes.c_double(1.0), ctypes.c_size_t(7)
     good(lib, lib.torsio_knob_position_rad(knob, ctypes.byref(position_rad)))
     assert position_rad.value == 0.0

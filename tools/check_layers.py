@@ -87,6 +87,7 @@ RULES = (
         third_party=r"hidapi\.h",
     ),
     # Host units and wire units; bindings and studies have it too.
+    Rule("sdk/conversion/stability.cpp", (*FIRMWARE[:3], "conversion")),
     Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),
     # What a forked child must know.
     Rule("sdk/src/process.cpp", ("sdk", "torsio"), third_party=r"pthread\.h"),

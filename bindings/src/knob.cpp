@@ -427,6 +427,8 @@ void bind_knob(py::module_& module) {
            [](const PyKnob& self) { return told([&] { return self->game_status(); }); });
   knob.def("game_effects",
            [](const PyKnob& self) { return told([&] { return self->game_effects(); }); });
+  knob.def("stable_stiffness",
+           [](const PyKnob& self) { return told([&] { return self->stable_stiffness(); }); });
   knob.def("statistics",
            [](const PyKnob& self) { return told([&] { return self->statistics(); }); });
   knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());

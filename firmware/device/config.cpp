@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "device/parts.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::device {
@@ -40,22 +41,6 @@ void hold_low(LoopConfig& loop) {
 
 }  // namespace
 
-core::Parts parts(const Config& config, const core::Resolution& resolution) {
-  const protocol::ActuatorConfig& actuator = config.actuator;
-  return {.period_s = resolution.period_s,
-          .rad_per_count = resolution.rad_per_count,
-          .motor_time_constant_s = actuator.motor_time_constant_s,
-          .knob_inertia_kg_m2 = actuator.knob_inertia_kg_m2,
-          .knob_coulomb_nm = actuator.knob_coulomb_nm,
-          .knob_viscous_nm_s_per_rad = actuator.knob_viscous_nm_s_per_rad,
-          .spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad,
-          .brake_share = core::traits(static_cast<core::Law>(config.control.law)).brakes
-                             ? config.control.beta
-                             : 0.0F,
-          .motor_torque_max_nm =
-              core::smaller(actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm)};
-}
-
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool moves_parts) {
   const protocol::ActuatorConfig& actuator = config.actuator;
   const protocol::ControlConfig& control = config.control;
@@ -77,8 +62,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
       core::traits(law).counts_drag ? actuator.brake_drag_nm : 0.0F);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
-  loop.controller.bound =
-      core::make_bound_params(core::stable_stiffness(parts(config, resolution)), period_s);
+  loop.controller.bound = core::make_bound_params(
+      core::stable_stiffness(parts(actuator, control, resolution)), period_s);
   loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
                             ? 0

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "core/controller.hpp"
-#include "core/stability.hpp"
 #include "device/wiring.hpp"
 #include "protocol/reports.hpp"
 #include "protocol/status.hpp"
@@ -30,9 +29,6 @@ struct LoopConfig {
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
   std::uint32_t tick_budget_ns = 0;    // a longer tick leaves too little to the main loop
 };
-
-/// What of a configuration decides how stiff a wall can be.
-core::Parts parts(const Config& config, const core::Resolution& resolution);
 
 /// @param moves_parts the outputs reach a real motor: torques and speed are held low until somebody
 ///                    has confirmed the parts

@@ -12,6 +12,7 @@
 
 #include "connection.hpp"
 #include "conversion/configuration.hpp"
+#include "conversion/stability.hpp"
 #include "known_boards.hpp"
 #include "protocol/registry.hpp"
 #include "protocol_names.hpp"
@@ -207,6 +208,12 @@ bool Knob::is_open() const noexcept {
 
 DeviceInfo Knob::info() const { return impl().info(); }
 State Knob::state() const { return impl().session.state(); }
+StableStiffness Knob::stable_stiffness() {
+  Impl& knob = impl();
+  return conversion::stable_stiffness(knob.session.get<protocol::ActuatorConfig>(),
+                                      knob.session.get<protocol::ControlConfig>(),
+                                      knob.identity().control_period_ns);
+}
 std::optional<Disarm> Knob::last_disarm() const { return impl().session.last_disarm(); }
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
 bool Knob::is_emulated() const { return impl().emulator != nullptr; }

@@ -39,6 +39,7 @@ CPP_ONLY = {
 }
 PYTHON_ONLY = {
     "DisarmedWarning": "Recording::disarmed",
+    "StiffnessWarning": "C++ compares with Knob::stable_stiffness by itself",
     "MalformedReport": "of torsio.protocol, which C++ has not",
     "open": "Knob::open",
     "watch": "the constructor of DeviceWatch",

@@ -30,6 +30,7 @@ from torsio.errors import (
     PermissionDenied,
     ProtocolMismatch,
     Refused,
+    StiffnessWarning,
     Timeout,
 )
 from torsio.game_port import GamePort
@@ -56,6 +57,7 @@ from torsio.records import (
     Health,
     LinkStatistics,
     ListedDevice,
+    StableStiffness,
 )
 from torsio.scenes import *  # noqa: F403  # every effect
 from torsio.steps import Step, Steps
@@ -111,8 +113,10 @@ __all__ = [
     "RecordingFile",
     "Refused",
     "ShaftHardening",
+    "StableStiffness",
     "Step",
     "Steps",
+    "StiffnessWarning",
     "Timeout",
     "TorqueHand",
     "__version__",

@@ -17,7 +17,15 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import calibrate_cli, config_cli, doctor, games_cli, live_commands, recording_commands
+from torsio import (
+    calibrate_cli,
+    config_cli,
+    doctor,
+    games_cli,
+    live_commands,
+    recording_commands,
+    stability_cli,
+)
 from torsio.command import (
     AsJson,
     Device,
@@ -342,6 +350,7 @@ def zero_command(device: Device = "") -> None:
 app.command("emulate")(plainly(virtual_knob.emulate_command))
 live_commands.add_to(app)
 recording_commands.add_to(app)
+stability_cli.add_to(app)
 
 
 def _value_text(key: str, value: Any) -> str:

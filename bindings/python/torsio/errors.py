@@ -112,6 +112,10 @@ class DisarmedWarning(UserWarning):
     """The torque went during a recording, which has gone on without it."""
 
 
+class StiffnessWarning(UserWarning):
+    """A scene is stiffer than what its knob can render at rest; see `Knob.stable_stiffness`."""
+
+
 class MalformedReport(InvalidArgument):
     """Bytes that are no valid report; `status`, `report` and `field` as in `Refused`."""
 

@@ -18,7 +18,7 @@ from typing import Any, Final, TypeAlias
 from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import Emulator, EmulatorOptions
-from torsio.errors import Closed, DisarmedWarning, Error, Timeout
+from torsio.errors import Closed, DisarmedWarning, Error, StiffnessWarning, Timeout
 from torsio.events import tell
 from torsio.protocol import fingerprint
 from torsio.recording import RecordingFile
@@ -32,9 +32,11 @@ from torsio.records import (
     Health,
     LinkStatistics,
     ListedDevice,
+    StableStiffness,
     State,
 )
-from torsio.scenes import Excitation, Scene
+from torsio.scenes import Effect, Excitation, Scene
+from torsio.stability import LIMITS, steepness_nm_per_rad
 from torsio.steps import Steps
 from torsio.telemetry import Record
 
@@ -55,6 +57,8 @@ assert len(_CONFIG_OF) == sum(len(fields(config)) for config in _CONFIGS), "a na
 _MAX_SAMPLES = 2**24
 _MAX_EFFECTS = 16
 _RECORDED_SLICE_S = 1.0
+# Softer than what a knob of plausible parts swings in: not worth asking the device for its limit.
+_STABLE_ON_ANY_NM_PER_RAD = 1.0
 
 # Thirty years. A timeout of nothing would end before anything can have come.
 _LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
@@ -75,6 +79,7 @@ class Knob:
         self._knob = knob
         self._path: str = knob.info()["path"]
         self._recording: RecordingFile | None = None
+        self._stable: tuple[StableStiffness, bool] | None = None  # what `play` has asked for
         _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
@@ -216,12 +221,45 @@ class Knob:
             Names effect, field, value and range; nothing was sent and the old scene goes on.
         Refused
             The device said no; the old scene goes on.
+
+        Warns
+        -----
+        StiffnessWarning
+            It plays, and the knob may swing for ever in an effect that is stiffer than
+            `stable_stiffness`; not with the law ``"calibrated"``, which renders it more softly.
         """
         if isinstance(scene, Iterable) and not isinstance(scene, Sized):
             # It may have no end: one effect too many is enough to refuse it.
             scene = list(islice(scene, _MAX_EFFECTS + 1))
-        self._note("play", scene=list(scene) if isinstance(scene, Iterable) else [scene])
+        effects = list(scene) if isinstance(scene, Iterable) else [scene]
+        self._note("play", scene=effects)
         self._knob.play(scene)
+        self._warn_if_too_stiff(effects)
+
+    def _warn_if_too_stiff(self, effects: list[Effect]) -> None:
+        steepest = max(map(steepness_nm_per_rad, effects), default=0.0)
+        if steepest <= _STABLE_ON_ANY_NM_PER_RAD:
+            return
+        if self._stable is None:
+            self._stable = (self.stable_stiffness(), self.control_config().law == "calibrated")
+        stable, is_bounded = self._stable
+        if steepest > stable.stiffness_nm_per_rad and not is_bounded:
+            warnings.warn(
+                f"a stiffness of {steepest:g} N m/rad is more than the "
+                f"{stable.stiffness_nm_per_rad:.3g} that this knob can render without swinging "
+                f"({LIMITS[stable.limited_by]}); make it softer, or set the law 'calibrated', "
+                "which never swings",
+                StiffnessWarning,
+                stacklevel=3,
+            )
+
+    def stable_stiffness(self) -> StableStiffness:
+        """Ask how stiff a spring the knob's parts can render, by its configuration.
+
+        Beyond that the knob may swing for ever in a spring or wall, at the motor's full torque,
+        unless the law is ``"calibrated"``. `torsio.stability` has the map over damping.
+        """
+        return StableStiffness(**self._knob.stable_stiffness())
 
     def stream_local_model(
         self,
@@ -327,6 +365,7 @@ class Knob:
         if type(config) not in _CONFIGS:
             raise TypeError(f"not a configuration: {config!r}")
         self._note("configure", config=config)
+        self._stable = None
         getattr(self._knob, f"configure_{_CONFIGS[type(config)]}")(config)
 
     def update(self, **changes: Any) -> None:
@@ -361,6 +400,7 @@ class Knob:
 
     def load_defaults(self) -> None:
         """Take the configuration of a new device. Raises `Refused` unless disarmed."""
+        self._stable = None
         self._knob.load_defaults()
 
     # Telemetry ------------------------------------------------------------------------------

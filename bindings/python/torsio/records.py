@@ -18,6 +18,7 @@ __all__ = [
     "Health",
     "LinkStatistics",
     "ListedDevice",
+    "StableStiffness",
     "State",
 ]
 
@@ -316,3 +317,17 @@ class Disarm:
     faults: tuple[str, ...]
     tick: int
     time_s: float
+
+
+@dataclass(frozen=True)
+class StableStiffness:
+    """How stiff a spring can be that a knob swings in and still comes to rest.
+
+    Attributes
+    ----------
+    limited_by
+        What to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder.
+    """
+
+    stiffness_nm_per_rad: float
+    limited_by: str

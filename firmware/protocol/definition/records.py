@@ -137,6 +137,19 @@ DISARM = Structure(
     ),
     comparable=True,
 )
+STABLE_STIFFNESS = Structure(
+    "StableStiffness",
+    "How stiff a spring can be that a knob swings in and still comes to rest.",
+    (
+        told("stiffness_nm_per_rad", "double"),
+        text(
+            "limited_by",
+            'what to better for more: "rate" of the control, "lag" of the motor, "counts" of the '
+            "encoder",
+        ),
+    ),
+    comparable=True,
+)
 TELEMETRY_SAMPLE = Structure(
     "TelemetrySample",
     "One moment of the control loop. Torques are on the knob.",
@@ -158,6 +171,6 @@ TELEMETRY_SAMPLE = Structure(
 
 RECORDS = (
     LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, GAME_STATUS, GAME_EFFECT, LINK_STATISTICS, EVENT,
-    DISARM,
+    DISARM, STABLE_STIFFNESS,
 )  # fmt: skip
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

@@ -116,6 +116,10 @@ TORSIO_API torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* cloc
 TORSIO_API torsio_result torsio_knob_position_rad(torsio_knob* knob, double* position_rad);
 TORSIO_API torsio_result torsio_knob_statistics(torsio_knob* knob,
                                                 torsio_link_statistics* statistics);
+/// How stiff a spring its parts can render, by the configuration that the device has: beyond it the
+/// knob may swing for ever in a spring or wall, unless the law is `calibrated`.
+TORSIO_API torsio_result torsio_knob_stable_stiffness(torsio_knob* knob,
+                                                      torsio_stable_stiffness* stiffness);
 /// What games do with the device over its game interface.
 TORSIO_API torsio_result torsio_knob_game_status(torsio_knob* knob, torsio_game_status* status);
 /// The effects that games have made; parameters as those of torsio_list_devices().

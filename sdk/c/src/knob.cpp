@@ -175,6 +175,11 @@ torsio_result torsio_knob_statistics(torsio_knob* knob, torsio_link_statistics* 
   return torsio::c::get(knob, statistics, "torsio_link_statistics", &torsio::Knob::statistics);
 }
 
+torsio_result torsio_knob_stable_stiffness(torsio_knob* knob, torsio_stable_stiffness* stiffness) {
+  return torsio::c::get(knob, stiffness, "torsio_stable_stiffness",
+                        &torsio::Knob::stable_stiffness);
+}
+
 torsio_result torsio_knob_game_status(torsio_knob* knob, torsio_game_status* status) {
   return torsio::c::get(knob, status, "torsio_game_status", &torsio::Knob::game_status);
 }

@@ -154,6 +154,9 @@ torsio_result torsio_event_init(torsio_event* structure) {
 torsio_result torsio_disarm_init(torsio_disarm* structure) {
   return torsio::c::init<torsio::Disarm>(structure);
 }
+torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure) {
+  return torsio::c::init<torsio::StableStiffness>(structure);
+}
 torsio_result torsio_electrics_state_init(torsio_electrics_state* structure) {
   return torsio::c::init<torsio::ElectricsState>(structure);
 }

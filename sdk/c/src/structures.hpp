@@ -787,6 +787,13 @@ inline torsio_disarm to_c([[maybe_unused]] const Disarm& from) {
   to.time_s = from.time_s;
   return to;
 }
+inline torsio_stable_stiffness to_c([[maybe_unused]] const StableStiffness& from) {
+  torsio_stable_stiffness to{};
+  to.struct_size = sizeof(torsio_stable_stiffness);
+  to.stiffness_nm_per_rad = from.stiffness_nm_per_rad;
+  copy(to.limited_by, from.limited_by);
+  return to;
+}
 inline torsio_electrics_state to_c([[maybe_unused]] const ElectricsState& from) {
   torsio_electrics_state to{};
   to.struct_size = sizeof(torsio_electrics_state);

@@ -594,5 +594,16 @@ struct Fields<Disarm> {
       field("time_s", &Disarm::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
   };
 };
+template <>
+struct Fields<StableStiffness> {
+  static constexpr std::string_view name = "StableStiffness";
+  static constexpr std::tuple list{
+      field("stiffness_nm_per_rad", &StableStiffness::stiffness_nm_per_rad, "", -kNoLimit, kNoLimit,
+            ""),
+      field("limited_by", &StableStiffness::limited_by, "", -kNoLimit, kNoLimit,
+            "what to better for more: \"rate\" of the control, \"lag\" of the motor, \"counts\" of "
+            "the encoder"),
+  };
+};
 
 }  // namespace torsio

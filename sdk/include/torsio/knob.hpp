@@ -140,6 +140,10 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] Clock clock();
   [[nodiscard]] double position_rad();
   [[nodiscard]] LinkStatistics statistics() const;
+  /// How stiff a spring its parts can render, by the configuration that the device has: beyond it
+  /// the knob may swing for ever in a spring or wall, at full torque, unless the law is
+  /// `calibrated`. docs/theory.md, "Stability".
+  [[nodiscard]] StableStiffness stable_stiffness();
   /// What games do with the device over its game interface.
   [[nodiscard]] GameStatus game_status();
   /// The effects that games have made, in the order of their blocks. Those of one report are of the

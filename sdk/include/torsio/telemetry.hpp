@@ -207,4 +207,13 @@ struct Disarm {
   friend bool operator==(const Disarm&, const Disarm&) = default;
 };
 
+/// How stiff a spring can be that a knob swings in and still comes to rest.
+struct StableStiffness {
+  double stiffness_nm_per_rad = 0.0;
+  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
+  std::string limited_by{};
+
+  friend bool operator==(const StableStiffness&, const StableStiffness&) = default;
+};
+
 }  // namespace torsio

@@ -1,0 +1,190 @@
+"""How stiff a spring a knob can render: what theory says, and what an emulated one like it does."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
+from torsio.config import ActuatorConfig, ControlConfig
+from torsio.plant import PlantParams
+from torsio.scenes import Curve, Damper, Effect, EndStops, Scene, Spring, Wall
+
+__all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure", "steepness_nm_per_rad"]
+
+Array = npt.NDArray[np.float64]
+
+LIMITS: Final = {
+    "rate": "limited by the control rate",
+    "lag": "limited by the motor's lag",
+    "counts": "limited by the encoder's counts",
+}
+"""`StableStiffness.limited_by` in words."""
+
+SPEEDS_RAD_S: Final = (6.0, 10.0, 14.0, 18.0, 22.0)
+"""At which a spring catches the knob when it is measured."""
+
+# A fifth is taken off the friction's part, for what the describing function leaves out.
+_TRUSTED_FRICTION: Final = 0.8
+_SPIN_UP_SHARE: Final = 0.9
+_DURATION_S, _TAIL_S = 1.0, 0.2
+_ROWS_PER_S: Final = 1000.0
+
+
+def steepness_nm_per_rad(effect: Effect) -> float:
+    """Give how fast an effect's torque can fall along the angle; 0 if it is none that pushes back.
+
+    Spring, wall and end stops, and a curve between its points.
+    """
+    if isinstance(effect, Wall | Spring | EndStops):
+        return float(effect.stiffness_nm_per_rad)
+    if isinstance(effect, Curve):
+        torque = np.asarray(tuple(effect.torque_nm), dtype=np.float64)
+        fall = -np.diff(torque) * (len(torque) - 1) / effect.span_rad
+        return float(np.max(fall, initial=0.0))
+    return 0.0
+
+
+def boundary(
+    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float, *, points: int = 400
+) -> tuple[Array, Array]:
+    """Give the damping and the stiffness of springs with dampers that are just stable.
+
+    A swing of frequency w goes on for ever if ``J (i w)^2 + b i w + (K + d i w) exp(-i w tau)`` is
+    0: the commands act half a period and the motor's lag late, the damper later by the estimate of
+    the speed. `b` has the friction in it, as its describing function has it where the motor
+    saturates, and spring and brake carry their part at once.
+
+    Returns
+    -------
+    damping_nm_s_per_rad, stiffness_nm_per_rad
+        Of the scene, along the curve, each of shape (n,); docs/theory.md, "Stability".
+    """
+    inertia = actuator.knob_inertia_kg_m2
+    late_s = 0.5 / rate_hz + actuator.motor_time_constant_s
+    damper_late_s = late_s + 1.0 / (2.0 * math.pi * control.speed_bandwidth_hz)
+    largest_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
+    friction = _TRUSTED_FRICTION * 4.0 * actuator.knob_coulomb_nm / math.pi
+    share = 0.0 if control.law == "motor_only" else control.beta
+    omega = np.linspace(1.0, 0.5 * math.pi / damper_late_s, points)
+    # Where the motor saturates the swing's speed is T / (J w).
+    losses = actuator.knob_viscous_nm_s_per_rad + friction * inertia * omega / largest_nm
+    sine, cosine = np.sin(omega * late_s), np.cos(omega * late_s)
+    damper_sine, damper_cosine = np.sin(omega * damper_late_s), np.cos(omega * damper_late_s)
+
+    def solve(at_once: float, late: float, carried: float) -> tuple[Array, Array]:
+        # (at_once + late cos) K + sin_d d w = J w^2 - carried;  -late sin K + cos_d d w = -b w
+        right = inertia * omega**2 - carried
+        spring = at_once + late * cosine
+        determinant = spring * damper_cosine + late * sine * damper_sine
+        stiffness = (right * damper_cosine + losses * omega * damper_sine) / determinant + carried
+        damping = (right * late * sine - spring * losses * omega) / determinant / omega
+        return damping, stiffness
+
+    # The brake carries its share of a soft spring, but never more than the shaft's winds up.
+    shaft = actuator.spring_stiffness_nm_per_rad
+    soft = solve(share, 1.0 - share, 0.0)
+    stiff = solve(0.0, 1.0, shaft if share > 0.0 else 0.0)
+    branches = (
+        (*soft, share * soft[1] < shaft),
+        (*stiff, (share * stiff[1] >= shaft) & (share > 0.0)),
+    )
+    kept = [
+        (damping[valid & (damping >= 0.0)], stiffness[valid & (damping >= 0.0)])
+        for damping, stiffness, valid in branches
+    ]
+    return np.concatenate([d for d, _ in kept]), np.concatenate([k for _, k in kept])
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """What springs with dampers did to a knob that was thrown into them.
+
+    Attributes
+    ----------
+    stiffness_nm_per_rad, damping_nm_s_per_rad
+        Of the scenes, shapes (n,) and (m,).
+    swing_rad
+        The knob's motion, peak to peak, long after it was caught; the worst speed's; shape (n, m).
+    at_rest_rad
+        Less is rest.
+    """
+
+    stiffness_nm_per_rad: Array
+    damping_nm_s_per_rad: Array
+    swing_rad: Array
+    at_rest_rad: float
+
+    @property
+    def is_stable(self) -> npt.NDArray[np.bool_]:
+        """Whether the knob came to rest, shape (n, m)."""
+        return self.swing_rad < self.at_rest_rad
+
+    @property
+    def stable_to_nm_per_rad(self) -> Array:
+        """Up to where every spring comes to rest, for each damping, shape (m,); 0 if none does."""
+        upto = np.logical_and.accumulate(self.is_stable, axis=0).sum(axis=0)
+        result: Array = np.append(0.0, self.stiffness_nm_per_rad)[upto]
+        return result
+
+
+def measure(
+    plant: PlantParams,
+    actuator: ActuatorConfig,
+    control: ControlConfig,
+    rate_hz: float,
+    *,
+    stiffness_nm_per_rad: Iterable[float],
+    damping_nm_s_per_rad: Iterable[float] = (0.0,),
+    speeds_rad_s: Iterable[float] = SPEEDS_RAD_S,
+    progress: Callable[[int, int], None] | None = None,
+) -> StabilityMap:
+    """Throw an emulated knob into springs with dampers, and see which let it come to rest.
+
+    Parameters
+    ----------
+    plant
+        What the knob truly is.
+    actuator, control
+        What its device takes it for, and by which law it controls.
+    progress
+        Called with how many dampings are done, and of how many.
+    """
+    stiffness = np.array(list(stiffness_nm_per_rad), dtype=np.float64)
+    damping = np.array(list(damping_nm_s_per_rad), dtype=np.float64)
+    speeds = tuple(speeds_rad_s)
+    spin_up_nm = _SPIN_UP_SHARE * plant.motor_limit_nm
+    counts = 3.0 * 2.0 * math.pi / plant.counts_per_rev
+    worst = np.empty((len(stiffness), len(damping)))
+    for column, damper in enumerate(damping):
+        runs = [
+            LoopOptions(
+                scene=_scene(spring, damper),
+                plant=plant,
+                actuator=actuator,
+                control=control,
+                control_period_ns=round(1e9 / rate_hz),
+                spin_up=SpinUp(motor_command_nm=spin_up_nm, speed_rad_s=speed),
+            )
+            for spring, speed in product(stiffness, speeds)
+        ]
+        every = max(round(rate_hz / _ROWS_PER_S), 1)
+        rows = simulate_many(runs, duration_s=_DURATION_S, record_every=every)
+        swings = [
+            float(np.ptp(one["angle_rad"][one["time_s"] >= _DURATION_S - _TAIL_S])) for one in rows
+        ]
+        worst[:, column] = np.reshape(swings, (len(stiffness), len(speeds))).max(axis=1)
+        if progress is not None:
+            progress(column + 1, len(damping))
+    return StabilityMap(stiffness, damping, worst, max(counts, 3e-3))
+
+
+def _scene(stiffness: float, damping: float) -> Scene:
+    spring = Spring(stiffness_nm_per_rad=float(stiffness))
+    return [spring, Damper(damping_nm_s_per_rad=float(damping))] if damping > 0.0 else spring

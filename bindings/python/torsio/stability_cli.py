@@ -1,0 +1,134 @@
+"""`torsio stability`: which springs and dampers a knob can render, predicted and tried."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.progress import BarColumn, Progress, TextColumn
+
+import torsio
+from torsio import stability
+from torsio.command import AsJson, Device, err, opened, out, plainly
+from torsio.config import ActuatorConfig, ControlConfig
+from torsio.extras import how_to_install
+from torsio.plant import PlantParams
+
+__all__ = ["add_to"]
+
+_SPRINGS, _QUICK_SPRINGS = 41, 13
+_DAMPINGS, _QUICK_DAMPINGS = 11, 3
+# Around what is predicted, of a scene without a damper.
+_SOFTEST, _STIFFEST = 0.2, 5.0
+_MOST_DAMPING = 1.3
+
+
+def plant_of(actuator: ActuatorConfig) -> PlantParams:
+    """Give the knob that a configuration speaks of; what it leaves out is as in the reference."""
+    return PlantParams(
+        knob_inertia_kg_m2=actuator.knob_inertia_kg_m2,
+        knob_viscous_nm_s_per_rad=actuator.knob_viscous_nm_s_per_rad,
+        knob_coulomb_nm=actuator.knob_coulomb_nm,
+        brake_drag_nm=actuator.brake_drag_nm,
+        shaft_stiffness_nm_per_rad=actuator.spring_stiffness_nm_per_rad,
+        brake_time_constant_s=actuator.brake_time_constant_s,
+        motor_time_constant_s=actuator.motor_time_constant_s,
+        motor_limit_nm=actuator.motor_torque_max_nm,
+        brake_limit_nm=actuator.brake_torque_max_nm,
+        counts_per_rev=actuator.counts_per_rev,
+    )
+
+
+def _told(
+    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float
+) -> torsio.StableStiffness:
+    # The knob itself knows only the law that it has.
+    options = torsio.EmulatorOptions(control_rate_hz=rate_hz)
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.configure(actuator)
+        knob.configure(control)
+        return knob.stable_stiffness()
+
+
+def stability_command(
+    device: Device = "",
+    law: Annotated[
+        str, typer.Option("--law", metavar="LAW", help="Instead of the one that the knob has.")
+    ] = "",
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="FILE", help="PNG of the map.", show_default=False),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A coarse map.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Map the springs and dampers that a knob can render: predicted, and tried on an emulated one.
+
+    The emulated knob is what the knob's configuration says; the real one is only asked for that.
+    """
+    if picture is not None and importlib.util.find_spec("matplotlib") is None:
+        raise torsio.Error(f"a picture needs matplotlib: {how_to_install('plot')}")
+    say = err if as_json else out
+    with opened(device, say) as knob:
+        actuator, control, rate_hz = (
+            knob.actuator_config(), knob.control_config(), knob.info.control_rate_hz,
+        )  # fmt: skip
+        if law:
+            control = replace(control, law=law)  # type: ignore[arg-type]
+    told = _told(actuator, control, rate_hz)
+    predicted = stability.boundary(actuator, control, rate_hz)
+    most = _MOST_DAMPING * float(np.max(predicted[0], initial=1e-4))
+    with Progress(
+        TextColumn("thrown into springs"), BarColumn(), TextColumn("{task.completed}/{task.total}"),
+        console=err, transient=True,
+    ) as bar:  # fmt: skip
+        task = bar.add_task("map")
+        found = stability.measure(
+            plant_of(actuator), actuator, control, rate_hz,
+            stiffness_nm_per_rad=told.stiffness_nm_per_rad
+            * np.geomspace(_SOFTEST, _STIFFEST, _QUICK_SPRINGS if quick else _SPRINGS),
+            damping_nm_s_per_rad=np.linspace(0.0, most, _QUICK_DAMPINGS if quick else _DAMPINGS),
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )  # fmt: skip
+    if picture is not None:
+        from torsio.stability_figure import save_figure
+
+        title = f"Springs and dampers on this knob, law '{control.law}', {1e-3 * rate_hz:g} kHz"
+        save_figure(found, predicted, told, title, picture)
+        say.print(f"picture  {picture}", highlight=False, markup=False, soft_wrap=True)
+    stable = found.stable_to_nm_per_rad
+    if as_json:
+        values = {
+            "stable_stiffness": asdict(told),
+            "law": control.law,
+            "control_rate_hz": rate_hz,
+            "stiffness_nm_per_rad": found.stiffness_nm_per_rad.tolist(),
+            "damping_nm_s_per_rad": found.damping_nm_s_per_rad.tolist(),
+            "is_stable": found.is_stable.tolist(),
+            "stable_to_nm_per_rad": stable.tolist(),
+            "boundary": {
+                "damping_nm_s_per_rad": predicted[0].tolist(),
+                "stiffness_nm_per_rad": predicted[1].tolist(),
+            },
+        }
+        sys.stdout.write(json.dumps(values, indent=2) + "\n")
+        return
+    say.print(
+        f"told     springs up to {told.stiffness_nm_per_rad:.3g} N m/rad come to rest, "
+        f"{stability.LIMITS[told.limited_by]}", highlight=False,
+    )  # fmt: skip
+    for damping, upto in zip(found.damping_nm_s_per_rad, stable, strict=True):
+        most_tried = "or more " if upto == found.stiffness_nm_per_rad[-1] else ""
+        damper = f"with a damper of {1e3 * damping:.2f} mN m s/rad" if damping else "alone"
+        say.print(f"tried    up to {upto:.3g} N m/rad {most_tried}{damper}", highlight=False)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("stability")(plainly(stability_command))

@@ -1,0 +1,29 @@
+/// @file
+/// What of a configuration decides how stiff a wall can be; for the host too.
+#pragma once
+
+#include "core/angle.hpp"
+#include "core/math.hpp"
+#include "core/partition.hpp"
+#include "core/stability.hpp"
+#include "protocol/configuration.hpp"
+
+namespace torsio::device {
+
+constexpr core::Parts parts(const protocol::ActuatorConfig& actuator,
+                            const protocol::ControlConfig& control,
+                            const core::Resolution& resolution) {
+  return {
+      .period_s = resolution.period_s,
+      .rad_per_count = resolution.rad_per_count,
+      .motor_time_constant_s = actuator.motor_time_constant_s,
+      .knob_inertia_kg_m2 = actuator.knob_inertia_kg_m2,
+      .knob_coulomb_nm = actuator.knob_coulomb_nm,
+      .knob_viscous_nm_s_per_rad = actuator.knob_viscous_nm_s_per_rad,
+      .spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad,
+      .brake_share = core::traits(static_cast<core::Law>(control.law)).brakes ? control.beta : 0.0F,
+      .motor_torque_max_nm =
+          core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)};
+}
+
+}  // namespace torsio::device
