@@ -39,6 +39,7 @@ CPP_ONLY = {
 }
 PYTHON_ONLY = {
     "DisarmedWarning": "Recording::disarmed",
+    "HeldLowWarning": "Knob::limits",
     "MalformedReport": "of torsio.protocol, which C++ has not",
     "open": "Knob::open",
     "watch": "the constructor of DeviceWatch",

@@ -25,6 +25,7 @@ from torsio.errors import (
     DisarmedWarning,
     Disconnected,
     Error,
+    HeldLowWarning,
     InvalidArgument,
     MalformedReport,
     PermissionDenied,
@@ -32,6 +33,7 @@ from torsio.errors import (
     Refused,
     Timeout,
 )
+from torsio.firmware import start_bootloader
 from torsio.game_port import GamePort
 from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
@@ -54,6 +56,7 @@ from torsio.records import (
     GameEffect,
     GameStatus,
     Health,
+    Limits,
     LinkStatistics,
     ListedDevice,
 )
@@ -96,9 +99,11 @@ __all__ = [
     "GameStatus",
     "Hand",
     "Health",
+    "HeldLowWarning",
     "ImpedanceHand",
     "InvalidArgument",
     "Knob",
+    "Limits",
     "LinkStatistics",
     "ListedDevice",
     "MalformedReport",
@@ -121,6 +126,7 @@ __all__ = [
     "list_devices",
     "load",
     "open",
+    "start_bootloader",
     "protocol",
     "telemetry",
     "watch",
