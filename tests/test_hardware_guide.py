@@ -42,7 +42,7 @@ def test_programs_of_the_guide_run(program: str, monkeypatch: pytest.MonkeyPatch
 def test_first_power_moves_the_knob_and_stays_below_the_speed_limit(
     friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On the reference actuator with its electrics, and on others that are configured as they are."""
+    """On the reference actuator with its electrics, and on others that are configured rightly."""
     reference = torsio.PlantParams()
     plant = replace(
         reference,
@@ -66,7 +66,7 @@ def test_first_power_moves_the_knob_and_stays_below_the_speed_limit(
     _run(PROGRAMS[1], monkeypatch, options)
     [(angle_rad, fastest_rad_s, faults)] = told
     assert faults == ()
-    assert angle_rad > 0.1
+    assert angle_rad > 0.05
     assert 0.5 < fastest_rad_s < 10.0
 
 

@@ -319,7 +319,12 @@ def test_disk_that_is_full_is_told(
             raise OSError(28, os.strerror(28))
 
     plan = firmware.prepare(file, root=board.root)
-    monkeypatch.setattr(Path, "open", lambda *_, **__: Full())
+    real = Path.open
+    monkeypatch.setattr(
+        Path,
+        "open",
+        lambda path, *a, **k: Full() if path.name == "torsio.uf2" and "wb" in a else real(path, *a, **k),
+    )
     with pytest.raises(torsio.Error, match="No space left.*still waits"):
         firmware.carry_out(plan, root=board.root, timeout_s=10.0)
 
