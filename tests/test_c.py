@@ -247,7 +247,7 @@ def test_knob_tells_of_itself(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
     time_s = ctypes.c_double()
     good(lib, lib.torsio_emulator_time_s(knob, ctypes.byref(time_s)))
     assert time_s.value >= 0.5
-    for name in ("health", "link_statistics", "game_status"):
+    for name in ("health", "limits", "link_statistics", "game_status"):
         function = getattr(lib, f"torsio_knob_{name.removeprefix('link_')}")
         good(lib, function(knob, ctypes.byref(made(lib, f"torsio_{name}"))))
     position_rad, count = ctypes.c_double(1.0), ctypes.c_size_t(7)
