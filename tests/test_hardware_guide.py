@@ -25,9 +25,7 @@ def test_wiring_diagram_shows_the_default_pins() -> None:
 PROGRAMS = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S)
 
 
-def _run(
-    program: str, monkeypatch: pytest.MonkeyPatch, options: torsio.EmulatorOptions
-) -> None:
+def _run(program: str, monkeypatch: pytest.MonkeyPatch, options: torsio.EmulatorOptions) -> None:
     real = torsio.open
     monkeypatch.setattr(torsio, "open", lambda: real("emulated", emulator=options))
     exec(compile(program, "docs/hardware.md", "exec"), {})

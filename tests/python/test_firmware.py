@@ -31,7 +31,9 @@ def image(
     marks: int = 1,
 ) -> bytes:
     """Make a file as the build does, of a program that says who it is at an odd place."""
-    label = b"torsio firmware\0" + struct.pack("<I3Bx", fingerprint, *version) + board.ljust(16, b"\0")
+    label = (
+        b"torsio firmware\0" + struct.pack("<I3Bx", fingerprint, *version) + board.ljust(16, b"\0")
+    )
     program = (bytes(range(256)) * 2 + b"odd" + label * marks).ljust(1024, b"\xee")
     pages = {0x10000000 + at: program[at : at + 256] for at in range(0, len(program), 256)}
     return uf2.make(pages, chip)
@@ -104,7 +106,7 @@ def test_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     assert "none.uf2" in result.output
 
 
-# A board that is not there: a drive is a folder, and what is copied to it becomes the knob's -------
+# A board that is not there: a drive is a folder, and what is copied to it becomes the knob's ----
 
 
 class StandIn:
@@ -222,7 +224,9 @@ def file(tmp_path: Path) -> Path:
 
 def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> firmware.Updated:
     plan = firmware.prepare(file, selector, root=board.root, drive=options.pop("drive", None))
-    return firmware.carry_out(plan, root=board.root, timeout_s=options.pop("timeout_s", 10.0), **options)
+    return firmware.carry_out(
+        plan, root=board.root, timeout_s=options.pop("timeout_s", 10.0), **options
+    )
 
 
 def test_update_disarms_copies_and_sees_the_new_version_run(board: StandIn, file: Path) -> None:
@@ -246,7 +250,9 @@ def test_configuration_that_is_not_kept_is_handed_back(board: StandIn, file: Pat
     assert done.configuration["control_config"]["beta"] == 0.25
 
 
-def test_knob_of_another_release_is_updated_and_its_owner_warned(board: StandIn, file: Path) -> None:
+def test_knob_of_another_release_is_updated_and_its_owner_warned(
+    board: StandIn, file: Path
+) -> None:
     board.error = torsio.ProtocolMismatch("of another release")
     plan = firmware.prepare(file, root=board.root)
     assert plan.loses_configuration
@@ -277,7 +283,7 @@ def test_drive_that_nobody_mounts_is_told_with_the_command(board: StandIn, file:
 
 def test_drive_that_does_not_come_is_told(board: StandIn, file: Path) -> None:
     board.mounts, board.board_id = False, "none"
-    with pytest.raises(torsio.Timeout, match="did not appear within 0.3 s"):
+    with pytest.raises(torsio.Timeout, match=r"did not appear within 0\.3 s"):
         do(board, file, timeout_s=0.3)
 
 
@@ -323,9 +329,11 @@ def test_disk_that_is_full_is_told(
     monkeypatch.setattr(
         Path,
         "open",
-        lambda path, *a, **k: Full() if path.name == "torsio.uf2" and "wb" in a else real(path, *a, **k),
+        lambda path, *a, **k: (
+            Full() if path.name == "torsio.uf2" and "wb" in a else real(path, *a, **k)
+        ),
     )
-    with pytest.raises(torsio.Error, match="No space left.*still waits"):
+    with pytest.raises(torsio.Error, match=r"No space left.*still waits"):
         firmware.carry_out(plan, root=board.root, timeout_s=10.0)
 
 
@@ -369,9 +377,7 @@ def test_command_asks_first_and_tells_what_it_did(
     board: StandIn, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real_prepare, real_carry_out = firmware.prepare, firmware.carry_out
-    monkeypatch.setattr(
-        firmware, "prepare", lambda *a, **k: real_prepare(*a, **k, root=board.root)
-    )
+    monkeypatch.setattr(firmware, "prepare", lambda *a, **k: real_prepare(*a, **k, root=board.root))
     monkeypatch.setattr(
         firmware, "carry_out", lambda *a, **k: real_carry_out(*a, **k, root=board.root)
     )

@@ -93,7 +93,7 @@ class Plan:
 
     @property
     def loses_configuration(self) -> bool:
-        """The knob's firmware is of another release, whose configuration the new one cannot read."""
+        """The knob is of another release, whose configuration the new firmware cannot read."""
         return self.device is not None and self.before is None
 
     def __str__(self) -> str:
@@ -229,9 +229,9 @@ def _wait_for_drive(plan: Plan, root: Path, timeout_s: float, say: Say) -> Drive
             where = str(plan.drive) if plan.drive else f"a drive {board_id}"
             raise Timeout(
                 hint
-                or f"{where} with {_INFO} did not appear within {timeout_s:g} s; the board waits for "
-                "firmware: copy the file onto its drive, or unplug it and plug it in again, which "
-                "leaves the old one"
+                or f"{where} with {_INFO} did not appear within {timeout_s:g} s; the board waits "
+                "for firmware: copy the file onto its drive, or unplug it and plug it in again, "
+                "which leaves the old one"
             )
         if hint and not hinted and waited_s > min(_PATIENCE_S, timeout_s / 2):
             hinted = True
@@ -368,8 +368,8 @@ def _wait_for_knob(plan: Plan, old: set[str], timeout_s: float) -> ListedDevice:
                 problem = device.problem
         time.sleep(_LOOK_EVERY_S)
     raise Timeout(
-        f"the firmware was copied, but no knob runs it after {timeout_s:g} s: {problem}; plug it in "
-        "again, or load the firmware once more with the board's BOOTSEL button held"
+        f"the firmware was copied, but no knob runs it after {timeout_s:g} s: {problem}; plug it "
+        "in again, or load the firmware once more with the board's BOOTSEL button held"
     )
 
 

@@ -144,7 +144,7 @@ class Knob:
         return Health(**self._knob.health())
 
     def limits(self) -> Limits:
-        """Tell the most that the device gives now, and whether it is held low until confirmed."""
+        """Tell the most that the device gives, and whether it is held low until confirmed."""
         return Limits(**self._knob.limits())
 
     def faults(self) -> tuple[str, ...]:
@@ -188,8 +188,8 @@ class Knob:
             limits = self.limits()
             warnings.warn(
                 f"nobody has confirmed the parts of this board, so it gives "
-                f"{1e3 * limits.motor_torque_nm:.3g} mN m and {limits.speed_rad_s:g} rad/s at most: "
-                "set what motor, brake and encoder it has (docs/hardware.md, first power), "
+                f"{1e3 * limits.motor_torque_nm:.3g} mN m and {limits.speed_rad_s:g} rad/s at "
+                "most: set what motor, brake and encoder it has (docs/hardware.md, first power), "
                 "calibrate, then knob.update(confirmed=True) and knob.save()",
                 HeldLowWarning,
                 stacklevel=2,

@@ -1,4 +1,4 @@
-"""UF2 files, which a board's boot loader takes like a memory stick: what is in one, and is it whole.
+"""UF2 files, which a boot loader takes like a memory stick: what is in one, and is it whole.
 
 The format is Microsoft's (https://github.com/microsoft/uf2): blocks of 512 bytes with an address, a
 number and the family of the chip.
@@ -101,8 +101,8 @@ def read(uf2: bytes) -> Image:
     """
     if not uf2 or len(uf2) % _BLOCK_BYTES:
         raise FormatError(
-            f"it has {len(uf2)} bytes, which is no whole number of blocks of {_BLOCK_BYTES}: it was "
-            "cut off, or is no UF2 file"
+            f"it has {len(uf2)} bytes, which is no whole number of blocks of {_BLOCK_BYTES}: it "
+            "was cut off, or is no UF2 file"
         )
     blocks = [_block(uf2, place) for place in range(len(uf2) // _BLOCK_BYTES)]
     if len(blocks) > 1 and (blocks[0].family, blocks[0].address) == _LEADING:

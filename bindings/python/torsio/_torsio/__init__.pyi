@@ -29,7 +29,6 @@ def open_knob(
     command_timeout_s: float,
     ring_samples: int,
 ) -> Knob: ...
-
 def start_bootloader(selector: str, /) -> None: ...
 
 class DeviceWatch:
