@@ -97,7 +97,7 @@ TORSIO_API torsio_result torsio_knob_open(const char* selector, const torsio_ope
 
 /// Disarms a device and has it wait for new firmware, as a drive of its boot loader. Devices of
 /// other releases understand this too. TORSIO_REFUSED if it has no boot loader, as an emulated one.
-/// @param selector as for torsio_knob_open()
+/// @param selector path or serial number; "": the only real device
 TORSIO_API torsio_result torsio_start_bootloader(const char* selector);
 
 /// Disarms, unless the device was told to be autonomous, and lets go of it. NULL is ignored.

@@ -114,7 +114,7 @@ torsio_result torsio_knob_open(const char* selector, const torsio_open_options* 
 }
 
 torsio_result torsio_start_bootloader(const char* selector) {
-  return guarded([&] { torsio::start_bootloader(selector != nullptr ? selector : ""); });
+  return guarded([&] { torsio::start_bootloader(&need(selector, "selector")); });
 }
 
 void torsio_knob_close(torsio_knob* knob) {
