@@ -158,10 +158,15 @@ device::TickOutputs EmulatedDevice::run_control(std::uint32_t encoder_count) {
     write_slot(*write);
     if (device_ == nullptr) return {};
   }
-  return device_->tick({.encoder_count = encoder_count,
-                        .emergency_stop = emergency_stop_,
-                        .actuator_fault = actuator_fault_ || (power_ && power_->over_current()),
-                        .missed_ticks = std::exchange(ticks_missed_, 0)});
+  const std::uint16_t power_faults = power_ ? power_->find_faults(actuator_fault_) : 0;
+  const device::TickOutputs wanted =
+      device_->tick({.encoder_count = encoder_count,
+                     .emergency_stop = emergency_stop_,
+                     .actuator_fault = power_ ? power_faults != 0 : actuator_fault_,
+                     .power_faults = power_faults,
+                     .missed_ticks = std::exchange(ticks_missed_, 0)});
+  if (power_) power_->set_speed(device_->speed_rad_s());
+  return wanted;
 }
 
 void EmulatedDevice::write_slot(const device::SlotWrite& write) {
@@ -221,12 +226,26 @@ void EmulatedDevice::set_buttons(std::uint8_t pressed) {
 
 void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
 
-void EmulatedDevice::set_current_sensor(CurrentSensorState state) {
+PowerPath& EmulatedDevice::power() {
   if (!power_) {
     throw std::logic_error(
-        "the plant has no electrics, and so no current sensor; give PlantParams::electrics");
+        "the plant has no electrics, so no current sensor and no supply; give "
+        "PlantParams::electrics");
   }
-  power_->set_sensor_state(state);
+  return *power_;
+}
+
+void EmulatedDevice::set_current_sensor(CurrentSensorState state) {
+  power().set_sensor_state(state);
+}
+
+void EmulatedDevice::set_supply(double supply_v) {
+  // False for NaN.
+  if (!(supply_v >= 0.0 && supply_v <= 1000.0)) {
+    throw std::invalid_argument("supply_v is " + std::to_string(supply_v) +
+                                ", allowed are 0 to 1000 V");
+  }
+  power().set_supply(supply_v);
 }
 
 std::vector<TruthSample> EmulatedDevice::take_truth() { return std::exchange(truth_, {}); }

@@ -126,6 +126,9 @@ class EmulatedDevice {
   /// What the current sensor shows from now on, of a plant with electrics.
   /// @throws std::logic_error if the plant has none
   void set_current_sensor(CurrentSensorState state);
+  /// The supply gives that many volts from now on.
+  /// @throws std::invalid_argument unless from 0 to 1,000; std::logic_error without electrics
+  void set_supply(double supply_v);
   void set_actuator_fault(bool present) { actuator_fault_ = present; }
   /// The encoder's counter stands still.
   void freeze_encoder(bool frozen) { encoder_frozen_ = frozen; }
@@ -142,6 +145,7 @@ class EmulatedDevice {
   void power_up();
   void tick();
   device::TickOutputs run_control(std::uint32_t encoder_count);
+  [[nodiscard]] PowerPath& power();
   void write_slot(const device::SlotWrite& write);
   void log_truth();
 

@@ -30,8 +30,15 @@ class PowerPath {
   void power_up(const protocol::BoardConfig& config, float brake_lag_s);
   void power_down();
 
-  /// True while the board's own trip says so.
-  [[nodiscard]] bool over_current() const { return logic_ && logic_->over_current(); }
+  /// What the board cannot trust now, as bits of `faults`; see device::PowerLogic.
+  /// @param bridge_reports a bridge says that something is wrong
+  [[nodiscard]] std::uint16_t find_faults(bool bridge_reports) const {
+    return logic_ ? logic_->find_faults(bridge_reports) : std::uint16_t{0};
+  }
+  /// As the board's own device has it. Once a tick.
+  void set_speed(float speed_rad_s) {
+    if (logic_) logic_->set_speed(speed_rad_s);
+  }
 
   /// A control period in which the board follows what its newest tick wanted.
   void run(Plant& plant, const device::TickOutputs& wanted);
@@ -39,6 +46,7 @@ class PowerPath {
   void stand_still(Plant& plant);
 
   void set_sensor_state(CurrentSensorState state) { electrics_.sensor_state = state; }
+  void set_supply(double supply_v) { circuit_.set_supply(supply_v); }
   [[nodiscard]] const Circuit& circuit() const { return circuit_; }
   /// How long the plant's steps are.
   [[nodiscard]] std::int64_t step_ns() const { return board_.current_period_ns; }

@@ -247,7 +247,7 @@ def test_knob_tells_of_itself(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
     time_s = ctypes.c_double()
     good(lib, lib.torsio_emulator_time_s(knob, ctypes.byref(time_s)))
     assert time_s.value >= 0.5
-    for name in ("health", "link_statistics", "game_status"):
+    for name in ("health", "limits", "link_statistics", "game_status"):
         function = getattr(lib, f"torsio_knob_{name.removeprefix('link_')}")
         good(lib, function(knob, ctypes.byref(made(lib, f"torsio_{name}"))))
     stiffness = made(lib, "torsio_stable_stiffness")
@@ -264,6 +264,10 @@ def test_knob_tells_of_itself(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
     assert count.value == 0
     assert lib.torsio_knob_is_open(knob)
     assert lib.torsio_knob_is_emulated(knob)
+    # What it does not have, it says.
+    assert lib.torsio_emulator_set_supply(knob, ctypes.c_double(12.0)) == N["TORSIO_ERROR"]
+    assert "no electrics" in said(lib)
+    assert lib.torsio_start_bootloader(b"emulated") == N["TORSIO_REFUSED"]
 
 
 def test_emulated_knob_is_listed_last(lib: ctypes.CDLL) -> None:

@@ -242,6 +242,10 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
     }
     throw InvalidArgument("state is \"" + state + "\", allowed are works, dead, stuck, saturated");
   });
+  knob.def(
+      "set_supply",
+      [](const PyKnob& self, double supply_v) { self->emulator().set_supply(supply_v); },
+      Release());
   // These wait for their turn as well, and whoever has it may be the function of a hand.
   knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
     const auto bytes = bytes_of(report);
@@ -415,12 +419,19 @@ void bind_knob(py::module_& module) {
   });
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
+  module.def("start_bootloader", [](const std::string& selector) {
+    OpenOptions options;
+    options.interrupted = &check_signals;
+    const Unlocked unlocked;
+    start_bootloader(selector, options);
+  });
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
   knob.def_property_readonly(
       "state", [](const PyKnob& self) { return told([&] { return self->state(); }); });
   knob.def("info", [](const PyKnob& self) { return to_python(self->info()); });
   knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
+  knob.def("limits", [](const PyKnob& self) { return told([&] { return self->limits(); }); });
   knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
   knob.def("clock", [](const PyKnob& self) { return told([&] { return self->clock(); }); });
   knob.def("game_status",

@@ -32,6 +32,8 @@ class Circuit {
   void advance(Plant& plant, const BridgeShares& shares, std::int64_t duration_ns);
 
   [[nodiscard]] double supply_v() const { return supply_v_; }
+  /// The supply gives another voltage from now on, without load; its capacitor follows.
+  void set_supply(double supply_v) { electrics_.supply_v = supply_v; }
   [[nodiscard]] ElectricsState state(const Plant& plant) const;
   /// Of the motor; positive turns forward.
   [[nodiscard]] double current_a(const Plant& plant) const;

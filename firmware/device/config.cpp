@@ -12,11 +12,6 @@ using protocol::ActuatorConfig;
 
 namespace {
 
-// Enough to move the reference actuator against its friction, and nothing that hurts.
-constexpr float kTimidMotorNm = 15e-3F;
-constexpr float kTimidBrakeNm = 30e-3F;
-constexpr float kTimidSpeedRadS = 10.0F;
-
 // No hand turns a knob faster, and no small motor without load gets there in a moment.
 constexpr float kFastestRadS = 2000.0F;
 constexpr std::uint32_t kLeastJumpCounts = 16;
@@ -33,10 +28,13 @@ std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t count
 /// A sign that is wrong, or values of other parts, then end in a fault and not in a bruise.
 void hold_low(LoopConfig& loop) {
   core::PartitionParams& partition = loop.controller.partition;
-  partition.motor_torque_max_nm = core::smaller(partition.motor_torque_max_nm, kTimidMotorNm);
-  partition.brake_torque_max_nm = core::smaller(partition.brake_torque_max_nm, kTimidBrakeNm);
-  loop.passive_brake_nm = core::smaller(loop.passive_brake_nm, kTimidBrakeNm);
-  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, kTimidSpeedRadS);
+  partition.motor_torque_max_nm =
+      core::smaller(partition.motor_torque_max_nm, protocol::unconfirmed_motor_torque_nm);
+  partition.brake_torque_max_nm =
+      core::smaller(partition.brake_torque_max_nm, protocol::unconfirmed_brake_torque_nm);
+  loop.passive_brake_nm =
+      core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_nm);
+  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_rad_s);
 }
 
 }  // namespace

@@ -21,9 +21,12 @@ constexpr float kSettleS = 1e-3F;
 // The speed estimate is some milliseconds late.
 constexpr float kPatienceS = 4e-3F;
 
+// Longer than any wall takes to be pushed in or let go.
+constexpr float kSupplyPatienceS = 0.1F;
+
 // Of the smallest motors' windings; larger ones are slower.
 constexpr float kWindingS = 10.0F;
-constexpr std::uint32_t kHeatSteps = 64;  // it need not be looked at more often
+constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often, nor the supply
 
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
 
@@ -60,10 +63,11 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       winding_params_(core::make_winding(
           config.motor_resistance_ohm, config.motor_inductance_h,
           config.motor_torque_constant_nm_per_a, config.motor_current_max_a,
-          (board.predicts ? 1.0F : 2.0F) * seconds(board.current_period_ns), kPatienceS)),
+          (board.predicts ? 1.0F : 2.0F) * seconds(board.current_period_ns), kPatienceS,
+          static_cast<float>(kLookSteps) * seconds(board.current_period_ns), kSupplyPatienceS)),
       heat_params_(
           core::make_heat(config.motor_current_max_a, config.motor_current_continuous_a, kWindingS,
-                          static_cast<float>(kHeatSteps) * seconds(board.current_period_ns))) {
+                          static_cast<float>(kLookSteps) * seconds(board.current_period_ns))) {
   amperes_per_step_ *= direction_;
 }
 
@@ -98,7 +102,7 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   measure(current_steps);
   if (!wanted.enabled) {
     if (enabled_) rest();
-    warm(0.0F);
+    look(0.0F);
     core::release_coil(coil_, coil_params_);
     return {};
   }
@@ -110,7 +114,7 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
       predicts_ ? core::hold_current(predictive_, predictive_params_, target_a, current_a_)
                 : core::hold_current(loop_, loop_params_, target_a, current_a_);
   watch(share);
-  warm(current_a_);
+  look(current_a_);
   return {direction_ * share, drive_brake(wanted.brake_command_nm), true};
 }
 
@@ -136,13 +140,15 @@ void PowerLogic::watch(float motor_share) {
   }
 }
 
-/// How much current there may be, after what there was.
-void PowerLogic::warm(float current_a) {
-  if (steps_to_heat_ == 0) {
-    steps_to_heat_ = kHeatSteps;
+/// How much current there may be, after what there was, and whether the supply can be right.
+void PowerLogic::look(float current_a) {
+  if (steps_to_look_ == 0) {
+    steps_to_look_ = kLookSteps;
     current_max_a_ = core::allow_current(heat_, heat_params_, current_a);
+    believed_ =
+        core::believe_supply(winding_, winding_params_, speed_rad_s_, current_a) && believed_;
   }
-  --steps_to_heat_;
+  --steps_to_look_;
 }
 
 /// Without power nothing is remembered but the sensor's zero, how warm the winding is, and what the

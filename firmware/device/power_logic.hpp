@@ -56,7 +56,7 @@ class PowerLogic {
  private:
   void measure(std::int32_t current_steps);
   void watch(float motor_share);
-  void warm(float current_a);
+  void look(float current_a);
   float drive_brake(float command_nm);
   void rest();
 
@@ -88,7 +88,7 @@ class PowerLogic {
   bool compares_ = false;  // in this step; else the model goes on
   core::HeatParams heat_params_;
   core::HeatState heat_;
-  std::uint32_t steps_to_heat_ = 0;
+  std::uint32_t steps_to_look_ = 0;
   float speed_rad_s_ = 0;
   float zero_steps_ = 0;
   bool zero_known_ = false;

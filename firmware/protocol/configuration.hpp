@@ -16,6 +16,12 @@
 
 namespace torsio::protocol {
 
+// What a real board gives at most until its parts are confirmed.
+inline constexpr float unconfirmed_motor_torque_nm =
+    0.015F;  // enough to move the reference actuator against its friction, and nothing that hurts
+inline constexpr float unconfirmed_brake_torque_nm = 0.03F;
+inline constexpr float unconfirmed_speed_rad_s = 10;
+
 /// The actuator as built. The defaults are those of the reference actuator. Set only while
 /// disarmed; another encoder empties the scene.
 struct ActuatorConfig {

@@ -404,6 +404,13 @@ class EmulatedWorldHandle final : public Emulator {
     });
   }
 
+  void set_supply(double supply_v) override {
+    world_->with_device([&](auto& device) {
+      if (device.circuit() == nullptr) throw Error(kNoElectrics);
+      checked([&] { device.set_supply(supply_v); });
+    });
+  }
+
   void freeze_encoder(bool frozen) override {
     world_->with_device([&](auto& device) { device.freeze_encoder(frozen); });
   }

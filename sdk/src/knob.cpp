@@ -14,6 +14,7 @@
 #include "conversion/configuration.hpp"
 #include "conversion/stability.hpp"
 #include "known_boards.hpp"
+#include "limits.hpp"
 #include "protocol/registry.hpp"
 #include "protocol_names.hpp"
 #include "scene_player.hpp"
@@ -239,6 +240,14 @@ Health Knob::health() {
           .saves = health.saves,
           .owner = static_cast<Owner>(health.owner),
           .reset_cause = static_cast<ResetCause>(health.reset_cause)};
+}
+
+Limits Knob::limits() {
+  const protocol::Identity device = impl().identity();
+  const auto actuator = impl().session.get<protocol::ActuatorConfig>();
+  const auto control = impl().session.get<protocol::ControlConfig>();
+  return limits_of(actuator, control, impl().session.get<protocol::BoardConfig>(),
+                   moves_parts(device.board));
 }
 
 GameStatus Knob::game_status() {

@@ -35,6 +35,8 @@ std::string board_name(std::uint8_t number) {
   return found != nullptr ? std::string(found->name) : "board " + std::to_string(number);
 }
 
+bool moves_parts(std::uint8_t number) { return number != kEmulated; }
+
 device::WiringRule wiring_rule(std::uint8_t number) {
   if (number == kEmulated) return boards::kReference.wiring_rule;
   const boards::Board* const found = find(number);

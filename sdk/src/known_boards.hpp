@@ -12,6 +12,9 @@ namespace torsio {
 /// "pico2", "emulated"; "board 7" for one that is newer than this library.
 std::string board_name(std::uint8_t number);
 
+/// False for the emulated one, which nobody can be hurt by.
+bool moves_parts(std::uint8_t number);
+
 /// What the board finds wrong with its wiring; nullptr if it is newer than this library.
 device::WiringRule wiring_rule(std::uint8_t number);
 

@@ -52,6 +52,15 @@ def test_missing_supply_is_a_fault(pico: EmulatedPico) -> None:
     assert pico.get("health")["faults"] == WINDING
 
 
+def test_supply_of_twice_the_configured_voltage_is_a_fault(pico: EmulatedPico) -> None:
+    pico.do("motor", supply=24)
+    pico.set("control_config", passive_ramp_s=0.005)
+    pico.arm_at_wall()
+    pico.turn(300)
+    assert 60 < _time_until_off(pico, 140) < 140
+    assert pico.get("health")["faults"] == WINDING
+
+
 def test_current_sensor_with_a_wrong_zero_keeps_the_board_from_arming() -> None:
     with enumerated() as pico:
         pico.do("motor", zero=300)

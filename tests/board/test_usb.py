@@ -7,8 +7,10 @@ import struct
 
 import pytest
 
-from tests.board.pico import FEATURE, SERIAL, EmulatedPico, UsbStall, enumerated
+from tests.board.pico import FEATURE, FLASH_BASE, SERIAL, EmulatedPico, UsbStall, enumerated
 from tests.python import wire
+from tools import uf2
+from torsio import firmware
 
 ACTUATOR = wire.REPORTS["actuator_config"].id
 CONTROL = wire.REPORTS["control_config"].id
@@ -42,6 +44,18 @@ def test_firmware_enumerates_as_the_knob() -> None:
     assert len(configuration) == 73
     assert found["report"].startswith(bytes([0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01]))
     assert found["report"].endswith(b"\xc0")
+
+
+def test_file_says_what_the_board_says_once_it_runs(lasting_pico: EmulatedPico) -> None:
+    model, identity = lasting_pico.model, lasting_pico.get("identity")
+    found = firmware.read(model.image)
+    assert (found.board, found.chip) == (model.name, model.chip)
+    assert found.fingerprint == identity["fingerprint"]
+    assert found.version == ".".join(map(str, identity["firmware_version"]))
+    pages = uf2.check(model.image.read_bytes(), model.chip)
+    assert found.size == 256 * len(pages)
+    # It leaves the configuration alone.
+    assert max(pages) + 256 <= FLASH_BASE + model.slots_at
 
 
 def test_identity_gives_board_rate_and_the_chips_serial_number(pico: EmulatedPico) -> None:

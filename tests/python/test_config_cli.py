@@ -73,3 +73,35 @@ def test_file_that_is_no_dump_changes_nothing(tmp_path: Path, content: str) -> N
 def test_faults_stop_and_zero_are_commands() -> None:
     for command in ("clear-fault", "stop", "zero"):
         run(command)
+
+
+def test_arm_says_how_much_there_is_at_most() -> None:
+    run("config", "set", "motor_torque_cap_nm=0.02", "speed_limit_rad_s=12")
+    shown = run("arm", "--seconds", "0.2")
+    assert "motor 20 mN m, brake 110 mN m, 12 rad/s" in shown
+    assert "missing" not in shown
+    assert "held_low" in run("info")
+
+
+def test_arm_says_what_a_board_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    low = torsio.Limits(
+        motor_torque_nm=0.015, motor_torque_continuous_nm=0.015, brake_torque_nm=0.03,
+        speed_rad_s=10.0, held_low=True,
+    )  # fmt: skip
+    monkeypatch.setattr(torsio.Knob, "limits", lambda _: low)
+    monkeypatch.setattr(torsio.Knob, "_is_held_low", lambda _: True)
+    with pytest.warns(torsio.HeldLowWarning, match="15 mN m and 10 rad/s at most.*confirmed=True"):
+        shown = run("arm", "--seconds", "0")
+    assert "confirmed=on" in shown
+    assert "torsio calibrate" in shown
+
+
+def test_arm_that_a_fault_ends_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = torsio.Knob.arm
+
+    def arm(knob: torsio.Knob) -> None:
+        real(knob)
+        knob.emulator.set_emergency_stop(pressed=True)
+
+    monkeypatch.setattr(torsio.Knob, "arm", arm)
+    assert "emergency_stop" in run("arm", "--seconds", "1", status=1)

@@ -211,7 +211,7 @@ def facts() -> KnobFacts:
             before=health,
             after=health,
             watchdog_s=0.25,
-            confirmed=True,
+            limits=knob.limits(),
             clock=ClockFit(offset_s=-12.5, drift_ppm=30.0, uncertainty_ppm=100.0),
             round_trips=RoundTrips(200, 2e-3, 3e-3, 5e-3),
             samples=1000,
@@ -419,8 +419,15 @@ def test_restart_that_nobody_asked_for_is_told(facts: KnobFacts, cause: str) -> 
 
 
 def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: KnobFacts) -> None:
-    board = dataclasses.replace(facts.info, board="pico2")
-    doubtful = dataclasses.replace(facts, info=board, confirmed=False)
-    assert "confirmed=on" in doctor.check_parts(doubtful).advice
-    assert doctor.check_parts(dataclasses.replace(doubtful, confirmed=True)).ok
-    assert doctor.check_parts(dataclasses.replace(facts, confirmed=False)).ok  # emulated
+    low = torsio.Limits(
+        motor_torque_nm=0.015, motor_torque_continuous_nm=0.0125, brake_torque_nm=0.03,
+        speed_rad_s=10.0, held_low=True,
+    )  # fmt: skip
+    finding = doctor.check_parts(dataclasses.replace(facts, limits=low))
+    assert not finding.ok
+    assert "motor 15 mN m (12.5 for ever), brake 30 mN m, 10 rad/s" in finding.text
+    assert "confirmed=on" in finding.advice
+    free = dataclasses.replace(facts.limits, speed_rad_s=0.0)
+    finding = doctor.check_parts(dataclasses.replace(facts, limits=free))
+    assert finding.ok
+    assert "any speed" in finding.text

@@ -40,6 +40,7 @@ CPP_ONLY = {
 PYTHON_ONLY = {
     "DisarmedWarning": "Recording::disarmed",
     "StiffnessWarning": "C++ compares with Knob::stable_stiffness by itself",
+    "HeldLowWarning": "Knob::limits",
     "MalformedReport": "of torsio.protocol, which C++ has not",
     "open": "Knob::open",
     "watch": "the constructor of DeviceWatch",

@@ -24,6 +24,7 @@ TOLD = (
     "DeviceInfo",
     "Clock",
     "Health",
+    "Limits",
     "GameStatus",
     "LinkStatistics",
     "Event",

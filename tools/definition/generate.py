@@ -91,7 +91,14 @@ def wire_effects() -> str:
 def wire_configuration() -> str:
     """Write firmware/protocol/configuration.hpp."""
     listed = configurations.CONFIGURATIONS
-    body = "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)
+    numbers = (
+        limits.UNCONFIRMED_MOTOR_TORQUE_NM,
+        limits.UNCONFIRMED_BRAKE_TORQUE_NM,
+        limits.UNCONFIRMED_SPEED_RAD_S,
+    )
+    body = "// What a real board gives at most until its parts are confirmed.\n"
+    body += "".join(map(cpp.constant, numbers)) + "\n"
+    body += "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)
     return _wire_header(
         "What the device is built of and how it controls: the reports that are kept in flash.",
         ("protocol/effects.hpp", "protocol/enumerations.hpp", "protocol/layout.hpp"),

@@ -25,6 +25,7 @@ from torsio.errors import (
     DisarmedWarning,
     Disconnected,
     Error,
+    HeldLowWarning,
     InvalidArgument,
     MalformedReport,
     PermissionDenied,
@@ -33,6 +34,7 @@ from torsio.errors import (
     StiffnessWarning,
     Timeout,
 )
+from torsio.firmware import start_bootloader
 from torsio.game_port import GamePort
 from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
@@ -55,6 +57,7 @@ from torsio.records import (
     GameEffect,
     GameStatus,
     Health,
+    Limits,
     LinkStatistics,
     ListedDevice,
     StableStiffness,
@@ -98,9 +101,11 @@ __all__ = [
     "GameStatus",
     "Hand",
     "Health",
+    "HeldLowWarning",
     "ImpedanceHand",
     "InvalidArgument",
     "Knob",
+    "Limits",
     "LinkStatistics",
     "ListedDevice",
     "MalformedReport",
@@ -125,6 +130,7 @@ __all__ = [
     "list_devices",
     "load",
     "open",
+    "start_bootloader",
     "protocol",
     "telemetry",
     "watch",

@@ -21,8 +21,10 @@ from torsio import (
     calibrate_cli,
     config_cli,
     doctor,
+    firmware_cli,
     games_cli,
     live_commands,
+    order_commands,
     recording_commands,
     stability_cli,
 )
@@ -54,6 +56,7 @@ games_app = typer.Typer(help="See what games do, and set what they may do.")
 app.add_typer(games_app, name="games")
 config_app = typer.Typer(help="Read and set what a knob is made of.", no_args_is_help=True)
 app.add_typer(config_app, name="config")
+app.add_typer(firmware_cli.app, name="firmware")
 add_commands(app)
 
 
@@ -108,6 +111,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
         groups = {
             "info": asdict(knob.info),
             "health": asdict(knob.health()),
+            "limits": asdict(knob.limits()),
             "clock": asdict(knob.clock()),
             "actuator_config": asdict(knob.actuator_config()),
             "control_config": asdict(knob.control_config()),
@@ -323,32 +327,9 @@ def config_load_command(file: Path, device: Device = "") -> None:
         config_cli.load(knob, file)
 
 
-@app.command("clear-fault")
-@plainly
-def clear_fault_command(device: Device = "") -> None:
-    """Clear latched faults whose cause is gone; `torsio doctor` names them and their cure."""
-    with opened(device, out) as knob:
-        knob.clear_fault()
-
-
-@app.command("stop")
-@plainly
-def stop_command(device: Device = "") -> None:
-    """Take the torque from a knob that plays on its own, and empty its scene."""
-    with opened(device, out) as knob:
-        knob.stop()
-
-
-@app.command("zero")
-@plainly
-def zero_command(device: Device = "") -> None:
-    """Make the angle where a knob stands its zero."""
-    with opened(device, out) as knob:
-        knob.zero()
-
-
 app.command("emulate")(plainly(virtual_knob.emulate_command))
 live_commands.add_to(app)
+order_commands.add_to(app)
 recording_commands.add_to(app)
 stability_cli.add_to(app)
 

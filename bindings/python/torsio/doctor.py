@@ -16,13 +16,19 @@ import torsio
 from torsio import doctor_facts
 from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, KnobFacts, Permission, UsbKnob
 from torsio.errors import Error
+from torsio.records import Limits
 
-__all__ = ["Finding", "Report", "diagnose"]
+__all__ = ["HOW_TO_CONFIRM", "Finding", "Report", "diagnose", "limits_text"]
 
 # Crystals are good to 100 ppm; twice that is no crystal's error any more.
 _DRIFT_LIMIT_PPM = 200.0
 # USB takes 1 to 3 ms for a command and its answer.
 _SLOW_ROUND_TRIP_S = 10e-3
+
+HOW_TO_CONFIRM = (
+    "set the values of motor, brake and encoder (docs/hardware.md, first power), run `torsio "
+    "calibrate`, then `torsio config set confirmed=on`"
+)
 
 _FAULT_ADVICE = {
     "emergency_stop": (
@@ -268,17 +274,26 @@ def check_start(facts: KnobFacts) -> Finding:
     return Finding("start", False, f"the board has started anew because {text}", advice, values)
 
 
+def limits_text(limits: Limits) -> str:
+    """Say what a knob gives at most."""
+    speed = f"{limits.speed_rad_s:g} rad/s" if limits.speed_rad_s else "any speed"
+    motor = f"{1e3 * limits.motor_torque_nm:.3g} mN m"
+    if limits.motor_torque_continuous_nm < limits.motor_torque_nm:
+        motor += f" ({1e3 * limits.motor_torque_continuous_nm:.3g} for ever)"
+    return f"motor {motor}, brake {1e3 * limits.brake_torque_nm:.3g} mN m, {speed}"
+
+
 def check_parts(facts: KnobFacts) -> Finding:
     """Look whether the board is held low until its parts are confirmed."""
-    values = {"confirmed": facts.confirmed}
-    if facts.confirmed or facts.info.board == "emulated":
-        return Finding("parts", True, "nothing is held low", values=values)
+    values = asdict(facts.limits)
+    most = limits_text(facts.limits)
+    if not facts.limits.held_low:
+        return Finding("parts", True, f"it gives at most: {most}", values=values)
     return Finding(
         "parts",
         False,
-        "nobody has confirmed the parts of this board, so it gives 15 mN m and 10 rad/s at most",
-        "set the values of motor, brake and encoder (docs/hardware.md, first power), then "
-        "`torsio config set confirmed=on`",
+        f"nobody has confirmed the parts of this board, so it gives little: {most}",
+        HOW_TO_CONFIRM,
         values,
     )
 

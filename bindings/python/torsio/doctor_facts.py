@@ -20,7 +20,7 @@ from torsio.errors import (
     Timeout,
 )
 from torsio.knob import Knob
-from torsio.records import Clock, DeviceInfo, Health, LinkStatistics
+from torsio.records import Clock, DeviceInfo, Health, Limits, LinkStatistics
 
 VENDOR_ID, PRODUCT_ID = f"{_protocol.USB_VENDOR_ID:04x}", f"{_protocol.USB_PRODUCT_ID:04x}"
 RULE = "60-torsio.rules"
@@ -104,8 +104,7 @@ class KnobFacts:
     before: Health
     after: Health
     watchdog_s: float
-    confirmed: bool
-    """Somebody has said that the board's configuration is that of its parts."""
+    limits: Limits
     clock: ClockFit
     round_trips: RoundTrips | None
     """None if the knob was armed, for the command that is timed would disarm it."""
@@ -226,7 +225,7 @@ def examine(knob: Knob) -> KnobFacts:
         before=before,
         clock=fit_clock(first, ask_clock(knob.clock), 1 / knob.info.control_rate_hz),
         watchdog_s=knob.control_config().watchdog_s,
-        confirmed=knob.board_config().confirmed,
+        limits=knob.limits(),
         round_trips=round_trips,
         samples=len(samples),
         link=knob.statistics(),

@@ -147,6 +147,16 @@ class Emulator:
         """
         self._knob.set_current_sensor(checks.text("state", state))
 
+    def set_supply(self, supply_v: float) -> None:
+        """Have the supply give so many volts from now on, 0 to 1,000.
+
+        Raises
+        ------
+        Error
+            Unless the plant has electrics.
+        """
+        self._knob.set_supply(checks.number("supply_v", supply_v))
+
     def freeze_encoder(self, *, frozen: bool) -> None:
         """Let the encoder's counter stand still."""
         self._knob.freeze_encoder(checks.flag("frozen", frozen))

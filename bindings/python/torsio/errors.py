@@ -14,6 +14,7 @@ __all__ = [
     "DisarmedWarning",
     "Disconnected",
     "Error",
+    "HeldLowWarning",
     "InvalidArgument",
     "MalformedReport",
     "PermissionDenied",
@@ -106,6 +107,10 @@ class Disarmed(Error, RuntimeError):
     def __reduce__(self) -> tuple[type[Disarmed], tuple[str, str]]:
         """Keep the attribute when pickled."""
         return type(self), (str(self), self.reason)
+
+
+class HeldLowWarning(UserWarning):
+    """`Knob.arm` has armed a board that gives little, because nobody has confirmed its parts."""
 
 
 class DisarmedWarning(UserWarning):

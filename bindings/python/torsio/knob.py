@@ -18,7 +18,14 @@ from typing import Any, Final, TypeAlias
 from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import Emulator, EmulatorOptions
-from torsio.errors import Closed, DisarmedWarning, Error, StiffnessWarning, Timeout
+from torsio.errors import (
+    Closed,
+    DisarmedWarning,
+    Error,
+    HeldLowWarning,
+    StiffnessWarning,
+    Timeout,
+)
 from torsio.events import tell
 from torsio.protocol import fingerprint
 from torsio.recording import RecordingFile
@@ -30,6 +37,7 @@ from torsio.records import (
     GameEffect,
     GameStatus,
     Health,
+    Limits,
     LinkStatistics,
     ListedDevice,
     StableStiffness,
@@ -147,6 +155,10 @@ class Knob:
         """Ask the device for its state, faults and counters."""
         return Health(**self._knob.health())
 
+    def limits(self) -> Limits:
+        """Tell the most that the device gives, and whether it is held low until confirmed."""
+        return Limits(**self._knob.limits())
+
     def faults(self) -> tuple[str, ...]:
         """Ask the device for the names of its latched faults: "over_speed" ..."""
         return self._knob.faults()
@@ -177,9 +189,26 @@ class Knob:
     # What it does ---------------------------------------------------------------------------
 
     def arm(self) -> None:
-        """Torque on. Raises `Refused` while a fault is latched."""
+        """Torque on. Raises `Refused` while a fault is latched.
+
+        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed, which gives
+        little; `limits` tells how much.
+        """
         self._note("arm")
         self._knob.arm()
+        if self._is_held_low():
+            limits = self.limits()
+            warnings.warn(
+                f"nobody has confirmed the parts of this board, so it gives "
+                f"{1e3 * limits.motor_torque_nm:.3g} mN m and {limits.speed_rad_s:g} rad/s at "
+                "most: set what motor, brake and encoder it has (docs/hardware.md, first power), "
+                "calibrate, then knob.update(confirmed=True) and knob.save()",
+                HeldLowWarning,
+                stacklevel=2,
+            )
+
+    def _is_held_low(self) -> bool:
+        return self.info.board != "emulated" and self.limits().held_low
 
     def disarm(self) -> None:
         """Torque off; the scene stays."""

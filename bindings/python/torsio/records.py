@@ -16,6 +16,7 @@ __all__ = [
     "GameEffect",
     "GameStatus",
     "Health",
+    "Limits",
     "LinkStatistics",
     "ListedDevice",
     "StableStiffness",
@@ -158,6 +159,32 @@ class Health:
     reset_cause: Literal[
         "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"
     ]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """The most that the device gives, by its configuration as it is now.
+
+    Attributes
+    ----------
+    motor_torque_nm
+        Of the motor, for seconds.
+    motor_torque_continuous_nm
+        The same for ever, as its winding stands it.
+    brake_torque_nm
+        Of the brake.
+    speed_rad_s
+        More is a fault; 0: no limit.
+    held_low
+        Nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
+        board's configuration ends it.
+    """
+
+    motor_torque_nm: float
+    motor_torque_continuous_nm: float
+    brake_torque_nm: float
+    speed_rad_s: float
+    held_low: bool
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@
 #include <optional>
 
 #include "boards/all.hpp"
+#include "boards/rp2/firmware_label.hpp"
 #include "boards/rp2/flash_slots.hpp"
 #include "boards/rp2/power_stage.hpp"
 #include "boards/rp2/quadrature.hpp"
@@ -39,6 +40,9 @@ constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a 
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
 constexpr std::uint32_t kSysTickOn = 0x5;           // enabled, from the processor's clock
+
+constexpr FirmwareLabel kLabel = make_firmware_label(
+    kBoard.name, {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH});
 
 /// Room for an object that is made at start-up and never destroyed.
 template <class T>
@@ -123,7 +127,7 @@ void on_step() {
 device::BoardInfo board_info() {
   device::BoardInfo info;
   info.board = kBoard.number;
-  info.firmware_version = {TORSIO_VERSION_MAJOR, TORSIO_VERSION_MINOR, TORSIO_VERSION_PATCH};
+  info.firmware_version = kLabel.version;
   info.control_period_ns = kBoard.control_period_ns;
   info.wiring_rule = kBoard.wiring_rule;
   info.has_bootloader = true;
@@ -217,6 +221,7 @@ extern "C" [[noreturn]] void isr_hardfault() { torsio_panic(); }
 int main() {
   using namespace torsio::boards;
   guard_stack();
+  keep(kLabel);
   const torsio::device::BoardInfo info = board_info();
   torsio::device::Device& device = the_device.make(info, read_slots());
   start_control(device.board_config(), device.actuator_config());

@@ -71,6 +71,23 @@ HEALTH = Structure(
         for_hosts(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
     ),
 )
+LIMITS = Structure(
+    "Limits",
+    "The most that the device gives, by its configuration as it is now.",
+    (
+        told("motor_torque_nm", "double", "of the motor, for seconds"),
+        told("motor_torque_continuous_nm", "double", "the same for ever, as its winding stands it"),
+        told("brake_torque_nm", "double", "of the brake"),
+        told("speed_rad_s", "double", "more is a fault; 0: no limit"),
+        for_hosts(
+            switch(
+                "held_low", e.TOGGLE,
+                "nobody has confirmed the parts of this real board, so it gives little; "
+                "`confirmed` of the board's configuration ends it",
+            )
+        ),
+    ),
+)  # fmt: skip
 GAME_STATUS = Structure(
     "GameStatus",
     "What games do with the device.",
@@ -170,7 +187,7 @@ TELEMETRY_SAMPLE = Structure(
 )
 
 RECORDS = (
-    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, GAME_STATUS, GAME_EFFECT, LINK_STATISTICS, EVENT,
-    DISARM, STABLE_STIFFNESS,
+    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LIMITS, STABLE_STIFFNESS, GAME_STATUS, GAME_EFFECT,
+    LINK_STATISTICS, EVENT, DISARM,
 )  # fmt: skip
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

@@ -95,6 +95,11 @@ TORSIO_API torsio_result torsio_list_devices(torsio_listed_device* devices, size
 TORSIO_API torsio_result torsio_knob_open(const char* selector, const torsio_open_options* options,
                                           torsio_knob** knob);
 
+/// Disarms a device and has it wait for new firmware, as a drive of its boot loader. Devices of
+/// other releases understand this too. TORSIO_REFUSED if it has no boot loader, as an emulated one.
+/// @param selector path or serial number; "": the only real device
+TORSIO_API torsio_result torsio_start_bootloader(const char* selector);
+
 /// Disarms, unless the device was told to be autonomous, and lets go of it. NULL is ignored.
 TORSIO_API void torsio_knob_close(torsio_knob* knob);
 /// Closes and frees. NULL is ignored.
@@ -112,6 +117,8 @@ TORSIO_API torsio_result torsio_knob_last_disarm(torsio_knob* knob, torsio_disar
 /// The latched faults as the device says now: TORSIO_FAULT_...
 TORSIO_API torsio_result torsio_knob_faults(torsio_knob* knob, uint32_t* faults);
 TORSIO_API torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health);
+/// The most that the device gives now, and whether it is held low until its parts are confirmed.
+TORSIO_API torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits);
 TORSIO_API torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* clock);
 TORSIO_API torsio_result torsio_knob_position_rad(torsio_knob* knob, double* position_rad);
 TORSIO_API torsio_result torsio_knob_statistics(torsio_knob* knob,
@@ -246,6 +253,9 @@ TORSIO_API torsio_result torsio_emulator_set_actuator_fault(torsio_knob* knob, b
 /// What the current sensor shows from now on, a torsio_current_sensor_state. TORSIO_ERROR unless
 /// the plant has electrics.
 TORSIO_API torsio_result torsio_emulator_set_current_sensor(torsio_knob* knob, int32_t state);
+/// The supply gives that many volts from now on, 0 to 1000. TORSIO_ERROR unless the plant has
+/// electrics.
+TORSIO_API torsio_result torsio_emulator_set_supply(torsio_knob* knob, double supply_v);
 /// The encoder's counter stands still.
 TORSIO_API torsio_result torsio_emulator_freeze_encoder(torsio_knob* knob, bool frozen);
 /// The encoder's counter is wrong from now on.

@@ -854,6 +854,23 @@ typedef struct torsio_health {
 } torsio_health;
 TORSIO_API torsio_result torsio_health_init(torsio_health* structure);
 
+/// The most that the device gives, by its configuration as it is now.
+typedef struct torsio_limits {
+  uint32_t struct_size;  ///< bytes of a torsio_limits
+  /// of the motor, for seconds
+  double motor_torque_nm;
+  /// the same for ever, as its winding stands it
+  double motor_torque_continuous_nm;
+  /// of the brake
+  double brake_torque_nm;
+  /// more is a fault; 0: no limit
+  double speed_rad_s;
+  /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
+  /// board's configuration ends it
+  bool held_low;
+} torsio_limits;
+TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);
+
 /// What games do with the device.
 typedef struct torsio_game_status {
   uint32_t struct_size;  ///< bytes of a torsio_game_status

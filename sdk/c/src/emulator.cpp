@@ -84,6 +84,10 @@ torsio_result torsio_emulator_set_current_sensor(torsio_knob* knob, int32_t stat
   });
 }
 
+torsio_result torsio_emulator_set_supply(torsio_knob* knob, double supply_v) {
+  return guarded([&] { emulator_of(knob).set_supply(supply_v); });
+}
+
 torsio_result torsio_emulator_unplug(torsio_knob* knob) {
   return guarded([&] { emulator_of(knob).unplug(); });
 }

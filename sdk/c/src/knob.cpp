@@ -113,6 +113,10 @@ torsio_result torsio_knob_open(const char* selector, const torsio_open_options* 
   });
 }
 
+torsio_result torsio_start_bootloader(const char* selector) {
+  return guarded([&] { torsio::start_bootloader(&need(selector, "selector")); });
+}
+
 void torsio_knob_close(torsio_knob* knob) {
   if (knob != nullptr) knob->knob.close();
 }
@@ -158,6 +162,10 @@ torsio_result torsio_knob_faults(torsio_knob* knob, uint32_t* faults) {
 
 torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health) {
   return torsio::c::get(knob, health, "torsio_health", &torsio::Knob::health);
+}
+
+torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits) {
+  return torsio::c::get(knob, limits, "torsio_limits", &torsio::Knob::limits);
 }
 
 torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* clock) {

@@ -142,6 +142,9 @@ torsio_result torsio_clock_init(torsio_clock* structure) {
 torsio_result torsio_health_init(torsio_health* structure) {
   return torsio::c::init<torsio::Health>(structure);
 }
+torsio_result torsio_limits_init(torsio_limits* structure) {
+  return torsio::c::init<torsio::Limits>(structure);
+}
 torsio_result torsio_game_status_init(torsio_game_status* structure) {
   return torsio::c::init<torsio::GameStatus>(structure);
 }

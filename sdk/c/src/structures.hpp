@@ -731,6 +731,16 @@ inline torsio_health to_c([[maybe_unused]] const Health& from) {
   to.reset_cause = static_cast<std::int32_t>(from.reset_cause);
   return to;
 }
+inline torsio_limits to_c([[maybe_unused]] const Limits& from) {
+  torsio_limits to{};
+  to.struct_size = sizeof(torsio_limits);
+  to.motor_torque_nm = from.motor_torque_nm;
+  to.motor_torque_continuous_nm = from.motor_torque_continuous_nm;
+  to.brake_torque_nm = from.brake_torque_nm;
+  to.speed_rad_s = from.speed_rad_s;
+  to.held_low = from.held_low;
+  return to;
+}
 inline torsio_game_status to_c([[maybe_unused]] const GameStatus& from) {
   torsio_game_status to{};
   to.struct_size = sizeof(torsio_game_status);

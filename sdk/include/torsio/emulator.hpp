@@ -106,6 +106,9 @@ class TORSIO_EXPORT Emulator {
   /// What the current sensor shows from now on.
   /// @throws Error unless the plant has electrics
   virtual void set_current_sensor(CurrentSensorState state) = 0;
+  /// The supply gives that many volts from now on.
+  /// @throws InvalidArgument unless from 0 to 1,000; Error unless the plant has electrics
+  virtual void set_supply(double supply_v) = 0;
   virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
   virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
   virtual void skip_ticks(

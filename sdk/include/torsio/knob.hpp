@@ -93,6 +93,15 @@ struct OpenOptions {
 [[nodiscard]] TORSIO_EXPORT std::unique_ptr<Transport> open_transport(
     std::string_view selector = {}, const OpenOptions& options = {});
 
+/// Disarms a device and has it wait for new firmware, as a drive of its boot loader. It stays there
+/// until a file was copied onto the drive or it was unplugged. Devices of other releases understand
+/// this too, which Knob::open() refuses.
+/// @param options of these `emulator`, `command_timeout_s` and `interrupted`
+/// @throws Refused (unsupported: it has no boot loader, as an emulated one); as Knob::open(), but
+///         for ProtocolMismatch; Timeout
+TORSIO_EXPORT void start_bootloader(std::string_view selector = {},
+                                    const OpenOptions& options = {});
+
 /// An open knob. Movable, not copyable.
 ///
 /// Every member may be called from any thread, except that nobody else may be in a call while the
@@ -137,6 +146,8 @@ class TORSIO_EXPORT Knob {
   /// Names of the latched faults as the device says now: "over_speed", ...
   [[nodiscard]] std::vector<std::string> faults();
   [[nodiscard]] Health health();
+  /// The most that the device gives now, and whether it is held low until its parts are confirmed.
+  [[nodiscard]] Limits limits();
   [[nodiscard]] Clock clock();
   [[nodiscard]] double position_rad();
   [[nodiscard]] LinkStatistics statistics() const;
@@ -153,7 +164,8 @@ class TORSIO_EXPORT Knob {
   // What it does -----------------------------------------------------------------------------
 
   /// Torque on: the scene's torque grows from nothing to full over `passive_ramp_s`. From here on
-  /// the library tells the device regularly that the host is alive.
+  /// the library tells the device regularly that the host is alive. A board whose parts nobody has
+  /// confirmed gives little; limits() tells.
   /// @throws Refused (fault_latched)
   void arm();
   void disarm();       ///< Torque off; the scene stays.

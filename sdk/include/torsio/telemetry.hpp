@@ -151,6 +151,17 @@ struct Health {
   ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
 };
 
+/// The most that the device gives, by its configuration as it is now.
+struct Limits {
+  double motor_torque_nm = 0.0;             ///< of the motor, for seconds
+  double motor_torque_continuous_nm = 0.0;  ///< the same for ever, as its winding stands it
+  double brake_torque_nm = 0.0;             ///< of the brake
+  double speed_rad_s = 0.0;                 ///< more is a fault; 0: no limit
+  /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
+  /// board's configuration ends it
+  bool held_low = false;
+};
+
 /// What games do with the device.
 struct GameStatus {
   double time_s = 0.0;        ///< of this moment: the device's tick times the control period

@@ -124,6 +124,31 @@ TEST_CASE("a missing supply, and a motor that spins unseen, do not fit either") 
   }
 }
 
+TEST_CASE("a supply of twice the configured voltage is found out once the motor works") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double torque_nm : {0.085, -0.04}) {
+      CAPTURE(torque_nm);
+      Motor motor(board);
+      motor.supply = 24.0;
+      const double found_s = motor.push(torque_nm, 1.0);
+      CHECK(found_s > 0.08);
+      CHECK(found_s < 0.13);
+      CHECK(motor.logic.find_faults(false) == fault::winding);
+      motor.run(0.0, 1e-3);
+      CHECK(motor.logic.find_faults(false) == 0);
+    }
+    // Where little flows, or the motor makes much of the voltage, nothing is said of it.
+    Motor idle(board);
+    idle.supply = 24.0;
+    CHECK(idle.push(0.02, 0.5) < 0.0);
+    // A supply that is a tenth high, on a winding that is a third low, is no fault.
+    Motor tolerable(board);
+    tolerable.supply = 13.2;
+    tolerable.ohm = 2.5 / 1.43;
+    CHECK(tolerable.push(0.085, 1.0) < 0.0);
+  }
+}
+
 TEST_CASE("a zero without room for the trip level is a fault before anybody can arm") {
   // 3 A at 0.2 V/A are 745 steps.
   for (const auto& [zero, fits] : {std::pair{700.0, false},

@@ -142,6 +142,7 @@ class EmulatedWorldHandle final : public Emulator {
   void set_actuator_fault(bool) override { only_in_process("set_actuator_fault"); }
   ElectricsState electrics() const override { only_in_process("electrics"); }
   void set_current_sensor(CurrentSensorState) override { only_in_process("set_current_sensor"); }
+  void set_supply(double) override { only_in_process("set_supply"); }
   void freeze_encoder(bool) override { only_in_process("freeze_encoder"); }
   void jump_encoder(std::int32_t) override { only_in_process("jump_encoder"); }
   void skip_ticks(std::uint32_t) override { only_in_process("skip_ticks"); }

@@ -1,0 +1,102 @@
+"""`torsio firmware`: what is in a file, and putting it on a knob."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+import torsio
+from torsio import firmware
+from torsio.command import AsJson, err, out, plainly
+
+__all__ = ["app"]
+
+app = typer.Typer(help="Look into firmware files, and put them on a knob.", no_args_is_help=True)
+
+
+def _line(say: Console, text: str) -> None:
+    say.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+@app.command("show")
+@plainly
+def show_command(file: Path, as_json: AsJson = False) -> None:
+    """Check a file, and show for which board it is."""
+    found = {**asdict(firmware.read(file)), "path": str(file)}
+    if as_json:
+        sys.stdout.write(json.dumps(found, indent=2) + "\n")
+        return
+    found["fingerprint"] = f"0x{found['fingerprint']:08x}"
+    for name, value in found.items():
+        _line(out, f"{name}  {value}")
+
+
+@app.command("update")
+@plainly
+def update_command(
+    file: Path,
+    device: Annotated[
+        str,
+        typer.Option(
+            "--device",
+            metavar="DEVICE",
+            help="Path or serial number; needed if more than one knob is plugged in.",
+            show_default=False,
+        ),
+    ] = "",
+    drive: Annotated[
+        Path | None,
+        typer.Option(
+            "--drive",
+            metavar="FOLDER",
+            help="Where the boot loader's drive will be, if it cannot be found.",
+            show_default=False,
+        ),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+) -> None:
+    """Put new firmware on a knob: check the file, disarm, copy, wait, and see that it runs.
+
+    The saved configuration stays, unless the firmware before was of another release with other
+    reports; you are told before.
+    """
+    plan = firmware.prepare(file, device, drive=drive)
+    _line(out, str(plan))
+    if plan.loses_configuration:
+        _line(
+            out,
+            "its configuration will be lost: the new firmware cannot read it, and holds the knob "
+            "low until its parts are confirmed; `torsio config dump` of the old release keeps it",
+        )
+    if not yes and not _agreed():
+        raise torsio.Error("nothing was changed; --yes does it without asking")
+    done = firmware.carry_out(plan, say=lambda text: _line(out, f"  {text}"))
+    _line(
+        out,
+        f"{done.after.serial} runs firmware {done.after.firmware_version} of board "
+        f"{done.after.board}, fingerprint 0x{done.after.fingerprint:08x}",
+    )
+    if done.kept:
+        _line(out, "its configuration is as before")
+    elif done.configuration is not None:
+        kept = Path(f"torsio-{done.after.serial}.json")
+        kept.write_text(json.dumps(done.configuration, indent=2) + "\n", encoding="utf-8")
+        _line(
+            out,
+            "its configuration is the saved one; what was set and not saved is in "
+            f"{kept}, for `torsio config load`",
+        )
+    else:
+        _line(out, "look at its configuration: `torsio doctor` tells whether it holds the knob low")
+
+
+def _agreed() -> bool:
+    if not sys.stdin.isatty():
+        return False
+    return err.input("Write it? [y/N] ").strip().lower() in ("y", "yes")

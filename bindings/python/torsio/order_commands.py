@@ -1,0 +1,75 @@
+"""Commands of `torsio` that give a knob one order: arm, stop, zero, clear-fault."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Annotated
+
+import typer
+
+import torsio
+from torsio.command import Device, opened, out, plainly
+from torsio.doctor import HOW_TO_CONFIRM, limits_text
+
+__all__ = ["add_to"]
+
+
+def arm_command(
+    device: Device = "",
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
+    ] = None,
+) -> None:
+    """Switch the torque on until Ctrl-C, and say how much there is at most and what is missing.
+
+    What plays is what the knob has: a game's effects, or a scene that an autonomous knob kept.
+    """
+    with opened(device, out) as knob:
+        limits = knob.limits()
+        out.print(f"at most  {limits_text(limits)}", highlight=False, soft_wrap=True)
+        if limits.held_low:
+            out.print(
+                f"missing  nobody has confirmed its parts: {HOW_TO_CONFIRM}",
+                highlight=False,
+                markup=False,
+                soft_wrap=True,
+            )
+        knob.arm()
+        out.print("armed    Ctrl-C ends it", highlight=False)
+        end_s = math.inf if seconds is None else time.monotonic() + seconds
+        while (left_s := end_s - time.monotonic()) > 0 and knob.state == "armed":
+            time.sleep(min(left_s, 0.1))
+            if knob.is_emulated:
+                knob.sleep(0.1)
+        if knob.state != "armed":
+            disarm = knob.last_disarm
+            why = ", ".join((disarm.reason, *disarm.faults)) if disarm else "unknown"
+            raise torsio.Error(f"the torque went: {why}; `torsio doctor` says what to do")
+
+
+def clear_fault_command(device: Device = "") -> None:
+    """Clear latched faults whose cause is gone; `torsio doctor` names them and their cure."""
+    with opened(device, out) as knob:
+        knob.clear_fault()
+
+
+def stop_command(device: Device = "") -> None:
+    """Take the torque from a knob that plays on its own, and empty its scene."""
+    with opened(device, out) as knob:
+        knob.stop()
+
+
+def zero_command(device: Device = "") -> None:
+    """Make the angle where a knob stands its zero."""
+    with opened(device, out) as knob:
+        knob.zero()
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the commands."""
+    app.command("arm")(plainly(arm_command))
+    app.command("stop")(plainly(stop_command))
+    app.command("zero")(plainly(zero_command))
+    app.command("clear-fault")(plainly(clear_fault_command))

@@ -1,0 +1,37 @@
+/// @file
+/// What a firmware file says of itself to who looks into it: `torsio firmware update` does.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include "protocol/registry.hpp"
+
+namespace torsio::boards {
+
+/// Stands somewhere in the image; the mark finds it. bindings/python/torsio/uf2.py reads it.
+struct FirmwareLabel {
+  std::array<char, 16> mark{};  // "torsio firmware"
+  std::uint32_t fingerprint = 0;
+  std::array<std::uint8_t, 3> version{};
+  std::uint8_t unused = 0;
+  std::array<char, 16> board{};  // its name, filled up with zeros
+};
+static_assert(sizeof(FirmwareLabel) == 40);
+
+consteval FirmwareLabel make_firmware_label(std::string_view board,
+                                            std::array<std::uint8_t, 3> version) {
+  FirmwareLabel label;
+  std::ranges::copy(std::string_view("torsio firmware"), label.mark.begin());
+  std::ranges::copy(board, label.board.begin());
+  label.fingerprint = protocol::fingerprint();
+  label.version = version;
+  return label;
+}
+
+/// Keeps the label in the program, which has no use for it itself.
+inline void keep(const FirmwareLabel& label) { asm volatile("" : : "r"(&label)); }
+
+}  // namespace torsio::boards

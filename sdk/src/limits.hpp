@@ -1,0 +1,15 @@
+/// @file
+/// What a device's configuration lets it give, as its firmware has it too.
+#pragma once
+
+#include "protocol/configuration.hpp"
+#include "torsio/telemetry.hpp"
+
+namespace torsio {
+
+/// @param real whether the board has a motor that its currents limit, and is held low until its
+///             parts are confirmed; an emulated one has not
+Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::ControlConfig& control,
+                 const protocol::BoardConfig& board, bool real);
+
+}  // namespace torsio

@@ -1,0 +1,86 @@
+// What a knob says that it gives at most, of an emulated device and of one that calls itself a
+// board.
+#include <doctest/doctest.h>
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
+#include "torsio/knob.hpp"
+
+using namespace torsio;
+
+namespace {
+
+/// An emulated device that says that it is a real board.
+class Board final : public Transport {
+ public:
+  void close() noexcept override { inner_->close(); }
+  bool write(const ReportBytes& report) override { return inner_->write(report); }
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    return inner_->read(report, timeout);
+  }
+  bool get_feature(std::uint8_t id, ReportBytes& report) override {
+    if (!inner_->get_feature(id, report)) return false;
+    protocol::Identity identity;
+    if (id != protocol::Layout<protocol::Identity>::id) return true;
+    REQUIRE(protocol::decode(report, identity).ok());
+    identity.board = 2;
+    report = protocol::encode(identity);
+    return true;
+  }
+  bool set_feature(const ReportBytes& report) override { return inner_->set_feature(report); }
+  bool time_is_virtual() const override { return inner_->time_is_virtual(); }
+  std::int64_t now_ns() const override { return inner_->now_ns(); }
+  void advance_to(std::int64_t time_ns) override { inner_->advance_to(time_ns); }
+
+ private:
+  std::unique_ptr<Transport> inner_ = open_transport("emulated");
+};
+
+bool same(const Limits& is, const Limits& wanted) {
+  const auto near = [](double a, double b) { return a == doctest::Approx(b).epsilon(1e-6); };
+  return near(is.motor_torque_nm, wanted.motor_torque_nm) &&
+         near(is.motor_torque_continuous_nm, wanted.motor_torque_continuous_nm) &&
+         near(is.brake_torque_nm, wanted.brake_torque_nm) &&
+         near(is.speed_rad_s, wanted.speed_rad_s) && is.held_low == wanted.held_low;
+}
+
+}  // namespace
+
+TEST_CASE("an emulated knob gives what actuator and caps let it") {
+  Knob knob = Knob::open("emulated");
+  CHECK(same(knob.limits(), {0.085, 0.085, 0.11, 0.0, false}));
+  knob.update([](ControlConfig& control) {
+    control.motor_torque_cap_nm = 0.02;
+    control.brake_torque_cap_nm = 0.05;
+    control.speed_limit_rad_s = 30.0;
+  });
+  CHECK(same(knob.limits(), {0.02, 0.02, 0.05, 30.0, false}));
+}
+
+TEST_CASE("a board is held low until its parts are confirmed, and then by its currents too") {
+  Knob knob = Knob::open(std::make_unique<Board>());
+  CHECK(same(knob.limits(), {0.015, 0.015, 0.03, 10.0, true}));
+  knob.update([](ControlConfig& control) {
+    control.motor_torque_cap_nm = 0.01;
+    control.speed_limit_rad_s = 4.0;
+  });
+  CHECK(same(knob.limits(), {0.01, 0.01, 0.03, 4.0, true}));
+  knob.update([](ControlConfig& control) { control = {}; });
+  knob.update([](BoardConfig& board) { board.confirmed = true; });
+  // 1 A for ever at 0.05 N m/A.
+  CHECK(same(knob.limits(), {0.085, 0.05, 0.11, 0.0, false}));
+  knob.update([](BoardConfig& board) {
+    board.motor_current_max_a = 0.5;
+    board.brake_current_max_a = 0.1;
+  });
+  CHECK(same(knob.limits(), {0.025, 0.025, 0.044, 0.0, false}));
+}
+
+TEST_CASE("an emulated device has no boot loader, and says so") {
+  CHECK_THROWS_AS(start_bootloader("emulated"), Refused);
+  CHECK_THROWS_AS(start_bootloader("TS-9999"), DeviceNotFound);
+}

@@ -1,0 +1,167 @@
+"""Broken parts of the emulated device's electrics show the faults that they show on the boards.
+
+``tests/board/test_guards.py`` has the same cases, with the same times, on the firmware's binaries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+import torsio
+from torsio import BoardConfig, ControlConfig, Electrics, Emulator, EmulatorOptions, PlantParams
+
+# The current loops and control rates of both boards.
+BOARDS: dict[str, tuple[Electrics, float]] = {
+    "pico2": (Electrics(), 20e3),
+    "pico": (Electrics(predictive=False, current_period_s=0.0, output_delay_s=1e-4), 10e3),
+}
+AT_REST = torsio.PrescribedMotion(angle_rad=[(0.0, 0.3), (60.0, 0.3)])
+
+
+@pytest.fixture(params=list(BOARDS))
+def board(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@contextmanager
+def opened(
+    board: str, hand: torsio.Hand = AT_REST, config: BoardConfig | None = None, **parts: Any
+) -> Iterator[torsio.Knob]:
+    """Open a device whose motor, and nothing else, gives what is asked."""
+    electrics, rate_hz = BOARDS[board]
+    options = EmulatorOptions(
+        control_rate_hz=rate_hz,
+        plant=PlantParams(electrics=replace(electrics, **parts)),
+        control=ControlConfig(law="motor_only", passive_ramp_s=0.005, watchdog_s=5.0),
+        board=config or BoardConfig(current_bandwidth_hz=1000.0 if board == "pico" else 1e4),
+        hand=hand,
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.sleep(0.05)  # the sensor's zero is found while the power is off
+        yield knob
+
+
+def push(knob: torsio.Knob) -> None:
+    """Have the motor give all it may, 1.7 A."""
+    knob.play(torsio.Constant(torque_nm=0.5))
+    knob.arm()
+    knob.sleep(0.03)
+    assert knob.state == "armed"
+    knob.events()
+
+
+def fault_after(knob: torsio.Knob, within_s: float = 0.02) -> tuple[float, tuple[str, ...]]:
+    """Give how long it takes until the power is off, and which fault it is."""
+    begin_s = knob.clock().time_s
+    # A little longer: the cable has to tell.
+    assert knob.wait_for("fault", timeout_s=within_s + 0.005), "the motor goes on"
+    told = next(event for event in knob.events() if event.faults)
+    assert abs(knob.emulator.electrics.motor_current_a) < 0.5
+    return told.time_s - begin_s, told.faults
+
+
+BREAKS: dict[str, tuple[Callable[[Emulator], None], str, float]] = {
+    # At its zero it says that there is no current, whatever the loop does.
+    "sensor stuck": (lambda world: world.set_current_sensor("stuck"), "winding", 0.02),
+    # At either end it says that there is far too much: three measurements on end.
+    "sensor dead": (lambda world: world.set_current_sensor("dead"), "actuator", 0.001),
+    "sensor saturated": (lambda world: world.set_current_sensor("saturated"), "actuator", 0.001),
+    "no supply": (lambda world: world.set_supply(0.0), "winding", 0.03),
+}
+
+
+@pytest.mark.parametrize("case", BREAKS)
+def test_part_that_breaks_while_the_motor_pushes_cuts_the_power(board: str, case: str) -> None:
+    break_it, fault, within_s = BREAKS[case]
+    with opened(board) as knob:
+        push(knob)
+        assert knob.emulator.electrics.motor_current_a == pytest.approx(1.7, rel=0.05)
+        break_it(knob.emulator)
+        time_s, faults = fault_after(knob, within_s)
+        assert faults == (fault,)
+        assert 0.0 < time_s < within_s
+        # Mended, cleared and armed, it pushes again.
+        knob.emulator.set_current_sensor("works")
+        knob.emulator.set_supply(12.0)
+        knob.sleep(0.1)
+        knob.clear_fault()
+        knob.arm()
+        knob.sleep(0.03)
+        assert knob.emulator.electrics.motor_current_a == pytest.approx(1.7, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [{"sensor_zero_v": 0.25}, {"sensor_zero_v": 3.2}, {"sensor_state": "dead"}],
+    ids=["zero low", "zero high", "dead"],
+)
+def test_sensor_whose_zero_leaves_no_room_keeps_the_device_from_arming(
+    board: str, parts: dict[str, Any]
+) -> None:
+    with opened(board, **parts) as knob:
+        assert knob.faults() == ("current_sensor",)
+        with pytest.raises(torsio.Refused, match="fault_latched"):
+            knob.arm()
+        with pytest.raises(torsio.Refused, match="fault_persists"):
+            knob.clear_fault()
+
+
+def test_trip_level_beyond_the_sensors_range_keeps_the_device_from_arming(board: str) -> None:
+    with opened(board, config=BoardConfig(current_sense_v_per_a=1.0)) as knob:
+        assert knob.faults() == ("current_sensor",)
+
+
+@pytest.mark.parametrize("ohm", [12.0, 1e6], ids=["another motor", "cut wire"])
+def test_winding_that_is_not_the_configured_one_is_a_fault(board: str, ohm: float) -> None:
+    with opened(board, winding_resistance_ohm=ohm) as knob:
+        knob.play(torsio.Constant(torque_nm=0.5))
+        knob.arm()
+        _, faults = fault_after(knob, 0.05)
+        assert faults == ("winding",)
+
+
+def test_supply_of_twice_the_configured_voltage_is_a_fault(board: str) -> None:
+    with opened(board, supply_v=24.0) as knob:
+        knob.play(torsio.Constant(torque_nm=0.5))
+        knob.arm()
+        time_s, faults = fault_after(knob, 0.15)
+        assert faults == ("winding",)
+        assert time_s > 0.08
+
+
+def test_motor_that_spins_unseen_is_a_fault(board: str) -> None:
+    spins = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, 0.0), (60.0, 59.0 * 150.0)])
+    with opened(board, spins) as knob:
+        push(knob)
+        knob.emulator.freeze_encoder(frozen=True)
+        knob.sleep(1.0)
+        assert knob.faults() == ("winding",)
+
+
+def test_sound_parts_are_believed_through_reversals_and_speed(board: str) -> None:
+    swings = torsio.ImpedanceHand(
+        stiffness_nm_per_rad=2.0,
+        damping_nm_s_per_rad=0.01,
+        intended_angle_rad=[(0.05 * n, 1.0 if n % 2 else -1.0) for n in range(1, 12)],
+    )
+    with opened(board, swings) as knob:
+        wall = torsio.Wall(angle_rad=0.2, stiffness_nm_per_rad=1.0)
+        knob.play([wall, torsio.Detents(per_turn=24, torque_nm=0.02)])
+        knob.arm()
+        knob.sleep(0.7)
+        assert knob.faults() == ()
+        assert knob.state == "armed"
+
+
+def test_supply_is_told_what_it_cannot_give() -> None:
+    with opened("pico2") as knob:
+        for volts in (-1.0, 1001.0, float("nan")):
+            with pytest.raises(torsio.InvalidArgument, match="supply_v"):
+                knob.emulator.set_supply(volts)
+    with torsio.open("emulated") as knob, pytest.raises(torsio.Error, match="no electrics"):
+        knob.emulator.set_supply(12.0)

@@ -1,0 +1,402 @@
+"""`torsio firmware`: what is in a file, and the way of new firmware onto a stand-in for a board."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import shutil
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from tools import uf2
+from torsio import firmware, protocol
+from torsio.cli import app
+
+OURS = protocol.fingerprint()
+
+
+def image(
+    chip: str = "rp2350",
+    board: bytes = b"pico2",
+    version: tuple[int, int, int] = (0, 9, 7),
+    fingerprint: int = OURS,
+    marks: int = 1,
+) -> bytes:
+    """Make a file as the build does, of a program that says who it is at an odd place."""
+    label = (
+        b"torsio firmware\0" + struct.pack("<I3Bx", fingerprint, *version) + board.ljust(16, b"\0")
+    )
+    program = (bytes(range(256)) * 2 + b"odd" + label * marks).ljust(1024, b"\xee")
+    pages = {0x10000000 + at: program[at : at + 256] for at in range(0, len(program), 256)}
+    return uf2.make(pages, chip)
+
+
+def patched(data: bytes, block: int, at: int, value: int) -> bytes:
+    at += 512 * block
+    return data[:at] + struct.pack("<I", value) + data[at + 4 :]
+
+
+FLAGS, ADDRESS, SIZE, NUMBER, COUNT, FAMILY, LAST = 8, 12, 16, 20, 24, 28, 508
+PICO = image("rp2040", b"pico")
+BAD = {
+    "empty": (b"", "has 0 bytes"),
+    "cut off": (PICO[:-1], "cut off"),
+    "text": (b"hello, world, " * 256, "no UF2 file"),
+    "begin damaged": (patched(PICO, 2, 0, 0), "block 2 is damaged"),
+    "end damaged": (patched(PICO, 3, LAST, 0), "block 3 is damaged"),
+    "half a page": (patched(PICO, 1, SIZE, 128), "block 1 is not one page"),
+    "beyond a page": (patched(PICO, 1, SIZE, 477), "block 1 is not one page"),
+    "between pages": (patched(PICO, 1, ADDRESS, 0x10000180), "block 1 is not one page"),
+    "no family": (patched(PICO, 0, FLAGS, 0), "does not say for which chip"),
+    "another chip": (patched(PICO, 0, FAMILY, 0xADA52840), "another chip"),
+    "RISC-V": (patched(image()[512:], 0, FAMILY, 0xE48BFF5A), "RISC-V"),
+    "two chips": (PICO[:512] + image()[1024:], "mixes"),
+    "last block missing": (PICO[:-512], "missing, doubled or out of order"),
+    "first block missing": (PICO[512:], "missing, doubled or out of order"),
+    "exchanged": (PICO[:512] + PICO[1024:1536] + PICO[512:1024] + PICO[1536:], "out of order"),
+    "doubled": (PICO[:512] + PICO, "missing, doubled"),
+    "a gap": (patched(PICO, 3, ADDRESS, 0x10000400), "block 3 goes to address 0x10000400"),
+    "not from the begin": (patched(PICO, 0, ADDRESS, 0x10000100), "0x10000000 comes next"),
+    "into the RAM": (patched(PICO, 0, ADDRESS, 0x20000000), "goes to address 0x20000000"),
+    "not for the flash": (patched(PICO, 1, FLAGS, 0x2001), "goes to address"),
+    "only the leading block": (image()[:512], "no chip in particular"),
+    "not ours": (image(marks=0), "not Torsio's firmware"),
+    "two marks": (image(marks=2), "more than once"),
+    "board is no name": (image(board=b"\xff\xfe"), "damaged"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_file_is_told_in_a_sentence(case: str, tmp_path: Path) -> None:
+    data, words = BAD[case]
+    file = tmp_path / "bad.uf2"
+    file.write_bytes(data)
+    with pytest.raises(torsio.InvalidArgument, match=words) as told:
+        firmware.read(file)
+    assert str(told.value).startswith(f"{file}: ")
+    result = CliRunner().invoke(app, ["firmware", "show", str(file)])
+    assert result.exit_code == 1
+    assert "torsio: error: " in result.output
+
+
+def test_file_says_for_which_board_it_is(tmp_path: Path) -> None:
+    for name, data in {"pico2": image(), "pico": PICO}.items():
+        file = tmp_path / f"{name}.uf2"
+        file.write_bytes(data)
+        found = firmware.read(file)
+        assert (found.board, found.version, found.fingerprint) == (name, "0.9.7", OURS)
+        assert found.chip == {"pico2": "rp2350", "pico": "rp2040"}[name]
+        assert found.size == 1024
+    assert "board  pico2" in CliRunner().invoke(
+        app, ["firmware", "show", str(tmp_path / "pico2.uf2")]
+    ).output  # fmt: skip
+
+
+def test_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["firmware", "show", str(tmp_path / "none.uf2")])
+    assert result.exit_code == 1
+    assert "none.uf2" in result.output
+
+
+# A board that is not there: a drive is a folder, and what is copied to it becomes the knob's ----
+
+
+class StandIn:
+    """A knob that becomes a drive and a knob again; both are seen where the update looks."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.mount = root / "media/me/my knob"
+        self.version, self.board, self.serial = "0.1.0", "pico2", "E66118604B7A3C2D"
+        self.board_id, self.problem = "RP2350", ""
+        self.error: Exception | None = None
+        self.plugged, self.returns, self.mounts, self.takes = True, True, True, True
+        self.owner = "none"
+        self.loses_configuration = False
+        self.started: list[str] = []
+        self._knob = torsio.open("emulated")
+        (root / "proc").mkdir()
+        (root / "proc/mounts").write_text("proc /proc proc rw 0 0\n", encoding="ascii")
+
+    # What the library would do with hardware.
+
+    def list_devices(self) -> list[torsio.ListedDevice]:
+        emulated = torsio.list_devices()[-1:]
+        if not self.plugged:
+            return emulated
+        mine = torsio.ListedDevice(
+            path="/dev/hidraw7", serial=self.serial, product="Torsio knob", board=self.board,
+            transport="hid", problem=self.problem,
+        )  # fmt: skip
+        return [mine, *emulated]
+
+    def open(self, path: str) -> Any:
+        assert path == "/dev/hidraw7"
+        if self.error is not None:
+            raise self.error
+        return self
+
+    def __enter__(self) -> StandIn:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._knob, name)
+
+    @property
+    def info(self) -> torsio.DeviceInfo:
+        return dataclasses.replace(
+            self._knob.info, board=self.board, firmware_version=self.version, serial=self.serial
+        )
+
+    def health(self) -> torsio.Health:
+        return dataclasses.replace(self._knob.health(), owner=self.owner)  # type: ignore[arg-type]
+
+    def start_bootloader(self, selector: str = "") -> None:
+        self.started.append(selector)
+        self.plugged = False
+        self.appear()
+
+    def appear(self) -> None:
+        """Show the drive, and take what comes."""
+        link = self.root / "dev/disk/by-label" / self.board_id
+        link.parent.mkdir(parents=True, exist_ok=True)
+        link.touch()
+        if self.mounts:
+            self.mount.mkdir(parents=True)
+            (self.mount / "INFO_UF2.TXT").write_text(
+                f"UF2 Bootloader v1.0\r\nModel: Raspberry Pi\r\nBoard-ID: {self.board_id}\r\n"
+            )
+            (self.root / "proc/mounts").write_text(
+                "/dev/sda1 /media/me/my\\040knob vfat rw 0 0\n", encoding="ascii"
+            )
+            threading.Thread(target=self._take, daemon=True).start()
+
+    def _take(self) -> None:
+        # A boot loader starts what it has got once all blocks have come.
+        copied = self.mount / "torsio.uf2"
+        data = b""
+        for _ in range(2000):
+            data = copied.read_bytes() if copied.exists() else b""
+            if data and len(data) == 512 * (1 + struct.unpack_from("<I", data, 512 + COUNT)[0]):
+                break
+            time.sleep(0.005)
+        time.sleep(0.02)
+        (self.root / "proc/mounts").write_text("", encoding="ascii")
+        shutil.rmtree(self.mount)
+        if self.takes:
+            at = data.index(b"torsio firmware") - 32  # in the third block, behind its header
+            at += 32
+            self.version = ".".join(map(str, data[at + 20 : at + 23]))
+        self.error = None
+        if self.loses_configuration:
+            self._knob.load_defaults()
+        self.plugged = self.returns
+
+
+@pytest.fixture
+def board(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIn]:
+    (tmp_path / "system").mkdir()
+    board = StandIn(tmp_path / "system")
+    for name in ("list_devices", "open", "start_bootloader"):
+        monkeypatch.setattr(firmware, name, getattr(board, name))
+    monkeypatch.chdir(tmp_path)
+    yield board
+    board._knob.close()
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "torsio-pico2.uf2"
+    path.write_bytes(image())
+    return path
+
+
+def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> firmware.Updated:
+    plan = firmware.prepare(file, selector, root=board.root, drive=options.pop("drive", None))
+    return firmware.carry_out(
+        plan, root=board.root, timeout_s=options.pop("timeout_s", 10.0), **options
+    )
+
+
+def test_update_disarms_copies_and_sees_the_new_version_run(board: StandIn, file: Path) -> None:
+    board._knob.update(beta=0.25)
+    steps: list[str] = []
+    done = do(board, file, board.serial, say=steps.append)
+    assert done.before is not None
+    assert (done.before.firmware_version, done.after.firmware_version) == ("0.1.0", "0.9.7")
+    assert done.kept is True
+    assert board.started == ["/dev/hidraw7"]
+    for word in ("boot loader", "drive", "copying", "waiting for the knob"):
+        assert any(word in step for step in steps)
+
+
+def test_configuration_that_is_not_kept_is_handed_back(board: StandIn, file: Path) -> None:
+    board._knob.update(beta=0.25)
+    board.loses_configuration = True
+    done = do(board, file)
+    assert done.kept is False
+    assert done.configuration is not None
+    assert done.configuration["control_config"]["beta"] == 0.25
+
+
+def test_knob_of_another_release_is_updated_and_its_owner_warned(
+    board: StandIn, file: Path
+) -> None:
+    board.error = torsio.ProtocolMismatch("of another release")
+    plan = firmware.prepare(file, root=board.root)
+    assert plan.loses_configuration
+    assert "of another release" in str(plan)
+    done = firmware.carry_out(plan, root=board.root, timeout_s=10.0)
+    assert (done.before, done.kept) == (None, None)
+
+
+def test_board_that_waits_already_gets_its_first_firmware(board: StandIn, file: Path) -> None:
+    board.plugged = False
+    board.appear()
+    done = do(board, file)
+    assert done.after.firmware_version == "0.9.7"
+    assert board.started == []
+
+
+def test_drive_that_the_user_names_is_taken(board: StandIn, file: Path) -> None:
+    assert do(board, file, drive=board.mount).kept is True
+
+
+def test_drive_that_nobody_mounts_is_told_with_the_command(board: StandIn, file: Path) -> None:
+    board.mounts = False
+    said: list[str] = []
+    with pytest.raises(torsio.Timeout, match=r"udisksctl mount -b /dev/disk/by-label/RP2350"):
+        do(board, file, timeout_s=0.5, say=said.append)
+    assert any("udisksctl mount" in text for text in said)
+
+
+def test_drive_that_does_not_come_is_told(board: StandIn, file: Path) -> None:
+    board.mounts, board.board_id = False, "none"
+    with pytest.raises(torsio.Timeout, match=r"did not appear within 0\.3 s"):
+        do(board, file, timeout_s=0.3)
+
+
+def test_drive_of_another_chip_gets_nothing(board: StandIn, file: Path) -> None:
+    board.board_id = "RPI-RP2"
+    with pytest.raises(torsio.Timeout, match="a drive RP2350"):
+        do(board, file, timeout_s=0.3)
+    with pytest.raises(torsio.InvalidArgument, match="nothing was copied"):
+        firmware.carry_out(
+            dataclasses.replace(firmware.prepare(file, drive=board.mount, root=board.root)),
+            root=board.root,
+        )
+    assert not (board.mount / "torsio.uf2").exists()
+
+
+def test_knob_that_does_not_come_back_is_told(board: StandIn, file: Path) -> None:
+    board.returns = False
+    with pytest.raises(torsio.Timeout, match="no knob runs it"):
+        do(board, file, timeout_s=0.5)
+
+
+def test_knob_that_still_runs_the_old_firmware_is_told(board: StandIn, file: Path) -> None:
+    board.takes = False
+    with pytest.raises(torsio.Error, match=r"runs firmware 0\.1\.0 .*not 0\.9\.7"):
+        do(board, file)
+
+
+def test_disk_that_is_full_is_told(
+    board: StandIn, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Full:
+        def __enter__(self) -> Full:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def write(self, _: bytes) -> int:
+            raise OSError(28, os.strerror(28))
+
+    plan = firmware.prepare(file, root=board.root)
+    real = Path.open
+    monkeypatch.setattr(
+        Path,
+        "open",
+        lambda path, *a, **k: (
+            Full() if path.name == "torsio.uf2" and "wb" in a else real(path, *a, **k)
+        ),
+    )
+    with pytest.raises(torsio.Error, match=r"No space left.*still waits"):
+        firmware.carry_out(plan, root=board.root, timeout_s=10.0)
+
+
+REFUSALS: dict[str, tuple[dict[str, Any], bytes, str, str]] = {
+    "another board": ({"board": "pico"}, image(), "", "take torsio-pico.uf2"),
+    "another release": ({}, image(fingerprint=OURS ^ 1), "", "same release"),
+    "virtual knob": ({"board": "emulated"}, image(), "", "no firmware of its own"),
+    "a game": ({"owner": "game"}, image(), "", "a game has the knob"),
+    "another program": (
+        {"error": torsio.DeviceBusy("somebody has opened it")}, image(), "", "opened it",
+    ),
+    "no such knob": ({}, image(), "TS-1", "there is no knob"),
+    "emulated": ({}, image(), "emulated", "no firmware of its own"),
+    "named emulated": ({}, image(), "emulated:x", "no firmware of its own"),
+    "nothing plugged in": ({"plugged": False}, image(), "", "BOOTSEL"),
+    "not whole": ({}, image()[:-512], "", "missing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSALS)
+def test_what_cannot_be_is_refused_before_anything_happens(
+    case: str, board: StandIn, file: Path
+) -> None:
+    values, data, selector, words = REFUSALS[case]
+    file.write_bytes(data)
+    for name, value in values.items():
+        setattr(board, name, value)
+    with pytest.raises(torsio.Error, match=words):
+        do(board, file, selector)
+    assert board.started == []
+
+
+def test_second_board_in_its_boot_loader_is_not_guessed_about(board: StandIn, file: Path) -> None:
+    board.appear()
+    with pytest.raises(torsio.Error, match="another board waits"):
+        do(board, file)
+    assert board.started == []
+
+
+def test_command_asks_first_and_tells_what_it_did(
+    board: StandIn, file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real_prepare, real_carry_out = firmware.prepare, firmware.carry_out
+    monkeypatch.setattr(firmware, "prepare", lambda *a, **k: real_prepare(*a, **k, root=board.root))
+    monkeypatch.setattr(
+        firmware, "carry_out", lambda *a, **k: real_carry_out(*a, **k, root=board.root)
+    )
+    asked = CliRunner().invoke(app, ["firmware", "update", str(file)])
+    assert asked.exit_code == 1
+    assert "--yes" in asked.output
+    assert board.started == []
+    board._knob.update(beta=0.25)
+    board.loses_configuration = True
+    done = CliRunner().invoke(app, ["firmware", "update", str(file), "--yes"])
+    assert done.exit_code == 0, done.output
+    assert "runs firmware 0.9.7 of board pico2" in done.output
+    kept = Path(f"torsio-{board.serial}.json")
+    assert str(kept) in done.output
+    assert '"beta": 0.25' in kept.read_text(encoding="utf-8")
+
+
+def test_emulated_knob_has_no_boot_loader() -> None:
+    with pytest.raises(torsio.Refused, match="unsupported"):
+        torsio.start_bootloader("emulated")
+    with pytest.raises(torsio.DeviceNotFound):
+        torsio.start_bootloader("TS-9999")
