@@ -121,14 +121,26 @@ TEST_CASE("a fault cuts at once what is being let go of") {
   CHECK(rig.acknowledgements.back().state == State::fault);
 }
 
-TEST_CASE("disarming shortens the fade of a host that was silent") {
+TEST_CASE("disarming shortens the fade of a host that was silent, and releases the brake") {
   Rig rig;
-  rig.arm_with_constant(0.03F);
-  rig.tick(110);  // the watchdog has bitten: 20 ms to go
+  ControlConfig config;
+  config.passive_ramp_s = 0.02F;
+  config.watchdog_s = 0.1F;
+  config.passive_brake_nm = 0.01F;
+  REQUIRE(rig.set(config).ok());
+  Constant constant;
+  constant.torque_nm = 0.03F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(105);  // the watchdog has bitten: 20 ms to go
+  REQUIRE(rig.outputs.brake_command_nm == 0.01F);
   const float held = rig.outputs.motor_command_nm;
   REQUIRE(held != 0.0F);
   REQUIRE(rig.device->receive(encode(Command{7, 0, Op::disarm})));
-  rig.tick(4);
+  rig.tick();
+  CHECK(rig.outputs.brake_command_nm == 0.0F);
+  rig.tick(3);
   CHECK(rig.outputs.motor_command_nm == Approx(0.0).scale(1e-3));
   rig.tick();
   CHECK_FALSE(rig.outputs.enabled);
