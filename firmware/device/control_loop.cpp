@@ -244,7 +244,7 @@ core::ForceSource* ControlLoop::serve_dial() {
     dial_.begin(game_params_.detents);
     set_state(State::armed, Owner::dial);
   }
-  if (owner_ == Owner::dial && !dial_.wanted()) {
+  if (owner_ == Owner::dial && !passive_ && !dial_.wanted()) {
     dial_.release();
     if (!dial_.felt()) set_state(State::disarmed);
   }

@@ -188,7 +188,8 @@ std::span<const std::uint8_t> hid_descriptor(std::uint8_t interface, Personality
       .subspan(9 + interface * kInterfaceBlockSize + 9, kHidDescriptorSize);
 }
 
-StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial) {
+StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial,
+                                   Personality personality) {
   switch (index) {
     case languages: {
       StringDescriptor string = make_string(" ");
@@ -213,6 +214,7 @@ StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint
     case game_name:
       return make_string("Torsio game controller");
     case dial_name:
+      if (personality != Personality::dial) return {};
       return make_string("Torsio dial");
     default:
       return {};

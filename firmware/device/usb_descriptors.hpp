@@ -57,6 +57,7 @@ struct StringDescriptor {
 
 /// @param index  0 the languages, 1 manufacturer, 2 product, 3 serial number, then interface names
 /// @param serial ASCII, padded with zeros
-StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial);
+StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial,
+                                   Personality personality = Personality::game_controller);
 
 }  // namespace torsio::device

@@ -118,6 +118,7 @@ extern "C" const std::uint8_t* tud_descriptor_configuration_cb(std::uint8_t) {
 }
 
 extern "C" const std::uint16_t* tud_descriptor_string_cb(std::uint8_t index, std::uint16_t) {
-  torsio::usb::string = torsio::device::string_descriptor(index, torsio::usb::serial);
+  torsio::usb::string =
+      torsio::device::string_descriptor(index, torsio::usb::serial, torsio::usb::personality);
   return torsio::usb::string.size_bytes == 0 ? nullptr : torsio::usb::string.units.data();
 }

@@ -48,7 +48,8 @@ TEST_CASE("disarm and stop let go along a line of 4 ms; stop forgets the scene")
       board.control_period_ns = period_ns;
       Rig rig(board);
       rig.arm_with_constant(0.03F);
-      rig.tick(200);
+      const int soft_start = static_cast<int>(25'000'000 / period_ns);
+      rig.tick(soft_start);
       REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);
       const float held = rig.outputs.motor_command_nm;
       REQUIRE(held != 0.0F);
@@ -74,7 +75,7 @@ TEST_CASE("disarm and stop let go along a line of 4 ms; stop forgets the scene")
         CHECK((report.flags & torsio::protocol::flag::passive) == 0);
       }
       CHECK(rig.command(Op::arm) == Status::ok);
-      rig.tick(220);
+      rig.tick(soft_start);
       if (op == Op::stop) {
         CHECK(rig.outputs.motor_command_nm == 0.0F);
         CHECK(rig.send_status(Commit{3, 0, 1}) == Status::empty_slot);
