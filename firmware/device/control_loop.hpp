@@ -176,7 +176,6 @@ class ControlLoop {
   std::uint32_t usual_tick_ns_ = 0;
 
   LoopConfig config_;
-  game::ForceParams game_params_;
   core::ControllerState controller_;
   protocol::State state_ = protocol::State::disarmed;
   protocol::Owner owner_ = protocol::Owner::none;  // none unless armed
@@ -206,6 +205,7 @@ class ControlLoop {
 
   LoopCounters counters_;
   Ring<Order, 2> orders_;
+  game::ForceParams game_params_;  // of ticks that decide
 
  public:
   // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
