@@ -188,7 +188,7 @@ ENUMERATORS = {
     "grain": ("sine", "square", "triangle", "noise"),
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
-    "owner": ("none", "sdk", "game"),
+    "owner": ("none", "sdk", "game", "dial"),
     "law": ("paper", "compensated", "parallel", "motor_only", "calibrated"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
@@ -209,6 +209,8 @@ ENUMERATORS = {
     ),
     "paused": ("off", "on"),
     "join_updates": ("off", "on"),
+    "personality": ("game_controller", "dial"),
+    "dial_use": ("wheel", "pan", "volume"),
 }
 for _n in range(3):
     ENUMERATORS[f"effect.{_n}.kind"] = (
