@@ -221,7 +221,7 @@ std::vector<std::uint8_t> EmulatedDevice::game_get_feature(std::uint8_t id) {
 }
 
 void EmulatedDevice::set_buttons(std::uint8_t pressed) {
-  if (device_ != nullptr) device_->game().set_buttons(pressed);
+  if (device_ != nullptr) device_->set_buttons(pressed);
 }
 
 void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }

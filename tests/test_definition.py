@@ -25,7 +25,9 @@ RELEASED = {
     "Law": ["paper", "compensated", "parallel", "motor_only", "calibrated"],
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
-    "Owner": ["none", "sdk", "game"],
+    "Owner": ["none", "sdk", "game", "dial"],
+    "Personality": ["game_controller", "dial"],
+    "DialUse": ["wheel", "pan", "volume"],
     "GameEffectKind": [
         *("none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up"),
         *("sawtooth_down", "spring", "damper", "inertia", "friction"),
@@ -33,7 +35,7 @@ RELEASED = {
     "GameEffectState": ["stopped", "playing", "set_aside"],
     "DisarmReason": [
         *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
-        *("unknown", "excitation_over", "excitation_stopped"),
+        *("unknown", "excitation_over", "excitation_stopped", "dial_idle"),
     ],
     "ResetCause": [
         *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),

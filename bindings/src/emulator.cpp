@@ -359,13 +359,15 @@ void bind_emulator(py::module_& parent) {
       parent.def_submodule("emulator", "The emulated device and its parts, each on its own.");
   module.def(
       "usb_report_descriptor",
-      [](std::uint8_t interface) {
-        const auto interfaces = device::usb_interfaces();
+      [](std::uint8_t interface, bool dial) {
+        const auto interfaces = device::usb_interfaces(dial ? device::Personality::dial
+                                                            : device::Personality::game_controller);
         if (interface >= interfaces.size()) throw py::value_error("there is no such interface");
         const auto bytes = interfaces[interface].report_descriptor;
         return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
       },
-      arg("interface"), "HID report descriptor of interface 0 (control) or 1 (game).");
+      arg("interface"), arg("dial") = false,
+      "HID report descriptor of interface 0 (control) or 1 (game, or dial).");
   bind_plant(module);
   bind_profile_and_encoder(module);
   bind_device(module);

@@ -97,6 +97,39 @@ Hand first_hand(const std::string& choice) {
   return read_hand(script, path);
 }
 
+/// The knob's storage in a file, which outlives the program.
+class Storage {
+ public:
+  explicit Storage(const std::string& path) : path_(path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return;  // a new one
+    for (device::SlotBytes& slot : slots_.slot) {
+      file.read(reinterpret_cast<char*>(slot.data()), static_cast<std::streamsize>(slot.size()));
+    }
+    if (!file || file.peek() != std::ifstream::traits_type::eof()) {
+      throw BadOption("--storage " + path + " is no file that a virtual knob has written");
+    }
+  }
+
+  [[nodiscard]] const device::StoredSlots& slots() const { return slots_; }
+
+  /// Writes what is new.
+  void keep(const device::StoredSlots& slots) {
+    if (slots.slot == slots_.slot) return;
+    slots_ = slots;
+    std::ofstream file(path_, std::ios::binary);
+    for (const device::SlotBytes& slot : slots_.slot) {
+      file.write(reinterpret_cast<const char*>(slot.data()),
+                 static_cast<std::streamsize>(slot.size()));
+    }
+    if (!file.flush()) say("warning", path_ + ": cannot be written: " + std::strerror(errno));
+  }
+
+ private:
+  std::string path_;
+  device::StoredSlots slots_ = device::empty_slots();
+};
+
 /// Lines from standard input, as they come.
 class Commands {
  public:
@@ -151,10 +184,12 @@ class Program {
  public:
   explicit Program(const ProgramOptions& options)
       : options_(options),
+        storage_(options.storage.empty() ? std::nullopt : std::optional<Storage>(options.storage)),
         knob_({.seed = options.seed,
                .control_period_ns = std::llround(1e9 / options.rate_hz),
                .hand = first_hand(options.hand),
                .serial = options.serial,
+               .stored = storage_ ? storage_->slots() : device::empty_slots(),
                .log_truth = !options.log.empty()}),
         hands_(knob_.device()),
         server_(knob_.exported(), options.address, options.port, tell) {
@@ -178,6 +213,7 @@ class Program {
       if (pacer.take(steady_clock::now())) frame(pacer);
     }
     if (log_) log_->flush();
+    if (storage_) storage_->keep(knob_.device().stored());
   }
 
  private:
@@ -207,6 +243,7 @@ class Program {
     }
     teller.flush();
     ++frames_;
+    if (storage_) storage_->keep(knob_.device().stored());
     if (options_.status && frames_ % kFramesPerStatus == 0) tell_status(knob_.device());
     if (frames_ % kFramesPerSecond != 0) return;
     if (log_) log_->flush();
@@ -215,6 +252,7 @@ class Program {
   }
 
   ProgramOptions options_;
+  std::optional<Storage> storage_;
   UsbKnob knob_;
   HandCommands hands_;
   Server server_;

@@ -40,6 +40,8 @@ void set(ProgramOptions& options, std::string_view name, std::string_view value)
     options.hand = value == "pushes" ? "free" : value;
   } else if (name == "--log") {
     options.log = value;
+  } else if (name == "--storage") {
+    options.storage = value;
   } else {
     throw BadOption("there is no option \"" + std::string(name) + "\"; see --help");
   }
@@ -91,6 +93,7 @@ A virtual knob as a USB device, served over USB/IP.
   --rate-hz HZ       control rate, 1000 to 20000 (1000)
   --seed NUMBER      of everything random (0)
   --hand HAND        still, free, scripted:FILE, or pushes: free and --commands (still)
+  --storage FILE     keep there what is saved on the knob, and start with it
   --commands         follow lines from standard input, and end where they end
   --log FILE         write the plant's truth at every control tick
   --status           print how the knob is, ten times a second

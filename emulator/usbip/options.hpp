@@ -24,6 +24,7 @@ struct ProgramOptions {
   std::uint64_t seed = 0;
   std::string hand = "still";  // still, free or scripted:FILE
   std::string log;             // empty: none
+  std::string storage;         // file of the knob's storage; empty: new at each start
   bool commands = false;       // follow lines from standard input, and end where they end
   bool status = false;
   bool help = false;

@@ -21,7 +21,8 @@ UsbKnob::UsbKnob(EmulatedDeviceOptions options)
                          .bus_id = kBusId,
                          .device = kDeviceNumber,
                          .device_descriptor = descriptor_,
-                         .configuration_descriptor = device::configuration_descriptor()},
+                         .configuration_descriptor =
+                             device::configuration_descriptor(device_.device().personality())},
               .host = host_} {
   // Its own cable stays out; from here on the stack says whether there is a host.
   device_.set_plugged(false);

@@ -24,6 +24,7 @@ struct LoopConfig {
   core::ControllerParams controller;
   std::uint32_t watchdog_ticks = 1;      // 0: none, plays on without a host
   std::uint32_t passive_ramp_ticks = 0;  // also the length of the soft start
+  std::uint32_t let_go_ticks = 0;        // of the motor's way to zero when somebody disarms
   float passive_brake_nm = 0;
   float speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault

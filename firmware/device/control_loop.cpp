@@ -72,14 +72,14 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
   causes_ = static_cast<std::uint16_t>((causes_ & ~kReported) | reported_by(in));
-  if (const Order* order = orders_.front()) {
+  if (const Order* order = orders_.front(); order != nullptr && !must_let_go(*order)) {
     carry_out(*order);
     orders_.pop();
   }
   if (excitation_.end != core::ExcitationEnd::none) end_excitation();
-  core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
+  core::ForceSource* const other_force = letting_go_ ? nullptr : serve_others();
   const bool playing = plays() && host_is_there();
-  choose_torque(playing, game_force);
+  choose_torque(playing, other_force);
   causes_ = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   // Once the controller knows that its commands came to nothing they stay zero by themselves.
@@ -96,6 +96,11 @@ void ControlLoop::give(const Order& order) {
 
 void ControlLoop::set_connected(bool connected) {
   connected_.store(connected, std::memory_order_relaxed);
+  call();
+}
+
+void ControlLoop::want_dial(bool wanted) {
+  dial_.want(wanted);
   call();
 }
 
@@ -152,12 +157,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::stop:
       scene_ = nullptr;
       [[fallthrough]];
-    case Order::Kind::disarm: {
-      const bool cut_game = owner_ == Owner::game;
-      if (armed()) set_state(State::disarmed);
-      // Whoever stops a game does not want its next update to undo that.
-      if (cut_game) game.forget();
-    }
+    case Order::Kind::disarm:  // by must_let_go(), before it
       return Status::ok;
     case Order::Kind::clear_fault:
       return clear_fault();
@@ -177,6 +177,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::zero:
       if (armed()) return Status::not_disarmed;
       controller_.motion.position_counts = 0;
+      ++counters_.zeroings;
       return Status::ok;
     case Order::Kind::relax:
       if (armed()) return Status::not_disarmed;
@@ -198,15 +199,22 @@ Status ControlLoop::arm() {
   if (passive_ || held.load(std::memory_order_relaxed) != 0) return Status::busy;
   if (owner_ == Owner::sdk) return Status::ok;
   soft_start_ticks_left_ = config_.passive_ramp_ticks;
-  if (owner_ == Owner::game) {
-    // The game's torque fades while the scene's comes up: both in the time of the soft start.
-    game.release(game_params_.release_ticks);
+  if (owner_ != Owner::none) {
+    // The other's torque fades while the scene's comes up: both in the time of the soft start.
+    if (owner_ == Owner::game) game.release(game_params_.release_ticks);
+    dial_.release();
     owner_ = Owner::sdk;
     report_event(EventKind::owner_changed);
   } else {
     set_state(State::armed, Owner::sdk);
   }
   return Status::ok;
+}
+
+/// The device is for games or a dial, as it was when it started.
+core::ForceSource* ControlLoop::serve_others() {
+  if (game_params_.detents.on) return serve_dial();
+  return game.awake() ? serve_game() : nullptr;
 }
 
 /// A game gets the actuator when it starts an effect while nobody has it, and loses it when it has
@@ -226,6 +234,21 @@ core::ForceSource* ControlLoop::serve_game() {
     }
   }
   return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
+}
+
+/// The dial has the actuator while somebody turns it and nobody else wants it.
+core::ForceSource* ControlLoop::serve_dial() {
+  const bool free =
+      state_ == State::disarmed && connected() && held.load(std::memory_order_relaxed) == 0;
+  if (dial_.wanted() && free) {
+    dial_.begin(game_params_.detents);
+    set_state(State::armed, Owner::dial);
+  }
+  if (owner_ == Owner::dial && !passive_ && !dial_.wanted()) {
+    dial_.release();
+    if (!dial_.felt()) set_state(State::disarmed);
+  }
+  return dial_.felt() ? &dial_ : nullptr;
 }
 
 Status ControlLoop::clear_fault() {
@@ -263,9 +286,9 @@ void ControlLoop::end_excitation() {
 
 bool ControlLoop::host_is_there() {
   // A game says nothing for as long as nothing changes, and an autonomous device needs nobody.
-  const bool game_plays = owner_ == Owner::game;
-  const bool autonomous = !game_plays && config_.watchdog_ticks == 0;
-  if (game_plays || autonomous) silent_ticks_left_ = kForever;
+  const bool other_plays = owner_ != Owner::sdk;
+  const bool autonomous = !other_plays && config_.watchdog_ticks == 0;
+  if (other_plays || autonomous) silent_ticks_left_ = kForever;
   if (!autonomous && (silent_ticks_left_ == 0 || !connected())) {
     begin_passive(EventKind::watchdog);
     return false;
@@ -278,17 +301,36 @@ bool ControlLoop::host_is_there() {
   return true;
 }
 
+/// A torque that is cut is felt as a snap. So who ends it waits a moment, while it goes to zero
+/// along a line, and is answered when it is gone; nobody else is served meanwhile.
+/// @returns true: the order is not to be carried out yet
+bool ControlLoop::must_let_go(const Order& order) {
+  const bool ends = order.kind == Order::Kind::disarm || order.kind == Order::Kind::stop;
+  if (!ends || !armed()) return false;
+  if (letting_go_) return true;
+  letting_go_ = true;
+  begin_fade(config_.let_go_ticks);
+  // Whoever stops a game does not want its next update to undo that.
+  if (owner_ == Owner::game) game.forget();
+  return true;
+}
+
 void ControlLoop::begin_passive(EventKind why) {
-  passive_ = true;
-  game.drop();
-  passive_ticks_left_ = config_.passive_ramp_ticks;
-  passive_motor_nm_ = controller_.limits.motor_command_nm;
-  passive_step_nm_ = core::absolute(passive_motor_nm_);
-  if (passive_ticks_left_ != 0) passive_step_nm_ /= static_cast<float>(passive_ticks_left_);
+  begin_fade(config_.passive_ramp_ticks);
   report_event(why);
 }
 
-void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
+void ControlLoop::begin_fade(std::uint32_t ticks) {
+  passive_ = true;
+  game.drop();
+  dial_.drop();
+  passive_ticks_left_ = ticks;
+  passive_motor_nm_ = controller_.limits.motor_command_nm;
+  passive_step_nm_ = core::absolute(passive_motor_nm_);
+  if (passive_ticks_left_ != 0) passive_step_nm_ /= static_cast<float>(passive_ticks_left_);
+}
+
+void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
   changes_ = false;
@@ -304,9 +346,9 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
     return;
   }
   playing_scene_ = scene_;
-  if (game_force != nullptr) {
-    overlay_.extra = game_force;
-    if (owner_ == Owner::game) playing_scene_ = nullptr;
+  if (other_force != nullptr) {
+    overlay_.extra = other_force;
+    if (owner_ != Owner::sdk) playing_scene_ = nullptr;
   }
   if (local_model_on_) overlay_.local = &local_model_;
   overlay_.bounds = core::traits(config_.controller.partition.law).bounds;
@@ -315,7 +357,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
     overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
                     static_cast<float>(config_.passive_ramp_ticks);
   }
-  changes_ = soft || local_model_on_ || game_force != nullptr;
+  changes_ = soft || local_model_on_ || other_force != nullptr;
   if (changes_ || overlay_.bounds) playing_overlay_ = &overlay_;
 }
 
@@ -364,7 +406,7 @@ TickOutputs ControlLoop::fade() {
   }
   --passive_ticks_left_;
   passive_motor_nm_ -= core::clamp_symmetric(passive_motor_nm_, passive_step_nm_);
-  return {passive_motor_nm_, config_.passive_brake_nm, true};
+  return {passive_motor_nm_, letting_go_ ? 0.0F : config_.passive_brake_nm, true};
 }
 
 void ControlLoop::set_state(State state, Owner owner) {
@@ -372,8 +414,12 @@ void ControlLoop::set_state(State state, Owner owner) {
   owner_ = owner;
   lateness_ = 0;
   game_idle_ticks_ = 0;
-  if (state != State::armed) game.drop();
+  if (state != State::armed) {
+    game.drop();
+    dial_.drop();
+  }
   passive_ = false;
+  letting_go_ = false;
   local_model_on_ = false;
   excitation_.on = false;
   excitation_.end = core::ExcitationEnd::none;
@@ -399,7 +445,7 @@ void ControlLoop::report_event(EventKind kind) {
   ticks_to_sample_ = static_cast<std::uint8_t>(decimation_ - 1);
   auto flags = static_cast<std::uint8_t>(static_cast<std::uint8_t>(state_) | saturated);
   if (local_model_on_) flags |= flag::local_model;
-  if (passive_) flags |= flag::passive;
+  if (passive_ && !letting_go_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
   const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
   if (bounds) desired_torque_nm = controller_.bound.asked_nm;

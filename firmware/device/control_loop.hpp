@@ -9,6 +9,7 @@
 
 #include "core/controller.hpp"
 #include "device/config.hpp"
+#include "device/dial/detents.hpp"
 #include "device/game/forces.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
@@ -91,6 +92,7 @@ struct LoopCounters {
   std::uint32_t tick_overruns = 0;
   std::uint32_t tick_time_ns = 0;
   std::uint32_t tick_time_max_ns = 0;
+  std::uint32_t zeroings = 0;
 };
 
 /// What the main loop may know of the control loop at any time.
@@ -124,6 +126,8 @@ class ControlLoop {
   bool takes_order() const { return orders_.empty(); }
   void give(const Order& order);
   void set_connected(bool connected);
+  /// Somebody turns the dial, or nobody any more.
+  void want_dial(bool wanted);
   bool connected() const { return connected_.load(std::memory_order_relaxed) != 0; }
 
  private:
@@ -132,14 +136,18 @@ class ControlLoop {
   void carry_out(const Order& order);
   protocol::Status execute(const Order& order);
   protocol::Status arm();
+  core::ForceSource* serve_others();
   core::ForceSource* serve_game();
+  core::ForceSource* serve_dial();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
   protocol::Status excite(const Order& order);
   void end_excitation();
   bool host_is_there();
+  bool must_let_go(const Order& order);
   void begin_passive(protocol::EventKind why);
-  void choose_torque(bool playing, core::ForceSource* game_force);
+  void begin_fade(std::uint32_t ticks);
+  void choose_torque(bool playing, core::ForceSource* other_force);
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
   TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
@@ -168,7 +176,6 @@ class ControlLoop {
   std::uint32_t usual_tick_ns_ = 0;
 
   LoopConfig config_;
-  game::ForceParams game_params_;
   core::ControllerState controller_;
   protocol::State state_ = protocol::State::disarmed;
   protocol::Owner owner_ = protocol::Owner::none;  // none unless armed
@@ -186,8 +193,9 @@ class ControlLoop {
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
-  bool changes_ = false;  // what plays beside the scene is decided anew in every tick
-  bool passive_ = false;
+  bool changes_ = false;     // what plays beside the scene is decided anew in every tick
+  bool passive_ = false;     // fading out
+  bool letting_go_ = false;  // because somebody said so
   std::uint32_t passive_ticks_left_ = 0;
   float passive_motor_nm_ = 0;
   float passive_step_nm_ = 0;  // per tick
@@ -197,6 +205,7 @@ class ControlLoop {
 
   LoopCounters counters_;
   Ring<Order, 2> orders_;
+  game::ForceParams game_params_;  // of ticks that decide
 
  public:
   // 0 or 1: nobody may arm. The main loop sets it before it asks whether the device is armed, so
@@ -205,6 +214,9 @@ class ControlLoop {
   Ring<Answer, 16> answers;
   game::Forces game;
   Ring<LoopSample, 64> samples;
+
+ private:
+  dial::Detents dial_;
 };
 
 }  // namespace torsio::device

@@ -76,10 +76,12 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
     : board_(board),
       store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(Config{})),
+      personality_(config_.game.personality),
       loop_config_(make_loop_config(config_, board.control_period_ns, board.moves_parts)),
-      game_params_(game::make_force_params(config_, board.control_period_ns)),
+      game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
       loop_(loop_config_, game_params_),
-      game_(loop_.game, config_, board.control_period_ns) {}
+      game_(loop_.game, config_, board.control_period_ns),
+      dial_(config_, board.control_period_ns) {}
 
 core::Resolution Device::resolution() const { return loop_config_.controller.motion.resolution; }
 
@@ -244,8 +246,9 @@ Order Device::configure(const Config& config) {
   const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
   loop_config_ = make_loop_config(config_, board_.control_period_ns, board_.moves_parts);
-  game_params_ = game::make_force_params(config_, board_.control_period_ns);
+  game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);
+  dial_.configure(config_);
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;
@@ -364,7 +367,11 @@ void Device::gather_telemetry() {
 
 void Device::service() {
   const Snapshot now = loop_.snapshot();
-  game_.service({now.tick, now.position_counts, now.owner});
+  if (personality_ == protocol::Personality::dial) {
+    serve_dial(now);
+  } else {
+    game_.service({now.tick, now.position_counts, now.owner});
+  }
   // One order at a time, and only when its answer and an event have room: see ControlLoop::give().
   if (!loop_.takes_order() || save_order_) return;
   if (commit_given_) {
@@ -384,8 +391,20 @@ void Device::service() {
   loop_.give(order);
 }
 
+void Device::serve_dial(const Snapshot& now) {
+  const dial::Wish wish =
+      dial_.service({now.tick, now.position_counts, now.counters.zeroings, now.owner});
+  if (wish != dial::Wish::nothing_new) loop_.want_dial(wish == dial::Wish::take);
+}
+
+void Device::set_buttons(std::uint8_t pressed) {
+  game_.set_buttons(pressed);
+  dial_.set_buttons(pressed);
+}
+
 void Device::set_connected(bool connected) {
   if (!connected && loop_.connected()) game_.disconnect();
+  if (connected != loop_.connected()) dial_.settle();
   loop_.set_connected(connected);
 }
 

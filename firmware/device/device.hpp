@@ -16,6 +16,7 @@
 #include "core/controller.hpp"
 #include "device/config_store.hpp"
 #include "device/control_loop.hpp"
+#include "device/dial/dial.hpp"
 #include "device/game/params.hpp"
 #include "device/game/pid_engine.hpp"
 #include "device/ring.hpp"
@@ -74,8 +75,14 @@ class Device {
   /// @returns false if there is none
   [[nodiscard]] bool next_input(protocol::ReportBytes& report);
 
+  /// What the second interface is, from the start on.
+  protocol::Personality personality() const { return personality_; }
   /// The game interface, for its own reports.
   game::PidEngine& game() { return game_; }
+  /// The same of a dial.
+  dial::Dial& dial() { return dial_; }
+  /// Buttons that are pressed, bit 0 the first.
+  void set_buttons(std::uint8_t pressed);
 
   /// Work that may take its time: reads the inbox, gathers telemetry. Call it in every round.
   void service();
@@ -123,6 +130,7 @@ class Device {
   Order order_for(const EffectReport& effect);
 
   void gather_telemetry();
+  void serve_dial(const Snapshot& now);
   Order configure(const Config& config);
   bool hold();
   void release();
@@ -135,10 +143,12 @@ class Device {
   BoardInfo board_;
   ConfigStore store_;
   Config config_;
+  const protocol::Personality personality_;
   LoopConfig loop_config_;
   game::ForceParams game_params_;
   ControlLoop loop_;
   game::PidEngine game_;
+  dial::Dial dial_;
   SceneBuilder scene_;
   bool commit_given_ = false;
   TelemetryBatch batch_;

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "device/dial/report_descriptor.hpp"
 #include "device/game/report_descriptor.hpp"
 #include "protocol/registry.hpp"
 #include "protocol/usb_ids.hpp"
@@ -21,7 +22,8 @@ enum StringIndex : std::uint8_t {
   product,
   serial_number,
   control_name,
-  game_name
+  game_name,
+  dial_name
 };
 
 constexpr std::uint8_t kDeviceType = 0x01;
@@ -96,21 +98,28 @@ consteval auto make_control_report_descriptor() {
 
 constexpr auto kControlReportDescriptor = make_control_report_descriptor();
 
-// To add an interface, add a line.
+constexpr HidInterface kControl{0x81, 0x01, control_name, kControlReportDescriptor};
+
+// To add an interface, add a line to each.
 constexpr std::array kInterfaces{
-    HidInterface{0x81, 0x01, control_name, kControlReportDescriptor},
+    kControl,
     HidInterface{0x82, 0x02, game_name, game::kReportDescriptor},
+};
+constexpr std::array kDialInterfaces{
+    kControl,
+    HidInterface{0x82, 0x02, dial_name, dial::kReportDescriptor},
 };
 static_assert(kInterfaces.size() > kControlInterface && kInterfaces.size() > kGameInterface);
 
 constexpr std::size_t kConfigurationSize = 9 + kInterfaces.size() * kInterfaceBlockSize;
 
+template <const std::array<HidInterface, kInterfaces.size()>& interfaces>
 consteval auto make_configuration_descriptor() {
   Bytes<kConfigurationSize> bytes;
   bytes.add({9, kConfigurationType, low(kConfigurationSize), high(kConfigurationSize),
              static_cast<std::uint8_t>(kInterfaces.size()), 1, 0, kBusPowered, kMaxPower2mA});
   std::uint8_t number = 0;
-  for (const HidInterface& interface : kInterfaces) {
+  for (const HidInterface& interface : interfaces) {
     const std::size_t report_size = interface.report_descriptor.size();
     bytes.add({9, kInterfaceType, number++, 0, 2, kHidClass, 0, 0, interface.name});
     bytes.add({kHidDescriptorSize, kHidType, 0x11, 0x01, 0, 1, kReportType, low(report_size),
@@ -122,7 +131,8 @@ consteval auto make_configuration_descriptor() {
   return bytes.take();
 }
 
-constexpr auto kConfigurationDescriptor = make_configuration_descriptor();
+constexpr auto kConfigurationDescriptor = make_configuration_descriptor<kInterfaces>();
+constexpr auto kDialConfigurationDescriptor = make_configuration_descriptor<kDialInterfaces>();
 
 StringDescriptor make_string(std::string_view text) {
   StringDescriptor string;
@@ -139,7 +149,9 @@ StringDescriptor make_string(std::string_view text) {
 
 }  // namespace
 
-std::span<const HidInterface> usb_interfaces() { return kInterfaces; }
+std::span<const HidInterface> usb_interfaces(Personality personality) {
+  return personality == Personality::dial ? kDialInterfaces : kInterfaces;
+}
 
 std::array<std::uint8_t, kDeviceDescriptorSize> device_descriptor(
     const std::array<std::uint8_t, 3>& firmware_version) {
@@ -166,15 +178,18 @@ std::array<std::uint8_t, kDeviceDescriptorSize> device_descriptor(
           1};
 }
 
-std::span<const std::uint8_t> configuration_descriptor() { return kConfigurationDescriptor; }
+std::span<const std::uint8_t> configuration_descriptor(Personality personality) {
+  return personality == Personality::dial ? kDialConfigurationDescriptor : kConfigurationDescriptor;
+}
 
-std::span<const std::uint8_t> hid_descriptor(std::uint8_t interface) {
+std::span<const std::uint8_t> hid_descriptor(std::uint8_t interface, Personality personality) {
   if (interface >= kInterfaces.size()) return {};
-  return std::span(kConfigurationDescriptor)
+  return configuration_descriptor(personality)
       .subspan(9 + interface * kInterfaceBlockSize + 9, kHidDescriptorSize);
 }
 
-StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial) {
+StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial,
+                                   Personality personality) {
   switch (index) {
     case languages: {
       StringDescriptor string = make_string(" ");
@@ -198,6 +213,9 @@ StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint
       return make_string("Torsio control");
     case game_name:
       return make_string("Torsio game controller");
+    case dial_name:
+      if (personality != Personality::dial) return {};
+      return make_string("Torsio dial");
     default:
       return {};
   }

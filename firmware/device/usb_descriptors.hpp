@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 
+#include "protocol/enumerations.hpp"
 #include "protocol/layout.hpp"
 
 namespace torsio::device {
@@ -25,10 +26,13 @@ struct HidInterface {
 };
 
 inline constexpr std::uint8_t kControlInterface = 0;  // the vendor interface that the SDK talks to
-inline constexpr std::uint8_t kGameInterface = 1;     // joystick with force feedback
+inline constexpr std::uint8_t kGameInterface = 1;     // joystick with force feedback, or a dial
+
+using protocol::Personality;
 
 /// Every interface of the configuration, by number.
-std::span<const HidInterface> usb_interfaces();
+std::span<const HidInterface> usb_interfaces(
+    Personality personality = Personality::game_controller);
 
 inline constexpr std::size_t kDeviceDescriptorSize = 18;
 
@@ -37,11 +41,13 @@ std::array<std::uint8_t, kDeviceDescriptorSize> device_descriptor(
     const std::array<std::uint8_t, 3>& firmware_version);
 
 /// The configuration with its interfaces, HID descriptors and endpoints, as one block.
-std::span<const std::uint8_t> configuration_descriptor();
+std::span<const std::uint8_t> configuration_descriptor(
+    Personality personality = Personality::game_controller);
 
 /// The HID descriptor of an interface, as it stands in the configuration.
 /// @returns nothing for an interface that does not exist
-std::span<const std::uint8_t> hid_descriptor(std::uint8_t interface);
+std::span<const std::uint8_t> hid_descriptor(
+    std::uint8_t interface, Personality personality = Personality::game_controller);
 
 /// A string descriptor: length and type in the first unit, then UTF-16.
 struct StringDescriptor {
@@ -51,6 +57,7 @@ struct StringDescriptor {
 
 /// @param index  0 the languages, 1 manufacturer, 2 product, 3 serial number, then interface names
 /// @param serial ASCII, padded with zeros
-StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial);
+StringDescriptor string_descriptor(std::uint8_t index, std::span<const std::uint8_t> serial,
+                                   Personality personality = Personality::game_controller);
 
 }  // namespace torsio::device

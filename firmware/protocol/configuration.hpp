@@ -232,6 +232,10 @@ struct GameConfig {
   float silence_s = 10;
   Toggle join_updates = Toggle::on;
   float end_stiffness_nm_per_rad = 0;
+  Personality personality = Personality::game_controller;
+  DialUse dial_use = DialUse::wheel;
+  std::uint8_t dial_detents = 24;
+  float dial_torque_nm = 0.02F;
 };
 template <>
 struct Layout<GameConfig> {
@@ -267,6 +271,13 @@ struct Layout<GameConfig> {
       number("end_stiffness_nm_per_rad", &GameConfig::end_stiffness_nm_per_rad, "N m/rad", 0,
              max_stiffness_nm_per_rad,
              "of walls at both ends of the axis, while a game has the actuator; 0: none"),
+      choice("personality", &GameConfig::personality,
+             "what the computer takes the knob for; save it: it counts when the device starts the "
+             "next time"),
+      choice("dial_use", &GameConfig::dial_use, "of a dial"),
+      number("dial_detents", &GameConfig::dial_detents, "", 1, 240, "of a dial, in a turn"),
+      number("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0, max_torque_nm,
+             "of a dial between two detents, no more than is stable; 0: it turns freely"),
   };
 };
 
@@ -274,6 +285,6 @@ struct Layout<GameConfig> {
 static_assert(wire_size<ActuatorConfig>() == 49);
 static_assert(wire_size<ControlConfig>() == 41);
 static_assert(wire_size<BoardConfig>() == 61);
-static_assert(wire_size<GameConfig>() == 41);
+static_assert(wire_size<GameConfig>() == 48);
 
 }  // namespace torsio::protocol

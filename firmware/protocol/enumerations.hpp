@@ -78,6 +78,29 @@ struct Enumerators<Law> {
   static constexpr bool open = false;
 };
 
+/// What the interface beside the SDK's is to the computer.
+enum class Personality : std::uint8_t {
+  game_controller,  // a joystick's axis with force feedback
+  dial,             // a wheel of the desktop, with detents
+};
+template <>
+struct Enumerators<Personality> {
+  static constexpr std::array<std::string_view, 2> names{"game_controller", "dial"};
+  static constexpr bool open = false;
+};
+
+/// What a dial does: clockwise, to larger angles, is down, right or louder.
+enum class DialUse : std::uint8_t {
+  wheel,   // scrolls, in 120 steps a detent where the system can
+  pan,     // scrolls sideways, as finely
+  volume,  // a key press for each detent
+};
+template <>
+struct Enumerators<DialUse> {
+  static constexpr std::array<std::string_view, 3> names{"wheel", "pan", "volume"};
+  static constexpr bool open = false;
+};
+
 /// Whether the device makes torque.
 enum class State : std::uint8_t {
   disarmed,  // no torque
@@ -91,10 +114,10 @@ struct Enumerators<State> {
 };
 
 /// Who has the actuator: nobody unless it is armed.
-enum class Owner : std::uint8_t { none, sdk, game };
+enum class Owner : std::uint8_t { none, sdk, game, dial };
 template <>
 struct Enumerators<Owner> {
-  static constexpr std::array<std::string_view, 3> names{"none", "sdk", "game"};
+  static constexpr std::array<std::string_view, 4> names{"none", "sdk", "game", "dial"};
   static constexpr bool open = false;
 };
 

@@ -6,8 +6,6 @@
 
 #include <array>
 
-#include "device/usb_descriptors.hpp"
-
 namespace torsio::usb {
 namespace {
 
@@ -37,6 +35,7 @@ struct Interface {
 };
 
 std::array<Interface, kMaxHidInterfaces> interfaces;
+device::Personality personality = device::Personality::game_controller;
 alignas(4) std::array<std::uint8_t, kEndpointSize> control;
 
 std::uint8_t high_byte(std::uint16_t value) { return static_cast<std::uint8_t>(value >> 8); }
@@ -92,7 +91,7 @@ std::uint16_t open(std::uint8_t port, const tusb_desc_interface_t* descriptor,
   if (descriptor->bInterfaceClass != TUSB_CLASS_HID || number >= interfaces.size()) return 0;
   Interface& interface = interfaces[number];
   const auto size = static_cast<std::uint16_t>(
-      sizeof(tusb_desc_interface_t) + device::hid_descriptor(number).size() +
+      sizeof(tusb_desc_interface_t) + device::hid_descriptor(number, personality).size() +
       descriptor->bNumEndpoints * sizeof(tusb_desc_endpoint_t));
   if (interface.function == nullptr || max_size < size) return 0;
 
@@ -107,9 +106,9 @@ std::uint16_t open(std::uint8_t port, const tusb_desc_interface_t* descriptor,
 
 bool get_descriptor(std::uint8_t port, const tusb_control_request_t& request, std::uint8_t number) {
   std::span<const std::uint8_t> bytes;
-  if (high_byte(request.wValue) == kHidType) bytes = device::hid_descriptor(number);
+  if (high_byte(request.wValue) == kHidType) bytes = device::hid_descriptor(number, personality);
   if (high_byte(request.wValue) == kReportType) {
-    bytes = device::usb_interfaces()[number].report_descriptor;
+    bytes = device::usb_interfaces(personality)[number].report_descriptor;
   }
   if (bytes.empty()) return false;
   // The stack only reads what goes to the host.
@@ -142,7 +141,7 @@ bool set_report(const tusb_control_request_t& request, Interface& interface) {
 bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_request_t* request) {
   const std::uint8_t number = low_byte(request->wIndex);
   if (request->bmRequestType_bit.recipient != TUSB_REQ_RCPT_INTERFACE ||
-      number >= device::usb_interfaces().size() || number >= interfaces.size()) {
+      number >= device::usb_interfaces(personality).size() || number >= interfaces.size()) {
     return false;
   }
   Interface& interface = interfaces[number];
@@ -193,6 +192,8 @@ constexpr usbd_class_driver_t kDriver{"torsio HID",    init,          deinit, re
 void set_hid_function(std::uint8_t interface, HidFunction& function) {
   interfaces[interface].function = &function;
 }
+
+void set_personality(device::Personality chosen) { personality = chosen; }
 
 void poll_hid() {
   for (Interface& interface : interfaces) {

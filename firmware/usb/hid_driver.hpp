@@ -7,6 +7,7 @@
 
 #include <cstdint>
 
+#include "device/usb_descriptors.hpp"
 #include "usb/hid_function.hpp"
 
 namespace torsio::usb {
@@ -15,6 +16,9 @@ inline constexpr std::uint8_t kMaxHidInterfaces = 2;
 
 /// Says what stands behind an interface. Before the stack starts.
 void set_hid_function(std::uint8_t interface, HidFunction& function);
+
+/// Which descriptors the host is told. Before the stack starts.
+void set_personality(device::Personality personality);
 
 /// Moves reports both ways as far as there is room. In every round of the main loop.
 void poll_hid();

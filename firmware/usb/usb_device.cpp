@@ -10,6 +10,8 @@
 namespace torsio::usb {
 namespace {
 
+device::Personality personality = device::Personality::game_controller;
+
 // What the stack sends from must stay where it is until the transfer is over.
 std::array<std::uint8_t, device::kDeviceDescriptorSize> device_descriptor;
 std::array<std::uint8_t, 16> serial;
@@ -56,12 +58,32 @@ std::size_t GameFunction::next_input(std::span<std::uint8_t> report) {
   return engine_.next_input(report);
 }
 
+std::size_t DialFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
+  return dial_.get_feature(id, report);
+}
+
+bool DialFunction::set_feature(std::span<const std::uint8_t> report) {
+  return dial_.set_feature(report);
+}
+
+bool DialFunction::receive(std::span<const std::uint8_t>) { return true; }  // it has no use for any
+
+std::size_t DialFunction::next_input(std::span<std::uint8_t> report) {
+  return dial_.next_input(report);
+}
+
 UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
-    : device_(device), control_(device), game_(device.game()) {
+    : device_(device), control_(device), game_(device.game()), dial_(device.dial()) {
   device_descriptor = device::device_descriptor(board.firmware_version);
   serial = board.serial;
   set_hid_function(device::kControlInterface, control_);
-  set_hid_function(device::kGameInterface, game_);
+  personality = device.personality();
+  set_personality(personality);
+  if (personality == device::Personality::dial) {
+    set_hid_function(device::kGameInterface, dial_);
+  } else {
+    set_hid_function(device::kGameInterface, game_);
+  }
   device_.set_connected(false);
   const tusb_rhport_init_t init{TUSB_ROLE_DEVICE, TUSB_SPEED_FULL};
   (void)tusb_init(0, &init);
@@ -69,6 +91,7 @@ UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
 
 void UsbDevice::poll() {
   tud_task();
+  if (!tud_mounted()) device_.dial().reset();
   // Only what has changed: each call makes the next tick decide anew.
   if (const bool connected = has_host(); connected != connected_) {
     connected_ = connected;
@@ -91,10 +114,11 @@ extern "C" const std::uint8_t* tud_descriptor_device_cb() {
 }
 
 extern "C" const std::uint8_t* tud_descriptor_configuration_cb(std::uint8_t) {
-  return torsio::device::configuration_descriptor().data();
+  return torsio::device::configuration_descriptor(torsio::usb::personality).data();
 }
 
 extern "C" const std::uint16_t* tud_descriptor_string_cb(std::uint8_t index, std::uint16_t) {
-  torsio::usb::string = torsio::device::string_descriptor(index, torsio::usb::serial);
+  torsio::usb::string =
+      torsio::device::string_descriptor(index, torsio::usb::serial, torsio::usb::personality);
   return torsio::usb::string.size_bytes == 0 ? nullptr : torsio::usb::string.units.data();
 }

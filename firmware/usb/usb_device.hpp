@@ -40,6 +40,20 @@ class GameFunction final : public HidFunction {
   device::game::PidEngine& engine_;
 };
 
+/// The dial, in place of the game interface.
+class DialFunction final : public HidFunction {
+ public:
+  explicit DialFunction(device::dial::Dial& dial) : dial_(dial) {}
+
+  std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
+  bool set_feature(std::span<const std::uint8_t> report) override;
+  bool receive(std::span<const std::uint8_t> report) override;
+  std::size_t next_input(std::span<std::uint8_t> report) override;
+
+ private:
+  device::dial::Dial& dial_;
+};
+
 class UsbDevice {
  public:
   /// Starts the stack; the device appears on the bus. `device` must outlive the stack.
@@ -58,6 +72,7 @@ class UsbDevice {
   bool connected_ = false;  // what the device was told last
   ControlFunction control_;
   GameFunction game_;
+  DialFunction dial_;
 };
 
 }  // namespace torsio::usb

@@ -82,6 +82,8 @@ std::string disarm_text(const Disarm& disarm) {
       }
       case DisarmReason::game_idle:
         return "because the game that had it played nothing more";
+      case DisarmReason::dial_idle:
+        return "because nobody turned the dial any more";
       case DisarmReason::disconnected:
         return "because it was unplugged or lost its power";
       case DisarmReason::excitation_over:

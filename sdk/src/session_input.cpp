@@ -135,6 +135,8 @@ void Session::dispatch(const protocol::Event& event) {
     reason = *fading_;
   } else if (owner_ == Owner::game && disarming_ == 0) {
     reason = DisarmReason::game_idle;
+  } else if (owner_ == Owner::dial && disarming_ == 0) {
+    reason = DisarmReason::dial_idle;
   }
   become({state, static_cast<Owner>(event.owner), event.faults, event.tick}, reason);
   tell_event(event_kind_name(static_cast<std::uint8_t>(event.kind)), event.faults, event.tick);

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 2797279865;
+export const FINGERPRINT: number = 2002974727;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -14,7 +14,7 @@ export const CURVE_POINTS_PER_REPORT: number = 13;
 
 export const STATES: readonly string[] = ["disarmed", "armed", "fault"];
 
-export const OWNERS: readonly string[] = ["none", "sdk", "game"];
+export const OWNERS: readonly string[] = ["none", "sdk", "game", "dial"];
 
 export const STATUSES: readonly { name: string; doc: string; advice: string }[] = [
   {"name": "ok", "doc": "accepted", "advice": "accepted"},
@@ -201,7 +201,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "tick_time_ns", "kind": "whole", "doc": "time the last tick took", "wire": "tick_time_ns", "type": "u32", "unit": "ns", "default": 0},
       {"name": "tick_time_max_ns", "kind": "whole", "doc": "longest tick so far", "wire": "tick_time_max_ns", "type": "u32", "unit": "ns", "default": 0},
       {"name": "saves", "kind": "whole", "doc": "how often the configuration was saved, ever", "wire": "saves", "type": "u32", "default": 0},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "reset_cause", "kind": "choice", "doc": "why the device started", "wire": "reset_cause", "type": "u8", "enumeration": "ResetCause", "values": ["unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"], "default": "unknown"},
     ],
   },
@@ -293,7 +293,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "GameConfig",
     "doc": "What games may do over the game interface, and how their numbers become torques; docs/games.md.",
     "notes": "Set only while disarmed.",
-    "size": 41,
+    "size": 48,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
@@ -308,6 +308,10 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "silence_s", "kind": "number", "doc": "silence of the game that stops forces without end; 0 is never", "wire": "silence_s", "type": "f32", "low": 0.0, "high": 3600.0, "unit": "s", "default": 10.0, "shown": true},
       {"name": "join_updates", "kind": "switch", "doc": "on: updates of a steady force are joined by lines, half a frame of the game late; hits pass", "wire": "join_updates", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": true, "shown": true},
       {"name": "end_stiffness_nm_per_rad", "kind": "number", "doc": "of walls at both ends of the axis, while a game has the actuator; 0: none", "wire": "end_stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "personality", "kind": "choice", "doc": "what the computer takes the knob for; save it: it counts when the device starts the next time", "wire": "personality", "type": "u8", "enumeration": "Personality", "values": ["game_controller", "dial"], "default": "game_controller", "shown": true},
+      {"name": "dial_use", "kind": "choice", "doc": "of a dial", "wire": "dial_use", "type": "u8", "enumeration": "DialUse", "values": ["wheel", "pan", "volume"], "default": "wheel", "shown": true},
+      {"name": "dial_detents", "kind": "whole", "doc": "of a dial, in a turn", "wire": "dial_detents", "type": "u8", "low": 1, "high": 240, "default": 24, "shown": true},
+      {"name": "dial_torque_nm", "kind": "number", "doc": "of a dial between two detents, no more than is stable; 0: it turns freely", "wire": "dial_torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.02, "shown": true},
     ],
   },
   "game_monitor": {
@@ -319,7 +323,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 53,
     "fields": [
       {"name": "tick", "kind": "whole", "doc": "of this moment", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
       {"name": "paused", "kind": "switch", "doc": "by the game", "wire": "paused", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
       {"name": "enabled", "kind": "switch", "doc": "the game wants the actuator on", "wire": "enabled", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
       {"name": "gain", "kind": "whole", "doc": "of the device, as the game set it; 32767 is 1", "wire": "gain", "type": "u16", "default": 0},
@@ -635,7 +639,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "field", "kind": "whole", "doc": "index of the offending field, nested fields opened; 255 is none", "wire": "field", "type": "u8"},
       {"name": "state", "kind": "choice", "doc": "after the report", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "tick", "kind": "whole", "doc": "when it took effect or was refused", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator after the report", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "who has the actuator after the report", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
     ],
   },
   "event": {
@@ -650,7 +654,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "state", "kind": "choice", "doc": "after the event", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "faults", "kind": "whole", "doc": "bits, see above", "wire": "faults", "type": "u16", "default": 0},
       {"name": "tick", "kind": "whole", "doc": "when it happened", "wire": "tick", "type": "u64", "default": "0"},
-      {"name": "owner", "kind": "choice", "doc": "who has the actuator after the event", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game"], "default": "none"},
+      {"name": "owner", "kind": "choice", "doc": "who has the actuator after the event", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game", "dial"], "default": "none"},
     ],
   },
 };

@@ -166,6 +166,10 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "silence_s": 12.5,
             "join_updates": "off",
             "end_stiffness_nm_per_rad": 5.75,
+            "personality": "dial",
+            "dial_use": "volume",
+            "dial_detents": 36,
+            "dial_torque_nm": 0.01171875,
         },
     ),
     (

@@ -145,9 +145,23 @@ def test_settings_are_kept_on_the_knob() -> None:
         assert config == torsio.GameConfig(range_deg=270, end_stiffness_nm_per_rad=2)
 
 
+def test_dial_is_chosen_and_kept() -> None:
+    device = "emulated:games-dial"
+    arguments = ["games", "set", "--device", device, "--personality", "dial", "--dial-use", "pan"]
+    result = CliRunner().invoke(app, [*arguments, "--dial-detents", "36"])
+    assert result.exit_code == 0, result.output
+    assert "personality  dial" in result.stdout
+    with torsio.open(device) as knob:
+        assert knob.game_config() == torsio.GameConfig(
+            personality="dial", dial_use="pan", dial_detents=36
+        )
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["--personality", "mouse"], "personality"),
+        (["--dial-detents", "0"], "dial_detents"),
         (["--range-deg", "1"], "range_deg"),
         (["--gain", "nan"], "gain"),
         ([], "name at least one setting"),

@@ -102,7 +102,8 @@ REPORTS = {
             0x07,
             "H sequence, B axis, B enabled, f range_deg, f torque_max_nm, f gain, f spring_gain, "
             "f speed_full_rad_s, f acceleration_full_rad_s2, f blend_s, f silence_s, "
-            "B join_updates, f end_stiffness_nm_per_rad",
+            "B join_updates, f end_stiffness_nm_per_rad, B personality, B dial_use, "
+            "B dial_detents, f dial_torque_nm",
         ),
         _report(
             "game_monitor",
@@ -187,7 +188,7 @@ ENUMERATORS = {
     "grain": ("sine", "square", "triangle", "noise"),
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
-    "owner": ("none", "sdk", "game"),
+    "owner": ("none", "sdk", "game", "dial"),
     "law": ("paper", "compensated", "parallel", "motor_only", "calibrated"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
@@ -208,6 +209,8 @@ ENUMERATORS = {
     ),
     "paused": ("off", "on"),
     "join_updates": ("off", "on"),
+    "personality": ("game_controller", "dial"),
+    "dial_use": ("wheel", "pan", "volume"),
 }
 for _n in range(3):
     ENUMERATORS[f"effect.{_n}.kind"] = (

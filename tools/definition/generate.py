@@ -32,6 +32,7 @@ _EFFECT_ENUMERATIONS = tuple(
         if isinstance(field.of, Enumeration)
     )
 )
+_CONFIG_ENUMERATIONS = (e.LAW, e.PERSONALITY, e.DIAL_USE)
 _DEVICE_ENUMERATIONS = (
     e.STATE, e.OWNER, e.GAME_EFFECT_KIND, e.GAME_EFFECT_STATE, e.RESET_CAUSE,
 )  # fmt: skip
@@ -46,8 +47,8 @@ def _wire_header(doc: str, includes: tuple[str, ...], body: str) -> str:
 def wire_enumerations() -> str:
     """Write firmware/protocol/enumerations.hpp."""
     listed: tuple[Enumeration, ...] = (
-        e.TOGGLE, *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.OP, e.EVENT_KIND,
-        e.STATUS,
+        e.TOGGLE, *_EFFECT_ENUMERATIONS, *_CONFIG_ENUMERATIONS, *_DEVICE_ENUMERATIONS, e.OP,
+        e.EVENT_KIND, e.STATUS,
     )  # fmt: skip
     body = "".join(map(cpp.wire_enumeration, listed)) + cpp.bits(e.FAULT) + cpp.bits(e.FLAG)
     return _wire_header(
@@ -179,7 +180,7 @@ def sdk_scene() -> str:
 
 def sdk_config() -> str:
     """Write sdk/include/torsio/config.hpp."""
-    body = cpp.host_enumeration(e.LAW)
+    body = "".join(map(cpp.host_enumeration, _CONFIG_ENUMERATIONS))
     body += "".join(map(cpp.host_structure, configurations.CONFIGURATIONS))
     return _sdk_header(
         "The device's configuration. It can be set only while disarmed and is lost at power-off unless "
@@ -207,9 +208,10 @@ def sdk_fields() -> str:
         effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
         *configurations.CONFIGURATIONS, records.TELEMETRY_SAMPLE, *records.RECORDS,
     )  # fmt: skip
-    body = "".join(
-        map(cpp.names, (*_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON))
-    )
+    named = (
+        *_EFFECT_ENUMERATIONS, *_CONFIG_ENUMERATIONS, *_DEVICE_ENUMERATIONS, e.DISARM_REASON,
+    )  # fmt: skip
+    body = "".join(map(cpp.names, named))
     body += "\n" + "".join(map(cpp.field_list, structures))
     return _sdk_header(
         "The fields of every public structure by name, with unit, range and sentence, and the names of "
@@ -302,7 +304,8 @@ _C_INPUTS = (
     *_C_HANDS, *plant.PARTS, plant.PLANT_PARAMS,
 )  # fmt: skip
 _C_ENUMERATIONS = (
-    *_EFFECT_ENUMERATIONS, e.LAW, *_DEVICE_ENUMERATIONS, e.DISARM_REASON, *plant.ENUMERATIONS,
+    *_EFFECT_ENUMERATIONS, *_CONFIG_ENUMERATIONS, *_DEVICE_ENUMERATIONS, e.DISARM_REASON,
+    *plant.ENUMERATIONS,
 )  # fmt: skip
 _C_SAMPLES = (records.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
 _C_TOLD = (*records.RECORDS, plant.ELECTRICS_STATE)

@@ -76,6 +76,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("busybox-static", _static_busybox),
             # Applies the udev rule in a machine.
             ("udev", _file("/lib/systemd/systemd-udevd")),
+            # What a desktop makes of a dial.
+            ("libinput-tools", _program("libinput")),
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),

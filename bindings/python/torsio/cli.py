@@ -267,6 +267,19 @@ def games_set_command(
     enabled: Annotated[
         bool | None, typer.Option("--allow/--shut-out", help="Whether games get the actuator.")
     ] = None,
+    personality: Annotated[
+        str | None,
+        typer.Option("--personality", help="game_controller or dial, from its next start on."),
+    ] = None,
+    dial_use: Annotated[
+        str | None, typer.Option("--dial-use", help="Of a dial: wheel, pan or volume.")
+    ] = None,
+    dial_detents: Annotated[
+        int | None, typer.Option("--dial-detents", help="Of a dial, in a turn.")
+    ] = None,
+    dial_torque_nm: Annotated[
+        float | None, typer.Option("--dial-torque-nm", help="Of a dial's detents; 0: none.")
+    ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. What is not named stays as it is."""
     wanted = {
@@ -277,8 +290,14 @@ def games_set_command(
         "end_stiffness_nm_per_rad": end_stiffness_nm_per_rad,
         "join_updates": join_updates,
         "enabled": enabled,
+        "personality": personality,
+        "dial_use": dial_use,
+        "dial_detents": dial_detents,
+        "dial_torque_nm": dial_torque_nm,
     }
-    changes = {name: value for name, value in wanted.items() if value is not None}
+    changes: dict[str, float | bool | str] = {
+        name: value for name, value in wanted.items() if value is not None
+    }
     if not changes:
         raise typer.BadParameter("name at least one setting; see torsio games set --help")
     with opened(device, out) as knob:

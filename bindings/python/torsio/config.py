@@ -237,6 +237,15 @@ class GameConfig:
         pass.
     end_stiffness_nm_per_rad
         Of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6.
+    personality
+        What the computer takes the knob for; save it: it counts when the device starts the next
+        time.
+    dial_use
+        Of a dial.
+    dial_detents
+        Of a dial, in a turn; 1 to 240.
+    dial_torque_nm
+        Of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100.
     """
 
     _: KW_ONLY
@@ -251,3 +260,7 @@ class GameConfig:
     silence_s: float = 10.0
     join_updates: bool = True
     end_stiffness_nm_per_rad: float = 0.0
+    personality: Literal["game_controller", "dial"] = "game_controller"
+    dial_use: Literal["wheel", "pan", "volume"] = "wheel"
+    dial_detents: int = 24
+    dial_torque_nm: float = 0.02

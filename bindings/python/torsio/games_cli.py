@@ -18,7 +18,12 @@ from torsio.knob import Knob
 __all__ = ["as_dict", "change", "show"]
 
 _PERIOD_S = 0.25
-_OWNERS = {"none": "nobody", "sdk": "a program, over the SDK", "game": "a game"}
+_OWNERS = {
+    "none": "nobody",
+    "sdk": "a program, over the SDK",
+    "game": "a game",
+    "dial": "the dial, which somebody turns,",
+}
 
 
 def as_dict(reading: GameReading) -> dict[str, Any]:
@@ -83,7 +88,7 @@ def measure(knob: Knob) -> GameReading:
     return monitor.read()
 
 
-def change(knob: Knob, changes: dict[str, float | bool]) -> GameConfig:
+def change(knob: Knob, changes: dict[str, float | bool | str]) -> GameConfig:
     """Set fields of the game configuration and keep them on the device.
 
     Raises

@@ -155,7 +155,7 @@ class Health:
     tick_time_s: float
     tick_time_max_s: float
     saves: int
-    owner: Literal["none", "sdk", "game"]
+    owner: Literal["none", "sdk", "game", "dial"]
     reset_cause: Literal[
         "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"
     ]
@@ -212,7 +212,7 @@ class GameStatus:
     """
 
     time_s: float
-    owner: Literal["none", "sdk", "game"]
+    owner: Literal["none", "sdk", "game", "dial"]
     paused: bool
     enabled: bool
     gain: float
@@ -310,7 +310,7 @@ class Event:
 
     kind: str
     state: Literal["disarmed", "armed", "fault", "disconnected"]
-    owner: Literal["none", "sdk", "game"]
+    owner: Literal["none", "sdk", "game", "dial"]
     faults: tuple[str, ...]
     tick: int
     time_s: float
@@ -340,6 +340,7 @@ class Disarm:
         "unknown",
         "excitation_over",
         "excitation_stopped",
+        "dial_idle",
     ]
     faults: tuple[str, ...]
     tick: int

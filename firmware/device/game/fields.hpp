@@ -15,6 +15,7 @@ namespace usage {
 inline constexpr std::uint16_t desktop = 0x01;
 inline constexpr std::uint16_t button = 0x09;
 inline constexpr std::uint16_t ordinal = 0x0A;
+inline constexpr std::uint16_t consumer = 0x0C;
 inline constexpr std::uint16_t pid = 0x0F;
 }  // namespace usage
 

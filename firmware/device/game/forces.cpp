@@ -210,7 +210,7 @@ void Forces::start(const ForceOrder& order, std::uint64_t now) {
   play.loops_left = order.loops == 0 ? std::uint8_t{1} : order.loops;
   changed_ = true;
   gently_ = false;
-  walls_ = true;
+  raise_walls();
 }
 
 /// Brings back what the device has ended. Its time has gone on meanwhile.
@@ -231,8 +231,14 @@ bool Forces::go_on(std::uint8_t block, std::uint64_t now) {
   order_[active_++] = block;
   mark(playing_, block, true);
   changed_ = true;
-  walls_ = true;
+  raise_walls();
   return true;
+}
+
+/// The hand may be far beyond an end when a game begins.
+void Forces::raise_walls() {
+  if (!walls_) walls_soft_left_ = soft_ticks_;
+  walls_ = true;
 }
 
 void Forces::set_aside(std::uint8_t block) {
@@ -290,10 +296,10 @@ void Forces::release(std::uint32_t ticks) {
 }
 
 void Forces::drop() {
+  walls_ = false;
   if (active_ == 0 && last_nm_ == 0.0F && residual_nm_ == 0.0F) return;
   set_all_aside();
   changed_ = false;
-  walls_ = false;
   last_nm_ = 0.0F;
   residual_nm_ = 0.0F;
   shown_nm_.store(0.0F, std::memory_order_relaxed);
@@ -324,9 +330,14 @@ void Forces::share_out() {
 
 /// The walls at the ends of the axis. They are there whatever the game plays, and are no part of
 /// what its gains and its pauses scale.
-float Forces::end_nm() const {
+float Forces::end_nm() {
   const float inside = core::clamp_symmetric(motion_angle_, end_rad_);
-  return core::clamp_symmetric(end_stiffness_ * (inside - motion_angle_), cap_nm_);
+  float nm = core::clamp_symmetric(end_stiffness_ * (inside - motion_angle_), cap_nm_);
+  if (walls_soft_left_ != 0) {
+    nm *= static_cast<float>(soft_ticks_ - walls_soft_left_) / static_cast<float>(soft_ticks_);
+    --walls_soft_left_;
+  }
+  return nm;
 }
 
 float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float period_s,

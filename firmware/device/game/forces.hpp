@@ -17,6 +17,7 @@
 
 #include "core/effects.hpp"
 #include "core/force_source.hpp"
+#include "device/dial/detents.hpp"
 #include "device/game/reports.hpp"
 #include "device/ring.hpp"
 
@@ -105,6 +106,7 @@ struct ForceParams {
   std::uint32_t idle_ticks = 1;       // with nothing to play, after which the actuator is let go
   std::uint32_t soft_ticks = 1;       // in which a spring that begins comes up
   std::uint32_t frame_max_ticks = 0;  // longest time between updates that are joined; 0: none are
+  dial::DetentParams detents;         // of a device that is a dial, which games have no use for
 };
 
 class Forces final : public core::ForceSource {
@@ -184,7 +186,8 @@ class Forces final : public core::ForceSource {
   void set_loops_aside(std::uint8_t block, std::uint8_t loops);
   void stop_all();
   void share_out();
-  float end_nm() const;
+  float end_nm();
+  void raise_walls();
   std::uint64_t time(std::uint64_t tick) const { return (paused_ ? paused_at_ : tick) - pauses_; }
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
                  bool& ended);
@@ -215,8 +218,9 @@ class Forces final : public core::ForceSource {
   std::uint64_t paused_at_ = 0;
   std::uint64_t pauses_ = 0;  // ticks spent in pauses
 
-  bool walls_ = false;   // the game has the actuator
-  bool gently_ = false;  // the next change takes the time of a release
+  bool walls_ = false;                 // the game has the actuator
+  std::uint32_t walls_soft_left_ = 0;  // ticks until they are all there
+  bool gently_ = false;                // the next change takes the time of a release
   std::uint32_t release_ticks_ = 1;
   bool changed_ = false;
   std::uint32_t blend_ticks_ = 1;

@@ -1,5 +1,6 @@
 #include "device/game/params.hpp"
 
+#include "core/angle.hpp"
 #include "core/math.hpp"
 
 namespace torsio::device::game {
@@ -71,11 +72,13 @@ GameScale make_game_scale(const Config& config, std::uint32_t period_ns) {
   return scale;
 }
 
-ForceParams make_force_params(const Config& config, std::uint32_t period_ns) {
+ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
+                              protocol::Personality personality) {
   const float period_s = core::make_resolution(config.actuator.counts_per_rev, period_ns).period_s;
   const auto at_least_one = [](std::uint32_t ticks) { return ticks == 0 ? 1U : ticks; };
   ForceParams params;
-  params.allowed = config.game.enabled == protocol::Toggle::on;
+  const bool dial = personality == protocol::Personality::dial;
+  params.allowed = config.game.enabled == protocol::Toggle::on && !dial;
   params.torque_max_nm = game_torque_nm(config);
   params.most = make_stable_limits(config, period_s);
   params.end_rad = config.game.range_deg * (core::kTwoPi / 720.0F);
@@ -87,6 +90,14 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns) {
     params.frame_max_ticks = core::round_to_u32(kFrameMaxS / period_s);
   }
   params.idle_ticks = at_least_one(core::round_to_u32(kIdleS / period_s));
+  // -T sin(n angle) is in its notch as stiff as n T.
+  const auto detents = static_cast<float>(config.game.dial_detents);
+  params.detents = {dial,
+                    core::make_pattern(0, std::uint64_t{config.game.dial_detents} << 32,
+                                       config.actuator.counts_per_rev),
+                    core::smaller(core::smaller(config.game.dial_torque_nm, motor_max_nm(config)),
+                                  params.most.stiffness / detents),
+                    params.soft_ticks};
   return params;
 }
 

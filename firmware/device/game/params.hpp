@@ -27,6 +27,9 @@ struct GameScale {
 
 GameScale make_game_scale(const Config& config, std::uint32_t period_ns);
 
-ForceParams make_force_params(const Config& config, std::uint32_t period_ns);
+/// @param personality that the device has started with, whatever it is to be the next time
+ForceParams make_force_params(
+    const Config& config, std::uint32_t period_ns,
+    protocol::Personality personality = protocol::Personality::game_controller);
 
 }  // namespace torsio::device::game

@@ -200,6 +200,17 @@ GAME_CONFIG = _configuration(
         "end_stiffness_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
         "of walls at both ends of the axis, while a game has the actuator; 0: none", default=0.0,
     ),
+    choice(
+        "personality", e.PERSONALITY,
+        "what the computer takes the knob for; save it: it counts when the device starts the next time",
+    ),
+    choice("dial_use", e.DIAL_USE, "of a dial"),
+    whole("dial_detents", "u8", 1, 240, "of a dial, in a turn", default=24),
+    torque(
+        "dial_torque_nm",
+        "of a dial between two detents, no more than is stable; 0: it turns freely",
+        default=20e-3,
+    ),
 )  # fmt: skip
 
 CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG)

@@ -45,6 +45,20 @@ LAW = enumeration(
     ),
 )
 
+PERSONALITY = enumeration(
+    "Personality",
+    "What the interface beside the SDK's is to the computer.",
+    Value("game_controller", "a joystick's axis with force feedback"),
+    Value("dial", "a wheel of the desktop, with detents"),
+)
+DIAL_USE = enumeration(
+    "DialUse",
+    "What a dial does: clockwise, to larger angles, is down, right or louder.",
+    Value("wheel", "scrolls, in 120 steps a detent where the system can"),
+    Value("pan", "scrolls sideways, as finely"),
+    Value("volume", "a key press for each detent"),
+)
+
 # --- what the device says ------------------------------------------------------------------------
 
 STATE = enumeration(
@@ -56,7 +70,7 @@ STATE = enumeration(
     Value("disconnected", "the device is unplugged, or does not answer any more", host_only=True),
 )
 OWNER = enumeration(
-    "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game"
+    "Owner", "Who has the actuator: nobody unless it is armed.", "none", "sdk", "game", "dial"
 )
 GAME_EFFECT_KIND = enumeration(
     "GameEffectKind",
@@ -98,6 +112,7 @@ DISARM_REASON = enumeration(
     Value("unknown", "the word of the device about it was lost on the way"),
     Value("excitation_over", "the time of an excitation was over and no next one had come"),
     Value("excitation_stopped", "an excitation left its bounds of travel or speed"),
+    Value("dial_idle", "the dial had the actuator and nobody turns it any more"),
 )
 RESET_CAUSE = enumeration(
     "ResetCause",

@@ -74,6 +74,21 @@ typedef enum torsio_law {
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
 
+/// What the interface beside the SDK's is to the computer.
+typedef enum torsio_personality {
+  TORSIO_PERSONALITY_GAME_CONTROLLER = 0,  ///< a joystick's axis with force feedback
+  TORSIO_PERSONALITY_DIAL = 1,             ///< a wheel of the desktop, with detents
+} torsio_personality;
+TORSIO_API const char* torsio_personality_name(int32_t value);
+
+/// What a dial does: clockwise, to larger angles, is down, right or louder.
+typedef enum torsio_dial_use {
+  TORSIO_DIAL_USE_WHEEL = 0,   ///< scrolls, in 120 steps a detent where the system can
+  TORSIO_DIAL_USE_PAN = 1,     ///< scrolls sideways, as finely
+  TORSIO_DIAL_USE_VOLUME = 2,  ///< a key press for each detent
+} torsio_dial_use;
+TORSIO_API const char* torsio_dial_use_name(int32_t value);
+
 /// Whether the device makes torque.
 typedef enum torsio_state {
   TORSIO_STATE_DISARMED = 0,      ///< no torque
@@ -88,6 +103,7 @@ typedef enum torsio_owner {
   TORSIO_OWNER_NONE = 0,
   TORSIO_OWNER_SDK = 1,
   TORSIO_OWNER_GAME = 2,
+  TORSIO_OWNER_DIAL = 3,
 } torsio_owner;
 TORSIO_API const char* torsio_owner_name(int32_t value);
 
@@ -141,7 +157,8 @@ typedef enum torsio_disarm_reason {
   TORSIO_DISARM_REASON_EXCITATION_OVER =
       7,  ///< the time of an excitation was over and no next one had come
   TORSIO_DISARM_REASON_EXCITATION_STOPPED =
-      8,  ///< an excitation left its bounds of travel or speed
+      8,                               ///< an excitation left its bounds of travel or speed
+  TORSIO_DISARM_REASON_DIAL_IDLE = 9,  ///< the dial had the actuator and nobody turns it any more
 } torsio_disarm_reason;
 TORSIO_API const char* torsio_disarm_reason_name(int32_t value);
 
@@ -568,6 +585,16 @@ typedef struct torsio_game_config {
   bool join_updates;
   /// of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
   double end_stiffness_nm_per_rad;
+  /// a torsio_personality: what the computer takes the knob for; save it: it counts when the device
+  /// starts the next time; at first game_controller
+  int32_t personality;
+  /// a torsio_dial_use: of a dial; at first wheel
+  int32_t dial_use;
+  /// of a dial, in a turn; 1 to 240; at first 24
+  int32_t dial_detents;
+  /// of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100; at first
+  /// 0.02
+  double dial_torque_nm;
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
 

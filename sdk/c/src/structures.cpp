@@ -27,6 +27,12 @@ const char* torsio_ends_name(std::int32_t value) {
 const char* torsio_law_name(std::int32_t value) {
   return torsio::c::value_name<torsio::Law>(value);
 }
+const char* torsio_personality_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::Personality>(value);
+}
+const char* torsio_dial_use_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::DialUse>(value);
+}
 const char* torsio_state_name(std::int32_t value) {
   return torsio::c::value_name<torsio::State>(value);
 }

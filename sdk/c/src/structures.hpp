@@ -234,6 +234,10 @@ inline GameConfig from_c(const torsio_game_config& from) {
   to.silence_s = from.silence_s;
   to.join_updates = flag(from.join_updates);
   to.end_stiffness_nm_per_rad = from.end_stiffness_nm_per_rad;
+  to.personality = choice<Personality>(from.personality, "personality");
+  to.dial_use = choice<DialUse>(from.dial_use, "dial_use");
+  to.dial_detents = from.dial_detents;
+  to.dial_torque_nm = from.dial_torque_nm;
   return to;
 }
 inline TorqueHand from_c(const torsio_torque_hand& from) {
@@ -561,6 +565,10 @@ inline torsio_game_config to_c([[maybe_unused]] const GameConfig& from) {
   to.silence_s = from.silence_s;
   to.join_updates = from.join_updates;
   to.end_stiffness_nm_per_rad = from.end_stiffness_nm_per_rad;
+  to.personality = static_cast<std::int32_t>(from.personality);
+  to.dial_use = static_cast<std::int32_t>(from.dial_use);
+  to.dial_detents = from.dial_detents;
+  to.dial_torque_nm = from.dial_torque_nm;
   return to;
 }
 inline torsio_torque_hand to_c([[maybe_unused]] const TorqueHand& from) {

@@ -19,6 +19,19 @@ enum class Law : std::uint8_t {
   calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 
+/// What the interface beside the SDK's is to the computer.
+enum class Personality : std::uint8_t {
+  game_controller,  ///< a joystick's axis with force feedback
+  dial,             ///< a wheel of the desktop, with detents
+};
+
+/// What a dial does: clockwise, to larger angles, is down, right or louder.
+enum class DialUse : std::uint8_t {
+  wheel,   ///< scrolls, in 120 steps a detent where the system can
+  pan,     ///< scrolls sideways, as finely
+  volume,  ///< a key press for each detent
+};
+
 /// The actuator as built. The defaults are those of the reference actuator. Set only while
 /// disarmed; another encoder empties the scene.
 struct ActuatorConfig {
@@ -117,6 +130,12 @@ struct GameConfig {
   bool join_updates = true;
   /// of walls at both ends of the axis, while a game has the actuator; 0: none; 0 to 1e6
   double end_stiffness_nm_per_rad = 0.0;
+  /// what the computer takes the knob for; save it: it counts when the device starts the next time
+  Personality personality = Personality::game_controller;
+  DialUse dial_use = DialUse::wheel;  ///< of a dial
+  int dial_detents = 24;              ///< of a dial, in a turn; 1 to 240
+  /// of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100
+  double dial_torque_nm = 0.02;
 };
 
 }  // namespace torsio

@@ -44,13 +44,21 @@ struct Names<Law> {
                                                           "motor_only", "calibrated"};
 };
 template <>
+struct Names<Personality> {
+  static constexpr std::array<std::string_view, 2> values{"game_controller", "dial"};
+};
+template <>
+struct Names<DialUse> {
+  static constexpr std::array<std::string_view, 3> values{"wheel", "pan", "volume"};
+};
+template <>
 struct Names<State> {
   static constexpr std::array<std::string_view, 4> values{"disarmed", "armed", "fault",
                                                           "disconnected"};
 };
 template <>
 struct Names<Owner> {
-  static constexpr std::array<std::string_view, 3> values{"none", "sdk", "game"};
+  static constexpr std::array<std::string_view, 4> values{"none", "sdk", "game", "dial"};
 };
 template <>
 struct Names<GameEffectKind> {
@@ -69,9 +77,9 @@ struct Names<ResetCause> {
 };
 template <>
 struct Names<DisarmReason> {
-  static constexpr std::array<std::string_view, 9> values{
-      "order",   "watchdog",        "deadline_missed",   "fault", "game_idle", "disconnected",
-      "unknown", "excitation_over", "excitation_stopped"};
+  static constexpr std::array<std::string_view, 10> values{
+      "order",   "watchdog",        "deadline_missed",    "fault",    "game_idle", "disconnected",
+      "unknown", "excitation_over", "excitation_stopped", "dial_idle"};
 };
 
 template <>
@@ -409,6 +417,13 @@ struct Fields<GameConfig> {
             "hits pass"),
       field("end_stiffness_nm_per_rad", &GameConfig::end_stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
             "of walls at both ends of the axis, while a game has the actuator; 0: none"),
+      field("personality", &GameConfig::personality, "", -kNoLimit, kNoLimit,
+            "what the computer takes the knob for; save it: it counts when the device starts the "
+            "next time"),
+      field("dial_use", &GameConfig::dial_use, "", -kNoLimit, kNoLimit, "of a dial"),
+      field("dial_detents", &GameConfig::dial_detents, "", 1.0, 240.0, "of a dial, in a turn"),
+      field("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0.0, 100.0,
+            "of a dial between two detents, no more than is stable; 0: it turns freely"),
   };
 };
 template <>

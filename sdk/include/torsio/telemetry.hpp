@@ -20,7 +20,7 @@ enum class State : std::uint8_t {
 };
 
 /// Who has the actuator: nobody unless it is armed.
-enum class Owner : std::uint8_t { none, sdk, game };
+enum class Owner : std::uint8_t { none, sdk, game, dial };
 
 /// What a game's effect is.
 enum class GameEffectKind : std::uint8_t {
@@ -67,6 +67,7 @@ enum class DisarmReason : std::uint8_t {
   unknown,             ///< the word of the device about it was lost on the way
   excitation_over,     ///< the time of an excitation was over and no next one had come
   excitation_stopped,  ///< an excitation left its bounds of travel or speed
+  dial_idle,           ///< the dial had the actuator and nobody turns it any more
 };
 
 /// Bits of telemetry's `flags`; the two lowest are the state.

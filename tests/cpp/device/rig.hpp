@@ -38,7 +38,7 @@ class Rig {
   protocol::Acknowledgement send_bytes(std::span<const std::uint8_t> bytes) {
     const std::size_t before = acknowledgements.size();
     REQUIRE(device->receive(bytes));
-    for (int i = 0; i < 5 && acknowledgements.size() == before; ++i) tick();
+    for (int i = 0; i < 10 && acknowledgements.size() == before; ++i) tick();
     REQUIRE(acknowledgements.size() == before + 1);
     return acknowledgements.back();
   }

@@ -41,23 +41,111 @@ TEST_CASE("arming starts softly: no step in torque") {
   CHECK(last == 0.05F);
 }
 
-TEST_CASE("disarm and stop cut the torque in the same tick; stop forgets the scene") {
+TEST_CASE("disarm and stop let go along a line of 4 ms; stop forgets the scene") {
   for (const Op op : {Op::disarm, Op::stop}) {
-    Rig rig;
-    rig.arm_with_constant(0.03F);
-    REQUIRE(rig.outputs.motor_command_nm != 0.0F);
-    CHECK(rig.command(op) == Status::ok);
-    CHECK(rig.outputs.motor_command_nm == 0.0F);
-    CHECK_FALSE(rig.outputs.enabled);
-    CHECK(rig.command(Op::arm) == Status::ok);
-    rig.tick(40);
-    if (op == Op::stop) {
+    for (const std::uint32_t period_ns : {1'000'000U, 100'000U}) {
+      torsio::device::BoardInfo board;
+      board.control_period_ns = period_ns;
+      Rig rig(board);
+      rig.arm_with_constant(0.03F);
+      const int soft_start = static_cast<int>(25'000'000 / period_ns);
+      rig.tick(soft_start);
+      REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);
+      const float held = rig.outputs.motor_command_nm;
+      REQUIRE(held != 0.0F);
+      const std::size_t answered = rig.acknowledgements.size();
+      REQUIRE(rig.device->receive(encode(Command{7, 0, op})));
+      const int ticks = static_cast<int>(4'000'000 / period_ns);
+      for (int i = 1; i <= ticks; ++i) {
+        rig.tick();
+        const double left = held * (1.0 - static_cast<double>(i) / ticks);
+        CHECK(rig.outputs.motor_command_nm == Approx(left).scale(0.03).epsilon(1e-5));
+        CHECK(rig.outputs.brake_command_nm == 0.0F);
+        CHECK(rig.outputs.enabled);
+        CHECK(rig.acknowledgements.size() == answered);
+      }
+      rig.tick();
+      CHECK_FALSE(rig.outputs.enabled);
       CHECK(rig.outputs.motor_command_nm == 0.0F);
-      CHECK(rig.send_status(Commit{3, 0, 1}) == Status::empty_slot);
-    } else {
-      CHECK(rig.outputs.motor_command_nm != 0.0F);
+      rig.tick();
+      REQUIRE(rig.acknowledgements.size() == answered + 1);
+      CHECK(rig.acknowledgements.back().state == State::disarmed);
+      // That it fades out by itself is told of silence and deadlines only.
+      for (const Telemetry& report : rig.telemetry) {
+        CHECK((report.flags & torsio::protocol::flag::passive) == 0);
+      }
+      CHECK(rig.command(Op::arm) == Status::ok);
+      rig.tick(soft_start);
+      if (op == Op::stop) {
+        CHECK(rig.outputs.motor_command_nm == 0.0F);
+        CHECK(rig.send_status(Commit{3, 0, 1}) == Status::empty_slot);
+      } else {
+        CHECK(rig.outputs.motor_command_nm == held);
+      }
     }
   }
+}
+
+TEST_CASE("whoever has no soft start wants no soft end either") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);
+  REQUIRE(rig.command(Op::stop) == Status::ok);
+  ControlConfig config;
+  config.passive_ramp_s = 0;
+  REQUIRE(rig.set(config).ok());
+  Constant constant;
+  constant.torque_nm = 0.03F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  REQUIRE(rig.outputs.motor_command_nm != 0.0F);
+  REQUIRE(rig.device->receive(encode(Command{7, 0, Op::disarm})));
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK_FALSE(rig.outputs.enabled);
+}
+
+TEST_CASE("a fault cuts at once what is being let go of") {
+  Rig rig;
+  rig.arm_with_constant(0.03F);
+  REQUIRE(rig.device->receive(encode(Command{7, 0, Op::disarm})));
+  rig.tick(2);
+  REQUIRE(rig.outputs.enabled);
+  REQUIRE(rig.outputs.motor_command_nm != 0.0F);
+  rig.inputs.emergency_stop = true;
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.state() == State::fault);
+  rig.tick();
+  CHECK(rig.acknowledgements.back().sequence == 7);
+  CHECK(rig.acknowledgements.back().state == State::fault);
+}
+
+TEST_CASE("disarming shortens the fade of a host that was silent, and releases the brake") {
+  Rig rig;
+  ControlConfig config;
+  config.passive_ramp_s = 0.02F;
+  config.watchdog_s = 0.1F;
+  config.passive_brake_nm = 0.01F;
+  REQUIRE(rig.set(config).ok());
+  Constant constant;
+  constant.torque_nm = 0.03F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(105);  // the watchdog has bitten: 20 ms to go
+  REQUIRE(rig.outputs.brake_command_nm == 0.01F);
+  const float held = rig.outputs.motor_command_nm;
+  REQUIRE(held != 0.0F);
+  REQUIRE(rig.device->receive(encode(Command{7, 0, Op::disarm})));
+  rig.tick();
+  CHECK(rig.outputs.brake_command_nm == 0.0F);
+  rig.tick(3);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.0).scale(1e-3));
+  rig.tick();
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.state() == State::disarmed);
 }
 
 TEST_CASE("silence of the host makes the motor ramp down, then disarms") {

@@ -227,6 +227,7 @@ TEST_CASE("strings say who made what, and which one it is") {
   CHECK(text(device::string_descriptor(4, serial)) == "Torsio control");
   CHECK(text(device::string_descriptor(5, serial)) == "Torsio game controller");
   CHECK(device::string_descriptor(6, serial).size_bytes == 0);
+  CHECK(device::string_descriptor(6, serial, device::Personality::dial).size_bytes == 2 + 2 * 11);
   CHECK(device::string_descriptor(0xEE, serial).size_bytes == 0);
 }
 

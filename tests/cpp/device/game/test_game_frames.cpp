@@ -215,7 +215,7 @@ TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and
   rig.turn(5, 150);  // beyond the end at 30 degrees, of 33
   CHECK(rig.outputs.motor_command_nm == 0.0F);
   const int block = rig.play_constant(1000);
-  rig.tick(100);
+  rig.tick(600);  // the walls come up in 50 ms
   const double beyond = 750 * 2 * kPi / 8192 - kPi / 6;
   const double pushed = 0.08 * 1000 / 32767;
   CHECK(static_cast<double>(rig.outputs.motor_command_nm) ==

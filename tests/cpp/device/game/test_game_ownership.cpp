@@ -174,16 +174,77 @@ TEST_CASE("after the SDK has let go, a game gets the actuator by starting an eff
   CHECK(rig.owner() == Owner::game);
 }
 
-TEST_CASE("the SDK may stop a game's force at once") {
+TEST_CASE("the SDK may stop a game's force, which lets go along a line of 4 ms") {
   for (const Op op : {Op::disarm, Op::stop}) {
     GameRig rig;
-    rig.play_constant(32767);
+    const int block = rig.play_constant(32767);
     rig.tick(10);
-    REQUIRE(rig.outputs.motor_command_nm > 0.0F);
-    CHECK(rig.command(op) == Status::ok);
-    CHECK(rig.outputs.motor_command_nm == 0.0F);
+    const float held = rig.outputs.motor_command_nm;
+    REQUIRE(held > 0.0F);
+    REQUIRE(rig.device->receive(protocol::encode(protocol::Command{7, 0, op})));
+    for (int i = 1; i <= 4; ++i) {
+      rig.constant(block, 32767);  // an update does not bring it back
+      rig.tick();
+      CHECK(rig.outputs.motor_command_nm ==
+            Approx(held * static_cast<float>(4 - i) / 4).scale(0.08));
+    }
+    rig.tick(2);
+    CHECK(rig.acknowledgements.back().status == 0);
+    CHECK(rig.acknowledgements.back().state == State::disarmed);
+    rig.constant(block, 32767);
     rig.tick(100);
     CHECK(rig.state() == State::disarmed);
+  }
+}
+
+TEST_CASE("what a game starts while the SDK lets go is not lost") {
+  TwoMasters rig;
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(60);
+  REQUIRE(rig.outputs.motor_command_nm == -0.05F);
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{9, 0, Op::disarm})));
+  rig.tick(2);
+  rig.play_constant(32767);
+  float last = rig.outputs.motor_command_nm;
+  for (int i = 0; i < 12; ++i) {
+    rig.tick();
+    // Down from -0.05 in 4 ms, then up to 0.08 in the blend of 2 ms.
+    CHECK(rig.outputs.motor_command_nm >= last);
+    CHECK(rig.outputs.motor_command_nm - last < 1.01F * 0.08F / 2);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK(rig.owner() == Owner::game);
+  CHECK(last == Approx(0.08));
+}
+
+TEST_CASE("nothing moves when a game opens the device, wherever the knob stands") {
+  // At the middle, at an end, and three turns beyond it, with and without walls there.
+  for (const float stiffness : {0.0F, 1.0F}) {
+    for (const int counts : {0, 10'240, 34'816}) {
+      GameRig rig;
+      rig.configure([stiffness](protocol::GameConfig& config) {
+        config.end_stiffness_nm_per_rad = stiffness;
+        config.blend_s = 0.002F;
+      });
+      rig.turn(64, counts / 64);
+      // What Linux and DirectInput do: reset, stop all, actuators on, gain, and an effect made.
+      for (const int control : {4, 4, 3, 1}) rig.control(control);
+      rig.gain(32767);
+      const int spring = rig.create(kSpring);
+      rig.set_effect(spring);
+      rig.condition(spring, {});
+      for (const float nm : rig.torques(50)) CHECK(nm == 0.0F);
+      CHECK(rig.owner() == Owner::none);
+      // Started, spring and walls come up in 50 ms, each along a line.
+      rig.start(spring);
+      float last = 0;
+      for (const float nm : rig.torques(100)) {
+        CHECK(std::abs(nm - last) < 2.02F * 0.08F / 50);
+        last = nm;
+      }
+      CHECK(rig.owner() == Owner::game);
+      if (counts != 0) CHECK(last < 0.0F);
+    }
   }
 }
 

@@ -1,0 +1,48 @@
+/// @file
+/// A dial's notches, as the control interrupt renders them while somebody turns the knob.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "core/angle.hpp"
+#include "core/force_source.hpp"
+
+namespace torsio::device::dial {
+
+/// What the configuration says of them, prepared.
+struct DetentParams {
+  bool on = false;  // the device is a dial
+  core::Pattern pattern;
+  float torque_nm = 0;           // between two notches
+  std::uint32_t ramp_ticks = 1;  // in which they come and go
+};
+
+class Detents final : public core::ForceSource {
+ public:
+  // Control interrupt.
+
+  /// Comes up from zero.
+  void begin(const DetentParams& params);
+  /// Goes to zero.
+  void release() { rises_ = false; }
+  /// Is gone at once: the actuator is off.
+  void drop();
+  bool wanted() const { return wanted_.load(std::memory_order_relaxed) != 0; }
+  bool felt() const { return rises_ || level_ticks_ != 0; }
+  float torque_nm(const core::Motion& motion, const core::Resolution& resolution,
+                  std::uint64_t tick) override;
+
+  // Main loop.
+
+  /// The knob is turned, or at rest.
+  void want(bool wanted) { wanted_.store(wanted ? 1 : 0, std::memory_order_relaxed); }
+
+ private:
+  std::atomic<std::uint32_t> wanted_{0};  // cleared by the interrupt too
+  DetentParams params_;
+  bool rises_ = false;
+  std::uint32_t level_ticks_ = 0;  // of params_.ramp_ticks
+};
+
+}  // namespace torsio::device::dial

@@ -1,0 +1,113 @@
+/// @file
+/// A device that started as a dial, with a hand on it and a host that reads what it sends.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "device/config_store.hpp"
+#include "device/rig.hpp"
+
+namespace torsio::test {
+
+/// A torque other than 0, to a share of itself. doctest compares numbers of less than 1 with 1.
+inline doctest::Approx near_nm(double nm, double share = 1e-3) {
+  return doctest::Approx(nm).scale(0).epsilon(share);
+}
+
+struct DialOptions {
+  protocol::DialUse use = protocol::DialUse::wheel;
+  std::uint8_t detents = 24;
+  float torque_nm = 0.005F;
+  std::uint32_t counts_per_rev = 8192;
+};
+
+class DialRig : public Rig {
+ public:
+  /// What a host sums up.
+  struct Heard {
+    long wheel = 0;
+    long pan = 0;
+    int louder = 0;
+    int quieter = 0;
+    std::uint8_t buttons = 0;
+    int reports = 0;
+  };
+
+  explicit DialRig(const DialOptions& options = {}) : Rig({}, stored(options)) {
+    device->set_connected(true);
+    tick(3);
+  }
+
+  /// What Linux and Windows ask for when they find a wheel that can do it.
+  void ask_for_fine() { REQUIRE(device->dial().set_feature(std::array<std::uint8_t, 2>{3, 0x05})); }
+
+  /// One report in each tick, as on the bus.
+  void listen(int ticks = 1) {
+    for (int i = 0; i < ticks; ++i) {
+      tick();
+      std::array<std::uint8_t, 64> report{};
+      const std::size_t size = device->dial().next_input(report);
+      if (size == 0) continue;
+      ++heard.reports;
+      if (report[0] == 1) {
+        REQUIRE(size == 8);
+        CHECK(report[2] == 0);
+        CHECK(report[3] == 0);
+        heard.buttons = report[1];
+        heard.wheel += i16(report, 4);
+        heard.pan += i16(report, 6);
+      } else {
+        REQUIRE(report[0] == 2);
+        REQUIRE(size == 2);
+        // A key goes down only when none is.
+        CHECK((keys_ == 0 || report[1] == 0));
+        heard.louder += report[1] == 1 ? 1 : 0;
+        heard.quieter += report[1] == 2 ? 1 : 0;
+        keys_ = report[1];
+      }
+    }
+  }
+
+  /// Turns the knob to a place, by so many counts a tick.
+  void turn_to(std::int64_t counts, int counts_a_tick) {
+    while (at_ != counts) {
+      const std::int64_t left = counts - at_;
+      const std::int64_t step = left > counts_a_tick    ? counts_a_tick
+                                : left < -counts_a_tick ? -counts_a_tick
+                                                        : left;
+      at_ += step;
+      inputs.encoder_count += static_cast<std::uint32_t>(step);
+      listen();
+    }
+  }
+
+  protocol::Owner owner() { return get<protocol::Health>().owner; }
+  bool key_down() const { return keys_ != 0; }
+
+  Heard heard;
+
+ private:
+  static device::StoredSlots stored(const DialOptions& options) {
+    device::Config config;
+    config.game.personality = protocol::Personality::dial;
+    config.game.dial_use = options.use;
+    config.game.dial_detents = options.detents;
+    config.game.dial_torque_nm = options.torque_nm;
+    config.control.law = protocol::Law::motor_only;
+    config.actuator.counts_per_rev = options.counts_per_rev;
+    device::StoredSlots slots = device::empty_slots();
+    const device::SlotWrite write = device::ConfigStore(slots).prepare(config);
+    slots.slot.at(write.slot) = write.bytes;
+    return slots;
+  }
+  static long i16(const std::array<std::uint8_t, 64>& bytes, std::size_t at) {
+    return static_cast<std::int16_t>(bytes.at(at) | (bytes.at(at + 1) << 8));
+  }
+
+  std::int64_t at_ = 0;
+  std::uint8_t keys_ = 0;
+};
+
+}  // namespace torsio::test

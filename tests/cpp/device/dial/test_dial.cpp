@@ -1,0 +1,319 @@
+// The knob as a wheel of the desktop: what the host hears, and what the hand feels.
+#include <cmath>
+#include <numbers>
+
+#include "dial_rig.hpp"
+
+namespace {
+
+using namespace torsio;
+using namespace torsio::test;
+using protocol::DialUse;
+using protocol::Op;
+using protocol::Owner;
+using protocol::State;
+using protocol::Status;
+
+/// Where a notch is, to the nearest count.
+std::int64_t notch(int number) { return std::llround(number * 8192.0 / 24.0); }
+
+}  // namespace
+
+TEST_CASE("dial: a detent is 120 units whatever way and however fast it is turned") {
+  DialRig rig;
+  rig.ask_for_fine();
+  long expected = 0;
+  int at = 0;
+  for (const auto& [detents, counts_a_tick] :
+       {std::pair{5, 1}, {-12, 7}, {30, 60}, {-100, 200}, {77, 13}, {1, 3}, {-1, 200}}) {
+    at += detents;
+    rig.turn_to(notch(at) + (at % 3) * 20, counts_a_tick);  // friction lets it rest near by
+    rig.listen(3);
+    expected -= 120L * detents;  // to larger angles is down, which is negative
+    CHECK(rig.heard.wheel == expected);
+    CHECK(rig.heard.pan == 0);
+  }
+}
+
+TEST_CASE("dial: a host that has not asked for the fine resolution hears whole detents") {
+  DialRig rig;
+  rig.turn_to(notch(1) - 60, 5);
+  rig.listen(3);
+  CHECK(rig.heard.reports == 0);
+  rig.turn_to(notch(1), 5);
+  rig.listen(3);
+  CHECK(rig.heard.reports == 1);
+  CHECK(rig.heard.wheel == -1);
+  rig.turn_to(notch(-40), 150);
+  rig.listen(3);
+  CHECK(rig.heard.wheel == 40);
+}
+
+TEST_CASE("dial: what the host has asked for is read back, and is forgotten when it begins anew") {
+  DialRig rig;
+  std::array<std::uint8_t, 64> report{};
+  REQUIRE(rig.device->dial().get_feature(3, report) == 2);
+  CHECK(report[1] == 0);
+  rig.ask_for_fine();
+  REQUIRE(rig.device->dial().get_feature(3, report) == 2);
+  CHECK(report[1] == 0x05);
+  rig.device->dial().reset();
+  REQUIRE(rig.device->dial().get_feature(3, report) == 2);
+  CHECK(report[1] == 0);
+  CHECK(rig.device->dial().get_feature(1, report) == 0);
+  CHECK(rig.device->dial().get_feature(3, std::span(report).first(1)) == 0);
+  using Short = std::array<std::uint8_t, 2>;
+  CHECK_FALSE(rig.device->dial().set_feature(Short{3, 0x02}));  // no value of the field
+  CHECK_FALSE(rig.device->dial().set_feature(Short{3, 0x10}));
+  CHECK_FALSE(rig.device->dial().set_feature(Short{4, 0x01}));
+  CHECK_FALSE(rig.device->dial().set_feature(std::array<std::uint8_t, 3>{3, 1, 0}));
+  CHECK_FALSE(rig.device->dial().set_feature({}));
+}
+
+TEST_CASE("dial: it pans as it scrolls, and to the right for larger angles") {
+  DialRig rig({.use = DialUse::pan});
+  rig.ask_for_fine();
+  rig.turn_to(notch(7), 20);
+  rig.listen(3);
+  CHECK(rig.heard.pan == 7 * 120);
+  CHECK(rig.heard.wheel == 0);
+}
+
+TEST_CASE("dial: the volume gets a press of a key for each detent") {
+  DialRig rig({.use = DialUse::volume});
+  rig.turn_to(notch(9), 200);  // faster than keys can be pressed
+  rig.listen(30);
+  CHECK(rig.heard.louder == 9);
+  CHECK(rig.heard.quieter == 0);
+  rig.turn_to(notch(4), 10);
+  rig.listen(30);
+  CHECK(rig.heard.louder == 9);
+  CHECK(rig.heard.quieter == 5);
+  CHECK_FALSE(rig.key_down());
+  CHECK(rig.heard.wheel == 0);
+}
+
+TEST_CASE("dial: buttons are the mouse's") {
+  DialRig rig;
+  rig.device->set_buttons(2);
+  rig.listen();
+  CHECK(rig.heard.buttons == 2);
+  CHECK(rig.heard.reports == 1);
+  rig.listen(5);
+  CHECK(rig.heard.reports == 1);
+  rig.device->set_buttons(0);
+  rig.listen();
+  CHECK(rig.heard.buttons == 0);
+}
+
+TEST_CASE("dial: its detents are a sine in phase with the units, once they have come up") {
+  DialRig rig;
+  rig.turn_to(2, 1);
+  rig.turn_to(1, 1);
+  rig.listen(60);  // past the soft start of 50 ms
+  REQUIRE(rig.owner() == Owner::dial);
+  for (std::int64_t at = -2000; at < 2000; at += 31) {
+    rig.turn_to(at, 200);
+    rig.tick();
+    const double angle_rad = 2 * std::numbers::pi * static_cast<double>(at) / 8192.0;
+    const double nm = -0.005 * std::sin(24 * angle_rad);
+    CHECK(rig.outputs.motor_command_nm == doctest::Approx(nm).scale(0.005).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("dial: nothing is felt before it is turned, and what comes then comes in a line") {
+  DialRig rig;
+  rig.listen(100);
+  CHECK_FALSE(rig.outputs.enabled);
+  // A quarter of a pitch in one tick, where the torque is largest: then it is held there.
+  rig.turn_to(85, 85);
+  int up = 0;
+  for (int i = 0; i < 60; ++i) {
+    const float last = rig.outputs.motor_command_nm;
+    rig.listen();
+    CHECK(rig.outputs.motor_command_nm <= last);
+    CHECK(last - rig.outputs.motor_command_nm < 1.01F * 0.005F / 50);
+    up += rig.outputs.motor_command_nm < last ? 1 : 0;
+  }
+  CHECK(up >= 48);
+  CHECK(rig.outputs.motor_command_nm == near_nm(-0.005));
+}
+
+TEST_CASE("dial: it lets go of the actuator a second after the last turn, in a line") {
+  DialRig rig;
+  rig.turn_to(85, 5);
+  rig.listen(990);
+  CHECK(rig.owner() == Owner::dial);
+  CHECK(rig.outputs.motor_command_nm == near_nm(-0.005));
+  rig.events.clear();
+  float last = rig.outputs.motor_command_nm;
+  for (int i = 0; i < 100; ++i) {
+    rig.inputs.encoder_count += i % 2 == 0 ? 1U : static_cast<std::uint32_t>(-1);  // flicker
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.05F * 0.005F / 50);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.set(protocol::GameConfig{}).ok());  // so it can be configured
+}
+
+TEST_CASE("dial: a torque that would buzz is not given, nor more than the motor has") {
+  DialRig stiff({.detents = 100, .torque_nm = 1.0F});
+  stiff.turn_to(20, 5);
+  stiff.listen(60);
+  float most = 0;
+  for (int at = 0; at < 100; ++at) {
+    stiff.turn_to(at, 1);
+    most = std::max(most, std::abs(stiff.outputs.motor_command_nm));
+  }
+  // docs/games.md: 0.22 N m/rad at 1 kHz, which a sine reaches in its notch with the n-th part.
+  CHECK(most == near_nm(0.22 / 100, 0.02));
+  DialRig slow({.detents = 1, .torque_nm = 1.0F});
+  slow.turn_to(2048, 50);
+  slow.listen(60);
+  CHECK(slow.outputs.motor_command_nm == near_nm(-0.085));
+}
+
+TEST_CASE("dial: without torque it turns freely and scrolls all the same") {
+  DialRig rig({.torque_nm = 0});
+  rig.ask_for_fine();
+  rig.turn_to(notch(3), 9);
+  rig.listen(3);
+  CHECK(rig.heard.wheel == -360);
+  CHECK(rig.state() == State::disarmed);
+}
+
+TEST_CASE("dial: the SDK takes over as from a game, and the desktop hears nothing meanwhile") {
+  DialRig rig;
+  rig.ask_for_fine();
+  rig.turn_to(85, 5);
+  rig.listen(60);
+  const long before = rig.heard.wheel;
+  protocol::Constant constant;
+  constant.torque_nm = 0.02F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(protocol::Commit{1, 0, 1}) == Status::ok);
+  float last = rig.outputs.motor_command_nm;
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{9, 0, Op::arm})));
+  for (int i = 0; i < 80; ++i) {
+    rig.listen();
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.05F * 0.025F / 50);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK(last == near_nm(0.02));
+  CHECK(rig.owner() == Owner::sdk);
+  rig.turn_to(notch(10), 200);  // sooner than the host's silence would count
+  rig.listen(5);
+  CHECK(rig.heard.wheel == before);
+  // And back: 4 ms down, and up with the next turn.
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  rig.listen(20);
+  CHECK(rig.heard.wheel == before);
+  rig.turn_to(notch(11), 10);
+  rig.listen(5);
+  CHECK(rig.heard.wheel == before - 120);
+  CHECK(rig.owner() == Owner::dial);
+}
+
+TEST_CASE("dial: the SDK's disarm lets go along a line of 4 ms until it is turned again") {
+  DialRig rig;
+  rig.turn_to(85, 5);
+  rig.listen(60);
+  const float held = rig.outputs.motor_command_nm;
+  REQUIRE(rig.device->receive(protocol::encode(protocol::Command{9, 0, Op::disarm})));
+  for (int i = 1; i <= 4; ++i) {
+    rig.tick();
+    CHECK(rig.outputs.motor_command_nm ==
+          doctest::Approx(held * static_cast<float>(4 - i) / 4).scale(0.005).epsilon(1e-5));
+  }
+  rig.tick(50);
+  CHECK(rig.state() == State::disarmed);
+  rig.turn_to(60, 5);
+  rig.tick(2);
+  CHECK(rig.owner() == Owner::dial);
+  CHECK(std::abs(rig.outputs.motor_command_nm) < 0.2F * 0.005F);  // from zero again
+}
+
+TEST_CASE("dial: zeroing the knob or pulling the plug scrolls nothing") {
+  DialRig rig;
+  rig.ask_for_fine();
+  rig.turn_to(notch(5), 9);
+  rig.listen(1100);  // it has let go
+  const long before = rig.heard.wheel;
+  REQUIRE(rig.command(Op::zero) == Status::ok);
+  rig.listen(5);
+  CHECK(rig.heard.wheel == before);
+  CHECK(rig.state() == State::disarmed);
+  rig.turn_to(notch(5) + notch(2), 9);
+  rig.listen(3);
+  CHECK(rig.heard.wheel == before - 240);
+  rig.device->set_connected(false);
+  for (int i = 0; i < 100; ++i) {
+    rig.inputs.encoder_count += 30;
+    rig.tick();
+  }
+  rig.tick(2);
+  rig.device->set_connected(true);
+  rig.listen(3);
+  CHECK(rig.heard.wheel == before - 240);
+}
+
+TEST_CASE("dial: without a host it does not pull, and when the host goes it fades") {
+  DialRig rig;
+  rig.turn_to(85, 5);
+  rig.listen(60);
+  rig.device->set_connected(false);
+  float last = rig.outputs.motor_command_nm;
+  for (int i = 0; i < 60; ++i) {
+    rig.tick();
+    CHECK(std::abs(rig.outputs.motor_command_nm - last) < 1.01F * 0.005F / 50);
+    last = rig.outputs.motor_command_nm;
+  }
+  CHECK(rig.state() == State::disarmed);
+  rig.turn_to(300, 5);
+  CHECK(rig.state() == State::disarmed);
+}
+
+TEST_CASE("dial: a fault takes it away until it is cleared and the knob is turned") {
+  DialRig rig;
+  rig.turn_to(85, 5);
+  rig.listen(60);
+  rig.inputs.emergency_stop = true;
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  CHECK_FALSE(rig.outputs.enabled);
+  rig.turn_to(200, 5);
+  CHECK(rig.state() == State::fault);
+  rig.inputs.emergency_stop = false;
+  rig.tick(2);
+  REQUIRE(rig.command(Op::clear_fault) == Status::ok);
+  rig.listen(50);
+  CHECK(rig.state() == State::disarmed);
+  rig.turn_to(230, 5);
+  rig.tick(2);
+  CHECK(rig.owner() == Owner::dial);
+}
+
+TEST_CASE("dial: games get nothing from it, and a game controller is no dial") {
+  DialRig rig;
+  REQUIRE(rig.device->personality() == protocol::Personality::dial);
+  std::array<std::uint8_t, 4> create{0x21, 1, 0, 0};
+  REQUIRE(rig.device->game().set_feature(create));
+  rig.device->game().receive(std::array<std::uint8_t, 4>{0x15, 1, 0xFF, 0x7F});
+  rig.device->game().receive(std::array<std::uint8_t, 4>{0x1A, 1, 1, 1});
+  rig.listen(20);
+  CHECK(rig.state() == State::disarmed);
+
+  // The personality is that of the start.
+  Rig game;
+  protocol::GameConfig config;
+  config.personality = protocol::Personality::dial;
+  REQUIRE(game.set(config).ok());
+  CHECK(game.device->personality() == protocol::Personality::game_controller);
+  for (int i = 0; i < 100; ++i) {
+    game.inputs.encoder_count += 9;
+    game.tick();
+  }
+  CHECK(game.state() == State::disarmed);
+}

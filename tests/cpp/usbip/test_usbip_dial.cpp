@@ -1,0 +1,99 @@
+// The device as a dial, through TinyUSB's stack: what it says it is, and what it sends.
+#include <doctest/doctest.h>
+
+#include <numbers>
+#include <span>
+#include <string>
+
+#include "device/usb_descriptors.hpp"
+#include "emulator/usbip/hands.hpp"
+#include "rig.hpp"
+
+using namespace usbip_test;
+using torsio::device::Personality;
+
+namespace {
+
+torsio::emulator::EmulatedDeviceOptions dial() {
+  torsio::protocol::GameConfig game;
+  game.personality = Personality::dial;
+  game.dial_torque_nm = 0;
+  return {.hand = torsio::emulator::usbip::still_hand(), .serial = "DIAL-1", .game = game};
+}
+
+struct DialRig {
+  torsio::emulator::usbip::UsbKnob knob{dial()};
+  Client client{knob};
+  DialRig() {
+    client.attach();
+    client.configure();
+  }
+  /// Sum of the wheel's reports while a firm hand turns to an angle.
+  long turn_to(double angle_rad) {
+    REQUIRE(hands.follow("angle " + std::to_string(angle_rad)));
+    long sum = 0;
+    for (int i = 0; i < 150; ++i) {
+      client.frame();
+      const auto answer = client.reply();
+      if (!answer) continue;
+      REQUIRE(answer->data.size() == 8);
+      CHECK(answer->data[0] == 1);
+      sum += static_cast<std::int16_t>(answer->data[4] | (answer->data[5] << 8));
+      client.submit_in(2, 64);
+    }
+    return sum;
+  }
+  void listen() { client.submit_in(2, 64); }
+
+  torsio::emulator::usbip::HandCommands hands{knob.device()};
+};
+
+Bytes copy(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
+
+}  // namespace
+
+TEST_CASE("a dial enumerates with its own descriptors, a game controller after it with its own") {
+  for (const bool is_dial : {true, false}) {
+    const Personality personality = is_dial ? Personality::dial : Personality::game_controller;
+    torsio::emulator::usbip::UsbKnob knob(is_dial ? dial()
+                                                  : torsio::emulator::EmulatedDeviceOptions{});
+    Client client(knob);
+    client.attach();
+    client.configure();
+    CHECK(client.control_in(setup_packet(0x80, 6, 0x0200, 0, 1024), 1024).data ==
+          copy(torsio::device::configuration_descriptor(personality)));
+    const auto descriptor = torsio::device::usb_interfaces(personality)[1].report_descriptor;
+    const auto size = static_cast<std::uint16_t>(descriptor.size());
+    CHECK(client.control_in(setup_packet(0x81, 6, 0x2200, 1, size), size).data == copy(descriptor));
+    CHECK(client.control_in(setup_packet(0x81, 6, 0x2100, 1, 9), 9).data ==
+          copy(torsio::device::hid_descriptor(1, personality)));
+    const auto name =
+        static_cast<std::uint16_t>(0x0300 | torsio::device::usb_interfaces(personality)[1].name);
+    CHECK(client.control_in(setup_packet(0x80, 6, name, 0x0409, 255), 255).data.size() ==
+          (is_dial ? 2 + 2 * 11 : 2 + 2 * 22));
+  }
+}
+
+TEST_CASE("a host that asks a dial for its fine resolution gets it") {
+  DialRig rig;
+  const double detent_rad = 2 * std::numbers::pi / 24;
+  REQUIRE(rig.client.control_out(setup_packet(0x21, 9, 0x0303, 1, 2), {3, 5}).status == 0);
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0303, 1, 2), 2).data == Bytes{3, 5});
+  rig.listen();
+  CHECK(rig.turn_to(3 * detent_rad) == -360);
+  CHECK(rig.turn_to(detent_rad) == 240);
+}
+
+TEST_CASE(
+    "a dial tells whole detents to a host that has not asked, or not since the bus began anew") {
+  DialRig rig;
+  REQUIRE(rig.client.control_out(setup_packet(0x21, 9, 0x0303, 1, 2), {3, 5}).status == 0);
+  CHECK(rig.client.control_out(setup_packet(0x21, 9, 0x0303, 1, 2), {3, 0x0A}).status == kStall);
+  // Taken out of its configuration and put back.
+  REQUIRE(rig.client.control_out(setup_packet(0x00, 9, 0, 0, 0)).status == 0);
+  for (int i = 0; i < 3; ++i) rig.client.frame();
+  rig.client.configure();
+  CHECK(rig.client.control_in(setup_packet(0xA1, 1, 0x0303, 1, 2), 2).data == Bytes{3, 0});
+  rig.listen();
+  CHECK(rig.turn_to(4 * std::numbers::pi / 24) == -2);
+}

@@ -1,0 +1,221 @@
+"""The knob as a dial, as Linux's own drivers and libinput see it.
+
+The kernel's hid-input asks for the fine resolution and gives REL_WHEEL_HI_RES, of which 120 are a
+detent; libinput's own tool says what a desktop makes of that.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import re
+import select
+import struct
+import subprocess
+import threading
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from tests.vm.guest.torque_log import let_pass, turn
+from tests.vm.guest.udev import ENVIRONMENT, run
+from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
+from torsio.cli import app
+
+EV_SYN, EV_KEY, EV_REL = 0x00, 0x01, 0x02
+SYN_DROPPED = 3
+REL_X, REL_HWHEEL, REL_WHEEL, REL_WHEEL_HI_RES, REL_HWHEEL_HI_RES = 0x00, 0x06, 0x08, 0x0B, 0x0C
+KEY_VOLUMEDOWN, KEY_VOLUMEUP, BTN_LEFT = 114, 115, 0x110
+DETENTS, TORQUE_NM = 24, 0.005
+PITCH_RAD = 2 * np.pi / DETENTS
+_EVENT = struct.Struct("<qqHHi")
+
+
+def plug_dial(bus: VirtualBus, folder: Path, **settings: str) -> VirtualKnob:
+    """Make a knob a dial as a user does, start it anew, and plug it in."""
+    options = ["--status", "--storage", str(folder / "storage")]
+    first = bus.plug("DIAL", options=options)
+    first.say("still")
+    settings = {"personality": "dial", "dial-torque-nm": str(TORQUE_NM), **settings}
+    arguments = [word for name, value in settings.items() for word in (f"--{name}", value)]
+    result = CliRunner().invoke(app, ["games", "set", "--device", first.serial, *arguments])
+    assert result.exit_code == 0, result.output
+    with torsio.open(first.serial) as knob:
+        knob.configure(torsio.ControlConfig(law="motor_only"))
+        knob.save()
+    bus.knobs.remove(first)
+    first.end()
+    second = bus.plug("DIAL", options=[*options, "--log", str(folder / "log")])
+    second.say("still")
+    return second
+
+
+class Events:
+    """The event devices of the interface, each with what it can do."""
+
+    def __init__(self, knob: VirtualKnob) -> None:
+        folder = knob.sysfs / f"{knob.bus_id}:1.1"
+        # A mouse, and the keys of the volume.
+        found = wait_for(
+            "two event devices",
+            lambda: (
+                nodes if len(nodes := sorted(folder.glob("*/input/input*/event*"))) == 2 else []
+            ),
+        )
+        self.paths = [Path("/dev/input") / node.name for node in found]
+        for path in self.paths:
+            wait_for("its file", path.exists)
+        self.files = [os.open(path, os.O_RDONLY | os.O_NONBLOCK) for path in self.paths]
+        self._sums: Counter[tuple[int, int]] = Counter()
+        self._lock = threading.Lock()
+        self._open = True
+        # The kernel keeps no more than 64 events for a program that does not read.
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def close(self) -> None:
+        self._open = False
+        self._reader.join()
+        for file in self.files:
+            os.close(file)
+
+    def _read(self) -> None:
+        while self._open:
+            for file in select.select(self.files, [], [], 0.1)[0]:
+                data = os.read(file, 64 * _EVENT.size)
+                with self._lock:
+                    for _, _, kind, code, value in _EVENT.iter_unpack(data):
+                        self._sums[kind, code] += 1 if kind == EV_SYN else value
+
+    def bits(self, file: int, event: int) -> set[int]:
+        answer = bytearray(128)
+        fcntl.ioctl(file, 0x80804520 + event, answer)
+        return {n for n in range(8 * len(answer)) if answer[n // 8] >> n % 8 & 1}
+
+    def mouse(self) -> Path:
+        (found,) = [
+            path
+            for path, file in zip(self.paths, self.files, strict=True)
+            if REL_WHEEL_HI_RES in self.bits(file, EV_REL)
+        ]
+        return found
+
+    def sums(self) -> Counter[tuple[int, int]]:
+        """Return the sum of all values since the last call, by kind and code: of keys, presses."""
+        with self._lock:
+            sums, self._sums = self._sums, Counter()
+        assert not sums[EV_SYN, SYN_DROPPED]
+        return sums
+
+
+def turn_detents(
+    knob: VirtualKnob, folder: Path, stops: list[tuple[float, float]], begin: float = 0.0
+) -> None:
+    """Turn to one detent after the other, each within a time in s; then wait until all is told."""
+    path, time_s = [(0.0, begin * PITCH_RAD)], 0.0
+    for duration_s, detent in stops:
+        path.append((time_s + duration_s, detent * PITCH_RAD))
+        time_s += duration_s
+    turn(knob, folder, path)
+    let_pass(knob, time_s + 0.2)
+
+
+def test_detents_are_120_units_each_way_at_every_speed(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path)
+    events = Events(knob)
+    mouse = events.files[events.paths.index(events.mouse())]
+    assert events.bits(mouse, EV_REL) >= {
+        *(REL_X, REL_WHEEL, REL_HWHEEL, REL_WHEEL_HI_RES, REL_HWHEEL_HI_RES)
+    }
+    assert BTN_LEFT in events.bits(mouse, EV_KEY)
+    # Slow, fast, back, faster than ten turns a second.
+    stops = [(0.5, 5.0), (0.05, 29.0), (0.4, -7.0), (0.1, -31.0)]
+    at = 0.0
+    for duration_s, detent in stops:
+        turn_detents(knob, tmp_path, [(duration_s, detent)], begin=at)
+        sums = events.sums()
+        steps = round(at - detent)  # clockwise, to larger angles, is down
+        assert sums[EV_REL, REL_WHEEL_HI_RES] == 120 * steps
+        assert sums[EV_REL, REL_WHEEL] == steps
+        assert not sums[EV_REL, REL_HWHEEL_HI_RES]
+        assert not sums[EV_REL, REL_X]
+        at = detent
+    # A rest between two detents is told as one.
+    turn_detents(knob, tmp_path, [(0.3, at + 0.5)], begin=at)
+    assert abs(events.sums()[EV_REL, REL_WHEEL_HI_RES] + 60) <= 1
+    events.close()
+
+
+def test_detents_are_felt_where_the_units_are(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path)
+    turn_detents(knob, tmp_path, [(0.3, 1.0), (3.0, 4.0)])
+    with torsio.open(knob.serial) as opened:
+        assert opened.health().owner == "dial"
+    bus.end()
+    time_ns, angle, torque = np.loadtxt(
+        tmp_path / "log", delimiter=",", skiprows=1, usecols=(0, 1, 2)
+    ).T
+    moving = (angle > 1.2 * PITCH_RAD) & (angle < 3.8 * PITCH_RAD)
+    assert np.count_nonzero(moving) > 1000
+    expected = -TORQUE_NM * np.sin(DETENTS * angle[moving])
+    # A tick and the motor's lag behind, at a turn in 24 s.
+    assert np.max(np.abs(torque[moving] - expected)) < 0.03 * TORQUE_NM
+    assert time_ns[-1] > 0
+
+
+@pytest.mark.kernel("6.12")
+def test_volume_and_pan(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path, **{"dial-use": "volume"})
+    events = Events(knob)
+    turn_detents(knob, tmp_path, [(0.2, 6.0), (0.2, 4.0)])
+    sums = events.sums()
+    assert sums[EV_KEY, KEY_VOLUMEUP] == 6
+    assert sums[EV_KEY, KEY_VOLUMEDOWN] == 2
+    assert not [code for kind, code in sums if kind == EV_REL]
+    events.close()
+    with torsio.open(knob.serial) as opened:
+        wait_for("the dial to rest", lambda: opened.health().owner == "none")
+        opened.update(dial_use="pan")  # takes effect at once
+    turn_detents(knob, tmp_path, [(0.2, 7.0)], begin=4.0)
+    events = Events(knob)
+    turn_detents(knob, tmp_path, [(0.2, 10.0)], begin=7.0)
+    sums = events.sums()
+    assert sums[EV_REL, REL_HWHEEL_HI_RES] == 360
+    assert sums[EV_REL, REL_HWHEEL] == 3
+    events.close()
+
+
+@pytest.mark.usefixtures("udev")
+def test_libinput_scrolls_by_the_same_detents(bus: VirtualBus, tmp_path: Path) -> None:
+    knob = plug_dial(bus, tmp_path)
+    run("udevadm", "settle")
+    events = Events(knob)
+    mouse = events.mouse()
+    assert "ID_INPUT_MOUSE=1" in run("udevadm", "info", "--query=property", str(mouse))
+    log = tmp_path / "libinput"
+    with log.open("w") as out:
+        tool = subprocess.Popen(
+            ["stdbuf", "-oL", "libinput", "debug-events", "--device", str(mouse)],
+            env=ENVIRONMENT, stdout=out, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        wait_for("libinput to know it", lambda: "DEVICE_ADDED" in log.read_text())
+        turn_detents(knob, tmp_path, [(0.4, 9.0)])
+        wait_for("the last of it", lambda: "SCROLL_WHEEL" in log.read_text())
+        turn_detents(knob, tmp_path, [(0.2, 3.0)], begin=9.0)
+        tool.terminate()
+        tool.wait()
+    said = log.read_text()
+    assert re.search(r"DEVICE_ADDED .* cap:.*p", said), said
+    v120 = [
+        float(found[1])
+        for found in re.finditer(r"POINTER_SCROLL_WHEEL .*vert -?[\d.]+/(-?[\d.]+)\*?", said)
+    ]
+    assert len(v120) > 3, said
+    # libinput's down is positive.
+    assert sum(x for x in v120 if x > 0) == 9 * 120, said
+    assert sum(x for x in v120 if x < 0) == -6 * 120, said
+    events.close()
