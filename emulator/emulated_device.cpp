@@ -71,6 +71,12 @@ EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
       encoder_(options_.encoder),
       link_(options_.seed, options_.input_queue_reports),
       stored_(with_overrides(options_)) {
+  if (options_.log_inputs) {
+    std::vector<std::uint8_t> slots;
+    for (const auto& slot : stored_.slot) slots.insert(slots.end(), slot.begin(), slot.end());
+    inputs_.add(InputKind::stored, slots.data(), slots.size());
+    log_flag(InputKind::power, true);
+  }
   power_up();
 }
 
@@ -105,7 +111,7 @@ void EmulatedDevice::advance(std::int64_t duration_ns) {
       next_frame_ns_ += UsbLink::kFrameNs;
       if (connected()) {
         device_->service();
-        link_.frame(*device_);
+        if (const auto received = link_.frame(*device_)) log_report(InputKind::output, *received);
       }
     }
     if (next_tick_ns_ == next_ns) {
@@ -139,6 +145,10 @@ void EmulatedDevice::run_control(std::uint32_t encoder_count) {
       return;
     }
   }
+  if (options_.log_inputs) {
+    if (ticks_missed_ > 0) inputs_.add_number(InputKind::missed_ticks, ticks_missed_);
+    inputs_.add_tick(encoder_count);
+  }
   const device::TickOutputs out = device_->tick({.encoder_count = encoder_count,
                                                  .emergency_stop = emergency_stop_,
                                                  .actuator_fault = actuator_fault_,
@@ -170,6 +180,7 @@ bool EmulatedDevice::read(protocol::ReportBytes& report) { return link_.read(rep
 
 protocol::Verdict EmulatedDevice::set_feature(std::span<const std::uint8_t> report) {
   if (!connected()) return {protocol::Status::unsupported};
+  log_report(InputKind::feature, report);
   return device_->set_feature(report);
 }
 
@@ -180,6 +191,7 @@ protocol::Status EmulatedDevice::get_feature(std::uint8_t id, protocol::ReportBy
 
 bool EmulatedDevice::game_write(std::span<const std::uint8_t> report) {
   if (!connected()) return false;
+  log_report(InputKind::game_output, report);
   device_->game().receive(report);
   return true;
 }
@@ -191,7 +203,9 @@ std::vector<std::uint8_t> EmulatedDevice::game_read() {
 }
 
 bool EmulatedDevice::game_set_feature(std::span<const std::uint8_t> report) {
-  return connected() && device_->game().set_feature(report);
+  if (!connected()) return false;
+  log_report(InputKind::game_feature, report);
+  return device_->game().set_feature(report);
 }
 
 std::vector<std::uint8_t> EmulatedDevice::game_get_feature(std::uint8_t id) {
@@ -201,7 +215,9 @@ std::vector<std::uint8_t> EmulatedDevice::game_get_feature(std::uint8_t id) {
 }
 
 void EmulatedDevice::set_buttons(std::uint8_t pressed) {
-  if (device_ != nullptr) device_->game().set_buttons(pressed);
+  if (device_ == nullptr) return;
+  log_report(InputKind::buttons, {&pressed, 1});
+  device_->game().set_buttons(pressed);
 }
 
 void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
@@ -212,14 +228,41 @@ void EmulatedDevice::set_plugged(bool plugged) {
   if (plugged == plugged_) return;
   plugged_ = plugged;
   link_.clear();
+  log_flag(InputKind::connected, plugged);
   if (device_ != nullptr) device_->set_connected(plugged);
 }
 
 void EmulatedDevice::set_powered(bool powered) {
   if (powered == (device_ != nullptr)) return;
   link_.clear();
+  log_flag(InputKind::power, powered);
   device_.reset();
   if (powered) power_up();
+}
+
+void EmulatedDevice::set_emergency_stop(bool pressed) {
+  log_flag(InputKind::emergency_stop, pressed);
+  emergency_stop_ = pressed;
+}
+
+void EmulatedDevice::set_actuator_fault(bool present) {
+  log_flag(InputKind::actuator_fault, present);
+  actuator_fault_ = present;
+}
+
+void EmulatedDevice::cut_power_in_next_save(std::size_t bytes) {
+  if (options_.log_inputs) {
+    inputs_.add_number(InputKind::power_cut, static_cast<std::uint32_t>(bytes));
+  }
+  power_cut_bytes_ = bytes;
+}
+
+void EmulatedDevice::log_flag(InputKind kind, bool value) {
+  if (options_.log_inputs) inputs_.add(kind, value ? 1 : 0);
+}
+
+void EmulatedDevice::log_report(InputKind kind, std::span<const std::uint8_t> report) {
+  if (options_.log_inputs) inputs_.add(kind, report.data(), report.size());
 }
 
 void EmulatedDevice::log_truth() {

@@ -208,6 +208,10 @@ bool Knob::is_open() const noexcept {
 DeviceInfo Knob::info() const { return impl().info(); }
 State Knob::state() const { return impl().session.state(); }
 std::optional<Disarm> Knob::last_disarm() const { return impl().session.last_disarm(); }
+std::shared_ptr<ReportTap> Knob::tap(bool with_telemetry) {
+  return impl().session.tap(with_telemetry);
+}
+ReportBytes Knob::feature(std::uint8_t report_id) { return impl().session.get_feature(report_id); }
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
 bool Knob::is_emulated() const { return impl().emulator != nullptr; }
 

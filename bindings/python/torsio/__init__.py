@@ -16,7 +16,7 @@ from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, scenes, telemetry
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
-from torsio.emulated_knob import Emulator, EmulatorOptions
+from torsio.emulated_knob import DeviceInput, Emulator, EmulatorOptions
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -49,6 +49,7 @@ from torsio.records import (
     LinkStatistics,
     ListedDevice,
 )
+from torsio.replaying import Replayed, replay
 from torsio.scenes import *  # noqa: F403  # every effect
 from torsio.steps import Step, Steps
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
@@ -69,6 +70,7 @@ __all__ = [
     "DeviceBusy",
     "DeviceEvent",
     "DeviceInfo",
+    "DeviceInput",
     "DeviceNotFound",
     "DeviceWatch",
     "Disarm",
@@ -99,6 +101,7 @@ __all__ = [
     "Recorded",
     "RecordingFile",
     "Refused",
+    "Replayed",
     "ShaftHardening",
     "Step",
     "Steps",
@@ -111,6 +114,7 @@ __all__ = [
     "load",
     "open",
     "protocol",
+    "replay",
     "telemetry",
     "watch",
     *scenes.__all__,
