@@ -2,7 +2,30 @@
 # and from pkg-config elsewhere (Debian's and Ubuntu's packages ship only the latter). Either gives the
 # folder of hidapi.h itself, so <hidapi.h> is what is included. A project around this one links to the
 # target too, so it is visible everywhere.
+# TORSIO_HIDAPI_SOURCE, a folder of hidapi's own sources, has them compiled in instead: for what is
+# handed out as one file.
 # Also installed, and used by torsioConfig.cmake.
+if(TORSIO_HIDAPI_SOURCE AND NOT TARGET hidapi::hidraw)
+  if(TORSIO_INSTALL AND NOT TORSIO_SHARED)
+    message(FATAL_ERROR "TORSIO_HIDAPI_SOURCE is for one library that has all inside: "
+      "set TORSIO_SHARED=ON, or TORSIO_INSTALL=OFF")
+  endif()
+  enable_language(C)
+  if(WIN32)
+    set(hidapi_file windows/hid.c)
+    set(hidapi_needs "")
+  else()
+    set(hidapi_file linux/hid.c)
+    set(hidapi_needs udev)
+  endif()
+  add_library(torsio_hidapi STATIC "${TORSIO_HIDAPI_SOURCE}/${hidapi_file}")
+  set_target_properties(torsio_hidapi PROPERTIES
+    C_VISIBILITY_PRESET hidden POSITION_INDEPENDENT_CODE ON)
+  # Not as a system's folder: there hidapi.h may be another version's.
+  target_include_directories(torsio_hidapi PUBLIC "${TORSIO_HIDAPI_SOURCE}/hidapi")
+  target_link_libraries(torsio_hidapi PUBLIC ${hidapi_needs})
+  add_library(hidapi::hidraw ALIAS torsio_hidapi)
+endif()
 if(NOT TARGET hidapi::hidraw)
   find_package(hidapi CONFIG QUIET GLOBAL)
 endif()

@@ -12,7 +12,9 @@ function(torsio_target_defaults target)
     set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
     # Without contracted multiply-adds every processor and compiler computes the same bits.
     target_compile_options(${target} PRIVATE
-      -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contract=off)
+      -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contract=off
+      # A list of fields is a row of bases, whose own braces say nothing.
+      "$<$<CXX_COMPILER_ID:Clang>:-Wno-missing-braces>")
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
       # They take the unset half of a std::optional for a mistake, and a short string for an overlap.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-restrict)

@@ -19,13 +19,18 @@ void require(bool condition, const std::string& message) {
 
 ClosedLoop::ClosedLoop(const ClosedLoopOptions& options)
     : period_ns_(options.control_period_ns),
-      setup_(make_control_setup(options)),
-      plant_(options.plant, options.hand, std::min(options.step_ns, options.control_period_ns),
+      setup_(std::make_shared<const ControlSetup>(make_control_setup(options))),
+      power_(make_power_path(options.plant, options.control_period_ns, options.sensor_seed)),
+      plant_(options.plant, options.hand,
+             power_ ? power_->step_ns() : std::min(options.step_ns, options.control_period_ns),
              options.make_stepper),
       encoder_(options.encoder) {
   require(options.delay_ticks <= kMostDelayTicks,
           "delay_ticks must be at most 1000, is " + std::to_string(options.delay_ticks));
   late_.resize(options.delay_ticks);
+  if (power_)
+    power_->power_up(options.board.value_or(matching_board(*options.plant.electrics)),
+                     options.actuator.brake_time_constant_s);
   controller_.tick = options.first_tick;
   if (options.initial) plant_.set_state(*options.initial);
   if (options.spin_up) spin_up(*options.spin_up);
@@ -39,7 +44,8 @@ void ClosedLoop::run(std::uint64_t ticks, std::span<LoopRow> rows, std::uint32_t
     LoopRow* row = nullptr;
     if (until_row == 0 && filled < rows.size()) row = &rows[filled++];
     until_row = until_row == 0 ? every - 1 : until_row - 1;
-    tick(row);
+    sense(row);
+    act();
   }
 }
 
@@ -58,7 +64,8 @@ void ClosedLoop::spin_up(const SpinUp& spin_up) {
                                std::to_string(spin_up.speed_rad_s) + " rad/s within " +
                                std::to_string(spin_up.longest_s) + " s");
     }
-    tick(nullptr);
+    sense(nullptr);
+    act();
   }
   release_command();
 
@@ -68,7 +75,7 @@ void ClosedLoop::spin_up(const SpinUp& spin_up) {
   state.knob_angle = {};
   state.time_ns = 0;
   plant_.set_state(state);
-  const core::MotionParams& params = setup_.config.controller.motion;
+  const core::MotionParams& params = setup_->config.controller.motion;
   core::MotionState& motion = controller_.motion;
   const std::uint32_t shift = (here - encoder_.sample(state.knob_angle)) << params.counter_shift;
   const std::uint32_t moved = (here << params.counter_shift) - motion.last_count;
@@ -77,21 +84,20 @@ void ClosedLoop::spin_up(const SpinUp& spin_up) {
   motion.position_counts = params.reversed ? delta : -delta;
 }
 
-void ClosedLoop::tick(LoopRow* row) {
+void ClosedLoop::sense(LoopRow* row) {
   core::ControllerInputs in;
   in.encoder_count = encoder_.sample(plant_.state().knob_angle);
-  in.scene = held_ ? nullptr : &setup_.scene;
-  const core::ControllerOutputs out = core::control(controller_, setup_.config.controller, in);
-  Command command{.motor_command_nm = static_cast<double>(out.motor_command_nm),
-                  .brake_command_nm = static_cast<double>(out.brake_command_nm)};
-  if (held_) {
-    command = *held_;
-    controller_.limits.motor_command_nm = static_cast<float>(command.motor_command_nm);
-    controller_.brake_command_nm = static_cast<float>(command.brake_command_nm);
-  }
+  in.scene = held_ ? nullptr : &setup_->scene;
+  core::Overlay overlay;
+  overlay.bounds = core::traits(setup_->config.controller.partition.law).bounds;
+  if (overlay.bounds && !held_) in.overlay = &overlay;
+  const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
+  decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),
+              .brake_command_nm = static_cast<double>(out.brake_command_nm)};
   if (row != nullptr) {
     const PlantState& state = plant_.state();
     const Truth truth = plant_.truth();
+    const Command& command = held_ ? *held_ : decided_;
     *row = {.time_s = 1e-9 * static_cast<double>(state.time_ns),
             .angle_rad = state.knob_angle_rad(),
             .brake_angle_rad = state.brake_angle_rad(),
@@ -105,7 +111,8 @@ void ClosedLoop::tick(LoopRow* row) {
             .knob_friction_torque_nm = truth.knob_friction_torque_nm,
             .position_counts = out.motion.position_counts,
             .estimated_speed_rad_s = out.motion.speed_rad_s,
-            .desired_torque_nm = out.desired_torque_nm,
+            .desired_torque_nm =
+                in.overlay != nullptr ? controller_.bound.asked_nm : out.desired_torque_nm,
             .motor_command_nm = static_cast<float>(command.motor_command_nm),
             .brake_command_nm = static_cast<float>(command.brake_command_nm),
             .sensed_spring_torque_nm = out.spring_torque_nm,
@@ -116,16 +123,40 @@ void ClosedLoop::tick(LoopRow* row) {
             .brake_saturated = out.brake_saturated,
             .numeric_error = out.numeric_error};
   }
-  give(command);
+}
+
+void ClosedLoop::act() {
+  if (held_) {
+    decided_ = *held_;
+    controller_.limits.motor_command_nm = static_cast<float>(decided_.motor_command_nm);
+    controller_.brake_command_nm = static_cast<float>(decided_.brake_command_nm);
+  }
+  follow(decided_);
+}
+
+void ClosedLoop::set_seed(std::uint64_t seed) {
+  EncoderParams params = encoder_.params();
+  params.seed = seed;
+  encoder_ = Encoder(params);
+}
+
+void ClosedLoop::take(const Command& command) {
+  if (power_) {
+    power_->run(plant_, {.motor_command_nm = static_cast<float>(command.motor_command_nm),
+                         .brake_command_nm = static_cast<float>(command.brake_command_nm),
+                         .enabled = true});
+    return;
+  }
+  plant_.set_command(command);
   plant_.advance(period_ns_);
 }
 
-void ClosedLoop::give(const Command& command) {
+void ClosedLoop::follow(const Command& command) {
   if (late_.empty()) {
-    plant_.set_command(command);
+    take(command);
     return;
   }
-  plant_.set_command(late_[next_late_]);
+  take(late_[next_late_]);
   late_[next_late_] = command;
   next_late_ = next_late_ + 1 == late_.size() ? 0 : next_late_ + 1;
 }

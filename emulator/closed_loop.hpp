@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -14,6 +15,7 @@
 #include "emulator/closed_loop_options.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant/plant.hpp"
+#include "emulator/power_path.hpp"
 #include "emulator/replay.hpp"
 
 namespace torsio::emulator {
@@ -47,7 +49,8 @@ struct LoopRow {
 };
 
 /// Controller, plant, encoder and hand under one virtual clock. What the device does around the
-/// controller is left out: arming and its soft start, the watchdog, faults.
+/// controller is left out: arming and its soft start, the watchdog, faults. A copy goes its own
+/// way, but shares what Plant says.
 class ClosedLoop {
  public:
   /// Does the spin-up too, if there is one.
@@ -55,12 +58,15 @@ class ClosedLoop {
   /// @throws std::runtime_error if the spin-up does not reach its speed
   explicit ClosedLoop(const ClosedLoopOptions& options);
 
-  ClosedLoop(const ClosedLoop&) = delete;
-  ClosedLoop& operator=(const ClosedLoop&) = delete;
-
   /// Goes on for so many ticks. Allocates nothing.
   /// @param rows of the ticks 0, every, 2 every ... of this call, as far as there is room
   void run(std::uint64_t ticks, std::span<LoopRow> rows, std::uint32_t every = 1);
+
+  /// The two halves of a tick, by turns, for those who look or decide in between: what the
+  /// controller senses and decides now, and the time until it does so again.
+  /// @param row of this moment, or null
+  void sense(LoopRow* row);
+  void act();
 
   /// From now on the actuators get this instead of what the law decides. The controller knows of it
   /// and goes on sensing, without a scene.
@@ -70,6 +76,10 @@ class ClosedLoop {
 
   /// Another hand takes over; times of its profiles are plant time.
   void set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
+  /// As Plant's.
+  void set_hand_torque(double torque_nm) { plant_.set_hand_torque(torque_nm); }
+  /// The encoder's noise goes on as that of a loop with this seed begins.
+  void set_seed(std::uint64_t seed);
 
   [[nodiscard]] const Plant& plant() const { return plant_; }
   [[nodiscard]] const core::ControllerState& controller() const { return controller_; }
@@ -77,15 +87,18 @@ class ClosedLoop {
 
  private:
   void spin_up(const SpinUp& spin_up);
-  void tick(LoopRow* row);
-  void give(const Command& command);
+  /// Lets a period pass in which the actuators follow.
+  void follow(const Command& command);
+  void take(const Command& command);
 
   std::int64_t period_ns_;
-  ControlSetup setup_;
+  std::shared_ptr<const ControlSetup> setup_;
   core::ControllerState controller_;
+  std::optional<PowerPath> power_;  // of a plant with electrics
   Plant plant_;
   Encoder encoder_;
   std::optional<Command> held_;
+  Command decided_;            // by the last sense()
   std::vector<Command> late_;  // commands on their way to the actuators, a ring
   std::size_t next_late_ = 0;
 };

@@ -32,7 +32,10 @@ struct ClosedLoopOptions {
   std::uint32_t delay_ticks = 0;               ///< commands act so many ticks late, at most 1000
   protocol::ActuatorConfig actuator{};
   protocol::ControlConfig control{};
+  /// What a plant with electrics is taken for; by default what it is.
+  std::optional<protocol::BoardConfig> board{};
   PlantParams plant{};
+  std::uint64_t sensor_seed = 0;  ///< of the current sensor's noise
   EncoderParams encoder{};
   Hand hand = NoHand{};
   std::optional<PlantState> initial{};   ///< where the plant begins, if not at rest at 0

@@ -48,14 +48,18 @@ void check_override(const std::optional<Config>& config) {
 
 /// The storage as if the overriding configuration had been saved there.
 device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
-  if (!options.actuator && !options.control && !options.game) return options.stored;
+  if (!options.actuator && !options.control && !options.board && !options.game) {
+    return options.stored;
+  }
   check_override(options.actuator);
   check_override(options.control);
+  check_override(options.board);
   check_override(options.game);
   const device::ConfigStore store(options.stored, boards::kReference.wiring_rule);
   device::Config config = store.loaded().value_or(device::Config{});
   config.actuator = options.actuator.value_or(config.actuator);
   config.control = options.control.value_or(config.control);
+  config.board = options.board.value_or(config.board);
   config.game = options.game.value_or(config.game);
   const device::SlotWrite write = store.prepare(config);
   device::StoredSlots slots = options.stored;
@@ -67,7 +71,9 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
 
 EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
     : options_(checked(std::move(options))),
-      plant_(options_.plant, options_.hand, options_.control_period_ns),
+      power_(make_power_path(options_.plant, options_.control_period_ns, options_.seed)),
+      plant_(options_.plant, options_.hand,
+             power_ ? power_->step_ns() : options_.control_period_ns),
       encoder_(options_.encoder),
       link_(options_.seed, options_.input_queue_reports),
       stored_(with_overrides(options_)) {
@@ -98,6 +104,9 @@ device::Device& EmulatedDevice::device() {
 void EmulatedDevice::power_up() {
   device_ = std::make_unique<device::Device>(board(), stored_);
   device_->set_connected(plugged_);
+  if (power_) {
+    power_->power_up(device_->board_config(), device_->actuator_config().brake_time_constant_s);
+  }
 }
 
 void EmulatedDevice::advance(std::int64_t duration_ns) {
@@ -125,38 +134,43 @@ void EmulatedDevice::advance(std::int64_t duration_ns) {
 void EmulatedDevice::tick() {
   if (options_.log_truth) log_truth();
   if (!encoder_frozen_) encoder_count_ = encoder_.sample(plant_.state().knob_angle);
-  if (device_ == nullptr) {
-    plant_.set_command({});
-  } else if (ticks_to_skip_ > 0) {
+  if (device_ != nullptr && ticks_to_skip_ > 0) {
     --ticks_to_skip_;
     ++ticks_missed_;
-  } else {
-    run_control(encoder_count_ + encoder_offset_);
+    if (power_) {
+      power_->stand_still(plant_);
+    } else {
+      plant_.advance(next_tick_ns_ - plant_.state().time_ns);
+    }
+    return;
   }
-  plant_.advance(options_.control_period_ns);
+  device::TickOutputs wanted;
+  if (device_ != nullptr) wanted = run_control(encoder_count_ + encoder_offset_);
+  if (power_) {
+    power_->run(plant_, wanted);
+    return;
+  }
+  plant_.set_command(wanted.enabled
+                         ? Command{.motor_command_nm = static_cast<double>(wanted.motor_command_nm),
+                                   .brake_command_nm = static_cast<double>(wanted.brake_command_nm)}
+                         : Command{});
+  // A control period, or more after the function of a hand has failed in the middle of the last.
+  plant_.advance(next_tick_ns_ - plant_.state().time_ns);
 }
 
-void EmulatedDevice::run_control(std::uint32_t encoder_count) {
+device::TickOutputs EmulatedDevice::run_control(std::uint32_t encoder_count) {
   device_->service();
   if (const auto write = device_->take_slot_write()) {
     write_slot(*write);
-    if (device_ == nullptr) {
-      plant_.set_command({});
-      return;
-    }
+    if (device_ == nullptr) return {};
   }
-  if (options_.log_inputs) {
-    if (ticks_missed_ > 0) inputs_.add_number(InputKind::missed_ticks, ticks_missed_);
-    inputs_.add_tick(encoder_count);
-  }
-  const device::TickOutputs out = device_->tick({.encoder_count = encoder_count,
-                                                 .emergency_stop = emergency_stop_,
-                                                 .actuator_fault = actuator_fault_,
-                                                 .missed_ticks = std::exchange(ticks_missed_, 0)});
-  plant_.set_command(out.enabled
-                         ? Command{.motor_command_nm = static_cast<double>(out.motor_command_nm),
-                                   .brake_command_nm = static_cast<double>(out.brake_command_nm)}
-                         : Command{});
+  const device::TickInputs inputs{
+      .encoder_count = encoder_count,
+      .emergency_stop = emergency_stop_,
+      .actuator_fault = actuator_fault_ || (power_ && power_->over_current()),
+      .missed_ticks = std::exchange(ticks_missed_, 0)};
+  if (options_.log_inputs) log_tick(inputs);
+  return device_->tick(inputs);
 }
 
 void EmulatedDevice::write_slot(const device::SlotWrite& write) {
@@ -222,6 +236,14 @@ void EmulatedDevice::set_buttons(std::uint8_t pressed) {
 
 void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
 
+void EmulatedDevice::set_current_sensor(CurrentSensorState state) {
+  if (!power_) {
+    throw std::logic_error(
+        "the plant has no electrics, and so no current sensor; give PlantParams::electrics");
+  }
+  power_->set_sensor_state(state);
+}
+
 std::vector<TruthSample> EmulatedDevice::take_truth() { return std::exchange(truth_, {}); }
 
 void EmulatedDevice::set_plugged(bool plugged) {
@@ -237,17 +259,8 @@ void EmulatedDevice::set_powered(bool powered) {
   link_.clear();
   log_flag(InputKind::power, powered);
   device_.reset();
+  if (power_) power_->power_down();
   if (powered) power_up();
-}
-
-void EmulatedDevice::set_emergency_stop(bool pressed) {
-  log_flag(InputKind::emergency_stop, pressed);
-  emergency_stop_ = pressed;
-}
-
-void EmulatedDevice::set_actuator_fault(bool present) {
-  log_flag(InputKind::actuator_fault, present);
-  actuator_fault_ = present;
 }
 
 void EmulatedDevice::cut_power_in_next_save(std::size_t bytes) {
@@ -255,6 +268,18 @@ void EmulatedDevice::cut_power_in_next_save(std::size_t bytes) {
     inputs_.add_number(InputKind::power_cut, static_cast<std::uint32_t>(bytes));
   }
   power_cut_bytes_ = bytes;
+}
+
+void EmulatedDevice::log_tick(const device::TickInputs& in) {
+  if (in.emergency_stop != logged_.emergency_stop) {
+    log_flag(InputKind::emergency_stop, in.emergency_stop);
+  }
+  if (in.actuator_fault != logged_.actuator_fault) {
+    log_flag(InputKind::actuator_fault, in.actuator_fault);
+  }
+  if (in.missed_ticks > 0) inputs_.add_number(InputKind::missed_ticks, in.missed_ticks);
+  inputs_.add_tick(in.encoder_count);
+  logged_ = in;
 }
 
 void EmulatedDevice::log_flag(InputKind kind, bool value) {

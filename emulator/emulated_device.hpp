@@ -15,6 +15,7 @@
 #include "emulator/encoder.hpp"
 #include "emulator/plant/hand.hpp"
 #include "emulator/plant/plant.hpp"
+#include "emulator/power_path.hpp"
 #include "emulator/usb_link.hpp"
 #include "protocol/codec.hpp"
 
@@ -32,6 +33,7 @@ struct EmulatedDeviceOptions {
   /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
   std::optional<protocol::ActuatorConfig> actuator{};
   std::optional<protocol::ControlConfig> control{};
+  std::optional<protocol::BoardConfig> board{};  ///< a plant with electrics has use for it
   std::optional<protocol::GameConfig> game{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
@@ -101,6 +103,8 @@ class EmulatedDevice {
   // The world ---------------------------------------------------------------------------------
 
   [[nodiscard]] const Plant& plant() const { return plant_; }
+  /// nullptr without electrics.
+  [[nodiscard]] const Circuit* circuit() const { return power_ ? &power_->circuit() : nullptr; }
 
   /// The hand takes over at the next tick. Times of its profiles are device time.
   /// @throws std::invalid_argument as validate(hand) does; the old hand then stays
@@ -123,8 +127,11 @@ class EmulatedDevice {
   void set_plugged(bool plugged);
   /// Takes the power away or gives it back. Powering up starts the firmware anew.
   void set_powered(bool powered);
-  void set_emergency_stop(bool pressed);
-  void set_actuator_fault(bool present);
+  void set_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
+  /// What the current sensor shows from now on, of a plant with electrics.
+  /// @throws std::logic_error if the plant has none
+  void set_current_sensor(CurrentSensorState state);
+  void set_actuator_fault(bool present) { actuator_fault_ = present; }
   /// The encoder's counter stands still.
   void freeze_encoder(bool frozen) { encoder_frozen_ = frozen; }
   /// The encoder's counter is wrong by so many counts from now on.
@@ -139,13 +146,15 @@ class EmulatedDevice {
  private:
   void power_up();
   void tick();
-  void run_control(std::uint32_t encoder_count);
+  device::TickOutputs run_control(std::uint32_t encoder_count);
   void write_slot(const device::SlotWrite& write);
   void log_truth();
+  void log_tick(const device::TickInputs& in);
   void log_flag(InputKind kind, bool value);
   void log_report(InputKind kind, std::span<const std::uint8_t> report);
 
   EmulatedDeviceOptions options_;
+  std::optional<PowerPath> power_;  // of a plant with electrics
   Plant plant_;
   Encoder encoder_;
   UsbLink link_;
@@ -167,6 +176,7 @@ class EmulatedDevice {
   std::optional<std::size_t> power_cut_bytes_;
   std::vector<TruthSample> truth_;
   InputLog inputs_;
+  device::TickInputs logged_;  // the last tick's
 };
 
 }  // namespace torsio::emulator

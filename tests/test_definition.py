@@ -22,7 +22,7 @@ RELEASED = {
     "DetentProfile": ["sine", "linear", "click"],
     "Grain": ["sine", "square", "triangle", "noise"],
     "Ends": ["hold", "repeat"],
-    "Law": ["paper", "compensated", "parallel", "motor_only"],
+    "Law": ["paper", "compensated", "parallel", "motor_only", "calibrated"],
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
     "Owner": ["none", "sdk", "game"],
@@ -33,13 +33,19 @@ RELEASED = {
     "GameEffectState": ["stopped", "playing", "set_aside"],
     "DisarmReason": [
         *("order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected"),
-        "unknown",
+        *("unknown", "excitation_over", "excitation_stopped"),
+    ],
+    "ResetCause": [
+        *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),
     ],
     "Op": [
         *("keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults"),
         *("clear_fault", "bootloader"),
     ],
-    "EventKind": ["state_changed", "watchdog", "deadline_missed", "owner_changed"],
+    "EventKind": [
+        *("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+        *("excitation_over", "excitation_stopped"),
+    ],
     "Status": [
         *("ok", "bad_length", "bad_padding", "unknown_report", "not_finite", "out_of_range"),
         *("inconsistent", "bad_axis", "empty_slot", "not_armed", "not_disarmed", "fault_latched"),
@@ -102,6 +108,7 @@ def test_every_data_class_has_words_for_its_fields() -> None:
     for name in ("ActuatorConfig", "ControlConfig", "BoardConfig", "GameConfig", "PlantParams"):
         documented = getattr(torsio, name).__doc__
         for field in getattr(torsio, name).__dataclass_fields__:
-            assert field in ("_", "shaft_hardening", "brake_hysteresis", "belt", "cogging") or (
-                f"\n    {field}\n" in documented
-            ), f"{name}.{field} is not documented"
+            parts = ("_", "shaft_hardening", "brake_hysteresis", "belt", "cogging", "electrics")
+            assert field in parts or f"\n    {field}\n" in documented, (
+                f"{name}.{field} is not documented"
+            )

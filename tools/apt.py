@@ -93,6 +93,8 @@ class PrivateApt:
         Is emptied first.
     sources
         Archive, suite and components, each.
+    types
+        What they are asked for: packages, or with ``deb-src`` sources.
 
     Raises
     ------
@@ -100,14 +102,16 @@ class PrivateApt:
         If the system has no apt-get, or the archives cannot be asked.
     """
 
-    def __init__(self, folder: Path, sources: Iterable[tuple[Archive, str, str]]) -> None:
+    def __init__(
+        self, folder: Path, sources: Iterable[tuple[Archive, str, str]], types: str = "deb"
+    ) -> None:
         if shutil.which("apt-get") is None:
             raise RuntimeError("this system has no apt-get")
         shutil.rmtree(folder, ignore_errors=True)
         self.folder = folder.resolve()
         for name in ("lists/partial", "archives/partial", "sources", "parts"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
-        self._write_sources(sources)
+        self._write_sources(sources, types)
         # The system's own settings, proxies for example, but not its hooks: some empty the cache
         # of whatever apt runs beside this one.
         for file in (_ETC / "apt.conf.d").iterdir():
@@ -116,12 +120,12 @@ class PrivateApt:
                 (self.folder / "parts" / file.name).write_text(text, encoding="utf-8")
         self._run("apt-get", "update")
 
-    def _write_sources(self, sources: Iterable[tuple[Archive, str, str]]) -> None:
+    def _write_sources(self, sources: Iterable[tuple[Archive, str, str]], types: str) -> None:
         entries = []
         for archive, suite, components in sources:
             signed = f"Signed-By: {archive.signed_by}\n" if archive.signed_by else ""
             entries.append(
-                f"Types: deb\nURIs: {archive.uri}\nSuites: {suite}\n"
+                f"Types: {types}\nURIs: {archive.uri}\nSuites: {suite}\n"
                 f"Components: {components}\n{signed}"
             )
         text = "\n".join(entries)
@@ -153,6 +157,11 @@ class PrivateApt:
         """Download packages, without what they depend on, and return their files."""
         self._run("apt-get", "download", *packages)
         return sorted(self.folder.glob("*.deb"))
+
+    def download_source(self, package: str) -> Path:
+        """Download a source package, and return the archive of what its authors published."""
+        self._run("apt-get", "source", "--download-only", package)
+        return next(self.folder.glob("*.orig.tar.*[!c]"))
 
 
 def run(command: Sequence[str], folder: Path) -> str:

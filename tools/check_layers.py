@@ -94,7 +94,13 @@ RULES = (
     Rule("sdk/src/known_boards.cpp", ("protocol", "device", "boards")),
     Rule("sdk/src/known_boards.hpp", ("protocol", "device")),
     Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "conversion", "torsio"), posix=True),
+    # The same on another system.
+    Rule("sdk/src/device_lock_windows.cpp", ("torsio",), third_party=r"windows\.h"),
     Rule("sdk/src", ("protocol", "conversion", "torsio"), posix=True),
+    # C's users see C alone, and what is behind it only what C++'s users see.
+    Rule("sdk/c/include", ("torsio_base.h", "torsio_types.h"), third_party=r"std(bool|def|int)\.h"),
+    Rule("sdk/c/src", ("torsio", "torsio.h", "torsio_types.h")),
+    Rule("examples/c", ("torsio.h",), third_party=r"(torsio|stdio|stdbool)\.h"),
     Rule(
         "bindings/src",
         (*FIRMWARE, "conversion", "torsio"),

@@ -7,6 +7,9 @@ Debian has both kernels in the archives of one release, bookworm, which any newe
 Another distribution's archive has neither, so there the newest kernel of the running release is
 taken, and its folder has the distribution's name.
 
+``--newest`` fetches the newest kernels that Debian has packages of instead, into folders with the
+names of their suites: what games meet in a year.
+
 Nothing is installed; see ``tools/apt.py``.
 """
 
@@ -16,12 +19,17 @@ import shutil
 import subprocess
 import sys
 import tarfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from tools import apt
 
 # The generic kernels: those for clouds have no USB.
 DEBIAN = {"6.1": "linux-image-amd64", "6.12": "linux-image-6.12-amd64"}
+# How the names of the packages begin that a kernel is cut into.
+_KERNEL = ("linux-image-", "linux-modules-", "linux-binary-", "linux-base-")
+# Suites whose kernel is newer.
+NEWEST = ("trixie-backports", "sid")
 # An image weighs hundreds of megabytes, most of it drivers for hardware that the machine lacks.
 MODULES = (
     "arch/x86/crypto",
@@ -47,8 +55,10 @@ def wanted_kernels() -> dict[str, str]:
     return DEBIAN if distribution == "debian" else {distribution: "linux-image-generic"}
 
 
-def _sources() -> list[tuple[apt.Archive, str, str]]:
+def _sources(suite: str = "") -> list[tuple[apt.Archive, str, str]]:
     archive = apt.system_archive()
+    if suite:
+        return [(archive, suite, "main")]
     if apt.os_release("ID") == "debian":
         return [(archive, "bookworm", "main"), (archive.security, "bookworm-security", "main")]
     release = apt.os_release("VERSION_CODENAME")
@@ -61,7 +71,7 @@ def _parts(packages: apt.PrivateApt, meta: str) -> list[str]:
     waiting = [meta]
     while waiting:
         for name in packages.dependencies(waiting.pop()):
-            if name.startswith(("linux-image-", "linux-modules-")) and name not in parts:
+            if name.startswith(_KERNEL) and name not in parts:
                 parts.append(name)
                 waiting.append(name)
     return parts
@@ -84,7 +94,7 @@ def _unpack(package: Path, folder: Path) -> None:
             if source is None:
                 continue
             path = Path(member.name)
-            if path.name.startswith("vmlinuz-"):
+            if path.name == "vmlinuz" or path.name.startswith("vmlinuz-"):
                 target = folder / "vmlinuz"
             elif _is_wanted_module(member.name) or path.name == "modules.builtin":
                 target = folder / "modules" / path.name
@@ -96,18 +106,10 @@ def _unpack(package: Path, folder: Path) -> None:
         raise RuntimeError(f"{package.name} cannot be unpacked")
 
 
-def fetch(folder: Path) -> list[Path]:
-    """Make a folder for each kernel that has none yet, and return all of them.
-
-    Raises
-    ------
-    RuntimeError
-        If the archive does not give them.
-    """
-    kernels = wanted_kernels()
+def _fetch(folder: Path, kernels: Mapping[str, str], suite: str = "") -> list[Path]:
     missing = [name for name in kernels if not (folder / name / "complete").exists()]
     if missing:
-        packages = apt.PrivateApt(folder / "apt", _sources())
+        packages = apt.PrivateApt(folder / "apt", _sources(suite))
         for name in missing:
             shutil.rmtree(folder / name, ignore_errors=True)
             for part in packages.download(_parts(packages, kernels[name])):
@@ -120,10 +122,38 @@ def fetch(folder: Path) -> list[Path]:
     return [folder / name for name in kernels]
 
 
+def fetch(folder: Path) -> list[Path]:
+    """Make a folder for each kernel that has none yet, and return all of them.
+
+    Raises
+    ------
+    RuntimeError
+        If the archive does not give them.
+    """
+    return _fetch(folder, wanted_kernels())
+
+
+def fetch_newest(folder: Path) -> list[Path]:
+    """Do so for the newest kernels, which only Debian's archive has.
+
+    Raises
+    ------
+    RuntimeError
+        If this is no Debian, or the archive does not give them.
+    """
+    if apt.os_release("ID") != "debian":
+        raise RuntimeError("only Debian's archive has them under these names")
+    found: list[Path] = []
+    for suite in NEWEST:
+        found += _fetch(folder, {suite: DEBIAN["6.1"]}, suite)
+    return found
+
+
 def main(arguments: list[str]) -> int:
     """Print the kernels' folders, or say on standard error why there are none."""
     try:
-        folders = fetch(Path(arguments[0]))
+        is_newest = arguments[:1] == ["--newest"]
+        folders = fetch_newest(Path(arguments[1])) if is_newest else fetch(Path(arguments[0]))
     except (RuntimeError, OSError, tarfile.TarError) as error:
         print(f"the kernels for tests/vm cannot be had: {error}", file=sys.stderr)
         return 1

@@ -21,7 +21,7 @@ from tools import boards
 # must exist, unless nothing is ever called there.
 INDIRECT: dict[str, tuple[str, ...]] = {
     # The control law asks the game for its force.
-    r".*(4core7control|11add_overlay|ControlLoop4tick|Device4tick|on_tick).*": (
+    r".*(4core7control|11add_overlay|ControlLoop4tick|Device4tick|on_tick|on_step).*": (
         r".*6Forces9torque_nm.*",
     ),
     # The board's rule for its wiring.
@@ -55,7 +55,7 @@ ROM_BYTES = 256
 # Before the program: they set the stack pointer, then call these one after the other.
 START = r"_enter_vtable_in_r0|platform_entry|_entry_point|_reset_handler"
 PROGRAM = ("runtime_init", "main")
-INTERRUPTS = (r".*7on_tickEv", r"dcd_rp2040_irq", r"alarm_pool_irq_handler")
+INTERRUPTS = (r".*7on_(step|tick)Ev", r"dcd_rp2040_irq", r"alarm_pool_irq_handler")
 # What the processor itself pushes: 8 registers, 17 of floating point with one of padding, and 4
 # bytes of alignment; and the SDK's chain of handlers for a shared interrupt.
 EXCEPTION_BYTES = {"rp2040": 36 + 8, "rp2350": 108 + 8}

@@ -82,37 +82,6 @@ py::list loop_reports(const py::object& source) {
   return reports;
 }
 
-ClosedLoopOptions read_options(const py::object& source) {
-  const Attributes from(source);
-  const auto plant = from_python<PlantParams>(from.get("plant"));
-  Told told = read_told(from, plant);
-
-  ClosedLoopOptions options;
-  options.control_period_ns = from.integer<std::int64_t>("control_period_ns");
-  options.delay_ticks = from.integer<std::uint32_t>("delay_ticks");
-  options.first_tick = from.integer<std::uint64_t>("first_tick");
-  options.actuator = told.actuator;
-  options.control = told.control;
-  options.scene = std::move(told.scene.effects);
-  options.curve_torque_nm = std::move(told.scene.curve_torque_nm);
-  options.plant = plant;
-  if (!from.get("step_ns").is_none()) options.step_ns = from.integer<std::int64_t>("step_ns");
-  options.make_stepper = stepper_from_python(from.get("stepper"));
-  options.encoder = emulator::encoder_of(plant);
-  options.encoder.seed = from.integer<std::uint64_t>("seed");
-  options.hand = emulator_hand(from.get("hand"));
-  if (const py::object initial = from.get("initial"); !initial.is_none()) {
-    options.initial = initial_state_from_python(initial);
-  }
-  if (const py::object given = from.get("spin_up"); !given.is_none()) {
-    const Attributes spin_up(given);
-    options.spin_up = {.motor_command_nm = spin_up.number("motor_command_nm"),
-                       .speed_rad_s = spin_up.number("speed_rad_s"),
-                       .longest_s = spin_up.number("longest_s")};
-  }
-  return options;
-}
-
 Rows make_rows(std::uint64_t ticks, std::uint32_t every) {
   if (every == 0) throw py::value_error("record_every must be > 0");
   const std::uint64_t size = ticks / every + (ticks % every != 0 ? 1 : 0);
@@ -196,7 +165,7 @@ py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>
   std::vector<std::span<LoopRow>> spans;
   py::list results;
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    options.push_back(read_options(sources[i]));
+    options.push_back(loop_options_from_python(sources[i]));
     Rows rows = make_rows(ticks[i], every);
     spans.push_back(span_of(rows));
     results.append(rows);
@@ -219,7 +188,7 @@ using emulator::ReplayRow;
 
 py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts) {
   if (counts.ndim() != 1) throw py::value_error("the counts must have one dimension");
-  const ClosedLoopOptions options = read_options(source);
+  const ClosedLoopOptions options = loop_options_from_python(source);
   const auto size = static_cast<std::size_t>(counts.size());
   py::array_t<ReplayRow> rows(counts.size());
   std::fill_n(reinterpret_cast<unsigned char*>(rows.mutable_data()), sizeof(ReplayRow) * size,
@@ -232,6 +201,41 @@ py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts) {
 }
 
 }  // namespace
+
+ClosedLoopOptions loop_options_from_python(const py::object& source) {
+  const Attributes from(source);
+  const auto plant = from_python<PlantParams>(from.get("plant"));
+  Told told = read_told(from, plant);
+
+  ClosedLoopOptions options;
+  options.control_period_ns = from.integer<std::int64_t>("control_period_ns");
+  options.delay_ticks = from.integer<std::uint32_t>("delay_ticks");
+  options.first_tick = from.integer<std::uint64_t>("first_tick");
+  options.actuator = told.actuator;
+  options.control = told.control;
+  options.scene = std::move(told.scene.effects);
+  options.curve_torque_nm = std::move(told.scene.curve_torque_nm);
+  options.plant = plant;
+  if (!from.get("step_ns").is_none()) options.step_ns = from.integer<std::int64_t>("step_ns");
+  options.make_stepper = stepper_from_python(from.get("stepper"));
+  options.encoder = emulator::encoder_of(plant);
+  if (const py::object board = from.get("board"); !board.is_none()) {
+    options.board = conversion::to_wire(from_python<BoardConfig>(board));
+  }
+  options.sensor_seed = from.integer<std::uint64_t>("seed");
+  options.encoder.seed = from.integer<std::uint64_t>("seed");
+  options.hand = emulator_hand(from.get("hand"));
+  if (const py::object initial = from.get("initial"); !initial.is_none()) {
+    options.initial = initial_state_from_python(initial);
+  }
+  if (const py::object given = from.get("spin_up"); !given.is_none()) {
+    const Attributes spin_up(given);
+    options.spin_up = {.motor_command_nm = spin_up.number("motor_command_nm"),
+                       .speed_rad_s = spin_up.number("speed_rad_s"),
+                       .longest_s = spin_up.number("longest_s")};
+  }
+  return options;
+}
 
 emulator::PlantState initial_state_from_python(const py::object& source) {
   const Attributes from(source);
@@ -257,7 +261,7 @@ void bind_closed_loop(py::module_& module) {
   module.attr("LOOP_DTYPE") = py::dtype::of<LoopRow>();
   py::class_<emulator::ClosedLoop>(module, "ClosedLoop", "See torsio.closed_loop.")
       .def(py::init([](const py::object& source) {
-             const ClosedLoopOptions options = read_options(source);
+             const ClosedLoopOptions options = loop_options_from_python(source);
              const Unlocked unlocked;
              return std::make_unique<emulator::ClosedLoop>(options);
            }),

@@ -1,8 +1,11 @@
 #include "convert.hpp"
 
+#include <memory>
+#include <stdexcept>
 #include <string>
 #include <variant>
 
+#include "interpreter.hpp"
 #include "torsio/error.hpp"
 
 namespace py = pybind11;
@@ -66,6 +69,21 @@ const Classes<Hand>& hand_classes() {
   return classes;
 }
 
+thread_local bool in_hand = false;
+
+/// What a function raised, in one line: the error and where it came from.
+std::string line_of(const py::error_already_set& error) {
+  std::string line;
+  for (const char c : std::string(error.what())) {
+    if (c != '\n' && c != ' ') {
+      line += c;
+    } else if (!line.empty() && line.back() != ' ') {
+      line += ' ';
+    }
+  }
+  return line;
+}
+
 std::string text_of(const py::handle& source) { return py::repr(source).cast<std::string>(); }
 
 }  // namespace
@@ -95,6 +113,29 @@ Profile profile_from_python(const py::handle& source) {
     profile.push_back({py::float_(knot[0]), py::float_(knot[1])});
   }
   return profile;
+}
+
+bool is_in_hand() { return in_hand; }
+
+HandFunction hand_function_from_python(const py::object& source) {
+  const std::shared_ptr<py::object> function(new py::object(source), [](py::object* object) {
+    const Locked locked;
+    delete object;
+  });
+  return [function](double time_s, double angle_rad, double speed_rad_s) {
+    const Locked locked;
+    in_hand = true;
+    const std::shared_ptr<void> left(nullptr, [](void*) { in_hand = false; });
+    try {
+      const py::object answer = (*function)(time_s, angle_rad, speed_rad_s);
+      const double torque_nm = PyFloat_AsDouble(answer.ptr());
+      if (torque_nm == -1.0 && PyErr_Occurred() != nullptr) throw py::error_already_set();
+      return torque_nm;
+    } catch (const py::error_already_set& error) {
+      if (!error.matches(PyExc_Exception)) throw;  // Ctrl-C is not the function's fault
+      throw std::runtime_error("the hand's function raised " + line_of(error));
+    }
+  };
 }
 
 Hand hand_from_python(const py::handle& source) {

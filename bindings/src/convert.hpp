@@ -42,6 +42,12 @@ inline constexpr bool is_list<std::vector<T>> = true;
 
 Profile profile_from_python(const pybind11::handle& source);
 
+/// A Python function that C++ may call from any thread and destroy there.
+HandFunction hand_function_from_python(const pybind11::object& source);
+
+/// True while this thread runs the function of a hand, in the middle of a step of the plant.
+bool is_in_hand();
+
 /// @throws InvalidArgument or TypeError that names the class and the attribute
 template <Listed T>
 T from_python(const pybind11::handle& source);
@@ -63,6 +69,8 @@ void read(const Attributes& from, const char* name, T& value) {
     value = from.choice<T>(name, Names<T>::values);
   } else if constexpr (std::is_same_v<T, Profile>) {
     value = profile_from_python(from.get(name));
+  } else if constexpr (std::is_same_v<T, HandFunction>) {
+    value = hand_function_from_python(from.get(name));
   } else if constexpr (std::is_same_v<T, std::vector<double>>) {
     const pybind11::object points = from.get(name);
     for (const pybind11::handle point : points) value.push_back(from.as_number(point, name));

@@ -20,6 +20,7 @@
 #include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
 #include "emulator/encoder.hpp"
+#include "emulator/plant/circuit.hpp"
 #include "emulator/plant/plant.hpp"
 #include "emulator/replayed_device.hpp"
 #include "emulator_convert.hpp"
@@ -104,6 +105,31 @@ py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_
   return rows;
 }
 
+/// As plant_record, of a plant with electrics: shares of the supply in place of commands.
+py::tuple plant_record_bridges(emulator::Plant& plant, const Doubles& motor_share,
+                               const Doubles& brake_share, const Doubles& enabled,
+                               std::int64_t period_ns) {
+  if (!plant.params().electrics) throw py::value_error("the plant has no electrics");
+  if (motor_share.ndim() != 1 || brake_share.ndim() != 1 || enabled.ndim() != 1 ||
+      motor_share.size() != brake_share.size() || motor_share.size() != enabled.size()) {
+    throw py::value_error("the shares must have one dimension and the same length");
+  }
+  const py::ssize_t size = motor_share.size();
+  py::array_t<PlantRow> rows(size);
+  py::array_t<double> supply_v(size);
+  PlantRow* row = rows.mutable_data();
+  std::fill_n(reinterpret_cast<unsigned char*>(row),
+              sizeof(PlantRow) * static_cast<std::size_t>(size), static_cast<unsigned char>(0));
+  emulator::Circuit circuit(*plant.params().electrics);
+  for (py::ssize_t i = 0; i < size; ++i) {
+    row[i] = plant_row(plant);
+    supply_v.mutable_data()[i] = circuit.supply_v();
+    circuit.advance(plant, {motor_share.data()[i], brake_share.data()[i], enabled.data()[i] != 0.0},
+                    period_ns);
+  }
+  return py::make_tuple(rows, supply_v);
+}
+
 /// As plant_record, but of what costs nothing to look at, so that little but the stepping is timed.
 py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_command_nm,
                                 const Doubles& brake_command_nm, std::int64_t period_ns) {
@@ -174,6 +200,11 @@ void bind_plant(py::module_& module) {
       .def("record", &plant_record, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
            arg("period_ns") = 1'000'000,
            "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.")
+      .def(
+          "record_bridges", &plant_record_bridges, arg("motor_share"), arg("brake_share"),
+          arg("enabled"), py::kw_only(), arg("period_ns") = 25'000,
+          "As record, of a plant with electrics: shares of the supply's voltage, which its bridges "
+          "give while they are enabled. Rows, and the supply's voltage.")
       .def("drive", &plant_drive, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
            arg("period_ns") = 1'000'000,
            "As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2).")
@@ -390,6 +421,7 @@ void bind_emulator(py::module_& parent) {
   bind_device(module);
   bind_replayed_device(module);
   bind_closed_loop(module);
+  bind_batch(module);
 }
 
 }  // namespace torsio::bindings

@@ -63,10 +63,20 @@ class PyKnob {
     knob_.reset();
   }
 
-  Knob& operator*() const { return *knob_; }
-  Knob* operator->() const { return knob_.get(); }
+  Knob& operator*() const { return *get(); }
+  Knob* operator->() const { return get(); }
 
  private:
+  /// A hand's function would wait for the step that waits for the function.
+  [[nodiscard]] Knob* get() const {
+    if (is_in_hand()) {
+      throw Error(
+          "the function of a hand cannot use a knob: it is called in the middle of a step of the "
+          "plant; what it may know are its arguments");
+    }
+    return knob_.get();
+  }
+
   std::unique_ptr<Knob> knob_;
 };
 
@@ -86,6 +96,7 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
         [&](const py::object& value) { options.actuator = from_python<ActuatorConfig>(value); });
   given("control",
         [&](const py::object& value) { options.control = from_python<ControlConfig>(value); });
+  given("board", [&](const py::object& value) { options.board = from_python<BoardConfig>(value); });
   given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
   options.paced = source.attr("paced").cast<bool>();
   options.log_truth = source.attr("log_truth").cast<bool>();
@@ -235,20 +246,46 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
       "advance",
       [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
       Release());
-  knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
-    self->emulator().game().write(bytes_of(report));
+  knob.def("electrics", [](const PyKnob& self) { return to_python(self->emulator().electrics()); });
+  knob.def("set_current_sensor", [](const PyKnob& self, const std::string& state) {
+    for (std::size_t i = 0; i < Names<CurrentSensorState>::values.size(); ++i) {
+      if (Names<CurrentSensorState>::values[i] == state) {
+        const Unlocked unlocked;
+        self->emulator().set_current_sensor(static_cast<CurrentSensorState>(i));
+        return;
+      }
+    }
+    throw InvalidArgument("state is \"" + state + "\", allowed are works, dead, stuck, saturated");
   });
-  knob.def("game_read",
-           [](const PyKnob& self) { return to_bytes(self->emulator().game().read()); });
+  // These wait for their turn as well, and whoever has it may be the function of a hand.
+  knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
+    const auto bytes = bytes_of(report);
+    const Unlocked unlocked;
+    self->emulator().game().write(bytes);
+  });
+  knob.def("game_read", [](const PyKnob& self) {
+    return to_bytes([&] {
+      const Unlocked unlocked;
+      return self->emulator().game().read();
+    }());
+  });
   knob.def("game_set_feature", [](const PyKnob& self, const py::bytes& report) {
-    return self->emulator().game().set_feature(bytes_of(report));
+    const auto bytes = bytes_of(report);
+    const Unlocked unlocked;
+    return self->emulator().game().set_feature(bytes);
   });
   knob.def("game_get_feature", [](const PyKnob& self, std::uint8_t id) {
-    return to_bytes(self->emulator().game().get_feature(id));
+    return to_bytes([&] {
+      const Unlocked unlocked;
+      return self->emulator().game().get_feature(id);
+    }());
   });
-  knob.def("game_set_buttons", [](const PyKnob& self, std::uint8_t pressed) {
-    self->emulator().game().set_buttons(pressed);
-  });
+  knob.def(
+      "game_set_buttons",
+      [](const PyKnob& self, std::uint8_t pressed) {
+        self->emulator().game().set_buttons(pressed);
+      },
+      Release());
   knob.def("unplug", [](const PyKnob& self) { self->emulator().unplug(); }, Release());
   knob.def(
       "set_emergency_stop",
@@ -321,6 +358,11 @@ void bind_orders(py::class_<PyKnob>& knob) {
       },
       arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
       arg("deadline_s"), Release());
+  knob.def("excite", [](const PyKnob& self, const py::object& source) {
+    const auto excitation = from_python<Excitation>(source);
+    const Unlocked unlocked;
+    self->excite(excitation);
+  });
   bind_config(knob, "actuator", &Knob::actuator_config);
   bind_config(knob, "control", &Knob::control_config);
   bind_config(knob, "board", &Knob::board_config);
@@ -376,7 +418,10 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
     self->on_event(std::move(callback));
   });
   knob.def("last_disarm", [](const PyKnob& self) -> py::object {
-    const std::optional<Disarm> disarm = self->last_disarm();
+    const std::optional<Disarm> disarm = [&] {
+      const Unlocked unlocked;
+      return self->last_disarm();
+    }();
     return disarm ? to_python(*disarm) : py::none();
   });
   knob.def(
@@ -416,7 +461,8 @@ void bind_knob(py::module_& module) {
              arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
-  knob.def_property_readonly("state", [](const PyKnob& self) { return to_python(self->state()); });
+  knob.def_property_readonly(
+      "state", [](const PyKnob& self) { return told([&] { return self->state(); }); });
   knob.def("info", [](const PyKnob& self) { return to_python(self->info()); });
   knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
   knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
@@ -425,7 +471,8 @@ void bind_knob(py::module_& module) {
            [](const PyKnob& self) { return told([&] { return self->game_status(); }); });
   knob.def("game_effects",
            [](const PyKnob& self) { return told([&] { return self->game_effects(); }); });
-  knob.def("statistics", [](const PyKnob& self) { return to_python(self->statistics()); });
+  knob.def("statistics",
+           [](const PyKnob& self) { return told([&] { return self->statistics(); }); });
   knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());
   bind_orders(knob);
   bind_telemetry(knob);

@@ -12,6 +12,7 @@ void bind_core(pybind11::module_& module);
 void bind_scene(pybind11::module_& module);
 void bind_emulator(pybind11::module_& module);
 void bind_closed_loop(pybind11::module_& emulator);
+void bind_batch(pybind11::module_& emulator);
 void bind_knob(pybind11::module_& module);
 void bind_watch(pybind11::module_& module);
 void bind_transport(pybind11::module_& module);

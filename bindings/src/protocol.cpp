@@ -36,11 +36,9 @@ py::object to_python(const T& value) {
     return list;
   } else if constexpr (Structure<T>) {
     py::dict dict;
-    std::apply(
-        [&](const auto&... field) {
-          ((dict[to_str(field.name)] = to_python(value.*field.member)), ...);
-        },
-        Layout<T>::fields);
+    Layout<T>::fields.apply([&](const auto&... field) {
+      ((dict[to_str(field.name)] = to_python(value.*field.member)), ...);
+    });
     return dict;
   } else if constexpr (Enumeration<T>) {
     const auto& names = protocol::Enumerators<T>::names;
@@ -97,7 +95,7 @@ void from_python(T& value, const py::handle& source, const std::string& path) {
       const std::string prefix = path.empty() ? "" : path + ".";
       from_python(value.*field.member, dict[key], prefix + std::string(field.name));
     };
-    std::apply([&](const auto&... field) { (one(field), ...); }, Layout<T>::fields);
+    Layout<T>::fields.apply([&](const auto&... field) { (one(field), ...); });
     if (known != dict.size()) {
       refuse(path.empty() ? "report" : path, "unknown names in " + std::string(py::repr(dict)));
     }
@@ -178,8 +176,8 @@ py::dict describe_field(const protocol::Field<Owner, T>& field) {
   }
   if constexpr (Structure<Element>) {
     py::list fields;
-    std::apply([&](const auto&... inner) { (fields.append(describe_field(inner)), ...); },
-               Layout<Element>::fields);
+    Layout<Element>::fields.apply(
+        [&](const auto&... inner) { (fields.append(describe_field(inner)), ...); });
     dict["fields"] = fields;
   } else if constexpr (Enumeration<Element>) {
     py::list names;
@@ -199,8 +197,8 @@ py::list reports() {
   py::list list;
   protocol::for_each_report<protocol::AllReports>([&]<class Report>(std::type_identity<Report>) {
     py::list fields;
-    std::apply([&](const auto&... field) { (fields.append(describe_field(field)), ...); },
-               Layout<Report>::fields);
+    Layout<Report>::fields.apply(
+        [&](const auto&... field) { (fields.append(describe_field(field)), ...); });
     py::dict dict;
     dict["name"] = to_str(Layout<Report>::name);
     dict["id"] = Layout<Report>::id;

@@ -80,7 +80,7 @@ void bind_transport(py::module_& module) {
           [](const PyTransport& self, const std::string& report) {
             return self->write(report_of(report));
           },
-          Release())
+          arg("report"), Release())
       .def(
           "read",
           [](const PyTransport& self, double timeout_s) -> std::optional<py::bytes> {
@@ -96,21 +96,23 @@ void bind_transport(py::module_& module) {
             return bytes_of(report);
           },
           arg("timeout_s"))
-      .def("get_feature",
-           [](const PyTransport& self, std::uint8_t id) -> std::optional<py::bytes> {
-             ReportBytes report{};
-             {
-               const py::gil_scoped_release release;
-               if (!self->get_feature(id, report)) return std::nullopt;
-             }
-             return bytes_of(report);
-           })
+      .def(
+          "get_feature",
+          [](const PyTransport& self, std::uint8_t id) -> std::optional<py::bytes> {
+            ReportBytes report{};
+            {
+              const py::gil_scoped_release release;
+              if (!self->get_feature(id, report)) return std::nullopt;
+            }
+            return bytes_of(report);
+          },
+          arg("report_id"))
       .def(
           "set_feature",
           [](const PyTransport& self, const std::string& report) {
             return self->set_feature(report_of(report));
           },
-          Release());
+          arg("report"), Release());
 }
 
 }  // namespace torsio::bindings

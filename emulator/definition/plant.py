@@ -13,6 +13,7 @@ from tools.definition.model import (
     choice,
     enumeration,
     for_hosts,
+    function,
     number,
     numbers,
     optional_group,
@@ -38,6 +39,11 @@ def amount(
     """Make a quantity that may be nothing."""
     made = for_hosts(number(name, unit, 0.0, most, doc, default=default))
     return replace(made, rule=">= 0" if most == _MOST else "")
+
+
+def yes_or_no(name: str, doc: str, *, default: bool = False) -> Field:
+    """Make a switch that never travels."""
+    return Field(name, "switch", doc, default=default, host="bool")
 
 
 ENCODER_ROUNDING = enumeration(
@@ -88,6 +94,60 @@ COGGING = Structure(
     base="CoggingShapes",
 )  # fmt: skip
 
+CURRENT_SENSOR = enumeration(
+    "CurrentSensorState", "What a current sensor shows.",
+    "works", "dead", "stuck", "saturated",
+)  # fmt: skip
+
+ELECTRICS = Structure(
+    "Electrics",
+    "Part of a plant: windings, bridges, supply and current sensor. With it the emulated device runs "
+    "the board's own power stage; without it motor and brake are the lags that are given.",
+    (
+        positive("winding_resistance_ohm", "ohm", "of the motor, at 25 degrees", 2.5),
+        positive("winding_inductance_h", "H", "of the motor", 1.5e-3),
+        positive("torque_constant_nm_per_a", "N m/A", "of the motor, at the knob; V s/rad of back EMF as well", 0.05),
+        yes_or_no("motor_reversed", "a current into the first pin turns the knob to smaller angles"),
+        positive("coil_resistance_ohm", "ohm", "of the brake", 40.0),
+        positive("coil_inductance_h", "H", "of the brake", 2.4),
+        positive("coil_torque_constant_nm_per_a", "N m/A", "of the brake, on the pulley", 0.44),
+        positive("supply_v", "V", "without load", 12.0),
+        amount("supply_resistance_ohm", "ohm", "of the supply; it takes no current back", 0.1),
+        positive("supply_capacitance_f", "F", "behind that", 2.2e-3),
+        for_hosts(number("ambient_c", "degree C", -100.0, 300.0, "of the air; everything begins there", default=25.0)),
+        positive("winding_heat_j_per_k", "J/K", "heat capacity of the motor's winding", 12.0),
+        positive("winding_to_rotor_k_per_w", "K/W", "from there to the rotor", 4.0),
+        positive("rotor_heat_j_per_k", "J/K", "heat capacity of the rotor", 60.0),
+        positive("rotor_to_air_k_per_w", "K/W", "from there to the air", 8.0),
+        positive("coil_heat_j_per_k", "J/K", "heat capacity of the brake's coil", 40.0),
+        positive("coil_to_air_k_per_w", "K/W", "from there to the air", 20.0),
+        for_hosts(whole("pwm_steps", "u16", 1, 0xFFFF, "of a bridge's full share", default=1875)),
+        for_hosts(number("current_period_s", "s", 0.0, 1e-3, "of the current loop, rounded to a whole part of the control period, which 0 is", default=25e-6)),
+        for_hosts(number("output_delay_s", "s", 1e-6, 1e-3, "from a measurement to the voltage that answers it; at most a period of the current loop", default=25e-6)),
+        yes_or_no("predictive", "the current loop of the RP2350; off: the one of the RP2040", default=True),
+        for_hosts(number("sample_offset_s", "s", 0.0, 1e-5, "from the middle of the time in which the bridge drives to the measurement", default=1e-6)),
+        positive("sensor_v_per_a", "V/A", "of the current sensor", 0.2),
+        for_hosts(number("sensor_zero_v", "V", -10.0, 10.0, "what it shows without current", default=1.65)),
+        amount("sensor_noise_v", "V", "standard deviation", 1e-3),
+        positive("sensor_range_v", "V", "of its converter, from 0", 3.3),
+        for_hosts(whole("sensor_bits", "u8", 1, 24, "of its converter", default=12)),
+        for_hosts(choice("sensor_state", CURRENT_SENSOR, "dead: 0 V; stuck: at its zero; saturated: at the end of its range")),
+    ),
+)  # fmt: skip
+
+ELECTRICS_STATE = Structure(
+    "ElectricsState",
+    "What no sensor of an emulated knob sees of its electrics, now.",
+    (
+        told("motor_current_a", "double", "positive turns the knob to larger angles"),
+        told("coil_current_a", "double", "of the brake"),
+        told("supply_v", "double", "at the bridges"),
+        told("winding_c", "double", "temperature of the motor's winding"),
+        told("rotor_c", "double", "of its rotor"),
+        told("coil_c", "double", "of the brake's coil"),
+    ),
+)
+
 PLANT_PARAMS = Structure(
     "PlantParams",
     "Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.",
@@ -108,19 +168,18 @@ PLANT_PARAMS = Structure(
         for_hosts(choice("encoder_rounding", ENCODER_ROUNDING, "how the encoder counts")),
         told("encoder_phase_counts", "double", "where in a count angle 0 lies"),
         amount("encoder_noise_counts", "", "standard deviation; 0 leaves the noise out", 0.0),
-        Field(
+        yes_or_no(
             "spring_and_brake",
-            "switch",
             "part: spring and brake. Without it knob and brake are one rigid body and the brake never "
             "engages, for what needs none, such as the law motor_only; it saves about half of the "
             "plant's time. The parts below, but for cogging, need it",
             default=True,
-            host="bool",
         ),
         optional_group("shaft_hardening", SHAFT_HARDENING),
         optional_group("brake_hysteresis", BRAKE_HYSTERESIS),
         optional_group("belt", BELT),
         optional_group("cogging", COGGING),
+        optional_group("electrics", ELECTRICS),
     ),
     notes="The defaults are the reference actuator; docs/theory.md has the equations. Parts that are "
     "not named cost nothing; the lags of motor and brake are always carried.",
@@ -160,8 +219,26 @@ PRESCRIBED_MOTION = Structure(
     (profile("angle_rad", "rad", "without jumps", 1e9, default="{0.0, 0.0}"),),
     base="Hand",
 )
-PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING)
-HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION)
+FEEDBACK_HAND = Structure(
+    "FeedbackHand",
+    "A hand whose torque is a function of what the knob does, such as a controller or a person's model.",
+    (
+        function(
+            "torque_nm", "HandFunction", "the torque on the knob; held until it is asked again"
+        ),
+        for_hosts(number("period_s", "s", 1e-5, 1.0, "from one asking to the next", default=1e-3)),
+    ),
+    notes="The function is asked when the hand takes over and then once a period. It must not use the "
+    "knob that it holds.",
+    base="Hand",
+)
+HAND_FUNCTION = (
+    "Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the "
+    "torque on the knob in N m, -100 to 100."
+)
+ENUMERATIONS = (ENCODER_ROUNDING, CURRENT_SENSOR)
+PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING, ELECTRICS)
+HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION, FEEDBACK_HAND)
 
 TRUTH_SAMPLE = Structure(
     "TruthSample",
@@ -179,3 +256,4 @@ TRUTH_SAMPLE = Structure(
     ),
     array_record=True,
 )
+TOLD = (TRUTH_SAMPLE, ELECTRICS_STATE)

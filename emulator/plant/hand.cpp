@@ -1,5 +1,6 @@
 #include "emulator/plant/hand.hpp"
 
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -37,6 +38,10 @@ struct Holder {
   Hand operator()(const torsio::PrescribedMotion& hand) const {
     return PrescribedMotion{Profile(hand.angle_rad, start_ns)};
   }
+  Hand operator()(const torsio::FeedbackHand& hand) const {
+    require_as(&torsio::FeedbackHand::period_s, hand.period_s, "hand: ");
+    return FeedbackHand{hand.torque_nm, std::llround(1e9 * hand.period_s), start_ns};
+  }
 };
 
 struct Validator {
@@ -55,6 +60,10 @@ struct Validator {
   void operator()(const PrescribedMotion& hand) const {
     require_as(&torsio::PrescribedMotion::angle_rad, hand.angle_rad, "hand: ");
     require_path(hand.angle_rad, "angle_rad");
+  }
+  void operator()(const FeedbackHand& hand) const {
+    if (!hand.torque_nm) throw std::invalid_argument("hand: torque_nm must be a function");
+    if (hand.period_ns <= 0) throw std::invalid_argument("hand: period_ns must be > 0");
   }
 };
 

@@ -36,7 +36,15 @@ struct PrescribedMotion {
   Profile angle_rad;  ///< continuous; within 1e9 rad and 1e5 rad/s
 };
 
-using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
+/// A hand whose torque is a function of what the knob does, asked once a period and held until
+/// then.
+struct FeedbackHand {
+  HandFunction torque_nm;              ///< of the time since start_ns, angle and speed
+  std::int64_t period_ns = 1'000'000;  ///< > 0
+  std::int64_t start_ns = 0;           ///< when it takes over
+};
+
+using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, FeedbackHand>;
 
 /// The user's hand as the plant wants it: times of its profiles in nanoseconds of the plant.
 /// @param start_ns when it takes over, which is time 0 of its profiles

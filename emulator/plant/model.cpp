@@ -51,8 +51,21 @@ void put_shafts_together(const PlantParams& params, PlantModel& model) {
   model.belt_stiffness_nm_per_rad = params.belt->stiffness_nm_per_rad;
 }
 
+/// A winding is a lag that the knob's speed works against: L i' = v - R i - k w, in torques k i.
+void wind(const Electrics& electrics, bool connected, PlantModel& model) {
+  const double resistance = electrics.winding_resistance_ohm;
+  const double constant = electrics.torque_constant_nm_per_a;
+  model.motor_time_constant_s = connected ? electrics.winding_inductance_h / resistance : 0.0;
+  model.back_emf_nm_s_per_rad = connected ? constant * constant / resistance : 0.0;
+  if (model.has_spring()) {
+    model.brake_time_constant_s = electrics.coil_inductance_h / electrics.coil_resistance_ohm;
+  }
+}
+
 void take_in_hand(const Hand& hand, PlantModel& model) {
-  if (std::holds_alternative<TorqueHand>(hand)) model.hand = HandKind::torque;
+  if (std::holds_alternative<TorqueHand>(hand) || std::holds_alternative<FeedbackHand>(hand)) {
+    model.hand = HandKind::torque;
+  }
   if (std::holds_alternative<PrescribedMotion>(hand)) model.hand = HandKind::prescribed;
   if (const auto* impedance = std::get_if<ImpedanceHand>(&hand)) {
     model.hand = HandKind::impedance;
@@ -86,12 +99,13 @@ double friction_torque_nm(double speed_rad_s, double demand_nm, double capacity_
 
 }  // namespace
 
-PlantModel make_model(const PlantParams& params, const Hand& hand) {
+PlantModel make_model(const PlantParams& params, const Hand& hand, bool connected) {
   validate(params);
   validate(hand);
   PlantModel model;
   put_shafts_together(params, model);
   model.motor_time_constant_s = params.motor_time_constant_s;
+  if (params.electrics) wind(*params.electrics, connected, model);
   if (params.cogging) {
     model.cogging_nm = params.cogging->torque_nm;
     model.cogging_period_rad = Angle::kTurnRad / params.cogging->periods_per_rev;

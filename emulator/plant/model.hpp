@@ -44,6 +44,8 @@ struct PlantModel {
   double knob_coulomb_nm = 0.0;
   double brake_drag_nm = 0.0;
   double motor_time_constant_s = 0.0;
+  /// What the speed takes off the torque that the motor would settle at: k^2 / R of its winding.
+  double back_emf_nm_s_per_rad = 0.0;
   double brake_time_constant_s = 0.0;
   HandKind hand = HandKind::none;
   double hand_stiffness_nm_per_rad = 0.0;
@@ -57,7 +59,10 @@ struct PlantModel {
 };
 
 /// @throws std::invalid_argument as validate() of params and hand does
-[[nodiscard]] PlantModel make_model(const PlantParams& params, const Hand& hand);
+/// @param connected false: the motor's winding has no circuit; only a plant with electrics knows
+/// that
+[[nodiscard]] PlantModel make_model(const PlantParams& params, const Hand& hand,
+                                    bool connected = true);
 
 /// Inputs that hold during one step: the motor's command, and the straight piece of the hand's
 /// profile, which the step does not leave.

@@ -16,6 +16,9 @@ namespace torsio::emulator {
 using torsio::Belt;
 using torsio::BrakeHysteresis;
 using torsio::Cogging;
+using torsio::CurrentSensorState;
+using torsio::Electrics;
+using torsio::ElectricsState;
 using torsio::EncoderRounding;
 using torsio::PlantParams;
 using torsio::ShaftHardening;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -35,9 +36,7 @@ Plant::Plant(const PlantParams& params, Hand hand, std::int64_t step_ns, MakeSte
 }
 
 void Plant::attach(Hand hand) {
-  PlantModel model = make_model(params_, hand);
-  stepper_ = make_stepper_(model, step_ns_);
-  model_ = std::move(model);
+  make_steppers(hand);
   hand_ = std::move(hand);
   if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand_)) {
     state_.knob_angle = Angle::from_rad(prescribed->angle_rad.value(state_.time_ns));
@@ -46,7 +45,43 @@ void Plant::attach(Hand hand) {
   start_from_here();
 }
 
+void Plant::ask_hand(const FeedbackHand& hand) {
+  constexpr double kMostNm = 100.0;
+  const std::int64_t since_ns = state_.time_ns - hand.start_ns;
+  // Whatever the function does, the plant can go on: without a torque, until it is asked again.
+  inputs_.hand = {Profile::kAlwaysNs,
+                  hand.start_ns + (since_ns / hand.period_ns + 1) * hand.period_ns, 0.0, 0.0};
+  const double since_s = 1e-9 * static_cast<double>(since_ns);
+  const double torque_nm =
+      hand.torque_nm(since_s, state_.knob_angle_rad(), state_.knob_speed_rad_s());
+  if (!(std::abs(torque_nm) <= kMostNm)) {
+    throw std::runtime_error("the hand's function gave " + std::to_string(torque_nm) + " N m at " +
+                             std::to_string(since_s) + " s; it must give -100 to 100 N m");
+  }
+  inputs_.hand.begin_value = torque_nm;
+}
+
+void Plant::make_steppers(const Hand& hand) {
+  PlantModel model = make_model(params_, hand);
+  std::shared_ptr<Stepper> stepper = make_stepper_(model, step_ns_);
+  if (params_.electrics) {
+    disconnected_ = make_stepper_(make_model(params_, hand, false), step_ns_);
+  }
+  model_ = std::move(model);
+  stepper_ = std::move(stepper);
+}
+
+void Plant::set_resistances(double winding_ohm, double coil_ohm) {
+  params_.electrics->winding_resistance_ohm = winding_ohm;
+  params_.electrics->coil_resistance_ohm = coil_ohm;
+  make_steppers(hand_);
+}
+
 void Plant::refresh_hand_segment() {
+  if (const auto* feedback = std::get_if<FeedbackHand>(&hand_)) {
+    ask_hand(*feedback);
+    return;
+  }
   const Profile* profile = profile_of(hand_);
   inputs_.hand = profile != nullptr ? profile->segment(state_.time_ns)
                                     : ProfileSegment{Profile::kAlwaysNs, Profile::kForeverNs, 0, 0};
@@ -85,7 +120,22 @@ void Plant::set_command(const Command& command) {
   between_ = false;  // the next step starts from here
 }
 
+void Plant::set_drive(const Drive& drive) {
+  connected_ = drive.motor_connected;
+  inputs_.motor_command_nm = drive.motor_connected ? drive.motor_torque_nm : 0.0;
+  if (!connected_) state_.motor_torque_nm = 0.0;
+  state_.brake_target_nm = drive.brake_torque_nm;
+  between_ = false;
+}
+
 void Plant::set_hand(Hand hand) { attach(std::move(hand)); }
+
+void Plant::set_hand_torque(double torque_nm) {
+  require(model_.hand == HandKind::torque, "plant: only a TorqueHand's torque can be set");
+  require(std::abs(torque_nm) <= 100.0, "plant: hand_torque_nm must be within -100 and 100");
+  inputs_.hand = {Profile::kAlwaysNs, Profile::kForeverNs, torque_nm, 0.0};
+  between_ = false;  // the next step starts from here
+}
 
 void Plant::set_state(const PlantState& state) {
   require(state.time_ns >= 0 && state.time_ns < Profile::kForeverNs - step_ns_,
@@ -117,13 +167,14 @@ void Plant::advance(std::int64_t duration_ns) {
   between_ = false;
   do {
     const std::int64_t boundary_ns = std::min(grid_ns_, inputs_.hand.end_ns);
+    Stepper& stepper = connected_ ? *stepper_ : *disconnected_;
     if (boundary_ns > target_ns) {
       anchor_ = state_;
       between_ = true;
-      stepper_->step(state_, inputs_, target_ns - state_.time_ns);
+      stepper.step(state_, inputs_, target_ns - state_.time_ns);
       return;
     }
-    stepper_->step(state_, inputs_, boundary_ns - state_.time_ns);
+    stepper.step(state_, inputs_, boundary_ns - state_.time_ns);
     if (boundary_ns == grid_ns_) grid_ns_ += step_ns_;
     // False for NaN. No encoder counts what turns faster.
     if (!(std::abs(state_.speed_rad_s[0]) <= kFastestRadS)) [[unlikely]] {

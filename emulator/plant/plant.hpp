@@ -15,7 +15,9 @@ namespace torsio::emulator {
 
 /// Motor, knob, shaft spring, brake and hand under a virtual clock. Commands are held until they
 /// are changed. Time is in whole nanoseconds, and where the plant is at some time does not depend,
-/// to the bit, on how the way there is cut into calls of advance().
+/// to the bit, on how the way there is cut into calls of advance(). A copy goes its own way from
+/// where the original is, but shares the tables of its steps: the two may not be advanced by
+/// different threads at the same time.
 class Plant {
  public:
   /// At rest at time 0, angle 0, except that a PrescribedMotion puts the knob on its path.
@@ -31,9 +33,25 @@ class Plant {
   /// @throws std::invalid_argument if a value is not finite
   void set_command(const Command& command);
 
+  /// What the bridges of a plant with electrics make of its actuators from now on.
+  struct Drive {
+    double motor_torque_nm = 0.0;  ///< at which the motor's would settle at rest
+    bool motor_connected = true;   ///< false: the winding has no circuit, and no current
+    double brake_torque_nm = 0.0;  ///< where the brake's goes; below 0 it must not arrive
+  };
+  /// In place of set_command().
+  void set_drive(const Drive& drive);
+
+  /// Other resistances of the windings, of a plant with electrics, as they warm up.
+  void set_resistances(double winding_ohm, double coil_ohm);
+
   /// Another hand takes over now; motion goes on from where it is.
   /// @throws std::invalid_argument as the constructor does; the old hand then stays
   void set_hand(Hand hand);
+
+  /// The same as a TorqueHand of a constant torque that takes over now, for who already is one.
+  /// @throws std::invalid_argument if there is another hand, or beyond 100 N m
+  void set_hand_torque(double torque_nm);
 
   /// Puts the plant into another state, its time included; the parts that the plant lacks are
   /// ignored.
@@ -43,6 +61,8 @@ class Plant {
   /// Lets time pass.
   /// @param duration_ns >= 0
   /// @throws std::invalid_argument if it is negative or runs past the end of 64-bit time
+  /// @throws whatever the function of a FeedbackHand throws, at the time when it was asked: from
+  ///         there time can go on, without a torque of the hand until it is asked again
   void advance(std::int64_t duration_ns);
 
   [[nodiscard]] const PlantState& state() const { return state_; }
@@ -52,7 +72,9 @@ class Plant {
 
  private:
   void attach(Hand hand);
+  void make_steppers(const Hand& hand);
   void refresh_hand_segment();
+  void ask_hand(const FeedbackHand& hand);
   /// Goes on from where the plant is, whatever the grid: after every change of an input.
   void start_from_here();
   /// What rigid connections make of a state.
@@ -63,7 +85,9 @@ class Plant {
   MakeStepper make_stepper_;
   Hand hand_ = NoHand{};
   PlantModel model_;
-  std::unique_ptr<Stepper> stepper_;
+  std::shared_ptr<Stepper> stepper_;
+  std::shared_ptr<Stepper> disconnected_;  // of a plant with electrics
+  bool connected_ = true;
   Command command_;
   HeldInputs inputs_{};
   PlantState state_;          // now

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "device/power_logic.hpp"
 #include "device/wiring.hpp"
 
 namespace torsio::boards {
@@ -14,6 +15,7 @@ struct Board {
   std::uint8_t number = 0;  // what it calls itself on the wire, its own for ever; 0 is the emulated
   std::uint32_t control_period_ns = 0;
   device::WiringRule wiring_rule = nullptr;
+  device::PowerBoard power;
 };
 
 }  // namespace torsio::boards

@@ -3,16 +3,40 @@
 namespace torsio::core {
 namespace {
 
+/// Keeps the ledger, and bounds what the scene asks.
+/// @param in_time_nm how much of that plays in time or comes from beside the scene: its changes are
+///                   none of the knob's motion
+float bound_torque(ControllerState& state, const ControllerParams& params, float asked_nm,
+                   float in_time_nm, std::int32_t delta_counts) {
+  keep_ledger(state.ledger, state.limits.motor_command_nm, state.sensor.spring_torque_nm,
+              delta_counts);
+  BoundState& bound = state.bound;
+  float timed_nm = in_time_nm - bound.in_time_nm;
+  bound.in_time_nm = in_time_nm;
+  if (bound.new_scene) timed_nm = asked_nm - bound.asked_nm;
+  bound.new_scene = false;
+  return bound_stiffness(bound, params.bound, asked_nm, timed_nm, delta_counts,
+                         params.motion.resolution.rad_per_count,
+                         static_cast<std::uint32_t>(state.tick));
+}
+
 /// Out of line: what it needs would otherwise be kept in registers in every tick.
-[[gnu::noinline]] float add_overlay(const Overlay& overlay, float scene_nm, const Motion& motion,
-                                    const Resolution& resolution, std::uint64_t tick) {
+[[gnu::noinline]] float add_overlay(ControllerState& state, const ControllerParams& params,
+                                    const Overlay& overlay, const Scene* scene, float scene_nm,
+                                    const Motion& motion) {
+  const Resolution& resolution = params.motion.resolution;
   float desired_nm = scene_nm;
   if (overlay.local != nullptr) {
     desired_nm += evaluate_local_model(*overlay.local, motion, resolution);
   }
   desired_nm *= overlay.gain;
-  if (overlay.extra != nullptr) desired_nm += overlay.extra->torque_nm(motion, resolution, tick);
-  return desired_nm;
+  if (overlay.extra != nullptr) {
+    desired_nm += overlay.extra->torque_nm(motion, resolution, state.tick);
+  }
+  if (!overlay.bounds || !is_finite(desired_nm)) return desired_nm;
+  float in_time_nm = desired_nm - scene_nm;
+  if (scene != nullptr) in_time_nm += evaluate_timed(*scene, state.scene, resolution, state.tick);
+  return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
 }  // namespace
@@ -31,17 +55,24 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   if (in.scene != nullptr) {
     desired_nm = evaluate_scene(*in.scene, state.scene, out.motion, resolution, state.tick);
   }
+  Shares shares;
+  bool excited = false;
   if (in.overlay != nullptr) [[unlikely]] {
     // Field by field: a copy as a whole would put the motion into memory in every tick.
     const Motion& now = out.motion;
     const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
                       now.acceleration_rad_s2};
-    desired_nm = add_overlay(*in.overlay, desired_nm, copy, resolution, state.tick);
+    desired_nm = add_overlay(state, params, *in.overlay, in.scene, desired_nm, copy);
+    if (in.overlay->excitation != nullptr) {
+      shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
+      desired_nm = shares.motor_command_nm;
+      excited = true;
+    }
   }
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
-  const Shares shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
+  if (!excited) shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
   out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
   out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;

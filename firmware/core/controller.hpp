@@ -10,12 +10,15 @@
 #include <cstdint>
 
 #include "core/brake_model.hpp"
+#include "core/excitation.hpp"
 #include "core/force_source.hpp"
+#include "core/ledger.hpp"
 #include "core/limits.hpp"
 #include "core/motion.hpp"
 #include "core/partition.hpp"
 #include "core/scene.hpp"
 #include "core/soft_sensor.hpp"
+#include "core/stiffness_bound.hpp"
 
 namespace torsio::core {
 
@@ -25,6 +28,7 @@ struct ControllerParams {
   float spring_stiffness_nm_per_rad = 2.873F;
   PartitionParams partition;
   LimitParams limits;
+  BoundParams bound;  // of the law calibrated
 };
 
 struct ControllerState {
@@ -32,16 +36,21 @@ struct ControllerState {
   MotionState motion;
   BrakeState brake;
   SoftSensorState sensor;
-  SceneState scene;
   LimitState limits;
   float brake_command_nm = 0;  // held since the last tick
+  SceneState scene;
+  BoundState bound;  // this and the ledger: while an overlay bounds
+  Ledger ledger;
 };
 
-/// What is rarely there beside the scene: (scene + local) * gain + extra.
+/// What is rarely there beside the scene: (scene + local) * gain + extra, bounded. The ordinary
+/// tick without it is spared all of that.
 struct Overlay {
-  const LocalModel* local = nullptr;  // nullptr: nothing is streamed
-  float gain = 1;                     // 0 to 1, for a soft start
-  ForceSource* extra = nullptr;       // nullptr: nothing but scene and local model
+  const LocalModel* local = nullptr;      // nullptr: nothing is streamed
+  float gain = 1;                         // 0 to 1, for a soft start
+  ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
+  ExcitationState* excitation = nullptr;  // instead of all that, and of the law
+  bool bounds = false;                    // the law calibrated: nothing that would buzz
 };
 
 struct ControllerInputs {
@@ -52,7 +61,7 @@ struct ControllerInputs {
 
 struct ControllerOutputs {
   Motion motion;
-  float desired_torque_nm = 0;
+  float desired_torque_nm = 0;  // within the bound, if there is one
   float motor_command_nm = 0;
   float brake_command_nm = 0;
   float brake_capacity_nm = 0;  // what the brake is taken to hold now

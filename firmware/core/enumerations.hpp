@@ -25,6 +25,7 @@ enum class Law : std::uint8_t {
   compensated,  ///< the motor makes up for what the brake really holds, its drag counted
   parallel,     ///< fixed shares, without the sensor: it sticks, and is here to show that
   motor_only,   ///< no brake
+  calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 
 }  // namespace torsio::core

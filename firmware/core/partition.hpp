@@ -15,15 +15,18 @@ namespace torsio::core {
 /// What is to be known of a law beside its equations.
 struct LawTraits {
   bool counts_drag = false;  // the sensor takes the drag of a brake without current into account
+  bool brakes = true;        // the brake carries its share
+  bool bounds = false;       // nothing buzzes: core/stiffness_bound.hpp
 };
 
-/// In the order of Law. Only the compensated law counts the drag: with the paper's the drag's help
-/// is what keeps the motor from overcompensating (docs/theory.md).
+/// In the order of Law. Not every law counts the drag: with the paper's the drag's help is what
+/// keeps the motor from overcompensating (docs/theory.md).
 inline constexpr std::array kLaws{
-    LawTraits{},                     // paper
-    LawTraits{.counts_drag = true},  // compensated
-    LawTraits{},                     // parallel
-    LawTraits{},                     // motor_only
+    LawTraits{},                                     // paper
+    LawTraits{.counts_drag = true},                  // compensated
+    LawTraits{},                                     // parallel
+    LawTraits{.brakes = false},                      // motor_only
+    LawTraits{.counts_drag = true, .bounds = true},  // calibrated
 };
 constexpr const LawTraits& traits(Law law) { return kLaws[static_cast<std::size_t>(law)]; }
 
@@ -57,6 +60,7 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
       if (!spring_helps) brake_nm = 0.0F;
       break;
     case Law::compensated:
+    case Law::calibrated:
       motor_nm = desired_nm - spring_nm;
       if (!spring_helps) brake_nm = 0.0F;
       break;

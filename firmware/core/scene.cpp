@@ -87,19 +87,19 @@ float torque_nm(const Inertia& inertia, const Moment& now) {
                          inertia.torque_limit_nm);
 }
 
-float torque_nm(const Constant& constant, const Moment& now) {
+[[gnu::always_inline]] inline float torque_nm(const Constant& constant, const Moment& now) {
   const Playing play = playing(constant.timing, elapsed_ticks(now));
   return play.on ? constant.torque_nm * play.level : 0.0F;
 }
 
-float torque_nm(const Ramp& ramp, const Moment& now) {
+[[gnu::always_inline]] inline float torque_nm(const Ramp& ramp, const Moment& now) {
   const Playing play = playing(ramp.timing, elapsed_ticks(now));
   if (!play.on) return 0.0F;
   return (ramp.start_torque_nm + ramp.rise_nm_per_tick * static_cast<float>(play.ticks)) *
          play.level;
 }
 
-float torque_nm(const Periodic& periodic, const Moment& now) {
+[[gnu::always_inline]] inline float torque_nm(const Periodic& periodic, const Moment& now) {
   const Playing play = playing(periodic.timing, elapsed_ticks(now));
   if (!play.on) return 0.0F;
   const std::uint32_t phase = periodic.start_phase + periodic.phase_per_tick * play.ticks;
@@ -203,6 +203,21 @@ float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion
     const Effect* const effect = scene.effect.data() + slot;
     const Moment now{scene, motion, resolution, tick, state, slot};
     sum_nm += dispatch(*effect, now, std::make_index_sequence<std::variant_size_v<Effect> - 1>{});
+  }
+  return sum_nm;
+}
+
+float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
+                     const std::uint64_t& tick) {
+  const Motion still{};
+  float sum_nm = 0.0F;
+  for (std::uint32_t i = 0; i < scene.active; ++i) {
+    const std::uint32_t slot = scene.order[i];
+    const Effect& effect = scene.effect[slot];
+    const Moment now{scene, still, resolution, tick, state, slot};
+    if (const auto* constant = std::get_if<Constant>(&effect)) sum_nm += torque_nm(*constant, now);
+    if (const auto* ramp = std::get_if<Ramp>(&effect)) sum_nm += torque_nm(*ramp, now);
+    if (const auto* periodic = std::get_if<Periodic>(&effect)) sum_nm += torque_nm(*periodic, now);
   }
   return sum_nm;
 }

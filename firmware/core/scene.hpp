@@ -34,6 +34,10 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
                      const Resolution& resolution, const std::uint64_t& tick);
 
+/// The part of it that plays in time, whatever the knob does.
+float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
+                     const std::uint64_t& tick);
+
 /// A torque, a spring and a damper, streamed by the host.
 struct LocalModel {
   float torque_nm = 0;

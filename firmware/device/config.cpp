@@ -9,7 +9,54 @@ namespace torsio::device {
 
 using protocol::ActuatorConfig;
 
-LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
+namespace {
+
+// Enough to move the reference actuator against its friction, and nothing that hurts.
+constexpr float kTimidMotorNm = 15e-3F;
+constexpr float kTimidBrakeNm = 30e-3F;
+constexpr float kTimidSpeedRadS = 10.0F;
+
+// No hand turns a knob faster, and no small motor without load gets there in a moment.
+constexpr float kFastestRadS = 2000.0F;
+constexpr std::uint32_t kLeastJumpCounts = 16;
+
+/// Counts in one period that no knob can make, but noise and a loose cable can. Never more than a
+/// quarter of a turn.
+std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t counts_per_rev) {
+  const std::uint32_t fastest =
+      core::round_to_u32(kFastestRadS * resolution.period_s / resolution.rad_per_count);
+  const std::uint32_t limit = fastest > kLeastJumpCounts ? fastest : kLeastJumpCounts;
+  return limit < counts_per_rev / 4 ? limit : counts_per_rev / 4;
+}
+
+/// A sign that is wrong, or values of other parts, then end in a fault and not in a bruise.
+void hold_low(LoopConfig& loop) {
+  core::PartitionParams& partition = loop.controller.partition;
+  partition.motor_torque_max_nm = core::smaller(partition.motor_torque_max_nm, kTimidMotorNm);
+  partition.brake_torque_max_nm = core::smaller(partition.brake_torque_max_nm, kTimidBrakeNm);
+  loop.passive_brake_nm = core::smaller(loop.passive_brake_nm, kTimidBrakeNm);
+  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, kTimidSpeedRadS);
+}
+
+}  // namespace
+
+core::Parts parts(const Config& config, const core::Resolution& resolution) {
+  const protocol::ActuatorConfig& actuator = config.actuator;
+  return {.period_s = resolution.period_s,
+          .rad_per_count = resolution.rad_per_count,
+          .motor_time_constant_s = actuator.motor_time_constant_s,
+          .knob_inertia_kg_m2 = actuator.knob_inertia_kg_m2,
+          .knob_coulomb_nm = actuator.knob_coulomb_nm,
+          .knob_viscous_nm_s_per_rad = actuator.knob_viscous_nm_s_per_rad,
+          .spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad,
+          .brake_share = core::traits(static_cast<core::Law>(config.control.law)).brakes
+                             ? config.control.beta
+                             : 0.0F,
+          .motor_torque_max_nm =
+              core::smaller(actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm)};
+}
+
+LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool moves_parts) {
   const protocol::ActuatorConfig& actuator = config.actuator;
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
@@ -30,6 +77,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
       core::traits(law).counts_drag ? actuator.brake_drag_nm : 0.0F);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
+  loop.controller.bound =
+      core::make_bound_params(core::stable_stiffness(parts(config, resolution)), period_s);
   loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
                             ? 0
@@ -37,10 +86,11 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns) {
   loop.passive_ramp_ticks = core::round_to_u32(control.passive_ramp_s / period_s);
   loop.passive_brake_nm = core::smaller(control.passive_brake_nm, brake_max_nm);
   if (control.speed_limit_rad_s > 0.0F) loop.speed_limit_rad_s = control.speed_limit_rad_s;
-  // A quarter of a turn in one period: no hand does that, a lost encoder signal does.
-  loop.jump_limit_counts = static_cast<std::int32_t>(actuator.counts_per_rev / 4);
+  loop.jump_limit_counts =
+      static_cast<std::int32_t>(jump_limit(resolution, actuator.counts_per_rev));
   // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
   loop.tick_budget_ns = period_ns - period_ns / 20;
+  if (moves_parts && config.board.confirmed == protocol::Toggle::off) hold_low(loop);
   return loop;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/controller.hpp"
+#include "core/stability.hpp"
 #include "device/wiring.hpp"
 #include "protocol/reports.hpp"
 #include "protocol/status.hpp"
@@ -30,7 +31,13 @@ struct LoopConfig {
   std::uint32_t tick_budget_ns = 0;    // a longer tick leaves too little to the main loop
 };
 
-LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns);
+/// What of a configuration decides how stiff a wall can be.
+core::Parts parts(const Config& config, const core::Resolution& resolution);
+
+/// @param moves_parts the outputs reach a real motor: torques and speed are held low until somebody
+///                    has confirmed the parts
+LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
+                            bool moves_parts = false);
 
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);

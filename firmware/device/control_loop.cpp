@@ -22,6 +22,10 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
+// What reported_by() and hold_back() make of the inputs, and nothing else does.
+constexpr std::uint32_t kReported =
+    fault::emergency_stop | fault::actuator | fault::current_sensor | fault::winding;
+
 /// Faults that inputs report.
 std::uint32_t reported_by(const TickInputs& in) {
   return (in.emergency_stop ? fault::emergency_stop : 0U) |
@@ -44,7 +48,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const std::uint32_t causes = find_causes(in, out);
   TickOutputs given{out.motor_command_nm, out.brake_command_nm, enabled_};
   if (causes != 0 || held_back_) [[unlikely]] {
-    given = hold_back(causes);
+    given = hold_back(causes, in.power_faults);
   }
   if (decimation_ != 0) [[unlikely]] {
     sample(out.motion.speed_rad_s, out.desired_torque_nm,
@@ -67,12 +71,12 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   if (in.tick_time_ns > counters_.tick_time_max_ns) counters_.tick_time_max_ns = in.tick_time_ns;
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
-  causes_ = static_cast<std::uint16_t>((causes_ & ~(fault::emergency_stop | fault::actuator)) |
-                                       reported_by(in));
+  causes_ = static_cast<std::uint16_t>((causes_ & ~kReported) | reported_by(in));
   if (const Order* order = orders_.front()) {
     carry_out(*order);
     orders_.pop();
   }
+  if (excitation_.end != core::ExcitationEnd::none) end_excitation();
   core::ForceSource* const game_force = game.awake() ? serve_game() : nullptr;
   const bool playing = plays() && host_is_there();
   choose_torque(playing, game_force);
@@ -82,7 +86,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const bool at_rest = !passive_ && controller_.limits.motor_command_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
-  if (held_back_ || playing_overlay_ != nullptr || lateness_ != 0) call();
+  if (held_back_ || changes_ || lateness_ != 0) call();
 }
 
 void ControlLoop::give(const Order& order) {
@@ -163,10 +167,13 @@ Status ControlLoop::execute(const Order& order) {
       return Status::ok;
     case Order::Kind::play:
       scene_ = order.commit.scene;
+      controller_.bound.new_scene = true;
       core::restart_effects(controller_.scene, order.commit.fresh, controller_.tick);
       return Status::ok;
     case Order::Kind::local_model:
       return follow_local_model(order);
+    case Order::Kind::excite:
+      return excite(order);
     case Order::Kind::zero:
       if (armed()) return Status::not_disarmed;
       controller_.motion.position_counts = 0;
@@ -178,6 +185,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::configure:
       config_ = *order.config;
       game_params_ = *order.game;
+      controller_.bound = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;
       return Status::ok;
@@ -239,6 +247,20 @@ Status ControlLoop::follow_local_model(const Order& order) {
   return Status::ok;
 }
 
+Status ControlLoop::excite(const Order& order) {
+  if (!armed() || passive_) return Status::not_armed;
+  if (owner_ != Owner::sdk) return Status::not_owner;
+  core::begin_excitation(excitation_, order.excitation, controller_.motion.position_counts);
+  local_model_on_ = false;
+  return Status::ok;
+}
+
+void ControlLoop::end_excitation() {
+  const bool over = excitation_.end == core::ExcitationEnd::over;
+  report_event(over ? EventKind::excitation_over : EventKind::excitation_stopped);
+  set_state(State::disarmed);
+}
+
 bool ControlLoop::host_is_there() {
   // A game says nothing for as long as nothing changes, and an autonomous device needs nobody.
   const bool game_plays = owner_ == Owner::game;
@@ -269,23 +291,32 @@ void ControlLoop::begin_passive(EventKind why) {
 void ControlLoop::choose_torque(bool playing, core::ForceSource* game_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
+  changes_ = false;
   if (!playing) {
     silent_ticks_left_ = kForever;  // whoever arms is heard
     return;
   }
   overlay_ = {};
+  if (excitation_.on) {
+    changes_ = true;
+    overlay_.excitation = &excitation_;
+    playing_overlay_ = &overlay_;
+    return;
+  }
   playing_scene_ = scene_;
   if (game_force != nullptr) {
     overlay_.extra = game_force;
     if (owner_ == Owner::game) playing_scene_ = nullptr;
   }
   if (local_model_on_) overlay_.local = &local_model_;
+  overlay_.bounds = core::traits(config_.controller.partition.law).bounds;
   const bool soft = soft_start_ticks_left_ != 0;
   if (soft) {
     overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
                     static_cast<float>(config_.passive_ramp_ticks);
   }
-  if (soft || local_model_on_ || game_force != nullptr) playing_overlay_ = &overlay_;
+  changes_ = soft || local_model_on_ || game_force != nullptr;
+  if (changes_ || overlay_.bounds) playing_overlay_ = &overlay_;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -304,7 +335,11 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
 }
 
 /// Latches the faults, and gives what is left where the controller's commands are not followed.
-[[gnu::noinline]] TickOutputs ControlLoop::hold_back(std::uint32_t causes) {
+[[gnu::noinline]] TickOutputs ControlLoop::hold_back(std::uint32_t causes,
+                                                     std::uint16_t power_faults) {
+  if ((causes & fault::actuator) != 0 && power_faults != 0) {
+    causes = (causes & ~std::uint32_t{fault::actuator}) | power_faults;
+  }
   causes |= causes_;
   // These endanger only somebody who feels a torque.
   if (!armed()) causes &= ~std::uint32_t{fault::overrun | fault::over_speed};
@@ -340,6 +375,8 @@ void ControlLoop::set_state(State state, Owner owner) {
   if (state != State::armed) game.drop();
   passive_ = false;
   local_model_on_ = false;
+  excitation_.on = false;
+  excitation_.end = core::ExcitationEnd::none;
   call();
   report_event(EventKind::state_changed);
 }
@@ -364,6 +401,9 @@ void ControlLoop::report_event(EventKind kind) {
   if (local_model_on_) flags |= flag::local_model;
   if (passive_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
+  const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
+  if (bounds) desired_torque_nm = controller_.bound.asked_nm;
+  if (bounds && core::is_bounded(controller_.bound)) flags |= flag::bounded;
   const LoopSample sample{controller_.tick - 1,
                           controller_.motion.position_counts,
                           speed_rad_s,

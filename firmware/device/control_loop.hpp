@@ -21,6 +21,7 @@ struct TickInputs {
   std::uint32_t encoder_count = 0;
   bool emergency_stop = false;
   bool actuator_fault = false;
+  std::uint16_t power_faults = 0;  // with actuator_fault: which, as bits of `faults`; 0: `actuator`
   std::uint32_t missed_ticks = 0;  // since the last tick; they count as time
   std::uint32_t tick_time_ns = 0;  // how long the last tick took; 0: not known
 };
@@ -45,6 +46,7 @@ struct Order {
     stream,
     play,
     local_model,
+    excite,
     configure,
     keep_alive,
   };
@@ -58,6 +60,7 @@ struct Order {
   SceneBuilder::Commit commit;              // play
   core::LocalModel local_model;             // local_model
   std::uint32_t deadline_ticks = 0;         // local_model; 0 ends it
+  core::Excitation excitation;              // excite
   const LoopConfig* config = nullptr;       // configure
   const game::ForceParams* game = nullptr;  // configure
   bool clears_scene = false;                // configure
@@ -109,6 +112,10 @@ class ControlLoop {
 
   // Control interrupt.
   TickOutputs tick(const TickInputs& in);
+  /// Of the last tick.
+  float speed_rad_s() const {
+    return controller_.motion.speed_counts_per_tick * config_.controller.motion.speed_scale;
+  }
 
   // Main loop. The rings of answers and samples are below.
   Snapshot snapshot() const;
@@ -128,11 +135,13 @@ class ControlLoop {
   core::ForceSource* serve_game();
   protocol::Status clear_fault();
   protocol::Status follow_local_model(const Order& order);
+  protocol::Status excite(const Order& order);
+  void end_excitation();
   bool host_is_there();
   void begin_passive(protocol::EventKind why);
   void choose_torque(bool playing, core::ForceSource* game_force);
   std::uint32_t find_causes(const TickInputs& in, const core::ControllerOutputs& out) const;
-  TickOutputs hold_back(std::uint32_t causes);
+  TickOutputs hold_back(std::uint32_t causes, std::uint16_t power_faults);
   TickOutputs fade();
   void set_state(protocol::State state, protocol::Owner owner = protocol::Owner::none);
   void report_event(protocol::EventKind kind);
@@ -172,10 +181,12 @@ class ControlLoop {
   bool local_model_on_ = false;
   std::uint32_t local_model_ticks_left_ = 0;
   std::uint16_t local_model_sequence_ = 0;
+  core::ExcitationState excitation_;
 
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
+  bool changes_ = false;  // what plays beside the scene is decided anew in every tick
   bool passive_ = false;
   std::uint32_t passive_ticks_left_ = 0;
   float passive_motor_nm_ = 0;

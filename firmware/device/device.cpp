@@ -76,7 +76,7 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
     : board_(board),
       store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(Config{})),
-      loop_config_(make_loop_config(config_, board.control_period_ns)),
+      loop_config_(make_loop_config(config_, board.control_period_ns, board.moves_parts)),
       game_params_(game::make_force_params(config_, board.control_period_ns)),
       loop_(loop_config_, game_params_),
       game_(loop_.game, config_, board.control_period_ns) {}
@@ -198,6 +198,12 @@ Order Device::order_for(const protocol::LocalModel& model) {
   return order;
 }
 
+Order Device::order_for(const protocol::Excitation& excitation) {
+  Order order = order_of(Order::Kind::excite);
+  order.excitation = prepare(excitation, resolution());
+  return order;
+}
+
 Order Device::order_for(const protocol::CurvePoints& points) {
   if (points.first_point + points.points > protocol::curve_pool_points) {
     return refusal({Status::inconsistent, protocol::field_index<protocol::CurvePoints>("points")});
@@ -237,7 +243,7 @@ Order Device::configure(const Config& config) {
   // A scene is prepared for one encoder.
   const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
-  loop_config_ = make_loop_config(config_, board_.control_period_ns);
+  loop_config_ = make_loop_config(config_, board_.control_period_ns, board_.moves_parts);
   game_params_ = game::make_force_params(config_, board_.control_period_ns);
   game_.configure(config_);
   if (clears_scene) scene_.clear();
@@ -299,11 +305,11 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
           protocol::Clock{now.tick, now.tick * board_.control_period_ns, now.position_counts});
       return Status::ok;
     case Layout<protocol::Health>::id:
-      report = protocol::encode(
-          protocol::Health{now.state, now.faults, now.counters.reports_accepted,
-                           now.counters.reports_refused + stalled_, now.counters.samples_dropped,
-                           now.counters.tick_overruns, now.counters.tick_time_ns,
-                           now.counters.tick_time_max_ns, store_.saves(), now.owner});
+      report = protocol::encode(protocol::Health{
+          now.state, now.faults, now.counters.reports_accepted,
+          now.counters.reports_refused + stalled_, now.counters.samples_dropped,
+          now.counters.tick_overruns, now.counters.tick_time_ns, now.counters.tick_time_max_ns,
+          store_.saves(), now.owner, board_.reset_cause});
       return Status::ok;
     case Layout<protocol::ActuatorConfig>::id:
       report = protocol::encode(config_.actuator);

@@ -34,6 +34,8 @@ struct BoardInfo {
   std::array<std::uint8_t, 3> firmware_version{};
   std::uint32_t control_period_ns = 1'000'000;
   bool has_bootloader = false;
+  bool moves_parts = false;  // a real motor, which is held low until its parts are confirmed
+  protocol::ResetCause reset_cause = protocol::ResetCause::unknown;
   WiringRule wiring_rule = any_wiring;
 };
 
@@ -50,6 +52,9 @@ class Device {
 
   /// One control period: orders, sensor, scene, partition, limits, telemetry sample.
   TickOutputs tick(const TickInputs& in) { return loop_.tick(in); }
+
+  /// The knob's speed, by the last tick.
+  float speed_rad_s() const { return loop_.speed_rad_s(); }
 
   // Main loop --------------------------------------------------------------------------------
 
@@ -91,6 +96,7 @@ class Device {
 
   /// How the board is wired. A board looks once, when it starts.
   const protocol::BoardConfig& board_config() const { return config_.board; }
+  const protocol::ActuatorConfig& actuator_config() const { return config_.actuator; }
 
   /// True once after an accepted `bootloader` command. From then on nobody can arm.
   [[nodiscard]] bool take_bootloader_request();
@@ -107,6 +113,7 @@ class Device {
   Order order_for(const protocol::Commit& commit);
   Order order_for(const protocol::Stream& stream);
   Order order_for(const protocol::LocalModel& model);
+  Order order_for(const protocol::Excitation& excitation);
   Order order_for(const protocol::CurvePoints& points);
   Order order_for(const protocol::ActuatorConfig& actuator);
   Order order_for(const protocol::ControlConfig& control);

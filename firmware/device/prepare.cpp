@@ -204,4 +204,36 @@ core::LocalModel prepare(const protocol::LocalModel& in, const Resolution& r) {
           in.stiffness_nm_per_rad, in.damping_nm_s_per_rad};
 }
 
+core::Excitation prepare(const protocol::Excitation& in, const Resolution& r) {
+  core::Excitation out;
+  out.duration_ticks = core::round_to_u32(in.duration_s / r.period_s);
+  out.travel_counts = core::round_to_u32(in.travel_rad / r.rad_per_count);
+  out.speed_limit_rad_s = in.speed_limit_rad_s;
+  out.torque_limit_nm = in.torque_limit_nm;
+  out.motor_nm = in.motor_nm;
+  out.brake_nm = in.brake_nm;
+  out.ramp_ticks = core::round_to_u32(in.ramp_s / r.period_s);
+  out.share_per_tick = per_tick(1.0F, out.ramp_ticks);
+  out.sine_nm = in.sine_nm;
+  const auto step = [&](float frequency_hz) {
+    return core::round_to_u32(frequency_hz * r.period_s * 0x1p32F);
+  };
+  const std::uint32_t begin = step(in.sine_begin_hz);
+  const auto growth = static_cast<std::int64_t>(step(in.sine_end_hz)) - begin;
+  out.sine_step_q64 = static_cast<std::uint64_t>(begin) << 32;
+  // A frequency that stands as it is divides nothing; any other is below half a turn in a tick.
+  if (growth != 0 && out.duration_ticks != 0) {
+    out.sine_growth_q64 = growth * (std::int64_t{1} << 31) / out.duration_ticks * 2;
+  }
+  out.servo_stiffness_nm_per_rad = in.stiffness_nm_per_rad;
+  out.servo_damping_nm_s_per_rad = in.damping_nm_s_per_rad;
+  out.servo_rad_s = in.servo_rad_s;
+  // In two parts of 32 bits: the boards have no conversion to 64 that is not made of doubles.
+  const float counts = in.servo_rad_s * r.period_s / r.rad_per_count;
+  const auto whole = static_cast<std::int32_t>(counts);
+  const auto rest_q30 = static_cast<std::int32_t>((counts - static_cast<float>(whole)) * 0x1p30F);
+  out.servo_counts_q32 = std::int64_t{whole} * (std::int64_t{1} << 32) + std::int64_t{rest_q30} * 4;
+  return out;
+}
+
 }  // namespace torsio::device

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/effects.hpp"
+#include "core/excitation.hpp"
 #include "core/scene.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
@@ -18,5 +19,6 @@ template <class EffectReport>
 protocol::Verdict prepare(const EffectReport& in, const core::Resolution& r, core::Effect& effect);
 
 core::LocalModel prepare(const protocol::LocalModel& in, const core::Resolution& r);
+core::Excitation prepare(const protocol::Excitation& in, const core::Resolution& r);
 
 }  // namespace torsio::device

@@ -38,7 +38,7 @@ class Writer {
     if constexpr (Array<T>) {
       for (const auto& element : value) put(element);
     } else if constexpr (Structure<T>) {
-      std::apply([&](const auto&... field) { (put(value.*field.member), ...); }, Layout<T>::fields);
+      Layout<T>::fields.apply([&](const auto&... field) { (put(value.*field.member), ...); });
     } else {
       auto bits = std::bit_cast<UnsignedOf<sizeof(T)>>(value);
       for (std::size_t i = 0; i < sizeof(T); ++i) {
@@ -61,8 +61,8 @@ class Reader {
   /// Reads and checks one structure; the first offence is kept.
   template <Structure T>
   constexpr void get(T& value) {
-    std::apply([&](const auto&... field) { (get_field(value.*field.member, field), ...); },
-               Layout<T>::fields);
+    Layout<T>::fields.apply(
+        [&](const auto&... field) { (get_field(value.*field.member, field), ...); });
   }
 
   constexpr Verdict verdict() const { return verdict_; }

@@ -43,7 +43,7 @@ struct Layout<ActuatorConfig> {
   static constexpr std::string_view doc =
       "The actuator as built. The defaults are those of the reference actuator. Set only while "
       "disarmed; another encoder empties the scene.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
       number("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0, max_torque_nm,
@@ -98,7 +98,7 @@ struct Layout<ControlConfig> {
   static constexpr std::string_view doc =
       "How the device controls, and what it does when the host goes silent. Set only while "
       "disarmed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
       choice("law", &ControlConfig::law,
@@ -133,14 +133,17 @@ struct BoardConfig {
   float supply_v = 12;
   float motor_torque_constant_nm_per_a = 0.05F;
   float motor_current_max_a = 2;
+  float motor_current_continuous_a = 1;
   float motor_resistance_ohm = 2.5F;
   float motor_inductance_h = 0.0015F;
-  float current_bandwidth_hz = 500;
+  float current_bandwidth_hz = 1e4F;
   float current_sense_v_per_a = 0.2F;
   float brake_torque_constant_nm_per_a = 0.44F;
   float brake_current_max_a = 0.3F;
   float brake_resistance_ohm = 40;
+  float brake_inductance_h = 0;
   Toggle motor_reversed = Toggle::off;
+  Toggle confirmed = Toggle::off;
   std::uint8_t encoder_pin = 2;
   std::uint8_t motor_pin = 6;
   std::uint8_t brake_pin = 8;
@@ -159,7 +162,7 @@ struct Layout<BoardConfig> {
       "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. "
       "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
       "device starts the next time. The emulated device keeps it and has no use for it.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "which axis; 0 is the first"),
       number("supply_v", &BoardConfig::supply_v, "V", 3, 60, "of both H-bridges"),
@@ -167,12 +170,14 @@ struct Layout<BoardConfig> {
              "N m/A", 1e-4F, 100, "at the knob"),
       number("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0, 100,
              "never asked for more; one and a half times as much measured is a fault"),
+      number("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0, 100,
+             "that the winding stands for ever; more is given for seconds, then less and less"),
       number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001F, 1000,
              "of the winding"),
       number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
              "of the winding"),
-      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 5000,
-             "of the current loop; held at a tenth of the control rate"),
+      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 1e5F,
+             "of the current loop; on a pico held at a tenth of the control rate"),
       number("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001F, 10,
              "of the current sensor; its zero is measured while the power is off"),
       number("brake_torque_constant_nm_per_a", &BoardConfig::brake_torque_constant_nm_per_a,
@@ -180,8 +185,14 @@ struct Layout<BoardConfig> {
       number("brake_current_max_a", &BoardConfig::brake_current_max_a, "A", 0, 100, "of the coil"),
       number("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001F, 1e4F,
              "of the coil"),
+      number("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0, 1000,
+             "of the coil, which the bridge then drives both ways, so that its current follows "
+             "with the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
       choice("motor_reversed", &BoardConfig::motor_reversed,
              "on: a current into the first motor pin turns the knob to smaller angles"),
+      choice("confirmed", &BoardConfig::confirmed,
+             "on: somebody has checked that these are the parts. Until then a real board holds "
+             "torques and speed low. Acts at once"),
       number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
       number("motor_pin", &BoardConfig::motor_pin, "", 0, 28,
              "GPIO of the first input of the motor's bridge, even; the second is the next one"),
@@ -224,7 +235,7 @@ struct Layout<GameConfig> {
   static constexpr std::string_view doc =
       "What games may do over the game interface, and how their numbers become torques; "
       "docs/games.md. Set only while disarmed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &GameConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &GameConfig::axis, "", "which axis; 0 is the first"),
       choice("enabled", &GameConfig::enabled, "off: games see the axis but move nothing"),
@@ -256,7 +267,7 @@ struct Layout<GameConfig> {
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<ActuatorConfig>() == 49);
 static_assert(wire_size<ControlConfig>() == 41);
-static_assert(wire_size<BoardConfig>() == 52);
+static_assert(wire_size<BoardConfig>() == 61);
 static_assert(wire_size<GameConfig>() == 41);
 
 }  // namespace torsio::protocol

@@ -40,7 +40,7 @@ template <>
 struct Layout<Target> {
   static constexpr std::string_view name = "target";
   static constexpr std::string_view doc = "Where an effect belongs.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Target::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Target::axis, "", "which axis; 0 is the first"),
       number("slot", &Target::slot, "", 0, 15, "place in the scene"),
@@ -61,7 +61,7 @@ struct Layout<Timing> {
   static constexpr std::string_view name = "timing";
   static constexpr std::string_view doc =
       "When an effect plays, and how its strength comes and goes.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       number("delay_s", &Timing::delay_s, "s", 0, max_time_s, "silence after the scene begins"),
       number("duration_s", &Timing::duration_s, "s", 0, max_time_s, "0 plays without end"),
       number("attack_level", &Timing::attack_level, "", 0, 1, "share of the strength at the start"),
@@ -87,7 +87,7 @@ struct Layout<Wall> {
   static constexpr std::string_view doc =
       "A virtual wall: inside it, stiffness times depth plus damping times inward speed, never a "
       "pull.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Wall::target, ""),
       number("angle_turns_q32", &Wall::angle_turns_q32, "2^-32 turn", -max_turns_q32, max_turns_q32,
              "the wall's surface"),
@@ -113,7 +113,7 @@ struct Layout<Spring> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "spring";
   static constexpr std::string_view doc = "A spring to an angle, with an optional dead band.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Spring::target, ""),
       number("angle_turns_q32", &Spring::angle_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "rest angle"),
@@ -138,7 +138,7 @@ struct Layout<Damper> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "damper";
   static constexpr std::string_view doc = "Torque against the speed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Damper::target, ""),
       number("damping_nm_s_per_rad", &Damper::damping_nm_s_per_rad, "N m s/rad", 0,
              max_damping_nm_s_per_rad, "torque per speed"),
@@ -162,7 +162,7 @@ struct Layout<Friction> {
   static constexpr std::string_view doc =
       "Dry friction that sticks: a spring to an anchor that is dragged along once the torque is "
       "reached.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Friction::target, ""),
       number("torque_nm", &Friction::torque_nm, "N m", 0, max_torque_nm, "while sliding"),
       number("stiffness_nm_per_rad", &Friction::stiffness_nm_per_rad, "N m/rad", 1e-6F,
@@ -182,7 +182,7 @@ struct Layout<Inertia> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "inertia";
   static constexpr std::string_view doc = "Torque against the acceleration.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Inertia::target, ""),
       number("inertia_kg_m2", &Inertia::inertia_kg_m2, "kg m^2", 0, max_inertia_kg_m2,
              "torque per acceleration"),
@@ -203,7 +203,7 @@ struct Layout<Constant> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "constant";
   static constexpr std::string_view doc = "A constant torque.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Constant::target, ""),
       number("torque_nm", &Constant::torque_nm, "N m", -max_torque_nm, max_torque_nm,
              "at full strength"),
@@ -225,7 +225,7 @@ struct Layout<Ramp> {
   static constexpr std::string_view name = "ramp";
   static constexpr std::string_view doc =
       "A torque that goes from start to end over the duration in `timing`, which must not be 0.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Ramp::target, ""),
       number("start_torque_nm", &Ramp::start_torque_nm, "N m", -max_torque_nm, max_torque_nm,
              "when the duration begins"),
@@ -252,7 +252,7 @@ struct Layout<Periodic> {
   static constexpr std::string_view name = "periodic";
   static constexpr std::string_view doc =
       "A torque that repeats in time. The envelope acts on the amplitude, not on the offset.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Periodic::target, ""),
       choice("waveform", &Periodic::waveform, "starts at 0 and rises; the square starts high"),
       number("amplitude_nm", &Periodic::amplitude_nm, "N m", 0, max_torque_nm,
@@ -284,7 +284,7 @@ struct Layout<Detents> {
   static constexpr std::string_view doc =
       "Notches at equal distances. sine: torque -T sin(2 pi u) at u pitches from a notch; linear: "
       "-2 T u within half a pitch; click: linear within the width, beyond it T toward the notch.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Detents::target, ""),
       number("angle_turns_q32", &Detents::angle_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "where one of the notches is"),
@@ -310,7 +310,7 @@ struct Layout<EndStops> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "end_stops";
   static constexpr std::string_view doc = "Two walls that bound the range between them.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &EndStops::target, ""),
       number("lower_turns_q32", &EndStops::lower_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "surface of the lower wall"),
@@ -340,7 +340,7 @@ struct Layout<Texture> {
   static constexpr std::string_view doc =
       "A rough surface fixed to the knob, the same in every turn. sine, square and triangle repeat "
       "with each grain; noise draws a value between -T and T per grain and joins them smoothly.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Texture::target, ""),
       number("grains_per_turn", &Texture::grains_per_turn, "", 1, 65535,
              "at most half the encoder's counts"),
@@ -368,7 +368,7 @@ struct Layout<Curve> {
   static constexpr std::string_view doc =
       "A torque over angle, linear between points of the pool. Outside its span it holds its end "
       "values or repeats.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       group("target", &Curve::target, ""),
       number("angle_turns_q32", &Curve::angle_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "angle of the first point"),
@@ -395,7 +395,7 @@ struct Layout<CurvePoints> {
   static constexpr std::string_view name = "curve_points";
   static constexpr std::string_view doc =
       "Writes points into the pool of the scene that is being built.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &CurvePoints::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &CurvePoints::axis, "", "which axis; 0 is the first"),
       number("first_point", &CurvePoints::first_point, "", 0, 1023, "index in the pool"),

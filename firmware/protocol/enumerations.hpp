@@ -69,11 +69,12 @@ enum class Law : std::uint8_t {
   compensated,  // the motor makes up for what the brake really holds, its drag counted
   parallel,     // fixed shares, without the sensor: it sticks, and is here to show that
   motor_only,   // no brake
+  calibrated,   // as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 template <>
 struct Enumerators<Law> {
-  static constexpr std::array<std::string_view, 4> names{"paper", "compensated", "parallel",
-                                                         "motor_only"};
+  static constexpr std::array<std::string_view, 5> names{"paper", "compensated", "parallel",
+                                                         "motor_only", "calibrated"};
   static constexpr bool open = false;
 };
 
@@ -132,6 +133,23 @@ struct Enumerators<GameEffectState> {
   static constexpr bool open = false;
 };
 
+/// Why the device started.
+enum class ResetCause : std::uint8_t {
+  unknown,     // the board cannot tell
+  power,       // it was switched on
+  brown_out,   // its supply was too low for a moment
+  reset_pin,   // somebody pressed reset
+  watchdog,    // the main loop or the control interrupt hung
+  hard_fault,  // the program did what the processor refuses
+  stack,       // the program needed more stack than there is
+};
+template <>
+struct Enumerators<ResetCause> {
+  static constexpr std::array<std::string_view, 7> names{
+      "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"};
+  static constexpr bool open = false;
+};
+
 /// What a command asks for.
 enum class Op : std::uint8_t {
   keep_alive,  // nothing but a sign of life, not acknowledged
@@ -155,15 +173,18 @@ struct Enumerators<Op> {
 
 /// What happened.
 enum class EventKind : std::uint8_t {
-  state_changed,    // by an order, a fault or the end of a soft stop
-  watchdog,         // the host was silent for too long
-  deadline_missed,  // a streamed local model outlived its deadline
-  owner_changed,    // somebody else has the actuator now
+  state_changed,       // by an order, a fault or the end of a soft stop
+  watchdog,            // the host was silent for too long
+  deadline_missed,     // a streamed local model outlived its deadline
+  owner_changed,       // somebody else has the actuator now
+  excitation_over,     // the time of an excitation was over
+  excitation_stopped,  // an excitation left its bounds of travel or speed
 };
 template <>
 struct Enumerators<EventKind> {
-  static constexpr std::array<std::string_view, 4> names{"state_changed", "watchdog",
-                                                         "deadline_missed", "owner_changed"};
+  static constexpr std::array<std::string_view, 6> names{"state_changed",   "watchdog",
+                                                         "deadline_missed", "owner_changed",
+                                                         "excitation_over", "excitation_stopped"};
   static constexpr bool open = true;
 };
 
@@ -225,8 +246,12 @@ inline constexpr std::uint16_t encoder = 1 << 2;         // a jump that no knob 
 inline constexpr std::uint16_t actuator = 1 << 3;        // the power stage reports an error
 inline constexpr std::uint16_t overrun = 1 << 4;         // ticks were missed or took too long
 inline constexpr std::uint16_t numeric = 1 << 5;         // the control law gave no finite torque
-inline constexpr std::array<std::string_view, 6> names{
-    "emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"};  // from bit 0 on
+inline constexpr std::uint16_t current_sensor = 1
+                                                << 6;  // its zero leaves no room for the trip level
+inline constexpr std::uint16_t winding = 1 << 7;  // voltage, current and speed do not fit together
+inline constexpr std::array<std::string_view, 8> names{
+    "emergency_stop", "over_speed", "encoder",        "actuator",
+    "overrun",        "numeric",    "current_sensor", "winding"};  // from bit 0 on
 }  // namespace fault
 
 /// Bits of telemetry's `flags`; the two lowest are the state.
@@ -237,8 +262,11 @@ inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all 
 inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
-inline constexpr std::array<std::string_view, 5> names{
-    "motor_saturated", "brake_saturated", "local_model", "passive", "game"};  // from bit 2 on
+inline constexpr std::uint8_t bounded =
+    1 << 7;  // less is given than the scene asks, or the knob would buzz
+inline constexpr std::array<std::string_view, 6> names{
+    "motor_saturated", "brake_saturated", "local_model", "passive", "game",
+    "bounded"};  // from bit 2 on
 }  // namespace flag
 
 }  // namespace torsio::protocol

@@ -9,8 +9,9 @@
 #include <cstdint>
 #include <limits>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
+
+#include "protocol/field_list.hpp"
 
 namespace torsio::protocol {
 
@@ -107,12 +108,10 @@ consteval std::size_t wire_size() {
   if constexpr (Array<T>) {
     return ArrayTraits<T>::size * wire_size<typename ArrayTraits<T>::Element>();
   } else if constexpr (Structure<T>) {
-    return std::apply(
-        [](const auto&... field) {
-          return (std::size_t{0} + ... +
-                  wire_size<typename std::remove_cvref_t<decltype(field)>::Value>());
-        },
-        Layout<T>::fields);
+    return Layout<T>::fields.apply([](const auto&... field) {
+      return (std::size_t{0} + ... +
+              wire_size<typename std::remove_cvref_t<decltype(field)>::Value>());
+    });
   } else {
     static_assert(Scalar<T> || Enumeration<T>);
     return sizeof(T);
@@ -123,12 +122,10 @@ consteval std::size_t wire_size() {
 template <class T>
 consteval std::size_t field_count() {
   if constexpr (Structure<T>) {
-    return std::apply(
-        [](const auto&... field) {
-          return (std::size_t{0} + ... +
-                  field_count<typename std::remove_cvref_t<decltype(field)>::Value>());
-        },
-        Layout<T>::fields);
+    return Layout<T>::fields.apply([](const auto&... field) {
+      return (std::size_t{0} + ... +
+              field_count<typename std::remove_cvref_t<decltype(field)>::Value>());
+    });
   } else {
     return 1;
   }

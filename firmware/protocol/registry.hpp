@@ -61,12 +61,9 @@ class Hash {
       add(static_cast<std::uint8_t>(ArrayTraits<T>::size));
       add_type<typename ArrayTraits<T>::Element>();
     } else if constexpr (Structure<T>) {
-      std::apply(
-          [&](const auto&... field) {
-            ((add(field.name), add_type<typename std::remove_cvref_t<decltype(field)>::Value>()),
-             ...);
-          },
-          Layout<T>::fields);
+      Layout<T>::fields.apply([&](const auto&... field) {
+        ((add(field.name), add_type<typename std::remove_cvref_t<decltype(field)>::Value>()), ...);
+      });
     } else {
       add(type_name<T>());
       // The device refuses a value that it does not know, and so does the host.
@@ -111,7 +108,7 @@ constexpr std::string_view field_name(std::uint8_t index) {
         found = field.name;
       }
     };
-    std::apply([&](const auto&... field) { (one(field), ...); }, Layout<S>::fields);
+    Layout<S>::fields.apply([&](const auto&... field) { (one(field), ...); });
   };
   look(look, std::type_identity<T>{});
   return found;

@@ -44,7 +44,7 @@ struct Layout<Identity> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "identity";
   static constexpr std::string_view doc = "Who the device is and what it can do. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("fingerprint", &Identity::fingerprint, "", "hash of every report's layout"),
       any_number("version", &Identity::version, "", "version of the protocol"),
       any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
@@ -77,7 +77,7 @@ struct Layout<Clock> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "clock";
   static constexpr std::string_view doc = "The device's time and position in full. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       number("tick", &Clock::tick, "", 0, std::uint64_t{1} << 62, "ticks since power-up"),
       number("time_ns", &Clock::time_ns, "ns", 0, std::uint64_t{1} << 62,
              "tick times the control period"),
@@ -98,6 +98,7 @@ struct Health {
   std::uint32_t tick_time_max_ns = 0;
   std::uint32_t saves = 0;
   Owner owner = Owner::none;
+  ResetCause reset_cause = ResetCause::unknown;
 };
 template <>
 struct Layout<Health> {
@@ -105,7 +106,7 @@ struct Layout<Health> {
   static constexpr Direction direction = Direction::feature;
   static constexpr std::string_view name = "health";
   static constexpr std::string_view doc = "State and counters since power-up. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       choice("state", &Health::state, "now"),
       any_number("faults", &Health::faults, "", "bits, see above"),
       any_number("reports_accepted", &Health::reports_accepted, "", "that did what they asked"),
@@ -117,6 +118,7 @@ struct Layout<Health> {
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
       choice("owner", &Health::owner, "who has the actuator"),
+      choice("reset_cause", &Health::reset_cause, "why the device started"),
   };
 };
 
@@ -133,7 +135,7 @@ template <>
 struct Layout<GameEffect> {
   static constexpr std::string_view name = "game_effect";
   static constexpr std::string_view doc = "One effect of a game.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("block", &GameEffect::block, "",
                  "number of its block, from 1; 0: the row is empty"),
       choice("kind", &GameEffect::kind, "what it is"),
@@ -165,7 +167,7 @@ struct Layout<GameMonitor> {
   static constexpr std::string_view name = "game_monitor";
   static constexpr std::string_view doc =
       "What games do. Each reading shows the next effects that exist, in turns. Read only.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("tick", &GameMonitor::tick, "", "of this moment"),
       choice("owner", &GameMonitor::owner, "who has the actuator"),
       choice("paused", &GameMonitor::paused, "by the game"),
@@ -201,7 +203,7 @@ struct Layout<Command> {
       "keep the configuration; only while disarmed; load_defaults: configuration of a new device; "
       "only while disarmed; clear_fault; bootloader: wait for new firmware, nobody can arm after "
       "it; only while disarmed.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Command::axis, "", "which axis; 0 is the first"),
       choice("op", &Command::op, "what to do"),
@@ -223,7 +225,7 @@ struct Layout<Commit> {
   static constexpr std::string_view doc =
       "Plays the scene as written, whole, from the next tick on. Slots written since the last "
       "commit start anew, the others go on.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Commit::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Commit::axis, "", "which axis; 0 is the first"),
       any_number("active", &Commit::active, "", "bit n: slot n plays"),
@@ -243,7 +245,7 @@ struct Layout<Stream> {
   static constexpr Direction direction = Direction::output;
   static constexpr std::string_view name = "stream";
   static constexpr std::string_view doc = "Starts or stops telemetry.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Stream::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Stream::axis, "", "which axis; 0 is the first"),
       any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
@@ -274,7 +276,7 @@ struct Layout<LocalModel> {
       "A torque, a spring and a damper that the device renders at its own rate, on top of the "
       "scene, until the next one comes. A host that streams these renders stiff things without its "
       "own delay. Only refusals are acknowledged. Past the deadline the device fails passive.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &LocalModel::sequence, "",
                  "must be newer (modulo 2^16) than the last one"),
       any_number("axis", &LocalModel::axis, "", "which axis; 0 is the first"),
@@ -288,6 +290,68 @@ struct Layout<LocalModel> {
              max_damping_nm_s_per_rad, ""),
       number("deadline_s", &LocalModel::deadline_s, "s", 0, 60,
              "how long it holds; 0 ends the stream in good order"),
+  };
+};
+
+/// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
+/// reached from where the last excitation is now, in a straight line. The motor also gets a sine
+/// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
+/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.
+struct Excitation {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float duration_s = 0;
+  float travel_rad = 0;
+  float speed_limit_rad_s = 0;
+  float torque_limit_nm = 0;
+  float motor_nm = 0;
+  float brake_nm = 0;
+  float ramp_s = 0;
+  float sine_nm = 0;
+  float sine_begin_hz = 0;
+  float sine_end_hz = 0;
+  float stiffness_nm_per_rad = 0;
+  float damping_nm_s_per_rad = 0;
+  float servo_rad_s = 0;
+};
+template <>
+struct Layout<Excitation> {
+  static constexpr std::uint8_t id = 0x14;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "excitation";
+  static constexpr std::string_view doc =
+      "A bounded experiment: commands of motor and brake that go past scene and law. What it names "
+      "is reached from where the last excitation is now, in a straight line. The motor also gets a "
+      "sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping "
+      "(reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, "
+      "disarms.";
+  static constexpr FieldList fields{
+      any_number("sequence", &Excitation::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &Excitation::axis, "", "which axis; 0 is the first"),
+      number("duration_s", &Excitation::duration_s, "s", 0.001F, 60,
+             "until it disarms, unless the next one comes first"),
+      number("travel_rad", &Excitation::travel_rad, "rad", 0.001F, 1000,
+             "further from its first angle disarms"),
+      number("speed_limit_rad_s", &Excitation::speed_limit_rad_s, "rad/s", 0.1F, 1e4F,
+             "faster disarms"),
+      number("torque_limit_nm", &Excitation::torque_limit_nm, "N m", 0, max_torque_nm,
+             "largest torque of the motor"),
+      number("motor_nm", &Excitation::motor_nm, "N m", -max_torque_nm, max_torque_nm,
+             "where the motor goes"),
+      number("brake_nm", &Excitation::brake_nm, "N m", 0, max_torque_nm,
+             "where the brake's command goes"),
+      number("ramp_s", &Excitation::ramp_s, "s", 0, 60, "time that both take; 0 is a step"),
+      number("sine_nm", &Excitation::sine_nm, "N m", 0, max_torque_nm,
+             "amplitude of the sine on top of `motor_nm`"),
+      number("sine_begin_hz", &Excitation::sine_begin_hz, "Hz", 0, 1000,
+             "its frequency at the beginning"),
+      number("sine_end_hz", &Excitation::sine_end_hz, "Hz", 0, 1000, "and after `duration_s`"),
+      number("stiffness_nm_per_rad", &Excitation::stiffness_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad, "of the servo"),
+      number("damping_nm_s_per_rad", &Excitation::damping_nm_s_per_rad, "N m s/rad", 0,
+             max_damping_nm_s_per_rad, "of the servo"),
+      number("servo_rad_s", &Excitation::servo_rad_s, "rad/s", -1000, 1000,
+             "speed of the servo's reference"),
   };
 };
 
@@ -307,7 +371,7 @@ struct Layout<Sample> {
   static constexpr std::string_view doc =
       "One moment of telemetry. Torques and speed are in the units that identity gives and hold at "
       "the ends of the range.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("offset_counts", &Sample::offset_counts, "count", "position behind the base"),
       any_number("speed", &Sample::speed, "speed_step_rad_s", "estimated"),
       any_number("desired_torque", &Sample::desired_torque, "torque_step_nm",
@@ -336,7 +400,7 @@ struct Layout<Telemetry> {
   static constexpr std::string_view name = "telemetry";
   static constexpr std::string_view doc =
       "Samples at equal distances. A gap between two reports shows in their ticks.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       number("axis_samples", &Telemetry::axis_samples, "", 16, 79,
              "low four bits: axis; high four bits: how many samples are filled"),
       any_number("decimation", &Telemetry::decimation, "", "ticks from one sample to the next"),
@@ -364,7 +428,7 @@ struct Layout<Acknowledgement> {
   static constexpr Direction direction = Direction::input;
   static constexpr std::string_view name = "acknowledgement";
   static constexpr std::string_view doc = "What became of a report.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       any_number("sequence", &Acknowledgement::sequence, "", "of the report that is answered"),
       any_number("report", &Acknowledgement::report, "", "its id"),
       any_number("status", &Acknowledgement::status, "", "0 is accepted, else why not, see above"),
@@ -390,7 +454,7 @@ struct Layout<Event> {
   static constexpr Direction direction = Direction::input;
   static constexpr std::string_view name = "event";
   static constexpr std::string_view doc = "Something that the host did not ask for.";
-  static constexpr std::tuple fields{
+  static constexpr FieldList fields{
       choice("kind", &Event::kind, "what happened"),
       choice("state", &Event::state, "after the event"),
       any_number("faults", &Event::faults, "", "bits, see above"),
@@ -402,19 +466,20 @@ struct Layout<Event> {
 /// Every report, in the order of the documentation.
 using AllReports =
     std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
-               GameMonitor, Command, Commit, Stream, LocalModel, Wall, Spring, Damper, Friction,
-               Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve, CurvePoints,
-               Telemetry, Acknowledgement, Event>;
+               GameMonitor, Command, Commit, Stream, LocalModel, Excitation, Wall, Spring, Damper,
+               Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve,
+               CurvePoints, Telemetry, Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
-static_assert(wire_size<Health>() == 32);
+static_assert(wire_size<Health>() == 33);
 static_assert(wire_size<GameMonitor>() == 53);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
 static_assert(wire_size<Stream>() == 5);
 static_assert(wire_size<LocalModel>() == 27);
+static_assert(wire_size<Excitation>() == 55);
 static_assert(wire_size<Telemetry>() == 63);
 static_assert(wire_size<Acknowledgement>() == 15);
 static_assert(wire_size<Event>() == 13);

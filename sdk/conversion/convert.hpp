@@ -39,13 +39,11 @@ constexpr bool is_same_field(std::string_view host, std::string_view wire) {
 /// itself.
 template <class Wire>
 consteval std::size_t wire_place(std::string_view host) {
-  return std::apply(
-      [&](const auto&... field) {
-        std::size_t place = 0;
-        static_cast<void>(((is_same_field(host, field.name) || (++place, false)) || ...));
-        return place;
-      },
-      protocol::Layout<Wire>::fields);
+  return protocol::Layout<Wire>::fields.apply([&](const auto&... field) {
+    std::size_t place = 0;
+    static_cast<void>(((is_same_field(host, field.name) || (++place, false)) || ...));
+    return place;
+  });
 }
 
 /// Calls `visit(host_field, wire_field)` for each field that both sides have under one name and as
@@ -58,8 +56,8 @@ void for_each_pair(Visit&& visit) {
     const auto one = [&]<std::size_t Index>(std::integral_constant<std::size_t, Index>) {
       constexpr const auto& host_field = std::get<Index>(Fields<Host>::list);
       constexpr std::size_t place = wire_place<Wire>(host_field.name);
-      if constexpr (place < std::tuple_size_v<WireFields>) {
-        constexpr const auto& wire_field = std::get<place>(wire_fields);
+      if constexpr (place < WireFields::size) {
+        constexpr const auto& wire_field = wire_fields.template get<place>();
         using WireValue = typename std::remove_cvref_t<decltype(wire_field)>::Value;
         // 2^-32 of other things than an angle have limits that depend on the encoder.
         if constexpr (!std::same_as<WireValue, std::uint64_t>) visit(host_field, wire_field);

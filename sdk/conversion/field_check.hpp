@@ -63,7 +63,7 @@ void check_fields(const Report& report) {
                    number_text(static_cast<double>(field.max)) + unit;
       }
     };
-    std::apply([&](const auto&... field) { (one(field), ...); }, protocol::Layout<S>::fields);
+    protocol::Layout<S>::fields.apply([&](const auto&... field) { (one(field), ...); });
   };
   look(look, report);
   throw InvalidArgument(message);

@@ -168,4 +168,12 @@ protocol::LocalModel to_wire(const LocalModel& model) {
   }
 }
 
+protocol::Excitation to_wire(const Excitation& excitation) {
+  try {
+    return convert(excitation);
+  } catch (const InvalidArgument& error) {
+    throw InvalidArgument(std::string("excitation: ") + error.what());
+  }
+}
+
 }  // namespace torsio::conversion

@@ -31,5 +31,6 @@ ConvertedScene to_wire(const Scene& scene, const SceneLimits& limits);
 
 /// @throws InvalidArgument as above
 protocol::LocalModel to_wire(const LocalModel& model);
+protocol::Excitation to_wire(const Excitation& excitation);
 
 }  // namespace torsio::conversion

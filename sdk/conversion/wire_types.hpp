@@ -74,6 +74,10 @@ struct WireType<LocalModel> {
   using type = protocol::LocalModel;
 };
 template <>
+struct WireType<Excitation> {
+  using type = protocol::Excitation;
+};
+template <>
 struct WireType<ActuatorConfig> {
   using type = protocol::ActuatorConfig;
 };

@@ -1,3 +1,4 @@
+// The lock on POSIX.
 #include "device_lock.hpp"
 
 #include <fcntl.h>
@@ -69,15 +70,17 @@ bool is_at(int file, const std::string& path) {
 DeviceLock::DeviceLock(const std::string& device_path) : path_(lock_path(device_path)) {
   constexpr int kAttempts = 10;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    file_ = open_lock_file(path_);
+    const int file = open_lock_file(path_);
     // Where no lock file can be had the device is still usable, just not guarded.
-    if (file_ < 0) return;
-    if (::flock(file_, LOCK_EX | LOCK_NB) != 0) break;
-    if (is_at(file_, path_)) return;
-    ::close(file_);
-    file_ = -1;
+    if (file < 0) return;
+    const bool locked = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+    if (locked && is_at(file, path_)) {
+      file_ = file;
+      return;
+    }
+    ::close(file);
+    if (!locked) break;
   }
-  if (file_ >= 0) ::close(file_);
   throw DeviceBusy(device_path +
                    " is open already, in this program or another one; close it there first");
 }
@@ -88,9 +91,10 @@ void DeviceLock::remove_file() noexcept {
 
 DeviceLock::~DeviceLock() {
   if (file_ < 0) return;
+  const int file = static_cast<int>(file_);
   // A child that was forked has the open file as well, and would keep the lock.
-  ::flock(file_, LOCK_UN);
-  ::close(file_);
+  ::flock(file, LOCK_UN);
+  ::close(file);
 }
 
 }  // namespace torsio

@@ -2,13 +2,15 @@
 /// One program at a time may drive a device; the operating system would let them all in.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace torsio {
 
 /// An advisory lock on a device, held until it is destroyed, and released by the system if the
 /// process dies. Its file lies in the user's own $XDG_RUNTIME_DIR where there is one, so it keeps
-/// apart the programs of one user, not those of two.
+/// apart the programs of one user, not those of two. On Windows it lies in the user's own temporary
+/// folder, and goes with the lock.
 class DeviceLock {
  public:
   /// @throws DeviceBusy if somebody, maybe this very process, holds it
@@ -22,7 +24,7 @@ class DeviceLock {
 
  private:
   const std::string path_;
-  int file_ = -1;
+  std::intptr_t file_ = -1;  // a descriptor; on Windows a handle
 };
 
 }  // namespace torsio

@@ -7,6 +7,11 @@
 #include <set>
 #include <string>
 
+#ifdef _WIN32
+#include <condition_variable>
+#include <mutex>
+#endif
+
 namespace torsio {
 
 /// One thread waits, any thread may wake it.
@@ -43,6 +48,11 @@ class DirectoryWatch {
   const std::string prefix_;
   int inotify_ = -1;
   int pipe_[2] = {-1, -1};
+#ifdef _WIN32
+  std::mutex mutex_;
+  std::condition_variable woken_;
+  bool wake_ = false;
+#endif
   std::set<std::string> removed_;
   std::set<std::string> gone_;
 };

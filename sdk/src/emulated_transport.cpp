@@ -108,21 +108,30 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.stored = stored;
   if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
   if (in.control) out.control = conversion::to_wire(*in.control);
+  if (in.board) out.board = conversion::to_wire(*in.board);
   if (in.game) out.game = conversion::to_wire(*in.game);
   out.log_truth = in.log_truth;
   out.log_inputs = in.log_inputs;
   return out;
 }
 
-/// Runs `make`; what the emulator finds wrong is the user's mistake.
+/// Runs `make`; what the emulator finds wrong is the user's mistake, or that of the user's hand.
 template <class Make>
 auto checked(Make&& make) {
   try {
     return make();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw Error(error.what());
   } catch (const std::invalid_argument& error) {
     throw InvalidArgument(error.what());
   }
 }
+
+constexpr const char* kNoElectrics =
+    "this emulated knob has no electrics: open it with a plant that names them in its "
+    "EmulatorOptions";
 
 // The world ---------------------------------------------------------------------------------------
 
@@ -203,7 +212,7 @@ class EmulatedWorld {
     while (!closed_) {
       try {
         device_->advance(kFrame.count());
-      } catch (const std::runtime_error& error) {
+      } catch (const std::exception& error) {
         failure_ = error.what();  // for whoever calls next
         news_.notify_all();
         return;
@@ -391,6 +400,14 @@ class EmulatedWorldHandle final : public Emulator {
     return inputs;
   }
 
+  ElectricsState electrics() const override {
+    return world_->with_device([](emulator::EmulatedDevice& device) {
+      const emulator::Circuit* circuit = device.circuit();
+      if (circuit == nullptr) throw Error(kNoElectrics);
+      return circuit->state(device.plant());
+    });
+  }
+
   GamePort& game() override { return game_; }
 
   void unplug() override {
@@ -404,6 +421,13 @@ class EmulatedWorldHandle final : public Emulator {
 
   void set_actuator_fault(bool present) override {
     world_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+  }
+
+  void set_current_sensor(CurrentSensorState state) override {
+    world_->with_device([&](auto& device) {
+      if (device.circuit() == nullptr) throw Error(kNoElectrics);
+      device.set_current_sensor(state);
+    });
   }
 
   void freeze_encoder(bool frozen) override {

@@ -1,35 +1,22 @@
 #include "hid_transport.hpp"
 
 #include <hidapi.h>
-#include <sys/stat.h>
-#include <sys/sysmacros.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
-#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <utility>
 
 #include "device_lock.hpp"
 #include "fair_mutex.hpp"
+#include "hid_files.hpp"
 #include "protocol/registry.hpp"
 #include "protocol/usb_ids.hpp"
 #include "torsio/error.hpp"
 
-// Only hidapi's libusb backend has this; hidapi does not say otherwise which backend it is.
-extern "C" [[gnu::weak]] hid_device* hid_libusb_wrap_sys_device(std::intptr_t, int);
-
 namespace torsio {
 namespace {
-
-constexpr const char* kUdevHint =
-    "Torsio's udev rule is not in force; run `./dev udev` in its source tree, or copy "
-    "60-torsio.rules from there to /etc/udev/rules.d/, run `udevadm control --reload` as root and "
-    "plug the knob in again (uaccess serves whoever is logged in at the machine; over ssh it does "
-    "not)";
 
 // hidapi's functions that take no device share state.
 std::mutex& hidapi_mutex() {
@@ -62,33 +49,12 @@ std::string last_error(hid_device* device) {
   return text.empty() || text == "Success" ? "no reason given" : text;
 }
 
-/// hidapi 0.13.1 frees memory that it never set when a file opens but is not a hidraw device, so
-/// such files must not get there. Only hidapi's libusb backend has paths that name no file.
-/// @throws DeviceNotFound
-void refuse_other_files(const std::string& path) {
-  struct stat file{};
-  if (!path.starts_with('/') || ::stat(path.c_str(), &file) != 0) return;
-  if (S_ISCHR(file.st_mode)) {
-    const std::string numbers =
-        std::to_string(major(file.st_rdev)) + ":" + std::to_string(minor(file.st_rdev));
-    std::error_code failed;
-    const auto subsystem =
-        std::filesystem::read_symlink("/sys/dev/char/" + numbers + "/subsystem", failed);
-    if (!failed && subsystem.filename() == "hidraw") return;
-  }
-  throw DeviceNotFound(path +
-                       " is not a HID device; list_devices() and `torsio list` show what is there");
-}
-
-std::string permission_text(const std::string& path) {
-  return "no permission to open " + path + ": " + kUdevHint;
-}
-
 [[noreturn]] void throw_cannot_open(const std::string& path) {
   const std::string reason = last_error(nullptr);
   const bool forbidden = !permission_problem(path).empty() ||
                          reason.find("ermission") != std::string::npos ||
-                         reason.find("ACCESS") != std::string::npos;
+                         reason.find("ACCESS") != std::string::npos ||
+                         reason.find("denied") != std::string::npos;  // Windows
   if (forbidden) throw PermissionDenied(permission_text(path));
   throw DeviceNotFound("cannot open " + path + " (" + reason +
                        "); list_devices() and `torsio list` show what is there");
@@ -128,7 +94,7 @@ class HidTransport final : public Transport {
     if (device == nullptr) throw Closed("the device was closed");
     const auto timeout_ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
     const int bytes = hid_read_timeout(device, report.data(), report.size(),
-                                       static_cast<int>(std::max<long>(timeout_ms, 0)));
+                                       static_cast<int>(std::max<std::int64_t>(timeout_ms, 0)));
     if (bytes < 0) throw_gone();
     // A shorter report cannot be one of ours; it fails to decode and is counted.
     if (bytes > 0) std::fill(report.begin() + bytes, report.end(), std::uint8_t{0});
@@ -195,16 +161,6 @@ std::vector<HidListing> list_hid() {
   }
   hid_free_enumeration(first);
   return found;
-}
-
-std::string hid_files_directory() {
-  return hid_libusb_wrap_sys_device == nullptr ? "/dev" : std::string();
-}
-
-std::string permission_problem(const std::string& path) {
-  const bool forbidden = path.starts_with('/') && ::access(path.c_str(), R_OK | W_OK) != 0 &&
-                         (errno == EACCES || errno == EPERM);
-  return forbidden ? permission_text(path) : std::string();
 }
 
 std::unique_ptr<Transport> open_hid(const std::string& path) {

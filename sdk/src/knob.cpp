@@ -234,7 +234,8 @@ Health Knob::health() {
           .tick_time_s = 1e-9 * health.tick_time_ns,
           .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
           .saves = health.saves,
-          .owner = static_cast<Owner>(health.owner)};
+          .owner = static_cast<Owner>(health.owner),
+          .reset_cause = static_cast<ResetCause>(health.reset_cause)};
 }
 
 GameStatus Knob::game_status() {
@@ -298,6 +299,10 @@ void Knob::play(const Scene& scene) { impl().play(scene); }
 void Knob::stream_local_model(const LocalModel& model) {
   const protocol::ReportBytes report = protocol::encode(conversion::to_wire(model));
   impl().session.send_while_armed(report);
+}
+
+void Knob::excite(const Excitation& excitation) {
+  impl().session.request(conversion::to_wire(excitation));
 }
 
 ActuatorConfig Knob::actuator_config() {

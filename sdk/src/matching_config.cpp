@@ -18,6 +18,10 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   config.knob_coulomb_nm = plant.knob_coulomb_nm;
   config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
   config.motor_time_constant_s = plant.motor_time_constant_s;
+  if (plant.electrics) {
+    config.brake_time_constant_s =
+        plant.electrics->coil_inductance_h / plant.electrics->coil_resistance_ohm;
+  }
   return config;
 }
 

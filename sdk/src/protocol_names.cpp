@@ -84,6 +84,10 @@ std::string disarm_text(const Disarm& disarm) {
         return "because the game that had it played nothing more";
       case DisarmReason::disconnected:
         return "because it was unplugged or lost its power";
+      case DisarmReason::excitation_over:
+        return "because the time of an excitation was over";
+      case DisarmReason::excitation_stopped:
+        return "because an excitation left its bounds of travel or speed";
       case DisarmReason::unknown:
         break;
     }

@@ -126,6 +126,10 @@ void Session::dispatch(const protocol::Event& event) {
   newest_tick_ = event.tick;
   if (event.kind == protocol::EventKind::watchdog) fading_ = DisarmReason::watchdog;
   if (event.kind == protocol::EventKind::deadline_missed) fading_ = DisarmReason::deadline_missed;
+  if (event.kind == protocol::EventKind::excitation_over) fading_ = DisarmReason::excitation_over;
+  if (event.kind == protocol::EventKind::excitation_stopped) {
+    fading_ = DisarmReason::excitation_stopped;
+  }
   const State state = state_of(event.state);
   DisarmReason reason = DisarmReason::order;
   if (state == State::fault) {

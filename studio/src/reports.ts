@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 507580636;
+export const FINGERPRINT: number = 2797279865;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -103,6 +103,18 @@ export const FAULTS: readonly Bit[] = [
   {"name": "actuator", "bit": 3, "doc": "the power stage reports an error", "advice": ""},
   {"name": "overrun", "bit": 4, "doc": "ticks were missed or took too long", "advice": ""},
   {"name": "numeric", "bit": 5, "doc": "the control law gave no finite torque", "advice": ""},
+  {
+    "name": "current_sensor",
+    "bit": 6,
+    "doc": "its zero leaves no room for the trip level",
+    "advice": "",
+  },
+  {
+    "name": "winding",
+    "bit": 7,
+    "doc": "voltage, current and speed do not fit together",
+    "advice": "",
+  },
 ];
 
 export const FLAGS: readonly Bit[] = [
@@ -111,6 +123,12 @@ export const FLAGS: readonly Bit[] = [
   {"name": "local_model", "bit": 4, "doc": "a streamed local model is in force", "advice": ""},
   {"name": "passive", "bit": 5, "doc": "fading out after silence or a deadline", "advice": ""},
   {"name": "game", "bit": 6, "doc": "a game has the actuator", "advice": ""},
+  {
+    "name": "bounded",
+    "bit": 7,
+    "doc": "less is given than the scene asks, or the knob would buzz",
+    "advice": "",
+  },
 ];
 
 export const EFFECTS: readonly string[] = [
@@ -172,7 +190,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "Health",
     "doc": "State and counters since power-up. Read only.",
     "notes": "",
-    "size": 32,
+    "size": 33,
     "fields": [
       {"name": "state", "kind": "choice", "doc": "now", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "faults", "kind": "whole", "doc": "bits, see above", "wire": "faults", "type": "u16", "default": 0},
@@ -184,6 +202,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "tick_time_max_ns", "kind": "whole", "doc": "longest tick so far", "wire": "tick_time_max_ns", "type": "u32", "unit": "ns", "default": 0},
       {"name": "saves", "kind": "whole", "doc": "how often the configuration was saved, ever", "wire": "saves", "type": "u32", "default": 0},
       {"name": "owner", "kind": "choice", "doc": "who has the actuator", "wire": "owner", "type": "u8", "enumeration": "Owner", "values": ["none", "sdk", "game"], "default": "none"},
+      {"name": "reset_cause", "kind": "choice", "doc": "why the device started", "wire": "reset_cause", "type": "u8", "enumeration": "ResetCause", "values": ["unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"], "default": "unknown"},
     ],
   },
   "actuator_config": {
@@ -221,7 +240,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
-      {"name": "law", "kind": "choice", "doc": "how the desired torque is shared between motor and brake", "wire": "law", "type": "u8", "enumeration": "Law", "values": ["paper", "compensated", "parallel", "motor_only"], "default": "paper", "shown": true},
+      {"name": "law", "kind": "choice", "doc": "how the desired torque is shared between motor and brake", "wire": "law", "type": "u8", "enumeration": "Law", "values": ["paper", "compensated", "parallel", "motor_only", "calibrated"], "default": "paper", "shown": true},
       {"name": "beta", "kind": "number", "doc": "the brake's share of the desired torque", "wire": "beta", "type": "f32", "low": 0.0, "high": 1.0, "default": 0.5, "shown": true},
       {"name": "speed_bandwidth_hz", "kind": "number", "doc": "of the speed estimate", "wire": "speed_bandwidth_hz", "type": "f32", "low": 1.0, "high": 10000.0, "unit": "Hz", "default": 100.0, "shown": true},
       {"name": "motor_torque_cap_nm", "kind": "number", "doc": "the user's limit, below the actuator's", "wire": "motor_torque_cap_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
@@ -240,21 +259,24 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "BoardConfig",
     "doc": "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
     "notes": "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device starts the next time. The emulated device keeps it and has no use for it.",
-    "size": 52,
+    "size": 61,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
       {"name": "supply_v", "kind": "number", "doc": "of both H-bridges", "wire": "supply_v", "type": "f32", "low": 3.0, "high": 60.0, "unit": "V", "default": 12.0, "shown": true},
       {"name": "motor_torque_constant_nm_per_a", "kind": "number", "doc": "at the knob", "wire": "motor_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 100.0, "unit": "N m/A", "default": 0.05, "shown": true},
       {"name": "motor_current_max_a", "kind": "number", "doc": "never asked for more; one and a half times as much measured is a fault", "wire": "motor_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 2.0, "shown": true},
+      {"name": "motor_current_continuous_a", "kind": "number", "doc": "that the winding stands for ever; more is given for seconds, then less and less", "wire": "motor_current_continuous_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 1.0, "shown": true},
       {"name": "motor_resistance_ohm", "kind": "number", "doc": "of the winding", "wire": "motor_resistance_ohm", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "ohm", "default": 2.5, "shown": true},
       {"name": "motor_inductance_h", "kind": "number", "doc": "of the winding", "wire": "motor_inductance_h", "type": "f32", "low": 1e-06, "high": 1.0, "unit": "H", "default": 0.0015, "shown": true},
-      {"name": "current_bandwidth_hz", "kind": "number", "doc": "of the current loop; held at a tenth of the control rate", "wire": "current_bandwidth_hz", "type": "f32", "low": 1.0, "high": 5000.0, "unit": "Hz", "default": 500.0, "shown": true},
+      {"name": "current_bandwidth_hz", "kind": "number", "doc": "of the current loop; on a pico held at a tenth of the control rate", "wire": "current_bandwidth_hz", "type": "f32", "low": 1.0, "high": 100000.0, "unit": "Hz", "default": 10000.0, "shown": true},
       {"name": "current_sense_v_per_a", "kind": "number", "doc": "of the current sensor; its zero is measured while the power is off", "wire": "current_sense_v_per_a", "type": "f32", "low": 0.001, "high": 10.0, "unit": "V/A", "default": 0.2, "shown": true},
       {"name": "brake_torque_constant_nm_per_a", "kind": "number", "doc": "on the pulley", "wire": "brake_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 1000.0, "unit": "N m/A", "default": 0.44, "shown": true},
       {"name": "brake_current_max_a", "kind": "number", "doc": "of the coil", "wire": "brake_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 0.3, "shown": true},
       {"name": "brake_resistance_ohm", "kind": "number", "doc": "of the coil", "wire": "brake_resistance_ohm", "type": "f32", "low": 0.001, "high": 10000.0, "unit": "ohm", "default": 40.0, "shown": true},
+      {"name": "brake_inductance_h", "kind": "number", "doc": "of the coil, which the bridge then drives both ways, so that its current follows with the actuator's brake_time_constant_s; 0: it follows as the coil lets it", "wire": "brake_inductance_h", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "H", "default": 0.0, "shown": true},
       {"name": "motor_reversed", "kind": "switch", "doc": "on: a current into the first motor pin turns the knob to smaller angles", "wire": "motor_reversed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
+      {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked that these are the parts. Until then a real board holds torques and speed low. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
       {"name": "encoder_pin", "kind": "whole", "doc": "GPIO of A; B is the next one", "wire": "encoder_pin", "type": "u8", "low": 0, "high": 28, "default": 2, "shown": true},
       {"name": "motor_pin", "kind": "whole", "doc": "GPIO of the first input of the motor's bridge, even; the second is the next one", "wire": "motor_pin", "type": "u8", "low": 0, "high": 28, "default": 6, "shown": true},
       {"name": "brake_pin", "kind": "whole", "doc": "GPIO of the first input of the brake's bridge, even; the second is the next one", "wire": "brake_pin", "type": "u8", "low": 0, "high": 28, "default": 8, "shown": true},
@@ -362,6 +384,31 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
       {"name": "damping_nm_s_per_rad", "kind": "number", "doc": "", "wire": "damping_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
       {"name": "deadline_s", "kind": "number", "doc": "how long it holds; 0 ends the stream in good order", "wire": "deadline_s", "type": "f32", "low": 0.0, "high": 60.0, "unit": "s", "default": 0.02, "shown": true},
+    ],
+  },
+  "excitation": {
+    "id": 20,
+    "direction": "output",
+    "title": "Excitation",
+    "doc": "A bounded experiment: commands of motor and brake that go past scene and law. What it names is reached from where the last excitation is now, in a straight line. The motor also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.",
+    "notes": "",
+    "size": 55,
+    "fields": [
+      {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "duration_s", "kind": "number", "doc": "until it disarms, unless the next one comes first", "wire": "duration_s", "type": "f32", "low": 0.001, "high": 60.0, "unit": "s", "shown": true},
+      {"name": "travel_rad", "kind": "number", "doc": "further from its first angle disarms", "wire": "travel_rad", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "rad", "shown": true},
+      {"name": "speed_limit_rad_s", "kind": "number", "doc": "faster disarms", "wire": "speed_limit_rad_s", "type": "f32", "low": 0.1, "high": 10000.0, "unit": "rad/s", "shown": true},
+      {"name": "torque_limit_nm", "kind": "number", "doc": "largest torque of the motor", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "shown": true},
+      {"name": "motor_nm", "kind": "number", "doc": "where the motor goes", "wire": "motor_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "brake_nm", "kind": "number", "doc": "where the brake's command goes", "wire": "brake_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "ramp_s", "kind": "number", "doc": "time that both take; 0 is a step", "wire": "ramp_s", "type": "f32", "low": 0.0, "high": 60.0, "unit": "s", "default": 0.0, "shown": true},
+      {"name": "sine_nm", "kind": "number", "doc": "amplitude of the sine on top of `motor_nm`", "wire": "sine_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sine_begin_hz", "kind": "number", "doc": "its frequency at the beginning", "wire": "sine_begin_hz", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "Hz", "default": 0.0, "shown": true},
+      {"name": "sine_end_hz", "kind": "number", "doc": "and after `duration_s`", "wire": "sine_end_hz", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "Hz", "default": 0.0, "shown": true},
+      {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "of the servo", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "damping_nm_s_per_rad", "kind": "number", "doc": "of the servo", "wire": "damping_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
+      {"name": "servo_rad_s", "kind": "number", "doc": "speed of the servo's reference", "wire": "servo_rad_s", "type": "f32", "low": -1000.0, "high": 1000.0, "unit": "rad/s", "default": 0.0, "shown": true},
     ],
   },
   "wall": {
@@ -599,7 +646,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 13,
     "fields": [
-      {"name": "kind", "kind": "choice", "doc": "what happened", "wire": "kind", "type": "u8", "enumeration": "EventKind", "values": ["state_changed", "watchdog", "deadline_missed", "owner_changed"], "open": true, "default": "state_changed"},
+      {"name": "kind", "kind": "choice", "doc": "what happened", "wire": "kind", "type": "u8", "enumeration": "EventKind", "values": ["state_changed", "watchdog", "deadline_missed", "owner_changed", "excitation_over", "excitation_stopped"], "open": true, "default": "state_changed"},
       {"name": "state", "kind": "choice", "doc": "after the event", "wire": "state", "type": "u8", "enumeration": "State", "values": ["disarmed", "armed", "fault"], "default": "disarmed"},
       {"name": "faults", "kind": "whole", "doc": "bits, see above", "wire": "faults", "type": "u16", "default": 0},
       {"name": "tick", "kind": "whole", "doc": "when it happened", "wire": "tick", "type": "u64", "default": "0"},

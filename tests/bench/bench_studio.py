@@ -68,7 +68,8 @@ def load(browser: Browser) -> dict[str, Any]:
 
 def _shown(page: Page) -> tuple[float, int]:
     """Samples that have come, and samples that were lost."""
-    return page.evaluate("[window.studio.samples(), window.studio.lost()]")
+    samples, lost = page.evaluate("[window.studio.samples(), window.studio.lost()]")
+    return float(samples), int(lost)
 
 
 def live(browser: Browser, process: int) -> dict[str, Any]:
@@ -87,7 +88,8 @@ def live(browser: Browser, process: int) -> dict[str, Any]:
                 count, lost = _shown(page)
                 time.sleep(MEASURED_S)
                 duration_s = time.perf_counter() - begin
-                count, lost = (a - b for a, b in zip(_shown(page), (count, lost), strict=True))
+                count_then, lost_then = _shown(page)
+                count, lost = count_then - count, lost_then - lost
                 return {
                     "what": "live",
                     "samples_per_s": count / duration_s,

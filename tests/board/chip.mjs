@@ -76,6 +76,7 @@ export class Chip {
     this.fitPwm();
     this.fitFlashChip();
     this.fitWatchdog();
+    this.fitResetReason();
     this.fitMotor();
   }
 
@@ -136,7 +137,7 @@ export class Chip {
   hang({ masked }) {
     const { core, sramView } = this.mcu;
     this.runUntil(this.ns + 1e6, () => core.IPSR === 0);
-    const loop = 0x20041000;
+    const loop = 0x20040800; // the other core's stack
     sramView.setUint16(loop - 0x20000000, 0xe7fe, true); // b .
     core.PC = loop;
     core.PM = masked;
@@ -331,8 +332,22 @@ export class Chip {
     watchdog.onWatchdogTrigger = () => {
       watchdog.alarm.enable = false; // or it would come again at the same moment, for ever
       this.watchdogResets += 1;
+      this.watchdogBit = true;
+      this.scratch = watchdog.scratchData;
       this.restart = true;
     };
+  }
+
+  /** What the chip remembers of its last reset: the watchdog keeps its scratch registers. */
+  fitResetReason() {
+    const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    if (this.watchdogBit) {
+      watchdog.reason = 1;
+      watchdog.scratchData.set(this.scratch);
+    }
+    const bitten = this.watchdogBit;
+    this.watchdogBit = false;
+    this.mcu.peripherals[0x40064].readUint32 = (offset) => (offset === 8 && !bitten ? 1 << 8 : 0);
   }
 
   // USB: what a host sees ------------------------------------------------------------------------

@@ -152,6 +152,10 @@ const commands = {
   memory({ address, size }) {
     return text(chip.mcu.sram.subarray(address - 0x20000000, address - 0x20000000 + size));
   },
+  poke({ address, word }) {
+    chip.mcu.sramView.setUint32(address - 0x20000000, word, true);
+    return true;
+  },
   status() {
     return {
       ns: chip.ns,

@@ -1,4 +1,4 @@
-"""The firmware of the RP2040 in an emulated RP2040, on a bench with a USB host.
+"""The boards' firmware in emulated chips, on a bench with a USB host.
 
 Reports are written and read by ``tests.python.wire``, which shares nothing with the firmware.
 """
@@ -11,26 +11,108 @@ import struct
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Protocol
 
+from tests.board.rp2350.bench import Bench
 from tests.python import wire
 from tools import uf2
 
 TREE = Path(__file__).parent.parent.parent
 FOLDER = TREE / "tests" / "board"
-IMAGE = TREE / "build" / "firmware" / "torsio-pico.uf2"
+FIRMWARE = TREE / "build" / "firmware"
 BUILD = TREE / "build" / "board-tests"
 ROM = BUILD / "boot_rom.bin"
+FAST = BUILD / "fast.so"
 
 FLASH_BASE = 0x10000000
-SLOTS_AT = 2 * 1024 * 1024 - 2 * 4096
 SERIAL = bytes.fromhex("E66118604B7A3C2D")
 MS = 1_000_000
 FEATURE = 3
-TICK_NS = 100_000
 STRINGS = ("languages", "manufacturer", "product", "serial", "control", "game")
+
+
+@dataclass(frozen=True)
+class Model:
+    """What the tests must know of a board."""
+
+    name: str
+    number: int  # on the wire
+    chip: str
+    tick_ns: int
+    step_ns: int  # of the current loop
+    clock_hz: int
+    flash_size: int
+    watchdog_ms: int
+
+    @property
+    def image(self) -> Path:
+        """Return the file that a user copies to the board."""
+        return FIRMWARE / f"torsio-{self.name}.uf2"
+
+    @property
+    def slots_at(self) -> int:
+        """Return where in the flash the configuration begins."""
+        return self.flash_size - 2 * 4096
+
+    @property
+    def pwm_step(self) -> float:
+        """Return the smallest change of a bridge's share: half a period of 40 kHz has so many."""
+        return 40_000 * 2 / self.clock_hz
+
+
+MODELS = {
+    "pico": Model("pico", 1, "rp2040", 100_000, 100_000, 200_000_000, 2 * 1024 * 1024, 20),
+    "pico2": Model("pico2", 2, "rp2350", 50_000, 25_000, 150_000_000, 4 * 1024 * 1024, 8),
+}
+chosen = MODELS["pico"]
+
+
+def choose(name: str) -> None:
+    """Make every board from now on one of this model."""
+    global chosen  # tests run one after the other in a process
+    chosen = MODELS[name]
+
+
+class Commands(Protocol):
+    """A chip on a bench, told what to do by name."""
+
+    def do(self, name: str, **details: Any) -> Any:
+        """Carry out one command and return its answer."""
+
+    def close(self) -> None:
+        """End it."""
+
+
+class NodeBench:
+    """The emulated RP2040, a process of its own."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [shutil.which("node") or "node", FOLDER / "host.mjs"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def do(self, name: str, **details: Any) -> Any:
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.write(json.dumps({"do": name, **details}) + "\n")
+        self._process.stdin.flush()
+        answer = json.loads(self._process.stdout.readline())
+        if "error" in answer:
+            raise RuntimeError(answer["error"])
+        return answer["ok"]
+
+    def close(self) -> None:
+        assert self._process.stdin
+        assert self._process.stdout
+        self._process.stdin.close()
+        self._process.wait(timeout=30)
+        self._process.stdout.close()
 
 
 class UsbStall(Exception):
@@ -45,12 +127,9 @@ class EmulatedPico:
     """One board on the bench. Time passes only inside its methods."""
 
     def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [shutil.which("node") or "node", FOLDER / "host.mjs"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        self.model = chosen
+        self._bench: Commands
+        self._bench = NodeBench() if self.model.chip == "rp2040" else Bench(FAST)
         self._sequence = 0
         self.telemetry: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
@@ -65,30 +144,20 @@ class EmulatedPico:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        assert self._process.stdin
-        assert self._process.stdout
-        self._process.stdin.close()
-        self._process.wait(timeout=30)
-        self._process.stdout.close()
+        self._bench.close()
 
     def do(self, name: str, **details: Any) -> Any:
         """Give the bench one command and return its answer."""
-        assert self._process.stdin
-        assert self._process.stdout
-        self._process.stdin.write(json.dumps({"do": name, **details}) + "\n")
-        self._process.stdin.flush()
-        answer = json.loads(self._process.stdout.readline())
-        if "error" in answer:
-            raise RuntimeError(answer["error"])
-        if answer["ok"] == "power cut":
+        answer = self._bench.do(name, **details)
+        if answer == "power cut":
             raise PowerCut
-        return answer["ok"]
+        return answer
 
     # Power and bus ----------------------------------------------------------------------------
 
     def boot(self) -> None:
         """Power up with freshly flashed firmware."""
-        pages = uf2.check(IMAGE.read_bytes(), "rp2040")
+        pages = uf2.check(self.model.image.read_bytes(), self.model.chip)
         image = {str(address - FLASH_BASE): page.hex() for address, page in pages.items()}
         self.do("boot", rom=str(ROM), image=image, serial=SERIAL.hex())
 
@@ -257,8 +326,8 @@ STATUS = (
 )
 
 
-def make_rom() -> None:
-    """Compile the boot ROM."""
+def make_parts() -> None:
+    """Compile the RP2040's boot ROM, and what the RP2350 does too often for Python."""
     BUILD.mkdir(parents=True, exist_ok=True)
     elf = BUILD / "boot_rom.elf"
     flags = ["-mcpu=cortex-m0plus", "-mthumb", "-O1", "-ffreestanding", "-nostdlib"]
@@ -271,6 +340,13 @@ def make_rom() -> None:
     subprocess.run(["arm-none-eabi-objcopy", "-O", "binary", elf, part], check=True)
     content = part.read_bytes()
     ROM.write_bytes(content.ljust(16 * 1024, b"\0"))
+    fast = ["cc", "-O2", "-shared", "-fPIC", str(FOLDER / "rp2350/fast.c"), "-o", str(FAST)]
+    subprocess.run(fast, check=True)
+
+
+def confirm(pico: EmulatedPico) -> None:
+    """Say that the parts are those of the configuration: from then on nothing is held low."""
+    assert pico.set("board_config", confirmed="on")["status"] == 0
 
 
 @contextmanager
@@ -291,8 +367,9 @@ def enumerated() -> Iterator[EmulatedPico]:
     with EmulatedPico() as pico:
         pico.boot()
         pico.enumerate()
+        confirm(pico)
         yield pico
 
 
 if __name__ == "__main__":
-    make_rom()
+    make_parts()

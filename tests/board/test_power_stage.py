@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from tests.board.pico import EmulatedPico, rewired
+from tests.board.pico import MS, EmulatedPico, rewired
 
 MOTOR_A = 85e-3 / 0.05  # the reference actuator's torque limit
 LIMIT_A = 2.0
-PWM_STEP = 1 / 2500
 
 
 def _push_hard(pico: EmulatedPico) -> None:
@@ -31,10 +30,10 @@ def test_reversed_motor_pushes_the_other_way_and_its_current_is_held() -> None:
 def test_brake_current_is_limited() -> None:
     with rewired(brake_current_max_a=0.05) as pico:
         _push_hard(pico)
-        assert pico.brake() == pytest.approx(0.05 * 40 / 12, abs=PWM_STEP)
+        assert pico.brake() == pytest.approx(0.05 * 40 / 12, abs=pico.model.pwm_step)
 
 
-def test_over_current_is_a_fault_after_three_ticks_at_one_and_a_half_times_the_limit(
+def test_over_current_is_a_fault_after_three_measurements_at_one_and_a_half_times_the_limit(
     pico: EmulatedPico,
 ) -> None:
     _push_hard(pico)
@@ -42,9 +41,9 @@ def test_over_current_is_a_fault_after_three_ticks_at_one_and_a_half_times_the_l
     pico.run(3)
     assert pico.motor() is not None
     pico.do("motor", sensor_amperes=1.6 * LIMIT_A)
-    pico.run(0.2)
+    pico.run(2 * pico.model.step_ns / MS)
     assert pico.motor() is not None
-    pico.run(0.3)
+    pico.run(3 * pico.model.tick_ns / MS)
     assert pico.motor() is None
     health = pico.get("health")
     assert (health["state"], health["faults"]) == ("fault", 1 << 3)

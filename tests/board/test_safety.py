@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.board.pico import MS, SLOTS_AT, EmulatedPico, PowerCut, enumerated
+from tests.board.pico import MS, EmulatedPico, PowerCut, enumerated
 
 WEAK_DAMPED = {"stiffness_nm_per_rad": 0.1, "damping_nm_s_per_rad": 1e-4}
 
@@ -77,11 +77,12 @@ def test_program_that_hangs_is_restarted_with_its_outputs_off(
         pico.do("stop_ticks")
     else:
         pico.do("hang", masked=what == "everything")
-    pico.run(54)  # 50 ms of the watchdog, and the way to the main program again
+    pico.run(pico.model.watchdog_ms + 2)  # and the way to the main program again
     assert pico.status()["watchdog_resets"] == 1
     assert pico.motor() is None
     pico.enumerate()
-    assert pico.get("health")["state"] == "disarmed"
+    health = pico.get("health")
+    assert (health["state"], health["reset_cause"]) == ("disarmed", "watchdog")
 
 
 def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPico) -> None:
@@ -91,9 +92,10 @@ def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPi
     assert pico.motor() is None
     assert pico.brake() is None
     assert pico.status()["watchdog_resets"] == 0
-    pico.run(51)
+    pico.run(pico.model.watchdog_ms + 2)
     assert pico.status()["watchdog_resets"] == 1
     pico.enumerate()
+    assert pico.get("health")["reset_cause"] == "hard_fault"
 
 
 def test_idle_device_is_not_restarted_by_its_watchdog(pico: EmulatedPico) -> None:
@@ -150,6 +152,7 @@ def test_save_that_the_flash_does_not_take_is_refused_and_may_be_tried_again() -
 
 # An erased sector is 4096 bytes; of the page written into it the first 208 matter, of which the
 # last is 0xFF here, as erased flash is. The slots take turns, also across a restart.
+@pytest.mark.one_board
 @pytest.mark.parametrize(
     ("saves", "restarted", "after_bytes"),
     [
@@ -180,10 +183,10 @@ def test_power_cut_in_the_middle_of_a_save_keeps_the_last_one(
 
 
 def test_save_touches_only_its_own_two_sectors(pico: EmulatedPico) -> None:
-    before = pico.do("flash", address=0, size=SLOTS_AT)
+    before = pico.do("flash", address=0, size=pico.model.slots_at)
     for _ in range(3):
         assert pico.command("save") == "ok"
-    assert pico.do("flash", address=0, size=SLOTS_AT) == before
+    assert pico.do("flash", address=0, size=pico.model.slots_at) == before
 
 
 def test_bootloader_is_refused_while_armed_and_arming_on_the_way_to_it(
@@ -212,6 +215,10 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     pico.turn(60)
     pico.arm_at_wall(walls, **WEAK_DAMPED)
     pico.run(3)
+    if pico.model.name == "pico2":  # whose floating point has time for all that there can be
+        assert pico.get("health")["state"] == "armed"
+        assert pico.get("health")["tick_overruns"] == 0
+        return
     assert pico.motor() is None
     assert pico.brake() is None
     health = pico.get("health")
@@ -219,7 +226,7 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     assert health["tick_overruns"] > 0 or walls == 12
     assert health["tick_time_max_ns"] > 95_000
     assert pico.command("clear_fault") == "ok"
-    pico.arm_at_wall(8, **WEAK_DAMPED)
+    pico.arm_at_wall(6, **WEAK_DAMPED)
     pico.run(20)
     assert pico.get("health")["state"] == "armed"
     assert pico.status()["watchdog_resets"] == 0
@@ -234,8 +241,9 @@ def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: in
     health = pico.get("health")
     seen = pico.status()["tick_ns"]
     # The bench sees the processor enter and leave as well.
-    assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.05)
-    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.05)
+    assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.1)
+    if pico.model.step_ns == pico.model.tick_ns:  # or the last interrupt may have been no tick
+        assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.05)
     assert health["tick_overruns"] == 0
 
 

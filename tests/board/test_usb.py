@@ -46,8 +46,8 @@ def test_firmware_enumerates_as_the_knob() -> None:
 
 def test_identity_gives_board_rate_and_the_chips_serial_number(pico: EmulatedPico) -> None:
     identity = pico.get("identity")
-    assert identity["board"] == 1
-    assert identity["control_period_ns"] == 100_000
+    assert identity["board"] == pico.model.number
+    assert identity["control_period_ns"] == pico.model.tick_ns
     assert bytes(identity["serial"]).decode() == SERIAL.hex().upper()
 
 

@@ -46,8 +46,8 @@ class FieldMaker {
 
   template <class T>
   void fill(T& structure) {
-    std::apply([&](const auto&... field) { (put(structure.*field.member, field), ...); },
-               torsio::protocol::Layout<T>::fields);
+    torsio::protocol::Layout<T>::fields.apply(
+        [&](const auto&... field) { (put(structure.*field.member, field), ...); });
   }
 
  private:

@@ -29,9 +29,11 @@ void measure(std::string_view name, unsigned effects, Bench& bench) {
 
 /// A device that is armed, with the first so many effects of `fill` in its scene.
 template <class Fill>
-void run(std::string_view name, unsigned effects, Fill&& fill, float soft_start_s = 0) {
+void run(std::string_view name, unsigned effects, Fill&& fill, float soft_start_s = 0,
+         protocol::Law law = protocol::Law::paper) {
   Bench& bench = *new (room) Bench(50'000);
   protocol::ControlConfig config;
+  config.law = law;
   config.passive_ramp_s = soft_start_s;
   config.watchdog_s = 60;
   bench.set(config);
@@ -72,6 +74,9 @@ int main() {
   });
   // Each of these ticks decides anew what plays.
   run("walls, soft start", 1, [](Bench& bench) { write_walls(bench, 1); }, 1.0F);
+  run(
+      "walls, calibrated", 1, [](Bench& bench) { write_walls(bench, 1); }, 0,
+      protocol::Law::calibrated);
   mcu::for_each_kind([]<class Report>(std::string_view name, const Report& report) {
     run(name, 1, [&report](Bench& bench) { bench.send(report); });
   });

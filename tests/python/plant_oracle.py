@@ -31,6 +31,7 @@ class OraclePlant:
     shaft_damping_nm_s_per_rad: float = 2e-4
     brake_time_constant_s: float = 60e-3
     motor_time_constant_s: float = 0.1e-3
+    back_emf_nm_s_per_rad: float = 0.0
     hand_stiffness_nm_per_rad: float = 0.0
     hand_damping_nm_s_per_rad: float = 0.0
 
@@ -102,7 +103,7 @@ class OracleRun:
                     y[2],
                     y[3],
                     *accelerations,
-                    (motor_nm - y[4]) / p.motor_time_constant_s,
+                    (motor_nm - p.back_emf_nm_s_per_rad * y[2] - y[4]) / p.motor_time_constant_s,
                     (brake_nm - y[5]) / p.brake_time_constant_s,
                 ]
 

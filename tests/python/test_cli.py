@@ -58,7 +58,7 @@ def test_list_json_has_the_fields_of_a_listed_device() -> None:
 def test_info_json_tells_identity_health_and_configuration() -> None:
     info = json.loads(run("info", "--json").stdout)
     assert set(info) == {
-        *("info", "health", "clock"),
+        *("info", "health", "clock", "calibration"),
         *("actuator_config", "control_config", "board_config", "game_config"),
     }
     assert info["board_config"]["motor_pin"] == 6

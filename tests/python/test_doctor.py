@@ -211,6 +211,7 @@ def facts() -> KnobFacts:
             before=health,
             after=health,
             watchdog_s=0.25,
+            confirmed=True,
             clock=ClockFit(offset_s=-12.5, drift_ppm=30.0, uncertainty_ppm=100.0),
             round_trips=RoundTrips(200, 2e-3, 3e-3, 5e-3),
             samples=1000,
@@ -385,7 +386,10 @@ def test_command_examines_the_emulated_knob_and_its_status_is_its_verdict() -> N
     verdict = json.loads(result.stdout)
     (report,) = verdict["reports"]
     checks = [finding["check"] for finding in report["findings"]]
-    assert checks == ["firmware", "state", "clock", "round_trip", "losses", "ticks"]
+    assert checks == [
+        *("firmware", "state", "start", "parts"),
+        *("clock", "round_trip", "losses", "ticks"),
+    ]
     # A busy machine may slow round trips and clock; never anything else.
     for finding in report["findings"]:
         assert finding["ok"] or finding["check"] in {"clock", "round_trip"}
@@ -404,3 +408,19 @@ def test_command_says_what_to_do_about_a_device_that_is_not_there() -> None:
     assert result.stderr == ""
     assert "there is no knob" in result.stdout
     assert "-> `torsio list` shows what is there" in result.stdout
+
+
+@pytest.mark.parametrize("cause", ["brown_out", "watchdog", "hard_fault", "stack"])
+def test_restart_that_nobody_asked_for_is_told(facts: KnobFacts, cause: str) -> None:
+    finding = doctor.check_start(with_health(facts, reset_cause=cause))
+    assert not finding.ok
+    assert finding.advice
+    assert doctor.check_start(with_health(facts, reset_cause="power")).ok
+
+
+def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: KnobFacts) -> None:
+    board = dataclasses.replace(facts.info, board="pico2")
+    doubtful = dataclasses.replace(facts, info=board, confirmed=False)
+    assert "confirmed=on" in doctor.check_parts(doubtful).advice
+    assert doctor.check_parts(dataclasses.replace(doubtful, confirmed=True)).ok
+    assert doctor.check_parts(dataclasses.replace(facts, confirmed=False)).ok  # emulated

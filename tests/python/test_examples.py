@@ -13,8 +13,11 @@ EXAMPLES = sorted((TREE / "examples" / "python").glob("*.py"))
 PROMISED = {
     "detents": "notch 5:",
     "feel_a_wall": "pushed back with 4",  # 50 mN m less friction
+    "learn_a_wall": "the law compensated: -0.",
     "stream_local_model": "0 models refused",
 }
+# Shorter than by itself.
+ARGUMENTS = {"learn_a_wall": ["2"]}
 
 
 def test_every_example_is_known() -> None:
@@ -24,7 +27,7 @@ def test_every_example_is_known() -> None:
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
 def test_example_runs(example: Path) -> None:
     result = subprocess.run(
-        [sys.executable, "-W", "error", str(example)],
+        [sys.executable, "-W", "error", str(example), *ARGUMENTS.get(example.stem, [])],
         capture_output=True,
         text=True,
         timeout=60,

@@ -117,7 +117,7 @@ def test_without_a_tree_the_line_names_what_the_extra_needs(
     assert extras.how_to_install("cli") == "pip install 'rich>=13' 'typer>=0.12'"
 
 
-@pytest.mark.parametrize("extra", ["cli", "plot", "record", "studio"])
+@pytest.mark.parametrize("extra", ["cli", "gym", "plot", "record", "studio"])
 def test_line_that_installs_an_extra_names_the_tree_that_the_package_came_from(extra: str) -> None:
     from torsio.extras import how_to_install
 

@@ -204,5 +204,5 @@ def _layout(fields: list[dict[str, Any]]) -> bytes:
             text += field["type"].encode() + b"\0"
             if choices := field.get("choices"):
                 # Hosts take an event that they do not know; a law that they do not know is refused.
-                text += bytes([0 if "watchdog" in choices else len(choices)])
+                text += bytes([0 if "state_changed" in choices else len(choices)])
     return text

@@ -36,6 +36,7 @@ CPP_ONLY = {
     "flag": "torsio.telemetry.FLAG_...",
     "matching_config": "PlantParams.matching_config",
     "kMaxTorqueNm": "a range, which the messages name",
+    "HandFunction": "torsio.hands.HandFunction, which nobody needs to name",
     "Profile": "torsio.hands.Profile, which nobody needs to name",
 }
 PYTHON_ONLY = {

@@ -26,6 +26,7 @@ def test_stubs_and_module_have_the_same_names() -> None:
             *(sys.executable, "-m", "mypy.stubtest"),
             *("torsio._torsio", "torsio_studies._studies"),
             *("--allowlist", "tests/python/stubtest_allowlist.txt", "--concise"),
+            *("--mypy-config-file", "pyproject.toml"),
         ],
         cwd=TREE,
         env={**os.environ, "MYPYPATH": f"{STUBS.parents[1]}{os.pathsep}{STUDIES_STUB.parents[1]}"},

@@ -68,7 +68,7 @@ REPORTS = {
             "health",
             0x03,
             "B state, H faults, I reports_accepted, I reports_refused, I samples_dropped, "
-            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves, B owner",
+            "I tick_overruns, I tick_time_ns, I tick_time_max_ns, I saves, B owner, B reset_cause",
         ),
         _report(
             "actuator_config",
@@ -90,11 +90,12 @@ REPORTS = {
             "board_config",
             0x06,
             "H sequence, B axis, f supply_v, f motor_torque_constant_nm_per_a, "
-            "f motor_current_max_a, f motor_resistance_ohm, f motor_inductance_h, "
+            "f motor_current_max_a, f motor_current_continuous_a, f motor_resistance_ohm, "
+            "f motor_inductance_h, "
             "f current_bandwidth_hz, f current_sense_v_per_a, f brake_torque_constant_nm_per_a, "
-            "f brake_current_max_a, f brake_resistance_ohm, B motor_reversed, B encoder_pin, "
-            "B motor_pin, B brake_pin, B enable_pin, B emergency_stop_pin, B driver_fault_pin, "
-            "B current_sense_pin, B light_pin",
+            "f brake_current_max_a, f brake_resistance_ohm, f brake_inductance_h, "
+            "B motor_reversed, B confirmed, B encoder_pin, B motor_pin, B brake_pin, B enable_pin, "
+            "B emergency_stop_pin, B driver_fault_pin, B current_sense_pin, B light_pin",
         ),
         _report(
             "game_config",
@@ -117,6 +118,13 @@ REPORTS = {
             0x13,
             "H sequence, B axis, f torque_nm, q angle_turns_q32, f stiffness_nm_per_rad, "
             "f damping_nm_s_per_rad, f deadline_s",
+        ),
+        _report(
+            "excitation",
+            0x14,
+            "H sequence, B axis, f duration_s, f travel_rad, f speed_limit_rad_s, "
+            "f torque_limit_nm, f motor_nm, f brake_nm, f ramp_s, f sine_nm, f sine_begin_hz, "
+            "f sine_end_hz, f stiffness_nm_per_rad, f damping_nm_s_per_rad, f servo_rad_s",
         ),
         _report(
             "wall",
@@ -180,9 +188,13 @@ ENUMERATORS = {
     "ends": ("hold", "repeat"),
     "state": ("disarmed", "armed", "fault"),
     "owner": ("none", "sdk", "game"),
-    "law": ("paper", "compensated", "parallel", "motor_only"),
+    "law": ("paper", "compensated", "parallel", "motor_only", "calibrated"),
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
+    "confirmed": ("off", "on"),
+    "reset_cause": (
+        *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),
+    ),
     "autonomous": ("off", "on"),
     "enabled": ("off", "on"),
     "prompt": ("off", "on"),
@@ -190,7 +202,10 @@ ENUMERATORS = {
         *("keep_alive", "arm", "disarm", "stop", "zero"),
         *("relax", "save", "load_defaults", "clear_fault", "bootloader"),
     ),
-    "kind": ("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+    "kind": (
+        *("state_changed", "watchdog", "deadline_missed", "owner_changed"),
+        *("excitation_over", "excitation_stopped"),
+    ),
     "paused": ("off", "on"),
     "join_updates": ("off", "on"),
 }

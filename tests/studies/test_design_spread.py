@@ -159,7 +159,7 @@ def test_lost_cluster_is_one_clear_error(name: str, monkeypatch: pytest.MonkeyPa
     client = Client(why)
     monkeypatch.setattr(distributed, "as_completed", lambda futures, loop: iter(futures))
     with pytest.raises(StudyError, match=rf"the cluster was lost \({name}\).*run again to go on"):
-        list(spread._from_cluster(distributed, client, BATCHES))
+        list(spread._from_cluster(distributed, client, BATCHES, devices.evaluate_batch))
     assert client.cancelled == len(BATCHES)
 
 

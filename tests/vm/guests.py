@@ -19,8 +19,12 @@ from tools.kernels import DEBIAN
 TREE = Path(__file__).parent.parent.parent
 KERNELS = TREE / "build/kernels"
 GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
+# Set for ./dev test games: what games there are to try on one kernel, in minutes, and all tests of
+# the game interface on kernels that are newer than any in use, instead of all the others.
+GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
+NEWEST_KERNELS = TREE / "build/newest-kernels"
 # How collecting the guest's tests tells of them: this word, the kernel, the node id.
-TEST_LINE, ANY_KERNEL = "guest-test", "any"
+TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
 # Many times what a guest takes of an idle processor without KVM, see docs/usb.md: a busy host may
 # take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
@@ -36,9 +40,14 @@ _PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovi
 _NO_OTHER_PLUGINS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 
 
+def _fetched(folder: Path) -> list[str]:
+    return sorted(file.parent.name for file in folder.glob("*/complete"))
+
+
 def kernels() -> list[str]:
     """Return the names of the kernels that ``./dev`` has fetched."""
-    return sorted(file.parent.name for file in KERNELS.glob("*/complete"))
+    known = _fetched(KERNELS)
+    return known[:1] + _fetched(NEWEST_KERNELS) if GAMES_VARIABLE in os.environ else known
 
 
 def pytest_command(arguments: str) -> list[str]:
@@ -64,6 +73,11 @@ def _collected() -> list[tuple[str, str]]:
 
 def guest_tests(kernel: str) -> list[str]:
     """Return the node ids of all tests for a kernel."""
+    if GAMES_VARIABLE in os.environ:
+        if kernel in _fetched(KERNELS):
+            return [test for wanted, test in _collected() if wanted == WITH_GAMES]
+        games = [test for wanted, test in _collected() if wanted == ANY_KERNEL]
+        return [test for test in games if "/test_game" in test]
     # Where the distribution brings but one kernel, that one runs everything.
     accepted = {ANY_KERNEL, kernel} if kernel in DEBIAN else {ANY_KERNEL, *DEBIAN}
     return [test for wanted, test in _collected() if wanted in accepted]
@@ -106,7 +120,8 @@ def run_guest(kernel: str, tests: Sequence[str]) -> str:
     junit(kernel).parent.mkdir(exist_ok=True)
     junit(kernel).unlink(missing_ok=True)
     (share(kernel) / "tests").write_text("".join(f"{test}\n" for test in tests))
-    machine = Machine(KERNELS / kernel, share(kernel))
+    folder = KERNELS if kernel in _fetched(KERNELS) else NEWEST_KERNELS
+    machine = Machine(folder / kernel, share(kernel))
     try:
         machine.run(_command(kernel), limit_s=LIMIT_S)
     except GuestFailed as failure:

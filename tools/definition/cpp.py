@@ -177,7 +177,7 @@ def wire_structure(of: Structure) -> str:
         out += f"static constexpr Direction direction = Direction::{of.direction};\n"
     out += f"static constexpr std::string_view name = {quoted(of.snake)};\n"
     out += f"static constexpr std::string_view doc = {quoted(of.wire_doc or of.doc)};\n"
-    out += "static constexpr std::tuple fields{\n"
+    out += "static constexpr FieldList fields{\n"
     out += "".join(_layout_line(field, of.name) for field in of.wire_fields)
     return out + "};\n};\n\n"
 
@@ -224,7 +224,7 @@ def _range_text(field: Field) -> str:
 
 
 def _host_default(field: Field) -> str:
-    if field.kind in ("group", "optional", "numbers", "text", "texts"):
+    if field.kind in ("group", "optional", "numbers", "text", "texts", "function"):
         return "{}"
     if field.kind == "profile":
         return f"{{{field.default}}}" if field.default else "{}"

@@ -113,7 +113,7 @@ class Bits:
 
 Kind = Literal[
     "number", "whole", "angle", "switch", "choice", "group", "array", "numbers", "profile", "text",
-    "texts", "optional",
+    "texts", "optional", "function",
 ]  # fmt: skip
 
 
@@ -317,6 +317,11 @@ def numbers(name: str, unit: str, doc: str) -> Field:
 def profile(name: str, unit: str, doc: str, most: float, *, default: str = "") -> Field:
     """Make a piecewise-linear function of time, with values from -most to most."""
     return Field(name, "profile", doc, unit, -most, most, default=default or None, host="Profile")
+
+
+def function(name: str, host: str, doc: str) -> Field:
+    """Make a function that the user brings."""
+    return Field(name, "function", doc, host=host)
 
 
 def text(name: str, doc: str = "") -> Field:

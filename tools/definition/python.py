@@ -46,6 +46,7 @@ def _type(field: Field) -> str:
         "switch": "bool",
         "numbers": "Iterable[float]",
         "profile": "Profile",
+        "function": field.host,
         "text": "str",
         "texts": "tuple[str, ...]",
     }[field.kind]
@@ -56,7 +57,7 @@ def _default(field: Field, told: bool) -> str:
         return ""
     if field.kind == "optional":
         return " = None"
-    if field.kind in ("profile", "numbers"):
+    if field.kind in ("profile", "numbers", "function"):
         return ""
     if isinstance(field.of, Structure):
         return f" = {field.of.name}()"
@@ -82,6 +83,8 @@ def _checks(field: Field) -> str:
             f"if {own} is not None:\n"
             f'    checks.kind("{name}", {own}, {field.of.name}, "{field.of.name} or None")\n'
         )
+    if field.kind == "function":
+        return f'checks.function("{name}", {own})\n'
     if field.kind in ("numbers", "profile"):
         how = "numbers" if field.kind == "numbers" else "knots"
         return f'object.__setattr__(self, "{name}", checks.{how}("{name}", {own}))\n'

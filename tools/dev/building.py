@@ -185,6 +185,13 @@ def begin_fetching_kernels() -> Future[None]:
     return later(run_logged, "kernels", [sys.executable, "-m", "tools.kernels", "build/kernels"])
 
 
+def build_windows_games() -> None:
+    """Make what the tests of Windows games need, and fetch the newest kernels."""
+    say("kernels: the newest, and a game for Windows")
+    kernels = [sys.executable, "-m", "tools.kernels", "--newest", "build/newest-kernels"]
+    run_logged("games", kernels, [PYTHON, "-m", "tools.windows_games"])
+
+
 def begin_npm(folder: str) -> Future[None]:
     """Begin to fetch the packages that a folder's lock file names, without their scripts."""
     packages = TREE / folder
@@ -247,6 +254,7 @@ def build_python(package: PythonPackage, tinyusb: str) -> None:
     with stamped(stamp, key):
         folder = _own(package.build)
         defines = {"TORSIO_WERROR": "ON", "TORSIO_TINYUSB_PATH": tinyusb, **package.settings}
+        defines["TORSIO_BUILD_C"] = "ON"  # which the preset of this folder has too
         settings = [f"--config-settings=build-dir={folder}"]
         settings += [
             f"--config-settings=cmake.define.{name}={value}" for name, value in defines.items()

@@ -34,6 +34,8 @@ MADE = (
     *("studio/node_modules", "tests/board/node_modules"),
     *(".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 )
+# Chooses among the tests in virtual machines; see tests/vm/guests.py.
+GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
 _VENDOR, _PRODUCT = usb_ids.ids()
 # What udev is to look at again: a knob's own nodes, and what stands beside them for games.
 _UDEV_MATCHES = (
@@ -80,15 +82,23 @@ def _build_packages(tinyusb: str) -> None:
 
 
 def test(arguments: Sequence[str]) -> int:
-    """Build everything and hand over to pytest; ``usb`` first selects the tests in real kernels."""
-    only_usb = arguments[:1] == ["usb"]
+    """Build everything and hand over to pytest.
+
+    ``usb`` first selects the tests in real kernels, ``games`` those of games that take minutes.
+    """
+    only_games = arguments[:1] == ["games"]
+    only_usb = only_games or arguments[:1] == ["usb"]
     if only_usb:
         arguments = ["tests/vm", *arguments[1:]]
+    if only_games:
+        os.environ[GAMES_VARIABLE] = "1"
     with lock():
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        more = () if only_usb else ("firmware", "studio", "browser")
+        more: tuple[str, ...] = ("firmware", "studio", "browser", "languages")
+        if only_usb:
+            more = ("windows",) if only_games else ()
         environment.set_up("tests", "machines", "game", *more)
         board = None if only_usb else building.begin_npm("tests/board")
         page = None if only_usb else building.begin_npm("studio")
@@ -102,6 +112,8 @@ def test(arguments: Sequence[str]) -> int:
             board.result()
             building.build_studio(page)
         kernels.result()
+        if only_games:
+            building.build_windows_games()
     say("running the tests")
     become(*without_aslr(PYTHON, "-m", "pytest", "-n", "2", *arguments))
 
@@ -242,6 +254,31 @@ def firmware() -> int:
             return status
         files = [f"{image}.{suffix}" for suffix in ("uf2", "elf", "map") for image in images]
         return run("ls", "-l", *sorted(files))
+
+
+def windows(arguments: Sequence[str]) -> int:
+    """Build for Windows and run the C++ tests under Wine; see ``tools/windows.py``."""
+    with lock():
+        environment.set_up("tests", "windows")
+    become(PYTHON, "-m", "tools.windows", *arguments)
+
+
+def wheels(arguments: Sequence[str]) -> int:
+    """Build the wheels; see ``tools/wheels.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up()
+        tinyusb = sources.require() and sources.tinyusb
+    become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
+
+
+def release(arguments: Sequence[str]) -> int:
+    """Build the firmware and put a release together; see ``tools/release.py``."""
+    with lock():
+        sources = building.FirmwareSources()
+        environment.set_up("firmware")
+        building.build_firmware(sources.require())
+    become(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
 
 
 def generate(arguments: Sequence[str]) -> int:

@@ -88,6 +88,19 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
             ("qemu-user", _program("qemu-aarch64")),
         ),
+        # Whose programs use the C interface in the tests.
+        "languages": (
+            ("mono-mcs", _program("mcs")),
+            ("mono-runtime", _program("mono")),
+            ("libmono-system-core4.0-cil", Path("/usr/lib/mono/4.5/System.Core.dll").exists),
+            ("rustc", _program("rustc")),
+            ("bindgen", _program("bindgen")),
+        ),
+        "windows": (
+            ("g++-mingw-w64-x86-64-posix", _program("x86_64-w64-mingw32-g++-posix")),
+            ("wine", _program("wine")),
+            ("wine64", _file("/usr/lib/wine/wine64")),
+        ),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }

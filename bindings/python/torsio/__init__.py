@@ -33,10 +33,18 @@ from torsio.errors import (
     Timeout,
 )
 from torsio.game_port import GamePort
-from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
 from torsio.knob import Knob, list_devices, open
-from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio.plant import (
+    Belt,
+    BrakeHysteresis,
+    Cogging,
+    Electrics,
+    ElectricsState,
+    PlantParams,
+    ShaftHardening,
+)
 from torsio.recording import Recorded, RecordingFile, load
 from torsio.records import (
     Clock,
@@ -77,10 +85,13 @@ __all__ = [
     "Disarmed",
     "DisarmedWarning",
     "Disconnected",
+    "Electrics",
+    "ElectricsState",
     "Emulator",
     "EmulatorOptions",
     "Error",
     "Event",
+    "FeedbackHand",
     "GameConfig",
     "GameEffect",
     "GamePort",

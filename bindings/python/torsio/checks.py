@@ -94,6 +94,12 @@ def kind(name: str, value: Any, types: type | tuple[type, ...], wanted: str) -> 
         raise TypeError(f"{name} must be {wanted}, is {_show(value)}")
 
 
+def function(name: str, value: Any) -> None:
+    """Ask for something that can be called."""
+    if not callable(value):
+        raise TypeError(f"{name} must be a function, is {_show(value)}")
+
+
 def text(name: str, value: Any) -> str:
     """Ask for a string."""
     kind(name, value, str, "a string")

@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import doctor, games_cli, live_commands, recording_commands
+from torsio import calibrate_cli, config_cli, doctor, games_cli, live_commands, recording_commands
 from torsio.command import (
     AsJson,
     Device,
@@ -44,6 +44,8 @@ demo_app = typer.Typer(help="Feel what the knob can do.", no_args_is_help=True)
 app.add_typer(demo_app, name="demo")
 games_app = typer.Typer(help="See what games do, and set what they may do.")
 app.add_typer(games_app, name="games")
+config_app = typer.Typer(help="Read and set what a knob is made of.", no_args_is_help=True)
+app.add_typer(config_app, name="config")
 add_commands(app)
 
 
@@ -103,6 +105,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
             "control_config": asdict(knob.control_config()),
             "board_config": asdict(knob.board_config()),
             "game_config": asdict(knob.game_config()),
+            "calibration": calibrate_cli.words_of(knob.info.serial),
         }
     if as_json:
         _print_json(groups)
@@ -159,6 +162,46 @@ def _print_report(report: doctor.Report) -> None:
             table.add_row("", "", Text(f"-> {finding.advice}"))
             table.add_row("", "", Text(f"   more in {finding.more}", style="dim"))
     out.print(table)
+
+
+@app.command("calibrate")
+@plainly
+def calibrate_command(
+    device: Device = "",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Ten seconds: has anything drifted since it was kept?")
+    ] = False,
+    keep: Annotated[
+        bool, typer.Option("--save", help="Keep what is found, without asking.")
+    ] = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="FILE", help="PNG of all fits and what they leave."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the knob: friction, inertia, shaft, brake. Take your hand off; it turns by itself.
+
+    Nothing is saved unless you say so. The exit status is 0 only if every step could be trusted
+    and, with --quick, nothing has drifted.
+    """
+    say = err if as_json else out
+    with opened(device, say) as knob:
+        measured = calibrate_cli.measure(knob, say, quick=quick, picture=picture)
+        found = measured["calibration"]
+        if as_json:
+            changed = [asdict(drift) for drift in measured["changed"]]
+            _print_json(found.as_dict() | {"changed": changed})
+        else:
+            calibrate_cli.show(knob, measured, out)
+        if keep or (not quick and not as_json and sys.stdin.isatty() and _asked(say)):
+            calibrate_cli.save(knob, found, say)
+    if quick and measured["changed"]:
+        raise typer.Exit(1)
+
+
+def _asked(say: Console) -> bool:
+    return say.input("Keep this on the device? [y/N] ").strip().lower() in ("y", "yes")
 
 
 @games_app.callback(invoke_without_command=True)
@@ -230,6 +273,70 @@ def games_set_command(
         config = games_cli.change(knob, changes)
     for name in changes:
         out.print(f"{name}  {_value_text(name, getattr(config, name))}", highlight=False)
+
+
+@config_app.command("get")
+@plainly
+def config_get_command(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[FIELD]...")] = None,
+    device: Device = "",
+) -> None:
+    """Show fields of the configuration, one a line; all unless some are named."""
+    with opened(device, err) as knob:
+        for name, value in config_cli.get(knob, names or []).items():
+            out.print(f"{name}  {_value_text(name, value)}", highlight=False)
+
+
+@config_app.command("set")
+@plainly
+def config_set_command(
+    assignments: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...")],
+    device: Device = "",
+) -> None:
+    """Set fields, and keep them on the knob. Wiring takes effect at its next start."""
+    with opened(device, err) as knob:
+        for name, value in config_cli.set_fields(knob, assignments).items():
+            out.print(f"{name}  {_value_text(name, value)}", highlight=False)
+
+
+@config_app.command("dump")
+@plainly
+def config_dump_command(device: Device = "") -> None:
+    """Print the whole configuration as JSON, for `load`."""
+    with opened(device, err) as knob:
+        _print_json(config_cli.dump(knob))
+
+
+@config_app.command("load")
+@plainly
+def config_load_command(file: Path, device: Device = "") -> None:
+    """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
+    with opened(device, err) as knob:
+        config_cli.load(knob, file)
+
+
+@app.command("clear-fault")
+@plainly
+def clear_fault_command(device: Device = "") -> None:
+    """Clear latched faults whose cause is gone; `torsio doctor` names them and their cure."""
+    with opened(device, out) as knob:
+        knob.clear_fault()
+
+
+@app.command("stop")
+@plainly
+def stop_command(device: Device = "") -> None:
+    """Take the torque from a knob that plays on its own, and empty its scene."""
+    with opened(device, out) as knob:
+        knob.stop()
+
+
+@app.command("zero")
+@plainly
+def zero_command(device: Device = "") -> None:
+    """Make the angle where a knob stands its zero."""
+    with opened(device, out) as knob:
+        knob.zero()
 
 
 app.command("emulate")(plainly(virtual_knob.emulate_command))

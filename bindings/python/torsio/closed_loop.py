@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig
 from torsio.errors import InvalidArgument
 from torsio.hands import Hand, NoHand
 from torsio.plant import PlantParams
@@ -114,6 +114,8 @@ class LoopOptions:
         One effect or several, which play from the first tick on; None is free space.
     actuator
         What the device takes its actuator for; None is what `plant` truly is.
+    board
+        What the board of a plant with electrics takes them for; None is what they truly are.
     control_period_ns
         1,000 to 1e9.
     delay_ticks
@@ -121,7 +123,7 @@ class LoopOptions:
     first_tick
         What the controller's own count of ticks begins with; the effects began when it was 0.
     seed
-        Of the encoder's noise.
+        Of the noise of the encoder and of the current sensor.
     step_ns, stepper
         Of the plant, as in `torsio.emulator.Plant`; a step is never longer than a control period,
         and at most 1 ms if `step_ns` is None.
@@ -133,6 +135,7 @@ class LoopOptions:
     plant: PlantParams = field(default_factory=PlantParams)
     actuator: ActuatorConfig | None = None
     control: ControlConfig = field(default_factory=ControlConfig)
+    board: BoardConfig | None = None
     control_period_ns: int = 1_000_000
     delay_ticks: int = 0
     first_tick: int = 0
@@ -156,7 +159,7 @@ class ClosedLoop:
 
     def __init__(self, options: LoopOptions) -> None:
         """Set it up, and do the spin-up if there is one."""
-        _check(options)
+        checked_options(options)
         self.options = options
         self._loop = _torsio.emulator.ClosedLoop(options)
 
@@ -230,7 +233,7 @@ def simulate_many(
         checks.whole("threads", threads, 1, 4096)
     options = list(options)
     for one in options:
-        _check(one)
+        checked_options(one)
     ticks = _ticks(options, duration_s, record_every)
     return _torsio.emulator.simulate_many(options, ticks, record_every, threads or 0, on_progress)
 
@@ -250,13 +253,13 @@ def replay(options: LoopOptions, counts: npt.ArrayLike) -> Record:
     ndarray
         REPLAY_DTYPE rows, shape (n,).
     """
-    _check(options)
+    checked_options(options)
     return _torsio.emulator.replay(options, np.ascontiguousarray(counts, dtype=np.uint32))
 
 
 def reports(options: LoopOptions) -> list[bytes]:
     """Give the configuration and the scene of a loop as the reports that a device would be sent."""
-    _check(options)
+    checked_options(options)
     return _torsio.emulator.loop_reports(options)
 
 
@@ -276,13 +279,14 @@ def _ticks(options: Sequence[LoopOptions], duration_s: float, record_every: int)
     return ticks
 
 
-def _check(options: LoopOptions) -> None:
+def checked_options(options: LoopOptions) -> None:
     """Ask for the right kinds; what is out of its range is refused further down."""
     checks.kind("options", options, LoopOptions, "LoopOptions")
     checks.kind("plant", options.plant, PlantParams, "PlantParams")
     checks.kind("control", options.control, ControlConfig, "a ControlConfig")
     for name, wanted in (
         ("actuator", ActuatorConfig),
+        ("board", BoardConfig),
         ("spin_up", SpinUp),
         ("initial", InitialState),
     ):

@@ -108,7 +108,7 @@ class ControlConfig:
     """
 
     _: KW_ONLY
-    law: Literal["paper", "compensated", "parallel", "motor_only"] = "paper"
+    law: Literal["paper", "compensated", "parallel", "motor_only", "calibrated"] = "paper"
     beta: float = 0.5
     speed_bandwidth_hz: float = 100.0
     motor_torque_cap_nm: float = MAX_TORQUE_NM
@@ -136,12 +136,14 @@ class BoardConfig:
         At the knob; 1e-4 to 100.
     motor_current_max_a
         Never asked for more; one and a half times as much measured is a fault; 0 to 100.
+    motor_current_continuous_a
+        That the winding stands for ever; more is given for seconds, then less and less; 0 to 100.
     motor_resistance_ohm
         Of the winding; 0.001 to 1000.
     motor_inductance_h
         Of the winding; 1e-6 to 1.
     current_bandwidth_hz
-        Of the current loop; held at a tenth of the control rate; 1 to 5000.
+        Of the current loop; on a pico held at a tenth of the control rate; 1 to 1e5.
     current_sense_v_per_a
         Of the current sensor; its zero is measured while the power is off; 0.001 to 10.
     brake_torque_constant_nm_per_a
@@ -150,8 +152,14 @@ class BoardConfig:
         Of the coil; 0 to 100.
     brake_resistance_ohm
         Of the coil; 0.001 to 1e4.
+    brake_inductance_h
+        Of the coil, which the bridge then drives both ways, so that its current follows with the
+        actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000.
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
+    confirmed
+        True: somebody has checked that these are the parts. Until then a real board holds torques
+        and speed low. Acts at once.
     encoder_pin
         GPIO of A; B is the next one; 0 to 28.
     motor_pin
@@ -174,14 +182,17 @@ class BoardConfig:
     supply_v: float = 12.0
     motor_torque_constant_nm_per_a: float = 0.05
     motor_current_max_a: float = 2.0
+    motor_current_continuous_a: float = 1.0
     motor_resistance_ohm: float = 2.5
     motor_inductance_h: float = 0.0015
-    current_bandwidth_hz: float = 500.0
+    current_bandwidth_hz: float = 10000.0
     current_sense_v_per_a: float = 0.2
     brake_torque_constant_nm_per_a: float = 0.44
     brake_current_max_a: float = 0.3
     brake_resistance_ohm: float = 40.0
+    brake_inductance_h: float = 0.0
     motor_reversed: bool = False
+    confirmed: bool = False
     encoder_pin: int = 2
     motor_pin: int = 6
     brake_pin: int = 8

@@ -42,6 +42,16 @@ _FAULT_ADVICE = {
         "the power stage reported an error",
         "check supply, motor cable and temperature, then clear the fault",
     ),
+    "current_sensor": (
+        "the motor's current sensor does not rest where it can see enough to either side",
+        "check the sensor's supply and wire; then current_sense_v_per_a and motor_current_max_a of "
+        "the board configuration: one and a half times that current must stay within its range",
+    ),
+    "winding": (
+        "the motor's voltage, its current and the knob's speed did not fit together",
+        "check the current sensor, the motor's wires, the supply and the encoder's cable, then "
+        "resistance, torque constant and signs in the configuration; clear the fault",
+    ),
     "overrun": (
         "ticks were missed, or took nearly the whole control period",
         "clear the fault; if it comes back the scene is too much for the board: play fewer effects",
@@ -240,6 +250,39 @@ def check_state(facts: KnobFacts) -> Finding:
     )
 
 
+_RESTARTS = {
+    "brown_out": ("its supply was too low for a moment", "use another cable, port or supply"),
+    "watchdog": ("its program hung", "report it, with what it was doing"),
+    "hard_fault": ("its program failed", "report it, with what it was doing"),
+    "stack": ("its program ran out of stack", "report it, with what it was doing"),
+}
+
+
+def check_start(facts: KnobFacts) -> Finding:
+    """Look at why the board started."""
+    cause = facts.after.reset_cause
+    values = {"reset_cause": cause}
+    if cause not in _RESTARTS:
+        return Finding("start", True, "the board started as it should", values=values)
+    text, advice = _RESTARTS[cause]
+    return Finding("start", False, f"the board has started anew because {text}", advice, values)
+
+
+def check_parts(facts: KnobFacts) -> Finding:
+    """Look whether the board is held low until its parts are confirmed."""
+    values = {"confirmed": facts.confirmed}
+    if facts.confirmed or facts.info.board == "emulated":
+        return Finding("parts", True, "nothing is held low", values=values)
+    return Finding(
+        "parts",
+        False,
+        "nobody has confirmed the parts of this board, so it gives 15 mN m and 10 rad/s at most",
+        "set the values of motor, brake and encoder (docs/hardware.md, first power), then "
+        "`torsio config set confirmed=on`",
+        values,
+    )
+
+
 def check_clock(facts: KnobFacts) -> Finding:
     """Compare the clocks."""
     clock = facts.clock
@@ -348,6 +391,8 @@ def check_ticks(facts: KnobFacts) -> Finding:
 KNOB_CHECKS: tuple[Callable[[KnobFacts], Finding], ...] = (
     check_firmware,
     check_state,
+    check_start,
+    check_parts,
     check_clock,
     check_round_trips,
     check_losses,

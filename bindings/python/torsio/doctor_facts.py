@@ -104,6 +104,8 @@ class KnobFacts:
     before: Health
     after: Health
     watchdog_s: float
+    confirmed: bool
+    """Somebody has said that the board's configuration is that of its parts."""
     clock: ClockFit
     round_trips: RoundTrips | None
     """None if the knob was armed, for the command that is timed would disarm it."""
@@ -224,6 +226,7 @@ def examine(knob: Knob) -> KnobFacts:
         before=before,
         clock=fit_clock(first, ask_clock(knob.clock), 1 / knob.info.control_rate_hz),
         watchdog_s=knob.control_config().watchdog_s,
+        confirmed=knob.board_config().confirmed,
         round_trips=round_trips,
         samples=len(samples),
         link=knob.statistics(),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
+from typing import Literal
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, ControlConfig, GameConfig
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.game_port import GamePort
 from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.plant import ElectricsState, PlantParams
 from torsio.telemetry import Record
 
 __all__ = ["DeviceInput", "Emulator", "EmulatorOptions"]
@@ -48,7 +49,7 @@ class EmulatorOptions:
         The simulated actuator, and who holds it; None is the reference actuator, and nobody.
     serial
         At most 16 ASCII characters; empty: derived from the device's name.
-    actuator, control, game
+    actuator, control, board, game
         Configuration at power-up, in place of what the device has stored, or of its defaults.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
@@ -72,6 +73,7 @@ class EmulatorOptions:
     serial: str = ""
     actuator: ActuatorConfig | None = None
     control: ControlConfig | None = None
+    board: BoardConfig | None = None
     game: GameConfig | None = None
     paced: bool = False
     log_truth: bool = False
@@ -90,6 +92,7 @@ class EmulatorOptions:
             ("hand", Hand),
             ("actuator", ActuatorConfig),
             ("control", ControlConfig),
+            ("board", BoardConfig),
             ("game", GameConfig),
         ):
             value = getattr(self, name)
@@ -143,6 +146,17 @@ class Emulator:
         return [DeviceInput(*row) for row in self._knob.inputs()]
 
     @property
+    def electrics(self) -> ElectricsState:
+        """What no sensor sees of the electrics, now.
+
+        Raises
+        ------
+        Error
+            Unless the plant has electrics.
+        """
+        return ElectricsState(**self._knob.electrics())
+
+    @property
     def game(self) -> GamePort:
         """The game interface, as a game's driver sees it."""
         return GamePort(self._knob)
@@ -158,6 +172,16 @@ class Emulator:
     def set_actuator_fault(self, *, present: bool) -> None:
         """Make the power stage report an error, or stop doing so."""
         self._knob.set_actuator_fault(checks.flag("present", present))
+
+    def set_current_sensor(self, state: Literal["works", "dead", "stuck", "saturated"]) -> None:
+        """Have the current sensor show something else from now on.
+
+        Raises
+        ------
+        Error
+            Unless the plant has electrics.
+        """
+        self._knob.set_current_sensor(checks.text("state", state))
 
     def freeze_encoder(self, *, frozen: bool) -> None:
         """Let the encoder's counter stand still."""

@@ -102,6 +102,27 @@ class Plant(_torsio.emulator.Plant):
         period_ns = checks.whole("period_ns", period_ns, 1, _LONGEST_NS)
         return super().record(motor_command_nm, brake_command_nm, period_ns=period_ns)
 
+    def record_bridges(
+        self,
+        motor_share: npt.ArrayLike,
+        brake_share: npt.ArrayLike,
+        enabled: npt.ArrayLike,
+        *,
+        period_ns: int = 25_000,
+    ) -> tuple[Record, npt.NDArray[np.float64]]:
+        """As record, of a plant with electrics, from a supply at rest.
+
+        The bridges give their windings these shares of the supply's voltage, -1 to 1, for a period
+        each while they are enabled.
+
+        Returns
+        -------
+        tuple
+            PLANT_DTYPE rows at the periods' begins, and the supply's voltage there, shape (n,).
+        """
+        period_ns = checks.whole("period_ns", period_ns, 1, _LONGEST_NS)
+        return super().record_bridges(motor_share, brake_share, enabled, period_ns=period_ns)
+
     def drive(
         self,
         motor_command_nm: npt.ArrayLike,

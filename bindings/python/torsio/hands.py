@@ -10,14 +10,16 @@ knot, the last one after the last. Time 0 is when the hand takes over.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TypeAlias
 
 from torsio import checks
 
 __all__ = [
+    "FeedbackHand",
     "Hand",
+    "HandFunction",
     "ImpedanceHand",
     "NoHand",
     "PrescribedMotion",
@@ -27,6 +29,11 @@ __all__ = [
 
 Profile: TypeAlias = float | Iterable[Sequence[float]]
 """What the fields of hands take; they keep it as a tuple of pairs."""
+
+HandFunction: TypeAlias = Callable[[float, float, float], float]
+"""Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the
+torque on the knob in N m, -100 to 100.
+"""
 
 
 class Hand:
@@ -106,3 +113,29 @@ class PrescribedMotion(Hand):
     def __post_init__(self) -> None:
         """Ask for the right kinds, and keep sequences so that they compare by value."""
         object.__setattr__(self, "angle_rad", checks.knots("angle_rad", self.angle_rad))
+
+
+@dataclass(frozen=True)
+class FeedbackHand(Hand):
+    """A hand whose torque is a function of what the knob does.
+
+    Such as a controller or a person's model.
+
+    The function is asked when the hand takes over and then once a period. It must not use the knob
+    that it holds.
+
+    Attributes
+    ----------
+    torque_nm
+        The torque on the knob; held until it is asked again.
+    period_s
+        From one asking to the next; 1e-5 to 1.
+    """
+
+    _: KW_ONLY
+    torque_nm: HandFunction
+    period_s: float = 0.001
+
+    def __post_init__(self) -> None:
+        """Ask for the right kinds, and keep sequences so that they compare by value."""
+        checks.function("torque_nm", self.torque_nm)

@@ -34,7 +34,7 @@ from torsio.records import (
     ListedDevice,
     State,
 )
-from torsio.scenes import Scene
+from torsio.scenes import Excitation, Scene
 from torsio.steps import Steps
 from torsio.telemetry import Record
 
@@ -252,6 +252,22 @@ class Knob:
             checks.number("damping_nm_s_per_rad", damping_nm_s_per_rad),
             checks.number("deadline_s", deadline_s),
         )
+
+    def excite(self, excitation: Excitation) -> None:
+        """Play a bounded experiment in place of scene and law: commands of motor and brake.
+
+        The next one goes on from where this one is; whatever leaves its bounds, or comes to its
+        end, disarms. For calibration.
+
+        Raises
+        ------
+        InvalidArgument
+            Names field, value and range.
+        Refused
+            Unless armed by this library.
+        """
+        checks.kind("excitation", excitation, Excitation, "a torsio.Excitation")
+        self._knob.excite(excitation)
 
     # Events ---------------------------------------------------------------------------------
 

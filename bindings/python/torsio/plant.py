@@ -16,6 +16,8 @@ __all__ = [
     "Belt",
     "BrakeHysteresis",
     "Cogging",
+    "Electrics",
+    "ElectricsState",
     "PlantParams",
     "ShaftHardening",
 ]
@@ -96,6 +98,105 @@ class Cogging(CoggingShapes):
 
 
 @dataclass(frozen=True)
+class Electrics:
+    """Part of a plant: windings, bridges, supply and current sensor.
+
+    With it the emulated device runs the board's own power stage; without it motor and brake are the
+    lags that are given.
+
+    Attributes
+    ----------
+    winding_resistance_ohm
+        Of the motor, at 25 degrees; > 0.
+    winding_inductance_h
+        Of the motor; > 0.
+    torque_constant_nm_per_a
+        Of the motor, at the knob; V s/rad of back EMF as well; > 0.
+    motor_reversed
+        A current into the first pin turns the knob to smaller angles.
+    coil_resistance_ohm
+        Of the brake; > 0.
+    coil_inductance_h
+        Of the brake; > 0.
+    coil_torque_constant_nm_per_a
+        Of the brake, on the pulley; > 0.
+    supply_v
+        Without load; > 0.
+    supply_resistance_ohm
+        Of the supply; it takes no current back; >= 0.
+    supply_capacitance_f
+        Behind that; > 0.
+    ambient_c
+        Of the air; everything begins there; -100 to 300.
+    winding_heat_j_per_k
+        Heat capacity of the motor's winding; > 0.
+    winding_to_rotor_k_per_w
+        From there to the rotor; > 0.
+    rotor_heat_j_per_k
+        Heat capacity of the rotor; > 0.
+    rotor_to_air_k_per_w
+        From there to the air; > 0.
+    coil_heat_j_per_k
+        Heat capacity of the brake's coil; > 0.
+    coil_to_air_k_per_w
+        From there to the air; > 0.
+    pwm_steps
+        Of a bridge's full share; 1 to 65535.
+    current_period_s
+        Of the current loop, rounded to a whole part of the control period, which 0 is; 0 to 0.001.
+    output_delay_s
+        From a measurement to the voltage that answers it; at most a period of the current loop;
+        1e-6 to 0.001.
+    predictive
+        The current loop of the RP2350; False: the one of the RP2040.
+    sample_offset_s
+        From the middle of the time in which the bridge drives to the measurement; 0 to 1e-5.
+    sensor_v_per_a
+        Of the current sensor; > 0.
+    sensor_zero_v
+        What it shows without current; -10 to 10.
+    sensor_noise_v
+        Standard deviation; >= 0.
+    sensor_range_v
+        Of its converter, from 0; > 0.
+    sensor_bits
+        Of its converter; 1 to 24.
+    sensor_state
+        Dead: 0 V; stuck: at its zero; saturated: at the end of its range.
+    """
+
+    _: KW_ONLY
+    winding_resistance_ohm: float = 2.5
+    winding_inductance_h: float = 0.0015
+    torque_constant_nm_per_a: float = 0.05
+    motor_reversed: bool = False
+    coil_resistance_ohm: float = 40.0
+    coil_inductance_h: float = 2.4
+    coil_torque_constant_nm_per_a: float = 0.44
+    supply_v: float = 12.0
+    supply_resistance_ohm: float = 0.1
+    supply_capacitance_f: float = 0.0022
+    ambient_c: float = 25.0
+    winding_heat_j_per_k: float = 12.0
+    winding_to_rotor_k_per_w: float = 4.0
+    rotor_heat_j_per_k: float = 60.0
+    rotor_to_air_k_per_w: float = 8.0
+    coil_heat_j_per_k: float = 40.0
+    coil_to_air_k_per_w: float = 20.0
+    pwm_steps: int = 1875
+    current_period_s: float = 2.5e-05
+    output_delay_s: float = 2.5e-05
+    predictive: bool = True
+    sample_offset_s: float = 1e-06
+    sensor_v_per_a: float = 0.2
+    sensor_zero_v: float = 1.65
+    sensor_noise_v: float = 0.001
+    sensor_range_v: float = 3.3
+    sensor_bits: int = 12
+    sensor_state: Literal["works", "dead", "stuck", "saturated"] = "works"
+
+
+@dataclass(frozen=True)
 class PlantParams(PlantMethods):
     """Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.
 
@@ -164,6 +265,7 @@ class PlantParams(PlantMethods):
     brake_hysteresis: BrakeHysteresis | None = None
     belt: Belt | None = None
     cogging: Cogging | None = None
+    electrics: Electrics | None = None
 
     def __post_init__(self) -> None:
         """Ask for the right kinds, and keep sequences so that they compare by value."""
@@ -182,3 +284,34 @@ class PlantParams(PlantMethods):
             checks.kind("belt", self.belt, Belt, "Belt or None")
         if self.cogging is not None:
             checks.kind("cogging", self.cogging, Cogging, "Cogging or None")
+        if self.electrics is not None:
+            checks.kind("electrics", self.electrics, Electrics, "Electrics or None")
+
+
+@dataclass(frozen=True)
+class ElectricsState:
+    """What no sensor of an emulated knob sees of its electrics, now.
+
+    Attributes
+    ----------
+    motor_current_a
+        Positive turns the knob to larger angles.
+    coil_current_a
+        Of the brake.
+    supply_v
+        At the bridges.
+    winding_c
+        Temperature of the motor's winding.
+    rotor_c
+        Of its rotor.
+    coil_c
+        Of the brake's coil.
+    """
+
+    _: KW_ONLY
+    motor_current_a: float = 0.0
+    coil_current_a: float = 0.0
+    supply_v: float = 0.0
+    winding_c: float = 0.0
+    rotor_c: float = 0.0
+    coil_c: float = 0.0

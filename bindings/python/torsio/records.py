@@ -140,6 +140,8 @@ class Health:
         How often the configuration was saved, ever.
     owner
         Who has the actuator.
+    reset_cause
+        Why the device started.
     """
 
     state: Literal["disarmed", "armed", "fault", "disconnected"]
@@ -152,6 +154,9 @@ class Health:
     tick_time_max_s: float
     saves: int
     owner: Literal["none", "sdk", "game"]
+    reset_cause: Literal[
+        "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"
+    ]
 
 
 @dataclass(frozen=True)
@@ -298,7 +303,15 @@ class Disarm:
     """
 
     reason: Literal[
-        "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"
+        "order",
+        "watchdog",
+        "deadline_missed",
+        "fault",
+        "game_idle",
+        "disconnected",
+        "unknown",
+        "excitation_over",
+        "excitation_stopped",
     ]
     faults: tuple[str, ...]
     tick: int

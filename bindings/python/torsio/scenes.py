@@ -26,6 +26,7 @@ __all__ = [
     "Detents",
     "Effect",
     "EndStops",
+    "Excitation",
     "Friction",
     "Inertia",
     "Periodic",
@@ -361,3 +362,58 @@ class Curve(Effect):
     def __post_init__(self) -> None:
         """Ask for the right kinds, and keep sequences so that they compare by value."""
         object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A bounded experiment: commands of motor and brake that go past scene and law.
+
+    What it names is reached from where the last excitation is now, in a straight line. The motor
+    also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping
+    (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one,
+    disarms.
+
+    Attributes
+    ----------
+    duration_s
+        Until it disarms, unless the next one comes first; 0.001 to 60.
+    travel_rad
+        Further from its first angle disarms; 0.001 to 1000.
+    speed_limit_rad_s
+        Faster disarms; 0.1 to 1e4.
+    torque_limit_nm
+        Largest torque of the motor; 0 to 100.
+    motor_nm
+        Where the motor goes; -100 to 100.
+    brake_nm
+        Where the brake's command goes; 0 to 100.
+    ramp_s
+        Time that both take; 0 is a step; 0 to 60.
+    sine_nm
+        Amplitude of the sine on top of `motor_nm`; 0 to 100.
+    sine_begin_hz
+        Its frequency at the beginning; 0 to 1000.
+    sine_end_hz
+        And after `duration_s`; 0 to 1000.
+    stiffness_nm_per_rad
+        Of the servo; 0 to 1e6.
+    damping_nm_s_per_rad
+        Of the servo; 0 to 1000.
+    servo_rad_s
+        Speed of the servo's reference; -1000 to 1000.
+    """
+
+    _: KW_ONLY
+    duration_s: float
+    travel_rad: float
+    speed_limit_rad_s: float
+    torque_limit_nm: float
+    motor_nm: float = 0.0
+    brake_nm: float = 0.0
+    ramp_s: float = 0.0
+    sine_nm: float = 0.0
+    sine_begin_hz: float = 0.0
+    sine_end_hz: float = 0.0
+    stiffness_nm_per_rad: float = 0.0
+    damping_nm_s_per_rad: float = 0.0
+    servo_rad_s: float = 0.0

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 __all__ = [
+    "FLAG_BOUNDED",
     "FLAG_BRAKE_SATURATED",
     "FLAG_GAME",
     "FLAG_LOCAL_MODEL",
@@ -74,3 +75,5 @@ FLAG_PASSIVE: Final = 1 << 5
 """Fading out after silence or a deadline."""
 FLAG_GAME: Final = 1 << 6
 """A game has the actuator."""
+FLAG_BOUNDED: Final = 1 << 7
+"""Less is given than the scene asks, or the knob would buzz."""

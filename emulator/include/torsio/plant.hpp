@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -18,6 +19,10 @@ struct Knot {
   double value;
 };
 using Profile = std::vector<Knot>;
+
+/// Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the
+/// torque on the knob in N m, -100 to 100.
+using HandFunction = std::function<double(double time_s, double angle_rad, double speed_rad_s)>;
 
 /// Nobody touches the knob.
 struct NoHand {};
@@ -41,10 +46,21 @@ struct PrescribedMotion {
   Profile angle_rad{{0.0, 0.0}};  ///< without jumps
 };
 
-using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion>;
+/// A hand whose torque is a function of what the knob does, such as a controller or a person's
+/// model. The function is asked when the hand takes over and then once a period. It must not use
+/// the knob that it holds.
+struct FeedbackHand {
+  HandFunction torque_nm{};  ///< the torque on the knob; held until it is asked again
+  double period_s = 0.001;   ///< from one asking to the next; 1e-5 to 1
+};
+
+using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, FeedbackHand>;
 
 /// Which count an angle between two gives.
 enum class EncoderRounding : std::uint8_t { floor, nearest };
+
+/// What a current sensor shows.
+enum class CurrentSensorState : std::uint8_t { works, dead, stuck, saturated };
 
 /// Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
 struct ShaftHardening {
@@ -70,6 +86,45 @@ struct Cogging {
   int periods_per_rev = 1;  ///< of the torque; 1 to 65535
   /// 2 to 64 torques at equal distances over one period, from angle 0; straight lines between
   std::vector<double> torque_nm{};
+};
+
+/// Part of a plant: windings, bridges, supply and current sensor. With it the emulated device runs
+/// the board's own power stage; without it motor and brake are the lags that are given.
+struct Electrics {
+  double winding_resistance_ohm = 2.5;   ///< of the motor, at 25 degrees; > 0
+  double winding_inductance_h = 0.0015;  ///< of the motor; > 0
+  /// of the motor, at the knob; V s/rad of back EMF as well; > 0
+  double torque_constant_nm_per_a = 0.05;
+  bool motor_reversed = false;  ///< a current into the first pin turns the knob to smaller angles
+  double coil_resistance_ohm = 40.0;            ///< of the brake; > 0
+  double coil_inductance_h = 2.4;               ///< of the brake; > 0
+  double coil_torque_constant_nm_per_a = 0.44;  ///< of the brake, on the pulley; > 0
+  double supply_v = 12.0;                       ///< without load; > 0
+  double supply_resistance_ohm = 0.1;           ///< of the supply; it takes no current back; >= 0
+  double supply_capacitance_f = 0.0022;         ///< behind that; > 0
+  double ambient_c = 25.0;                ///< of the air; everything begins there; -100 to 300
+  double winding_heat_j_per_k = 12.0;     ///< heat capacity of the motor's winding; > 0
+  double winding_to_rotor_k_per_w = 4.0;  ///< from there to the rotor; > 0
+  double rotor_heat_j_per_k = 60.0;       ///< heat capacity of the rotor; > 0
+  double rotor_to_air_k_per_w = 8.0;      ///< from there to the air; > 0
+  double coil_heat_j_per_k = 40.0;        ///< heat capacity of the brake's coil; > 0
+  double coil_to_air_k_per_w = 20.0;      ///< from there to the air; > 0
+  int pwm_steps = 1875;                   ///< of a bridge's full share; 1 to 65535
+  /// of the current loop, rounded to a whole part of the control period, which 0 is; 0 to 0.001
+  double current_period_s = 2.5e-5;
+  /// from a measurement to the voltage that answers it; at most a period of the current loop; 1e-6
+  /// to 0.001
+  double output_delay_s = 2.5e-5;
+  bool predictive = true;  ///< the current loop of the RP2350; false: the one of the RP2040
+  /// from the middle of the time in which the bridge drives to the measurement; 0 to 1e-5
+  double sample_offset_s = 1e-6;
+  double sensor_v_per_a = 0.2;    ///< of the current sensor; > 0
+  double sensor_zero_v = 1.65;    ///< what it shows without current; -10 to 10
+  double sensor_noise_v = 0.001;  ///< standard deviation; >= 0
+  double sensor_range_v = 3.3;    ///< of its converter, from 0; > 0
+  int sensor_bits = 12;           ///< of its converter; 1 to 24
+  /// dead: 0 V; stuck: at its zero; saturated: at the end of its range
+  CurrentSensorState sensor_state = CurrentSensorState::works;
 };
 
 /// Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob. The
@@ -100,6 +155,7 @@ struct PlantParams {
   std::optional<BrakeHysteresis> brake_hysteresis{};
   std::optional<Belt> belt{};
   std::optional<Cogging> cogging{};
+  std::optional<Electrics> electrics{};
 };
 
 /// What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.
@@ -113,6 +169,16 @@ struct TruthSample {
   double brake_capacity_nm;  ///< what it could transmit, drag included, >= 0
   double motor_torque_nm;    ///< after the motor's lag
   double hand_torque_nm;     ///< of whoever holds the knob
+};
+
+/// What no sensor of an emulated knob sees of its electrics, now.
+struct ElectricsState {
+  double motor_current_a = 0.0;  ///< positive turns the knob to larger angles
+  double coil_current_a = 0.0;   ///< of the brake
+  double supply_v = 0.0;         ///< at the bridges
+  double winding_c = 0.0;        ///< temperature of the motor's winding
+  double rotor_c = 0.0;          ///< of its rotor
+  double coil_c = 0.0;           ///< of the brake's coil
 };
 
 }  // namespace torsio

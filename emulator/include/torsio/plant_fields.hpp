@@ -19,6 +19,11 @@ struct Names<EncoderRounding> {
 };
 
 template <>
+struct Names<CurrentSensorState> {
+  static constexpr std::array<std::string_view, 4> values{"works", "dead", "stuck", "saturated"};
+};
+
+template <>
 struct Fields<NoHand> {
   static constexpr std::string_view name = "NoHand";
   static constexpr std::tuple list{};
@@ -49,6 +54,15 @@ struct Fields<PrescribedMotion> {
   static constexpr std::string_view name = "PrescribedMotion";
   static constexpr std::tuple list{
       field("angle_rad", &PrescribedMotion::angle_rad, "rad", -1e9, 1e9, "without jumps"),
+  };
+};
+template <>
+struct Fields<FeedbackHand> {
+  static constexpr std::string_view name = "FeedbackHand";
+  static constexpr std::tuple list{
+      field("torque_nm", &FeedbackHand::torque_nm, "", -kNoLimit, kNoLimit,
+            "the torque on the knob; held until it is asked again"),
+      field("period_s", &FeedbackHand::period_s, "s", 1e-5, 1.0, "from one asking to the next"),
   };
 };
 template <>
@@ -89,6 +103,64 @@ struct Fields<Cogging> {
       field("torque_nm", &Cogging::torque_nm, "N m", -kNoLimit, kNoLimit,
             "2 to 64 torques at equal distances over one period, from angle 0; straight lines "
             "between"),
+  };
+};
+template <>
+struct Fields<Electrics> {
+  static constexpr std::string_view name = "Electrics";
+  static constexpr std::tuple list{
+      field("winding_resistance_ohm", &Electrics::winding_resistance_ohm, "ohm", 1e-15, 1e15,
+            "of the motor, at 25 degrees"),
+      field("winding_inductance_h", &Electrics::winding_inductance_h, "H", 1e-15, 1e15,
+            "of the motor"),
+      field("torque_constant_nm_per_a", &Electrics::torque_constant_nm_per_a, "N m/A", 1e-15, 1e15,
+            "of the motor, at the knob; V s/rad of back EMF as well"),
+      field("motor_reversed", &Electrics::motor_reversed, "", -kNoLimit, kNoLimit,
+            "a current into the first pin turns the knob to smaller angles"),
+      field("coil_resistance_ohm", &Electrics::coil_resistance_ohm, "ohm", 1e-15, 1e15,
+            "of the brake"),
+      field("coil_inductance_h", &Electrics::coil_inductance_h, "H", 1e-15, 1e15, "of the brake"),
+      field("coil_torque_constant_nm_per_a", &Electrics::coil_torque_constant_nm_per_a, "N m/A",
+            1e-15, 1e15, "of the brake, on the pulley"),
+      field("supply_v", &Electrics::supply_v, "V", 1e-15, 1e15, "without load"),
+      field("supply_resistance_ohm", &Electrics::supply_resistance_ohm, "ohm", 0.0, 1e15,
+            "of the supply; it takes no current back"),
+      field("supply_capacitance_f", &Electrics::supply_capacitance_f, "F", 1e-15, 1e15,
+            "behind that"),
+      field("ambient_c", &Electrics::ambient_c, "degree C", -100.0, 300.0,
+            "of the air; everything begins there"),
+      field("winding_heat_j_per_k", &Electrics::winding_heat_j_per_k, "J/K", 1e-15, 1e15,
+            "heat capacity of the motor's winding"),
+      field("winding_to_rotor_k_per_w", &Electrics::winding_to_rotor_k_per_w, "K/W", 1e-15, 1e15,
+            "from there to the rotor"),
+      field("rotor_heat_j_per_k", &Electrics::rotor_heat_j_per_k, "J/K", 1e-15, 1e15,
+            "heat capacity of the rotor"),
+      field("rotor_to_air_k_per_w", &Electrics::rotor_to_air_k_per_w, "K/W", 1e-15, 1e15,
+            "from there to the air"),
+      field("coil_heat_j_per_k", &Electrics::coil_heat_j_per_k, "J/K", 1e-15, 1e15,
+            "heat capacity of the brake's coil"),
+      field("coil_to_air_k_per_w", &Electrics::coil_to_air_k_per_w, "K/W", 1e-15, 1e15,
+            "from there to the air"),
+      field("pwm_steps", &Electrics::pwm_steps, "", 1.0, 65535.0, "of a bridge's full share"),
+      field("current_period_s", &Electrics::current_period_s, "s", 0.0, 0.001,
+            "of the current loop, rounded to a whole part of the control period, which 0 is"),
+      field("output_delay_s", &Electrics::output_delay_s, "s", 1e-6, 0.001,
+            "from a measurement to the voltage that answers it; at most a period of the current "
+            "loop"),
+      field("predictive", &Electrics::predictive, "", -kNoLimit, kNoLimit,
+            "the current loop of the RP2350; off: the one of the RP2040"),
+      field("sample_offset_s", &Electrics::sample_offset_s, "s", 0.0, 1e-5,
+            "from the middle of the time in which the bridge drives to the measurement"),
+      field("sensor_v_per_a", &Electrics::sensor_v_per_a, "V/A", 1e-15, 1e15,
+            "of the current sensor"),
+      field("sensor_zero_v", &Electrics::sensor_zero_v, "V", -10.0, 10.0,
+            "what it shows without current"),
+      field("sensor_noise_v", &Electrics::sensor_noise_v, "V", 0.0, 1e15, "standard deviation"),
+      field("sensor_range_v", &Electrics::sensor_range_v, "V", 1e-15, 1e15,
+            "of its converter, from 0"),
+      field("sensor_bits", &Electrics::sensor_bits, "", 1.0, 24.0, "of its converter"),
+      field("sensor_state", &Electrics::sensor_state, "", -kNoLimit, kNoLimit,
+            "dead: 0 V; stuck: at its zero; saturated: at the end of its range"),
   };
 };
 template <>
@@ -134,6 +206,7 @@ struct Fields<PlantParams> {
       field("brake_hysteresis", &PlantParams::brake_hysteresis, "", -kNoLimit, kNoLimit, ""),
       field("belt", &PlantParams::belt, "", -kNoLimit, kNoLimit, ""),
       field("cogging", &PlantParams::cogging, "", -kNoLimit, kNoLimit, ""),
+      field("electrics", &PlantParams::electrics, "", -kNoLimit, kNoLimit, ""),
   };
 };
 template <>
@@ -155,6 +228,21 @@ struct Fields<TruthSample> {
             "after the motor's lag"),
       field("hand_torque_nm", &TruthSample::hand_torque_nm, "", -kNoLimit, kNoLimit,
             "of whoever holds the knob"),
+  };
+};
+template <>
+struct Fields<ElectricsState> {
+  static constexpr std::string_view name = "ElectricsState";
+  static constexpr std::tuple list{
+      field("motor_current_a", &ElectricsState::motor_current_a, "", -kNoLimit, kNoLimit,
+            "positive turns the knob to larger angles"),
+      field("coil_current_a", &ElectricsState::coil_current_a, "", -kNoLimit, kNoLimit,
+            "of the brake"),
+      field("supply_v", &ElectricsState::supply_v, "", -kNoLimit, kNoLimit, "at the bridges"),
+      field("winding_c", &ElectricsState::winding_c, "", -kNoLimit, kNoLimit,
+            "temperature of the motor's winding"),
+      field("rotor_c", &ElectricsState::rotor_c, "", -kNoLimit, kNoLimit, "of its rotor"),
+      field("coil_c", &ElectricsState::coil_c, "", -kNoLimit, kNoLimit, "of the brake's coil"),
   };
 };
 

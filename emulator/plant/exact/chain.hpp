@@ -59,7 +59,7 @@ struct Chain {
   static constexpr std::size_t kNetLast = kNet + kShafts - 1;
   static constexpr std::size_t kTwisting = kNetLast + 1;         ///< of each spring, rad/s
   static constexpr std::size_t kForcing = kTwisting + kSprings;  ///< rate of kForce, N m/s
-  static constexpr std::size_t kMotorDrive = kForcing + 1;       ///< kMotorGap, N m
+  static constexpr std::size_t kMotorDrive = kForcing + 1;       ///< kMotorGap and back EMF, N m
   static constexpr std::size_t kBrakeDrive = kMotorDrive + 1;    ///< kBrakeGap, N m
   static constexpr std::size_t kDrives = kShafts > 1 ? kBrakeDrive + 1 : kMotorDrive + 1;
 
@@ -69,6 +69,7 @@ struct Chain {
       : model(model_in),
         motor_rate(model.motor_time_constant_s > 0.0 ? 1.0 / model.motor_time_constant_s : 0.0),
         brake_rate(model.brake_time_constant_s > 0.0 ? 1.0 / model.brake_time_constant_s : 0.0),
+        back_emf(model.back_emf_nm_s_per_rad),
         hand_stiffness(model.hand_stiffness_nm_per_rad) {
     for (std::size_t i = 0; i < kShafts; ++i) {
       mobility[i] = 1.0 / model.inertia_kg_m2[i];
@@ -83,6 +84,7 @@ struct Chain {
   const PlantModel& model;
   double motor_rate;  ///< 1/s; 0 when there is no lag, as the gap is 0 then
   double brake_rate;
+  double back_emf;                         ///< N m s/rad; 0 without electrics
   std::array<double, kShafts> mobility{};  ///< 1 / inertia
   // Copies of the model's, which are at hand where most of the time is spent:
   std::array<double, kShafts> viscous{};    ///< N m s/rad
@@ -147,7 +149,7 @@ struct Chain {
       drive[kBrakeDrive] = z[kBrakeGap];
     }
     drive[kForcing] = z[kSlope] - knob_stiffness(regime) * z[kSpeed];
-    drive[kMotorDrive] = z[kMotorGap];
+    drive[kMotorDrive] = z[kMotorGap] + back_emf * z[kSpeed];
     return drive;
   }
 
@@ -190,7 +192,7 @@ struct Chain {
       const double width = model.cogging_period_rad / static_cast<double>(model.cogging_nm.size());
       steepest = std::max(steepest, model.hand_stiffness_nm_per_rad + std::abs(rise) / width);
     }
-    double sum = steepest * mobility[0];
+    double sum = (steepest + motor_rate * back_emf) * mobility[0];
     for (std::size_t i = 0; i < kSprings; ++i) {
       double stiffest = model.belt_stiffness_nm_per_rad;
       if (i == 0) {

@@ -52,6 +52,8 @@ struct Rung {
   double motor_change = 0.0;  ///< exp(-step/tau_m) - 1
   double brake_change = 0.0;  ///< exp(-step/tau_b) - 1
   bool bends_known = false;
+  /// With back EMF: what one unit of each drive makes of the motor's gap.
+  typename C::Drives motor_changes{};
   std::array<Column, C::kDrives> columns{};
 };
 
@@ -100,7 +102,11 @@ typename Chain<kShafts>::Vector advanced(const Chain<kShafts>& chain, const Regi
   if constexpr (kMoving.knob || kMoving.brake) {
     unrolled<C::kMoving>([&](auto i) { next[i] += change[i / 2][i % 2]; });
   }
-  next[C::kMotorGap] += rung.motor_change * drive[C::kMotorDrive];
+  if (chain.back_emf == 0.0) [[likely]] {
+    next[C::kMotorGap] += rung.motor_change * drive[C::kMotorDrive];
+  } else {
+    unrolled<C::kDrives>([&](auto j) { next[C::kMotorGap] += rung.motor_changes[j] * drive[j]; });
+  }
   next[C::kForce] += rung.step_s * drive[C::kForcing];
   if constexpr (kMoving.knob) {
     next[C::kForce] -= chain.knob_stiffness(regime) * change[C::kTravel / 2][C::kTravel % 2];
@@ -163,6 +169,7 @@ template <int kShafts>
         for (std::size_t k = series.size(); k-- > 0;) {
           const double weight = shortest_s / static_cast<double>(k + 1);
           for (std::size_t row = 0; row < C::kMoving; ++row) whole[row] += weight * series[k][row];
+          whole[C::kMotorGap] += weight * series[k][C::kMotorGap];
         }
       } else {
         // What the first half made goes on by itself in the second one, where the drive, which
@@ -171,7 +178,9 @@ template <int kShafts>
         const Vector first = response(chain, regime, half, drive);
         whole = advanced<kShafts>(chain, regime, half, first, chain.drives(first, regime));
         for (std::size_t row = 0; row < C::kMoving; ++row) whole[row] += first[row];
+        whole[C::kMotorGap] += first[C::kMotorGap];
       }
+      rung.motor_changes[drive] = whole[C::kMotorGap];
       for (std::size_t row = 0; row < C::kMoving; ++row) {
         rung.columns[drive].change[row / 2][row % 2] = whole[row];
       }

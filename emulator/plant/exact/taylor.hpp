@@ -48,6 +48,7 @@ Series<kShafts> taylor_series(const Chain<kShafts>& chain, const typename Chain<
   const double brake_side = sign_of(regime.brake);
   const double ground = chain.knob_stiffness(regime);
   const double motor_rate = chain.motor_rate;
+  const double back_emf = chain.back_emf;
   const double brake_rate = chain.brake_rate;
 
   Series<kShafts> series;
@@ -74,7 +75,7 @@ Series<kShafts> taylor_series(const Chain<kShafts>& chain, const typename Chain<
       term[C::kSpeed + i] = scale * mobility[i] * net;
     }
     term[C::kTravel] = scale * at[C::kSpeed];
-    term[C::kMotorGap] = -scale * motor_rate * at[C::kMotorGap];
+    term[C::kMotorGap] = -scale * motor_rate * (at[C::kMotorGap] + back_emf * at[C::kSpeed]);
     term[C::kForce] = scale * (at[C::kSlope] - ground * at[C::kSpeed]);
     std::fill(term.begin() + C::kVarying, term.end(), 0.0);
   }

@@ -15,6 +15,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(
   return rp2::find_pin_conflict(config, rp2::kPicoPins | 1U << 15);
 }
 
-inline constexpr Board kBoard{"pico", 1, 100'000, find_pin_conflict};
+/// Without floating point a tick has time for one round of the simple current loop.
+inline constexpr Board kBoard{"pico", 1, 100'000, find_pin_conflict, {100'000, 100'000, false}};
 
 }  // namespace torsio::boards::pico

@@ -14,6 +14,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(
   return rp2::find_pin_conflict(config, rp2::kPicoPins);
 }
 
-inline constexpr Board kBoard{"pico2", 2, 50'000, find_pin_conflict};
+/// The current loop runs at the PWM's rate, twice a tick.
+inline constexpr Board kBoard{"pico2", 2, 50'000, find_pin_conflict, {25'000, 25'000, true}};
 
 }  // namespace torsio::boards::pico2

@@ -20,6 +20,7 @@
 #include "boards/rp2/flash_slots.hpp"
 #include "boards/rp2/power_stage.hpp"
 #include "boards/rp2/quadrature.hpp"
+#include "boards/rp2/reset_cause.hpp"
 #include "boards/rp2/status_light.hpp"
 #include "device/device.hpp"
 #include "usb/usb_device.hpp"
@@ -29,8 +30,11 @@ namespace {
 
 constexpr const Board& kBoard = TORSIO_BOARD::kBoard;
 constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
+constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
+static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
 // Without a tick or a round of the main loop for so long, the chip starts anew: outputs off.
-constexpr std::uint32_t kWatchdogMs = 50;
+// With the largest scene that fits, a round takes longer without floating point.
+constexpr std::uint32_t kWatchdogMs = kBoard.power.predicts ? 8 : 20;
 constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
@@ -56,6 +60,14 @@ Lasting<PowerStage> power;
 Lasting<Quadrature> encoder;
 Lasting<usb::UsbDevice> usb_device;
 
+/// Power off, then the watchdog starts the chip anew.
+[[noreturn]] void panic(protocol::ResetCause why) {
+  cut_power();
+  leave_reset_cause(why);
+  for (;;) {
+  }
+}
+
 // Control interrupt --------------------------------------------------------------------------
 
 device::TickInputs inputs;
@@ -78,16 +90,32 @@ std::uint32_t count_missed_ticks() {
 
 void on_tick() {
   const std::uint32_t start = cycles_left();
-  power->begin_tick();
   inputs.encoder_count = encoder->read();
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
-  inputs.actuator_fault = power->has_fault();
+  inputs.power_faults = power->find_faults();
+  inputs.actuator_fault = inputs.power_faults != 0;
   inputs.missed_ticks = count_missed_ticks();
-  power->apply(the_device->tick(inputs));
+  const device::TickOutputs outputs = the_device->tick(inputs);
+  power->set_speed(the_device->speed_rad_s());
+  power->apply(outputs);
+  if (!stack_is_whole()) panic(protocol::ResetCause::stack);
   ticks_done.store(ticks_done.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   const std::uint32_t cycles = (start - cycles_left()) & kSysTickMask;
   inputs.tick_time_ns =
       static_cast<std::uint32_t>((std::uint64_t{cycles} * cycles_to_ns_q16) >> 16);
+}
+
+/// Between two ticks only the current loop has something to do.
+void on_step() {
+  static std::uint32_t steps_left = 0;
+  power->begin();
+  if (steps_left == 0) {
+    steps_left = kStepsPerTick;
+    on_tick();
+  } else {
+    power->apply();
+  }
+  --steps_left;
 }
 
 // Start-up -----------------------------------------------------------------------------------
@@ -99,6 +127,8 @@ device::BoardInfo board_info() {
   info.control_period_ns = kBoard.control_period_ns;
   info.wiring_rule = kBoard.wiring_rule;
   info.has_bootloader = true;
+  info.moves_parts = true;
+  info.reset_cause = take_reset_cause();
   pico_unique_board_id_t id;
   pico_get_unique_board_id(&id);
   constexpr char digits[] = "0123456789ABCDEF";
@@ -110,9 +140,9 @@ device::BoardInfo board_info() {
   return info;
 }
 
-void start_control(const protocol::BoardConfig& config) {
+void start_control(const protocol::BoardConfig& config, const protocol::ActuatorConfig& actuator) {
   encoder.make(config.encoder_pin);
-  power.make(config, kBoard.control_period_ns);
+  power.make(config, kBoard.power, actuator.brake_time_constant_s);
   emergency_stop_pin = config.emergency_stop_pin;
   gpio_init(config.light_pin);
   gpio_set_dir(config.light_pin, GPIO_OUT);
@@ -122,7 +152,7 @@ void start_control(const protocol::BoardConfig& config) {
   cycles_to_ns_q16 =
       static_cast<std::uint32_t>((std::uint64_t{1'000'000'000} << 16) / clock_get_hz(clk_sys));
   due_us = timer_hw->timerawl + kControlPeriodUs;
-  power->start(on_tick);
+  power->start(on_step);
 }
 
 // Main loop ----------------------------------------------------------------------------------
@@ -178,19 +208,18 @@ void show_life() {
 }  // namespace
 }  // namespace torsio::boards
 
-/// A program that has lost its way: power off, then the watchdog starts it anew.
+/// A program that has lost its way.
 extern "C" [[noreturn]] void torsio_panic(...) {
-  torsio::boards::cut_power();
-  for (;;) {
-  }
+  torsio::boards::panic(torsio::protocol::ResetCause::hard_fault);
 }
 extern "C" [[noreturn]] void isr_hardfault() { torsio_panic(); }
 
 int main() {
   using namespace torsio::boards;
+  guard_stack();
   const torsio::device::BoardInfo info = board_info();
   torsio::device::Device& device = the_device.make(info, read_slots());
-  start_control(device.board_config());
+  start_control(device.board_config(), device.actuator_config());
   usb_device.make(device, info);
   run(device.board_config().light_pin);
 }

@@ -11,45 +11,27 @@
 namespace torsio::boards {
 namespace {
 
-// Above hearing, and a whole multiple of either control rate.
+// Above hearing, and a whole multiple of every rate of a current loop.
 constexpr std::uint32_t kPwmHz = 40'000;
 
-constexpr float kAdcReferenceV = 3.3F;
-constexpr float kAdcSteps = 4096;
 constexpr std::uint32_t kFirstAdcPin = 26;
-
-// Follows a sensor's slow drift, not its noise.
-constexpr float kZeroShare = 1.0F / 256;
-
-// Noise makes one high sample, a short circuit makes many.
-constexpr std::uint8_t kOverCurrentTicks = 3;
-constexpr float kOverCurrentFactor = 1.5F;
-constexpr float kLeastTripA = 0.1F;
 
 // For cut_power(), which knows no object.
 std::uint32_t output_pins = 0;
 
 }  // namespace
 
-PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t control_period_ns)
+PowerStage::PowerStage(const protocol::BoardConfig& config, const device::PowerBoard& board,
+                       float brake_lag_s)
     : config_(config),
-      loop_params_(core::make_current_loop(
-          config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
-          static_cast<float>(control_period_ns) * 1e-9F, config.supply_v)),
+      logic_(config, board, brake_lag_s),
       motor_unit_(pwm_gpio_to_slice_num(config.motor_pin)),
       brake_unit_(pwm_gpio_to_slice_num(config.brake_pin)),
-      tick_unit_(0),
-      tick_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
-                                              control_period_ns / 1'000'000'000U)),
-      pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)),
-      amperes_per_step_(kAdcReferenceV / kAdcSteps / config.current_sense_v_per_a),
-      amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
-      brake_share_per_nm_(config.brake_resistance_ohm / config.brake_torque_constant_nm_per_a /
-                          config.supply_v),
-      brake_share_max_(core::smaller(
-          config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
-      trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)) {
-  while (tick_unit_ == motor_unit_ || tick_unit_ == brake_unit_) ++tick_unit_;
+      step_unit_(0),
+      step_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
+                                              board.current_period_ns / 1'000'000'000U)),
+      pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)) {
+  while (step_unit_ == motor_unit_ || step_unit_ == brake_unit_) ++step_unit_;
 
   output_pins = (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
   gpio_init_mask(output_pins);  // inputs, with a low output behind them
@@ -68,9 +50,9 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, std::uint32_t contro
   pwm_config_set_wrap(&bridge, static_cast<std::uint16_t>(pwm_steps_ - 1));
   for (const std::uint32_t unit : {motor_unit_, brake_unit_}) pwm_init(unit, &bridge, false);
 
-  pwm_config tick = pwm_get_default_config();
-  pwm_config_set_wrap(&tick, static_cast<std::uint16_t>(tick_cycles_ - 1));
-  pwm_init(tick_unit_, &tick, false);
+  pwm_config step = pwm_get_default_config();
+  pwm_config_set_wrap(&step, static_cast<std::uint16_t>(step_cycles_ - 1));
+  pwm_init(step_unit_, &step, false);
 
   switch_off();
   for (const std::uint8_t pin : {config.motor_pin, config.brake_pin}) {
@@ -87,68 +69,50 @@ void PowerStage::start(void (*handler)()) {
   const std::uint32_t irq = PWM_DEFAULT_IRQ_NUM();
   irq_set_exclusive_handler(irq, handler);
   irq_set_priority(irq, PICO_HIGHEST_IRQ_PRIORITY);
-  pwm_clear_irq(tick_unit_);
-  pwm_set_irq_enabled(tick_unit_, true);
+  pwm_clear_irq(step_unit_);
+  pwm_set_irq_enabled(step_unit_, true);
   irq_set_enabled(irq, true);
-  pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << tick_unit_));
+  pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << step_unit_));
 }
 
-void PowerStage::begin_tick() {
-  pwm_clear_irq(tick_unit_);
+void PowerStage::begin() {
+  pwm_clear_irq(step_unit_);
   hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
 }
 
-bool PowerStage::has_fault() const {
-  return !gpio_get(config_.driver_fault_pin) || over_current_ticks_ >= kOverCurrentTicks;
+std::uint16_t PowerStage::find_faults() const {
+  return logic_.find_faults(!gpio_get(config_.driver_fault_pin));
 }
 
-void PowerStage::measure_current() {
+/// @returns the converter's reading
+std::int32_t PowerStage::finish_measurement() const {
   while ((adc_hw->cs & ADC_CS_READY_BITS) == 0) {
-    // Two microseconds from begin_tick() on: long over.
+    // Two microseconds from begin() on: long over.
   }
-  const auto steps = static_cast<float>(static_cast<std::int32_t>(adc_hw->result));
-  if (!enabled_) {
-    zero_steps_ = zero_known_ ? zero_steps_ + (steps - zero_steps_) * kZeroShare : steps;
-    zero_known_ = true;
-  }
-  current_a_ = (steps - zero_steps_) * amperes_per_step_;
-  if (config_.motor_reversed == protocol::Toggle::on) current_a_ = -current_a_;
-
-  if (core::absolute(current_a_) <= trip_a_) {
-    over_current_ticks_ = 0;
-  } else if (over_current_ticks_ < kOverCurrentTicks) {
-    ++over_current_ticks_;
-  }
+  return static_cast<std::int32_t>(adc_hw->result);
 }
 
 void PowerStage::apply(const device::TickOutputs& outputs) {
-  measure_current();
-  if (!outputs.enabled) {
+  wanted_ = outputs;
+  const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
+  if (!drive.enabled) {
     if (enabled_) switch_off();
     return;
   }
-  const float target_a = core::clamp_symmetric(outputs.motor_command_nm * amperes_per_nm_,
-                                               config_.motor_current_max_a);
-  set_motor(core::hold_current(loop_, loop_params_, target_a, current_a_));
-  set_brake(core::smaller(outputs.brake_command_nm * brake_share_per_nm_, brake_share_max_));
+  set_bridge(motor_unit_, drive.motor_share);
+  set_bridge(brake_unit_, drive.brake_share);
   if (!enabled_) {
     gpio_put(config_.enable_pin, true);
     enabled_ = true;
   }
 }
 
-/// @param share of the supply's voltage; positive turns the knob to larger angles
-void PowerStage::set_motor(float share) {
-  if (config_.motor_reversed == protocol::Toggle::on) share = -share;
+/// @param share of the supply's voltage; positive drives a current into the first pin
+void PowerStage::set_bridge(std::uint32_t unit, float share) {
   const auto steps =
       static_cast<std::uint16_t>(core::absolute(share) * static_cast<float>(pwm_steps_));
   // The second input is low while the first drives.
-  pwm_set_both_levels(motor_unit_, share < 0.0F ? steps : 0, share < 0.0F ? 0 : steps);
-}
-
-void PowerStage::set_brake(float share) {
-  const auto steps = static_cast<std::uint16_t>(share * static_cast<float>(pwm_steps_));
-  pwm_set_both_levels(brake_unit_, 0, steps);
+  pwm_set_both_levels(unit, share < 0.0F ? steps : 0, share < 0.0F ? 0 : steps);
 }
 
 void PowerStage::switch_off() {
@@ -156,7 +120,6 @@ void PowerStage::switch_off() {
   // All inputs low all the time: a bridge without an enable input lets go as well.
   pwm_set_both_levels(motor_unit_, pwm_steps_, pwm_steps_);
   pwm_set_both_levels(brake_unit_, pwm_steps_, pwm_steps_);
-  loop_ = {};
   enabled_ = false;
 }
 

@@ -1,12 +1,12 @@
 /// @file
-/// Two H-bridges: the motor's current is held by a current loop, the brake's coil gets the voltage
-/// that its resistance needs. Everything here belongs to the control interrupt.
+/// Two H-bridges and a current sensor on the chip's units: what device/power_logic.hpp measures and
+/// drives. Everything here belongs to the control interrupt.
 #pragma once
 
 #include <cstdint>
 
-#include "core/current_loop.hpp"
 #include "device/control_loop.hpp"
+#include "device/power_logic.hpp"
 #include "protocol/reports.hpp"
 
 namespace torsio::boards {
@@ -14,45 +14,41 @@ namespace torsio::boards {
 class PowerStage {
  public:
   /// Claims the pins, all outputs off.
-  PowerStage(const protocol::BoardConfig& config, std::uint32_t control_period_ns);
+  /// @param brake_lag_s see device::PowerLogic
+  PowerStage(const protocol::BoardConfig& config, const device::PowerBoard& board,
+             float brake_lag_s);
 
-  /// Starts the PWM units in step, and with them `handler` once a control period, in the middle of
-  /// the time in which the motor is driven: there the current is at its average.
+  /// Starts the PWM units in step, and with them `handler` once a period of the current loop, in
+  /// the middle of the time in which the motor is driven: there the current is at its average.
   void start(void (*handler)());
 
-  /// First thing in a tick: acknowledges it and starts to measure the current.
-  void begin_tick();
+  /// First thing in the handler: acknowledges it and starts to measure the current.
+  void begin();
 
-  /// True while a bridge reports an error or the current is far above its limit.
-  bool has_fault() const;
+  /// What cannot be trusted now, as bits of `faults`.
+  std::uint16_t find_faults() const;
 
-  /// Last thing in a tick: ends the measurement and sets the outputs for the next period.
+  /// Once a tick; see device::PowerLogic.
+  void set_speed(float speed_rad_s) { logic_.set_speed(speed_rad_s); }
+
+  /// Last thing in the handler: ends the measurement and sets the outputs for the next period.
   void apply(const device::TickOutputs& outputs);
+  /// The same between two ticks, with the outputs of the last one.
+  void apply() { apply(wanted_); }
 
  private:
-  void measure_current();
-  void set_motor(float share);
-  void set_brake(float share);
+  std::int32_t finish_measurement() const;
+  void set_bridge(std::uint32_t unit, float share);
   void switch_off();
 
   protocol::BoardConfig config_;
-  core::CurrentLoopParams loop_params_;
-  core::CurrentLoopState loop_;
+  device::PowerLogic logic_;
+  device::TickOutputs wanted_;
   std::uint32_t motor_unit_;
   std::uint32_t brake_unit_;
-  std::uint32_t tick_unit_;
-  std::uint32_t tick_cycles_;
+  std::uint32_t step_unit_;
+  std::uint32_t step_cycles_;
   std::uint16_t pwm_steps_;
-  // Prepared, because a tick has no time for divisions.
-  float amperes_per_step_;
-  float amperes_per_nm_;
-  float brake_share_per_nm_;
-  float brake_share_max_;
-  float trip_a_;
-  float zero_steps_ = 0;
-  bool zero_known_ = false;
-  float current_a_ = 0;
-  std::uint8_t over_current_ticks_ = 0;
   bool enabled_ = false;
 };
 

@@ -15,8 +15,8 @@ namespace torsio::device::game {
 /// Bytes of a report, its id included.
 template <class Report>
 consteval std::size_t size_of() {
-  return std::apply([](const auto&... field) { return (std::size_t{1} + ... + field.bytes); },
-                    PidLayout<Report>::fields);
+  return PidLayout<Report>::fields.apply(
+      [](const auto&... field) { return (std::size_t{1} + ... + field.bytes); });
 }
 
 namespace detail {
@@ -89,8 +89,8 @@ constexpr std::size_t encode(const Report& report, std::span<std::uint8_t> bytes
   static_assert(size_of<Report>() <= kLongestReport);
   bytes[0] = PidLayout<Report>::id;
   std::size_t at = 1;
-  std::apply([&](const auto&... field) { (detail::write(bytes, at, report, field), ...); },
-             PidLayout<Report>::fields);
+  PidLayout<Report>::fields.apply(
+      [&](const auto&... field) { (detail::write(bytes, at, report, field), ...); });
   return at;
 }
 
@@ -102,9 +102,9 @@ constexpr bool decode(std::span<const std::uint8_t> bytes, Report& report) {
   if (bytes.size() < size_of<Report>() || bytes[0] != PidLayout<Report>::id) return false;
   std::size_t at = 1;
   bool good = true;
-  std::apply(
-      [&](const auto&... field) { ((good = detail::read(bytes, at, report, field) && good), ...); },
-      PidLayout<Report>::fields);
+  PidLayout<Report>::fields.apply([&](const auto&... field) {
+    ((good = detail::read(bytes, at, report, field) && good), ...);
+  });
   return good;
 }
 

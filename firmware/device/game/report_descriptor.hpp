@@ -130,7 +130,7 @@ constexpr void describe(DescriptorWriter& to) {
   using L = PidLayout<Report>;
   if (L::usage != 0) to.open(usage::pid, L::usage, kLogical);
   to.report_id(L::id);
-  std::apply([&](const auto&... field) { (describe(to, L::main, field), ...); }, L::fields);
+  L::fields.apply([&](const auto&... field) { (describe(to, L::main, field), ...); });
   if (L::usage != 0) to.close();
 }
 

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "device/game/fields.hpp"
+#include "protocol/field_list.hpp"
 
 namespace torsio::device::game {
 
@@ -70,7 +71,7 @@ struct PidLayout<Joystick> {
   static constexpr std::uint8_t id = 0x01;
   static constexpr Main main = Main::input;
   static constexpr std::uint8_t usage = 0;  // stands in the application collection itself
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       Value{&Joystick::x, game::usage::desktop, 0x30, -kFull, kFull},
       Bits<Joystick, kButtons>{&Joystick::buttons,
                                {{{game::usage::button, 1}, {game::usage::button, 2}}}},
@@ -97,7 +98,7 @@ struct PidLayout<PidState> {
   static constexpr std::uint8_t id = 0x02;
   static constexpr Main main = Main::input;
   static constexpr std::uint8_t usage = 0x92;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       Bits<PidState, 4>{&PidState::status,
                         {{{game::usage::pid, 0x9F},
                           {game::usage::pid, 0xA0},
@@ -124,7 +125,7 @@ struct PidLayout<SetEffect> {
   static constexpr std::uint8_t id = 0x11;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x21;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&SetEffect::block),
       // What a block is was said when it was created. Linux before June 2026 names the type of the
       // effect that was created last.
@@ -155,7 +156,7 @@ struct PidLayout<SetEnvelope> {
   static constexpr std::uint8_t id = 0x12;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x5A;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&SetEnvelope::block),
       detail::level(&SetEnvelope::attack_level, 0x5B, 0),
       detail::level(&SetEnvelope::fade_level, 0x5D, 0),
@@ -179,7 +180,7 @@ struct PidLayout<SetCondition> {
   static constexpr std::uint8_t id = 0x13;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x5F;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&SetCondition::block),
       Value{&SetCondition::parameter_block, game::usage::pid, 0x23, 0, 1},
       detail::level(&SetCondition::offset, 0x60, -kFull),
@@ -203,7 +204,7 @@ struct PidLayout<SetPeriodic> {
   static constexpr std::uint8_t id = 0x14;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x6E;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&SetPeriodic::block),
       detail::level(&SetPeriodic::magnitude, 0x70, 0),
       detail::level(&SetPeriodic::offset, 0x6F, -kFull),
@@ -221,7 +222,7 @@ struct PidLayout<SetConstant> {
   static constexpr std::uint8_t id = 0x15;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x73;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&SetConstant::block),
       detail::level(&SetConstant::magnitude, 0x70, -kFull),
   };
@@ -237,7 +238,7 @@ struct PidLayout<SetRamp> {
   static constexpr std::uint8_t id = 0x16;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x74;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&SetRamp::block),
       detail::level(&SetRamp::start, 0x75, -kFull),
       detail::level(&SetRamp::end, 0x76, -kFull),
@@ -256,7 +257,7 @@ struct PidLayout<EffectOperation> {
   static constexpr std::uint8_t id = 0x1A;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x77;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&EffectOperation::block),
       Choice<EffectOperation, 3>{&EffectOperation::operation, 0x78, {0x79, 0x7A, 0x7B}},
       Value{&EffectOperation::loops, game::usage::pid, 0x7C, 0, 255},
@@ -271,7 +272,7 @@ struct PidLayout<BlockFree> {
   static constexpr std::uint8_t id = 0x1B;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x90;
-  static constexpr std::tuple fields{detail::block_index(&BlockFree::block)};
+  static constexpr protocol::FieldList fields{detail::block_index(&BlockFree::block)};
 };
 
 enum class Control : std::uint8_t {
@@ -292,7 +293,7 @@ struct PidLayout<DeviceControl> {
   static constexpr std::uint8_t id = 0x1C;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0;  // the choice's own collection is the report's
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       Choice<DeviceControl, 6>{&DeviceControl::control, 0x96, {0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C}},
   };
 };
@@ -305,7 +306,7 @@ struct PidLayout<DeviceGain> {
   static constexpr std::uint8_t id = 0x1D;
   static constexpr Main main = Main::output;
   static constexpr std::uint8_t usage = 0x7D;
-  static constexpr std::tuple fields{detail::level(&DeviceGain::gain, 0x7E, 0)};
+  static constexpr protocol::FieldList fields{detail::level(&DeviceGain::gain, 0x7E, 0)};
 };
 
 struct CreateEffect {
@@ -317,7 +318,7 @@ struct PidLayout<CreateEffect> {
   static constexpr std::uint8_t id = 0x21;
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0xAB;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::effect_type(&CreateEffect::type, true),
       Value<CreateEffect, std::uint16_t>{&CreateEffect::custom_bytes, game::usage::desktop, 0x3B, 0,
                                          511, 0, kNoUnit, false},
@@ -336,7 +337,7 @@ struct PidLayout<BlockLoad> {
   static constexpr std::uint8_t id = 0x22;
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0x89;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       detail::block_index(&BlockLoad::block),
       Choice<BlockLoad, 3>{&BlockLoad::status, 0x8B, {0x8C, 0x8D, 0x8E}},
       Value{&BlockLoad::pool_available, game::usage::pid, 0xAC, 0, kFull},
@@ -353,7 +354,7 @@ struct PidLayout<Pool> {
   static constexpr std::uint8_t id = 0x23;
   static constexpr Main main = Main::feature;
   static constexpr std::uint8_t usage = 0x7F;
-  static constexpr std::tuple fields{
+  static constexpr protocol::FieldList fields{
       Value{&Pool::size, game::usage::pid, 0x80, 0, kFull},
       Value{&Pool::simultaneous, game::usage::pid, 0x83, 0, kBlocks},
       Bits<Pool, 2>{&Pool::managed, {{{game::usage::pid, 0xA9}, {game::usage::pid, 0xAA}}}},

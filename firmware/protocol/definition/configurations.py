@@ -98,11 +98,16 @@ BOARD_CONFIG = _configuration(
         "motor_current_max_a", "A", 0.0, 100.0,
         "never asked for more; one and a half times as much measured is a fault", default=2.0,
     ),
+    number(
+        "motor_current_continuous_a", "A", 0.0, 100.0,
+        "that the winding stands for ever; more is given for seconds, then less and less",
+        default=1.0,
+    ),
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=2.5),
     number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=1.5e-3),
     number(
-        "current_bandwidth_hz", "Hz", 1.0, 5e3,
-        "of the current loop; held at a tenth of the control rate", default=500.0,
+        "current_bandwidth_hz", "Hz", 1.0, 1e5,
+        "of the current loop; on a pico held at a tenth of the control rate", default=1e4,
     ),
     number(
         "current_sense_v_per_a", "V/A", 1e-3, 10.0,
@@ -113,9 +118,19 @@ BOARD_CONFIG = _configuration(
     ),
     number("brake_current_max_a", "A", 0.0, 100.0, "of the coil", default=0.3),
     number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=40.0),
+    number(
+        "brake_inductance_h", "H", 0.0, 1e3,
+        "of the coil, which the bridge then drives both ways, so that its current follows with the "
+        "actuator's brake_time_constant_s; 0: it follows as the coil lets it", default=0.0,
+    ),
     switch(
         "motor_reversed", e.TOGGLE,
         "on: a current into the first motor pin turns the knob to smaller angles",
+    ),
+    switch(
+        "confirmed", e.TOGGLE,
+        "on: somebody has checked that these are the parts. Until then a real board holds torques and "
+        "speed low. Acts at once",
     ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(

@@ -40,6 +40,9 @@ LAW = enumeration(
     Value("compensated", "the motor makes up for what the brake really holds, its drag counted"),
     Value("parallel", "fixed shares, without the sensor: it sticks, and is here to show that"),
     Value("motor_only", "no brake"),
+    Value(
+        "calibrated", "as compensated, and no wall buzzes: what the parts cannot render is bounded"
+    ),
 )
 
 # --- what the device says ------------------------------------------------------------------------
@@ -93,6 +96,19 @@ DISARM_REASON = enumeration(
     Value("game_idle", "a game had the actuator and has nothing to play any more"),
     Value("disconnected", "the device was unplugged or lost its power"),
     Value("unknown", "the word of the device about it was lost on the way"),
+    Value("excitation_over", "the time of an excitation was over and no next one had come"),
+    Value("excitation_stopped", "an excitation left its bounds of travel or speed"),
+)
+RESET_CAUSE = enumeration(
+    "ResetCause",
+    "Why the device started.",
+    Value("unknown", "the board cannot tell"),
+    Value("power", "it was switched on"),
+    Value("brown_out", "its supply was too low for a moment"),
+    Value("reset_pin", "somebody pressed reset"),
+    Value("watchdog", "the main loop or the control interrupt hung"),
+    Value("hard_fault", "the program did what the processor refuses"),
+    Value("stack", "the program needed more stack than there is"),
 )
 EVENT_KIND = enumeration(
     "EventKind",
@@ -101,6 +117,8 @@ EVENT_KIND = enumeration(
     Value("watchdog", "the host was silent for too long"),
     Value("deadline_missed", "a streamed local model outlived its deadline"),
     Value("owner_changed", "somebody else has the actuator now"),
+    Value("excitation_over", "the time of an excitation was over"),
+    Value("excitation_stopped", "an excitation left its bounds of travel or speed"),
     open=True,
     public=False,
 )
@@ -183,6 +201,8 @@ FAULT = Bits(
         Value("actuator", "the power stage reports an error"),
         Value("overrun", "ticks were missed or took too long"),
         Value("numeric", "the control law gave no finite torque"),
+        Value("current_sensor", "its zero leaves no room for the trip level"),
+        Value("winding", "voltage, current and speed do not fit together"),
     ),
     "Faults, latched until cleared: bits of every `faults` field.",
 )
@@ -195,6 +215,7 @@ FLAG = Bits(
         Value("local_model", "a streamed local model is in force"),
         Value("passive", "fading out after silence or a deadline"),
         Value("game", "a game has the actuator"),
+        Value("bounded", "less is given than the scene asks, or the knob would buzz"),
     ),
     "Bits of telemetry's `flags`; the two lowest are the state.",
     first=2,

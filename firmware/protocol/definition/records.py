@@ -68,6 +68,7 @@ HEALTH = Structure(
         told("tick_time_max_s", "double", "longest tick so far"),
         told("saves", "std::uint32_t", "how often the configuration was saved, ever"),
         _OWNER,
+        for_hosts(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
     ),
 )
 GAME_STATUS = Structure(

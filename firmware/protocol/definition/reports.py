@@ -82,6 +82,7 @@ HEALTH = Structure(
         raw("tick_time_max_ns", "u32", "longest tick so far", "ns"),
         raw("saves", "u32", "how often the configuration was saved, ever"),
         on_wire(choice("owner", e.OWNER, "who has the actuator")),
+        on_wire(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
     ),
     id=0x03,
     direction="feature",
@@ -172,6 +173,37 @@ LOCAL_MODEL = Structure(
     id=0x13,
     direction="output",
 )  # fmt: skip
+EXCITATION = Structure(
+    "Excitation",
+    "A bounded experiment: commands of motor and brake that go past scene and law. What it names is "
+    "reached from where the last excitation is now, in a straight line. The motor also gets a sine "
+    "and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - "
+    "speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.",
+    (
+        _SEQUENCE,
+        _AXIS,
+        number(
+            "duration_s", "s", 1e-3, 60.0, "until it disarms, unless the next one comes first",
+            required=True,
+        ),
+        number("travel_rad", "rad", 1e-3, 1e3, "further from its first angle disarms", required=True),
+        number("speed_limit_rad_s", "rad/s", 0.1, 1e4, "faster disarms", required=True),
+        number(
+            "torque_limit_nm", "N m", 0.0, MAX_TORQUE_NM, "largest torque of the motor", required=True
+        ),
+        torque("motor_nm", "where the motor goes", low=-MAX_TORQUE_NM, default=0.0),
+        torque("brake_nm", "where the brake's command goes", default=0.0),
+        number("ramp_s", "s", 0.0, 60.0, "time that both take; 0 is a step"),
+        torque("sine_nm", "amplitude of the sine on top of `motor_nm`", default=0.0),
+        number("sine_begin_hz", "Hz", 0.0, 1e3, "its frequency at the beginning"),
+        number("sine_end_hz", "Hz", 0.0, 1e3, "and after `duration_s`"),
+        stiffness("of the servo", default=0.0),
+        damping("of the servo"),
+        number("servo_rad_s", "rad/s", -1e3, 1e3, "speed of the servo's reference", default=0.0),
+    ),
+    id=0x14,
+    direction="output",
+)  # fmt: skip
 
 SAMPLE = Structure(
     "Sample",
@@ -237,7 +269,8 @@ EVENT = Structure(
 )
 
 ALL_REPORTS = (
-    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, COMMAND, COMMIT, STREAM, LOCAL_MODEL, *EFFECTS,
+    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, COMMAND, COMMIT, STREAM, LOCAL_MODEL, EXCITATION,
+    *EFFECTS,
     CURVE_POINTS, TELEMETRY, ACKNOWLEDGEMENT, EVENT,
 )  # fmt: skip
 """Every report, in the order of the documentation and of the fingerprint."""

@@ -16,6 +16,7 @@ enum class Law : std::uint8_t {
   compensated,  ///< the motor makes up for what the brake really holds, its drag counted
   parallel,     ///< fixed shares, without the sensor: it sticks, and is here to show that
   motor_only,   ///< no brake
+  calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 
 /// The actuator as built. The defaults are those of the reference actuator. Set only while
@@ -61,17 +62,25 @@ struct BoardConfig {
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100
   /// never asked for more; one and a half times as much measured is a fault; 0 to 100
   double motor_current_max_a = 2.0;
+  /// that the winding stands for ever; more is given for seconds, then less and less; 0 to 100
+  double motor_current_continuous_a = 1.0;
   double motor_resistance_ohm = 2.5;   ///< of the winding; 0.001 to 1000
   double motor_inductance_h = 0.0015;  ///< of the winding; 1e-6 to 1
-  /// of the current loop; held at a tenth of the control rate; 1 to 5000
-  double current_bandwidth_hz = 500.0;
+  /// of the current loop; on a pico held at a tenth of the control rate; 1 to 1e5
+  double current_bandwidth_hz = 1e4;
   /// of the current sensor; its zero is measured while the power is off; 0.001 to 10
   double current_sense_v_per_a = 0.2;
   double brake_torque_constant_nm_per_a = 0.44;  ///< on the pulley; 1e-4 to 1000
   double brake_current_max_a = 0.3;              ///< of the coil; 0 to 100
   double brake_resistance_ohm = 40.0;            ///< of the coil; 0.001 to 1e4
+  /// of the coil, which the bridge then drives both ways, so that its current follows with the
+  /// actuator's brake_time_constant_s; 0: it follows as the coil lets it; 0 to 1000
+  double brake_inductance_h = 0.0;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed = false;
+  /// true: somebody has checked that these are the parts. Until then a real board holds torques and
+  /// speed low. Acts at once
+  bool confirmed = false;
   int encoder_pin = 2;  ///< GPIO of A; B is the next one; 0 to 28
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28
   int motor_pin = 6;

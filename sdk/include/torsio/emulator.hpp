@@ -27,6 +27,7 @@ struct EmulatorOptions {
   /// Configuration at power-up in place of what the device has stored, or of its defaults.
   std::optional<ActuatorConfig> actuator{};
   std::optional<ControlConfig> control{};
+  std::optional<BoardConfig> board{};  ///< a plant with electrics has use for it
   std::optional<GameConfig> game{};
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
@@ -103,6 +104,10 @@ class TORSIO_EXPORT Emulator {
   /// @throws Error unless opened with EmulatorOptions::log_inputs
   [[nodiscard]] virtual std::vector<DeviceInput> inputs() = 0;
 
+  /// What no sensor sees of the electrics, now.
+  /// @throws Error unless the plant has electrics
+  [[nodiscard]] virtual ElectricsState electrics() const = 0;
+
   /// The game interface, as a game's driver sees it.
   [[nodiscard]] virtual GamePort& game() = 0;
 
@@ -112,6 +117,9 @@ class TORSIO_EXPORT Emulator {
   // Faults of the device's world.
   virtual void set_emergency_stop(bool pressed) = 0;
   virtual void set_actuator_fault(bool present) = 0;
+  /// What the current sensor shows from now on.
+  /// @throws Error unless the plant has electrics
+  virtual void set_current_sensor(CurrentSensorState state) = 0;
   virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
   virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
   virtual void skip_ticks(

@@ -40,8 +40,8 @@ struct Names<Ends> {
 };
 template <>
 struct Names<Law> {
-  static constexpr std::array<std::string_view, 4> values{"paper", "compensated", "parallel",
-                                                          "motor_only"};
+  static constexpr std::array<std::string_view, 5> values{"paper", "compensated", "parallel",
+                                                          "motor_only", "calibrated"};
 };
 template <>
 struct Names<State> {
@@ -63,9 +63,15 @@ struct Names<GameEffectState> {
   static constexpr std::array<std::string_view, 3> values{"stopped", "playing", "set_aside"};
 };
 template <>
-struct Names<DisarmReason> {
+struct Names<ResetCause> {
   static constexpr std::array<std::string_view, 7> values{
-      "order", "watchdog", "deadline_missed", "fault", "game_idle", "disconnected", "unknown"};
+      "unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"};
+};
+template <>
+struct Names<DisarmReason> {
+  static constexpr std::array<std::string_view, 9> values{
+      "order",   "watchdog",        "deadline_missed",   "fault", "game_idle", "disconnected",
+      "unknown", "excitation_over", "excitation_stopped"};
 };
 
 template <>
@@ -240,6 +246,34 @@ struct Fields<LocalModel> {
   };
 };
 template <>
+struct Fields<Excitation> {
+  static constexpr std::string_view name = "Excitation";
+  static constexpr std::tuple list{
+      field("duration_s", &Excitation::duration_s, "s", 0.001, 60.0,
+            "until it disarms, unless the next one comes first"),
+      field("travel_rad", &Excitation::travel_rad, "rad", 0.001, 1000.0,
+            "further from its first angle disarms"),
+      field("speed_limit_rad_s", &Excitation::speed_limit_rad_s, "rad/s", 0.1, 1e4,
+            "faster disarms"),
+      field("torque_limit_nm", &Excitation::torque_limit_nm, "N m", 0.0, 100.0,
+            "largest torque of the motor"),
+      field("motor_nm", &Excitation::motor_nm, "N m", -100.0, 100.0, "where the motor goes"),
+      field("brake_nm", &Excitation::brake_nm, "N m", 0.0, 100.0, "where the brake's command goes"),
+      field("ramp_s", &Excitation::ramp_s, "s", 0.0, 60.0, "time that both take; 0 is a step"),
+      field("sine_nm", &Excitation::sine_nm, "N m", 0.0, 100.0,
+            "amplitude of the sine on top of `motor_nm`"),
+      field("sine_begin_hz", &Excitation::sine_begin_hz, "Hz", 0.0, 1000.0,
+            "its frequency at the beginning"),
+      field("sine_end_hz", &Excitation::sine_end_hz, "Hz", 0.0, 1000.0, "and after `duration_s`"),
+      field("stiffness_nm_per_rad", &Excitation::stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "of the servo"),
+      field("damping_nm_s_per_rad", &Excitation::damping_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "of the servo"),
+      field("servo_rad_s", &Excitation::servo_rad_s, "rad/s", -1000.0, 1000.0,
+            "speed of the servo's reference"),
+  };
+};
+template <>
 struct Fields<ActuatorConfig> {
   static constexpr std::string_view name = "ActuatorConfig";
   static constexpr std::tuple list{
@@ -307,12 +341,14 @@ struct Fields<BoardConfig> {
             1e-4, 100.0, "at the knob"),
       field("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0.0, 100.0,
             "never asked for more; one and a half times as much measured is a fault"),
+      field("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0.0, 100.0,
+            "that the winding stands for ever; more is given for seconds, then less and less"),
       field("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001, 1000.0,
             "of the winding"),
       field("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6, 1.0,
             "of the winding"),
-      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 5000.0,
-            "of the current loop; held at a tenth of the control rate"),
+      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 1e5,
+            "of the current loop; on a pico held at a tenth of the control rate"),
       field("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001, 10.0,
             "of the current sensor; its zero is measured while the power is off"),
       field("brake_torque_constant_nm_per_a", &BoardConfig::brake_torque_constant_nm_per_a, "N m/A",
@@ -321,8 +357,14 @@ struct Fields<BoardConfig> {
             "of the coil"),
       field("brake_resistance_ohm", &BoardConfig::brake_resistance_ohm, "ohm", 0.001, 1e4,
             "of the coil"),
+      field("brake_inductance_h", &BoardConfig::brake_inductance_h, "H", 0.0, 1000.0,
+            "of the coil, which the bridge then drives both ways, so that its current follows with "
+            "the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
       field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
             "on: a current into the first motor pin turns the knob to smaller angles"),
+      field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
+            "on: somebody has checked that these are the parts. Until then a real board holds "
+            "torques and speed low. Acts at once"),
       field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
             "GPIO of A; B is the next one"),
       field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,
@@ -470,6 +512,7 @@ struct Fields<Health> {
       field("saves", &Health::saves, "", -kNoLimit, kNoLimit,
             "how often the configuration was saved, ever"),
       field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
+      field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit, "why the device started"),
   };
 };
 template <>

@@ -174,6 +174,12 @@ class TORSIO_EXPORT Knob {
   /// @throws InvalidArgument, Refused (not_armed)
   void stream_local_model(const LocalModel& model);
 
+  /// Plays a bounded experiment in place of scene and law: commands of motor and brake, as they
+  /// are. The next one goes on from where this one is; whatever leaves its bounds, or comes to its
+  /// end, disarms. For calibration; docs/calibration.md.
+  /// @throws InvalidArgument that names field, value and range; Refused (not_armed, not_owner)
+  void excite(const Excitation& excitation);
+
   // Events -----------------------------------------------------------------------------------
 
   /// Takes what the device has told of itself and nobody has taken yet, oldest first: changes of

@@ -45,15 +45,28 @@ enum class GameEffectState : std::uint8_t {
   set_aside,  ///< ended by the device: the game's next update brings it back
 };
 
+/// Why the device started.
+enum class ResetCause : std::uint8_t {
+  unknown,     ///< the board cannot tell
+  power,       ///< it was switched on
+  brown_out,   ///< its supply was too low for a moment
+  reset_pin,   ///< somebody pressed reset
+  watchdog,    ///< the main loop or the control interrupt hung
+  hard_fault,  ///< the program did what the processor refuses
+  stack,       ///< the program needed more stack than there is
+};
+
 /// Why the torque went.
 enum class DisarmReason : std::uint8_t {
-  order,            ///< somebody said disarm() or stop()
-  watchdog,         ///< the host was silent for too long, or the bus was lost
-  deadline_missed,  ///< a streamed local model outlived its deadline
-  fault,            ///< a fault was latched
-  game_idle,        ///< a game had the actuator and has nothing to play any more
-  disconnected,     ///< the device was unplugged or lost its power
-  unknown,          ///< the word of the device about it was lost on the way
+  order,               ///< somebody said disarm() or stop()
+  watchdog,            ///< the host was silent for too long, or the bus was lost
+  deadline_missed,     ///< a streamed local model outlived its deadline
+  fault,               ///< a fault was latched
+  game_idle,           ///< a game had the actuator and has nothing to play any more
+  disconnected,        ///< the device was unplugged or lost its power
+  unknown,             ///< the word of the device about it was lost on the way
+  excitation_over,     ///< the time of an excitation was over and no next one had come
+  excitation_stopped,  ///< an excitation left its bounds of travel or speed
 };
 
 /// Bits of telemetry's `flags`; the two lowest are the state.
@@ -64,6 +77,8 @@ inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all 
 inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
 inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
 inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
+inline constexpr std::uint8_t bounded =
+    1 << 7;  // less is given than the scene asks, or the knob would buzz
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.
@@ -124,15 +139,16 @@ struct Clock {
 /// State and counters of the device since its power-up.
 struct Health {
   State state = State::disarmed;
-  std::vector<std::string> faults{};   ///< names of the latched faults: "over_speed", ...
-  std::uint32_t reports_accepted = 0;  ///< that did what they asked
-  std::uint32_t reports_refused = 0;   ///< that changed nothing
-  std::uint32_t samples_dropped = 0;   ///< telemetry that the host did not fetch in time
-  std::uint32_t tick_overruns = 0;     ///< ticks that were missed
-  double tick_time_s = 0.0;            ///< time that the last control tick took
-  double tick_time_max_s = 0.0;        ///< longest tick so far
-  std::uint32_t saves = 0;             ///< how often the configuration was saved, ever
-  Owner owner = Owner::none;           ///< who has the actuator
+  std::vector<std::string> faults{};             ///< names of the latched faults: "over_speed", ...
+  std::uint32_t reports_accepted = 0;            ///< that did what they asked
+  std::uint32_t reports_refused = 0;             ///< that changed nothing
+  std::uint32_t samples_dropped = 0;             ///< telemetry that the host did not fetch in time
+  std::uint32_t tick_overruns = 0;               ///< ticks that were missed
+  double tick_time_s = 0.0;                      ///< time that the last control tick took
+  double tick_time_max_s = 0.0;                  ///< longest tick so far
+  std::uint32_t saves = 0;                       ///< how often the configuration was saved, ever
+  Owner owner = Owner::none;                     ///< who has the actuator
+  ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
 };
 
 /// What games do with the device.

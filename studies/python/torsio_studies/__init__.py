@@ -15,6 +15,8 @@ STUDIES: Final[dict[str, str]] = {
     "paper": "The paper's experiments and formulas again, each statement beside what came out.",
     "actuators": "Rival actuators in the same scenes: what each does well, and where it fails.",
     "design": "Thousands of devices: what motor, brake, shaft, rate and encoder are worth.",
+    "calibration": "Emulated knobs with hidden parameters measure themselves; broken ones are "
+    "refused.",
     "fidelity": "Error against speed of every way to simulate the knob, MuJoCo among them.",
     "extremes": "Where numbers break, and what holds there.",
 }

@@ -76,8 +76,39 @@ def _add(name: str, about: str) -> None:
 
 # A study with options of its own has its command below instead, and passes them as settings.
 for _name, _about in STUDIES.items():
-    if _name != "design":
+    if _name not in ("calibration", "design"):
         _add(_name, _about)
+
+
+Workers = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Processes; one per core if unset.")
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Dask, such as tcp://host:8786."),
+]
+
+
+@app.command("calibration", help=STUDIES["calibration"])
+def calibration(
+    as_json: AsJson = False,
+    out: Out = Path("out"),
+    quick: Quick = False,
+    knobs: Annotated[
+        int | None, typer.Option("--knobs", min=4, help="Size of the sample; 200 if unset.")
+    ] = None,
+    results: Annotated[
+        Path | None,
+        typer.Option(
+            "--results", metavar="FOLDER", help="Parquet files; OUT/calibration if unset."
+        ),
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> None:
+    """Run the study of calibration; an interrupted one goes on where it was."""
+    settings = {"knobs": knobs, "results": results, "workers": workers, "scheduler": scheduler}
+    run("calibration", as_json, out, quick, settings)
 
 
 @app.command("design", help=STUDIES["design"])
@@ -95,13 +126,8 @@ def design(
     law: Annotated[
         DesignLaw, typer.Option("--law", help="How motor and brake share the torque.")
     ] = DesignLaw.paper,
-    workers: Annotated[
-        int | None, typer.Option("--workers", min=1, help="Processes; one per core if unset.")
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option("--scheduler", metavar="ADDRESS", help="Dask, such as tcp://host:8786."),
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Run the study of designs; an interrupted one goes on where it was."""
     settings = {

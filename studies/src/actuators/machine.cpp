@@ -40,6 +40,8 @@ Machine::Machine(const MachineParams& params, const emulator::Hand& hand, std::i
       step_s_(1e-9 * static_cast<double>(step_ns)) {
   require(step_ns > 0, "actuator: the step must be > 0");
   validate(hand);
+  require(!std::holds_alternative<emulator::FeedbackHand>(hand),
+          "actuator: a hand that is a function is not possible here");
   require(!std::holds_alternative<emulator::PrescribedMotion>(hand),
           "actuator: a hand must have some give; prescribed motion is not possible here");
   if (const auto* held = std::get_if<emulator::ImpedanceHand>(&hand_)) {

@@ -6,15 +6,27 @@
 
 namespace torsio::studies {
 
+namespace {
+
+void refuse_electrics(const emulator::PlantModel& model) {
+  if (model.back_emf_nm_s_per_rad == 0.0) return;
+  throw std::invalid_argument(
+      "plant: this stepper knows no electrics; leave them out, or take the exact stepper");
+}
+
+}  // namespace
+
 emulator::MakeStepper stepper_by_name(const std::string& name) {
   if (name == "trapezoid" || name == "semi_implicit") {
     const double theta = name == "trapezoid" ? 0.5 : 1.0;
     return [theta](emulator::PlantModel model, std::int64_t) {
+      refuse_electrics(model);
       return make_theta_stepper(std::move(model), theta);
     };
   }
   if (name == "regularised") {
     return [](emulator::PlantModel model, std::int64_t) {
+      refuse_electrics(model);
       return make_regularised_stepper(std::move(model), kSmoothingRadS);
     };
   }

@@ -102,3 +102,143 @@ TEST_CASE("windings far faster and far slower than the period give finite gains"
     CHECK(params.proportional_v_per_a > 0.0F);
   }
 }
+
+TEST_CASE("the predictive loop sends the current to its target as soon as its voltage acts") {
+  // Share of what is missing that a period leaves, at 10 kHz and 25 us.
+  const double left = std::exp(-2 * 3.14159265358979 * 10e3 * 25e-6);
+  for (const double delay_s : {25e-6, 10e-6}) {
+    const PredictiveParams params =
+        make_predictive_loop(2.5F, 1.5e-3F, 10e3F, 25e-6F, static_cast<float>(delay_s), 12);
+    Winding winding;
+    PredictiveState state;
+    double acting_v = 0;
+    double missing = 1;
+    for (int n = 0; n < 40; ++n) {
+      const float share = hold_current(state, params, 0.1F, static_cast<float>(winding.current_a));
+      winding.drive(acting_v, delay_s);
+      const double begin_a = winding.current_a;
+      CHECK(begin_a == doctest::Approx(0.1 * (1 - missing)).epsilon(1e-3).scale(0.1));
+      acting_v = 12.0 * static_cast<double>(share);
+      // A period after the voltage began to act, a share of the way is gone.
+      Winding later = winding;
+      later.drive(acting_v, 25e-6);
+      CHECK(0.1 - later.current_a ==
+            doctest::Approx(left * (0.1 - begin_a)).epsilon(1e-3).scale(0.1));
+      missing = 1 - later.current_a / 0.1;
+      winding.drive(acting_v, 25e-6 - delay_s);
+    }
+    CHECK(winding.current_a == doctest::Approx(0.1).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("the predictive loop forgives a winding that is a third off in either way") {
+  const PredictiveParams params = make_predictive_loop(2.5F, 1.5e-3F, 10e3F, 25e-6F, 25e-6F, 12);
+  for (const double resistance : {0.7, 1.3}) {
+    for (const double inductance : {0.7, 1.3}) {
+      Winding winding;
+      winding.resistance_ohm *= resistance;
+      winding.inductance_h *= inductance;
+      PredictiveState state;
+      double acting_v = 0;
+      double peak_a = 0;
+      for (int n = 0; n < 80; ++n) {
+        const float share =
+            hold_current(state, params, 0.15F, static_cast<float>(winding.current_a));
+        winding.drive(acting_v, 25e-6);
+        acting_v = 12.0 * static_cast<double>(share);
+        peak_a = std::max(peak_a, winding.current_a);
+        if (n > 16) CHECK(winding.current_a == doctest::Approx(0.15).epsilon(0.05));
+      }
+      CHECK(winding.current_a == doctest::Approx(0.15).epsilon(1e-3));
+      CHECK(peak_a < 1.4 * 0.15);
+    }
+  }
+}
+
+TEST_CASE("the predictive loop learns back EMF and a sagging supply") {
+  const PredictiveParams params = make_predictive_loop(2.5F, 1.5e-3F, 10e3F, 25e-6F, 25e-6F, 12);
+  Winding winding;
+  PredictiveState state;
+  double acting_v = 0;
+  for (int n = 0; n < 400; ++n) {
+    const float share = hold_current(state, params, 0.5F, static_cast<float>(winding.current_a));
+    winding.drive(acting_v, 25e-6);
+    acting_v = 10.0 * static_cast<double>(share);  // not 12
+    winding.back_emf_v += 70 * 25e-6;              // 1400 rad/s^2 at 0.05 V s
+    if (n > 80) CHECK(winding.current_a == doctest::Approx(0.5).epsilon(0.004));
+  }
+}
+
+TEST_CASE("the predictive loop saturates at once and is back at once") {
+  const PredictiveParams params = make_predictive_loop(2.5F, 1.5e-3F, 10e3F, 25e-6F, 25e-6F, 12);
+  Winding winding;
+  PredictiveState state;
+  double acting_v = 0;
+  const auto run = [&](float target_a, int periods) {
+    for (int n = 0; n < periods; ++n) {
+      const float share =
+          hold_current(state, params, target_a, static_cast<float>(winding.current_a));
+      CHECK(std::abs(share) <= 1.0F);
+      winding.drive(acting_v, 25e-6);
+      acting_v = 12.0 * static_cast<double>(share);
+    }
+  };
+  run(50, 2000);
+  CHECK(winding.current_a == doctest::Approx(12 / 2.5).epsilon(1e-3));
+  // From there to 0.5 A with all of the supply: L/R ln((4.8 + 4.8) / (0.5 + 4.8)) = 0.36 ms.
+  run(0.5F, 18);
+  CHECK(winding.current_a == doctest::Approx(0.5).epsilon(0.02));
+  run(0.5F, 40);
+  CHECK(winding.current_a == doctest::Approx(0.5).epsilon(1e-3));
+}
+
+namespace {
+
+/// A coil of 40 ohm and 2.4 H on 12 V, driven by its model for a while.
+struct DrivenCoil {
+  explicit DrivenCoil(float lag_s) : params(make_coil(40, 2.4F, lag_s, 25e-6F, 12)) {}
+
+  void run(float target_a, double time_s) {
+    for (int n = 0; n < static_cast<int>(std::lround(time_s / 25e-6)); ++n) {
+      const double voltage_v = 12.0 * static_cast<double>(drive_coil(state, params, target_a));
+      coil.drive(voltage_v, 25e-6);
+      CHECK(std::abs(voltage_v) <= 12.0);
+      lowest_a = std::min(lowest_a, coil.current_a);
+    }
+  }
+
+  CoilParams params;
+  CoilState state;
+  Winding coil{.resistance_ohm = 40, .inductance_h = 2.4};
+  double lowest_a = 0;
+};
+
+}  // namespace
+
+TEST_CASE("a driven coil follows with the lag that is asked for, as far as the supply goes") {
+  for (const double lag_s : {60e-3, 20e-3, 5e-3}) {
+    DrivenCoil driven(static_cast<float>(lag_s));
+    // Rates of 12 V / 2.4 H = 5 A/s are never asked for.
+    const double target_a = 0.4 * 5.0 * std::min(lag_s, 20e-3);
+    driven.run(static_cast<float>(target_a), lag_s);
+    CHECK(driven.coil.current_a == doctest::Approx(target_a * (1 - std::exp(-1.0))).epsilon(2e-3));
+    driven.run(static_cast<float>(target_a), 8 * lag_s);
+    CHECK(driven.coil.current_a == doctest::Approx(target_a).epsilon(2e-3));
+  }
+}
+
+TEST_CASE("a driven coil rises and falls with the whole supply, and not below zero") {
+  DrivenCoil driven(0);
+  // 12 V / 40 ohm = 0.3 A: from 0 to 0.2 A in L/R ln(0.3 / 0.1) = 65.9 ms, and back in
+  // L/R ln(0.5 / 0.3) = 30.6 ms.
+  driven.run(0.2F, 64e-3);
+  CHECK(driven.coil.current_a < 0.2);
+  driven.run(0.2F, 4e-3);
+  CHECK(driven.coil.current_a == doctest::Approx(0.2).epsilon(1e-3));
+  driven.run(0, 29e-3);
+  CHECK(driven.coil.current_a > 0.0);
+  driven.run(0, 4e-3);
+  CHECK(std::abs(driven.coil.current_a) < 2e-4);
+  driven.run(0, 100e-3);
+  CHECK(driven.lowest_a > -2e-4);
+}

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <vector>
 
 #include "emulator/plant/plant.hpp"
 
@@ -110,4 +111,49 @@ TEST_CASE("hands change without a jump of the motion") {
   CHECK_THROWS_AS(plant.set_hand(ImpedanceHand{NAN, 0, 0, Profile::constant(0)}),
                   std::invalid_argument);
   plant.advance(1'000'000);  // with the hand it has
+}
+
+TEST_CASE("a hand that is a function is asked once a period, however the time is cut") {
+  std::vector<double> asked;
+  const auto hand = take_hold(torsio::FeedbackHand{[&](double time_s, double, double) {
+                                                     asked.push_back(time_s);
+                                                     return 0.02;
+                                                   },
+                                                   2e-3},
+                              0);
+  Plant plant({}, hand);
+  Plant constant({}, TorqueHand{Profile::constant(0.02)});
+  for (int i = 0; i < 50; ++i) plant.advance(100'000);
+  constant.advance(5'000'000);
+  CHECK(asked == std::vector<double>{0.0, 2e-3, 4e-3});
+  CHECK(plant.state().knob_angle_rad() == doctest::Approx(constant.state().knob_angle_rad()));
+}
+
+TEST_CASE("a hand's function that throws leaves a plant that can go on") {
+  bool tired = false;
+  const auto hand = take_hold(torsio::FeedbackHand{[&](double, double, double) {
+                                                     if (tired) throw std::runtime_error("tired");
+                                                     return 0.02;
+                                                   },
+                                                   1e-3},
+                              0);
+  Plant plant({}, hand);
+  plant.advance(2'500'000);
+  tired = true;
+  CHECK_THROWS_WITH(plant.advance(1'000'000), "tired");
+  tired = false;
+  plant.advance(2'000'000);
+  CHECK(plant.truth().hand_torque_nm == 0.02);
+}
+
+TEST_CASE("a hand that is a function refuses what makes no sense") {
+  CHECK_THROWS_WITH_AS(Plant({}, take_hold(torsio::FeedbackHand{})),
+                       doctest::Contains("torque_nm must be a function"), std::invalid_argument);
+  const auto nothing = [](double, double, double) { return 0.0; };
+  CHECK_THROWS_WITH_AS(take_hold(torsio::FeedbackHand{nothing, 2.0}), doctest::Contains("period_s"),
+                       std::invalid_argument);
+  CHECK_THROWS_WITH_AS(
+      Plant({},
+            take_hold(torsio::FeedbackHand{[](double, double, double) { return double{NAN}; }})),
+      doctest::Contains("it must give -100 to 100 N m"), std::runtime_error);
 }

@@ -34,7 +34,7 @@ json by_name(const T& value) {
     const auto one = [&](const auto& field) {
       fields[std::string(field.name)] = by_name(value.*field.member);
     };
-    std::apply([&](const auto&... field) { (one(field), ...); }, Layout<T>::fields);
+    Layout<T>::fields.apply([&](const auto&... field) { (one(field), ...); });
     return fields;
   } else if constexpr (Array<T>) {
     json elements = json::array();

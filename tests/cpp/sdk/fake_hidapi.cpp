@@ -5,12 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
+
+#include "environment.hpp"
 
 namespace torsio::test {
 namespace {
@@ -44,13 +45,13 @@ wchar_t* copy_of(const std::wstring& text) {
 }  // namespace
 
 FakeBus::FakeBus() {
-  setenv("XDG_RUNTIME_DIR", lock_directory().c_str(), 1);
+  set_variable("XDG_RUNTIME_DIR", lock_directory().c_str());
   const std::lock_guard lock(bus().mutex);
   bus().ports.clear();
 }
 
 FakeBus::~FakeBus() {
-  unsetenv("XDG_RUNTIME_DIR");
+  set_variable("XDG_RUNTIME_DIR", nullptr);
   const std::lock_guard lock(bus().mutex);
   bus().ports.clear();
 }

@@ -1,7 +1,5 @@
 // What a recording, several threads, a child process and a lying device may not do to the library.
 #include <doctest/doctest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <chrono>
@@ -17,6 +15,11 @@
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
 #include "torsio/knob.hpp"
+
+#ifndef _WIN32
+#include <sys/wait.h>
+#include <unistd.h>
+#endif
 
 using namespace torsio;
 using namespace std::chrono_literals;
@@ -177,6 +180,7 @@ TEST_CASE("an unplugged or closed recording gives what came until then") {
   }
 }
 
+#ifndef _WIN32  // which does not fork
 TEST_CASE("a forked child can neither use nor keep its parent's knob") {
   Knob knob = Knob::open("emulated", paced());
   knob.arm();
@@ -205,6 +209,7 @@ TEST_CASE("a forked child can neither use nor keep its parent's knob") {
   CHECK(status == 0);
   CHECK(knob.health().state == State::armed);
 }
+#endif
 
 TEST_CASE("a stop or a fault that is let go can be cleared at once") {
   Knob knob = Knob::open("emulated");

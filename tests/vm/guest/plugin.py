@@ -41,6 +41,7 @@ class KernelLog:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "kernel(name): runs on this kernel only, of all there are")
+    config.addinivalue_line("markers", "games: takes minutes; runs with ./dev test games")
     config.addinivalue_line("markers", "pulls_cable: unplugs a knob that is in use")
     config.addinivalue_line("markers", "floods_queue: gives the kernel more than a knob can take")
 
@@ -50,7 +51,10 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     if session.config.option.collectonly:
         for item in session.items:
             mark = item.get_closest_marker("kernel")
-            print(guests.TEST_LINE, mark.args[0] if mark else guests.ANY_KERNEL, item.nodeid)
+            kernel = mark.args[0] if mark else guests.ANY_KERNEL
+            if item.get_closest_marker("games"):
+                kernel = guests.WITH_GAMES
+            print(guests.TEST_LINE, kernel, item.nodeid)
 
 
 @pytest.fixture(scope="session")

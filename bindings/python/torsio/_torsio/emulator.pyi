@@ -38,6 +38,14 @@ class Plant:
         *,
         period_ns: int = 1_000_000,
     ) -> npt.NDArray[np.void]: ...
+    def record_bridges(
+        self,
+        motor_share: npt.ArrayLike,
+        brake_share: npt.ArrayLike,
+        enabled: npt.ArrayLike,
+        *,
+        period_ns: int = 25_000,
+    ) -> tuple[npt.NDArray[np.void], npt.NDArray[np.float64]]: ...
     def drive(
         self,
         motor_command_nm: npt.ArrayLike,
@@ -122,3 +130,22 @@ REPLAY_DTYPE: Final[np.dtype[Any]]
 
 def replay(options: LoopOptions, counts: npt.NDArray[np.uint32]) -> npt.NDArray[np.void]: ...
 def loop_reports(options: LoopOptions) -> list[bytes]: ...
+
+ACTION_DTYPE: Final[np.dtype[Any]]
+
+class Batch:
+    def __init__(
+        self,
+        kinds: list[LoopOptions],
+        kind_of: npt.NDArray[np.uint32],
+        seeds: npt.NDArray[np.uint64],
+        threads: int,
+        acts_hand: bool,
+        acts_commands: bool,
+    ) -> None: ...
+    def step(self, ticks: int) -> None: ...
+    def reset(self, loops: npt.NDArray[np.uint32], seeds: npt.NDArray[np.uint64]) -> None: ...
+    @property
+    def states(self) -> npt.NDArray[np.void]: ...
+    @property
+    def actions(self) -> npt.NDArray[np.void]: ...

@@ -1,4 +1,4 @@
-"""Spreads the batches of the study `design` over cores, or over machines with Dask."""
+"""Spreads the batches of a study over cores, or over machines with Dask."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import multiprocessing
 import os
 import re
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from typing import Any
 
 from torsio_studies.common import StudyError
-from torsio_studies.design.devices import Batch, evaluate_batch
+from torsio_studies.design.devices import evaluate_batch
 
 Rows = list[dict[str, float]]
-Results = Iterator[tuple[Batch, Rows]]
+Results = Iterator[tuple[Any, Rows]]
+Evaluate = Callable[[Any], Rows]
 
 _ANSWER_S = 10.0  # that a scheduler has to answer
 _ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
@@ -26,7 +27,11 @@ _ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):
 
 @contextlib.contextmanager
 def spread(
-    batches: Sequence[Batch], *, scheduler: str | None = None, workers: int | None = None
+    batches: Sequence[Any],
+    *,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    evaluate: Evaluate = evaluate_batch,
 ) -> Iterator[tuple[int, Results]]:
     """Give the number of workers and an iterator over results, in the order they are done.
 
@@ -37,6 +42,8 @@ def spread(
     workers
         Processes on this machine; None takes one per core that this one may use. 1 works in this
         process.
+    evaluate
+        A function at the top of a module: what is done with a batch.
 
     Raises
     ------
@@ -44,19 +51,19 @@ def spread(
         If the scheduler cannot be reached or has nobody who can work, or a worker dies.
     """
     if scheduler is not None:
-        with _on_cluster(batches, scheduler) as both:
+        with _on_cluster(batches, scheduler, evaluate) as both:
             yield both
         return
     count = min(workers or usable_cores(), max(1, len(batches)))
     if count == 1:
-        yield 1, ((batch, evaluate_batch(batch)) for batch in batches)
+        yield 1, ((batch, evaluate(batch)) for batch in batches)
         return
     # Fresh processes: a fork would copy threads' locks in whatever state they are.
     pool = ProcessPoolExecutor(
         count, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupts
     )
     try:
-        yield count, _from_pool(pool, batches)
+        yield count, _from_pool(pool, batches, evaluate)
     finally:
         pool.shutdown(cancel_futures=True)
 
@@ -73,8 +80,8 @@ def _ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _from_pool(pool: ProcessPoolExecutor, batches: Sequence[Batch]) -> Results:
-    futures = {pool.submit(evaluate_batch, batch): batch for batch in batches}
+def _from_pool(pool: ProcessPoolExecutor, batches: Sequence[Any], evaluate: Evaluate) -> Results:
+    futures = {pool.submit(evaluate, batch): batch for batch in batches}
     try:
         for future in as_completed(futures):
             yield futures[future], future.result()
@@ -90,7 +97,9 @@ def worker_version() -> str:
 
 
 @contextlib.contextmanager
-def _on_cluster(batches: Sequence[Batch], address: str) -> Iterator[tuple[int, Results]]:
+def _on_cluster(
+    batches: Sequence[Any], address: str, evaluate: Evaluate
+) -> Iterator[tuple[int, Results]]:
     # Asked here, for a client that was given something else complains from its threads for long.
     if not _ADDRESS.fullmatch(address):
         raise StudyError(
@@ -112,7 +121,7 @@ def _on_cluster(batches: Sequence[Batch], address: str) -> Iterator[tuple[int, R
             f"no Dask scheduler answers at {address} within {_ANSWER_S:.0f} s: {why}"
         ) from None
     with client:
-        yield _check_workers(client, address), _from_cluster(distributed, client, batches)
+        yield _check_workers(client, address), _from_cluster(distributed, client, batches, evaluate)
 
 
 def _check_workers(client: Any, address: str) -> int:
@@ -133,8 +142,10 @@ def _check_workers(client: Any, address: str) -> int:
     return cores
 
 
-def _from_cluster(distributed: Any, client: Any, batches: Sequence[Batch]) -> Results:
-    futures = dict(zip(client.map(evaluate_batch, batches, pure=False), batches, strict=True))
+def _from_cluster(
+    distributed: Any, client: Any, batches: Sequence[Any], evaluate: Evaluate
+) -> Results:
+    futures = dict(zip(client.map(evaluate, batches, pure=False), batches, strict=True))
     try:
         for future in distributed.as_completed(list(futures), loop=client.loop):
             yield futures[future], future.result()

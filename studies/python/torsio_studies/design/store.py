@@ -1,4 +1,4 @@
-"""Results of the study `design` on disk: one small Parquet file a batch.
+"""Results of a large study on disk: one small Parquet file a batch.
 
 A file appears whole or not at all, so that a run which is interrupted, by whatever, loses at most
 the batches it was working on, and the next run goes on from there.
@@ -11,7 +11,7 @@ import hashlib
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,11 +19,29 @@ import pyarrow
 from pyarrow import parquet
 
 from torsio_studies.common import StudyError, write_atomically
-from torsio_studies.design.devices import Batch
 
 Array = npt.NDArray[np.float64]
-_KEY = b"torsio_design"
+_KEY = b"torsio_design"  # and of other studies: files of old must stay readable
 _DIGEST = b"torsio_digest"
+
+
+class Batch(Protocol):
+    """Part of the work that is computed and stored together."""
+
+    @property
+    def group(self) -> str:
+        """Which table it belongs to."""
+
+    @property
+    def index(self) -> int:
+        """Which part of it."""
+
+    @property
+    def designs(self) -> tuple[Any, ...]:
+        """What is computed: a row each."""
+
+
+_OneOf = TypeVar("_OneOf", bound=Batch)
 
 
 def _digest(table: Any) -> bytes:
@@ -59,7 +77,7 @@ class Store:
         """Give where a batch is kept."""
         return self.folder / f"{batch.group}-{batch.index:06}.parquet"
 
-    def intact(self, batches: Sequence[Batch]) -> set[Batch]:
+    def intact(self, batches: Sequence[_OneOf]) -> set[_OneOf]:
         """Give the batches that are here already, having looked into every one.
 
         Raises

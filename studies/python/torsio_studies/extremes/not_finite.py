@@ -14,7 +14,7 @@ from torsio import core, protocol
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulator import EmulatedDevice
-from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
+from torsio.hands import FeedbackHand, ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.scenes import (
     Constant,
@@ -23,6 +23,7 @@ from torsio.scenes import (
     Detents,
     Effect,
     EndStops,
+    Excitation,
     Friction,
     Inertia,
     Periodic,
@@ -72,10 +73,18 @@ LOOPS: Final = (
         )
     ),
     LoopOptions(hand=PrescribedMotion(angle_rad=_PATH)),
+    LoopOptions(hand=FeedbackHand(torque_nm=lambda time_s, angle_rad, speed_rad_s: 0.0)),
     LoopOptions(spin_up=SpinUp(motor_command_nm=40e-3, speed_rad_s=1.0)),
 )
 REFUSED: Final = protocol.STATUS_NAMES.index("not_finite")
 CHAIN_INPUTS: Final = ("delta_rad", "held_command_nm", "desired_nm")
+EXPERIMENT: Final = Excitation(
+    duration_s=1.0, travel_rad=1.0, speed_limit_rad_s=10.0, torque_limit_nm=1e-2
+)
+# What has no good value by default would be refused for that.
+MUST_BE_GIVEN: Final = {
+    "excitation": {"duration_s": 1.0, "travel_rad": 1.0, "speed_limit_rad_s": 10.0}
+}
 CONFIGS: Final = (ActuatorConfig(), ControlConfig(), BoardConfig(), GameConfig())
 
 
@@ -143,6 +152,7 @@ def accepted_in_python() -> tuple[int, int]:
             }
             for name, good in quantities.items():
                 offer(partial(_with_argument, method, name), float(good))
+        offer(knob.excite, EXPERIMENT)
         refused = 0
         for one in offers:
             try:
@@ -174,7 +184,8 @@ def spoiled_reports() -> Iterator[tuple[str, bytes]]:
         if report["direction"] != "input" and to_device:
             for bad in NOT_FINITE:
                 for values in _spoiled_values(report["fields"], bad):
-                    yield report["direction"], protocol.encode(report["name"], values)
+                    whole = {**MUST_BE_GIVEN.get(report["name"], {}), **values}
+                    yield report["direction"], protocol.encode(report["name"], whole)
 
 
 def _play(reports: list[tuple[str, bytes]], *, offered: bool) -> tuple[list[float], int]:

@@ -77,6 +77,7 @@ struct HandWriter {
   void operator()(const TorqueHand& hand) const { write("torque_nm", hand.torque_nm); }
   void operator()(const ImpedanceHand&) const { only_in_process("ImpedanceHand"); }
   void operator()(const PrescribedMotion& hand) const { write("motion_rad", hand.angle_rad); }
+  void operator()(const FeedbackHand&) const { only_in_process("FeedbackHand"); }
 };
 
 void set_hand_of(const VirtualKnob& knob, const Hand& hand) {
@@ -139,6 +140,8 @@ class EmulatedWorldHandle final : public Emulator {
   double time_s() const override { only_in_process("time_s"); }
   std::vector<TruthSample> truth() override { only_in_process("truth"); }
   void set_actuator_fault(bool) override { only_in_process("set_actuator_fault"); }
+  ElectricsState electrics() const override { only_in_process("electrics"); }
+  void set_current_sensor(CurrentSensorState) override { only_in_process("set_current_sensor"); }
   void freeze_encoder(bool) override { only_in_process("freeze_encoder"); }
   void jump_encoder(std::int32_t) override { only_in_process("jump_encoder"); }
   void skip_ticks(std::uint32_t) override { only_in_process("skip_ticks"); }

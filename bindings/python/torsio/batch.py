@@ -1,0 +1,206 @@
+"""Thousands of closed loops that go on together, for learning and for statistics.
+
+Each is what `torsio.closed_loop.ClosedLoop` is, controller, encoder, plant and hand, and does to
+the bit what it would do alone, for any number of threads. States and actions are arrays over the
+loops that are looked at and written where they are.
+
+>>> import torsio
+>>> from torsio.batch import Knobs, LoopOptions
+>>> wall = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
+>>> hand = torsio.TorqueHand(torque_nm=0.0)
+>>> knobs = Knobs(1000, LoopOptions(scene=wall, hand=hand), actions="hand")
+>>> knobs.actions["hand_torque_nm"] = 0.03
+>>> knobs.step(500)
+>>> bool((knobs.states["angle_rad"] > 0.1).all())
+True
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Final, Literal, TypeAlias, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio import _torsio, checks
+from torsio.closed_loop import LOOP_DTYPE, LoopOptions, checked_options
+from torsio.errors import Error, InvalidArgument
+from torsio.telemetry import Record
+
+__all__ = ["ACTION_DTYPE", "LOOP_DTYPE", "Actions", "Knobs", "LoopOptions"]
+
+Actions: TypeAlias = Literal["none", "hand", "commands", "hand and commands"]
+
+ACTION_DTYPE = _torsio.emulator.ACTION_DTYPE
+"""What acts on a loop from outside: ``hand_torque_nm`` on the knob, and ``motor_command_nm`` and
+``brake_command_nm`` in place of the law's.
+"""
+
+_MOST: Final = 10_000_000
+_LONGEST_TICKS: Final = 10_000_000
+
+
+class Knobs:
+    """Many closed loops under one clock.
+
+    Parameters
+    ----------
+    n
+        How many; 1 to ten million.
+    options
+        Of all of them, or a sequence of one for each. Loops that are given the very same object
+        share the tables of their steps: a thousand objects are a thousand times the memory.
+        A spin-up is not possible. None is free space.
+    actions
+        What :attr:`actions` are: the hand's torque, if every hand is a `TorqueHand`; the commands
+        of motor and brake, so that the law only senses; both; or nothing.
+    seeds
+        Of the encoders' noise: one for each loop, or the first one's, from which they count up.
+    threads
+        How many share a step; None is as many as this process may use. The results do not depend
+        on it.
+
+    Raises
+    ------
+    TypeError, ValueError
+        That names what is out of its range.
+    """
+
+    def __init__(
+        self,
+        n: int,
+        options: LoopOptions | Sequence[LoopOptions] | None = None,
+        *,
+        actions: Actions = "none",
+        seeds: int | npt.ArrayLike = 0,
+        threads: int | None = None,
+    ) -> None:
+        """Set them up and have each sense for the first time."""
+        n = checks.whole("n", n, 1, _MOST)
+        if actions not in get_args(Actions):
+            allowed = ", ".join(map(repr, get_args(Actions)))
+            raise InvalidArgument(f"actions is {actions!r}, allowed are {allowed}")
+        each = [options] if isinstance(options, LoopOptions) else options
+        each = [LoopOptions()] if each is None else list(each)
+        if isinstance(options, LoopOptions) or options is None:
+            kinds, kind_of = each, np.zeros(n, dtype=np.uint32)
+        else:
+            if len(each) != n:
+                raise InvalidArgument(f"options are {len(each)}, and n is {n}: one for each knob")
+            found: dict[int, int] = {}
+            kind_of = np.array([found.setdefault(id(one), len(found)) for one in each], np.uint32)
+            kinds = list({id(one): one for one in each}.values())
+        for kind in kinds:
+            checked_options(kind)
+        if threads is None:
+            has_share = hasattr(os, "sched_getaffinity")
+            threads = len(os.sched_getaffinity(0)) if has_share else os.cpu_count() or 1
+        threads = checks.whole("threads", threads, 1, 4096)
+        self._seeds = _seeds(seeds, n)
+        self._batch = _torsio.emulator.Batch(
+            kinds,
+            kind_of,
+            self._seeds,
+            threads,
+            acts_hand="hand" in actions,
+            acts_commands="commands" in actions,
+        )
+        self._is_free = threading.Lock()
+        self._states = self._batch.states
+        self._actions = self._batch.actions
+
+    def __len__(self) -> int:
+        """Say how many knobs there are."""
+        return len(self._states)
+
+    @property
+    def states(self) -> Record:
+        """What is true, sensed and decided now: LOOP_DTYPE, shape (n,).
+
+        The memory of the knobs itself, changed by every step and not to be written; the row of a
+        knob is the one that `ClosedLoop.run` would give of this moment.
+        """
+        return self._states
+
+    @property
+    def actions(self) -> Record:
+        """What acts from the next step on: ACTION_DTYPE, shape (n,), to be written.
+
+        The memory of the knobs itself. As numbers, ``knobs.actions.view(float).reshape(-1, 3)``.
+        """
+        return self._actions
+
+    def step(self, ticks: int = 1) -> None:
+        """Let all go on for so many control periods, while other Python threads run.
+
+        Raises
+        ------
+        ValueError, RuntimeError
+            That names the first knob that cannot go on, because of its action, or because nothing
+            holds it. The others have gone on.
+        Error
+            If they are in the middle of a step.
+        """
+        left = checks.whole("ticks", ticks, 1, 2**40)
+        at_once = max(1, _LONGEST_TICKS // len(self))
+        with self._alone():
+            while left > 0:  # so that Ctrl-C is heard in between
+                self._batch.step(min(left, at_once))
+                left -= at_once
+
+    def reset(
+        self, which: npt.ArrayLike | None = None, *, seeds: int | npt.ArrayLike | None = None
+    ) -> None:
+        """Begin anew: all, those of which a mask is true, or those of a list of indices.
+
+        Parameters
+        ----------
+        seeds
+            One for each that begins anew, or the first one's; None are those that they had first.
+        """
+        n = len(self)
+        chosen = np.arange(n) if which is None else np.asarray(which)
+        if chosen.dtype == np.bool_:
+            if chosen.shape != (n,):
+                raise InvalidArgument(f"which is a mask of shape {chosen.shape}, wanted is ({n},)")
+            chosen = np.flatnonzero(chosen)
+        if chosen.ndim != 1 or not (chosen.size == 0 or np.issubdtype(chosen.dtype, np.integer)):
+            raise InvalidArgument("which must be a mask or indices, in one dimension")
+        if chosen.size and not (chosen.min() >= 0 and chosen.max() < n):
+            raise InvalidArgument(
+                f"which has {chosen.min()} to {chosen.max()}, allowed 0 to {n - 1}"
+            )
+        if len(np.unique(chosen)) != len(chosen):
+            raise InvalidArgument("which has the same knob twice")
+        new = self._seeds[chosen] if seeds is None else _seeds(seeds, len(chosen))
+        with self._alone():
+            self._batch.reset(chosen.astype(np.uint32), new)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        if not self._is_free.acquire(blocking=False):
+            raise Error(
+                "these knobs are in the middle of a step, of another thread or of the function of "
+                "a hand that asks for this; wait for its end"
+            )
+        try:
+            yield
+        finally:
+            self._is_free.release()
+
+
+def _seeds(seeds: int | npt.ArrayLike, n: int) -> npt.NDArray[np.uint64]:
+    if isinstance(seeds, int | np.integer):
+        first = checks.whole("seeds", seeds, 0, 2**64 - 1)
+        # They count on from 0 after the last one.
+        return np.uint64(first) + np.arange(n, dtype=np.uint64)
+    given = np.asarray(seeds)
+    if given.shape != (n,) or not np.issubdtype(given.dtype, np.integer):
+        raise InvalidArgument(f"seeds must be a whole number, or {n} of them in one dimension")
+    if given.size and int(given.min()) < 0:
+        raise InvalidArgument(f"seeds has {given.min()}, allowed are 0 to {2**64 - 1}")
+    return given.astype(np.uint64)

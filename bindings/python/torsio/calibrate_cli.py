@@ -1,0 +1,90 @@
+"""What `torsio calibrate` shows, asks and keeps."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from torsio import calibration
+from torsio.calibration import report
+from torsio.errors import Error
+from torsio.extras import how_to_install
+from torsio.knob import Knob
+
+__all__ = ["measure", "save", "show", "words_of"]
+
+
+def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> dict[str, Any]:
+    """Calibrate with a line of progress a step, draw, and give all as JSON has it."""
+    if picture is not None and importlib.util.find_spec("matplotlib") is None:
+        raise Error(f"a picture needs matplotlib: {how_to_install('plot')}")
+    before = calibration.kept(knob.info.serial)
+    say.print("hands off: the knob turns by itself for half a minute", highlight=False)
+
+    def step(name: str) -> None:
+        say.print(f"step     {name}", highlight=False)
+
+    found = calibration.calibrate(knob, quick=quick, progress=step)
+    if picture is not None:
+        from torsio.calibration.figure import save_figure
+
+        save_figure(found, picture)
+        say.print(f"picture  {picture}", highlight=False, markup=False, soft_wrap=True)
+    changed = [] if before is None else calibration.drifts(before, found)
+    return {
+        "calibration": found,
+        "changed": changed,
+        "compared_with": None if before is None else before["conditions"].get("date"),
+    }
+
+
+def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
+    """Print what was found, what has drifted, and what is proposed."""
+    found: calibration.Calibration = measured["calibration"]
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("quantity", "value +- standard uncertainty", "what it is"):
+        table.add_column(heading)
+    for row in report.lines(found):
+        table.add_row(*row)
+    out.print(table, highlight=False)
+    out.print(f"\n{found.seconds:.0f} s of the knob's time", highlight=False)
+    if measured["compared_with"] is not None:
+        out.print(
+            f"compared with {measured['compared_with']}: "
+            + ("nothing has drifted" if not measured["changed"] else "drifted"),
+            highlight=False,
+        )
+        for drift in measured["changed"]:
+            out.print(f"  {drift.name}: {drift.before:.4g} -> {drift.now:.4g}", highlight=False)
+    proposed = report.changes(knob.actuator_config(), found.actuator)
+    if proposed:
+        out.print("\nproposed for the actuator's configuration:", highlight=False)
+    for name, old, new in proposed:
+        out.print(f"  {name}: {old:.4g} -> {new:.4g}", highlight=False)
+
+
+def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
+    """Configure the device as proposed, keep that in its flash, and the findings in a file."""
+    knob.configure(found.actuator)
+    knob.save()
+    path = calibration.keep(found)
+    say.print(f"saved    on the device, and with uncertainties in {path}", soft_wrap=True)
+
+
+def words_of(serial: str) -> dict[str, Any]:
+    """Give what `torsio info` shows of the calibration that was kept for a knob."""
+    try:
+        found = calibration.kept(serial)
+    except Error as error:
+        return {"problem": str(error)}
+    if found is None:
+        return {"date": "never: torsio calibrate"}
+    values = {
+        name: f"{of['value']:.4g} +- {of['standard_uncertainty']:.2g}"
+        for name, of in found["quantities"].items()
+    }
+    return {"date": found["conditions"].get("date", ""), **values}

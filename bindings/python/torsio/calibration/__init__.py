@@ -1,0 +1,20 @@
+"""Measuring a knob: what it is made of, how well that is known, and what is wrong with it."""
+
+from __future__ import annotations
+
+from torsio.calibration.keeping import Drift, drifts, keep, kept
+from torsio.calibration.procedure import STEPS, Calibration, calibrate
+from torsio.calibration.quantity import Fit, Quantity, Refusal
+
+__all__ = [
+    "STEPS",
+    "Calibration",
+    "Drift",
+    "Fit",
+    "Quantity",
+    "Refusal",
+    "calibrate",
+    "drifts",
+    "keep",
+    "kept",
+]

@@ -1,0 +1,183 @@
+"""Steps against the slipping brake: torque over command, hysteresis, and the lags both ways."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from torsio.calibration.numeric import Solution, gauss_newton, kernel, play_of, smooth
+from torsio.calibration.play import Player, Recording
+from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
+
+__all__ = ["Brake", "estimate_brake", "slip"]
+
+_STEP = "brake"
+_STAIRS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 1.0, 0.0, 1.0, 0.0)
+_DWELL_S, _BEGIN_S = 0.5, 0.8
+_SPEED_RAD_S = 4.0
+
+
+@dataclass(frozen=True)
+class Brake:
+    """What is known of the brake; lags from command to torque."""
+
+    gain: Quantity
+    hysteresis: Quantity
+    rise: Quantity
+    release: Quantity
+    friction: Quantity
+    fits: tuple[Fit, ...]
+
+
+def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float) -> Recording:
+    """Turn the knob slowly through the brake while its command goes up and down stairs.
+
+    Raises
+    ------
+    Refusal
+        "runs_away".
+    """
+    top_nm = min(0.7 * motor_nm - coulomb_nm, brake_nm)
+    servo = {
+        "stiffness_nm_per_rad": 0.5,
+        "damping_nm_s_per_rad": 6e-3,
+        "servo_rad_s": _SPEED_RAD_S,
+    }
+    stairs = [(_DWELL_S, {**servo, "brake_nm": share * top_nm}) for share in _STAIRS]
+    log = player.chain(
+        [(_BEGIN_S, {**servo, "brake_nm": 0.0}), *stairs],
+        travel_rad=60.0,
+        speed_limit_rad_s=60.0,
+        torque_limit_nm=motor_nm,
+    )
+    if log.stopped:
+        raise Refusal(
+            _STEP, "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
+            f"the device stopped the turn through the brake ({log.stopped})",
+        )  # fmt: skip
+    return log
+
+
+def _lagged(
+    time_s: Array,
+    begins_s: Array,
+    targets: Array,
+    first: float,
+    lags: tuple[float, float],
+    flexible_s2: float,
+) -> Array:
+    """First-order answer to targets that step at `begins_s`, seen through the shaft.
+
+    `lags` are of rise and release. The brake's inertia on the shaft's spring takes a part of what
+    changes: ``flexible_s2`` is one over the other.
+    """
+    result = np.full(len(time_s), first)
+    held = first
+    ends = np.append(begins_s[1:], time_s[-1] + 1.0)
+    for begin, end, target in zip(begins_s, ends, targets, strict=True):
+        lag = max(lags[0] if target > held else lags[1], 1e-4)
+        chosen = (time_s >= begin) & (time_s < end)
+        seen = (held - target) / (1.0 + flexible_s2 / lag**2)
+        result[chosen] = target + seen * np.exp(-(time_s[chosen] - begin) / lag)
+        held = target + (held - target) * np.exp(-(end - begin) / lag)
+    return result
+
+
+def estimate_brake(
+    log: Recording,
+    cogging_nm: Callable[[Array], Array],
+    *,
+    inertia_kg_m2: float,
+    viscous_nm_s_per_rad: float,
+    flexible_s2: float,
+    remanent: bool,
+) -> Brake:
+    """Estimate the brake from `slip`.
+
+    Parameters
+    ----------
+    cogging_nm
+        Torque on the knob over the angle.
+    inertia_kg_m2, viscous_nm_s_per_rad
+        Of all that turns.
+    flexible_s2
+        The brake's inertia over the shaft's stiffness.
+    remanent
+        True if the brake was held before, so that its hysteresis holds it from the start.
+
+    Raises
+    ------
+    Refusal
+        "no_brake", "stuck", "unexplained".
+    """
+    half = max(round(12e-3 / log.period_s), 3)
+    window, first, second = kernel(half, log.period_s)
+    valid = slice(half + 1, len(log.time_s) - half - 1)
+    time_s = log.time_s[valid]
+    speed = smooth(log.angle_rad - log.angle_rad[0], first, odd=True)
+    acceleration = smooth(log.angle_rad - log.angle_rad[0], second)
+    given = log.motor_nm + cogging_nm(log.angle_rad)
+    motor = np.convolve(given, window, mode="valid").astype(np.float64)[: len(time_s)]
+    torque = motor - inertia_kg_m2 * acceleration - viscous_nm_s_per_rad * speed
+    turning = (speed > 0.3) & (time_s > log.time_s[0] + 0.4)
+    changes = np.flatnonzero(np.abs(np.diff(log.brake_nm)) > 1e-6) + 1
+    begins = np.append(log.time_s[0] - 1.0, log.time_s[changes] - 0.5 * log.period_s)
+    commands = np.append(log.brake_nm[0], log.brake_nm[changes])
+    top = float(np.max(commands))
+    thin = max(round(2e-3 / log.period_s), 1)
+    chosen = np.flatnonzero(turning)[::thin]
+
+    def model(value: Array) -> Array:
+        gain, width, rise, release, friction = (float(number) for number in value)
+        width = abs(width)
+        targets = play_of(commands, width, width if remanent else 0.0)
+        begin = targets[0]
+        braked = _lagged(
+            time_s, begins, targets, float(begin), (abs(rise), abs(release)), flexible_s2
+        )
+        smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), window, mode="valid")
+        return np.asarray(gain * smoothed[: len(time_s)] + friction, dtype=np.float64)[chosen]
+
+    measured = torque[chosen]
+    best: Solution | None = None
+    for width in (0.02 * top, 0.15 * top):
+        trial = gauss_newton(
+            model,
+            measured,
+            np.array([1.0, width, 0.06, 0.06, float(np.min(measured))]),
+            scale=np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5]),
+            lags=max(round(0.06 / (thin * log.period_s)), 4),
+            steps=15,
+        )
+        if best is None or np.sum(trial.residual**2) < np.sum(best.residual**2):
+            best = trial
+    assert best is not None
+    gain, width, rise, release, friction = (float(number) for number in best.value)
+    left = float(np.sqrt(np.mean(best.residual**2)))
+    if gain < 0.3:
+        raise Refusal(
+            _STEP, "no_brake", f"the brake gives {100 * gain:.0f} % of what it is told: it is "
+            "dead, its wires "
+            "are off, or brake_torque_constant_nm_per_a is wrong", gain=gain,
+        )  # fmt: skip
+    if left > 0.06 * top + 0.5e-3:
+        raise Refusal(
+            _STEP, "unexplained", f"the brake's torque strays by {1e3 * left:.1f} mN m from one "
+            "with hysteresis "
+            "and a lag: it is at its limit, sticks, or a hand is on the knob", residual_nm=left,
+        )  # fmt: skip
+    return Brake(
+        Quantity("brake_gain", gain, best.sigma(0), "torque over command"),
+        Quantity("hysteresis_nm", abs(width), best.sigma(1), "half the width of its loop"),
+        Quantity("rise_s", abs(rise), best.sigma(2), "lag on the way up"),
+        Quantity("release_s", abs(release), best.sigma(3), "lag on the way down"),
+        Quantity("friction_nm", friction, best.sigma(4), "of all that turns, brake off"),
+        (
+            Fit(
+                "Brake stairs: torque, hysteresis and lags", "time, s", "brake and friction, N m",
+                time_s[chosen] - log.time_s[0], measured, measured - best.residual,
+            ),
+        ),
+    )  # fmt: skip

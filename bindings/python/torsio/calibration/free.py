@@ -1,0 +1,322 @@
+"""Steps with the brake off: signs, friction, cogging and inertia of the knob that turns freely."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio.calibration.numeric import Solution, kernel, linear, smooth
+from torsio.calibration.play import Player, Recording
+from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
+
+__all__ = ["Free", "estimate_free", "find_signs", "spin"]
+
+_SIGNS = "signs"
+_FREE = "friction and inertia"
+# A turn of so much is free motion: the shaft's twist under the motor's full torque is less.
+_FREE_RAD = 0.25
+SLOW_RAD_S, _FAST_RAD_S = 3.0, 80.0
+SLOW_S = 2.5
+_MOST_PERIODS = 64
+
+
+@dataclass(frozen=True)
+class Free:
+    """What is known of the knob that turns freely.
+
+    Attributes
+    ----------
+    inertia, coulomb, viscous, cogging
+        Of knob and brake side together; the cogging's is its amplitude.
+    periods_per_rev
+        Of the cogging; 0 if none was found.
+    cogging_cosine_nm, cogging_sine_nm
+        Torque on the knob at an angle from the device's zero.
+    """
+
+    inertia: Quantity
+    coulomb: Quantity
+    viscous: Quantity
+    cogging: Quantity
+    offset: Quantity
+    periods_per_rev: int
+    cogging_cosine_nm: float
+    cogging_sine_nm: float
+    fits: tuple[Fit, ...]
+
+    def cogging_nm(self, angle_rad: Array) -> Array:
+        """Torque of the cogging on the knob."""
+        phase = self.periods_per_rev * angle_rad
+        result: Array = self.cogging_cosine_nm * np.cos(phase) + self.cogging_sine_nm * np.sin(
+            phase
+        )
+        return result
+
+
+def find_signs(player: Player, torque_nm: float) -> float:
+    """Let the motor pull more and more until the knob turns, both ways; give the larger torque.
+
+    Raises
+    ------
+    Refusal
+        "moved", "still", "held", "reversed", "one_way".
+    """
+    idle = player.watch(0.3)
+    moved = float(np.ptp(idle.counts))
+    noise_counts = 4.0
+    if moved > noise_counts + 0.02 / player.count_rad:
+        raise Refusal(
+            _SIGNS, "moved", f"the knob moved by {moved:.0f} counts with the motor off: take your "
+            "hand off it, and look for what turns it", counts=moved,
+        )  # fmt: skip
+    if moved > noise_counts:
+        raise Refusal(
+            _SIGNS, "noisy", f"the encoder jitters by {moved:.0f} counts while nothing moves: look "
+            "at its supply, its wires and their shield", counts=moved,
+        )  # fmt: skip
+    torques = []
+    for way in (1.0, -1.0):
+        log = player.chain(
+            [(1.2, {"motor_nm": way * torque_nm, "ramp_s": 1.2})],
+            travel_rad=_FREE_RAD,
+            speed_limit_rad_s=60.0,
+            torque_limit_nm=torque_nm,
+        )
+        torques.append(_breakaway(log, way, torque_nm))
+    if max(torques) > 4.0 * min(torques) + 2e-3:
+        raise Refusal(
+            _SIGNS, "pulled", f"the knob begins to turn at {1e3 * torques[0]:.1f} mN m one way "
+            "and at "
+            f"{1e3 * torques[1]:.1f} the other: something pulls at it; turn the axis upright, take "
+            "off weights and cables", torques_nm=torques,
+        )  # fmt: skip
+    return max(torques)
+
+
+def _breakaway(log: Recording, way: float, torque_nm: float) -> float:
+    turned = way * (log.angle_rad - log.angle_rad[0])
+    reached, against = float(turned.max()), float(-turned.min())
+    if log.stopped not in ("", "excitation_stopped"):
+        raise Refusal(
+            _SIGNS, log.stopped, f"the device disarmed ({log.stopped}): torsio doctor says more"
+        )
+    if against > max(reached, 0.1):
+        raise Refusal(
+            _SIGNS, "reversed", "the encoder counts down while the motor's torque is positive: "
+            "change "
+            "encoder_reversed of the actuator, or motor_reversed of the board, not both",
+            against_rad=against,
+        )  # fmt: skip
+    if reached < 5.0 * log.count_rad:
+        raise Refusal(
+            _SIGNS, "still", f"nothing moves at {1e3 * torque_nm:.0f} mN m: the motor is not "
+            "connected, "
+            "the encoder stands still, or the knob is jammed", reached_rad=reached,
+        )  # fmt: skip
+    if log.stopped == "":
+        raise Refusal(
+            _SIGNS, "held", f"the knob gives way like a spring and does not turn at "
+            f"{1e3 * torque_nm:.0f} mN m: take your hand off it; else the brake is stuck on",
+            reached_rad=reached,
+        )  # fmt: skip
+    begun = int(np.argmax(turned > 0.02))
+    return float(abs(log.motor_nm[begun]))
+
+
+def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recording:
+    """Turn slowly for so long each way, a turn and more by default, then fast both ways.
+
+    Raises
+    ------
+    Refusal
+        "runs_away", or why the device disarmed.
+    """
+    slow = {"stiffness_nm_per_rad": 0.3, "damping_nm_s_per_rad": 6e-3}
+    fast = {"damping_nm_s_per_rad": 6e-3}
+    stretches = [
+        (slow_s, {**slow, "servo_rad_s": SLOW_RAD_S}),
+        (slow_s, {**slow, "servo_rad_s": -SLOW_RAD_S}),
+        (0.7, {**fast, "servo_rad_s": _FAST_RAD_S}),
+        (1.2, {**fast, "servo_rad_s": -_FAST_RAD_S}),
+        (0.8, {**fast, "servo_rad_s": 0.4 * _FAST_RAD_S}),
+        (0.6, {**fast, "servo_rad_s": -0.4 * _FAST_RAD_S}),
+        (0.3, {**fast, "servo_rad_s": 0.0}),
+    ]
+    log = player.chain(
+        stretches, travel_rad=600.0, speed_limit_rad_s=160.0, torque_limit_nm=0.75 * torque_nm
+    )
+    if log.stopped:
+        raise Refusal(
+            _FREE, "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
+            f"the device stopped the turns ({log.stopped}): the knob is not what it was a "
+            "moment ago",
+        )  # fmt: skip
+    return log
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Weighted equations: motor = inertia a + coulomb sign + viscous v + offset - cogging."""
+
+    motor_nm: Array
+    acceleration: Array
+    speed: Array
+    angle: Array
+    jerk: Array
+    motor_curve: Array
+    window: Array
+    period_s: float
+
+
+def _rows(log: Recording, half_s: float, least_rad_s: float) -> _Rows:
+    """Weigh a recording where the knob turns one way for the whole of a window."""
+    half = max(round(half_s / log.period_s), 4)
+    window, first, second = kernel(half, log.period_s)
+    angle = log.angle_rad - log.angle_rad[0]
+    speed = smooth(angle, first, odd=True)
+    _, short, _ = kernel(max(round(6e-3 / log.period_s), 3), log.period_s)
+    local = smooth(angle, short, odd=True)
+    margin = (len(angle) - len(local)) // 2
+    local = np.pad(local, margin, mode="edge")[: len(angle)]
+    wide = np.lib.stride_tricks.sliding_window_view(local, len(window))
+    same: npt.NDArray[np.bool_] = (wide.min(axis=1) > least_rad_s) | (
+        wide.max(axis=1) < -least_rad_s
+    )
+    fourth = np.convolve(second, np.array([1.0, -2.0, 1.0]) / log.period_s**2)
+    jerk = np.pad(np.convolve(angle, fourth[::-1], mode="valid"), 1)
+    same[[0, -1]] = False  # where the fourth difference reaches beyond the recording
+    chosen = np.flatnonzero(same)
+    chosen = chosen[:: max(half // 3, 1)]
+    return _Rows(
+        smooth(log.motor_nm, window)[chosen],
+        smooth(angle, second)[chosen],
+        speed[chosen],
+        smooth(log.angle_rad, window)[chosen],
+        jerk[chosen],
+        smooth(log.motor_nm, second)[chosen],
+        window,
+        log.period_s,
+    )
+
+
+def _columns(rows: _Rows, periods: int) -> Array:
+    columns = [rows.acceleration, np.sign(rows.speed), rows.speed, np.ones_like(rows.speed)]
+    if periods:
+        # The window takes some of a wave that passes within it.
+        since = (np.arange(len(rows.window)) - len(rows.window) // 2) * rows.period_s
+        left = np.cos(np.outer(periods * rows.speed, since)) @ rows.window
+        columns += [
+            -left * np.cos(periods * rows.angle),
+            -left * np.sin(periods * rows.angle),
+        ]
+    return np.column_stack(columns)
+
+
+def _find_cogging(rows: _Rows) -> int:
+    """Give the periods in a turn that explain most of slow turns; 0 if none explains much."""
+    plain = linear(_columns(rows, 0), rows.motor_nm)
+    before = float(np.sum(plain.residual**2))
+    after = []
+    for periods in range(2, _MOST_PERIODS + 1):
+        fit = linear(_columns(rows, periods), rows.motor_nm)
+        after.append(float(np.sum(fit.residual**2)))
+    best = int(np.argmin(after))
+    # Noise alone gives the best of so many a few parts in a hundred.
+    return best + 2 if after[best] < 0.6 * before else 0
+
+
+def _joint(slow: _Rows, fast: _Rows, periods: int) -> tuple[Solution, Array]:
+    """Fit slow and fast turns together, each weighed by what it leaves."""
+    slow_part = _columns(slow, periods)
+    flexible = np.column_stack([fast.jerk, -fast.motor_curve])
+    fast_part = np.column_stack([_columns(fast, 0), flexible])
+    if periods:
+        fast_part = np.column_stack(
+            [fast_part[:, :4], np.zeros((len(fast_part), 2)), fast_part[:, 4:]]
+        )
+    slow_part = np.column_stack([slow_part, np.zeros((len(slow_part), 2))])
+    slow_rms = float(np.std(linear(slow_part, slow.motor_nm).residual)) + 1e-9
+    fast_rms = float(np.std(linear(fast_part, fast.motor_nm).residual)) + 1e-9
+    weights = np.concatenate(
+        [np.full(len(slow_part), 1 / slow_rms), np.full(len(fast_part), 1 / fast_rms)]
+    )
+    slopes = np.vstack([slow_part, fast_part])
+    measured = np.concatenate([slow.motor_nm, fast.motor_nm])
+    return linear(slopes * weights[:, None], measured * weights, lags=8), weights
+
+
+def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
+    """Estimate friction, cogging and inertia from `spin`, with the same `slow_s`.
+
+    Raises
+    ------
+    Refusal
+        "held", "pulled", "unexplained".
+    """
+    speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
+    if float(np.max(np.abs(speed))) < 0.4 * _FAST_RAD_S:
+        raise Refusal(
+            _FREE, "held", f"the knob reaches {np.max(np.abs(speed)):.0f} rad/s only: it is "
+            "held, rubs, something heavy is on it, "
+            "or the motor is weaker than motor_torque_max_nm says",
+        )  # fmt: skip
+    slow = _rows(log.between(0.2, 2 * slow_s), 0.02, 0.5)
+    fast = _rows(log.between(2 * slow_s, 1e9), 0.09, 5.0)
+    if len(slow.speed) < 20 or len(fast.speed) < 20:
+        raise Refusal(
+            _FREE,
+            "held",
+            "the knob does not turn evenly: it is held, or rubs somewhere in its turn",
+        )
+    # Less than a turn does not tell cogging from a rough spot.
+    periods = _find_cogging(slow) if slow_s == SLOW_S else 0
+    fit, weights = _joint(slow, fast, periods)
+    value = fit.value
+    cosine, sine = (float(value[4]), float(value[5])) if periods else (0.0, 0.0)
+    amplitude = float(np.hypot(cosine, sine))
+    amplitude_sigma = 0.0
+    if periods:
+        along = np.array([cosine, sine]) / max(amplitude, 1e-12)
+        amplitude_sigma = float(np.sqrt(along @ fit.covariance[4:6, 4:6] @ along))
+    else:
+        # What was not found may be as large as what is left, and more.
+        amplitude_sigma = 3.0 * float(np.std(linear(_columns(slow, 0), slow.motor_nm).residual))
+    unexplained = fit.residual / weights
+    left = float(np.sqrt(np.mean(unexplained**2)))
+    coulomb = float(value[1])
+    if abs(value[3]) > 0.2 * abs(coulomb) + 5.0 * fit.sigma(3):
+        raise Refusal(
+            _FREE, "pulled", f"a steady torque of {1e3 * value[3]:+.1f} mN m pulls at the knob: "
+            "take off "
+            "weights and cables, turn the axis upright", offset_nm=float(value[3]),
+        )  # fmt: skip
+    if coulomb <= 0 or value[0] <= 0 or left > 0.25 * abs(coulomb) + 1e-3:
+        raise Refusal(
+            _FREE, "unexplained", f"friction and inertia leave {1e3 * left:.1f} mN m "
+            "unexplained: a hand "
+            "is on the knob, or something is loose", residual_nm=left,
+        )  # fmt: skip
+    slow_fitted = slow.motor_nm - unexplained[: len(slow.speed)]
+    fast_fitted = fast.motor_nm - unexplained[len(slow.speed) :]
+    return Free(
+        Quantity("inertia_kg_m2", float(value[0]), fit.sigma(0), "of all that turns"),
+        Quantity("coulomb_nm", coulomb, fit.sigma(1), "dry friction of all that turns"),
+        Quantity("viscous_nm_s_per_rad", float(value[2]), fit.sigma(2), "viscous friction"),
+        Quantity("cogging_nm", amplitude, amplitude_sigma, "amplitude of the motor's cogging"),
+        Quantity("offset_nm", float(value[3]), fit.sigma(3), "steady torque on the knob"),
+        periods,
+        cosine,
+        sine,
+        (
+            Fit(
+                "Slow turns: friction and cogging", "angle, rad", "motor, N m",
+                slow.angle, slow.motor_nm, slow_fitted,
+            ),
+            Fit(
+                "Fast turns: inertia and viscous friction", "speed, rad/s", "motor, N m",
+                fast.speed, fast.motor_nm, fast_fitted,
+            ),
+        ),
+    )  # fmt: skip

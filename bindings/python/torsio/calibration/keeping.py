@@ -1,0 +1,79 @@
+"""What a calibration found, kept beside the knob: a file for each serial number."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from torsio.calibration.procedure import Calibration
+from torsio.errors import Error
+
+__all__ = ["Drift", "drifts", "keep", "kept", "place_of"]
+
+
+def place_of(serial: str) -> Path:
+    """Give the file of a serial number, whether it exists or not."""
+    home = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share"
+    name = "".join(letter if letter.isalnum() or letter in "-_" else "_" for letter in serial)
+    return Path(home) / "torsio/calibration" / f"{name or 'unnamed'}.json"
+
+
+def keep(calibration: Calibration) -> Path:
+    """Write the file, whole or not at all. Raises `Error` if that fails."""
+    path = place_of(str(calibration.conditions["serial"]))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, partial = tempfile.mkstemp(dir=path.parent)
+        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
+            file.write(json.dumps(calibration.as_dict(), indent=2) + "\n")
+        Path(partial).replace(path)
+    except OSError as error:
+        raise Error(f"cannot write {path}: {error.strerror}") from None
+    return path
+
+
+def kept(serial: str) -> dict[str, Any] | None:
+    """Give what was kept for a knob, as `Calibration.as_dict` has it; None if nothing was."""
+    path = place_of(serial)
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(found["quantities"], dict) or not isinstance(found["conditions"], dict):
+            raise ValueError
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise Error(f"{path} cannot be read: move it away, and calibrate again") from None
+    return dict(found)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A quantity that is not what it was."""
+
+    name: str
+    before: float
+    now: float
+    sigmas: float
+
+
+def drifts(before: dict[str, Any], now: Calibration) -> list[Drift]:
+    """Give what has changed: by three standard uncertainties, and by a twentieth of itself."""
+    changed = []
+    for name, quantity in now.quantities.items():
+        old = before["quantities"].get(name)
+        if old is None:
+            continue
+        sigma = math.hypot(quantity.standard_uncertainty, float(old["standard_uncertainty"]))
+        difference = quantity.value - float(old["value"])
+        if abs(difference) > max(3.0 * sigma, 0.05 * abs(float(old["value"]))):
+            changed.append(
+                Drift(
+                    name, float(old["value"]), quantity.value, abs(difference) / max(sigma, 1e-30)
+                )
+            )
+    return changed

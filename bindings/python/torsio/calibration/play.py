@@ -1,0 +1,156 @@
+"""How a calibration moves the knob: chains of bounded excitations, and what is heard meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from torsio.calibration.quantity import Array
+from torsio.errors import Refused
+from torsio.knob import Knob
+from torsio.scenes import Excitation
+from torsio.telemetry import Record
+
+__all__ = ["Player", "Recording"]
+
+# The device goes on for so long when the host is late with the next stretch; then it disarms.
+_SLACK_S = 0.25
+# What the library keeps unless it is told otherwise.
+_MOST_SAMPLES = 65536
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What the device told while it played.
+
+    Attributes
+    ----------
+    time_s, angle_rad, motor_nm, brake_nm
+        Shape (n,). The motor's command is delayed by half a tick and its lag, so that it is the
+        torque of its moment; the brake's command is as it was given.
+    counts
+        From the device's zero; `count_rad` is one of them.
+    stopped
+        Why the device disarmed before the end: a `DisarmReason`, or "".
+    """
+
+    time_s: Array
+    counts: Array
+    angle_rad: Array
+    motor_nm: Array
+    brake_nm: Array
+    count_rad: float
+    period_s: float
+    stopped: str = ""
+
+    def between(self, begin_s: float, end_s: float) -> Recording:
+        """Give the part between two times since the first sample."""
+        since = self.time_s - self.time_s[0]
+        chosen = (since >= begin_s) & (since < end_s)
+        arrays = {
+            name: getattr(self, name)[chosen]
+            for name in ("time_s", "counts", "angle_rad", "motor_nm", "brake_nm")
+        }
+        return replace(self, **arrays)
+
+
+class Player:
+    """Plays excitations on a knob; made by `playing`.
+
+    Attributes
+    ----------
+    seconds
+        Of the knob's time that were used so far.
+    """
+
+    def __init__(self, knob: Knob, rate_hz: float, motor_lag_s: float) -> None:
+        self._knob = knob
+        self._period_s = 1.0 / rate_hz
+        self._tick_s = 1.0 / knob.info.control_rate_hz
+        self._motor_lag_s = motor_lag_s
+        self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
+        self.seconds = 0.0
+
+    @classmethod
+    @contextmanager
+    def playing(cls, knob: Knob) -> Iterator[Player]:
+        """Prepare a disarmed knob, and leave its configuration as it was."""
+        actuator, control = knob.actuator_config(), knob.control_config()
+        knob.stop()
+        # With no lag in its model the device tells the brake's command itself.
+        knob.configure(replace(actuator, brake_time_constant_s=0.0))
+        knob.configure(replace(control, motor_slew_nm_per_s=0.0, autonomous=False))
+        try:
+            rate_hz = knob.start_telemetry()
+            yield cls(knob, rate_hz, actuator.motor_time_constant_s)
+        finally:
+            if knob.is_open and knob.state != "disconnected":
+                knob.stop()
+                knob.stop_telemetry()
+                knob.configure(actuator)
+                knob.configure(control)
+
+    def watch(self, duration_s: float) -> Recording:
+        """Record without torque."""
+        self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
+        self._knob.sleep(duration_s)
+        self.seconds += duration_s
+        return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)], "")
+
+    def chain(
+        self, stretches: Sequence[tuple[float, dict[str, Any]]], **bounds: float
+    ) -> Recording:
+        """Play stretches one after the other.
+
+        Parameters
+        ----------
+        stretches
+            Duration in seconds, and fields of an `Excitation`.
+        bounds
+            Fields of all of them.
+        """
+        knob = self._knob
+        knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
+        pieces: list[Record] = []
+        stopped = ""
+        try:
+            knob.arm()
+            for duration_s, values in stretches:
+                given = {**bounds, **values}
+                knob.excite(Excitation(duration_s=duration_s + _SLACK_S, **given))
+                knob.sleep(duration_s)
+                self.seconds += duration_s
+                pieces.append(knob.read(max_samples=_MOST_SAMPLES))
+                if knob.state != "armed":
+                    break
+        except Refused:
+            if knob.state == "armed":
+                raise
+        if knob.state != "armed":
+            last = knob.last_disarm
+            stopped = "fault" if knob.state == "fault" or last is None else str(last.reason)
+            pieces.append(knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.1))
+        else:
+            knob.disarm()
+        return self._recording(pieces, stopped)
+
+    def _recording(self, pieces: list[Record], stopped: str) -> Recording:
+        log = np.concatenate(pieces)
+        time_s = log["time_s"].astype(np.float64)
+        delay_s = 0.5 * self._tick_s + self._motor_lag_s
+        motor_nm = log["motor_command_nm"].astype(np.float64)
+        counts = log["position_counts"].astype(np.float64)
+        return Recording(
+            time_s,
+            counts,
+            counts * self.count_rad,
+            np.interp(time_s - delay_s, time_s, motor_nm),
+            log["brake_capacity_nm"].astype(np.float64),
+            self.count_rad,
+            self._period_s,
+            stopped,
+        )

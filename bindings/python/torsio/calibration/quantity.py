@@ -1,0 +1,84 @@
+"""What a calibration finds, and how it says that it cannot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio.errors import Error
+
+__all__ = ["Array", "Fit", "Quantity", "Refusal"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measured value.
+
+    Attributes
+    ----------
+    name
+        With its unit as the suffix.
+    value, standard_uncertainty
+        In SI units; the truth lies within 1.96 of these uncertainties in 95 of 100 cases.
+    meaning
+        In words.
+    """
+
+    name: str
+    value: float
+    standard_uncertainty: float
+    meaning: str = ""
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Ends of the interval that holds the truth in 95 of 100 cases."""
+        reach = 1.96 * self.standard_uncertainty
+        return self.value - reach, self.value + reach
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Data and model of one step, for its picture.
+
+    Attributes
+    ----------
+    title, x_label, y_label
+        Words for the axes.
+    x, measured, fitted
+        Of equal shape (n,).
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    x: Array
+    measured: Array
+    fitted: Array
+
+    @property
+    def residual_rms(self) -> float:
+        """Root of the mean square of what the model does not explain."""
+        return float(np.sqrt(np.mean((self.measured - self.fitted) ** 2)))
+
+
+class Refusal(Error):
+    """A step of a calibration found something that it must not go on with.
+
+    Attributes
+    ----------
+    reason
+        A short name, such as "reversed"; docs/calibration.md lists them.
+    step
+        Which step it was.
+    facts
+        Numbers that led to it.
+    """
+
+    def __init__(self, step: str, reason: str, sentence: str, **facts: Any) -> None:
+        super().__init__(f"{step}: {sentence}")
+        self.step, self.reason, self.facts = step, reason, facts

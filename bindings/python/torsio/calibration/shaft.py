@@ -1,0 +1,397 @@
+"""Steps with the brake held: the shaft's stiffness, curve and backlash, the knob's own inertia."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from torsio.calibration.numeric import Solution, crossings, gauss_newton, linear
+from torsio.calibration.play import Player, Recording
+from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
+
+__all__ = ["Shaft", "estimate_shaft", "hold_and_push"]
+
+_STEP = "shaft"
+_SETTLE_S, _SWEEP_S, _SWEEPS = 0.8, 0.9, 4
+_STEP_S, _STEPS, _STEP_RAMP_S = 0.11, 12, 6e-3
+_TRAVEL_RAD = 0.4
+# The motor's lag is believed to so much; it shifts all that is read off at a border of counts.
+_LAG_S = 0.06e-3
+_SWING_RAD_S = 1.0  # of a step's swing, about: there friction passes for damping
+_DAMPING = 2e-4  # N m s/rad, where the search begins
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """What is known of the shaft between knob and brake.
+
+    Attributes
+    ----------
+    knee, factor
+        Beyond this twist the shaft is so many times as stiff; None if it is straight.
+    curve
+        Twist in rad and torque in N m of its corners, shape (n, 2), from zero.
+    knob_coulomb, knob_inertia, damping
+        Of the knob's side alone; the last two are None after a quick look.
+    """
+
+    stiffness: Quantity
+    backlash: Quantity
+    knee: Quantity | None
+    factor: Quantity | None
+    curve: Array
+    knob_coulomb: Quantity
+    knob_inertia: Quantity | None
+    damping: Quantity | None
+    fits: tuple[Fit, ...]
+
+
+def hold_and_push(
+    player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float, quick: bool = False
+) -> tuple[Recording, Recording]:
+    """Hold the brake; pull slowly both ways, then in steps. Gives the two recordings.
+
+    `quick` pulls once each way, and leaves the steps out.
+
+    Raises
+    ------
+    Refusal
+        "does_not_hold".
+    """
+    pull_nm = min(0.9 * motor_nm, 0.8 * brake_nm)
+    sweeps = [
+        (_SWEEP_S, {"motor_nm": pull_nm if sweep % 2 == 0 else -pull_nm, "ramp_s": _SWEEP_S})
+        for sweep in range(2 if quick else _SWEEPS)
+    ]
+    step_nm = min(coulomb_nm + 0.16 * motor_nm, 0.4 * motor_nm)
+    steps = [
+        (
+            _STEP_S * (1.0 + 0.3 * (step % 3)),
+            # Not a jump: whose moment telemetry does not tell to a tick.
+            {"motor_nm": step_nm if step % 2 == 0 else -step_nm, "ramp_s": _STEP_RAMP_S},
+        )
+        for step in range(0 if quick else _STEPS)
+    ]
+    settle = [(_SETTLE_S, {"motor_nm": 0.0}), (0.3, {"motor_nm": -pull_nm, "ramp_s": 0.3})]
+    rest = [(0.2, {"motor_nm": 0.0, "ramp_s": 0.2})]
+    log = player.chain(
+        [*settle, *sweeps, *rest, *steps],
+        brake_nm=brake_nm,
+        travel_rad=_TRAVEL_RAD,
+        speed_limit_rad_s=60.0,
+        torque_limit_nm=motor_nm,
+    )
+    if log.stopped:
+        slipped = abs(float(log.motor_nm[-3])) if len(log.motor_nm) > 3 else 0.0
+        raise Refusal(
+            _STEP, "does_not_hold" if log.stopped == "excitation_stopped" else log.stopped,
+            f"the brake was told to hold {1e3 * brake_nm:.0f} mN m and the knob came loose at "
+            f"{1e3 * slipped:.0f}: brake or its wires are dead, it is weaker than "
+            "brake_torque_max_nm "
+            "says, or a coupling slips", slipped_at_nm=slipped,
+        )  # fmt: skip
+    begin = _SETTLE_S + 0.3
+    middle = begin + len(sweeps) * _SWEEP_S
+    return log.between(begin, middle), log.between(middle + 0.2, 1e9)
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Where the slow pulls crossed the borders of counts."""
+
+    angle_rad: Array
+    torque_nm: Array
+    way: Array
+
+
+def _edges(log: Recording, cogging_nm: Callable[[Array], Array]) -> _Edges:
+    angles, torques, ways = [], [], []
+    for sweep in range(round((log.time_s[-1] - log.time_s[0]) / _SWEEP_S)):
+        part = log.between(sweep * _SWEEP_S + 0.01, (sweep + 1) * _SWEEP_S - 0.01)
+        borders, torque = crossings(part.counts, part.motor_nm)
+        way = 1.0 if sweep % 2 == 0 else -1.0
+        # Noise toggles the counts where the knob still sticks.
+        ahead = way * (part.motor_nm[-1] - torque) < way * (part.motor_nm[-1] - part.motor_nm[0])
+        angles.append(borders[ahead] * part.count_rad)
+        torques.append(torque[ahead])
+        ways.append(np.full(int(ahead.sum()), way))
+    angle = np.concatenate(angles)
+    return _Edges(angle, np.concatenate(torques) + cogging_nm(angle), np.concatenate(ways))
+
+
+def _spring(twist: Array, stiffness: float, knee: float, extra: float) -> Array:
+    """Torque that twists a shaft: `stiffness` up to the knee, `stiffness + extra` beyond."""
+    beyond = np.sign(twist) * np.maximum(np.abs(twist) - knee, 0.0)
+    result: Array = stiffness * twist + extra * beyond
+    return result
+
+
+def _straight(edges: _Edges) -> Solution:
+    side = np.sign(edges.torque_nm - edges.way * 0.0)
+    slopes = np.column_stack([edges.angle_rad, np.ones_like(side), edges.way])
+    return linear(slopes, edges.torque_nm, lags=3)
+
+
+def _bent(edges: _Edges, start: Solution) -> Solution:
+    """Fit stiffness, rest angle, friction, knee and what is added beyond it."""
+    stiffness, offset, coulomb = start.value
+    rest = -offset / stiffness
+    best: Solution | None = None
+    reach = float(np.max(np.abs(edges.angle_rad - rest)))
+
+    def model(value: Array) -> Array:
+        spring = _spring(edges.angle_rad - value[1], value[0], abs(value[3]), value[4])
+        result: Array = spring + value[2] * edges.way
+        return result
+
+    for share in (0.25, 0.45, 0.65, 0.85):
+        trial = gauss_newton(
+            model,
+            edges.torque_nm,
+            np.array([stiffness, rest, coulomb, share * reach, 0.1 * stiffness]),
+            scale=np.array([1e-4 * stiffness, 1e-6, 1e-6, 2e-5, 1e-4 * stiffness]),
+            lags=3,
+        )
+        if best is None or np.sum(trial.residual**2) < np.sum(best.residual**2):
+            best = trial
+    assert best is not None
+    return best
+
+
+def _is_bent(straight: Solution, bent: Solution, reach: float) -> bool:
+    before, after = (float(np.sum(fit.residual**2)) for fit in (straight, bent))
+    known = abs(bent.value[4]) > 4.0 * bent.sigma(4) and bent.sigma(3) < 0.3 * reach
+    inside = 0.05 * reach < abs(bent.value[3]) < 0.95 * reach
+    return after < 0.7 * before and known and inside and bent.value[0] + bent.value[4] > 0
+
+
+def _backlash(
+    edges: _Edges, spring: Callable[[Array], Array], stiffness: float
+) -> tuple[float, float]:
+    """Give the angle that is lost where the torque changes its sign, and its uncertainty."""
+    torque = spring(edges.angle_rad)
+    clear = np.abs(torque) > 0.05 * float(np.max(np.abs(torque)))
+    side = np.sign(torque[clear])
+    slopes = np.column_stack(
+        [
+            side,
+            np.ones_like(side),
+            edges.way[clear],
+            edges.angle_rad[clear] - np.mean(edges.angle_rad),
+        ]
+    )
+    fit = linear(slopes, edges.torque_nm[clear] - torque[clear], lags=3)
+    return -2.0 * float(fit.value[0]) / stiffness, 2.0 * fit.sigma(0) / stiffness
+
+
+def _ring(
+    log: Recording,
+    value: Array,
+    spring: tuple[float, float, float],
+    coulomb: float,
+    cogging: Array,
+) -> Array:
+    """Angle of a knob on a held shaft, from rest.
+
+    The leapfrog method, with turning points and sticking in closed form. `value`: inertia, damping,
+    rest angle and first angle.
+    """
+    inertia, damping, rest, angle = (float(number) for number in value)
+    stiffness, knee, extra = spring
+    step_s = log.period_s
+    # What the method adds to the frequency, to first order.
+    inertia += stiffness * step_s**2 / 12.0
+    twist, speed, half_s = angle - rest, 0.0, 0.5 * step_s
+    result = np.empty(len(log.angle_rad))
+    drive = log.motor_nm + cogging
+    middles = np.append(0.5 * (drive[1:] + drive[:-1]), drive[-1]).tolist()
+    for index, torque in enumerate(middles):
+        result[index] = twist
+        place = twist + half_s * speed
+        held = stiffness * place
+        if place > knee:
+            held += extra * (place - knee)
+        elif place < -knee:
+            held += extra * (place + knee)
+        pull = torque - held
+        if speed == 0.0:
+            if -coulomb <= pull <= coulomb:
+                continue
+            way = 1.0 if pull > 0.0 else -1.0
+        else:
+            way = 1.0 if speed > 0.0 else -1.0
+        rate = (pull - damping * speed - way * coulomb) / inertia
+        after = speed + rate * step_s
+        if after * way >= 0.0:
+            twist = place + half_s * after
+            speed = after
+            continue
+        # It stops within this step, and turns back or sticks.
+        until_s = -speed / rate
+        twist += 0.5 * speed * until_s
+        speed = 0.0
+        if pull * way < -coulomb:
+            left_s = step_s - until_s
+            speed = (pull + way * coulomb) / inertia * left_s
+            twist += 0.5 * speed * left_s
+    return result + rest
+
+
+def estimate_shaft(
+    sweeps: Recording, steps: Recording, cogging_nm: Callable[[Array], Array], inertia_kg_m2: float
+) -> Shaft:
+    """Estimate the shaft and the knob's side from `hold_and_push`.
+
+    Parameters
+    ----------
+    cogging_nm
+        Torque on the knob over the angle.
+    inertia_kg_m2
+        Of all that turns: where the search begins.
+
+    Raises
+    ------
+    Refusal
+        "rigid", "soft", "unexplained".
+    """
+    edges = _edges(sweeps, cogging_nm)
+    if len(edges.angle_rad) < 12:
+        raise Refusal(
+            _STEP, "rigid", f"the shaft twists by {np.ptp(sweeps.angle_rad) * 1e3:.1f} mrad "
+            "only, too little "
+            "for this encoder: the shaft is locked, or the knob is held",
+        )  # fmt: skip
+    straight = _straight(edges)
+    if straight.value[0] <= 0:
+        raise Refusal(
+            _STEP, "unexplained", "the knob turns against the torque while the brake is held"
+        )
+    bent = _bent(edges, straight)
+    reach = float(np.ptp(edges.angle_rad)) / 2
+    is_bent = _is_bent(straight, bent, reach)
+    if is_bent:
+        stiffness, rest, coulomb, knee, extra = (float(number) for number in bent.value)
+        knee = abs(knee)
+        fit, friction_at = bent, 2
+    else:
+        stiffness, coulomb = float(straight.value[0]), float(straight.value[2])
+        rest, knee, extra = -float(straight.value[1]) / stiffness, np.inf, 0.0
+        fit, friction_at = straight, 2
+    left = float(np.sqrt(np.mean(fit.residual**2)))
+    pull = float(np.max(np.abs(edges.torque_nm)))
+    if left > 0.04 * pull:
+        raise Refusal(
+            _STEP, "unexplained", f"the shaft's torque strays by {1e3 * left:.1f} mN m from a "
+            "curve over its "
+            "twist: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
+        )  # fmt: skip
+
+    def spring(angle: Array) -> Array:
+        return _spring(angle - rest, stiffness, min(knee, 1e9), extra)
+
+    play, play_sigma = _backlash(edges, spring, stiffness)
+    damping = inertia = None
+    fits = [
+        Fit(
+            "Brake held, slow pulls: the shaft's curve", "angle, rad", "motor, N m",
+            edges.angle_rad, edges.torque_nm, edges.torque_nm - fit.residual,
+        )
+    ]  # fmt: skip
+    lag_nm = _rate_nm_s(sweeps) * _LAG_S
+    if len(steps.time_s) > 100:
+        ring, ring_angle = _estimate_ring(
+            steps, (stiffness, min(knee, 1e9), extra), rest, coulomb, cogging_nm, inertia_kg_m2
+        )
+        fits.append(
+            Fit(
+                "Brake held, steps: the knob rings on the shaft", "time, s", "angle, rad",
+                steps.time_s - steps.time_s[0], steps.angle_rad + 0.5 * steps.count_rad, ring_angle,
+            )
+        )  # fmt: skip
+        inertia = Quantity(
+            "knob_inertia_kg_m2",
+            float(ring.value[0]),
+            ring.sigma(0),
+            "of motor and knob",
+        )
+        damping = Quantity(
+            "shaft_damping_nm_s_per_rad",
+            float(ring.value[1]),
+            math.hypot(ring.sigma(1), fit.sigma(friction_at) / _SWING_RAD_S),
+            "of shaft and knob",
+        )
+        # Slow as the pulls are, they feel a little of it.
+        coulomb -= max(damping.value, 0.0) * _rate_nm_s(sweeps) / stiffness
+    friction_sigma = math.hypot(fit.sigma(friction_at), lag_nm)
+    factor = (stiffness + extra) / stiffness
+    knee_quantity = factor_quantity = None
+    corners = [(0.0, 0.0), (reach, stiffness * reach)]
+    if is_bent:
+        knee_quantity = Quantity("knee_rad", knee, bent.sigma(3), "the shaft is linear up to here")
+        slope = np.array([-extra / stiffness**2, 1.0 / stiffness])
+        among = bent.covariance[np.ix_([0, 4], [0, 4])]
+        factor_quantity = Quantity(
+            "stiffness_factor", factor, float(np.sqrt(slope @ among @ slope)), "stiffness beyond it"
+        )
+        end = float(_spring(np.array([reach]), stiffness, knee, extra)[0])
+        corners = [(0.0, 0.0), (knee, stiffness * knee), (reach, end)]
+    return Shaft(
+        Quantity("stiffness_nm_per_rad", stiffness, fit.sigma(0), "of the shaft"),
+        Quantity("backlash_rad", play, play_sigma, "angle lost where the torque turns"),
+        knee_quantity,
+        factor_quantity,
+        np.array(corners),
+        Quantity("knob_coulomb_nm", coulomb, friction_sigma, "dry friction of the knob's side"),
+        inertia,
+        damping,
+        tuple(fits),
+    )
+
+
+def _rate_nm_s(sweeps: Recording) -> float:
+    return float(np.ptp(sweeps.motor_nm)) / _SWEEP_S
+
+
+def _estimate_ring(
+    log: Recording,
+    spring: tuple[float, float, float],
+    rest: float,
+    coulomb: float,
+    cogging_nm: Callable[[Array], Array],
+    inertia: float,
+) -> tuple[Solution, Array]:
+    """Fit inertia and damping of the knob's side to its angle; all else is nearly known."""
+    measured = log.angle_rad + 0.5 * log.count_rad
+    cogging = cogging_nm(measured)
+
+    def model(value: Array) -> Array:
+        return _ring(log, value, spring, coulomb, cogging)
+
+    first = float(measured[0])
+
+    def costs(inertias: Array) -> list[float]:
+        tried = (np.array([kg_m2, _DAMPING, rest, first]) for kg_m2 in inertias)
+        return [float(np.sum((model(value) - measured) ** 2)) for value in tried]
+
+    # The period says the inertia; from too far away the fit would settle a period beside it.
+    rough = np.geomspace(0.25, 0.97, 8) * inertia
+    fine = np.geomspace(0.9, 1.11, 7) * rough[int(np.argmin(costs(rough)))]
+    best = gauss_newton(
+        model,
+        measured,
+        np.array([fine[int(np.argmin(costs(fine)))], _DAMPING, rest, first]),
+        scale=np.array([2e-3 * inertia, 3e-5, 1e-4, 1e-4]),
+        lags=40,
+        steps=12,
+    )
+    left = float(np.std(best.residual))
+    if left > 3.0 * log.count_rad and left > 0.2 * float(np.std(measured)):
+        raise Refusal(
+            _STEP, "unexplained", "the knob's swing on the shaft strays by "
+            f"{left / log.count_rad:.0f} counts "
+            "from that of an inertia on a spring: something is loose, or a hand is on the knob",
+        )  # fmt: skip
+    return best, measured - best.residual

@@ -1,0 +1,152 @@
+"""The tasks of `torsio.tasks` as environments of Gymnasium; needs the extra ``gym``.
+
+>>> from torsio.gym import KnobVectorEnv, RenderWall
+>>> env = KnobVectorEnv(RenderWall(), num_envs=256)
+>>> observations, _ = env.reset(seed=1)
+>>> observations.shape
+(256, 6)
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+try:
+    import gymnasium
+except ModuleNotFoundError as error:
+    if error.name != "gymnasium":
+        raise
+    from torsio.extras import how_to_install
+
+    raise ModuleNotFoundError(
+        f"torsio.gym needs the Python package gymnasium: {how_to_install('gym')}", name=error.name
+    ) from None
+import numpy as np
+import numpy.typing as npt
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from torsio import checks
+from torsio.batch import Knobs
+from torsio.tasks import FindDetent, IdentifyShaft, RenderWall, Task
+
+__all__ = ["FindDetent", "IdentifyShaft", "KnobEnv", "KnobVectorEnv", "RenderWall", "Task"]
+
+Observations = npt.NDArray[np.float32]
+_LARGEST = 1e3
+"""Beyond what any knob does; observations are clipped to it."""
+
+
+def _spaces(task: Task) -> tuple[gymnasium.spaces.Box, gymnasium.spaces.Box]:
+    observation = gymnasium.spaces.Box(
+        -_LARGEST, _LARGEST, (len(task.observation_names),), np.float32
+    )
+    return observation, gymnasium.spaces.Box(-1.0, 1.0, (len(task.action_names),), np.float32)
+
+
+def _seen(task: Task, knobs: Knobs) -> Observations:
+    seen: Observations = np.clip(task.observe(knobs.states), -_LARGEST, _LARGEST).astype(np.float32)
+    return seen
+
+
+class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
+    """A task on many knobs, stepped together in C++.
+
+    An episode has a fixed number of steps, and ends by truncation. The step after that begins the
+    next one, ignores its actions and rewards nothing: `AutoresetMode.NEXT_STEP`.
+
+    Parameters
+    ----------
+    task
+        Belongs to this environment from now on.
+    threads
+        As in `torsio.batch.Knobs`.
+    redraw
+        Draw other knobs when a new episode begins, which takes as long as some hundred steps,
+        instead of only in `reset`.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+        "render_modes": [],
+    }
+
+    def __init__(
+        self, task: Task, num_envs: int, *, threads: int | None = None, redraw: bool = False
+    ) -> None:
+        """Draw the knobs when `reset` is called."""
+        self.task = task
+        self.num_envs = checks.whole("num_envs", num_envs, 1, 10_000_000)
+        self.single_observation_space, self.single_action_space = _spaces(task)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._threads = threads
+        self._redraw = redraw
+        self._knobs: Knobs | None = None
+        self._step = 0
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Draw the knobs and begin. The same seed gives the same knobs, bit for bit."""
+        # One number: the knobs are drawn together.
+        super().reset(seed=seed[0] if isinstance(seed, list) and seed else seed, options=options)  # type: ignore[arg-type]
+        return self._begin(), {}
+
+    def step(
+        self, actions: Observations
+    ) -> tuple[
+        Observations,
+        npt.NDArray[np.float64],
+        npt.NDArray[np.bool_],
+        npt.NDArray[np.bool_],
+        dict[str, Any],
+    ]:
+        """Let a step of the task pass; actions beyond -1 to 1 are clipped."""
+        if self._knobs is None:
+            raise gymnasium.error.ResetNeeded("call reset() before step()")
+        no = np.zeros(self.num_envs, dtype=bool)
+        if self._step == self.task.steps:
+            if self._redraw:
+                seen = self._begin()
+            else:
+                self._step = 0
+                self._knobs.reset(seeds=int(self.np_random.integers(2**63)))
+                seen = _seen(self.task, self._knobs)
+            return seen, np.zeros(self.num_envs), no, no, {}
+        clipped = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
+        self.task.act(clipped, self._knobs)
+        self._knobs.step(self.task.ticks_per_step)
+        self._step += 1
+        reward = self.task.reward(self._knobs.states, clipped)
+        ended = np.full(self.num_envs, self._step == self.task.steps)
+        return _seen(self.task, self._knobs), reward, no, ended, {}
+
+    def _begin(self) -> Observations:
+        self._knobs = self.task.knobs(self.num_envs, self.np_random, threads=self._threads)
+        self._step = 0
+        return _seen(self.task, self._knobs)
+
+
+class KnobEnv(gymnasium.Env[Observations, Observations]):
+    """The same task on one knob, for what knows no vectors. Every episode draws another knob."""
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # type: ignore[misc]
+
+    def __init__(self, task: Task) -> None:
+        """Draw the knob when `reset` is called."""
+        self._many = KnobVectorEnv(task, 1, threads=1)
+        self.observation_space, self.action_space = _spaces(task)  # type: ignore[assignment]
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Draw a knob and begin."""
+        super().reset(seed=seed)
+        seen, info = self._many.reset(seed=int(self.np_random.integers(2**31)), options=options)
+        return seen[0], info
+
+    def step(self, action: Observations) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
+        """Let a step of the task pass."""
+        seen, reward, _, ended, info = self._many.step(np.asarray(action)[np.newaxis])
+        return seen[0], float(reward[0]), False, bool(ended[0]), info

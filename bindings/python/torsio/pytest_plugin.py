@@ -1,0 +1,207 @@
+"""pytest's fixtures for programs that use a knob; docs/testing.md tells how to use them.
+
+pytest loads it by the package's entry point. Nothing else imports it: the package needs no pytest.
+"""
+
+from __future__ import annotations
+
+import random
+import zlib
+from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio import testing
+from torsio.telemetry import TELEMETRY_DTYPE, Record
+
+_HIGHEST_SEED = 2**32 - 1
+_MOST_KEPT_SAMPLES = 2**22
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Tell pytest of the options."""
+    group = parser.getgroup("torsio", "emulated knobs")
+    group.addoption(
+        "--torsio-seed",
+        default="",
+        metavar="N",
+        help="seed of the emulated knobs: a number, or 'random'; by default it follows from the "
+        "test's name, the same in every run",
+    )
+    group.addoption(
+        "--torsio-recordings",
+        default="",
+        metavar="DIR",
+        help="where recordings of failed tests go; by default into pytest's cache",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Tell pytest of the mark, and look at the seed before any test runs."""
+    config.addinivalue_line(
+        "markers",
+        "torsio(**options): fields of torsio.EmulatorOptions for the fixture torsio_knob",
+    )
+    seed = config.getoption("--torsio-seed")
+    if seed not in ("", "random") and not (seed.isdecimal() and int(seed) <= _HIGHEST_SEED):
+        raise pytest.UsageError(
+            f"--torsio-seed is {seed!r}, allowed are 0 to {_HIGHEST_SEED} and 'random'"
+        )
+
+
+@pytest.fixture
+def torsio_seed(request: pytest.FixtureRequest) -> int:
+    """Give the seed of everything random in the test's knob, printed if the test fails."""
+    given = request.config.getoption("--torsio-seed")
+    if given == "random":
+        return random.SystemRandom().randrange(_HIGHEST_SEED + 1)
+    return int(given) if given else zlib.crc32(request.node.nodeid.encode())
+
+
+@pytest.fixture
+def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[torsio.Knob]:
+    """Give an open emulated knob in virtual time, with the options of the mark ``torsio``."""
+    options: dict[str, Any] = {"seed": torsio_seed, "log_truth": True}
+    known = {field.name for field in fields(torsio.EmulatorOptions)}
+    for mark in reversed(list(request.node.iter_markers("torsio"))):
+        if mark.args or not known >= mark.kwargs.keys():
+            raise pytest.UsageError(
+                f"{request.node.nodeid}: pytest.mark.torsio takes fields of torsio.EmulatorOptions "
+                f"by name ({', '.join(sorted(known))}), not {mark.args or sorted(mark.kwargs)}"
+            )
+        options |= mark.kwargs
+    opened = torsio.open("emulated", emulator=torsio.EmulatorOptions(**options))
+    knob = _KeptKnob(opened, options["seed"], is_logged=options["log_truth"])
+    request.node.stash[_KNOB] = knob
+    with knob:
+        yield knob
+
+
+@pytest.fixture
+def torsio_hand(torsio_knob: torsio.Knob) -> testing.HoldingHand:
+    """Give the hand that holds the test's knob; nobody does until it acts."""
+    assert isinstance(torsio_knob, _KeptKnob)
+    return torsio_knob.hand
+
+
+@pytest.fixture
+def torsio_faults(torsio_knob: torsio.Knob) -> testing.Faults:
+    """Give what makes the test's knob go wrong."""
+    return testing.Faults(torsio_knob)
+
+
+@pytest.fixture
+def torsio_time(torsio_knob: torsio.Knob) -> Iterator[None]:
+    """Let the module `time` follow the test's knob; see `torsio.testing.virtual_time`."""
+    with testing.virtual_time(torsio_knob):
+        yield
+
+
+@pytest.fixture
+def torsio_open(
+    torsio_knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., torsio.Knob]:
+    """Let `torsio.open` give the test's knob, whatever it is asked for."""
+
+    def open_(*_: object, **__: object) -> torsio.Knob:
+        return torsio_knob
+
+    monkeypatch.setattr(torsio, "open", open_)
+    return open_
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item,
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Say of a failed test what its knob's seed was, and keep what its knob did."""
+    report = yield
+    knob = item.stash.get(_KNOB, None)
+    if report.failed and knob is not None:
+        lines = [f"seed {knob.seed}; again with: pytest --torsio-seed={knob.seed} '{item.nodeid}'"]
+        try:
+            lines.append(f"recording {knob.keep(_recording_of(item))}")
+        except (OSError, torsio.Error) as error:  # the test's own failure must be told all the same
+            lines.append(f"no recording: {error}")
+        report.sections.append(("torsio", "\n".join(lines)))
+    return report
+
+
+def _recording_of(item: pytest.Item) -> Path:
+    folder = item.config.getoption("--torsio-recordings")
+    if folder:
+        path = Path(folder)
+    elif (cache := getattr(item.config, "cache", None)) is not None:
+        path = cache.mkdir("torsio")
+    else:
+        path = item.config.rootpath / "torsio-recordings"
+    path.mkdir(parents=True, exist_ok=True)
+    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in item.nodeid)
+    return path / f"{name[-120:]}.npz"
+
+
+class _Tap:
+    """Stands before a knob's own end of the cable, and remembers the samples that come by."""
+
+    def __init__(self, knob: Any) -> None:
+        self._knob = knob
+        self.samples: list[Record] = []
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._knob, name)
+
+    def record(
+        self, duration_s: float, rate_hz: float | None, must_stay_armed: bool, kept: list[Any]
+    ) -> None:
+        try:
+            self._knob.record(duration_s, rate_hz, must_stay_armed, kept)
+        finally:
+            if kept:
+                self._keep(kept[0])
+
+    def read(self, max_samples: int, timeout_s: float) -> Record:
+        samples: Record = self._knob.read(max_samples, timeout_s)
+        self._keep(samples)
+        return samples
+
+    def _keep(self, samples: Record) -> None:
+        self.samples.append(samples)
+        while len(self.samples) > 1 and sum(map(len, self.samples)) > _MOST_KEPT_SAMPLES:
+            self.samples.pop(0)
+
+
+class _KeptKnob(torsio.Knob):
+    """A knob of which a recording can be kept after it was closed."""
+
+    def __init__(self, knob: torsio.Knob, seed: int, *, is_logged: bool) -> None:
+        self._tap = _Tap(knob._knob)
+        super().__init__(self._tap)  # type: ignore[arg-type]
+        self.seed = seed
+        self.hand = testing.HoldingHand(self)
+        self._is_logged = is_logged
+
+    def close(self) -> None:
+        """Take the truth while it is there."""
+        self._truth()
+        super().close()
+
+    def keep(self, path: Path) -> Path:
+        """Write all that is known of this knob's life."""
+        telemetry = np.concatenate([np.zeros(0, TELEMETRY_DTYPE), *self._tap.samples])
+        np.savez_compressed(path, seed=self.seed, telemetry=telemetry, truth=self._truth())
+        return path
+
+    def _truth(self) -> Record:
+        if self._is_logged and self.is_open:
+            with suppress(torsio.Error):  # its time has stopped; what came until then is there
+                self.hand.truth()
+        return self.hand.rows
+
+
+_KNOB = pytest.StashKey[_KeptKnob]()

@@ -1,0 +1,287 @@
+"""For tests of programs that use a knob: what was felt, who holds the knob, what goes wrong.
+
+Works with any test runner; `torsio.pytest_plugin` makes pytest's fixtures of it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio import checks
+from torsio.errors import Error, InvalidArgument
+from torsio.hands import Hand, NoHand, PrescribedMotion, TorqueHand
+from torsio.knob import Knob
+from torsio.telemetry import TRUTH_DTYPE, Record
+
+__all__ = ["Expected", "Faults", "HoldingHand", "assert_felt", "felt_nm", "virtual_time"]
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Expected: TypeAlias = float | npt.ArrayLike | Callable[[Floats], npt.ArrayLike]
+"""A torque on the knob in N m, one for each row, or a function of the angles in rad."""
+
+
+def felt_nm(log: Record) -> Floats:
+    """Give the torque that a hand feels from the device, shape (n,): the shaft's and the motor's.
+
+    Parameters
+    ----------
+    log
+        Telemetry, in which the shaft's torque is sensed and the motor's commanded, or the truth.
+
+    Raises
+    ------
+    InvalidArgument
+        If it is no such record.
+    """
+    names = getattr(getattr(log, "dtype", None), "names", None) or ()
+    for motor in ("motor_torque_nm", "motor_command_nm"):
+        if motor in names and "spring_torque_nm" in names:
+            felt: Floats = log["spring_torque_nm"].astype(float) + log[motor].astype(float)
+            return felt
+    raise InvalidArgument("log must be a record of telemetry, or of the truth of an emulated knob")
+
+
+def assert_felt(
+    log: Record,
+    expected: Expected,
+    *,
+    tolerance_nm: float = 5e-3,
+    from_s: float | None = None,
+    to_s: float | None = None,
+    share: float = 1.0,
+) -> None:
+    """Assert that a hand felt a torque.
+
+    Parameters
+    ----------
+    log
+        Telemetry, or `Emulator.truth`.
+    expected
+        N m on the knob, positive along positive angle: a number, one for each row of the log, or a
+        function that is given the angles in rad, shape (n,), and gives as many torques.
+    tolerance_nm
+        How far off a row may be, > 0. 5 mN m is what the reference actuator is good to.
+    from_s, to_s
+        Look at this span of the log's own ``time_s`` only.
+    share
+        So much of the span must be within the tolerance, above 0 to 1.
+
+    Raises
+    ------
+    AssertionError
+        With the worst row, and how many are off.
+    InvalidArgument
+        If there is nothing to look at, or an argument is out of its range.
+    """
+    felt = felt_nm(log)
+    checks.positive("tolerance_nm", tolerance_nm)
+    if not 0.0 < checks.number("share", share) <= 1.0:
+        raise InvalidArgument(f"share is {share:g}, allowed is above 0 to 1")
+    given = expected(log["angle_rad"].astype(float)) if callable(expected) else expected
+    try:
+        wanted = np.broadcast_to(np.asarray(given, dtype=float), felt.shape)
+    except ValueError:
+        raise InvalidArgument(
+            f"expected must be one torque or {len(felt)}, one for each row of the log, "
+            f"has shape {np.shape(given)}"
+        ) from None
+    span = np.ones(felt.shape, dtype=bool)
+    if from_s is not None:
+        span &= log["time_s"] >= checks.number("from_s", from_s)
+    if to_s is not None:
+        span &= log["time_s"] <= checks.number("to_s", to_s)
+    if not span.any():
+        times = f"{log['time_s'][0]:g} to {log['time_s'][-1]:g} s" if len(log) else "nothing"
+        raise InvalidArgument(f"no row lies in the span; the log has {times}")
+
+    error = np.where(span, np.abs(felt - wanted), 0.0)
+    good = error <= tolerance_nm  # false for NaN
+    off = int(np.count_nonzero(span & ~good))
+    rows = int(np.count_nonzero(span))
+    if rows - off >= share * rows:
+        return
+    worst = int(np.argmax(np.where(np.isnan(error), np.inf, error)))
+    row = log[worst]
+    raise AssertionError(
+        f"felt {_mn(felt[worst])} mN m where {_mn(wanted[worst])} mN m was expected, at "
+        f"{row['time_s']:.4f} s and {row['angle_rad']:.4f} rad; {off} of {rows} rows are off by "
+        f"more than {_mn(tolerance_nm)} mN m"
+    )
+
+
+def _mn(torque_nm: float) -> str:
+    return f"{1e3 * torque_nm:.2f}"
+
+
+class HoldingHand:
+    """A hand on an emulated knob in virtual time, which does one thing after the other.
+
+    Each act lets its time pass and gives the telemetry of it. Angles are the device's, so that
+    ``turn_to(0.5)`` ends where a wall at 0.5 rad begins, also after `Knob.zero`.
+
+    Parameters
+    ----------
+    knob
+        Opened with ``EmulatorOptions(log_truth=True)``; take the truth with :meth:`truth`, not from
+        the knob.
+
+    Attributes
+    ----------
+    rows
+        The truth as far as it was taken.
+    """
+
+    def __init__(self, knob: Knob) -> None:
+        self._knob = knob
+        self.rows: Record = np.zeros(0, dtype=TRUTH_DTYPE)
+
+    def turn_to(self, angle_rad: float, *, duration_s: float = 0.5) -> Record:
+        """Turn the knob to an angle at an even speed, whatever torque that takes, and hold it."""
+        target_rad = checks.finite("angle_rad", angle_rad)
+        duration_s = checks.positive("duration_s", duration_s)
+        way_rad = target_rad - self._knob.position_rad()
+        here_rad = self._true_angle_rad()
+        there_rad = here_rad + way_rad
+        return self._act(
+            PrescribedMotion(angle_rad=[(0.0, here_rad), (duration_s, there_rad)]), duration_s
+        )
+
+    def push(self, torque_nm: float, *, duration_s: float = 0.5, ramp_s: float = 0.1) -> Record:
+        """Push with a torque that rises from nothing, and go on pushing."""
+        torque_nm = checks.finite("torque_nm", torque_nm)
+        ramp_s = checks.positive("ramp_s", ramp_s)
+        hand = TorqueHand(torque_nm=[(0.0, 0.0), (ramp_s, torque_nm)])
+        return self._act(hand, checks.positive("duration_s", duration_s))
+
+    def let_go(self, *, duration_s: float = 0.1) -> Record:
+        """Let go of the knob."""
+        return self._act(NoHand(), checks.positive("duration_s", duration_s))
+
+    def truth(self) -> Record:
+        """Give what no sensor saw since the knob was opened, one row a control tick."""
+        new = self._knob.emulator.truth()
+        if len(new):
+            self.rows = np.concatenate([self.rows, new])
+        return self.rows
+
+    def _act(self, hand: Hand, duration_s: float) -> Record:
+        self._knob.emulator.set_hand(hand)
+        return self._knob.record(duration_s)
+
+    def _true_angle_rad(self) -> float:
+        """Where the plant is; the device's angles begin at another zero."""
+        rows = self.truth()
+        late_s = self._knob.emulator.time_s - (rows["time_s"][-1] if len(rows) else 0.0)
+        if late_s > 2.5 / self._knob.info.control_rate_hz:
+            raise Error(
+                "somebody else has taken the truth from this knob, so the hand does not know where "
+                "it is; take it with HoldingHand.truth() instead of Emulator.truth()"
+            )
+        if not len(rows):
+            return 0.0
+        # The last tick's; since then the knob has moved on by a tick.
+        last = rows[-1]
+        return float(last["angle_rad"] + last["speed_rad_s"] * late_s)
+
+
+class Faults:
+    """What can go wrong with a knob, made to go wrong with an emulated one."""
+
+    def __init__(self, knob: Knob) -> None:
+        self._emulator = knob.emulator
+
+    def unplug(self) -> None:
+        """Pull the plug. The next call of the knob raises `Disconnected`."""
+        self._emulator.unplug()
+
+    @contextmanager
+    def emergency_stop(self) -> Iterator[None]:
+        """Press the emergency stop for the length of a ``with`` block.
+
+        The device takes it as a fault at its next tick, which stays until `Knob.clear_fault`.
+        """
+        self._emulator.set_emergency_stop(pressed=True)
+        try:
+            yield
+        finally:
+            _unless_gone(lambda: self._emulator.set_emergency_stop(pressed=False))
+
+    @contextmanager
+    def damage(self, probability: float = 0.1) -> Iterator[None]:
+        """Damage reports in both directions for the length of a ``with`` block.
+
+        Parameters
+        ----------
+        probability
+            Of each report, 0 to 1. Which ones follows from the knob's seed.
+        """
+        with self._link(corrupt_output=probability, corrupt_input=probability):
+            yield
+
+    @contextmanager
+    def silence(self) -> Iterator[None]:
+        """Let nothing that the host sends arrive for the length of a ``with`` block.
+
+        The device fails passive once its `ControlConfig.watchdog_s` is over, as if the program had
+        frozen. Calls that need an answer raise `Timeout`.
+        """
+        with self._link(drop_output=1.0):
+            yield
+
+    @contextmanager
+    def _link(self, **faults: float) -> Iterator[None]:
+        self._emulator.set_link_faults(**faults)
+        try:
+            yield
+        finally:
+            _unless_gone(self._emulator.set_link_faults)
+
+
+def _unless_gone(undo: Callable[[], object]) -> None:
+    with suppress(Error):  # closed or unplugged meanwhile: there is nothing left to undo
+        undo()
+
+
+@contextmanager
+def virtual_time(knob: Knob) -> Iterator[None]:
+    """Let the module `time` follow an emulated knob's clock for the length of a ``with`` block.
+
+    ``time.sleep`` lets the knob's time pass, and ``time.monotonic``, ``perf_counter``, ``time`` and
+    their ``_ns`` twins tell it. Names that were taken out of the module before, as by
+    ``from time import sleep``, stay what they were. Other threads are affected as well.
+
+    Raises
+    ------
+    Error
+        Unless the knob is emulated.
+    """
+    emulator = knob.emulator
+    real: dict[str, Any] = {}
+    for clock in ("monotonic", "perf_counter", "time"):
+        real[clock] = start_s = getattr(time, clock)()
+        start_ns = getattr(time, f"{clock}_ns")()
+        real[clock] = getattr(time, clock)
+        real[f"{clock}_ns"] = getattr(time, f"{clock}_ns")
+        begin_s = emulator.time_s
+
+        def now_s(start_s: float = start_s, begin_s: float = begin_s) -> float:
+            return start_s + emulator.time_s - begin_s
+
+        def now_ns(start_ns: int = start_ns, begin_s: float = begin_s) -> int:
+            return int(start_ns + round(1e9 * (emulator.time_s - begin_s)))
+
+        setattr(time, clock, now_s)
+        setattr(time, f"{clock}_ns", now_ns)
+    real["sleep"] = time.sleep
+    time.sleep = knob.sleep  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        for name, function in real.items():
+            setattr(time, name, function)

@@ -1,0 +1,65 @@
+/// @file
+/// The electrics of a plant: what bridges, windings and supply make of shares of the supply.
+#pragma once
+
+#include <cstdint>
+
+#include "emulator/plant/plant.hpp"
+
+namespace torsio::emulator {
+
+/// What the bridges do until the PWM changes.
+struct BridgeShares {
+  double motor = 0.0;  ///< of the supply's voltage on the winding, -1 to 1; positive turns forward
+  double brake = 0.0;  ///< the same on the brake's coil
+  bool enabled = false;
+};
+
+/// A bridge that is on gives its winding its share of the supply's voltage, the mean over a PWM
+/// period; the ripple of the current is in what a sensor sees, not in the torque. A bridge that is
+/// off lets the current run back into the supply through its diodes, until there is none.
+///
+/// Between two changes the voltages are constant and the plant's steps are exact, back EMF
+/// included. Resistances follow the temperatures in steps of a fifth of a percent. The moment at
+/// which a current ends is computed with the speed of the begin; within microseconds the speed
+/// changes by too little to matter. The supply's voltage is followed from change to change.
+class Circuit {
+ public:
+  explicit Circuit(const Electrics& electrics);
+
+  /// Lets time pass for a plant that has these electrics.
+  /// @param duration_ns > 0, short beside the time constants of winding and supply
+  void advance(Plant& plant, const BridgeShares& shares, std::int64_t duration_ns);
+
+  [[nodiscard]] double supply_v() const { return supply_v_; }
+  [[nodiscard]] ElectricsState state(const Plant& plant) const;
+  /// Of the motor; positive turns forward.
+  [[nodiscard]] double current_a(const Plant& plant) const;
+  /// Of the brake's coil, with its sign.
+  [[nodiscard]] double coil_current_a(const Plant& plant) const;
+  /// What the ripple adds to the motor's current so long after the middle of the driven time.
+  [[nodiscard]] double ripple_a(const BridgeShares& shares, double offset_s) const;
+
+ private:
+  struct Piece {
+    Plant::Drive drive;
+    std::int64_t duration_ns;
+    bool motor_ends;
+    bool coil_ends;
+  };
+  [[nodiscard]] Piece next_piece(const Plant& plant, const BridgeShares& shares,
+                                 std::int64_t most_ns) const;
+  void follow_supply(double drawn_a, double duration_s);
+  void warm_up(double motor_square_a2, double coil_square_a2, double duration_s);
+  /// Copper that has become warmer resists more.
+  void adjust_resistances(Plant& plant) const;
+
+  Electrics electrics_;  // as they are at 25 degrees
+  double winding_c_;
+  double rotor_c_;
+  double coil_c_;
+  double supply_v_;
+  double coil_sign_ = 1.0;  // of the coil's current
+};
+
+}  // namespace torsio::emulator

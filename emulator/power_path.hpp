@@ -1,0 +1,67 @@
+/// @file
+/// The way from what a device wants to the windings and back: the board's own power stage, current
+/// sensor and bridges, in place of a motor and a brake that are mere lags.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "device/power_logic.hpp"
+#include "emulator/plant/circuit.hpp"
+#include "emulator/plant/plant.hpp"
+#include "emulator/random.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::emulator {
+
+/// What such a board's power stage is like.
+[[nodiscard]] device::PowerBoard power_board_of(const Electrics& electrics,
+                                                std::int64_t control_period_ns);
+
+/// The configuration that tells a board the truth about such electrics.
+[[nodiscard]] protocol::BoardConfig matching_board(const Electrics& electrics);
+
+class PowerPath {
+ public:
+  /// @param seed of the current sensor's noise
+  PowerPath(const Electrics& electrics, std::int64_t control_period_ns, std::uint64_t seed);
+
+  /// The board starts, with this configuration.
+  void power_up(const protocol::BoardConfig& config, float brake_lag_s);
+  void power_down();
+
+  /// True while the board's own trip says so.
+  [[nodiscard]] bool over_current() const { return logic_ && logic_->over_current(); }
+
+  /// A control period in which the board follows what its newest tick wanted.
+  void run(Plant& plant, const device::TickOutputs& wanted);
+  /// A control period in which its program does not get on: the bridges go on as they are.
+  void stand_still(Plant& plant);
+
+  void set_sensor_state(CurrentSensorState state) { electrics_.sensor_state = state; }
+  [[nodiscard]] const Circuit& circuit() const { return circuit_; }
+  /// How long the plant's steps are.
+  [[nodiscard]] std::int64_t step_ns() const { return board_.current_period_ns; }
+
+ private:
+  [[nodiscard]] std::int32_t read_current(const Plant& plant);
+  [[nodiscard]] BridgeShares shares_of(const device::PowerDrive& drive) const;
+
+  Electrics electrics_;
+  std::int64_t control_period_ns_;
+  device::PowerBoard board_;
+  std::optional<device::PowerLogic> logic_;
+  Circuit circuit_;
+  Random random_;
+  BridgeShares acting_;
+};
+
+/// Nothing for a plant without electrics.
+[[nodiscard]] inline std::optional<PowerPath> make_power_path(const PlantParams& plant,
+                                                              std::int64_t control_period_ns,
+                                                              std::uint64_t seed) {
+  if (!plant.electrics) return {};
+  return PowerPath(*plant.electrics, control_period_ns, seed);
+}
+
+}  // namespace torsio::emulator

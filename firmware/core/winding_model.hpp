@@ -1,0 +1,94 @@
+/// @file
+/// What the motor's current should be by its winding's model, to notice a measurement that cannot
+/// be true: a dead or stuck sensor, a cut wire, a missing supply, a motor that spins unseen.
+#pragma once
+
+#include <cstdint>
+
+#include "core/math.hpp"
+
+namespace torsio::core {
+
+struct WindingParams {
+  float settled_share = 0;  // of its way that the current goes in a period
+  float a_per_v = 0;        // where the way ends: 1 / resistance
+  float emf_v_s = 0;        // back EMF per rad/s of the knob
+  float slack_a = 0;        // difference that is never doubted
+  std::uint32_t patience_steps = 1;
+};
+
+struct WindingState {
+  float voltage_v = 0;   // acts now
+  float expected_a = 0;  // by the model
+  std::uint32_t doubtful_steps = 0;
+};
+
+// Resistance and supply may each be a third off, and a warm winding has more of the one.
+inline constexpr float kModelErrorShare = 0.4F;
+
+/// The slack is half the limit: what the model cannot tell from a fault then stays below the limit.
+/// @param resistance_ohm, inductance_h, period_s, torque_constant_nm_per_a all > 0
+/// @param current_max_a >= 0
+/// @param patience_s    longer than speed estimate and current need to settle
+constexpr WindingParams make_winding(float resistance_ohm, float inductance_h,
+                                     float torque_constant_nm_per_a, float current_max_a,
+                                     float period_s, float patience_s) {
+  return {larger(1.0F - exp_negative(resistance_ohm * period_s / inductance_h), 1e-4F),
+          1.0F / resistance_ohm, torque_constant_nm_per_a, 0.5F * current_max_a,
+          round_to_u32(patience_s / period_s) + 1};
+}
+
+/// One period of the model. The period by which the voltage comes late is short beside the
+/// patience.
+/// @param next_v what the bridge does from now on
+constexpr void follow_winding(WindingState& state, const WindingParams& params, float speed_rad_s,
+                              float next_v) {
+  const float end_a = (state.voltage_v - params.emf_v_s * speed_rad_s) * params.a_per_v;
+  state.expected_a =
+      flush_tiny(state.expected_a + params.settled_share * (end_a - state.expected_a));
+  state.voltage_v = next_v;
+}
+
+/// Once a period, a measurement beside the model.
+/// @returns false once the two have differed for so long that they cannot both be true
+constexpr bool believe_current(WindingState& state, const WindingParams& params, float measured_a) {
+  const float most_a = larger(absolute(state.expected_a), absolute(measured_a));
+  if (absolute(state.expected_a - measured_a) <= params.slack_a + kModelErrorShare * most_a) {
+    state.doubtful_steps = 0;
+  } else if (state.doubtful_steps < params.patience_steps) {
+    ++state.doubtful_steps;
+  }
+  return state.doubtful_steps < params.patience_steps;
+}
+
+/// Keeps a winding from getting too hot: more than the continuous current only for a while.
+struct HeatParams {
+  float share = 0;         // of its way that the warming goes in a step
+  float peak_a = 0;        // allowed while the winding is cold
+  float continuous_a = 0;  // allowed for ever
+};
+
+struct HeatState {
+  float warming_a2 = 0;  // the current's square, as slow as the winding
+};
+
+constexpr HeatParams make_heat(float peak_a, float continuous_a, float time_constant_s,
+                               float step_s) {
+  return {step_s / time_constant_s, peak_a, smaller(continuous_a, peak_a)};
+}
+
+/// One step.
+/// @returns the current that is allowed now: the peak until three quarters of the warming that the
+///          continuous current makes, from there less and less
+constexpr float allow_current(HeatState& state, const HeatParams& params, float measured_a) {
+  state.warming_a2 =
+      flush_tiny(state.warming_a2 + params.share * (measured_a * measured_a - state.warming_a2));
+  const float full_a2 = params.continuous_a * params.continuous_a;
+  const float left_a2 = full_a2 - state.warming_a2;
+  if (left_a2 <= 0.0F) return params.continuous_a;
+  if (left_a2 >= 0.25F * full_a2) return params.peak_a;
+  return params.continuous_a +
+         (params.peak_a - params.continuous_a) * (left_a2 / (0.25F * full_a2));
+}
+
+}  // namespace torsio::core

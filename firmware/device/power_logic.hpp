@@ -1,0 +1,100 @@
+/// @file
+/// Between the torques that the device wants and the bridges: the current sensor's reading becomes
+/// a current, the motor's current is held by a current loop, the brake's coil gets the voltage that
+/// its resistance needs. Passive as the device is: a board and the emulator both run it, the one
+/// with pins and the other with simulated windings.
+#pragma once
+
+#include <cstdint>
+
+#include "core/current_loop.hpp"
+#include "core/winding_model.hpp"
+#include "device/control_loop.hpp"
+#include "protocol/reports.hpp"
+
+namespace torsio::device {
+
+/// What a board brings to its power stage, whatever is wired to it.
+struct PowerBoard {
+  std::uint32_t current_period_ns = 25'000;     // of the current loop
+  std::uint32_t output_delay_ns = 25'000;       // from measurement to voltage; at most a period
+  bool predicts = true;                         // false: the loop that costs less
+  float converter_v_per_step = 3.3F / 4096.0F;  // of the current sensor's converter
+};
+
+/// What the bridges do until the next step.
+struct PowerDrive {
+  float motor_share = 0;  // of the supply's voltage, -1 to 1; positive into the motor's first pin
+  float brake_share = 0;  // the same of the brake's coil
+  bool enabled = false;   // false: the bridges let go
+};
+
+class PowerLogic {
+ public:
+  /// @param brake_lag_s with which the brake shall follow, if its inductance is configured
+  PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board, float brake_lag_s);
+
+  /// One period of the current loop.
+  /// @param wanted        of the newest tick
+  /// @param current_steps the converter's reading of this period
+  PowerDrive step(const TickOutputs& wanted, std::int32_t current_steps);
+
+  /// True while the current is far above its limit.
+  bool over_current() const;
+
+  /// What of motor, sensor and bridges cannot be trusted now, as bits of `faults`.
+  /// @param bridge_reports a bridge says that something is wrong; not believed for a moment after
+  ///                       it was enabled
+  std::uint16_t find_faults(bool bridge_reports) const;
+
+  /// The knob's speed, for the voltage that the motor makes itself. Once a tick.
+  void set_speed(float speed_rad_s) { speed_rad_s_ = speed_rad_s; }
+
+  /// Of the last step; positive turns the knob to larger angles.
+  float current_a() const { return current_a_; }
+
+ private:
+  void measure(std::int32_t current_steps);
+  void watch(float motor_share);
+  void warm(float current_a);
+  float drive_brake(float command_nm);
+  void rest();
+
+  bool predicts_;
+  core::PredictiveParams predictive_params_;
+  core::PredictiveState predictive_;
+  core::CurrentLoopParams loop_params_;
+  core::CurrentLoopState loop_;
+  // Prepared, because a tick has no time for divisions.
+  float amperes_per_step_;  // with the motor's sense
+  float direction_;         // of the motor: 1 or -1
+  float amperes_per_nm_;
+  float current_max_a_;
+  float brake_share_per_nm_;
+  float brake_share_max_;
+  bool coil_is_driven_;
+  core::CoilParams coil_params_;
+  core::CoilState coil_;
+  float coil_a_per_nm_;
+  float coil_max_a_;
+  float trip_a_;
+  float supply_v_;
+  float zero_margin_steps_;  // to either end of the converter, or the trip level cannot be seen
+  std::uint32_t settle_steps_;
+  std::uint32_t steps_enabled_ = 0;  // up to settle_steps_
+  core::WindingParams winding_params_;
+  core::WindingState winding_;
+  bool believed_ = true;
+  bool compares_ = false;  // in this step; else the model goes on
+  core::HeatParams heat_params_;
+  core::HeatState heat_;
+  std::uint32_t steps_to_heat_ = 0;
+  float speed_rad_s_ = 0;
+  float zero_steps_ = 0;
+  bool zero_known_ = false;
+  float current_a_ = 0;
+  std::uint8_t over_current_steps_ = 0;
+  bool enabled_ = false;
+};
+
+}  // namespace torsio::device

@@ -1,0 +1,53 @@
+/// @file
+/// What every part of torsio.h needs: results, handles, and what makes a function visible.
+#ifndef TORSIO_BASE_H
+#define TORSIO_BASE_H
+
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(TORSIO_C_BUILD)
+#define TORSIO_API __declspec(dllexport)
+#elif defined(_WIN32)
+#define TORSIO_API __declspec(dllimport)
+#else
+#define TORSIO_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// What a function returns. After anything but TORSIO_OK, torsio_last_error() has a sentence that
+/// says what was wrong and what to do about it, and what was to be written is unchanged, unless the
+/// function says otherwise.
+typedef enum torsio_result {
+  TORSIO_OK = 0,
+  TORSIO_INVALID_ARGUMENT = 1,   ///< NULL, a wrong size, or a value that the device would refuse
+  TORSIO_DEVICE_NOT_FOUND = 2,   ///< no such device, no device, or more than one to choose from
+  TORSIO_PERMISSION_DENIED = 3,  ///< it is there, but this user may not open it
+  TORSIO_DEVICE_BUSY = 4,        ///< somebody, maybe this very program, has opened it already
+  TORSIO_PROTOCOL_MISMATCH = 5,  ///< firmware and library are of different releases
+  TORSIO_REFUSED = 6,            ///< the device said no; see torsio_last_refusal()
+  TORSIO_DISARMED = 7,           ///< the torque went while it was to stay
+  TORSIO_TIMEOUT = 8,            ///< the device did not answer, or what was waited for did not come
+  TORSIO_DISCONNECTED = 9,       ///< unplugged, or without power; open it again once it is back
+  TORSIO_CLOSED = 10,            ///< the knob was closed
+  TORSIO_OUT_OF_MEMORY = 11,
+  TORSIO_ERROR = 12,  ///< anything else
+} torsio_result;
+
+/// Bytes of every text in a structure, with the 0 at its end. A longer text is cut.
+#define TORSIO_TEXT_BYTES 256
+
+// What the library makes, and only it looks inside. Each has a function that frees it.
+typedef struct torsio_knob torsio_knob;            ///< an open knob
+typedef struct torsio_scene torsio_scene;          ///< effects that play together
+typedef struct torsio_recording torsio_recording;  ///< samples of a span of time
+typedef struct torsio_steps torsio_steps;          ///< steps at equal distances of time
+typedef struct torsio_watch torsio_watch;          ///< a look-out for knobs that come and go
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,15 @@
+/// @file
+/// What the path of a knob means to this system; hid_files.cpp and hid_files_windows.cpp.
+#pragma once
+
+#include <string>
+
+namespace torsio {
+
+/// Keeps files from hidapi that are no HID devices. @throws DeviceNotFound
+void refuse_other_files(const std::string& path);
+
+/// What a user is told who may not open it.
+[[nodiscard]] std::string permission_text(const std::string& path);
+
+}  // namespace torsio

@@ -1,0 +1,20 @@
+// What a knob's path means to Windows: the name of a device interface, which every user may open.
+#include "hid_files.hpp"
+#include "hid_transport.hpp"
+
+namespace torsio {
+
+// hidapi asks the system for the device's attributes before it does anything else.
+void refuse_other_files(const std::string&) {}
+
+std::string permission_text(const std::string& path) {
+  return "Windows does not let this program open " + path +
+         ": another program may have it for itself; close that, and plug the knob in again";
+}
+
+// No files tell of knobs that come and go.
+std::string hid_files_directory() { return {}; }
+
+std::string permission_problem(const std::string&) { return {}; }
+
+}  // namespace torsio

@@ -1,0 +1,1 @@
+"""Whether `torsio calibrate` finds what emulated knobs hide, and refuse what is broken."""

@@ -1,0 +1,187 @@
+"""Emulated knobs with hidden parameters, and what a calibration says of them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+import torsio
+from torsio import calibration
+from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+
+RATE_HZ: Final = 10_000.0
+EVALUATION: Final = 2
+"""Changes whenever the numbers of the same knob may change."""
+
+FIRST: Final = 1000
+"""Number of the study's first knob; those before it were used to make the estimators."""
+
+QUANTITIES: Final = (
+    "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "cogging_nm", "offset_nm",
+    "stiffness_nm_per_rad", "backlash_rad", "knee_rad", "stiffness_factor", "knob_coulomb_nm",
+    "knob_inertia_kg_m2", "shaft_damping_nm_s_per_rad", "brake_gain", "hysteresis_nm", "rise_s",
+    "release_s", "brake_drag_nm", "brake_inertia_kg_m2",
+)  # fmt: skip
+_COGGING_POINTS: Final = 16
+
+
+@dataclass(frozen=True)
+class HiddenKnob:
+    """A knob that the calibration does not know; `reversed` is how its encoder is configured."""
+
+    number: int
+    plant: PlantParams
+    reversed: bool
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Knobs that are computed and stored together: their numbers."""
+
+    group: str
+    index: int
+    designs: tuple[int, ...]
+
+
+def batches(knobs: int, size: int) -> Iterator[Batch]:
+    """Give all the work."""
+    for begin in range(0, knobs, size):
+        end = min(begin + size, knobs)
+        numbers = tuple(range(FIRST + begin, FIRST + end))
+        yield Batch("knob", begin // size, numbers)
+
+
+def hidden_knob(number: int) -> HiddenKnob:
+    """Draw a knob: half to twice the reference actuator, evenly in the logarithm."""
+    random = np.random.default_rng([15, number])
+
+    def near(value: float) -> float:
+        return float(value * 2.0 ** random.uniform(-1.0, 1.0))
+
+    def maybe() -> bool:
+        return bool(random.random() < 0.5)
+
+    default = PlantParams()
+    stiffness = near(default.shaft_stiffness_nm_per_rad)
+    plant = PlantParams(
+        knob_inertia_kg_m2=near(default.knob_inertia_kg_m2),
+        knob_viscous_nm_s_per_rad=near(default.knob_viscous_nm_s_per_rad),
+        knob_coulomb_nm=near(default.knob_coulomb_nm),
+        brake_inertia_kg_m2=near(default.brake_inertia_kg_m2),
+        brake_viscous_nm_s_per_rad=near(default.brake_viscous_nm_s_per_rad),
+        brake_drag_nm=near(default.brake_drag_nm),
+        shaft_stiffness_nm_per_rad=stiffness,
+        shaft_damping_nm_s_per_rad=near(default.shaft_damping_nm_s_per_rad),
+        brake_time_constant_s=near(default.brake_time_constant_s),
+        motor_time_constant_s=near(default.motor_time_constant_s),
+        encoder_noise_counts=float(random.uniform(0.0, 0.3)),
+        encoder_phase_counts=float(random.uniform(0.0, 1.0)),
+        # So that the knee lies within what the motor can twist.
+        shaft_hardening=ShaftHardening(
+            knee_rad=near(0.010) * 2.873 / stiffness, stiffness_factor=near(2.4)
+        )
+        if maybe()
+        else None,
+        brake_hysteresis=BrakeHysteresis(half_width_nm=near(4e-3)) if maybe() else None,
+        belt=Belt() if maybe() else None,
+        cogging=Cogging.sine(
+            periods_per_rev=int(random.integers(6, 25)),
+            amplitude_nm=near(1.5e-3),
+            points=_COGGING_POINTS,
+        )
+        if maybe()
+        else None,
+    )
+    return HiddenKnob(number, plant, maybe())
+
+
+def truth_of(plant: PlantParams) -> dict[str, float]:
+    """Give what a perfect calibration would find; NaN for what this knob has not."""
+    stiffness = plant.shaft_stiffness_nm_per_rad
+    belt = math.inf if plant.belt is None else plant.belt.stiffness_nm_per_rad
+    together = 1.0 / (1.0 / stiffness + 1.0 / belt)
+    share = together / stiffness  # of the twist that is the shaft's
+    knee = factor = math.nan
+    if plant.shaft_hardening is not None:
+        hard = stiffness * plant.shaft_hardening.stiffness_factor
+        knee = plant.shaft_hardening.knee_rad / share
+        factor = 1.0 / (1.0 / hard + 1.0 / belt) / together
+    cogging = 0.0
+    if plant.cogging is not None:
+        # A sine of straight lines has a little less of the first harmonic.
+        corner = math.pi / _COGGING_POINTS
+        cogging = max(plant.cogging.torque_nm) * (math.sin(corner) / corner) ** 2
+    hysteresis = plant.brake_hysteresis
+    return {
+        "inertia_kg_m2": plant.knob_inertia_kg_m2 + plant.brake_inertia_kg_m2,
+        "coulomb_nm": plant.knob_coulomb_nm + plant.brake_drag_nm,
+        "viscous_nm_s_per_rad": plant.knob_viscous_nm_s_per_rad + plant.brake_viscous_nm_s_per_rad,
+        "cogging_nm": cogging,
+        "offset_nm": 0.0,
+        "stiffness_nm_per_rad": together,
+        "backlash_rad": 0.0,
+        "knee_rad": knee,
+        "stiffness_factor": factor,
+        "knob_coulomb_nm": plant.knob_coulomb_nm,
+        "knob_inertia_kg_m2": plant.knob_inertia_kg_m2,
+        "shaft_damping_nm_s_per_rad": plant.shaft_damping_nm_s_per_rad * share**2
+        + plant.knob_viscous_nm_s_per_rad,
+        "brake_gain": 1.0,
+        "hysteresis_nm": 0.0 if hysteresis is None else hysteresis.half_width_nm,
+        "rise_s": plant.brake_time_constant_s,
+        "release_s": plant.brake_time_constant_s,
+        "brake_drag_nm": plant.brake_drag_nm,
+        "brake_inertia_kg_m2": plant.brake_inertia_kg_m2,
+    }
+
+
+def emulated(plant: PlantParams, *, reversed: bool = False, seed: int = 0) -> torsio.Knob:
+    """Open a knob whose device knows nothing of its plant but counts and limits."""
+    believed = PlantParams(counts_per_rev=plant.counts_per_rev).matching_config()
+    return torsio.open(
+        "emulated",
+        emulator=torsio.EmulatorOptions(
+            seed=seed,
+            control_rate_hz=RATE_HZ,
+            plant=plant,
+            actuator=replace(believed, encoder_reversed=reversed),
+        ),
+    )
+
+
+def measure(hidden: HiddenKnob) -> dict[str, float]:
+    """Calibrate a knob; a reversed encoder must be refused first."""
+    begin = time.perf_counter()
+    row = {"number": float(hidden.number), "refused_rightly": 1.0, "complete": 0.0}
+    row |= {f"{name}_truth": value for name, value in truth_of(hidden.plant).items()}
+    row |= {f"{name}_{part}": math.nan for name in QUANTITIES for part in ("value", "sigma")}
+    row["knob_seconds"] = math.nan
+    with emulated(hidden.plant, reversed=hidden.reversed, seed=hidden.number) as knob:
+        if hidden.reversed:
+            try:
+                calibration.calibrate(knob)
+                row["refused_rightly"] = 0.0
+            except calibration.Refusal as refusal:
+                row["refused_rightly"] = float(refusal.reason == "reversed")
+            knob.update(encoder_reversed=False)
+        try:
+            found = calibration.calibrate(knob)
+            row["complete"] = 1.0
+            row["knob_seconds"] = found.seconds
+            for name, quantity in found.quantities.items():
+                row[f"{name}_value"] = quantity.value
+                row[f"{name}_sigma"] = quantity.standard_uncertainty
+        except calibration.Refusal:
+            row["complete"] = 0.0
+    row["seconds"] = time.perf_counter() - begin
+    return row
+
+
+def evaluate_batch(batch: Batch) -> list[dict[str, float]]:
+    """Calibrate the knobs of a batch."""
+    return [measure(hidden_knob(number)) for number in batch.designs]

@@ -1,0 +1,116 @@
+"""`torsio study calibration`: whether intervals hold the truth, and what is broken is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from rich.console import Console
+from rich.table import Table
+
+from torsio_studies.calibration import figure
+from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches, evaluate_batch
+from torsio_studies.calibration.sabotages import SABOTAGES, try_out
+from torsio_studies.common import Results, Study, StudyError
+from torsio_studies.design.spread import spread
+from torsio_studies.design.store import Store
+
+Array = npt.NDArray[np.float64]
+_BATCH = 4
+
+
+def run(study: Study) -> Results:
+    """Run the study; what an earlier run has left in the results folder is not computed again."""
+    settings = study.settings
+    knobs = int(settings.get("knobs") or (8 if study.quick else 200))
+    if knobs < 4:
+        raise StudyError(f"at least 4 knobs make a sample, not {knobs}")
+    folder = settings.get("results") or (study.out or Path("out")) / "calibration"
+    store = Store(Path(folder), {"evaluation": EVALUATION, "batch_size": _BATCH})
+    work = list(batches(knobs, _BATCH))
+    kept = store.intact(work)
+    todo = [batch for batch in work if batch not in kept]
+    done = knobs - sum(len(batch.designs) for batch in todo)
+    report = study.counter(f"{knobs} knobs, {done} of them from before", knobs)
+    report(done)
+    with spread(
+        todo,
+        scheduler=settings.get("scheduler"),
+        workers=settings.get("workers"),
+        evaluate=evaluate_batch,
+    ) as (_, results):
+        for batch, rows in results:
+            store.write(batch, rows)
+            done += len(rows)
+            report(done)
+    table = store.read(work)["knob"]
+    broken = SABOTAGES[::4] if study.quick else SABOTAGES
+    refused = [
+        {"sabotage": of.name, "right": list(of.reasons), "reason": try_out(of)}
+        for of in study.track(broken, "sabotages")
+    ]
+    coverage = [cover(table, name) for name in QUANTITIES]
+    figure.draw(study, table, coverage)
+    return {
+        "rows": coverage,
+        "knobs": knobs,
+        "complete": int(table["complete"].sum()),
+        "reversed_refused": bool(np.all(table["refused_rightly"] == 1.0)),
+        "knob_seconds": float(np.nanmax(table["knob_seconds"])),
+        "sabotages": refused,
+    }
+
+
+def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
+    """Give how often the interval of a quantity held the truth, and how wide and right it was."""
+    truth, value, sigma = (table[f"{name}_{part}"] for part in ("truth", "value", "sigma"))
+    known = np.isfinite(truth) & np.isfinite(value)
+    score = (value[known] - truth[known]) / np.maximum(sigma[known], 1e-300)
+    size = np.abs(truth[known])
+    if not known.any():
+        return {"quantity": name, "knobs": 0}
+    relative = bool(np.median(size) > 0)
+    scale = np.where(size > 0, size, np.nan) if relative else np.ones(len(size))
+    return {
+        "quantity": name,
+        "knobs": int(known.sum()),
+        "coverage": float(np.mean(np.abs(score) <= 1.96)),
+        "bias_in_sigmas": float(np.median(score)),
+        "median_error": float(np.nanmedian(np.abs(value[known] - truth[known]) / scale)),
+        "median_sigma": float(np.nanmedian(sigma[known] / scale)),
+        "relative": relative,
+    }
+
+
+def show(results: Results, console: Console) -> None:
+    """Print the coverage of every quantity, and what was refused for which reason."""
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("quantity", "knobs", "95 % intervals with the truth", "median error", "stated"):
+        table.add_column(heading, justify="left" if heading == "quantity" else "right")
+    for row in results["rows"]:
+        if not row["knobs"]:
+            continue
+        unit = " %" if row["relative"] else ""
+        scale = 100.0 if row["relative"] else 1.0
+        table.add_row(
+            row["quantity"],
+            f"{row['knobs']}",
+            f"{100 * row['coverage']:.1f} %",
+            f"{scale * row['median_error']:.2g}{unit}",
+            f"{scale * row['median_sigma']:.2g}{unit}",
+        )
+    console.print(table, highlight=False)
+    console.print(
+        f"\n{results['complete']} of {results['knobs']} knobs to the end; at most "
+        f"{results['knob_seconds']:.0f} s of a knob's time",
+        highlight=False,
+    )
+    for row in results["sabotages"]:
+        right = row["reason"] in row["right"]
+        console.print(
+            f"  {'refused' if right else 'WRONG  '}  {row['sabotage']}: "
+            f"{row['reason'] or 'accepted'}",
+            highlight=False,
+        )

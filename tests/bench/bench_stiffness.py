@@ -1,0 +1,216 @@
+"""How stiff a spring stays stable on each board's current loop, as JSON lines.
+
+``./dev bench stiffness`` spins the knob up, lets a virtual spring catch it and looks whether it
+comes to rest, for springs from 2 to 300 N m/rad in steps of 3 %, at five speeds from 6 to 22 rad/s.
+A line tells for one current loop and one encoder
+
+- ``stable_nm_per_rad``: up to where every spring comes to rest at every speed;
+- ``islands``: what else comes to rest at every speed, as pairs of first and last spring;
+- ``by_speed_nm_per_rad``: the first number for each speed alone;
+
+and for each loop what it is like: ``lag_us``, by which the torque trails a small step;
+``bandwidth_hz``, where 3 dB are lost; ``noise_nm``, the standard deviation of a torque that is
+held; and ``off_nm_per_rad``, the first number at 32,768 counts with a winding whose resistance and
+inductance are a third off, the worst of four.
+
+With ``quick`` as argument it takes a coarse scan of one encoder.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from torsio import (
+    BoardConfig,
+    Electrics,
+    PlantParams,
+    PrescribedMotion,
+    Spring,
+)
+from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate_many
+
+Array = npt.NDArray[np.float64]
+
+SPEEDS_RAD_S = (6.0, 10.0, 14.0, 18.0, 22.0)
+COUNTS = (8192, 32768, 131072)
+AT_REST_RAD = 3e-3
+"""Less motion than this, peak to peak over the last fifth of a second, is no oscillation."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A board's control rate, its electrics, and what it takes them for."""
+
+    name: str
+    board: str
+    rate_hz: float
+    electrics: Electrics | None = None
+    config: BoardConfig | None = None
+    motor_time_constant_s: float = 0.0
+
+    def plant(self, counts: int = 8192) -> PlantParams:
+        return PlantParams(
+            counts_per_rev=counts,
+            electrics=self.electrics,
+            motor_time_constant_s=self.motor_time_constant_s,
+        )
+
+
+FAST = Electrics()
+SIMPLE = Electrics(predictive=False, current_period_s=0.0)
+HALF_KILOHERTZ = BoardConfig(current_bandwidth_hz=500.0)
+LOOPS = (
+    Loop("predictive at 40 kHz", "pico2", 20e3, FAST),
+    Loop("simple, 500 Hz", "pico2", 20e3, SIMPLE, HALF_KILOHERTZ),
+    Loop("simple, 1 kHz", "pico", 10e3, replace(SIMPLE, output_delay_s=50e-6)),
+    Loop("simple, 500 Hz", "pico", 10e3, replace(SIMPLE, output_delay_s=50e-6), HALF_KILOHERTZ),
+    Loop("a lag of 0.1 ms", "none", 10e3, motor_time_constant_s=0.1e-3),
+    Loop("a lag of 44 us", "none", 20e3, motor_time_constant_s=44e-6),
+)
+
+
+def springs(step: float) -> Array:
+    """Stiffnesses from 2 to 300 N m/rad, each so much larger than the one before."""
+    steps = math.ceil(math.log(150.0) / math.log(step))
+    return np.array([2.0 * step**i for i in range(steps + 1)])
+
+
+def _options(loop: Loop, counts: int, stiffness: float, speed: float) -> LoopOptions:
+    return LoopOptions(
+        scene=Spring(angle_rad=0.0, stiffness_nm_per_rad=stiffness, torque_limit_nm=100.0),
+        plant=loop.plant(counts),
+        board=loop.config,
+        control_period_ns=round(1e9 / loop.rate_hz),
+        spin_up=SpinUp(motor_command_nm=40e-3, speed_rad_s=speed),
+    )
+
+
+def rests(loop: Loop, counts: int, stiffness: Sequence[float] | Array) -> npt.NDArray[np.bool_]:
+    """Whether each spring brings the knob to rest within a second, shape (springs, speeds)."""
+    runs = [_options(loop, counts, k, v) for k in stiffness for v in SPEEDS_RAD_S]
+    rows = simulate_many(runs, duration_s=1.0, record_every=round(loop.rate_hz / 1000.0))
+    tails = (one["angle_rad"][one["time_s"] >= 0.8] for one in rows)
+    calm = [float(np.ptp(tail)) < AT_REST_RAD for tail in tails]
+    return np.reshape(calm, (len(stiffness), len(SPEEDS_RAD_S)))
+
+
+def stable_to(stiffness: Array, calm: Iterable[bool]) -> float:
+    """Up to where every one of a rising series comes to rest."""
+    passed = itertools.takewhile(lambda one: one[1], zip(stiffness, calm, strict=True))
+    return float(max((k for k, _ in passed), default=0.0))
+
+
+def islands(stiffness: Array, calm: Sequence[bool]) -> list[tuple[float, float]]:
+    """What comes to rest beyond the first that does not."""
+    found = []
+    for is_calm, group in itertools.groupby(zip(stiffness, calm, strict=True), lambda x: x[1]):
+        values = [round(float(k), 1) for k, _ in group]
+        if is_calm:
+            found.append((values[0], values[-1]))
+    return found[1:] if calm[0] else found
+
+
+def step_response(loop: Loop) -> tuple[Array, Array]:
+    """Time after a small step of the command, and the share of it that the torque has reached."""
+    # The control period is that of the current loop, which is all that is looked at here.
+    period_ns = 25_000 if loop.electrics == FAST else round(1e9 / loop.rate_hz)
+    electrics = loop.electrics and replace(loop.electrics, sensor_noise_v=0.0, sensor_bits=24)
+    quiet = replace(loop, electrics=electrics)
+    loop_ = ClosedLoop(
+        LoopOptions(
+            plant=quiet.plant(), board=loop.config, control_period_ns=period_ns,
+            hand=PrescribedMotion(angle_rad=[(0.0, 0.0)]),
+        )
+    )  # fmt: skip
+    loop_.hold_command()
+    loop_.run(duration_s=1e-3)
+    loop_.hold_command(motor_command_nm=5e-3)
+    torque = loop_.run(duration_s=20e-3)["motor_torque_nm"]
+    time_s = np.array([1e-9 * period_ns * i for i in range(len(torque))])
+    return time_s, np.asarray(torque / torque[-1])
+
+
+def bandwidth_hz(time_s: Array, response: Array) -> float:
+    """Where a loop with this step response has lost 3 dB."""
+    # Straight lines between the points: their slopes are the pulse response.
+    slope, step = np.diff(response), time_s[1]
+    frequency = np.arange(10.0, 0.5 / step, 10.0)
+    middle = time_s[:-1] + 0.5 * step
+    gain = np.abs(np.exp(-2j * np.pi * np.outer(frequency, middle)) @ slope)
+    gain *= np.sinc(frequency * step)
+    below = np.flatnonzero(gain < math.sqrt(0.5))
+    return float(frequency[below[0]]) if len(below) else float(frequency[-1])
+
+
+def noise_nm(loop: Loop) -> float:
+    """Standard deviation of a torque of 40 mN m that is held."""
+    one = ClosedLoop(
+        LoopOptions(
+            plant=loop.plant(), board=loop.config, seed=1,
+            control_period_ns=round(1e9 / loop.rate_hz),
+            hand=PrescribedMotion(angle_rad=[(0.0, 0.0)]),
+        )
+    )  # fmt: skip
+    one.hold_command(motor_command_nm=40e-3)
+    one.run(duration_s=0.1)
+    return float(np.std(one.run(duration_s=0.5)["motor_torque_nm"]))
+
+
+def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
+    """The least stable stiffness with a winding that is not what the board takes it for."""
+    if loop.electrics is None:
+        return math.nan
+    config = loop.config or BoardConfig()
+    least = math.inf
+    for resistance, inductance in itertools.product((0.7, 1.3), repeat=2):
+        electrics = replace(
+            loop.electrics,
+            winding_resistance_ohm=2.5 * resistance,
+            winding_inductance_h=1.5e-3 * inductance,
+        )
+        wrong = replace(loop, electrics=electrics, config=config)
+        calm = [all(row) for row in rests(wrong, 32768, stiffness)]
+        least = min(least, stable_to(stiffness, calm))
+    return least
+
+
+def main(arguments: list[str]) -> None:
+    """Print a line for each loop and encoder, and one for each loop."""
+    quick = arguments == ["quick"]
+    stiffness = springs(1.2 if quick else 1.03)
+    for loop in LOOPS:
+        known = {"loop": loop.name, "board": loop.board, "rate_hz": loop.rate_hz}
+        for counts in (32768,) if quick else COUNTS:
+            calm = rests(loop, counts, stiffness)
+            worst = [all(row) for row in calm]
+            line = {
+                **known,
+                "counts_per_rev": counts,
+                "stable_nm_per_rad": round(stable_to(stiffness, worst), 1),
+                "islands": islands(stiffness, worst),
+                "by_speed_nm_per_rad": [round(stable_to(stiffness, c), 1) for c in calm.T],
+            }
+            print(json.dumps(line), flush=True)
+        time_s, response = step_response(loop)
+        lag_s = time_s[1] * (np.sum(1 - response) - 0.5 * (1 - response[0]))
+        line = {
+            **known,
+            "lag_us": round(1e6 * float(lag_s), 1),
+            "bandwidth_hz": round(bandwidth_hz(time_s, response)),
+            "noise_nm": float(f"{noise_nm(loop):.2g}"),
+        }
+        if loop.electrics and not quick:
+            line["off_nm_per_rad"] = round(off_nm_per_rad(loop, springs(1.06)), 1)
+        print(json.dumps(line), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,103 @@
+"""Reads torsio.h as a second reader: its structures as ctypes has them, and its functions.
+
+It knows C's rules of layout from ctypes and nothing of the field lists, the printer or the library.
+``python -m tests.c.layouts > tests/c/interface.txt`` writes down what the interface is.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+HEADERS = Path(__file__).parent.parent.parent / "sdk/c/include"
+_SCALARS: dict[str, type[Any]] = {
+    "bool": ctypes.c_bool,
+    "double": ctypes.c_double,
+    "float": ctypes.c_float,
+    "int32_t": ctypes.c_int32,
+    "int64_t": ctypes.c_int64,
+    "size_t": ctypes.c_size_t,
+    "uint8_t": ctypes.c_uint8,
+    "uint16_t": ctypes.c_uint16,
+    "uint32_t": ctypes.c_uint32,
+    "uint64_t": ctypes.c_uint64,
+}
+_STRUCT = re.compile(r"typedef struct (\w+) \{(.*?)\n\} \1;", re.S)
+_MEMBER = re.compile(r"(const )?(\w+)\s*(\*?)\s*(\w+)(?:\[(\w+)\])?$")
+_FUNCTION = re.compile(r"TORSIO_API\s+([^;]+?)\s*\*?\s*(torsio_\w+)\(([^;]*)\);")
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function as it is declared."""
+
+    name: str
+    result: str
+    parameters: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Header:
+    """Everything that a caller needs."""
+
+    structures: dict[str, type[ctypes.Structure]]
+    functions: dict[str, Function]
+    numbers: dict[str, int]
+
+
+def _structure(name: str, body: str, known: dict[str, Any]) -> type[ctypes.Structure]:
+    fields: list[tuple[str, Any]] = []
+    for line in filter(None, (part.strip() for part in body.split(";"))):
+        match = _MEMBER.fullmatch(" ".join(line.split()))
+        assert match, line
+        _, kind, pointer, member, length = match.groups()
+        if kind == "char" and not pointer:
+            assert length == "TORSIO_TEXT_BYTES"
+            fields.append((member, ctypes.c_char * 256))
+        elif pointer:
+            fields.append((member, ctypes.c_char_p if kind == "char" else ctypes.c_void_p))
+        else:
+            fields.append((member, known[kind]))
+    return type(name, (ctypes.Structure,), {"_fields_": fields})
+
+
+def read() -> Header:
+    """Read the headers."""
+    parts = ("torsio_base.h", "torsio_types.h", "torsio.h")
+    text = "\n".join((HEADERS / name).read_text(encoding="utf-8") for name in parts)
+    text = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.S)
+    known: dict[str, Any] = dict(_SCALARS)
+    structures: dict[str, type[ctypes.Structure]] = {}
+    for name, body in _STRUCT.findall(text):
+        known[name] = structures[name] = _structure(name, body, known)
+    functions = {}
+    for result, name, listed in _FUNCTION.findall(text):
+        pointer = "*" if f"*{name}(" in text.replace(" ", "").replace("\n", "") else ""
+        whole = f"{' '.join(result.split())}{pointer}".replace("* ", "*")
+        parameters = tuple(" ".join(part.split()) for part in listed.split(",") if part != "void")
+        functions[name] = Function(name, whole.replace("**", "*"), parameters)
+    numbers = {
+        name: int(value, 0) if "<<" not in value else int(value[0]) << int(value.split("<<")[1])
+        for name, value in re.findall(r"(TORSIO_\w+) =\s+([^,\n]+),", text)
+    }
+    return Header(structures, functions, numbers)
+
+
+def interface() -> str:
+    """Tell everything that a program which was linked with the library relies on."""
+    header = read()
+    lines = [f"{f.result} {f.name}({', '.join(f.parameters)})" for f in header.functions.values()]
+    for name, structure in header.structures.items():
+        lines.append(f"{name}: {ctypes.sizeof(structure)} bytes")
+        for field, kind, *_ in structure._fields_:
+            place = getattr(structure, field)
+            lines.append(f"  {place.offset} {field}: {kind.__name__.removeprefix('c_')}")
+    lines += [f"{name} = {value}" for name, value in sorted(header.numbers.items())]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    print(interface(), end="")

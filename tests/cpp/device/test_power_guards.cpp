@@ -1,0 +1,171 @@
+// What the power stage notices by itself, on a motor that is solved exactly: when it must speak up,
+// how soon, and when it must be quiet.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+
+#include "device/power_logic.hpp"
+
+using torsio::device::PowerBoard;
+using torsio::device::PowerDrive;
+using torsio::device::PowerLogic;
+using torsio::protocol::BoardConfig;
+namespace fault = torsio::protocol::fault;
+
+namespace {
+
+constexpr PowerBoard kFast{25'000, 25'000, true};
+constexpr PowerBoard kSlow{100'000, 100'000, false};
+
+/// A winding with its bridge and its sensor. Its values are those of the configuration unless a
+/// test says otherwise.
+struct Motor {
+  explicit Motor(const PowerBoard& on, BoardConfig of = {})
+      : config(of), board(on), logic(config, board, 0.06F) {
+    run(0.0, 0.1);
+  }
+
+  double period_s() const { return 1e-9 * board.current_period_ns; }
+  double honest_steps() const { return zero_steps + amperes * volts_per_a / 3.3 * 4096.0; }
+
+  /// Wants a torque for so long, or lets go of the bridges with 0 N m at rest.
+  /// @returns when a fault was seen, in s; negative: never
+  double run(double torque_nm, double time_s, bool enabled = false) {
+    const double decay = std::exp(-period_s() * ohm / henry);
+    for (double now_s = 0.0; now_s < time_s; now_s += period_s()) {
+      const double steps = sensor ? sensor(*this) : honest_steps();
+      logic.set_speed(static_cast<float>(seen_speed));
+      const PowerDrive drive =
+          logic.step({static_cast<float>(torque_nm), 0.0F, enabled},
+                     static_cast<std::int32_t>(std::clamp(std::round(steps), 0.0, 4095.0)));
+      const double volts = enabled ? supply * static_cast<double>(acting) - emf_v_s * speed : 0.0;
+      const double end = enabled ? volts / ohm : 0.0;
+      amperes = enabled ? end + (amperes - end) * decay : 0.0;
+      most = std::max(most, std::abs(amperes));
+      acting = drive.motor_share;
+      if (logic.find_faults(bridge_reports) != 0) return now_s + period_s();
+    }
+    return -1.0;
+  }
+  double push(double torque_nm, double time_s) { return run(torque_nm, time_s, true); }
+
+  BoardConfig config;
+  PowerBoard board;
+  PowerLogic logic;
+  double ohm = 2.5;
+  double henry = 1.5e-3;
+  double supply = 12.0;
+  double volts_per_a = 0.2;
+  double emf_v_s = 0.05;
+  double speed = 0.0;       // rad/s
+  double seen_speed = 0.0;  // what the encoder says
+  double zero_steps = 2048.0;
+  double amperes = 0.0;
+  double most = 0.0;
+  float acting = 0.0F;
+  bool bridge_reports = false;
+  std::function<double(const Motor&)> sensor;
+};
+
+}  // namespace
+
+TEST_CASE("a sound motor is believed at every torque and speed, with values that are a third off") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double error : {0.75, 1.0, 1.3}) {
+      for (const double speed : {-60.0, 0.0, 60.0}) {
+        Motor motor(board);
+        motor.ohm *= error;
+        motor.henry *= 2.0 - error;
+        motor.speed = motor.seen_speed = speed;
+        for (const double torque_nm : {0.085, -0.085, 0.0, 0.02, -0.1}) {
+          CAPTURE(error);
+          CAPTURE(speed);
+          CAPTURE(torque_nm);
+          CHECK(motor.push(torque_nm, 0.02) < 0.0);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a sensor that says nothing, or always the same, is found out in twenty milliseconds") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double stuck_steps : {2048.0, 2048.0 + 200.0, 2048.0 - 400.0}) {
+      for (const double torque_nm : {0.085, -0.085}) {
+        Motor motor(board);
+        motor.push(0.0, 0.01);
+        motor.sensor = [=](const Motor&) { return stuck_steps; };
+        const double found_s = motor.push(torque_nm, 1.0);
+        CAPTURE(stuck_steps);
+        CHECK(found_s > 0.0);
+        CHECK(found_s < 20e-3);
+        CHECK(motor.logic.find_faults(false) == fault::winding);
+        // Nothing is left to doubt once the bridge has let go, so that the fault can be cleared.
+        motor.run(0.0, 1e-3);
+        CHECK(motor.logic.find_faults(false) == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("a missing supply, and a motor that spins unseen, do not fit either") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    Motor unpowered(board);
+    unpowered.supply = 0.0;
+    CHECK(unpowered.push(0.085, 0.1) > 0.0);
+    CHECK(unpowered.logic.find_faults(false) == fault::winding);
+    Motor runaway(board);  // the encoder's cable is off
+    runaway.speed = 150.0;
+    CHECK(runaway.push(0.085, 0.1) > 0.0);
+    CHECK(runaway.logic.find_faults(false) == fault::winding);
+  }
+}
+
+TEST_CASE("a zero without room for the trip level is a fault before anybody can arm") {
+  // 3 A at 0.2 V/A are 745 steps.
+  for (const auto& [zero, fits] : {std::pair{700.0, false},
+                                   {800.0, true},
+                                   {3300.0, true},
+                                   {3400.0, false},
+                                   {0.0, false},
+                                   {4095.0, false}}) {
+    Motor motor(kFast);
+    motor.zero_steps = zero;
+    motor.logic = PowerLogic(motor.config, motor.board, 0.06F);
+    motor.run(0.0, 0.01);
+    CAPTURE(zero);
+    CHECK((motor.logic.find_faults(false) == fault::current_sensor) != fits);
+  }
+  BoardConfig sensitive;
+  sensitive.current_sense_v_per_a = 1.0F;  // 3 V to either side of 1.65 V
+  Motor motor(kFast, sensitive);
+  CHECK(motor.logic.find_faults(false) == fault::current_sensor);
+}
+
+TEST_CASE("a bridge is not believed in the millisecond in which it wakes up") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    Motor motor(board);
+    motor.bridge_reports = true;
+    CHECK(motor.logic.find_faults(true) == fault::actuator);  // at rest it is
+    const double found_s = motor.push(0.0, 0.1);
+    CHECK(found_s >= 0.9e-3);
+    CHECK(found_s <= 1.2e-3);
+    CHECK(motor.logic.find_faults(true) == fault::actuator);
+  }
+}
+
+TEST_CASE("the peak current is for seconds, the continuous one for ever") {
+  Motor motor(kSlow);
+  const double wanted_nm = 1.7 * 0.05;
+  CHECK(motor.push(wanted_nm, 1.0) < 0.0);
+  CHECK(motor.amperes == doctest::Approx(1.7).epsilon(0.02));
+  CHECK(motor.push(wanted_nm, 100.0) < 0.0);
+  // The square of the current is what warms: 1 A is the default.
+  CHECK(motor.amperes == doctest::Approx(1.0).epsilon(0.03));
+  motor.run(0.0, 60.0);  // cools down, let go
+  CHECK(motor.push(wanted_nm, 0.2) < 0.0);
+  CHECK(motor.amperes == doctest::Approx(1.7).epsilon(0.02));
+}

@@ -1,0 +1,97 @@
+// What the device does with a board's word about its parts: confirmed or not, broken or not, and
+// why the board started.
+#include <cmath>
+#include <cstdint>
+
+#include "device/rig.hpp"
+
+using namespace torsio::protocol;
+using torsio::test::Rig;
+
+namespace {
+
+torsio::device::BoardInfo real_board() {
+  torsio::device::BoardInfo info;
+  info.moves_parts = true;
+  info.control_period_ns = 50'000;
+  return info;
+}
+
+/// Deep in a wall that is far too strong, armed, without a soft start.
+void push(Rig& rig) {
+  ControlConfig control;
+  control.passive_ramp_s = 0.0F;
+  control.watchdog_s = 60.0F;
+  REQUIRE(rig.set(control).ok());
+  Wall wall;
+  wall.target = {1, 0, 0};
+  wall.stiffness_nm_per_rad = 20.0F;
+  REQUIRE(rig.send_status(wall) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  for (int n = 0; n < 60; ++n) {
+    rig.inputs.encoder_count += 1;
+    rig.tick(100);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a real board gives little until its parts are confirmed, an emulated one all") {
+  for (const bool real : {true, false}) {
+    for (const Toggle confirmed : {Toggle::off, Toggle::on}) {
+      Rig rig(real ? real_board() : torsio::device::BoardInfo{.control_period_ns = 50'000});
+      BoardConfig board;
+      board.confirmed = confirmed;
+      REQUIRE(rig.set(board).ok());
+      push(rig);
+      const bool timid = real && confirmed == Toggle::off;
+      CAPTURE(timid);
+      CHECK(std::abs(rig.outputs.motor_command_nm) <= (timid ? 0.015F : 0.085F));
+      CHECK(std::abs(rig.outputs.motor_command_nm) >= (timid ? 0.0149F : 0.05F));
+      CHECK(rig.outputs.brake_command_nm <= (timid ? 0.03F : 0.11F));
+      CHECK(rig.outputs.brake_command_nm >= (timid ? 0.0299F : 0.05F));
+      // 15 rad/s: a count a tick is 15.3.
+      for (int n = 0; n < 2000; ++n) {
+        rig.inputs.encoder_count += 1;
+        rig.tick();
+      }
+      CHECK(rig.get<Health>().faults == (timid ? fault::over_speed : 0));
+    }
+  }
+}
+
+TEST_CASE("the longest jump that is none is what a knob makes at 2000 rad/s") {
+  // 2000 rad/s of 8192 counts in 50 us: 130 counts.
+  for (const int sign : {1, -1}) {
+    for (const int counts : {130, 131}) {
+      Rig rig(torsio::device::BoardInfo{.control_period_ns = 50'000});
+      rig.tick();
+      rig.inputs.encoder_count += static_cast<std::uint32_t>(sign * counts);
+      rig.tick();
+      CHECK(rig.get<Health>().faults == (counts > 130 ? fault::encoder : 0));
+    }
+  }
+}
+
+TEST_CASE("a fault of the power stage is called what the board calls it") {
+  for (const std::uint16_t named : {fault::current_sensor, fault::winding, fault::actuator}) {
+    Rig rig;
+    rig.inputs.actuator_fault = true;
+    rig.inputs.power_faults = named;
+    rig.tick();
+    CHECK(rig.get<Health>().faults == named);
+    CHECK(rig.command(Op::clear_fault) == Status::fault_persists);
+    rig.inputs.actuator_fault = false;
+    rig.inputs.power_faults = 0;
+    CHECK(rig.command(Op::clear_fault) == Status::ok);
+    CHECK(rig.get<Health>().faults == 0);
+  }
+}
+
+TEST_CASE("why the board started is in its health") {
+  torsio::device::BoardInfo info;
+  info.reset_cause = ResetCause::brown_out;
+  Rig rig(info);
+  CHECK(rig.get<Health>().reset_cause == ResetCause::brown_out);
+}

@@ -1,0 +1,201 @@
+// No wall that buzzes: stiffness, speed, hand, delay and rate, each against a knob at rest.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "emulator/closed_loop.hpp"
+
+namespace {
+
+using torsio::emulator::ClosedLoop;
+using torsio::emulator::ClosedLoopOptions;
+using torsio::emulator::LoopRow;
+namespace protocol = torsio::protocol;
+namespace emulator = torsio::emulator;
+
+enum class Held { off, stiff, soft, weight };
+
+struct Trial {
+  protocol::Law law = protocol::Law::calibrated;
+  bool two_sided = false;  // a spring instead of a wall
+  double stiffness_nm_per_rad = 0;
+  double speed_rad_s = 1;
+  Held held = Held::off;
+  std::uint32_t delay_ticks = 0;
+  std::int64_t rate_hz = 10'000;
+};
+
+constexpr double kStartRad = -0.02;
+constexpr double kPushNm = 0.04;
+
+ClosedLoopOptions options_of(const Trial& trial, double& contact_s) {
+  ClosedLoopOptions options;
+  options.control_period_ns = 1'000'000'000 / trial.rate_hz;
+  options.delay_ticks = trial.delay_ticks;
+  options.control.law = trial.law;
+  if (trial.two_sided) {
+    protocol::Spring spring;
+    spring.stiffness_nm_per_rad = static_cast<float>(trial.stiffness_nm_per_rad);
+    spring.torque_limit_nm = 1.0F;
+    options.scene.emplace_back(spring);
+  } else {
+    protocol::Wall wall;
+    wall.side = protocol::Side::above;
+    wall.stiffness_nm_per_rad = static_cast<float>(trial.stiffness_nm_per_rad);
+    options.scene.emplace_back(wall);
+  }
+  emulator::PlantState state;
+  state.knob_angle = emulator::Angle::from_rad(kStartRad);
+  contact_s = -kStartRad / trial.speed_rad_s;
+  const bool thrown = trial.held == Held::off || trial.held == Held::weight;
+  if (thrown) state.speed_rad_s = {trial.speed_rad_s, trial.speed_rad_s, 0.0};
+  if (trial.held == Held::weight) {
+    options.hand = emulator::TorqueHand{emulator::Profile::constant(kPushNm)};
+  } else if (!thrown) {
+    const bool stiff = trial.held == Held::stiff;
+    const double stiffness = stiff ? 30.0 : 0.7;
+    const double depth_rad = kPushNm / stiffness;
+    const double arrival_s = (depth_rad - kStartRad) / trial.speed_rad_s;
+    emulator::ImpedanceHand hand;
+    hand.stiffness_nm_per_rad = stiffness;
+    hand.damping_nm_s_per_rad = stiff ? 0.1 : 0.005;
+    hand.inertia_kg_m2 = stiff ? 5e-5 : 1e-5;
+    hand.intended_angle_rad = emulator::Profile(std::vector<emulator::ProfileKnot>{
+        {0, kStartRad}, {static_cast<std::int64_t>(1e9 * arrival_s), depth_rad}});
+    options.hand = hand;
+    contact_s = arrival_s;
+  }
+  options.initial = state;
+  return options;
+}
+
+/// Counts between which the knob stays, from half a second after contact on.
+std::int64_t moves_counts(const Trial& trial) {
+  double contact_s = 0.0;
+  ClosedLoop loop(options_of(trial, contact_s));
+  loop.run(static_cast<std::uint64_t>((contact_s + 0.5) * static_cast<double>(trial.rate_hz)), {});
+  std::vector<LoopRow> rows(static_cast<std::size_t>(trial.rate_hz / 5));
+  loop.run(rows.size(), rows);
+  const auto [least, most] = std::ranges::minmax_element(rows, {}, &LoopRow::position_counts);
+  return most->position_counts - least->position_counts;
+}
+
+void check_at_rest(bool two_sided, std::int64_t rate_hz) {
+  for (const double stiffness : {0.0, 1.0, 8.0, 20.0, 50.0, 200.0, 1e4, 1e6}) {
+    for (const double speed : {0.5, 2.0, 5.0, 10.0, 18.0}) {
+      for (const Held held : {Held::off, Held::stiff, Held::soft, Held::weight}) {
+        // Nothing holds a weight where there is no wall.
+        if (held == Held::weight && stiffness == 0.0) continue;
+        for (const std::uint32_t delay : {0U, 1U}) {
+          CAPTURE(stiffness);
+          CAPTURE(speed);
+          CAPTURE(static_cast<int>(held));
+          CAPTURE(delay);
+          // A weight damps nothing at all, which no hand does.
+          CHECK(moves_counts({.two_sided = two_sided,
+                              .stiffness_nm_per_rad = stiffness,
+                              .speed_rad_s = speed,
+                              .held = held,
+                              .delay_ticks = delay,
+                              .rate_hz = rate_hz}) <= (held == Held::weight ? 3 : 2));
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("calibrated_law_wall_of_any_stiffness_comes_to_rest_at_10_khz") {
+  check_at_rest(false, 10'000);
+}
+TEST_CASE("calibrated_law_wall_of_any_stiffness_comes_to_rest_at_20_khz") {
+  check_at_rest(false, 20'000);
+}
+TEST_CASE("calibrated_law_spring_of_any_stiffness_comes_to_rest_at_10_khz") {
+  check_at_rest(true, 10'000);
+}
+TEST_CASE("calibrated_law_spring_of_any_stiffness_comes_to_rest_at_20_khz") {
+  check_at_rest(true, 20'000);
+}
+
+// The trials can tell: without the bound the same spring swings for ever.
+TEST_CASE("compensated_law_stiff_spring_with_a_tick_of_delay_buzzes") {
+  CHECK(moves_counts({.law = protocol::Law::compensated,
+                      .two_sided = true,
+                      .stiffness_nm_per_rad = 1e6,
+                      .speed_rad_s = 5.0,
+                      .delay_ticks = 1}) > 50);
+}
+
+/// A slow hand's way into a wall and out again.
+std::vector<LoopRow> visit(protocol::Law law, double stiffness) {
+  Trial trial{.law = law, .stiffness_nm_per_rad = stiffness};
+  double contact_s = 0.0;
+  ClosedLoopOptions options = options_of(trial, contact_s);
+  emulator::ImpedanceHand hand;
+  hand.stiffness_nm_per_rad = 2.0;
+  hand.damping_nm_s_per_rad = 0.02;
+  hand.intended_angle_rad = emulator::Profile(std::vector<emulator::ProfileKnot>{
+      {0, kStartRad}, {1'000'000'000, 0.04}, {1'200'000'000, 0.04}, {2'200'000'000, kStartRad}});
+  options.hand = hand;
+  options.initial->speed_rad_s = {};
+  ClosedLoop loop(options);
+  std::vector<LoopRow> rows(static_cast<std::size_t>(22 * trial.rate_hz / 10));
+  loop.run(rows.size(), rows);
+  return rows;
+}
+
+TEST_CASE("calibrated_law_clean_wall_is_the_compensated_law_s_to_the_bit") {
+  for (const double stiffness : {0.5, 2.0, 10.0, 40.0}) {
+    CAPTURE(stiffness);
+    const auto bounded = visit(protocol::Law::calibrated, stiffness);
+    const auto free = visit(protocol::Law::compensated, stiffness);
+    CHECK(std::ranges::equal(bounded, free, {}, &LoopRow::motor_command_nm,
+                             &LoopRow::motor_command_nm));
+    CHECK(std::ranges::equal(bounded, free, {}, &LoopRow::brake_command_nm,
+                             &LoopRow::brake_command_nm));
+  }
+}
+
+// The oracle is the plant's own truth: torque times way, added up tick by tick.
+TEST_CASE("ledger_agrees_with_the_truth_where_the_model_is_true") {
+  Trial trial{.stiffness_nm_per_rad = 2.0};
+  double contact_s = 0.0;
+  ClosedLoopOptions options = options_of(trial, contact_s);
+  options.plant.counts_per_rev = options.actuator.counts_per_rev = 1 << 20;
+  options.encoder.counts_per_rev = options.plant.counts_per_rev;
+  options.plant.motor_time_constant_s = options.actuator.motor_time_constant_s = 0.0;
+  options.plant.shaft_damping_nm_s_per_rad = 0.0;
+  emulator::ImpedanceHand hand;
+  hand.stiffness_nm_per_rad = 2.0;
+  hand.damping_nm_s_per_rad = 0.02;
+  hand.intended_angle_rad = emulator::Profile(std::vector<emulator::ProfileKnot>{
+      {0, kStartRad}, {500'000'000, 0.04}, {600'000'000, 0.04}, {1'100'000'000, kStartRad}});
+  options.hand = hand;
+  options.initial->speed_rad_s = {};
+  ClosedLoop loop(options);
+  std::vector<LoopRow> rows(11'000);
+  loop.run(rows.size(), rows);
+
+  double motor_j = 0.0;
+  double spring_j = 0.0;
+  for (std::size_t i = 1; i + 1 < rows.size(); ++i) {
+    const double way_rad = rows[i + 1].angle_rad - rows[i].angle_rad;
+    motor_j += static_cast<double>(rows[i].motor_command_nm) * way_rad;  // held, without a lag
+    spring_j += 0.5 * (rows[i].spring_torque_nm + rows[i + 1].spring_torque_nm) * way_rad;
+  }
+  const auto& state = loop.controller();
+  const auto told = torsio::core::energies(
+      state.ledger, torsio::core::make_resolution(1 << 20, 100'000).rad_per_count, 2.873F);
+  CHECK(std::abs(motor_j) > 1e-4);
+  CHECK(spring_j < -1e-4);
+  CHECK(static_cast<double>(told.motor_j) == doctest::Approx(motor_j).epsilon(0.01));
+  CHECK(static_cast<double>(told.spring_j) == doctest::Approx(spring_j).epsilon(0.05));
+  CHECK(told.brake_j > 0.0F);
+}
+
+}  // namespace

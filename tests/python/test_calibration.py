@@ -1,0 +1,132 @@
+"""`torsio calibrate`, and what it leaves behind."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from torsio import calibration
+from torsio.calibration import numeric
+from torsio.calibration.figure import save_figure
+from torsio.cli import app
+
+
+@pytest.fixture(autouse=True)
+def data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    return tmp_path / "data"
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[calibration.Calibration, torsio.ActuatorConfig, torsio.ActuatorConfig]:
+    """Calibrate a knob that is not what its device believes."""
+    plant = torsio.PlantParams(knob_coulomb_nm=9e-3, shaft_stiffness_nm_per_rad=2.0)
+    options = torsio.EmulatorOptions(
+        seed=3, control_rate_hz=10_000.0, plant=plant, actuator=torsio.ActuatorConfig()
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        before, law = knob.actuator_config(), knob.control_config()
+        result = calibration.calibrate(knob)
+        assert knob.state == "disarmed"
+        assert knob.control_config() == law
+        return result, before, knob.actuator_config()
+
+
+def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> None:
+    result, before, after = found
+    assert after == before
+    assert result.actuator.spring_stiffness_nm_per_rad == pytest.approx(2.0, rel=0.01)
+    assert result.actuator.knob_coulomb_nm == pytest.approx(9e-3, rel=0.03)
+    assert result.actuator.counts_per_rev == before.counts_per_rev
+    assert result.seconds < 90.0
+
+
+def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_folder: Path) -> None:
+    path = calibration.keep(found[0])
+    assert path.parent == data_folder / "torsio/calibration"
+    back = calibration.kept(found[0].conditions["serial"])
+    assert back == json.loads(json.dumps(found[0].as_dict()))
+    assert back is not None
+    assert calibration.drifts(back, found[0]) == []
+    back["quantities"]["coulomb_nm"]["value"] *= 1.3
+    assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
+
+
+def test_damaged_file_is_named(data_folder: Path) -> None:
+    path = data_folder / "torsio/calibration/X1.json"
+    path.parent.mkdir(parents=True)
+    path.write_text('{"quantities": 3}')
+    with pytest.raises(torsio.Error, match=r"X1\.json cannot be read: move it away"):
+        calibration.kept("X1")
+    assert calibration.kept("X2") is None
+
+
+def test_picture_shows_every_fit(found: Any, tmp_path: Path) -> None:
+    save_figure(found[0], tmp_path / "fits.png")
+    assert (tmp_path / "fits.png").read_bytes().startswith(b"\x89PNG")
+    assert len(found[0].fits) == 5
+
+
+def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
+    runner = CliRunner()
+    quiet = runner.invoke(app, ["calibrate", "--quick", "--json", "--device", "emulated"])
+    assert quiet.exit_code == 0, quiet.output
+    quantities = json.loads(quiet.stdout)["quantities"]
+    assert quantities["stiffness_nm_per_rad"]["value"] == pytest.approx(2.873, rel=0.01)
+    assert not data_folder.exists()
+
+
+def test_command_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    def reversed_knob(*_: Any, **__: Any) -> torsio.Knob:
+        return original(
+            "emulated",
+            emulator=torsio.EmulatorOptions(actuator=torsio.ActuatorConfig(encoder_reversed=True)),
+        )
+
+    original = torsio.open
+    monkeypatch.setattr(torsio, "open", reversed_knob)
+    result = CliRunner().invoke(app, ["calibrate", "--device", "emulated"])
+    assert result.exit_code == 1
+    assert "encoder counts down while the motor's torque is positive" in result.output
+
+
+# The mathematics, against closed forms ----------------------------------------------------------
+
+
+def test_window_differences_weigh_derivatives_exactly() -> None:
+    window, first, second = numeric.kernel(10, 0.01)
+    time_s = np.arange(200) * 0.01
+    assert window.sum() == pytest.approx(1.0)
+    slope = numeric.smooth((3.0 + 2.0 * time_s).astype(np.float64), first, odd=True)
+    assert slope == pytest.approx(np.full(len(slope), 2.0))
+    bend = numeric.smooth(5.0 - time_s + 3.0 * time_s**2, second)
+    assert bend == pytest.approx(np.full(len(bend), 6.0))
+
+
+def test_border_of_counts_is_read_off_far_finer_than_a_count() -> None:
+    torque = np.linspace(-1.0, 1.0, 4001)
+    angle = 17.3 * torque + 0.4
+    borders, read = numeric.crossings(np.floor(angle), torque)
+    assert len(borders) > 20
+    assert read == pytest.approx((borders - 0.4) / 17.3, abs=1e-3)
+
+
+def test_uncertainty_of_a_line_is_that_of_the_textbook() -> None:
+    x = np.linspace(0.0, 1.0, 400)
+    hits = 0
+    for seed in range(200):
+        noise = np.random.default_rng(seed).normal(0.0, 0.1, len(x))
+        fit = numeric.linear(np.column_stack([x, np.ones(len(x))]), 2.0 * x + 1.0 + noise)
+        hits += abs(fit.value[0] - 2.0) < 1.96 * fit.sigma(0)
+    assert 180 <= hits <= 198
+
+
+def test_play_follows_with_half_its_width() -> None:
+    held = numeric.play_of(np.array([0.0, 5.0, 4.0, 2.0, 0.0, 1.0]), 1.0, 0.0)
+    assert held.tolist() == [0.0, 4.0, 4.0, 3.0, 1.0, 1.0]

@@ -1,0 +1,75 @@
+"""`torsio config`: reading and setting what a knob is made of."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from torsio.cli import app
+
+DEVICE = ["--device", "emulated:config-cli"]
+
+
+def run(*arguments: str, status: int = 0) -> str:
+    result = CliRunner().invoke(app, [*arguments, *DEVICE])
+    assert result.exit_code == status, result.output
+    return result.output
+
+
+def test_fields_of_several_configurations_are_set_and_kept() -> None:
+    run("config", "set", "counts_per_rev=4000", "law=compensated", "confirmed=on", "supply_v=24")
+    shown = run("config", "get", "counts_per_rev", "law", "confirmed", "supply_v")
+    for words in ("counts_per_rev  4000", "law  compensated", "supply_v  24"):
+        assert words in shown
+    with torsio.open(DEVICE[1]) as knob:
+        assert knob.board_config().confirmed is True
+        assert knob.actuator_config().counts_per_rev == 4000
+
+
+def test_dump_can_be_loaded_again(tmp_path: Path) -> None:
+    with torsio.open(DEVICE[1]) as knob:
+        before = knob.control_config()
+    result = CliRunner().invoke(app, ["config", "dump", *DEVICE])
+    file = tmp_path / "knob.json"
+    file.write_text(result.stdout, encoding="utf-8")
+    run("config", "set", f"beta={0.25 if before.beta != 0.25 else 0.5}")
+    run("config", "load", str(file))
+    with torsio.open(DEVICE[1]) as knob:
+        assert knob.control_config() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["set", "beta"], "NAME=VALUE"),
+        (["set", "betta=0.5"], "no configuration has a field"),
+        (["set", "beta=much"], "takes a number"),
+        (["set", "confirmed=maybe"], "on or off"),
+        (["set", "counts_per_rev=5000", "beta=2"], "beta"),
+        (["get", "betta"], "no configuration has a field"),
+    ],
+)
+def test_what_a_knob_does_not_take_is_told_and_changes_nothing(
+    arguments: list[str], words: str
+) -> None:
+    before = json.loads(CliRunner().invoke(app, ["config", "dump", *DEVICE]).stdout)
+    assert words in run("config", *arguments, status=1)
+    assert json.loads(CliRunner().invoke(app, ["config", "dump", *DEVICE]).stdout) == before
+
+
+@pytest.mark.parametrize(
+    "content", ["no json", "[]", '{"beta": 1}', '{"x": {}}', '{"control_config": {"y": 1}}']
+)
+def test_file_that_is_no_dump_changes_nothing(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "bad.json"
+    file.write_text(content, encoding="utf-8")
+    assert str(file) in run("config", "load", str(file), status=1).replace("\n", "")
+
+
+def test_faults_stop_and_zero_are_commands() -> None:
+    for command in ("clear-fault", "stop", "zero"):
+        run(command)

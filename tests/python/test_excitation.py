@@ -1,0 +1,124 @@
+"""Bounded experiments: the device plays what it is told, and stops at the first surprise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio import Excitation
+from torsio.hands import PrescribedMotion
+
+BOUNDS = {
+    "duration_s": 0.5,
+    "travel_rad": 50.0,
+    "speed_limit_rad_s": 100.0,
+    "torque_limit_nm": 0.05,
+}
+
+
+@pytest.fixture
+def knob() -> Iterator[torsio.Knob]:
+    options = torsio.EmulatorOptions(
+        hand=PrescribedMotion(angle_rad=0.0),
+        actuator=torsio.ActuatorConfig(brake_time_constant_s=0.0),
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.start_telemetry(1000.0)
+        knob.arm()
+        yield knob
+
+
+def test_both_commands_go_in_straight_lines_from_where_they_are(knob: torsio.Knob) -> None:
+    knob.excite(Excitation(**BOUNDS, motor_nm=0.02, brake_nm=0.04, ramp_s=0.1))
+    first = knob.record(0.05)
+    knob.excite(Excitation(**BOUNDS, motor_nm=-0.02, brake_nm=0.0, ramp_s=0.1))
+    second = knob.record(0.15)
+    assert np.diff(first["motor_command_nm"][3:]) == pytest.approx(0.02 / 100, abs=2e-5)
+    assert np.diff(first["brake_capacity_nm"][3:]) == pytest.approx(0.04 / 100, abs=2e-5)
+    # On from about half the way, with no jump.
+    steps = np.abs(np.diff(np.append(first["motor_command_nm"], second["motor_command_nm"])))
+    assert steps.max() < 5e-4
+    assert second["motor_command_nm"][-1] == pytest.approx(-0.02, abs=2e-5)
+    assert second["brake_capacity_nm"][-1] == 0.0
+
+
+def test_sine_goes_from_one_frequency_to_the_other(knob: torsio.Knob) -> None:
+    knob.excite(Excitation(**BOUNDS, sine_nm=0.03, sine_begin_hz=10.0, sine_end_hz=50.0))
+    knob.sleep(0.4)
+    log = knob.read(max_samples=1000)
+    start = int(np.argmax(np.abs(log["motor_command_nm"]) > 1e-4)) - 1
+    time_s = np.arange(300) * 1e-3
+    # The phase of a frequency that grows by 80 Hz a second, in steps of a tick.
+    turns = 10.0 * time_s + 40.0 * time_s * (time_s - 1e-3)
+    expected = 0.03 * np.sin(2 * math.pi * turns)
+    assert log["motor_command_nm"][start : start + 300] == pytest.approx(expected, abs=5e-5)
+
+
+def test_servo_pulls_with_stiffness_and_damping_up_to_the_torque_limit(knob: torsio.Knob) -> None:
+    knob.excite(
+        Excitation(**BOUNDS, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=2e-3, servo_rad_s=1.0)
+    )
+    knob.sleep(0.45)
+    log = knob.read(max_samples=1000)
+    torque = log["motor_command_nm"].astype(float)
+    begin = int(np.argmax(torque > 1e-4))
+    # The knob is held at 0: damping times 1 rad/s at once, then 0.1 N m/rad times 1 rad/s.
+    assert torque[begin] == pytest.approx(2e-3, abs=2e-4)
+    assert np.diff(torque[begin : begin + 400]) == pytest.approx(1e-4, abs=2e-5)
+    knob.excite(Excitation(**BOUNDS, motor_nm=0.08))
+    assert knob.record(0.02)["motor_command_nm"].max() == pytest.approx(0.05, abs=2e-5)
+
+
+def test_end_of_its_time_disarms_and_says_so(knob: torsio.Knob) -> None:
+    knob.excite(Excitation(**BOUNDS, motor_nm=0.01))
+    knob.sleep(0.45)
+    assert knob.state == "armed"
+    assert knob.wait_for("disarmed", timeout_s=0.1)
+    assert knob.last_disarm is not None
+    assert knob.last_disarm.reason == "excitation_over"
+    assert "excitation_over" in [event.kind for event in knob.events()]
+
+
+@pytest.mark.parametrize(
+    "bound", [{"travel_rad": 0.5}, {"speed_limit_rad_s": 3.0}], ids=["travel", "speed"]
+)
+def test_out_of_bounds_disarms_at_once(bound: dict[str, float]) -> None:
+    with torsio.open("emulated") as knob:
+        knob.start_telemetry(1000.0)
+        knob.arm()
+        knob.excite(Excitation(**(BOUNDS | bound), motor_nm=0.05))
+        with pytest.warns(torsio.DisarmedWarning, match="excitation_stopped"):
+            log = knob.record(0.3)
+        armed = log[log["motor_command_nm"] > 0]
+        turned = float(armed["angle_rad"][-1])
+        assert turned < 0.6 if "travel_rad" in bound else armed["speed_rad_s"].max() < 4.0
+        assert turned > 5e-3
+        assert knob.state == "disarmed"
+
+
+def test_nothing_of_an_excitation_is_left_when_armed_again(knob: torsio.Knob) -> None:
+    knob.excite(Excitation(**BOUNDS, motor_nm=0.03, brake_nm=0.05))
+    knob.record(0.05)
+    knob.disarm()
+    knob.arm()
+    log = knob.record(0.05)
+    assert not log["motor_command_nm"].any()
+    assert not log["brake_capacity_nm"][2:].any()
+
+
+def test_disarmed_knob_refuses_an_excitation() -> None:
+    with torsio.open("emulated") as knob, pytest.raises(torsio.Refused, match="must be armed"):
+        knob.excite(Excitation(**BOUNDS))
+
+
+def test_value_out_of_range_is_named_and_changes_nothing(knob: torsio.Knob) -> None:
+    knob.excite(Excitation(**BOUNDS, motor_nm=0.01))
+    with pytest.raises(torsio.InvalidArgument, match=r"excitation: .*ramp_s"):
+        knob.excite(Excitation(**BOUNDS, ramp_s=61.0))
+    with pytest.raises(TypeError, match="Excitation"):
+        knob.excite(torsio.Constant(torque_nm=0.01))  # type: ignore[arg-type]
+    assert knob.record(0.02)["motor_command_nm"][-1] == pytest.approx(0.01, abs=2e-5)

@@ -1,0 +1,139 @@
+"""Gymnasium's environments: its own checks, and that the tasks can be done."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import torsio
+from tests.python.test_extras import run
+from torsio.gym import FindDetent, IdentifyShaft, KnobEnv, KnobVectorEnv, RenderWall, Task
+
+TASKS: list[type[Task]] = [FindDetent, IdentifyShaft, RenderWall]
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_gymnasiums_own_check_passes(task: type[Task]) -> None:
+    with warnings.catch_warnings():
+        # It asks for a spec, which only registered environments have.
+        warnings.filterwarnings("ignore", message=".*spec")
+        check_env(KnobEnv(task()), skip_render_check=True)
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_same_seed_gives_the_same_episodes_for_any_threads(task: type[Task]) -> None:
+    def life(seed: int, threads: int) -> bytes:
+        env = KnobVectorEnv(task(plant={"knob_coulomb_nm": (4e-3, 8e-3)}), 7, threads=threads)
+        seen, _ = env.reset(seed=seed)
+        rng = np.random.default_rng(5)
+        told = seen.tobytes()
+        for _ in range(env.task.steps + 5):
+            actions = rng.uniform(-1, 1, env.action_space.shape).astype(np.float32)
+            seen, reward, *_ = env.step(actions)
+            assert env.observation_space.contains(seen)
+            told += seen.tobytes() + reward.tobytes()
+        return told
+
+    assert life(1, 1) == life(1, 3) != life(2, 1)
+
+
+def test_episodes_end_by_truncation_and_begin_with_the_next_step() -> None:
+    env = KnobVectorEnv(IdentifyShaft(), 3)
+    assert env.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+    first, _ = env.reset(seed=3)
+    nothing = np.zeros((3, 2), np.float32)
+    for _ in range(env.task.steps - 1):
+        _, _, terminations, truncations, _ = env.step(nothing)
+        assert not terminations.any()
+        assert not truncations.any()
+    seen, reward, terminations, truncations, _ = env.step(nothing)
+    assert truncations.all()
+    assert not terminations.any()
+    seen, reward, terminations, truncations, _ = env.step(nothing + 1)
+    assert np.array_equal(seen, first)
+    assert not reward.any()
+    assert not truncations.any()
+
+
+def test_step_before_reset_says_so() -> None:
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        KnobVectorEnv(RenderWall(), 2).step(np.zeros((2, 2), np.float32))
+
+
+def episode(env: KnobVectorEnv, policy: Any, seed: int = 0) -> np.ndarray[Any, Any]:
+    seen, _ = env.reset(seed=seed)
+    total = np.zeros(env.num_envs)
+    for _ in range(env.task.steps):
+        seen, reward, *_ = env.step(policy(seen))
+        total += reward
+    return total
+
+
+def test_wall_is_rendered_by_the_law_written_down_here_as_well_as_by_the_devices() -> None:
+    def compensated(seen: Any) -> Any:
+        wanted, spring = seen[:, 0], seen[:, 1]
+        brake = np.where(wanted * spring >= 0, 0.5 * np.abs(wanted) * 0.085 / 0.11, 0.0)
+        return np.column_stack([wanted - spring, brake])
+
+    task = RenderWall()
+    mine = episode(KnobVectorEnv(task, 64), compensated)
+    laws = RenderWall().law(64, np.random.default_rng(0), "compensated")
+    nothing = episode(KnobVectorEnv(task, 64), lambda seen: np.zeros((64, 2)))
+    assert nothing.mean() < -5.0
+    assert laws.mean() > -1.0
+    assert mine.mean() == pytest.approx(laws.mean(), abs=0.2)
+
+
+def test_detent_is_found_by_who_sweeps_until_something_pulls() -> None:
+    found = np.zeros(32, dtype=bool)
+
+    def sweep(seen: Any) -> Any:
+        speed_rad_s, felt = 10.0 * seen[:, 1], seen[:, 2]
+        found[:] |= felt > 0.2
+        push = np.where(found, -0.3 * speed_rad_s, 0.3 + 0.6 * (0.6 - speed_rad_s))
+        return push[:, np.newaxis]
+
+    env = KnobVectorEnv(FindDetent(), 32)
+    swept = episode(env, sweep)
+    idle = episode(env, lambda seen: np.zeros((32, 1)))
+    assert found.mean() > 0.5  # this simple sweep runs over some
+    assert swept.mean() > 0.0 > idle.mean()
+
+
+def test_shaft_is_identified_by_how_far_it_gives() -> None:
+    def press(seen: Any) -> Any:
+        turned = np.maximum(seen[:, 0] * 0.05, 1e-4)
+        stiffness = (0.08 * 0.7 - 0.006) / turned  # less the knob's friction
+        guess = np.log2(stiffness / torsio.PlantParams().shaft_stiffness_nm_per_rad)
+        return np.column_stack([np.full(len(seen), 0.7), guess])
+
+    env = KnobVectorEnv(IdentifyShaft(), 32)
+    pressed = episode(env, press)
+    silent = episode(env, lambda seen: np.zeros((32, 2)))
+    assert pressed.mean() > 0.5 * silent.mean()
+    assert pressed.mean() > -0.15
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"plant": {"mass": (1.0, 2.0)}}, "no number of PlantParams is called 'mass'; there are"),
+        ({"plant": {"knob_coulomb_nm": (2.0, 1.0)}}, "is from 2 to 1, upside down"),
+        ({"kinds": 0}, "kinds is 0, allowed are 1"),
+    ],
+)
+def test_bad_ranges_are_told(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(torsio.InvalidArgument, match=message):
+        RenderWall(**arguments)
+
+
+def test_without_gymnasium_the_line_says_how_to_install_it() -> None:
+    result = run("import torsio.tasks, torsio.gym", without=("gymnasium",))
+    assert result.returncode == 1
+    assert "torsio.gym needs the Python package gymnasium: pip install" in result.stderr

@@ -1,0 +1,290 @@
+"""What the package has for tests of programs: pytest's fixtures, and what they are made of."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio import testing
+from torsio.telemetry import TELEMETRY_DTYPE, Record
+
+WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
+
+
+def log_of(angle_rad: list[float], spring_nm: float, motor_nm: float) -> Record:
+    log = np.zeros(len(angle_rad), dtype=TELEMETRY_DTYPE)
+    log["time_s"] = np.arange(len(angle_rad)) * 1e-3
+    log["angle_rad"] = angle_rad
+    log["spring_torque_nm"] = spring_nm
+    log["motor_command_nm"] = motor_nm
+    return log
+
+
+# --- assertions -----------------------------------------------------------------------------------
+
+
+def test_felt_is_what_shaft_and_motor_do_together() -> None:
+    assert testing.felt_nm(log_of([0.0], -0.02, -0.01)) == pytest.approx([-0.03])
+
+
+def test_assert_felt_takes_a_number_numbers_and_a_function_of_the_angle() -> None:
+    log = log_of([0.1, 0.2], -0.02, -0.01)
+    testing.assert_felt(log, -0.03)
+    testing.assert_felt(log, [-0.03, -0.031])
+    testing.assert_felt(log, lambda angle_rad: -0.15 * angle_rad, tolerance_nm=0.0151)
+
+
+def test_assert_felt_names_the_worst_row_and_counts_the_others() -> None:
+    log = log_of([0.1, 0.2, 0.3], 0.0, 0.0)
+    with pytest.raises(AssertionError) as caught:
+        testing.assert_felt(log, [0.0, 0.03, 0.02])
+    assert str(caught.value) == (
+        "felt 0.00 mN m where 30.00 mN m was expected, at 0.0010 s and 0.2000 rad; "
+        "2 of 3 rows are off by more than 5.00 mN m"
+    )
+
+
+def test_assert_felt_looks_at_the_span_alone_and_at_the_share() -> None:
+    log = log_of([0.0] * 10, 0.0, 0.0)
+    log["motor_command_nm"][4] = 0.05
+    testing.assert_felt(log, 0.0, to_s=0.0035)
+    testing.assert_felt(log, 0.0, from_s=0.0045)
+    testing.assert_felt(log, 0.0, share=0.9)
+    with pytest.raises(AssertionError):
+        testing.assert_felt(log, 0.0, share=0.95)
+    log["motor_command_nm"][5] = np.nan
+    with pytest.raises(AssertionError, match="2 of 10"):
+        testing.assert_felt(log, 0.0, share=0.9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"tolerance_nm": 0.0}, "tolerance_nm must be finite and > 0, is 0"),
+        ({"share": 1.5}, "share is 1.5, allowed is above 0 to 1"),
+        ({"from_s": 9.0}, "no row lies in the span; the log has 0 to 0.001 s"),
+        ({"expected": [0.0] * 3}, "expected must be one torque or 2, one for each row"),
+    ],
+)
+def test_assert_felt_says_what_is_wrong_with_its_arguments(
+    arguments: dict[str, object], message: str
+) -> None:
+    with pytest.raises(torsio.InvalidArgument) as caught:
+        testing.assert_felt(log_of([0.0, 0.0], 0.0, 0.0), **{"expected": 0.0, **arguments})  # type: ignore[arg-type]
+    assert str(caught.value).startswith(message)
+
+
+def test_a_record_of_something_else_is_refused() -> None:
+    with pytest.raises(torsio.InvalidArgument, match="log must be a record of telemetry"):
+        testing.felt_nm(np.zeros(3))  # type: ignore[arg-type]
+
+
+# --- hand and faults ------------------------------------------------------------------------------
+
+
+def open_knob(**options: object) -> torsio.Knob:
+    return torsio.open(
+        "emulated",
+        emulator=torsio.EmulatorOptions(log_truth=True, **options),  # type: ignore[arg-type]
+    )
+
+
+def test_hand_turns_to_the_devices_angle_also_after_a_new_zero() -> None:
+    with open_knob() as knob:
+        hand = testing.HoldingHand(knob)
+        hand.turn_to(0.3)
+        assert knob.position_rad() == pytest.approx(0.3, abs=2e-3)
+        knob.zero()
+        hand.turn_to(0.3)
+        assert knob.position_rad() == pytest.approx(0.3, abs=2e-3)
+        assert hand.truth()["angle_rad"][-1] == pytest.approx(0.6, abs=4e-3)
+
+
+def test_hand_pushes_and_lets_go() -> None:
+    with open_knob() as knob:
+        hand = testing.HoldingHand(knob)
+        hand.push(0.02)
+        assert hand.truth()["hand_torque_nm"][-1] == 0.02
+        hand.let_go()
+        assert hand.truth()["hand_torque_nm"][-1] == 0.0
+
+
+def test_hand_says_that_somebody_else_took_the_truth() -> None:
+    with open_knob() as knob:
+        hand = testing.HoldingHand(knob)
+        hand.turn_to(0.1)
+        knob.emulator.truth()
+        with pytest.raises(torsio.Error, match=r"take it with HoldingHand.truth\(\)"):
+            hand.turn_to(0.2)
+
+
+def test_silence_lets_the_device_fail_passive_and_ends() -> None:
+    with open_knob() as knob:
+        knob.arm()
+        with testing.Faults(knob).silence():
+            knob.sleep(1.0)
+        knob.sleep(0.1)
+        assert knob.last_disarm is not None
+        assert knob.last_disarm.reason == "watchdog"
+        knob.arm()
+        assert knob.state == "armed"
+
+
+def test_damage_is_the_same_for_the_same_seed() -> None:
+    def lost(seed: int) -> int:
+        with open_knob(seed=seed) as knob, testing.Faults(knob).damage(0.3):
+            knob.start_telemetry()
+            knob.sleep(1.0)
+            knob.read()
+            return knob.statistics().samples_lost
+
+    assert lost(1) == lost(1) > 0
+    assert lost(1) != lost(2)
+
+
+def test_faults_end_quietly_when_the_knob_is_gone_by_then() -> None:
+    knob = open_knob()
+    faults = testing.Faults(knob)
+    with faults.emergency_stop(), faults.silence():
+        knob.close()
+
+
+def test_virtual_time_is_the_knobs_and_ends_with_its_block() -> None:
+    real = time.monotonic, time.perf_counter_ns, time.sleep
+    with open_knob() as knob, testing.virtual_time(knob):
+        begin_s, begin_ns, knob_s = time.monotonic(), time.perf_counter_ns(), knob.emulator.time_s
+        time.sleep(20.0)
+        assert knob.emulator.time_s - knob_s == pytest.approx(20.0, abs=2e-3)
+        passed_s = knob.emulator.time_s - knob_s
+        assert time.monotonic() - begin_s == pytest.approx(passed_s, abs=1e-6)
+        assert time.perf_counter_ns() - begin_ns == pytest.approx(1e9 * passed_s, abs=1e3)
+    assert (time.monotonic, time.perf_counter_ns, time.sleep) == real
+
+
+# --- the plugin -----------------------------------------------------------------------------------
+
+
+def test_package_does_not_import_pytest() -> None:
+    program = "import sys, torsio, torsio.testing; print('pytest' in sys.modules)"
+    result = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert result.stdout == "False\n"
+
+
+def test_fixtures_give_a_knob_a_hand_and_faults(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import time
+        import pytest, torsio
+        from torsio.testing import assert_felt
+
+        @pytest.mark.torsio(control_rate_hz=10_000, seed=5)
+        def test_wall(torsio_knob, torsio_hand):
+            assert torsio_knob.info.control_rate_hz == 10_000
+            torsio_knob.play(torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0))
+            torsio_knob.arm()
+            log = torsio_hand.turn_to(0.13)
+            assert_felt(log, lambda angle: -1.0 * (angle - 0.1).clip(min=0.0), from_s=0.3)
+
+        def test_faults(torsio_knob, torsio_faults):
+            torsio_knob.arm()
+            with torsio_faults.emergency_stop():
+                assert torsio_knob.wait_for("fault")
+            torsio_faults.unplug()
+            with pytest.raises(torsio.Disconnected):
+                torsio_knob.health()
+
+        def test_program_that_opens_and_sleeps(torsio_open, torsio_time):
+            with torsio.open("TS-0001") as knob:
+                before = knob.emulator.time_s
+                time.sleep(60.0)
+                assert knob.emulator.time_s - before > 59.0
+
+        def test_seed_follows_from_the_name(torsio_seed):
+            import zlib
+            assert torsio_seed == zlib.crc32(
+                b"test_fixtures_give_a_knob_a_hand_and_faults.py::test_seed_follows_from_the_name")
+        """
+    )
+    pytester.runpytest("-W", "error", "--strict-markers").assert_outcomes(passed=4)
+
+
+def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        def test_it(torsio_knob, torsio_hand):
+            torsio_hand.turn_to(0.2, duration_s=0.3)
+            for _ in torsio_knob.telemetry(0.1): pass
+            assert False
+
+        def test_good(torsio_knob): pass
+        """
+    )
+    result = pytester.runpytest("--torsio-seed=77", "--torsio-recordings=kept")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*- torsio -*",
+            "seed 77; again with: pytest --torsio-seed=77 '*::test_it'",
+            "recording kept/*test_it.npz",
+        ]
+    )
+    (path,) = (pytester.path / "kept").iterdir()
+    with np.load(path) as kept:
+        assert int(kept["seed"]) == 77
+        assert len(kept["telemetry"]) == 400
+        assert kept["truth"]["angle_rad"].max() == pytest.approx(0.2, abs=1e-3)
+
+
+def test_recording_of_a_closed_knob_goes_into_the_cache(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        "def test_it(torsio_knob):\n torsio_knob.sleep(0.1)\n torsio_knob.close()\n assert False"
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    (path,) = (pytester.path / ".pytest_cache/d/torsio").iterdir()
+    with np.load(path) as kept:
+        assert len(kept["truth"]) > 0
+
+
+@pytest.mark.parametrize("seed", ["x", "-1", "1.5", str(2**32)])
+def test_bad_seed_is_refused_before_any_test_runs(pytester: pytest.Pytester, seed: str) -> None:
+    result = pytester.runpytest(f"--torsio-seed={seed}")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*--torsio-seed is '{seed}', allowed are 0 to 4294967295*"])
+
+
+def test_mark_with_an_unknown_option_says_which_there_are(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("import pytest\n@pytest.mark.torsio(sed=1)\ndef test_it(torsio_knob): pass")
+    result = pytester.runpytest()
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*pytest.mark.torsio takes fields of torsio.EmulatorOptions*"])
+
+
+def test_random_seed_is_told_and_can_be_given_again(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_it(torsio_knob, torsio_seed):\n assert torsio_seed == -1")
+    text = pytester.runpytest("--torsio-seed=random").stdout.str()
+    seed = text.partition("again with: pytest --torsio-seed=")[2].partition(" ")[0]
+    assert seed.isdecimal()
+    pytester.runpytest(f"--torsio-seed={seed}").stdout.fnmatch_lines([f"*assert {seed} == -1*"])
+
+
+def test_plugin_leaves_nothing_behind(tmp_path: Path, pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_it(torsio_knob): assert torsio_knob.state == 'disarmed'")
+    pytester.runpytest("-p", "no:cacheprovider", f"--torsio-recordings={tmp_path}")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:
+    from tests.test_guides import examples
+
+    for index, example in enumerate(examples("docs/testing.md", "python")):
+        (pytester.path / f"test_page_{index}.py").write_text(example.code)
+    pytester.runpytest("-W", "error").assert_outcomes(passed=4)

@@ -1,0 +1,93 @@
+"""A short form of `torsio study calibration`: a few hidden knobs, and some that are broken."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from torsio_studies import common
+from torsio_studies.calibration import study as calibration_study
+from torsio_studies.calibration.knobs import QUANTITIES, hidden_knob, measure, truth_of
+from torsio_studies.calibration.sabotages import SABOTAGES, try_out
+
+KNOBS = 4
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[dict[str, float]]:
+    return [measure(hidden_knob(1000 + number)) for number in range(KNOBS)]
+
+
+def test_hidden_knobs_are_found_to_the_end_within_the_time(rows: list[dict[str, float]]) -> None:
+    assert all(row["complete"] == 1.0 and row["refused_rightly"] == 1.0 for row in rows)
+    assert max(row["knob_seconds"] for row in rows) < 90.0
+
+
+def test_nearly_all_intervals_hold_the_truth(rows: list[dict[str, float]]) -> None:
+    scores = [
+        (row[f"{name}_value"] - row[f"{name}_truth"]) / row[f"{name}_sigma"]
+        for row in rows
+        for name in QUANTITIES
+        if np.isfinite(row[f"{name}_value"]) and np.isfinite(row[f"{name}_truth"])
+    ]
+    assert len(scores) > 12 * KNOBS
+    # Of 60 or more at 95 %; the study itself counts each quantity over 200 knobs.
+    assert np.mean(np.abs(scores) <= 1.96) >= 0.8, scores
+    assert np.max(np.abs(scores)) < 8.0, scores
+
+
+@pytest.mark.parametrize(
+    ("name", "within"),
+    [
+        ("inertia_kg_m2", 0.03),
+        ("coulomb_nm", 0.03),
+        ("stiffness_nm_per_rad", 0.01),
+        ("knob_inertia_kg_m2", 0.04),
+        ("rise_s", 0.08),
+        ("brake_gain", 0.02),
+    ],
+)
+def test_quantity_is_near_the_truth(rows: list[dict[str, float]], name: str, within: float) -> None:
+    for row in rows:
+        assert row[f"{name}_value"] == pytest.approx(row[f"{name}_truth"], rel=within)
+
+
+def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:
+    plant = next(hidden_knob(n).plant for n in range(50) if hidden_knob(n).plant.belt is not None)
+    assert plant.belt is not None
+    shaft, belt = plant.shaft_stiffness_nm_per_rad, plant.belt.stiffness_nm_per_rad
+    assert truth_of(plant)["stiffness_nm_per_rad"] == pytest.approx(shaft * belt / (shaft + belt))
+
+
+@pytest.mark.parametrize("sabotage", SABOTAGES, ids=lambda of: of.name)
+def test_broken_knob_is_refused_for_the_right_reason(sabotage) -> None:  # type: ignore[no-untyped-def]
+    assert try_out(sabotage) in sabotage.reasons
+
+
+def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def instead(batch):  # type: ignore[no-untyped-def]
+        asked.extend(batch.designs)
+        row = {"number": 0.0, "refused_rightly": 1.0, "complete": 1.0, "knob_seconds": 30.0}
+        for name in QUANTITIES:
+            row |= {f"{name}_truth": 1.0, f"{name}_value": 1.01, f"{name}_sigma": 0.01}
+        return [row | {"number": float(number)} for number in batch.designs]
+
+    monkeypatch.setattr(calibration_study, "evaluate_batch", instead)
+    monkeypatch.setattr(calibration_study, "SABOTAGES", ())
+    settings = {"workers": 1, "knobs": 8}
+    first = common.execute(
+        "calibration", out=tmp_path, json_file=tmp_path / "calibration.json", settings=settings
+    )
+    assert sorted(asked) == list(range(1000, 1008))
+    next(iter((tmp_path / "calibration").glob("*.parquet"))).unlink()
+    asked.clear()
+    again = common.execute("calibration", out=tmp_path, settings=settings)
+    assert len(asked) == 4
+    assert again["rows"] == first["rows"]
+    assert json.loads((tmp_path / "calibration.json").read_text())["rows"][0]["coverage"] == 1.0
+    assert (tmp_path / "calibration_coverage.png").stat().st_size > 10_000

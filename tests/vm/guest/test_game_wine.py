@@ -1,0 +1,179 @@
+"""The knob as Windows games get it under Wine: its DirectInput drives the reports by itself.
+
+Wine's driver for HID devices and its `dinput` parse the report descriptor and write the reports
+over hidraw, without Linux's driver. Takes minutes: ``./dev test games``.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.vm.guest import effect_forms, gamepad
+from tests.vm.guest.effect_forms import Case
+from tests.vm.guest.gamepad import Effect
+from tests.vm.guest.torque_log import Floats, let_pass, pieces, plug, read_log, turn
+from tests.vm.guest.virtual_bus import VirtualBus
+from tools import windows_games
+
+pytestmark = [pytest.mark.kernel("6.1"), pytest.mark.games, pytest.mark.usefixtures("udev")]
+
+# Made on the host, where it takes seconds; see tools/windows_games.py.
+PROGRAM = windows_games.FOLDER / "effects.exe"
+PREFIX = windows_games.FOLDER / "prefix"
+LENGTH_MS = 300
+LENGTH_S = LENGTH_MS / 1e3
+HALF = 5_000  # of DirectInput's 10,000
+SATURATED = 10_000
+
+
+def environment() -> Mapping[str, str]:
+    return {
+        **os.environ,
+        **windows_games.QUIET,
+        "WINEPREFIX": str(PREFIX),
+    }
+
+
+@pytest.fixture
+def wine() -> Iterator[None]:
+    """Leave nothing of Wine running."""
+    yield
+    subprocess.run(["wineserver", "-k"], env=environment(), check=False)
+
+
+class Game:
+    """The program of DirectInput, while it runs."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            ["wine", PROGRAM],
+            env=environment(),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def hear(self, what: str) -> None:
+        """Wait for a line that it says."""
+        assert self._process.stdout is not None
+        line = self._process.stdout.readline().strip()
+        assert line == what
+
+    def play(self, name: str, words: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(f"{name} {words}\n")
+        self._process.stdin.flush()
+        self.hear(f"played {name}")
+
+    def end(self) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self.hear("done")
+        assert self._process.wait(60) == 0
+        assert self._process.stdout is not None
+        self._process.stdout.close()
+
+
+@contextmanager
+def acquired() -> Iterator[Game]:
+    game = Game()
+    game.hear("acquired")
+    yield game
+    game.end()
+
+
+def case(form: effect_forms.Form) -> Case:
+    return Case(Effect(gamepad.CONSTANT, b"", LENGTH_MS), LENGTH_S, lambda t: -form(t))
+
+
+def level(share: float) -> Case:
+    return case(lambda t: np.full_like(t, share))
+
+
+def wave(form: effect_forms.Form, amplitude: float, offset: float = 0, phase: float = 0) -> Case:
+    return case(lambda t: amplitude * form(t / 0.1 + phase) + offset)
+
+
+# What the program is told, and the torque as a share of full. With one axis Wine sends both 1 and
+# -1 as 90 degrees, which is from the right: a positive force pushes to smaller angles.
+PLAYED = {
+    "half": (f"constant {LENGTH_MS} 10000 1 {HALF}", level(0.5)),
+    "back": (f"constant {LENGTH_MS} 10000 1 {-HALF}", level(-0.5)),
+    "half_gain": (f"constant {LENGTH_MS} 5000 1 {HALF}", level(0.25)),
+    "ramp": (f"ramp {LENGTH_MS} 10000 1 -10000 10000", case(lambda t: 2 * t / LENGTH_S - 1)),
+    "square": (f"square {LENGTH_MS} 10000 1 {HALF} 0 0 100000", wave(effect_forms.square, 0.5)),
+    "sine": (f"sine {LENGTH_MS} 10000 1 {HALF} 0 0 100000", wave(effect_forms.sine, 0.5)),
+    "sine_quarter": (
+        f"sine {LENGTH_MS} 10000 1 4000 -3000 9000 100000",
+        wave(effect_forms.sine, 0.4, offset=-0.3, phase=0.25),
+    ),
+    "triangle": (
+        f"triangle {LENGTH_MS} 10000 1 {HALF} 0 0 100000",
+        wave(effect_forms.triangle, 0.5),
+    ),
+    "saw_up": (f"saw_up {LENGTH_MS} 10000 1 {HALF} 0 0 100000", wave(effect_forms.saw_up, 0.5)),
+    "saw_down": (
+        f"saw_down {LENGTH_MS} 10000 1 {HALF} 0 0 100000",
+        wave(effect_forms.saw_down, 0.5),
+    ),
+}
+SPEED_RAD_S = 10.0
+SPEED_FULL_RAD_S = 20.0
+ACCELERATION_RAD_S2 = 50.0
+ANGLE_RAD = np.pi / 8  # half of the half range of 90 degrees
+PUSHED = f"10000 1 0 {HALF} {SATURATED}"
+
+
+def steady(pieces_: list[tuple[Floats, Floats]], where: int) -> float:
+    """Return the torque in the middle third of a piece."""
+    torque = pieces_[where][1]
+    return float(np.mean(torque[torque.size // 3 : 2 * torque.size // 3]))
+
+
+@pytest.mark.usefixtures("wine")
+def test_each_effect_of_direct_input_is_felt_as_it_was_made(
+    bus: VirtualBus, tmp_path: Path
+) -> None:
+    knob, log = plug(bus, tmp_path, range_deg=90)
+    with acquired() as game:
+        for name, (words, _) in PLAYED.items():
+            game.play(name, words)
+        turn(knob, tmp_path, [(0.0, 0.0), (0.05, ANGLE_RAD)])
+        game.play("spring", f"spring {LENGTH_MS} {PUSHED}")
+        # The speed goes up and down between -50 and 50 rad/s, in two seconds each, and falls from
+        # the first second on. All begins where the knob stands: a jump would be a fault.
+        times = np.arange(0, 4, 2e-3, dtype=np.float64)
+        angle = ANGLE_RAD + np.cumsum(50 * effect_forms.triangle(times / 4)) * 2e-3
+        turn(knob, tmp_path, list(zip(times.tolist(), angle.tolist(), strict=True)))
+        let_pass(knob, 1.2)
+        game.play("inertia", f"inertia {LENGTH_MS} 10000 1 0 10000 {SATURATED}")
+        let_pass(knob, 4.0)
+        # To and fro, so that it lasts until the program has heard of it.
+        turns = [(n * 3.0, ANGLE_RAD + n % 2 * 3.0 * SPEED_RAD_S) for n in range(8)]
+        turn(knob, tmp_path, turns)
+        game.play("damper", f"damper {LENGTH_MS} {PUSHED}")
+        game.play("friction", f"friction {LENGTH_MS} {PUSHED}")
+    time_s, _, torque = read_log(bus, log)
+    found = pieces(time_s, torque, 0.1)
+    told = "; ".join(f"{t[0]:.2f} s: {np.mean(x):.3f}" for t, x in found)
+    assert len(found) == len(PLAYED) + 4, told
+    errors = {}
+    for (name, (_, form)), (t, x) in zip(PLAYED.items(), found, strict=False):
+        errors[name] = float(effect_forms.residual(t, x, form).max())
+        assert abs(effect_forms.length_error_s(t, x, form)) < 8e-3, name
+    print("worst distance from the closed forms:", errors)
+    assert max(errors.values()) < 0.03
+    spring, inertia, damper, friction = range(len(PLAYED), len(found))
+    assert steady(found, spring) == pytest.approx(-0.25, abs=0.01)
+    resisting = steady(found, inertia)
+    assert resisting == pytest.approx(ACCELERATION_RAD_S2 / 3000, rel=0.1)
+    expected = 0.5 * SPEED_RAD_S / SPEED_FULL_RAD_S
+    assert abs(steady(found, damper)) == pytest.approx(expected, rel=0.05)
+    assert abs(steady(found, friction)) == pytest.approx(0.5, rel=0.05)
