@@ -362,13 +362,15 @@ void bind_replayed_device(py::module_& module) {
   using emulator::ReplayedDevice;
   py::class_<ReplayedDevice>(module, "ReplayedDevice",
                              "The firmware's device without a plant, given another one's inputs.")
-      .def(py::init([](std::int64_t control_period_ns) {
+      .def(py::init([](std::int64_t control_period_ns, bool moves_parts) {
              // Who it says it is makes no difference; its wiring rule does.
              emulator::EmulatedDeviceOptions options;
              options.control_period_ns = control_period_ns;
-             return std::make_unique<ReplayedDevice>(emulator::EmulatedDevice(options).board());
+             device::BoardInfo board = emulator::EmulatedDevice(options).board();
+             board.moves_parts = moves_parts;
+             return std::make_unique<ReplayedDevice>(board);
            }),
-           py::kw_only(), arg("control_period_ns") = 1'000'000)
+           py::kw_only(), arg("control_period_ns") = 1'000'000, arg("moves_parts") = false)
       .def(
           "take",
           [](ReplayedDevice& device, const std::string& kind, const py::bytes& content) {

@@ -146,7 +146,9 @@ def _run(
     """Give the answers in order, and the samples by their tick."""
     info = recorded.metadata["info"]
     period_ns = round(1e9 / info["control_rate_hz"])
-    device = ReplayedDevice(control_period_ns=period_ns)
+    # A board holds torques low until its parts are confirmed.
+    moves_parts = info["board"] != "emulated"
+    device = ReplayedDevice(control_period_ns=period_ns, moves_parts=moves_parts)
     answers: list[bytes] = []
     samples: dict[int, dict[str, Any]] = {}
     steps: tuple[float, float] | None = None
