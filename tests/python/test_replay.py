@@ -72,7 +72,7 @@ def test_replay_of_the_inputs_gives_the_same_to_the_bit(tmp_path: Path) -> None:
     assert replayed.first_difference == ""
     assert replayed.identical
     assert replayed.from_inputs
-    assert len(replayed.replayed) == len(recorded.telemetry) > 5000
+    assert len(replayed.replayed) == len(recorded.telemetry) > 2500
     assert replayed.answers > 20
     # It did something.
     assert np.ptp(recorded.telemetry["motor_command_nm"]) > 0.02
