@@ -73,7 +73,7 @@ def test_replay_of_the_inputs_gives_the_same_to_the_bit(tmp_path: Path) -> None:
     assert replayed.identical
     assert replayed.from_inputs
     assert len(replayed.replayed) == len(recorded.telemetry) > 2500
-    assert replayed.answers > 20
+    assert replayed.answers == sum(not sent for _, sent, _ in recorded.reports) > 15
     # It did something.
     assert np.ptp(recorded.telemetry["motor_command_nm"]) > 0.02
     np.testing.assert_array_equal(replayed.replayed, replayed.recorded)
@@ -110,7 +110,7 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
     assert not replayed.identical
     before, after = replayed.recorded, replayed.replayed
     np.testing.assert_array_equal(before["desired_torque_nm"], after["desired_torque_nm"])
-    assert before["brake_capacity_nm"].max() > 0.1
+    assert before["brake_capacity_nm"].max() > 0.05
     # Without a brake the motor is asked for all of it, up to what it can give.
     felt = after["desired_torque_nm"] < -0.03
     limit = torsio.ActuatorConfig().motor_torque_max_nm
@@ -126,7 +126,7 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
 def test_counts_in_the_telemetry_are_enough_for_a_replay(tmp_path: Path) -> None:
     """As from hardware, whose inputs nobody logs: every tick a sample, from rest."""
     file = tmp_path / "x.mcap"
-    hand = replace(HAND, intended_angle_rad=[(0.0, 0.0), (0.5, 0.4), (1.0, 0.4), (1.5, -0.2)])
+    hand = replace(HAND, intended_angle_rad=[(0.0, 0.0), (0.5, 0.4), (1.5, 0.4), (2.0, -0.2)])
     with torsio.open("emulated", emulator=_options(hand=torsio.NoHand())) as knob:
         knob.sleep(1.0)
         with knob.record_to(file):
@@ -136,6 +136,8 @@ def test_counts_in_the_telemetry_are_enough_for_a_replay(tmp_path: Path) -> None
             knob.arm()
             knob.sleep(0.7)
             knob.disarm()
+            # What happens while no sample is sent nobody knows, so nothing does.
+            knob.sleep(0.6)
             knob.update(law="compensated")
             knob.start_telemetry(4000.0)
             knob.play(WALL)

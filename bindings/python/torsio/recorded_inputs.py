@@ -26,6 +26,8 @@ __all__ = ["RecordedInputs", "from_telemetry"]
 _COUNTS_PER_S: Final = 8192
 _REST_S: Final = 1.0
 _FURTHEST_COUNTS: Final = 10_000_000
+# Where every report that is answered has its sequence number.
+_SEQUENCE: Final = slice(1, 3)
 _FEATURES: Final = {r["name"] for r in protocol.reports() if r["direction"] == "feature"}
 
 
@@ -106,10 +108,10 @@ def _sent(recorded: Recorded) -> Iterator[tuple[int, str, bytes]]:
         if not sent:
             continue
         try:
-            name, values = protocol.decode(content)
+            name, _ = protocol.decode(content)
         except MalformedReport:
             continue
-        answers = taken_at.get((content[0], values["sequence"]))
+        answers = taken_at.get((content[0], int.from_bytes(content[_SEQUENCE], "little")))
         # What is not answered came soon after it was sent.
         tick = answers.pop(0) if answers else newest + 1
         yield tick, "feature" if name in _FEATURES else "output", content

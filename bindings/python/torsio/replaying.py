@@ -30,6 +30,7 @@ _CONFIGS: Final = {
     "board_config": BoardConfig,
     "game_config": GameConfig,
 }
+_TICKS_TO_SAVE: Final = 16
 _IDS: Final = {report["name"]: report["id"] for report in protocol.reports()}
 # What is compared of a sample: all that the device computes, in this order.
 _OUTPUTS: Final = (
@@ -158,11 +159,9 @@ def _run(
             device.take(given.kind, _changed(given.bytes, wanted) if is_config else given.bytes)
         except ValueError as error:
             raise Error(f"at tick {given.tick} the recording is damaged: {error}") from None
+        if given.kind == "stored" and wanted:
+            _store(device, wanted)
         if given.kind == "power" and given.bytes == b"\1":
-            for name in wanted:
-                content = device.get_feature(_IDS[name])
-                assert content is not None
-                device.take("feature", _changed(content, wanted))
             identity = device.get_feature(_IDS["identity"])
             assert identity is not None
             values = protocol.decode(identity)[1]
@@ -173,9 +172,28 @@ def _run(
             if name == "telemetry":
                 assert steps is not None
                 samples.update(_samples(values, steps))
-            elif values.get("sequence") != 0:  # 0: the changes above
+            else:
                 answers.append(protocol.encode(name, values))
     return answers, samples
+
+
+def _store(device: ReplayedDevice, wanted: Mapping[str, Mapping[str, Any]]) -> None:
+    """Save changes in a life before the recorded one, so that they are there from its start."""
+    device.take("power", b"\1")
+    for name in wanted:
+        content = device.get_feature(_IDS[name])
+        assert content is not None
+        device.take("feature", _changed(content, wanted))
+    ticks = bytes(4 * _TICKS_TO_SAVE)
+    device.take("counts", ticks)
+    device.take("output", protocol.encode("command", {"op": "save"}))
+    device.take("counts", ticks)
+    for _, report in device.take_outputs():
+        name, values = protocol.decode(report)
+        if name == "acknowledgement" and values["status"] != 0:
+            reason = protocol.STATUS_NAMES[values["status"]]
+            raise InvalidArgument(f"the device refuses these changes ({reason})")
+    device.take("power", b"\0")
 
 
 def _samples(
@@ -227,7 +245,8 @@ def _compare(
     compared, difference = _compare_answers(told, answers)
     if difference:
         found.append(difference)
-    first = min(found, default=None)
+    # Of those of one tick, what the device computes first.
+    first = min(found, key=lambda one: one[0], default=None)
     rate = recorded.metadata["info"]["control_rate_hz"]
     text = "" if first is None else f"tick {first[0]} ({first[0] / rate:.4f} s): {first[1]}"
     return Replayed(before, after, bool(recorded.inputs), compared, text)
