@@ -117,6 +117,19 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
     wanted = np.clip(after["desired_torque_nm"], -limit, limit)
     assert felt.sum() > 100
     np.testing.assert_allclose(after["motor_command_nm"][felt], wanted[felt], atol=2e-5)
+    # Another scene: the wall's law with another stiffness, at the same counts.
+    softer = {"wall.stiffness_nm_per_rad": 0.7, "wall.damping_nm_s_per_rad": 0.0}
+    other = torsio.replay(file, **softer).replayed
+    depth = np.maximum(other["angle_rad"] - WALL.angle_rad, 0.0)
+    step_nm = 0.7 * 2 * np.pi / 8192 + 2e-5
+    settled = other["tick"] > 1000  # past the ramp after arming
+    np.testing.assert_allclose(
+        other["desired_torque_nm"][settled], -0.7 * depth[settled], atol=step_nm
+    )
+    with pytest.raises(torsio.InvalidArgument, match="there is no effect walls, but wall, "):
+        torsio.replay(file, **{"walls.stiffness_nm_per_rad": 1})
+    with pytest.raises(torsio.InvalidArgument, match="can be changed of wall is stiffness_nm"):
+        torsio.replay(file, **{"wall.angle_rad": 1})
     with pytest.raises(torsio.InvalidArgument, match="no field lawn"):
         torsio.replay(file, lawn=1)
     with pytest.raises(torsio.InvalidArgument, match="beta is 7"):
@@ -161,6 +174,18 @@ def test_recording_that_begins_armed_cannot_be_replayed_without_inputs(tmp_path:
             knob.sleep(0.2)
     with pytest.raises(torsio.Error, match="begins while the knob is armed"):
         torsio.replay(file)
+
+
+def test_recording_of_another_protocol_names_the_version_that_can_replay_it(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated") as knob, knob.record_to(file):
+        knob.sleep(0.1)
+    recorded = torsio.load(file)
+    recorded.metadata["versions"].update(fingerprint=1, protocol=9, torsio="9.8.7")
+    with pytest.raises(torsio.Error, match=r"\(version 9\).*replay it with Torsio 9\.8\.7"):
+        torsio.replay(recorded)
 
 
 def test_replayed_device_refuses_what_is_no_input() -> None:

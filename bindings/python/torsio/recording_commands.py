@@ -63,13 +63,13 @@ def _changes(given: list[str]) -> dict[str, Any]:
     changes: dict[str, Any] = {}
     for pair in given:
         name, equals, text = pair.partition("=")
-        if not equals or name not in kinds:
+        if not equals or ("." not in name and name not in kinds):
             raise torsio.Error(
-                f"--set takes NAME=VALUE, a field of the configuration and its new value, not "
-                f"{pair!r}; `torsio info` shows the fields"
+                f"--set takes NAME=VALUE, a field of the configuration, or one of an effect as in "
+                f"wall.stiffness_nm_per_rad, not {pair!r}; `torsio config get` shows the fields"
             )
         try:
-            changes[name] = _value(kinds[name], text)
+            changes[name] = _value(kinds.get(name, float), text)
         except (TypeError, ValueError):
             raise torsio.Error(f"{name} cannot be {text!r}") from None
     return changes
@@ -90,7 +90,7 @@ def replay_command(
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="A field of the configuration to change, such as law=motor_only; may be repeated.",
+            help="To change: law=motor_only, wall.stiffness_nm_per_rad=0.7; may be repeated.",
             show_default=False,
         ),
     ] = None,
@@ -118,7 +118,7 @@ def replay_command(
         table.add_row(name, f"{value:.6g}")
     out.print(table, highlight=False)
     if not wanted and replayed.from_inputs:
-        version = recorded.metadata["versions"]["torsio"]
+        version = recorded.metadata["versions"].get("torsio", "another version")
         complain(f"not the same: recorded with {version}, replayed with {torsio.__version__}")
         raise typer.Exit(1)
 

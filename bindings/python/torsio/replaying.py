@@ -31,6 +31,16 @@ _CONFIGS: Final = {
     "game_config": GameConfig,
 }
 _TICKS_TO_SAVE: Final = 16
+# What can be changed of effects: the fields that travel as they are.
+_EFFECT_FIELDS: Final = {
+    report["name"]: [
+        field["name"]
+        for field in report["fields"]
+        if field["type"] == "f32" and field["count"] == 1 and "fields" not in field
+    ]
+    for report in protocol.reports()
+    if report["fields"][0]["name"] == "target"
+}
 _IDS: Final = {report["name"]: report["id"] for report in protocol.reports()}
 # What is compared of a sample: all that the device computes, in this order.
 _OUTPUTS: Final = (
@@ -90,8 +100,9 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
         A file of `Knob.record_to`, or what `load` gave.
     **changes
         Fields of the configuration by name, as for `Knob.update`, to see what the device would have
-        done: ``replay("wall.mcap", law="motor_only")``. The knob turns as it was recorded all the
-        same; nobody knows what the hand would have done.
+        done: ``replay("wall.mcap", law="motor_only")``; and fields of the scene's effects:
+        ``replay("wall.mcap", **{"wall.stiffness_nm_per_rad": 0.7})`` for every wall. The
+        knob turns as it was recorded all the same; nobody knows what the hand would have done.
 
     Raises
     ------
@@ -101,6 +112,12 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
         If a change is no field, or out of its range.
     """
     recorded = recording if isinstance(recording, Recorded) else load(recording)
+    versions = recorded.metadata["versions"]
+    if versions.get("fingerprint") != protocol.fingerprint():
+        raise Error(
+            f"the recording is of another protocol (version {versions.get('protocol')}) than this "
+            f"library's: replay it with Torsio {versions.get('torsio', versions.get('firmware'))}"
+        )
     if len(recorded.telemetry) == 0:
         raise Error("the recording has no telemetry, so there is nothing to compare a replay with")
     wanted = _by_report(changes)
@@ -114,19 +131,35 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
 
 
 def _by_report(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Sort changes by the configuration that has them, as they travel."""
+    """Sort changes by the report that has them, as they travel."""
     wanted: dict[str, dict[str, Any]] = {}
-    for name, value in changes.items():
-        owner = next((r for r, c in _CONFIGS.items() if name in {f.name for f in fields(c)}), None)
-        if owner is None:
-            raise InvalidArgument(f"there is no field {name} in the device's configuration")
+    for path, value in changes.items():
+        owner, name = _place(path)
         on_wire = {True: "on", False: "off"}[value] if isinstance(value, bool) else value
         wanted.setdefault(owner, {})[name] = on_wire
         try:
             protocol.decode(protocol.encode(owner, {name: on_wire}))
         except (MalformedReport, ValueError, TypeError) as error:
-            raise InvalidArgument(f"{name} is {value!r}: {error}") from None
+            raise InvalidArgument(f"{path} is {value!r}: {error}") from None
     return wanted
+
+
+def _place(path: str) -> tuple[str, str]:
+    """Find the report and the field that a change is about."""
+    effect, dot, name = path.rpartition(".")
+    if not dot:
+        for report, config in _CONFIGS.items():
+            if name in {field.name for field in fields(config)}:
+                return report, name
+        raise InvalidArgument(f"there is no field {name} in the device's configuration")
+    known = _EFFECT_FIELDS.get(effect)
+    if known is None:
+        raise InvalidArgument(
+            f"{path}: there is no effect {effect}, but {', '.join(_EFFECT_FIELDS)}"
+        )
+    if name not in known:
+        raise InvalidArgument(f"{path}: what can be changed of {effect} is {', '.join(known)}")
+    return effect, name
 
 
 def _changed(content: bytes, wanted: Mapping[str, Mapping[str, Any]]) -> bytes:
@@ -154,9 +187,9 @@ def _run(
     samples: dict[int, dict[str, Any]] = {}
     steps: tuple[float, float] | None = None
     for given in inputs:
-        is_config = given.kind == "feature" and bool(wanted)
+        may_change = given.kind in ("feature", "output") and bool(wanted)
         try:
-            device.take(given.kind, _changed(given.bytes, wanted) if is_config else given.bytes)
+            device.take(given.kind, _changed(given.bytes, wanted) if may_change else given.bytes)
         except ValueError as error:
             raise Error(f"at tick {given.tick} the recording is damaged: {error}") from None
         if given.kind == "stored" and wanted:
@@ -180,7 +213,7 @@ def _run(
 def _store(device: ReplayedDevice, wanted: Mapping[str, Mapping[str, Any]]) -> None:
     """Save changes in a life before the recorded one, so that they are there from its start."""
     device.take("power", b"\1")
-    for name in wanted:
+    for name in wanted.keys() & _CONFIGS.keys():
         content = device.get_feature(_IDS[name])
         assert content is not None
         device.take("feature", _changed(content, wanted))
