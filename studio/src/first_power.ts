@@ -98,7 +98,7 @@ function steps(travel: Travel): Step[] {
         },
       },
       look: ({ state, brakeCapacityNm }) =>
-        (state === "armed" && brakeCapacityNm > DRAG_NM / 2) || "Then arm, and turn the knob.",
+        (state === "armed" && brakeCapacityNm > DRAG_NM / 4) || "Then arm, and turn the knob.",
     },
     {
       title: "Silence",

@@ -220,7 +220,8 @@ button("emergency-stop").addEventListener("click", (event) => {
 addEventListener(
   "keydown",
   (event) => {
-    if (event.key === "Escape" && knob?.state === "armed") attempt(() => knob!.command("disarm"));
+    const canDisarm = knob?.state === "armed" && !knob.transport.readOnly;
+    if (event.key === "Escape" && canDisarm) attempt(() => knob!.command("disarm"));
   },
   { capture: true },
 );

@@ -54,4 +54,7 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
             f"the studio needs the Python package {error.name}; install what it needs with: "
             f"{how_to_install('studio')}"
         ) from None
-    return Watch(knob, page_folder() if page is None else Path(page), port)
+    folder = page_folder() if page is None else Path(page)
+    if not (folder / "index.html").exists():
+        raise Error(f"the page is not in {str(folder)!r}: name the folder that ./dev studio builds")
+    return Watch(knob, folder, port)

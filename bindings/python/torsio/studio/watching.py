@@ -27,6 +27,7 @@ from torsio.studio.server import Server, pass_on
 
 __all__ = ["Watch"]
 
+_CLOSED: Final = "the program has closed its knob"
 # Often enough for the eye.
 _LOOK_S: Final = 0.01
 
@@ -50,7 +51,7 @@ class _Onlooker:
             if reports := [content for _, sent, content in self._tap.take() if not sent]:
                 return reports
             if not self._knob.is_open:
-                raise Closed("the program has closed its knob")
+                raise Closed(_CLOSED)
             await asyncio.sleep(_LOOK_S)
 
     async def answer(self, message: bytes) -> bytes | None:
@@ -63,7 +64,7 @@ class _Onlooker:
         try:
             return bytes([GOT]) + await asyncio.to_thread(self._knob.feature, message[1])
         except Closed:
-            raise
+            raise Closed(_CLOSED) from None
         except Error:
             return bytes([STALLED])
 
