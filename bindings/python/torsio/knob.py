@@ -76,7 +76,7 @@ class Knob:
         self._logs_inputs = logs_inputs
         self._path: str = knob.info()["path"]
         self._recording: RecordingFile | None = None
-        self._tap: _torsio.ReportTap | None = None
+        self._report_tap: _torsio.ReportTap | None = None
         _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
@@ -562,7 +562,7 @@ class Knob:
         # What is told from here on is in it.
         tap = self._knob.tap(with_telemetry=False)
         self._recording = RecordingFile(path, metadata, self._end_recording)
-        self._tap = tap
+        self._report_tap = tap
         try:
             self.start_telemetry()
         except BaseException:
@@ -576,7 +576,7 @@ class Knob:
         except Error as error:
             self._note("lost", why=str(error))
             self._keep_reports()
-        self._recording = self._tap = None
+        self._recording = self._report_tap = None
 
     def _note(self, kind: str, **values: Any) -> None:
         if self._recording is not None:
@@ -591,7 +591,7 @@ class Knob:
 
     def _keep_reports(self) -> None:
         if self._recording is not None:
-            self._recording.write_reports(self._tap.take() if self._tap else [])
+            self._recording.write_reports(self._report_tap.take() if self._report_tap else [])
             if self._logs_inputs:
                 self._recording.write_inputs(self.emulator.inputs())
 
