@@ -42,7 +42,7 @@ export class Games {
       if (!monitor.effects || this.#looks - seen > TURNS) this.#rows.delete(block);
     }
     const milli = (torque: Value | undefined): string => (1e3 * Number(torque) * torqueStepNm).toFixed(1);
-    const words = [
+    const words = !monitor.updates ? ["no game has said anything since power-up"] : [
       monitor.owner === "game" ? "a game has the actuator" : "no game has the actuator",
       monitor.enabled === "on" ? "it wants torque" : "it wants no torque",
       ...(monitor.paused === "on" ? ["paused"] : []),

@@ -131,7 +131,7 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
         knob.disarm()
         state_is(page, "disarmed")
         page.click("#games summary")
-        expect(page.locator("#games-state")).to_contain_text("no game has the actuator")
+        expect(page.locator("#games-state")).to_contain_text("no game has said anything")
         knob.close()
         expect(page.locator("#message")).to_contain_text("closed its knob")
 
