@@ -16,12 +16,15 @@ __all__ = ["Shaft", "estimate_shaft", "hold_and_push"]
 
 _STEP = "shaft"
 _SETTLE_S, _SWEEP_S, _SWEEPS = 0.8, 0.9, 4
+_REST_S = 0.35
 _STEP_S, _STEPS, _STEP_RAMP_S = 0.11, 12, 6e-3
 _TRAVEL_RAD = 0.4
 # The motor's lag is believed to so much; it shifts all that is read off at a border of counts.
 _LAG_S = 0.06e-3
-_SWING_RAD_S = 1.0  # of a step's swing, about: there friction passes for damping
 _DAMPING = 2e-4  # N m s/rad, where the search begins
+# What a resting knob says again and again is one reading, wrong by up to a count: only samples so
+# near to a change of counts are fitted.
+_MOVING_S = 3e-3
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,8 @@ def hold_and_push(
         for step in range(0 if quick else _STEPS)
     ]
     settle = [(_SETTLE_S, {"motor_nm": 0.0}), (0.3, {"motor_nm": -pull_nm, "ramp_s": 0.3})]
-    rest = [(0.2, {"motor_nm": 0.0, "ramp_s": 0.2})]
+    # The steps' fit begins with a knob at rest: it waits until the last pull has died away.
+    rest = [(_REST_S, {"motor_nm": 0.0, "ramp_s": 0.2})]
     log = player.chain(
         [*settle, *sweeps, *rest, *steps],
         brake_nm=brake_nm,
@@ -95,7 +99,7 @@ def hold_and_push(
         )  # fmt: skip
     begin = _SETTLE_S + 0.3
     middle = begin + len(sweeps) * _SWEEP_S
-    return log.between(begin, middle), log.between(middle + 0.2, 1e9)
+    return log.between(begin, middle), log.between(middle + _REST_S - 0.05, 1e9)
 
 
 @dataclass(frozen=True)
@@ -320,7 +324,7 @@ def estimate_shaft(
         damping = Quantity(
             "shaft_damping_nm_s_per_rad",
             float(ring.value[1]),
-            math.hypot(ring.sigma(1), fit.sigma(friction_at) / _SWING_RAD_S),
+            math.hypot(ring.sigma(1), fit.sigma(friction_at) / _swing_rad_s(ring_angle, steps)),
             "of shaft and knob",
         )
         # Slow as the pulls are, they feel a little of it.
@@ -364,25 +368,39 @@ def _estimate_ring(
     inertia: float,
 ) -> tuple[Solution, Array]:
     """Fit inertia and damping of the knob's side to its angle; all else is nearly known."""
-    measured = log.angle_rad + 0.5 * log.count_rad
-    cogging = cogging_nm(measured)
+    angle = log.angle_rad + 0.5 * log.count_rad
+    cogging = cogging_nm(angle)
+    moving = _moving(log)
+    measured = angle[moving]
 
     def model(value: Array) -> Array:
-        return _ring(log, value, spring, coulomb, cogging)
+        result: Array = _ring(log, value, spring, coulomb, cogging)[moving]
+        return result
 
-    first = float(measured[0])
+    def cost(value: Array) -> float:
+        return float(np.sum((model(value) - measured) ** 2))
 
-    def costs(inertias: Array) -> list[float]:
-        tried = (np.array([kg_m2, _DAMPING, rest, first]) for kg_m2 in inertias)
-        return [float(np.sum((model(value) - measured) ** 2)) for value in tried]
+    def best_of(starts: list[Array]) -> Array:
+        return min(starts, key=cost)
 
     # The period says the inertia; from too far away the fit would settle a period beside it.
-    rough = np.geomspace(0.25, 0.97, 8) * inertia
-    fine = np.geomspace(0.9, 1.11, 7) * rough[int(np.argmin(costs(rough)))]
+    first = float(angle[0])
+    start = np.array([inertia, _DAMPING, rest, first])
+    for shares in (np.geomspace(0.25, 0.97, 8), np.geomspace(0.9, 1.11, 7)):
+        start = best_of([start * [share, 1.0, 1.0, 1.0] for share in shares])
+    # Where in its count the knob lay is not known, and where it sticks later jumps with that.
+    within = np.linspace(-0.45, 0.45, 7) * log.count_rad
+    start = best_of(
+        [
+            start * [1.0, share, 1.0, 0.0] + [0.0, 0.0, 0.0, first + place]
+            for share in (0.5, 1.0, 2.0)
+            for place in within
+        ]
+    )
     best = gauss_newton(
         model,
         measured,
-        np.array([fine[int(np.argmin(costs(fine)))], _DAMPING, rest, first]),
+        start,
         scale=np.array([2e-3 * inertia, 3e-5, 1e-4, 1e-4]),
         lags=40,
         steps=12,
@@ -394,4 +412,20 @@ def _estimate_ring(
             f"{left / log.count_rad:.0f} counts "
             "from that of an inertia on a spring: something is loose, or a hand is on the knob",
         )  # fmt: skip
-    return best, measured - best.residual
+    return best, _ring(log, best.value, spring, coulomb, cogging)
+
+
+def _swing_rad_s(angle: Array, log: Recording) -> float:
+    """Give the speed at which friction takes as much energy as a damping of friction over it."""
+    speed = np.abs(np.diff(angle)) / log.period_s
+    return float(np.sum(speed**2) / max(np.sum(speed), 1e-12))
+
+
+def _moving(log: Recording) -> Array:
+    """Tell which samples lie near to a change of counts, shape (n,)."""
+    changes = np.flatnonzero(np.diff(log.counts))
+    near = np.zeros(len(log.counts) + 1)
+    reach = round(_MOVING_S / log.period_s)
+    np.add.at(near, np.maximum(changes - reach, 0), 1.0)
+    np.add.at(near, np.minimum(changes + 2 + reach, len(log.counts)), -1.0)
+    return np.asarray(np.cumsum(near)[:-1] > 0.0)
