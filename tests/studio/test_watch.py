@@ -15,6 +15,7 @@ from websockets.typing import Origin
 import torsio
 import torsio.studio
 from tests.python import wire
+from tests.python.test_games import CONSTANT, Game
 from tests.studio.browser import PAGE, number, opened, state_is
 from torsio.studio.watching import Watch
 
@@ -132,6 +133,18 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
         state_is(page, "disarmed")
         page.click("#games summary")
         expect(page.locator("#games-state")).to_contain_text("no game has said anything")
+        game = Game(knob)
+        block = game.create(CONSTANT)
+        game.constant(block, 5000)
+        game.play(block)
+        expect(page.locator("#games-state")).to_contain_text("a game has the actuator")
+        row = page.locator("#game-effects tr")
+        expect(row).to_contain_text("playing")
+        (effect,) = knob.game_effects()
+        cells = row.locator("td").all_text_contents()
+        assert cells[:3] == [str(effect.block), "constant", "playing"]
+        assert float(cells[3]) == pytest.approx(1e3 * effect.torque_nm, abs=0.06)
+        assert effect.torque_nm != 0
         knob.close()
         expect(page.locator("#message")).to_contain_text("closed its knob")
 
