@@ -77,6 +77,12 @@ EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
       encoder_(options_.encoder),
       link_(options_.seed, options_.input_queue_reports),
       stored_(with_overrides(options_)) {
+  if (options_.log_inputs) {
+    std::vector<std::uint8_t> slots;
+    for (const auto& slot : stored_.slot) slots.insert(slots.end(), slot.begin(), slot.end());
+    inputs_.add(InputKind::stored, slots.data(), slots.size());
+    log_flag(InputKind::power, true);
+  }
   power_up();
 }
 
@@ -114,7 +120,7 @@ void EmulatedDevice::advance(std::int64_t duration_ns) {
       next_frame_ns_ += UsbLink::kFrameNs;
       if (connected()) {
         device_->service();
-        link_.frame(*device_);
+        if (const auto received = link_.frame(*device_)) log_report(InputKind::output, *received);
       }
     }
     if (next_tick_ns_ == next_ns) {
@@ -159,12 +165,13 @@ device::TickOutputs EmulatedDevice::run_control(std::uint32_t encoder_count) {
     if (device_ == nullptr) return {};
   }
   const std::uint16_t power_faults = power_ ? power_->find_faults(actuator_fault_) : 0;
-  const device::TickOutputs wanted =
-      device_->tick({.encoder_count = encoder_count,
-                     .emergency_stop = emergency_stop_,
-                     .actuator_fault = power_ ? power_faults != 0 : actuator_fault_,
-                     .power_faults = power_faults,
-                     .missed_ticks = std::exchange(ticks_missed_, 0)});
+  const device::TickInputs inputs{.encoder_count = encoder_count,
+                                  .emergency_stop = emergency_stop_,
+                                  .actuator_fault = power_ ? power_faults != 0 : actuator_fault_,
+                                  .power_faults = power_faults,
+                                  .missed_ticks = std::exchange(ticks_missed_, 0)};
+  if (options_.log_inputs) log_tick(inputs);
+  const device::TickOutputs wanted = device_->tick(inputs);
   if (power_) power_->set_speed(device_->speed_rad_s());
   return wanted;
 }
@@ -190,6 +197,7 @@ bool EmulatedDevice::read(protocol::ReportBytes& report) { return link_.read(rep
 
 protocol::Verdict EmulatedDevice::set_feature(std::span<const std::uint8_t> report) {
   if (!connected()) return {protocol::Status::unsupported};
+  log_report(InputKind::feature, report);
   return device_->set_feature(report);
 }
 
@@ -200,6 +208,7 @@ protocol::Status EmulatedDevice::get_feature(std::uint8_t id, protocol::ReportBy
 
 bool EmulatedDevice::game_write(std::span<const std::uint8_t> report) {
   if (!connected()) return false;
+  log_report(InputKind::game_output, report);
   device_->game().receive(report);
   return true;
 }
@@ -211,7 +220,9 @@ std::vector<std::uint8_t> EmulatedDevice::game_read() {
 }
 
 bool EmulatedDevice::game_set_feature(std::span<const std::uint8_t> report) {
-  return connected() && device_->game().set_feature(report);
+  if (!connected()) return false;
+  log_report(InputKind::game_feature, report);
+  return device_->game().set_feature(report);
 }
 
 std::vector<std::uint8_t> EmulatedDevice::game_get_feature(std::uint8_t id) {
@@ -221,7 +232,9 @@ std::vector<std::uint8_t> EmulatedDevice::game_get_feature(std::uint8_t id) {
 }
 
 void EmulatedDevice::set_buttons(std::uint8_t pressed) {
-  if (device_ != nullptr) device_->set_buttons(pressed);
+  if (device_ == nullptr) return;
+  log_report(InputKind::buttons, {&pressed, 1});
+  device_->set_buttons(pressed);
 }
 
 void EmulatedDevice::set_hand(Hand hand) { plant_.set_hand(std::move(hand)); }
@@ -254,15 +267,47 @@ void EmulatedDevice::set_plugged(bool plugged) {
   if (plugged == plugged_) return;
   plugged_ = plugged;
   link_.clear();
+  log_flag(InputKind::connected, plugged);
   if (device_ != nullptr) device_->set_connected(plugged);
 }
 
 void EmulatedDevice::set_powered(bool powered) {
   if (powered == (device_ != nullptr)) return;
   link_.clear();
+  log_flag(InputKind::power, powered);
   device_.reset();
   if (power_) power_->power_down();
   if (powered) power_up();
+}
+
+void EmulatedDevice::cut_power_in_next_save(std::size_t bytes) {
+  if (options_.log_inputs) {
+    inputs_.add_number(InputKind::power_cut, static_cast<std::uint32_t>(bytes));
+  }
+  power_cut_bytes_ = bytes;
+}
+
+void EmulatedDevice::log_tick(const device::TickInputs& in) {
+  if (in.emergency_stop != logged_.emergency_stop) {
+    log_flag(InputKind::emergency_stop, in.emergency_stop);
+  }
+  if (in.actuator_fault != logged_.actuator_fault) {
+    log_flag(InputKind::actuator_fault, in.actuator_fault);
+  }
+  if (in.power_faults != logged_.power_faults) {
+    inputs_.add_number(InputKind::power_faults, in.power_faults);
+  }
+  if (in.missed_ticks > 0) inputs_.add_number(InputKind::missed_ticks, in.missed_ticks);
+  inputs_.add_tick(in.encoder_count);
+  logged_ = in;
+}
+
+void EmulatedDevice::log_flag(InputKind kind, bool value) {
+  if (options_.log_inputs) inputs_.add(kind, value ? 1 : 0);
+}
+
+void EmulatedDevice::log_report(InputKind kind, std::span<const std::uint8_t> report) {
+  if (options_.log_inputs) inputs_.add(kind, report.data(), report.size());
 }
 
 void EmulatedDevice::log_truth() {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "emulator/device_input.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant/hand.hpp"
 #include "emulator/plant/plant.hpp"
@@ -36,6 +37,7 @@ struct EmulatedDeviceOptions {
   std::optional<protocol::GameConfig> game{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
+  bool log_inputs = false;
 };
 
 /// What no sensor sees, at the moment when a tick samples the encoder.
@@ -113,6 +115,9 @@ class EmulatedDevice {
   /// The log since the last call; empty unless EmulatedDeviceOptions::log_truth.
   [[nodiscard]] std::vector<TruthSample> take_truth();
 
+  /// What entered the device since the last call; empty unless EmulatedDeviceOptions::log_inputs.
+  [[nodiscard]] std::vector<DeviceInput> take_inputs() { return inputs_.take(); }
+
   /// What is in the device's storage, to be handed to the next emulated device.
   [[nodiscard]] const device::StoredSlots& stored() const { return stored_; }
 
@@ -137,7 +142,7 @@ class EmulatedDevice {
   /// The next `count` ticks do not happen; the one after them reports them missed.
   void skip_ticks(std::uint32_t count) { ticks_to_skip_ += count; }
   /// The next save loses power after so many bytes of its slot.
-  void cut_power_in_next_save(std::size_t bytes) { power_cut_bytes_ = bytes; }
+  void cut_power_in_next_save(std::size_t bytes);
   /// @throws std::invalid_argument as UsbLink::set_faults() does
   void set_link_faults(const LinkFaults& faults) { link_.set_faults(faults); }
 
@@ -148,6 +153,9 @@ class EmulatedDevice {
   [[nodiscard]] PowerPath& power();
   void write_slot(const device::SlotWrite& write);
   void log_truth();
+  void log_tick(const device::TickInputs& in);
+  void log_flag(InputKind kind, bool value);
+  void log_report(InputKind kind, std::span<const std::uint8_t> report);
 
   EmulatedDeviceOptions options_;
   std::optional<PowerPath> power_;  // of a plant with electrics
@@ -171,6 +179,8 @@ class EmulatedDevice {
   std::uint32_t ticks_missed_ = 0;
   std::optional<std::size_t> power_cut_bytes_;
   std::vector<TruthSample> truth_;
+  InputLog inputs_;
+  device::TickInputs logged_;  // the last tick's
 };
 
 }  // namespace torsio::emulator

@@ -21,22 +21,29 @@ bool UsbLink::read(protocol::ReportBytes& report) {
   return true;
 }
 
-void UsbLink::frame(device::Device& device) {
+std::optional<protocol::ReportBytes> UsbLink::frame(device::Device& device) {
+  std::optional<protocol::ReportBytes> taken;
   if (!output_.empty()) {
     protocol::ReportBytes& report = output_.front();
     if (random_.happens(faults_.corrupt_output)) corrupt(report);
-    if (random_.happens(faults_.drop_output) || device.receive(report)) output_.pop_front();
+    if (random_.happens(faults_.drop_output)) {
+      output_.pop_front();
+    } else if (device.receive(report)) {
+      taken = report;
+      output_.pop_front();
+    }
   }
 
   protocol::ReportBytes report;
-  if (!device.next_input(report)) return;
-  if (random_.happens(faults_.drop_input)) return;
+  if (!device.next_input(report)) return taken;
+  if (random_.happens(faults_.drop_input)) return taken;
   if (random_.happens(faults_.corrupt_input)) corrupt(report);
   if (input_.size() < input_queue_reports_) {
     input_.push_back(report);
   } else {
     ++input_reports_lost_;
   }
+  return taken;
 }
 
 void UsbLink::clear() {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "device/device.hpp"
 #include "emulator/random.hpp"
@@ -40,7 +41,8 @@ class UsbLink {
   [[nodiscard]] bool read(protocol::ReportBytes& report);
 
   /// One frame. An output report that the device has no room for is offered again in the next one.
-  void frame(device::Device& device);
+  /// @returns the output report that the device has taken, if there was one
+  std::optional<protocol::ReportBytes> frame(device::Device& device);
 
   /// Forgets everything on the way, as pulling the plug does.
   void clear();

@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -21,6 +22,7 @@
 #include "emulator/encoder.hpp"
 #include "emulator/plant/circuit.hpp"
 #include "emulator/plant/plant.hpp"
+#include "emulator/replayed_device.hpp"
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
@@ -348,6 +350,56 @@ void bind_device(py::module_& module) {
       .def("set_emergency_stop", &EmulatedDevice::set_emergency_stop, arg("pressed"));
 }
 
+emulator::InputKind input_kind(const std::string& name) {
+  const auto found = std::ranges::find(emulator::kInputKinds, name);
+  if (found == emulator::kInputKinds.end()) {
+    throw py::value_error("there is no input '" + name + "'");
+  }
+  return static_cast<emulator::InputKind>(found - emulator::kInputKinds.begin());
+}
+
+void bind_replayed_device(py::module_& module) {
+  using emulator::ReplayedDevice;
+  py::class_<ReplayedDevice>(module, "ReplayedDevice",
+                             "The firmware's device without a plant, given another one's inputs.")
+      .def(py::init([](std::int64_t control_period_ns, bool moves_parts) {
+             // Who it says it is makes no difference; its wiring rule does.
+             emulator::EmulatedDeviceOptions options;
+             options.control_period_ns = control_period_ns;
+             device::BoardInfo board = emulator::EmulatedDevice(options).board();
+             board.moves_parts = moves_parts;
+             return std::make_unique<ReplayedDevice>(board);
+           }),
+           py::kw_only(), arg("control_period_ns") = 1'000'000, arg("moves_parts") = false)
+      .def(
+          "take",
+          [](ReplayedDevice& device, const std::string& kind, const py::bytes& content) {
+            const std::string_view view = content;
+            device.take(input_kind(kind),
+                        {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()});
+          },
+          arg("kind"), arg("content"), "Give it the next input.")
+      .def(
+          "get_feature",
+          [](ReplayedDevice& device, std::uint8_t id) -> py::object {
+            protocol::ReportBytes report{};
+            if (device.get_feature(id, report) != protocol::Status::ok) return py::none();
+            return to_bytes(report);
+          },
+          arg("report_id"), "Ask for a feature report; None if the device stalls.")
+      .def(
+          "take_outputs",
+          [](ReplayedDevice& device) {
+            py::list list;
+            for (const auto& output : device.take_outputs()) {
+              list.append(py::make_tuple(output.tick, to_bytes(output.report)));
+            }
+            return list;
+          },
+          "Input reports since the last call, each with the control ticks that had run.")
+      .def_property_readonly("ticks", &ReplayedDevice::ticks);
+}
+
 }  // namespace
 
 emulator::Hand emulator_hand(const py::object& source) {
@@ -371,6 +423,7 @@ void bind_emulator(py::module_& parent) {
   bind_plant(module);
   bind_profile_and_encoder(module);
   bind_device(module);
+  bind_replayed_device(module);
   bind_closed_loop(module);
   bind_batch(module);
 }

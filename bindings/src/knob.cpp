@@ -20,9 +20,11 @@
 #include <utility>
 #include <vector>
 
+#include "conversion/configuration.hpp"
 #include "convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
+#include "protocol/codec.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -98,6 +100,7 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
   given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
   options.paced = source.attr("paced").cast<bool>();
   options.log_truth = source.attr("log_truth").cast<bool>();
+  options.log_inputs = source.attr("log_inputs").cast<bool>();
   return options;
 }
 
@@ -225,6 +228,18 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
     }
     return as_array(std::move(samples));
   });
+  knob.def("inputs", [](const PyKnob& self) {
+    std::vector<DeviceInput> inputs;
+    {
+      const Unlocked unlocked;
+      inputs = self->emulator().inputs();
+    }
+    py::list list;
+    for (const DeviceInput& input : inputs) {
+      list.append(py::make_tuple(input.tick, input.kind, to_bytes(input.bytes)));
+    }
+    return list;
+  });
   knob.def(
       "emulator_time_s", [](const PyKnob& self) { return self->emulator().time_s(); }, Release());
   knob.def(
@@ -321,6 +336,11 @@ void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob
     const Unlocked unlocked;
     self->configure(config);
   });
+  // As it travels.
+  knob.def_static(("encode_" + name).c_str(), [](const py::object& source) {
+    const auto bytes = protocol::encode(conversion::to_wire(from_python<Config>(source)));
+    return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  });
 }
 
 void bind_orders(py::class_<PyKnob>& knob) {
@@ -353,7 +373,30 @@ void bind_orders(py::class_<PyKnob>& knob) {
   bind_config(knob, "game", &Knob::game_config);
 }
 
+void bind_tap(py::module_& module) {
+  py::class_<ReportTap, std::shared_ptr<ReportTap>>(module, "ReportTap")
+      .def("take", [](ReportTap& tap) {
+        py::list list;
+        for (const LoggedReport& report : tap.take()) {
+          list.append(py::make_tuple(report.tick, report.sent,
+                                     to_bytes({report.bytes.begin(), report.bytes.end()})));
+        }
+        return list;
+      });
+}
+
 void bind_telemetry(py::class_<PyKnob>& knob) {
+  knob.def(
+      "tap", [](const PyKnob& self, bool with_telemetry) { return self->tap(with_telemetry); },
+      arg("with_telemetry"), Release());
+  knob.def("feature", [](const PyKnob& self, std::uint8_t id) {
+    ReportBytes report{};
+    {
+      const Unlocked unlocked;
+      report = self->feature(id);
+    }
+    return to_bytes({report.begin(), report.end()});
+  });
   knob.def(
       "start_telemetry",
       [](const PyKnob& self, std::optional<double> rate_hz, bool prompt) {
@@ -401,6 +444,7 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
 }  // namespace
 
 void bind_knob(py::module_& module) {
+  bind_tap(module);
   module.attr("TELEMETRY_DTYPE") = row_type<TelemetrySample>();
   module.attr("TRUTH_DTYPE") = row_type<TruthSample>();
 

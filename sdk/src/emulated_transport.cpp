@@ -111,6 +111,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   if (in.board) out.board = conversion::to_wire(*in.board);
   if (in.game) out.game = conversion::to_wire(*in.game);
   out.log_truth = in.log_truth;
+  out.log_inputs = in.log_inputs;
   return out;
 }
 
@@ -138,7 +139,11 @@ constexpr const char* kNoElectrics =
 class EmulatedWorld {
  public:
   EmulatedWorld(const std::string& name, const EmulatorOptions& options)
-      : claim_(name), paced_(options.paced), logs_truth_(options.log_truth), device_(checked([&] {
+      : claim_(name),
+        paced_(options.paced),
+        logs_truth_(options.log_truth),
+        logs_inputs_(options.log_inputs),
+        device_(checked([&] {
           return std::make_unique<emulator::EmulatedDevice>(
               to_emulator(options, name, claim_.stored()));
         })) {
@@ -183,6 +188,7 @@ class EmulatedWorld {
   void notify() const { news_.notify_all(); }
   [[nodiscard]] bool paced() const { return paced_; }
   [[nodiscard]] bool logs_truth() const { return logs_truth_; }
+  [[nodiscard]] bool logs_inputs() const { return logs_inputs_; }
 
  private:
   void throw_unless_here() const {
@@ -224,6 +230,7 @@ class EmulatedWorld {
   Claim claim_;
   const bool paced_;
   const bool logs_truth_;
+  const bool logs_inputs_;
   mutable std::mutex mutex_;
   mutable std::condition_variable news_;
   std::unique_ptr<emulator::EmulatedDevice> device_;
@@ -372,6 +379,25 @@ class EmulatedWorldHandle final : public Emulator {
                        .hand_torque_nm = sample.torque.hand_torque_nm});
     }
     return truth;
+  }
+
+  std::vector<DeviceInput> inputs() override {
+    if (!world_->logs_inputs()) {
+      throw Error(
+          "this emulated knob keeps no log of its inputs: open it with log_inputs set in its "
+          "EmulatorOptions");
+    }
+    std::vector<emulator::DeviceInput> log =
+        world_->with_device([](emulator::EmulatedDevice& device) { return device.take_inputs(); });
+    std::vector<DeviceInput> inputs;
+    inputs.reserve(log.size());
+    for (emulator::DeviceInput& input : log) {
+      const auto kind = static_cast<std::size_t>(input.kind);
+      inputs.push_back({.tick = input.tick,
+                        .kind = std::string(emulator::kInputKinds.at(kind)),
+                        .bytes = std::move(input.bytes)});
+    }
+    return inputs;
   }
 
   ElectricsState electrics() const override {

@@ -216,6 +216,10 @@ StableStiffness Knob::stable_stiffness() {
                                       knob.identity().control_period_ns);
 }
 std::optional<Disarm> Knob::last_disarm() const { return impl().session.last_disarm(); }
+std::shared_ptr<ReportTap> Knob::tap(bool with_telemetry) {
+  return impl().session.tap(with_telemetry);
+}
+ReportBytes Knob::feature(std::uint8_t report_id) { return impl().session.get_feature(report_id); }
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
 bool Knob::is_emulated() const { return impl().emulator != nullptr; }
 

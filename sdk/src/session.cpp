@@ -127,7 +127,9 @@ void Session::pass_frame(std::int64_t limit_ns) {
   transport_->advance_to(frame * kFrameNs);
   take_in_virtual();
   const std::int64_t keep_alive_frames = std::max<std::int64_t>(keep_alive_ns_ / kFrameNs, 1);
-  if (state_ == State::armed && frame % keep_alive_frames == 0) send_keep_alive();
+  if (state_ == State::armed && frame % keep_alive_frames == 0 && send_keep_alive()) {
+    log(true, keep_alive_report());
+  }
 }
 
 void Session::take_in_virtual() {

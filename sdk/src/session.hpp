@@ -100,6 +100,11 @@ class Session {
   void sleep_until(std::int64_t time_ns);
   [[nodiscard]] std::int64_t now_ns() const { return transport_->now_ns(); }
 
+  /// See Knob::tap().
+  [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
+  /// Reads a feature report as it is. @throws as get() does
+  protocol::ReportBytes get_feature(std::uint8_t id);
+
   /// Waits for a state. @returns false if it does not come in time
   bool wait_for(State state, std::int64_t timeout_ns);
 
@@ -174,6 +179,7 @@ class Session {
     std::optional<protocol::Acknowledgement> answer;
   };
   class Expectation;
+  class Tap;
   class Unasked;
   /// What a report says about the device.
   struct Said {
@@ -188,6 +194,9 @@ class Session {
   bool wait_until(const std::function<bool()>& done, std::int64_t timeout_ns);
   void throw_if_gone() const;
   void write(const protocol::ReportBytes& report);
+  /// For the taps; with the lock held.
+  void log(bool sent, const protocol::ReportBytes& report);
+  static protocol::ReportBytes keep_alive_report();
   void pass_frame(std::int64_t limit_ns);
   void take_in_virtual();
 
@@ -206,7 +215,6 @@ class Session {
 
   std::uint16_t stamp(protocol::ReportBytes& report);
   void await(Expectation& expectation);
-  protocol::ReportBytes get_feature(std::uint8_t id);
   void set_feature(protocol::ReportBytes report);
   static void check_feature(protocol::Verdict verdict, std::uint8_t id);
   [[noreturn]] void throw_stalled(std::uint8_t id);
@@ -233,6 +241,7 @@ class Session {
   std::optional<Disarm> last_disarm_;
   std::uint64_t disarms_ = 0;
   std::uint64_t newest_tick_ = 0;  // of all that the device has sent
+  std::vector<std::weak_ptr<Tap>> taps_;
   std::vector<Pending> pending_;
   TelemetryDecoder decoder_;
   SampleRing ring_;

@@ -42,6 +42,8 @@ void Session::read_loop() {
     const auto now = steady_clock::now();
     if (armed && now >= keep_alive_at && send_keep_alive()) {
       keep_alive_at = now + std::chrono::nanoseconds(keep_alive_ns_);
+      const std::lock_guard lock(mutex_);
+      log(true, keep_alive_report());
     }
   }
 }
@@ -57,6 +59,7 @@ void Session::lose(const std::string& why) {
 
 void Session::dispatch(const protocol::ReportBytes& report) {
   ++statistics_.reports_received;
+  if (!taps_.empty()) log(false, report);
   const auto decode = [&]<class Report>(Report content) {
     if (protocol::decode(report, content).ok()) {
       dispatch(content);

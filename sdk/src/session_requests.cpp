@@ -33,6 +33,8 @@ void Session::write(const protocol::ReportBytes& report) {
   try {
     // A full queue empties by one report a frame.
     while (!transport_->write(report)) sleep(kFrameNs);
+    const std::lock_guard lock(mutex_);
+    log(true, report);
   } catch (const Disconnected& error) {
     const std::lock_guard lock(mutex_);
     lose(error.what());
@@ -53,10 +55,49 @@ void Session::send_while_armed(protocol::ReportBytes report) {
   write(report);
 }
 
+class Session::Tap final : public ReportTap {
+ public:
+  explicit Tap(bool with_telemetry) : with_telemetry_(with_telemetry) {}
+
+  void add(const LoggedReport& report) {
+    const bool is_telemetry = report.bytes[0] == protocol::Layout<protocol::Telemetry>::id;
+    if (is_telemetry && !with_telemetry_) return;
+    const std::lock_guard lock(mutex_);
+    reports_.push_back(report);
+  }
+
+  std::vector<LoggedReport> take() override {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(reports_, {});
+  }
+
+ private:
+  const bool with_telemetry_;
+  std::mutex mutex_;
+  std::vector<LoggedReport> reports_;
+};
+
+std::shared_ptr<ReportTap> Session::tap(bool with_telemetry) {
+  auto tap = std::make_shared<Tap>(with_telemetry);
+  const std::lock_guard lock(mutex_);
+  taps_.push_back(tap);
+  return tap;
+}
+
+void Session::log(bool sent, const protocol::ReportBytes& report) {
+  std::erase_if(taps_, [](const auto& tap) { return tap.expired(); });
+  for (const auto& weak : taps_) {
+    if (const auto tap = weak.lock()) tap->add({newest_tick_, sent, report});
+  }
+}
+
+protocol::ReportBytes Session::keep_alive_report() {
+  return protocol::encode(protocol::Command{0, 0, protocol::Op::keep_alive});
+}
+
 bool Session::send_keep_alive() noexcept {
   try {
-    const bool sent =
-        transport_->write(protocol::encode(protocol::Command{0, 0, protocol::Op::keep_alive}));
+    const bool sent = transport_->write(keep_alive_report());
     if (sent) ++reports_sent_;
     return sent;
   } catch (...) {
@@ -147,6 +188,8 @@ void Session::set_feature(protocol::ReportBytes report) {
   try {
     if (!transport_->set_feature(report)) throw_stalled(report[0]);
     ++reports_sent_;
+    const std::lock_guard lock(mutex_);
+    log(true, report);
   } catch (const Disconnected& error) {
     const std::lock_guard lock(mutex_);
     lose(error.what());

@@ -4,7 +4,7 @@ import { described } from "./codec";
 import type { Given } from "./conversion";
 import { form } from "./form";
 import type { Knob } from "./knob";
-import { byId, element, label } from "./page";
+import { byId, element, label, saveFile } from "./page";
 import { CONFIGURATIONS } from "./reports";
 
 type Attempt = (act: () => Promise<unknown>) => void;
@@ -84,9 +84,7 @@ export class Configurations {
 
   #toFile(): void {
     const file = new Blob([JSON.stringify(this.#shown, null, 2) + "\n"], { type: "application/json" });
-    const link = element("a", { href: URL.createObjectURL(file), download: "torsio-configuration.json" });
-    link.click();
-    URL.revokeObjectURL(link.href);
+    saveFile(file, "torsio-configuration.json");
   }
 
   /** Shows what a file has; nothing is sent. @throws Error that says what is wrong with it */

@@ -11,6 +11,12 @@ const EASY_RATE_HZ = 3600;
 // Their first fields are the sequence number, which is written in here.
 const SEQUENCE_AT = 1;
 
+/** Who keeps what travels. */
+export interface Keeper {
+  sample(row: readonly number[], tick: number, counts: number, flags: number): void;
+  report(newestTick: number, sent: boolean, bytes: Uint8Array): void;
+}
+
 /** The device said no. */
 export class Refused extends Error {}
 
@@ -31,6 +37,8 @@ export class Knob {
   state = "disarmed";
   owner = "none";
   flags: string[] = [];
+  /** Gets a copy of all that travels, if there is one. */
+  keeper: Keeper | undefined;
   faults: string[] = [];
   undecodable = 0;
   /** Round trips of commands, the newest last, in ms. */
@@ -49,6 +57,7 @@ export class Knob {
   #watchdogS = 0.25;
   #saidAlive = 0;
   #turn: Promise<unknown> = Promise.resolve();
+  #newestTick = 0;
 
   private constructor(readonly transport: Transport, public identity: Identity) {
     this.decoder = new TelemetryDecoder(identity);
@@ -93,8 +102,16 @@ export class Knob {
       const flags = Number(values.flags);
       this.flags = FLAGS.filter(({ bit }) => flags & (1 << bit)).map((flag) => flag.name);
       this.sampleRateHz = 1e9 / this.identity.controlPeriodNs / Number(values.decimation);
-      this.decoder.decode(values, this.onSample);
-    } else if (name === "acknowledgement") {
+      this.decoder.decode(values, (row, tick, counts) => {
+        this.#newestTick = tick;
+        this.keeper?.sample(row, tick, counts, flags);
+        this.onSample(row);
+      });
+      return;
+    }
+    this.#newestTick = Math.max(this.#newestTick, Number(values.tick ?? 0));
+    this.keeper?.report(this.#newestTick, false, bytes);
+    if (name === "acknowledgement") {
       this.#enter(String(values.state), String(values.owner));
       this.#answers.get(Number(values.sequence))?.(values);
     } else if (name === "event") {
@@ -122,7 +139,12 @@ export class Knob {
   #sayAlive(): void {
     this.#saidAlive = performance.now();
     // Whoever reads next finds out that the device is gone.
-    this.transport.write(encode("command", { op: "keep_alive" })).catch(() => {});
+    this.#send(encode("command", { op: "keep_alive" })).catch(() => {});
+  }
+
+  #send(report: Uint8Array): Promise<void> {
+    this.keeper?.report(this.#newestTick, true, report);
+    return this.transport.write(report);
   }
 
   /** One after the other: scenes and configurations must not mix. */
@@ -156,7 +178,7 @@ export class Knob {
     const answers = reports.map((report) => this.#expect(report));
     const all = Promise.all(answers);
     all.catch(() => {}); // a write may fail first
-    for (const report of reports) await this.transport.write(report);
+    for (const report of reports) await this.#send(report);
     for (const answer of await all) throwIfRefused(answer);
   }
 
@@ -189,6 +211,16 @@ export class Knob {
       }
       for (const { place, content } of encoded) this.#written.set(place, content);
     });
+  }
+
+  /** What a scene had before is sent again with the next. */
+  forgetScene(): void {
+    this.#written.clear();
+  }
+
+  /** A feature report, as it is. */
+  read(name: string): Promise<Values> {
+    return feature(this.transport, name);
   }
 
   /** Asks for state, counters and faults. */
@@ -231,6 +263,7 @@ export class Knob {
     await this.#inTurn(async () => {
       const answer = this.#expect(report);
       answer.catch(() => {});
+      this.keeper?.report(this.#newestTick, true, report);
       if (!(await this.transport.setFeature(report))) {
         throw new Refused("the device refused the configuration: disarm it first");
       }

@@ -4,10 +4,13 @@ import "./main.css";
 import { BridgeTransport } from "./bridge_transport";
 import { Configurations } from "./configurations";
 import { Dial } from "./dial";
+import { FirstPower } from "./first_power";
+import { Games } from "./games";
 import { Knob } from "./knob";
 import { byId, element } from "./page";
 import { legend, Plots } from "./plots";
-import { FAULTS } from "./reports";
+import { Recorder } from "./recorder";
+import { FAULTS, FLAGS } from "./reports";
 import { CHANNELS, Ring } from "./samples";
 import { SceneEditor } from "./scene_editor";
 import type { Transport } from "./transport";
@@ -39,9 +42,25 @@ function attempt(act: () => Promise<unknown>): void {
 }
 
 const editor = new SceneEditor((scene) => {
-  if (knob && !knob.transport.readOnly) attempt(() => knob!.play(scene));
+  if (knob && !knob.transport.readOnly) {
+    attempt(async () => {
+      await knob!.play(scene);
+      recorder.note("play", { scene });
+    });
+  }
 });
 const configurations = new Configurations(() => knob, attempt);
+const recorder = new Recorder(() => knob, () => editor.scene, attempt);
+const firstPower = new FirstPower(
+  () => knob,
+  attempt,
+  (scene) => {
+    editor.take(scene);
+    void configurations.load();
+  },
+  () => attempt(() => knob!.command("disarm")),
+);
+new Games(() => knob);
 const dial = new Dial((angle) => emulated?.hand(angle));
 const plots = new Plots(samples, truth);
 byId("over-angle-legend").append(legend());
@@ -62,6 +81,8 @@ function showState(): void {
   button("clear-fault").disabled = !canAct || !faulty;
   button("zero").disabled = !canAct || state !== "disarmed";
   configurations.enable(canAct && state === "disarmed");
+  firstPower.enable(canAct && state === "disarmed");
+  recorder.enable(knob !== undefined && state !== "disconnected");
   document.body.classList.toggle("has-emulator", emulated !== undefined);
   dial.enabled = emulated !== undefined;
   if (faulty && !knob!.faults.length) void knob!.health().then(showFaults);
@@ -93,6 +114,7 @@ async function transportTo(kind: string): Promise<Transport> {
 }
 
 async function connect(kind: string): Promise<void> {
+  await recorder.end();
   await knob?.close();
   knob = undefined;
   emulated = undefined;
@@ -119,7 +141,11 @@ async function connect(kind: string): Promise<void> {
     samples.push(row);
   };
   knob.onChange = showState;
-  knob.onGone = say;
+  knob.onGone = (why) => {
+    say(why);
+    // What was recorded until then is not lost.
+    void recorder.end();
+  };
   const { serial, firmware, controlPeriodNs } = knob.identity;
   const rate = (1e6 / controlPeriodNs).toFixed(0);
   byId("who").textContent =
@@ -135,6 +161,8 @@ function show(id: string, value: number, words: string): void {
   place.value = String(value);
   if (place.textContent !== words) place.textContent = words;
 }
+
+byId("flags").title = FLAGS.map((flag) => `${flag.name.replaceAll("_", " ")}: ${flag.doc}`).join("\n");
 
 function torque(value: number): string {
   return `${(1e3 * value).toFixed(1)} mN·m`;
@@ -161,6 +189,8 @@ function draw(): void {
     show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
     show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
     CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
+    show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
+    firstPower.look({ state: knob.state, faults: knob.faults, angleRad: angle, brakeCapacityNm: row[5]! });
     const actual = truth.last();
     if (actual) {
       show("true_spring_torque_nm", actual[4]!, torque(actual[4]!));
@@ -190,7 +220,8 @@ button("emergency-stop").addEventListener("click", (event) => {
 addEventListener(
   "keydown",
   (event) => {
-    if (event.key === "Escape" && knob?.state === "armed") attempt(() => knob!.command("disarm"));
+    const canDisarm = knob?.state === "armed" && !knob.transport.readOnly;
+    if (event.key === "Escape" && canDisarm) attempt(() => knob!.command("disarm"));
   },
   { capture: true },
 );

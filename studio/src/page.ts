@@ -33,3 +33,11 @@ export function label(name: string): string {
     .replace(/_(nm_s_per_rad|nm_per_rad|nm_per_s|nm_per_a|v_per_a|kg_m2|rad_s2|rad_s|rad|nm|deg|hz|ohm|s|a|v|h)$/, "")
     .replaceAll("_", " ");
 }
+
+/** Hands a file to the user. */
+export function saveFile(content: Blob, name: string): void {
+  const link = element("a", { href: URL.createObjectURL(content), download: name });
+  link.click();
+  // Not before the browser has begun to read it.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}

@@ -97,23 +97,53 @@ export const STATUSES: readonly { name: string; doc: string; advice: string }[] 
 ];
 
 export const FAULTS: readonly Bit[] = [
-  {"name": "emergency_stop", "bit": 0, "doc": "the input is open or pressed", "advice": ""},
-  {"name": "over_speed", "bit": 1, "doc": "faster than speed_limit_rad_s", "advice": ""},
-  {"name": "encoder", "bit": 2, "doc": "a jump that no knob can make", "advice": ""},
-  {"name": "actuator", "bit": 3, "doc": "the power stage reports an error", "advice": ""},
-  {"name": "overrun", "bit": 4, "doc": "ticks were missed or took too long", "advice": ""},
-  {"name": "numeric", "bit": 5, "doc": "the control law gave no finite torque", "advice": ""},
+  {
+    "name": "emergency_stop",
+    "bit": 0,
+    "doc": "the input is open or pressed",
+    "advice": "release it, or close its contact to ground, then clear the fault",
+  },
+  {
+    "name": "over_speed",
+    "bit": 1,
+    "doc": "faster than speed_limit_rad_s",
+    "advice": "look for a scene that is too stiff or too little damped, then clear the fault; the limit is speed_limit_rad_s of the control configuration",
+  },
+  {
+    "name": "encoder",
+    "bit": 2,
+    "doc": "a jump that no knob can make",
+    "advice": "check the encoder's cable and supply, then clear the fault",
+  },
+  {
+    "name": "actuator",
+    "bit": 3,
+    "doc": "the power stage reports an error",
+    "advice": "check supply, motor cable and temperature, then clear the fault",
+  },
+  {
+    "name": "overrun",
+    "bit": 4,
+    "doc": "ticks were missed or took too long",
+    "advice": "clear the fault; if it comes back the scene is too much for the board: play fewer effects",
+  },
+  {
+    "name": "numeric",
+    "bit": 5,
+    "doc": "the control law gave no finite torque",
+    "advice": "stop, clear the fault, and look for extreme values in scene and configuration",
+  },
   {
     "name": "current_sensor",
     "bit": 6,
     "doc": "its zero leaves no room for the trip level",
-    "advice": "",
+    "advice": "check the sensor's supply and wire; then current_sense_v_per_a and motor_current_max_a of the board configuration: one and a half times that current must stay within its range",
   },
   {
     "name": "winding",
     "bit": 7,
     "doc": "voltage, current and speed do not fit together",
-    "advice": "",
+    "advice": "check the current sensor, the motor's wires, the supply and the encoder's cable, then resistance, torque constant and signs in the configuration; clear the fault",
   },
 ];
 

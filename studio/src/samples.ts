@@ -33,7 +33,8 @@ export class TelemetryDecoder {
     this.#nextTick = undefined;
   }
 
-  decode(report: Values, take: (row: number[]) => void): void {
+  /** @param take gets each row, the tick that it is of, and the position in counts */
+  decode(report: Values, take: (row: number[], tick: number, counts: number) => void): void {
     const { controlPeriodNs, countsPerRev, torqueStepNm, speedStepRadS } = this.units;
     const tick = report.tick as bigint;
     const count = Number(report.axis_samples) >> 4;
@@ -48,15 +49,17 @@ export class TelemetryDecoder {
     for (const [i, sample] of (report.sample as Values[]).slice(0, count).entries()) {
       const position = Number(this.#position) + Number(sample.offset_counts);
       ++this.received;
-      take([
-        1e-9 * (Number(tick) + i * decimation) * controlPeriodNs,
+      const at = Number(tick) + i * decimation;
+      const row = [
+        1e-9 * at * controlPeriodNs,
         (position * 2 * Math.PI) / countsPerRev,
         Number(sample.speed) * speedStepRadS,
         Number(sample.desired_torque) * torqueStepNm,
         Number(sample.motor_command) * torqueStepNm,
         Number(sample.brake_capacity) * torqueStepNm,
         Number(sample.spring_torque) * torqueStepNm,
-      ]);
+      ];
+      take(row, at, position);
     }
   }
 }

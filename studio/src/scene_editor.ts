@@ -63,7 +63,7 @@ function drawing(effect: Effect, changed: () => void): HTMLElement {
 }
 
 export class SceneEditor {
-  readonly scene: Effect[] = [EXAMPLES.wall!()];
+  scene: Effect[] = [EXAMPLES.wall!()];
   readonly #list = byId("effects");
   #timer: ReturnType<typeof setTimeout> | undefined;
 
@@ -80,6 +80,12 @@ export class SceneEditor {
         void navigator.clipboard?.writeText(byId(lines).textContent ?? "");
       });
     }
+    this.#build();
+  }
+
+  /** Shows another scene, and plays it. */
+  take(scene: Effect[]): void {
+    this.scene = scene;
     this.#build();
   }
 

@@ -1,14 +1,15 @@
 // A knob on this computer, real or virtual, over WebHID.
 
+import rules from "../../sdk/60-torsio.rules";
 import { REPORT_SIZE } from "./codec";
 import { USB } from "./reports";
 import { Gone, Inbox, type Transport } from "./transport";
 
 const CONTROL_USAGE_PAGE = 0xff00;
+const UDEV_RULE = rules.split("\n").find((line) => line.includes('"hidraw"')) ?? "";
 const UDEV_HELP =
-  "the browser may not open the knob. On Linux a udev rule allows it: run ./dev udev in a clone of " +
-  "the project, or copy sdk/60-torsio.rules to /etc/udev/rules.d/, then unplug the knob and plug " +
-  "it in again";
+  "the browser may not open the knob. On Linux a udev rule allows it: put this line into " +
+  "/etc/udev/rules.d/60-torsio.rules, then unplug the knob and plug it in again (./dev udev does it)";
 
 export function hasWebHid(): boolean {
   return "hid" in navigator;
@@ -47,7 +48,7 @@ export class WebHidTransport implements Transport {
     try {
       if (!device.opened) await device.open();
     } catch (error) {
-      throw new Error(`${UDEV_HELP} (${String(error)})`);
+      throw new Error(`${UDEV_HELP}:\n\n${UDEV_RULE}\n\n(${String(error)})`);
     }
     return new WebHidTransport(device);
   }

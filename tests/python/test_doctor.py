@@ -18,6 +18,7 @@ import torsio
 from tests.python import wire
 from torsio import doctor, doctor_facts
 from torsio.doctor_facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
+from torsio.statuses import FAULT_ADVICE
 
 TREE = Path(__file__).parents[2]
 COMMAND = str(Path(sys.executable).with_name("torsio"))
@@ -237,7 +238,7 @@ def test_firmware_names_both_ends(facts: KnobFacts) -> None:
     assert f"0x{torsio.protocol.fingerprint():08x}" in finding.text
 
 
-@pytest.mark.parametrize("fault", doctor._FAULT_ADVICE)
+@pytest.mark.parametrize("fault", doctor._FAULTS_FOUND)
 def test_fault_is_told_in_plain_words(fault: str, facts: KnobFacts) -> None:
     finding = doctor.check_state(with_health(facts, state="fault", faults=(fault,)))
     assert not finding.ok
@@ -249,7 +250,11 @@ def test_fault_is_told_in_plain_words(fault: str, facts: KnobFacts) -> None:
 def test_fault_table_has_every_fault_of_the_protocol() -> None:
     header = (TREE / "firmware" / "protocol" / "enumerations.hpp").read_text(encoding="utf-8")
     body = header.split("namespace fault {")[1].split("}")[0]
-    assert set(doctor._FAULT_ADVICE) == set(re.findall(r"uint16_t (\w+) = 1", body))
+    assert (
+        set(doctor._FAULTS_FOUND)
+        == set(FAULT_ADVICE)
+        == set(re.findall(r"uint16_t (\w+) = 1", body))
+    )
 
 
 def test_fault_of_a_newer_firmware_asks_for_a_newer_library(facts: KnobFacts) -> None:

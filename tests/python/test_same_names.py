@@ -27,6 +27,8 @@ CPP_ONLY = {
     "TruthSample": "columns of an array, TRUTH_DTYPE",
     "Transport": "Python brings none of its own",
     "ReportBytes": "bytes",
+    "ReportTap": "what Knob.record_to and torsio.studio.watch use",
+    "LoggedReport": "a row of Recorded.reports",
     "open_transport": "for who wraps one",
     "Knot": "a pair (time_s, value)",
     "Interrupted": "KeyboardInterrupt",
@@ -54,11 +56,15 @@ PYTHON_ONLY = {
     "load": "recordings are Python's",
     "Recorded": "what load gives",
     "RecordingFile": "what Knob.record_to gives",
+    "Replayed": "what replay gives",
+    "replay": "recordings are Python's",
 }
 METHODS_ONLY = {
     "Knob.open": "torsio.open",
     "Knob.telemetry": "a generator; C++ calls read() in a loop",
     "Knob.record_to": "recordings are Python's",
+    "Knob.tap": "Knob.record_to and torsio.studio.watch have one",
+    "Knob.feature": "for those two; Python has clock(), health() and the rest",
 }
 OTHER_PARAMETERS = {
     "Knob.stream_local_model": "keyword arguments in place of a LocalModel",

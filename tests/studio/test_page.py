@@ -10,11 +10,13 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
 import torsio
 from tests.studio.browser import drag_to, number, opened, settled, state_is
+from torsio import protocol
 
 AXE = Path(__file__).parents[2] / "studio/node_modules/axe-core/axe.min.js"
 STIFFNESS, WALL_RAD = 1.4, 0.3  # the page's first scene
@@ -178,3 +180,85 @@ def test_page_without_its_module_says_how_to_build_it(browser: Browser, site: st
         "knob.wasm is missing beside the page: build it with ./dev studio"
     )
     page.close()
+
+
+def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
+    browser: Browser, site: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "page.mcap"
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#record")
+        expect(page.locator("#record")).to_have_text("stop recording")
+        _armed(page)
+        drag_to(page, 0.4)
+        settled(page, "angle_rad", within=1e-4)
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        page.mouse.up()
+        with page.expect_download() as download:
+            page.click("#record")
+        download.value.save_as(file)
+        assert download.value.suggested_filename.endswith(".mcap")
+    recorded = torsio.load(file)
+    assert recorded.whole
+    samples = recorded.telemetry
+    assert len(samples) > 500
+    assert recorded.samples_lost == 0
+    assert (np.diff(samples["tick"].astype(np.int64)) == 2).all()
+    np.testing.assert_allclose(samples["time_s"], samples["tick"] * 250e-6, rtol=1e-12)
+    counts_per_rev = recorded.metadata["info"]["counts_per_rev"]
+    turned = samples["position_counts"] * 2 * math.pi / counts_per_rev
+    np.testing.assert_allclose(samples["angle_rad"], turned, rtol=1e-12)
+    inside = samples["angle_rad"] > WALL_RAD + 0.01
+    assert samples["desired_torque_nm"][inside].min() < -0.05
+    assert torsio.ControlConfig(**recorded.metadata["configuration"]["ControlConfig"])
+    assert [event["kind"] for event in recorded.events] == ["play"]
+    assert "armed" in {event["state"] for event in recorded.device_events} | {
+        protocol.decode(content)[1].get("state") for _, _, content in recorded.reports
+    }
+    # Every other tick is a sample, and the knob was at rest before: near it, not to the bit.
+    replayed = torsio.replay(recorded)
+    assert not replayed.from_inputs
+    assert len(replayed.replayed) > len(samples) / 2
+    assert replayed.largest_differences()["position_counts"] == 0
+    assert replayed.largest_differences()["desired_torque_nm"] <= STEP_NM
+
+
+def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#first-power summary")
+        done = [page.locator(f"#step-{i}") for i in range(9)]
+        expect(done[0]).to_be_checked()
+        # Turned by hand, backwards first.
+        page.focus("#dial")
+        for _ in range(4):
+            page.keyboard.press("PageDown")
+        expect(page.locator("#first-power-steps li").nth(1)).to_contain_text("counts backwards")
+        for _ in range(24):
+            page.keyboard.press("PageUp")
+        expect(done[1]).to_be_checked()
+        page.keyboard.press("Backspace")
+        page.click("#emergency-stop")
+        state_is(page, "fault")
+        expect(page.locator("#faults li")).to_contain_text("close its contact to ground")
+        page.click("#emergency-stop")
+        page.click("#clear-fault")
+        expect(done[2]).to_be_checked()
+        # Nobody holds the knob: the push turns it, and then the page disarms.
+        expect(done[3]).not_to_be_checked()
+        page.click("#first-power-steps li:nth-child(4) button")
+        expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
+        assert page.locator("#state").get_attribute("value") == "disarmed"
+        _armed(page)
+        expect(done[3]).to_be_checked()
+        state_is(page, "disarmed")
+        page.click("#first-power-steps li:nth-child(5) button")
+        expect(page.locator("#python")).to_contain_text("torsio.Friction(torque_nm=0.01)")
+        page.wait_for_selector("#control_config")
+        _armed(page)
+        page.focus("#dial")
+        while not done[4].is_checked():
+            page.keyboard.press("PageUp")
+        expect(page.locator("#message")).to_be_hidden()

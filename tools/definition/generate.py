@@ -534,11 +534,21 @@ def python_telemetry() -> str:
 def python_statuses() -> str:
     """Write the module of names that only tools and messages need."""
     names = "".join(f'    "{value.name}",\n' for value in e.STATUS.values)
+    advice = "".join(
+        f'    "{bit.name}": (\n'
+        + "".join(
+            f'        "{line}"\n' for line in textwrap.wrap(bit.advice, 84, drop_whitespace=False)
+        )
+        + "    ),\n"
+        for bit in e.FAULT.bits
+    )
     body = (
         "from __future__ import annotations\n\nfrom typing import Final\n\n{all}\n\n"
-        f'STATUS_NAMES: Final = (\n{names})\n"""Names of the status codes, by code."""\n'
+        f'STATUS_NAMES: Final = (\n{names})\n"""Names of the status codes, by code."""\n\n'
+        f'FAULT_ADVICE: Final = {{{{\n{advice}}}}}\n"""What to do about each fault of the device."""\n'
     )
-    return python.module("Names of the protocol's numbers.", LISTS, body, ("STATUS_NAMES",))
+    text = "Names of the protocol's numbers, and what to do about them."
+    return python.module(text, LISTS, body, ("FAULT_ADVICE", "STATUS_NAMES"))
 
 
 def protocol_page() -> str:

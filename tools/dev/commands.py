@@ -84,7 +84,8 @@ def _build_packages(tinyusb: str) -> None:
 def test(arguments: Sequence[str]) -> int:
     """Build everything and hand over to pytest.
 
-    ``usb`` first selects the tests in real kernels, ``games`` those of games that take minutes.
+    ``usb`` first selects the tests in real kernels, ``games`` those of games and of browsers
+    that take minutes.
     """
     only_games = arguments[:1] == ["games"]
     only_usb = only_games or arguments[:1] == ["usb"]
@@ -98,18 +99,19 @@ def test(arguments: Sequence[str]) -> int:
         kernels = building.begin_fetching_kernels()
         more: tuple[str, ...] = ("firmware", "studio", "browser", "languages")
         if only_usb:
-            more = ("windows",) if only_games else ()
+            more = ("windows", "studio", "browser") if only_games else ()
         environment.set_up("tests", "machines", "game", *more)
         board = None if only_usb else building.begin_npm("tests/board")
-        page = None if only_usb else building.begin_npm("studio")
+        page = building.begin_npm("studio") if only_games or not only_usb else None
         sources.require()
         for preset in ("release", "asan-ubsan") if only_usb else ("release", "asan-ubsan", "tsan"):
             building.build_preset(preset, sources.tinyusb)
         _build_packages(sources.tinyusb)
-        if board is not None and page is not None:
+        if board is not None:
             building.build_firmware(sources.sdk)
             building.build_emulated()
             board.result()
+        if page is not None:
             building.build_studio(page)
         kernels.result()
         if only_games:

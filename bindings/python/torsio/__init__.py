@@ -16,7 +16,7 @@ from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, scenes, telemetry
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
-from torsio.emulated_knob import Emulator, EmulatorOptions
+from torsio.emulated_knob import DeviceInput, Emulator, EmulatorOptions
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -62,6 +62,7 @@ from torsio.records import (
     ListedDevice,
     StableStiffness,
 )
+from torsio.replaying import Replayed, replay
 from torsio.scenes import *  # noqa: F403  # every effect
 from torsio.steps import Step, Steps
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
@@ -82,6 +83,7 @@ __all__ = [
     "DeviceBusy",
     "DeviceEvent",
     "DeviceInfo",
+    "DeviceInput",
     "DeviceNotFound",
     "DeviceWatch",
     "Disarm",
@@ -117,6 +119,7 @@ __all__ = [
     "Recorded",
     "RecordingFile",
     "Refused",
+    "Replayed",
     "ShaftHardening",
     "StableStiffness",
     "Step",
@@ -132,6 +135,7 @@ __all__ = [
     "open",
     "start_bootloader",
     "protocol",
+    "replay",
     "telemetry",
     "watch",
     *scenes.__all__,

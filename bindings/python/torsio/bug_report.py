@@ -1,7 +1,7 @@
 """`torsio report`: all that somebody needs to look into a fault, in one file.
 
-The file is a zip: what `torsio doctor` finds, versions, and a recording. There is nothing of
-the user in it but what the recording's own notes say.
+The file is a zip: what `torsio doctor` finds, versions, and a recording that `torsio replay` runs
+again. There is nothing of the user in it but what the recording's own notes say.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ A report about a Torsio knob.
 
 doctor.json     what `torsio doctor` found
 versions.json   of library, protocol, Python and system
-recording.mcap  what the knob did, if there is one
+recording.mcap  what the knob did, if there is one; `torsio replay recording.mcap` runs it again
 
 The knob's serial number is in it. Names of users, of the computer and of folders are not, unless
 notes that a program made in the recording have some.
@@ -102,8 +102,10 @@ def collect(
 
 def _record(selector: str, file: Path, duration_s: float) -> Path | None:
     """Record the knob as it is, if it can be; the doctor has said why not."""
+    is_emulated = selector == "emulated" or selector.startswith("emulated:")
+    options = torsio.EmulatorOptions(log_inputs=True) if is_emulated else None
     try:
-        with torsio.open(selector) as knob, knob.record_to(file):
+        with torsio.open(selector, emulator=options) as knob, knob.record_to(file):
             knob.sleep(duration_s)
     except Error:
         return file if file.exists() else None

@@ -17,6 +17,7 @@ from torsio import doctor_facts
 from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, KnobFacts, Permission, UsbKnob
 from torsio.errors import Error
 from torsio.records import Limits
+from torsio.statuses import FAULT_ADVICE
 
 __all__ = ["HOW_TO_CONFIRM", "Finding", "Report", "diagnose", "limits_text"]
 
@@ -30,42 +31,17 @@ HOW_TO_CONFIRM = (
     "calibrate`, then `torsio config set confirmed=on`"
 )
 
-_FAULT_ADVICE = {
-    "emergency_stop": (
-        "the emergency stop is pressed or not connected",
-        "release it, or close its contact to ground, then clear the fault",
-    ),
-    "over_speed": (
-        "the knob turned faster than its limit",
-        "look for a scene that is too stiff or too little damped, then clear the fault; the limit "
-        "is speed_limit_rad_s of the control configuration",
-    ),
-    "encoder": (
-        "the encoder's count jumped further than a knob can turn",
-        "check the encoder's cable and supply, then clear the fault",
-    ),
-    "actuator": (
-        "the power stage reported an error",
-        "check supply, motor cable and temperature, then clear the fault",
-    ),
+_FAULTS_FOUND = {
+    "emergency_stop": "the emergency stop is pressed or not connected",
+    "over_speed": "the knob turned faster than its limit",
+    "encoder": "the encoder's count jumped further than a knob can turn",
+    "actuator": "the power stage reported an error",
     "current_sensor": (
-        "the motor's current sensor does not rest where it can see enough to either side",
-        "check the sensor's supply and wire; then current_sense_v_per_a and motor_current_max_a of "
-        "the board configuration: one and a half times that current must stay within its range",
+        "the motor's current sensor does not rest where it can see enough to either side"
     ),
-    "winding": (
-        "the motor's voltage, its current and the knob's speed did not fit together",
-        "check the current sensor, the motor's wires, the supply and the encoder's cable, then "
-        "resistance, torque constant and signs in the configuration; clear the fault",
-    ),
-    "overrun": (
-        "ticks were missed, or took nearly the whole control period",
-        "clear the fault; if it comes back the scene is too much for the board: play fewer effects",
-    ),
-    "numeric": (
-        "the control law gave a torque that is no number",
-        "stop, clear the fault, and look for extreme values in scene and configuration",
-    ),
+    "winding": "the motor's voltage, its current and the knob's speed did not fit together",
+    "overrun": "ticks were missed, or took nearly the whole control period",
+    "numeric": "the control law gave a torque that is no number",
 }
 
 
@@ -245,13 +221,14 @@ def check_state(facts: KnobFacts) -> Finding:
     values = {"state": health.state, "faults": list(health.faults)}
     if health.state != "fault":
         return Finding("state", True, f"the knob is {health.state}, without a fault", values=values)
-    unknown = ("a fault that this library does not know", "update the library")
-    known = [_FAULT_ADVICE.get(fault, unknown) for fault in health.faults]
+    unknown = "a fault that this library does not know"
+    found = [_FAULTS_FOUND.get(fault, unknown) for fault in health.faults]
+    advice = [FAULT_ADVICE.get(fault, "update the library") for fault in health.faults]
     return Finding(
         "state",
         False,
-        "the knob gives no torque: " + "; ".join(text for text, _ in known),
-        "; ".join(advice for _, advice in known) + " (knob.clear_fault())",
+        "the knob gives no torque: " + "; ".join(found),
+        "; ".join(advice) + " (knob.clear_fault())",
         values,
     )
 

@@ -12,7 +12,27 @@ from torsio.hands import Hand
 from torsio.plant import ElectricsState, PlantParams
 from torsio.telemetry import Record
 
-__all__ = ["Emulator", "EmulatorOptions"]
+__all__ = ["DeviceInput", "Emulator", "EmulatorOptions"]
+
+
+@dataclass(frozen=True)
+class DeviceInput:
+    """Something that entered an emulated device.
+
+    Attributes
+    ----------
+    tick
+        Control ticks that had run before it, since the first power-up.
+    kind
+        "output", "feature": a report; "counts": of the encoder, one control tick for each, as
+        32-bit numbers, little endian; and what else of its world a device notices.
+    bytes
+        What it was.
+    """
+
+    tick: int
+    kind: str
+    bytes: bytes
 
 
 @dataclass(frozen=True)
@@ -36,6 +56,8 @@ class EmulatorOptions:
         computed; the same calls with the same seed give the same bytes. True: the wall clock's.
     log_truth
         Record what no sensor sees, for `Emulator.truth`.
+    log_inputs
+        Record what enters the device, for `Emulator.inputs`.
 
     Raises
     ------
@@ -55,6 +77,7 @@ class EmulatorOptions:
     game: GameConfig | None = None
     paced: bool = False
     log_truth: bool = False
+    log_inputs: bool = False
 
     def __post_init__(self) -> None:
         """Look at the kind of every value, here where it was written."""
@@ -63,6 +86,7 @@ class EmulatorOptions:
         checks.text("serial", self.serial)
         checks.flag("paced", self.paced)
         checks.flag("log_truth", self.log_truth)
+        checks.flag("log_inputs", self.log_inputs)
         for name, wanted in (
             ("plant", PlantParams),
             ("hand", Hand),
@@ -108,6 +132,18 @@ class Emulator:
             Unless opened with ``EmulatorOptions(log_truth=True)``.
         """
         return self._knob.truth()
+
+    def inputs(self) -> list[DeviceInput]:
+        """Take what has entered the device since power-up or the last call, in order.
+
+        `torsio.emulator.ReplayedDevice` runs it again; a recording keeps it.
+
+        Raises
+        ------
+        Error
+            Unless opened with ``EmulatorOptions(log_inputs=True)``.
+        """
+        return [DeviceInput(*row) for row in self._knob.inputs()]
 
     @property
     def electrics(self) -> ElectricsState:

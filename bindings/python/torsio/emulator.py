@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio._torsio.emulator import PLANT_DTYPE, EmulatedDevice, Encoder, Profile
+from torsio._torsio.emulator import PLANT_DTYPE, EmulatedDevice, Encoder, Profile, ReplayedDevice
 from torsio.closed_loop import (
     LOOP_DTYPE,
     REPLAY_DTYPE,
@@ -38,6 +38,7 @@ __all__ = [
     "LoopOptions",
     "Plant",
     "Profile",
+    "ReplayedDevice",
     "SpinUp",
     "replay",
     "reports",

@@ -83,11 +83,13 @@ class Knob:
     that is not paced.
     """
 
-    def __init__(self, knob: _torsio.Knob) -> None:
+    def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool = False) -> None:
         self._knob = knob
+        self._logs_inputs = logs_inputs
         self._path: str = knob.info()["path"]
         self._recording: RecordingFile | None = None
         self._stable: tuple[StableStiffness, bool] | None = None  # what `play` has asked for
+        self._report_tap: _torsio.ReportTap | None = None
         _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
@@ -626,7 +628,10 @@ class Knob:
                 "system": f"{platform.system()} {platform.machine()}",
             },
         }
+        # What is told from here on is in it.
+        tap = self._knob.tap(with_telemetry=False)
         self._recording = RecordingFile(path, metadata, self._end_recording)
+        self._report_tap = tap
         try:
             self.start_telemetry()
         except BaseException:
@@ -639,7 +644,8 @@ class Knob:
             self._drain()
         except Error as error:
             self._note("lost", why=str(error))
-        self._recording = None
+            self._keep_reports()
+        self._recording = self._report_tap = None
 
     def _note(self, kind: str, **values: Any) -> None:
         if self._recording is not None:
@@ -649,7 +655,14 @@ class Knob:
         """Keep samples in the recording, if there is one, and give them on."""
         if self._recording is not None:
             self._recording.write(samples, self.statistics().samples_lost)
+            self._keep_reports()
         return samples
+
+    def _keep_reports(self) -> None:
+        if self._recording is not None:
+            self._recording.write_reports(self._report_tap.take() if self._report_tap else [])
+            if self._logs_inputs:
+                self._recording.write_inputs(self.emulator.inputs())
 
     def _drain(self) -> None:
         while self._recording is not None and len(self._recorded(self._knob.read(65536, 0.0))):
@@ -750,7 +763,8 @@ def open(
             emulator=emulator,
             command_timeout_s=checks.number("command_timeout_s", command_timeout_s),
             ring_samples=checks.whole("ring_samples", ring_samples, 1, _MAX_SAMPLES),
-        )
+        ),
+        logs_inputs=emulator is not None and emulator.log_inputs,
     )
 
 

@@ -10,25 +10,37 @@ import contextlib
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Final
+from typing import Any, BinaryIO, Final, TypeAlias
 
 import numpy as np
 
-from torsio.errors import Error
+from torsio import protocol
+from torsio.emulated_knob import DeviceInput
+from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
-__all__ = ["Recorded", "RecordingFile", "load"]
+__all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]
+
+LoggedReport: TypeAlias = tuple[int, bool, bytes]
+"""Ticks of the newest thing that the device had said by then, whether it was sent, its bytes."""
 
 # What is in memory when the power goes is lost: this much at most.
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
-_TOPICS: Final = ("telemetry", "events", "drop_outs")
+_TOPICS: Final = ("telemetry", "events", "device_events", "drop_outs", "reports", "inputs")
+_FIELDS: Final[dict[str, dict[str, str]]] = {
+    "drop_outs": {"samples_lost": "integer"},
+    "events": {"kind": "string"},
+    "device_events": {"kind": "string", "state": "string", "faults": "integer", "tick": "integer"},
+    "reports": {"tick": "integer", "sent": "boolean", "name": "string", "bytes": "string"},
+    "inputs": {"tick": "integer", "kind": "string", "bytes": "string"},
+}
 _COLUMNS: Final = TELEMETRY_DTYPE.names or ()
 _JSON_TYPES: Final = {"f": "number", "u": "integer", "i": "integer"}
 
@@ -39,13 +51,10 @@ def _missing() -> Error:
 
 def _schema(topic: str) -> dict[str, Any]:
     """Describe a topic's messages to viewers."""
-    columns: dict[str, Any] = {}
-    if topic == "telemetry":
-        columns = {name: {"type": _JSON_TYPES[TELEMETRY_DTYPE[name].kind]} for name in _COLUMNS}
-    elif topic == "drop_outs":
-        columns = {"samples_lost": {"type": "integer"}}
-    else:
-        columns = {"kind": {"type": "string"}}
+    types = _FIELDS.get(topic) or {
+        name: _JSON_TYPES[TELEMETRY_DTYPE[name].kind] for name in _COLUMNS
+    }
+    columns = {name: {"type": type} for name, type in types.items()}
     return {"type": "object", "title": f"torsio.{topic}", "properties": columns}
 
 
@@ -155,6 +164,24 @@ class RecordingFile:
             self._add("telemetry", at, dict(zip(_COLUMNS, row, strict=True)))
         self.samples += len(samples)
 
+    def write_reports(self, reports: Iterable[LoggedReport]) -> None:
+        """Write reports that travelled, and what the device told of itself; the knob calls it."""
+        for tick, sent, content in reports:
+            try:
+                name, values = protocol.decode(content)
+            except MalformedReport:
+                name, values = "", {}
+            row = {"tick": tick, "sent": sent, "name": name, "bytes": content.hex()}
+            self._add("reports", time.time_ns(), row)
+            if name == "event":
+                self._add("device_events", time.time_ns(), values)
+
+    def write_inputs(self, inputs: Iterable[DeviceInput]) -> None:
+        """Write what entered an emulated device; the knob calls it."""
+        for one in inputs:
+            row = {"tick": one.tick, "kind": one.kind, "bytes": one.bytes.hex()}
+            self._add("inputs", time.time_ns(), row)
+
     def _add(self, topic: str, at_ns: int, message: Mapping[str, Any]) -> None:
         data = json.dumps(_plain(message), separators=(",", ":"), default=str).encode()
         with self._lock:
@@ -177,6 +204,14 @@ class Recorded:
     events
         What the program asked of the knob and noted, in order; each has ``kind`` and
         ``host_time_ns``.
+    device_events
+        What the device told of itself: changes of state, faults, silence.
+    reports
+        That were sent, and acknowledgements and events that came, in order: the tick of the newest
+        thing known then, whether it was sent, and the bytes.
+    inputs
+        What entered the device from its power-up on, if it was an emulated one that was opened with
+        ``EmulatorOptions(log_inputs=True)``.
     samples_lost
         That never arrived.
     metadata
@@ -190,6 +225,9 @@ class Recorded:
     samples_lost: int = 0
     metadata: dict[str, dict[str, Any]] = field(default_factory=dict)
     whole: bool = True
+    device_events: list[dict[str, Any]] = field(default_factory=list)
+    reports: list[LoggedReport] = field(default_factory=list)
+    inputs: list[DeviceInput] = field(default_factory=list)
 
     def save(self, path: str | Path) -> None:
         """Write the telemetry as a table: Parquet or CSV, by the ending of the path's name.
@@ -235,6 +273,9 @@ def load(path: str | Path) -> Recorded:
     topics: dict[int, str] = {}
     rows: list[tuple[Any, ...]] = []
     events: list[dict[str, Any]] = []
+    told: list[dict[str, Any]] = []
+    reports: list[LoggedReport] = []
+    inputs: list[DeviceInput] = []
     metadata: dict[str, dict[str, Any]] = {}
     lost, whole = 0, False
     # What is torn or damaged raises whatever it likes, from the library and from its parts.
@@ -251,10 +292,19 @@ def load(path: str | Path) -> Recorded:
                     rows.append(tuple(message[name] for name in _COLUMNS))
                 elif topic == "events":
                     events.append({**message, "host_time_ns": record.log_time})
+                elif topic == "device_events":
+                    told.append({**message, "host_time_ns": record.log_time})
+                elif topic == "reports":
+                    content = bytes.fromhex(message["bytes"])
+                    reports.append((message["tick"], message["sent"], content))
+                elif topic == "inputs":
+                    content = bytes.fromhex(message["bytes"])
+                    inputs.append(DeviceInput(message["tick"], message["kind"], content))
                 elif topic == "drop_outs":
                     lost += message["samples_lost"]
             elif isinstance(record, Footer):
                 whole = True
     if "versions" not in metadata:
         raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
-    return Recorded(np.array(rows, TELEMETRY_DTYPE), events, lost, metadata, whole)
+    samples = np.array(rows, TELEMETRY_DTYPE)
+    return Recorded(samples, events, lost, metadata, whole, told, reports, inputs)

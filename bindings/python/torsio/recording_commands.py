@@ -1,18 +1,22 @@
-"""Commands of `torsio` about recordings: record, export, report."""
+"""Commands of `torsio` about recordings: record, export, replay, report."""
 
 from __future__ import annotations
 
 import sys
+from dataclasses import fields
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from rich.table import Table
 
 import torsio
 from torsio import bug_report
-from torsio.command import Device, choose, err, is_emulated, opened, out, plainly
+from torsio.command import Device, choose, complain, err, is_emulated, opened, out, plainly
 
 __all__ = ["add_to"]
+
+_CONFIGS = (torsio.ActuatorConfig, torsio.ControlConfig, torsio.BoardConfig, torsio.GameConfig)
 
 
 def record_command(
@@ -28,7 +32,7 @@ def record_command(
     The file is whole up to the last second whatever happens. The knob is not armed by this.
     """
     paced = not is_emulated(choose(device)) or duration_s is None
-    with opened(device, err, torsio.EmulatorOptions(paced=paced)) as knob:
+    with opened(device, err, torsio.EmulatorOptions(paced=paced, log_inputs=True)) as knob:
         recording = knob.record_to(file)
         try:
             knob.sleep(1e9 if duration_s is None else duration_s)
@@ -51,6 +55,72 @@ def export_command(
     if not recorded.whole:
         err.print("torsio: the recording was torn; its end is missing", highlight=False)
     out.print(f"{len(recorded.telemetry)} rows  {table}", highlight=False, soft_wrap=True)
+
+
+def _changes(given: list[str]) -> dict[str, Any]:
+    """Read NAME=VALUE by the kind of the field."""
+    kinds = {field.name: type(field.default) for config in _CONFIGS for field in fields(config)}
+    changes: dict[str, Any] = {}
+    for pair in given:
+        name, equals, text = pair.partition("=")
+        if not equals or ("." not in name and name not in kinds):
+            raise torsio.Error(
+                f"--set takes NAME=VALUE, a field of the configuration, or one of an effect as in "
+                f"wall.stiffness_nm_per_rad, not {pair!r}; `torsio config get` shows the fields"
+            )
+        try:
+            changes[name] = _value(kinds.get(name, float), text)
+        except (TypeError, ValueError):
+            raise torsio.Error(f"{name} cannot be {text!r}") from None
+    return changes
+
+
+def _value(kind: type, text: str) -> Any:
+    if kind is bool:
+        if text not in ("on", "off"):
+            raise ValueError
+        return text == "on"
+    return kind(text)
+
+
+def replay_command(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.")],
+    changes: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="To change: law=motor_only, wall.stiffness_nm_per_rad=0.7; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Run the inputs of a recording through this version's firmware again, and compare.
+
+    Ends with 0 if all samples and answers are the same to the bit, or if something was to change.
+    """
+    recorded = torsio.load(file)
+    wanted = _changes(changes or [])
+    replayed = torsio.replay(recorded, **wanted)
+    source = "inputs of the emulated device" if replayed.from_inputs else "counts in the telemetry"
+    out.print(
+        f"{len(replayed.recorded)} samples and {replayed.answers} answers, from the {source}",
+        highlight=False,
+    )
+    if replayed.identical:
+        out.print("the same, to the bit", highlight=False)
+        return
+    out.print(f"first difference: {replayed.first_difference}", highlight=False, markup=False)
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    table.add_column("largest difference")
+    table.add_column("", justify="right")
+    for name, value in replayed.largest_differences().items():
+        table.add_row(name, f"{value:.6g}")
+    out.print(table, highlight=False)
+    if not wanted and replayed.from_inputs:
+        version = recorded.metadata["versions"].get("torsio", "another version")
+        complain(f"not the same: recorded with {version}, replayed with {torsio.__version__}")
+        raise typer.Exit(1)
 
 
 def report_command(
@@ -78,4 +148,5 @@ def add_to(app: typer.Typer) -> None:
     """Add the commands."""
     app.command("record")(plainly(record_command))
     app.command("export")(plainly(export_command))
+    app.command("replay")(plainly(replay_command))
     app.command("report")(plainly(report_command))

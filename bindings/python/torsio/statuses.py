@@ -1,4 +1,4 @@
-"""Names of the protocol's numbers."""
+"""Names of the protocol's numbers, and what to do about them."""
 
 # Printed from the field lists in firmware/protocol/definition/ by `./dev generate`;
 # change those instead.
@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 __all__ = [
+    "FAULT_ADVICE",
     "STATUS_NAMES",
 ]
 
@@ -31,3 +32,27 @@ STATUS_NAMES: Final = (
     "unsupported",
 )
 """Names of the status codes, by code."""
+
+FAULT_ADVICE: Final = {
+    "emergency_stop": ("release it, or close its contact to ground, then clear the fault"),
+    "over_speed": (
+        "look for a scene that is too stiff or too little damped, then clear the fault; the "
+        "limit is speed_limit_rad_s of the control configuration"
+    ),
+    "encoder": ("check the encoder's cable and supply, then clear the fault"),
+    "actuator": ("check supply, motor cable and temperature, then clear the fault"),
+    "overrun": (
+        "clear the fault; if it comes back the scene is too much for the board: play fewer effects"
+    ),
+    "numeric": ("stop, clear the fault, and look for extreme values in scene and configuration"),
+    "current_sensor": (
+        "check the sensor's supply and wire; then current_sense_v_per_a and "
+        "motor_current_max_a of the board configuration: one and a half times that current "
+        "must stay within its range"
+    ),
+    "winding": (
+        "check the current sensor, the motor's wires, the supply and the encoder's cable, "
+        "then resistance, torque constant and signs in the configuration; clear the fault"
+    ),
+}
+"""What to do about each fault of the device."""

@@ -210,14 +210,52 @@ FAULT = Bits(
     "fault",
     "u16",
     (
-        Value("emergency_stop", "the input is open or pressed"),
-        Value("over_speed", "faster than speed_limit_rad_s"),
-        Value("encoder", "a jump that no knob can make"),
-        Value("actuator", "the power stage reports an error"),
-        Value("overrun", "ticks were missed or took too long"),
-        Value("numeric", "the control law gave no finite torque"),
-        Value("current_sensor", "its zero leaves no room for the trip level"),
-        Value("winding", "voltage, current and speed do not fit together"),
+        Value(
+            "emergency_stop",
+            "the input is open or pressed",
+            "release it, or close its contact to ground, then clear the fault",
+        ),
+        Value(
+            "over_speed",
+            "faster than speed_limit_rad_s",
+            "look for a scene that is too stiff or too little damped, then clear the "
+            "fault; the limit is speed_limit_rad_s of the control configuration",
+        ),
+        Value(
+            "encoder",
+            "a jump that no knob can make",
+            "check the encoder's cable and supply, then clear the fault",
+        ),
+        Value(
+            "actuator",
+            "the power stage reports an error",
+            "check supply, motor cable and temperature, then clear the fault",
+        ),
+        Value(
+            "overrun",
+            "ticks were missed or took too long",
+            "clear the fault; if it comes back the scene is too much for the board: play "
+            "fewer effects",
+        ),
+        Value(
+            "numeric",
+            "the control law gave no finite torque",
+            "stop, clear the fault, and look for extreme values in scene and configuration",
+        ),
+        Value(
+            "current_sensor",
+            "its zero leaves no room for the trip level",
+            "check the sensor's supply and wire; then current_sense_v_per_a and "
+            "motor_current_max_a of the board configuration: one and a half times that "
+            "current must stay within its range",
+        ),
+        Value(
+            "winding",
+            "voltage, current and speed do not fit together",
+            "check the current sensor, the motor's wires, the supply and the encoder's "
+            "cable, then resistance, torque constant and signs in the configuration; "
+            "clear the fault",
+        ),
     ),
     "Faults, latched until cleared: bits of every `faults` field.",
 )

@@ -34,6 +34,15 @@ struct EmulatorOptions {
   /// with hardware.
   bool paced = false;
   bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::truth()
+  /// Record what enters the device, from power-up on, so that it can run again; Emulator::inputs()
+  bool log_inputs = false;
+};
+
+/// Something that entered an emulated device; emulator/device_input.hpp says what there is.
+struct DeviceInput {
+  std::uint64_t tick = 0;  ///< control ticks that had run before it
+  std::string kind{};
+  std::vector<std::uint8_t> bytes{};
 };
 
 /// Damage to reports on the way, as probabilities per report.
@@ -89,6 +98,11 @@ class TORSIO_EXPORT Emulator {
   /// What no sensor sees, one sample a control tick since the last call, which takes them.
   /// @throws Error unless opened with EmulatorOptions::log_truth
   [[nodiscard]] virtual std::vector<TruthSample> truth() = 0;
+
+  /// What entered the device since the last call, which takes it: reports, counts of the encoder,
+  /// everything of its world that it notices.
+  /// @throws Error unless opened with EmulatorOptions::log_inputs
+  [[nodiscard]] virtual std::vector<DeviceInput> inputs() = 0;
 
   /// What no sensor sees of the electrics, now.
   /// @throws Error unless the plant has electrics

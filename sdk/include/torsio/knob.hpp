@@ -155,6 +155,10 @@ class TORSIO_EXPORT Knob {
   /// the knob may swing for ever in a spring or wall, at full torque, unless the law is
   /// `calibrated`. docs/theory.md, "Stability".
   [[nodiscard]] StableStiffness stable_stiffness();
+  /// Copies of the reports that travel from now on, until nobody has it any more.
+  [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
+  /// A feature report as it is; docs/protocol.md has them. @throws Error if the device stalls
+  [[nodiscard]] ReportBytes feature(std::uint8_t report_id);
   /// What games do with the device over its game interface.
   [[nodiscard]] GameStatus game_status();
   /// The effects that games have made, in the order of their blocks. Those of one report are of the

@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <vector>
 
 #include "torsio/export.hpp"
 
@@ -13,6 +14,25 @@ namespace torsio {
 
 /// A report as it travels: its id, its fields, zeros; docs/protocol.md has them all.
 using ReportBytes = std::array<std::uint8_t, 64>;
+
+/// A report that travelled: one that was sent, or an acknowledgement or event that came.
+struct LoggedReport {
+  std::uint64_t tick = 0;  ///< control ticks of the newest thing that the device had said by then
+  bool sent = false;
+  ReportBytes bytes{};
+};
+
+/// What Knob::tap() gives. May be used from any thread.
+class TORSIO_EXPORT ReportTap {
+ public:
+  ReportTap() = default;
+  ReportTap(const ReportTap&) = delete;
+  ReportTap& operator=(const ReportTap&) = delete;
+  virtual ~ReportTap() = default;
+
+  /// Takes what came since the last call, oldest first.
+  [[nodiscard]] virtual std::vector<LoggedReport> take() = 0;
+};
 
 /// An open connection to one device. It moves whole reports, as USB HID has them, and nothing else:
 /// everything above works the same over a cable, over the emulated device and over a user's own

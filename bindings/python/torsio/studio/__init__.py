@@ -1,8 +1,60 @@
 """The studio's bridge: a page in a browser sees and drives a knob that Python holds.
 
-Needs the extra ``studio``. `serve` is what ``torsio studio`` runs; see docs/studio.md.
+`watch` lets a page look on while a program drives its knob; ``torsio studio`` hands the knob to the
+page. Both need the extra ``studio``. See docs/studio.md.
 """
 
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from torsio.errors import Error
+from torsio.extras import how_to_install
 from torsio.studio.page import page_folder
 
-__all__ = ["page_folder"]
+if TYPE_CHECKING:
+    from torsio.knob import Knob
+    from torsio.studio.watching import Watch
+
+__all__ = ["page_folder", "watch"]
+
+
+def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch:
+    """Let pages of this machine look on at a knob that this program drives.
+
+    They see state, telemetry as the program streams it, faults and configuration, and can change
+    nothing. It runs in a thread of its own until it is closed.
+
+    Parameters
+    ----------
+    knob
+        An open knob; the program goes on with it as before.
+    page
+        The folder of a built page, if it is not where the package finds it.
+    port
+        Of this machine; 0 takes a free one.
+
+    Returns
+    -------
+    Watch
+        Its ``address`` is to be opened in a browser; ``close()`` it, or use ``with``.
+
+    Raises
+    ------
+    torsio.Error
+        If the page is not built, the port is in use, or what the extra brings is missing.
+    """
+    try:
+        from torsio.studio.watching import Watch
+    except ModuleNotFoundError as error:
+        if error.name not in ("starlette", "uvicorn", "websockets"):
+            raise
+        raise Error(
+            f"the studio needs the Python package {error.name}; install what it needs with: "
+            f"{how_to_install('studio')}"
+        ) from None
+    folder = page_folder() if page is None else Path(page)
+    if not (folder / "index.html").exists():
+        raise Error(f"the page is not in {str(folder)!r}: name the folder that ./dev studio builds")
+    return Watch(knob, folder, port)

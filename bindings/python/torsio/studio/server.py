@@ -103,7 +103,10 @@ async def pass_on(bridge: Passed, socket: WebSocket, *, title: str, read_only: b
     await asyncio.gather(*others, return_exceptions=True)
     for task in done:
         error = task.exception()
-        if error is not None and not isinstance(error, WebSocketDisconnect | RuntimeError):
+        # Of the server's library these two mean that the page has gone; the knob's errors are
+        # RuntimeErrors too.
+        has_gone = isinstance(error, WebSocketDisconnect | RuntimeError)
+        if isinstance(error, Error) or (error is not None and not has_gone):
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await socket.close(GONE, str(error)[:_LONGEST_REASON])
 

@@ -32,6 +32,7 @@ using test::VirtualKnob;
 
 std::shared_ptr<VirtualKnob> start(const std::string& name, const EmulatorOptions& options) {
   if (options.log_truth) only_in_process("log_truth");
+  if (options.log_inputs) only_in_process("log_inputs");
   const std::string serial = !options.serial.empty() ? options.serial
                              : name.empty()          ? "EMULATED"
                                                      : name;
@@ -139,6 +140,7 @@ class EmulatedWorldHandle final : public Emulator {
 
   double time_s() const override { only_in_process("time_s"); }
   std::vector<TruthSample> truth() override { only_in_process("truth"); }
+  std::vector<DeviceInput> inputs() override { only_in_process("inputs"); }
   void set_actuator_fault(bool) override { only_in_process("set_actuator_fault"); }
   ElectricsState electrics() const override { only_in_process("electrics"); }
   void set_current_sensor(CurrentSensorState) override { only_in_process("set_current_sensor"); }

@@ -1,0 +1,186 @@
+// First power on a bench, as steps that the page follows: what it can see it ticks off by itself.
+// docs/hardware.md has the same steps with what to measure at each.
+
+import type { Effect } from "./conversion";
+import type { Knob } from "./knob";
+import { byId, element } from "./page";
+
+const NEARLY_A_TURN_RAD = 0.95 * 2 * Math.PI;
+const CLEARLY_RAD = 0.5;
+const PUSH = 1.6; // times the friction
+const DRAG_NM = 0.01;
+
+/** What the page sees at one moment. */
+export interface Seen {
+  state: string;
+  faults: readonly string[];
+  angleRad: number;
+  brakeCapacityNm: number;
+}
+
+interface Step {
+  title: string;
+  text: string;
+  act?: { label: string; scene(knob: Knob): Promise<Effect[]> };
+  /** Looks once more. @returns true: done; text: what one should know */
+  look?(seen: Seen): boolean | string;
+}
+
+/** How far the knob has turned since a step's watch began. */
+class Travel {
+  #from: number | undefined;
+
+  by(angleRad: number): number {
+    return angleRad - (this.#from ??= angleRad);
+  }
+
+  begin(): void {
+    this.#from = undefined;
+  }
+}
+
+function steps(travel: Travel): Step[] {
+  let stopped = false;
+  return [
+    {
+      title: "Link",
+      text: "Only USB, no supply: the light goes on and off once a second. While the emergency stop's contact is " +
+        "open it flickers, and there is a fault: that is right.",
+      look: ({ state }) => ["disarmed", "armed", "fault"].includes(state),
+    },
+    {
+      title: "Encoder",
+      text: "Turn the knob by hand, a whole turn in the direction that you call positive.",
+      look: ({ angleRad }) => {
+        const turned = travel.by(angleRad);
+        if (turned > NEARLY_A_TURN_RAD) return true;
+        if (turned < -CLEARLY_RAD) return "It counts backwards: change encoder reversed, or turn the other way.";
+        return `${((180 / Math.PI) * turned).toFixed(0)}° of 360°`;
+      },
+    },
+    {
+      title: "Emergency stop",
+      text: "Supply on. Press the emergency stop, release it, and clear the fault.",
+      look: ({ state, faults }) => {
+        stopped ||= faults.includes("emergency_stop");
+        return stopped && (state === "disarmed" || "Pressed: now release it and clear the fault.");
+      },
+    },
+    {
+      title: "Motor",
+      text: "A push of a little more than the friction; the knob must turn to larger angles. If the current grows " +
+        "to its limit instead, swap the current sensor's two wires.",
+      act: {
+        label: "take the push as scene",
+        scene: async (knob) => {
+          const { knob_coulomb_nm } = await knob.config("actuator_config");
+          return [{ type: "constant", torque_nm: Number((PUSH * Number(knob_coulomb_nm)).toPrecision(3)) }];
+        },
+      },
+      look: ({ state, angleRad }) => {
+        if (state !== "armed") {
+          travel.begin();
+          return "Then arm, a hand on the emergency stop.";
+        }
+        const turned = travel.by(angleRad);
+        if (turned < -CLEARLY_RAD) return "It turns backwards: disarm, and change motor reversed.";
+        return turned > CLEARLY_RAD;
+      },
+    },
+    {
+      title: "Brake",
+      text: "A friction of 10 mN·m with the law parallel, so that the brake makes it: the knob drags.",
+      act: {
+        label: "take friction as scene, and the law",
+        scene: async (knob) => {
+          await knob.configure("control_config", { ...(await knob.config("control_config")), law: "parallel" });
+          return [{ type: "friction", torque_nm: DRAG_NM }];
+        },
+      },
+      look: ({ state, brakeCapacityNm }) =>
+        (state === "armed" && brakeCapacityNm > DRAG_NM / 4) || "Then arm, and turn the knob.",
+    },
+    {
+      title: "Silence",
+      text: "While it is armed pull the USB plug: motor and brake let go at once. Tick this off yourself.",
+    },
+    {
+      title: "Confirm",
+      text: "Turn on confirmed in the board's configuration, with speed_limit_rad_s low in that of control; apply and " +
+        "keep both. Then raise the caps step by step.",
+    },
+    {
+      title: "A soft wall",
+      text: "0.2 N·m/rad first, and softer again at the first hum.",
+      act: {
+        label: "take the wall as scene",
+        scene: async () => [{ type: "wall", angle_rad: 0.3, stiffness_nm_per_rad: 0.2, damping_nm_s_per_rad: 0 }],
+      },
+    },
+    {
+      title: "Calibrate",
+      text: "In a terminal, with the page closed: torsio calibrate. The knob turns by itself for half a minute and " +
+        "measures its friction, inertia, shaft and brake.",
+    },
+  ];
+}
+
+export class FirstPower {
+  readonly #fold = byId<HTMLDetailsElement>("first-power");
+  readonly #travel = new Travel();
+  readonly #steps = steps(this.#travel);
+  readonly #boxes: HTMLInputElement[] = [];
+  readonly #hints: HTMLElement[] = [];
+  readonly #acts: HTMLButtonElement[] = [];
+
+  /** @param take shows a scene and plays it; @param disarm is called when the motor has turned */
+  constructor(
+    private readonly knob: () => Knob | undefined,
+    attempt: (act: () => Promise<unknown>) => void,
+    take: (scene: Effect[]) => void,
+    private readonly disarm: () => void,
+  ) {
+    byId("first-power-steps").append(...this.#steps.map((step, i) => {
+      const box = element("input", { type: "checkbox", id: `step-${i}` });
+      const hint = element("span", { class: "hint" });
+      this.#boxes.push(box);
+      this.#hints.push(hint);
+      box.addEventListener("change", () => this.#travel.begin());
+      const item = element(
+        "li", {}, box, element("label", { for: box.id }, step.title), element("p", {}, step.text, " ", hint),
+      );
+      const { act } = step;
+      if (act) {
+        const button = element("button", { type: "button" }, act.label);
+        button.addEventListener("click", () =>
+          attempt(async () => {
+            const knob = this.knob();
+            if (knob) take(await act.scene(knob));
+          }),
+        );
+        this.#acts.push(button);
+        item.append(button);
+      }
+      return item;
+    }));
+    this.#fold.addEventListener("toggle", () => this.#travel.begin());
+  }
+
+  enable(can: boolean): void {
+    for (const button of this.#acts) button.disabled = !can;
+  }
+
+  /** Looks whether the first step that is not done is done now. */
+  look(seen: Seen): void {
+    if (!this.#fold.open) return;
+    const at = this.#boxes.findIndex((box) => !box.checked);
+    const found = this.#steps[at]?.look?.(seen);
+    if (found === undefined) return;
+    this.#hints[at]!.textContent = typeof found === "string" ? found : "";
+    if (found !== true) return;
+    this.#boxes[at]!.checked = true;
+    this.#travel.begin();
+    if (this.#steps[at]!.title === "Motor") this.disarm();
+  }
+}
+

@@ -1,0 +1,66 @@
+// What games do with the knob: who has it, what they ask for, and the effects that play.
+
+import type { Value, Values } from "./codec";
+import type { Knob } from "./knob";
+import { byId, element } from "./page";
+
+const LOOK_MS = 250;
+// Effects are told of in turns; one that was not for so many looks is gone.
+const TURNS = 16;
+const LONGEST_SILENCE_MS = 65535;
+
+interface Row {
+  effect: Values;
+  seen: number;
+}
+
+export class Games {
+  readonly #fold = byId<HTMLDetailsElement>("games");
+  readonly #rows = new Map<number, Row>();
+  #looks = 0;
+
+  constructor(private readonly knob: () => Knob | undefined) {
+    setInterval(() => void this.#look(), LOOK_MS);
+  }
+
+  async #look(): Promise<void> {
+    const knob = this.knob();
+    if (!this.#fold.open || !knob || knob.state === "disconnected") return;
+    try {
+      this.#show(await knob.read("game_monitor"), knob.identity.torqueStepNm);
+    } catch {
+      // Whoever reads telemetry says that the knob is gone.
+    }
+  }
+
+  #show(monitor: Values, torqueStepNm: number): void {
+    ++this.#looks;
+    for (const effect of monitor.effect as Values[]) {
+      if (Number(effect.block)) this.#rows.set(Number(effect.block), { effect, seen: this.#looks });
+    }
+    for (const [block, { seen }] of this.#rows) {
+      if (!monitor.effects || this.#looks - seen > TURNS) this.#rows.delete(block);
+    }
+    const milli = (torque: Value | undefined): string => (1e3 * Number(torque) * torqueStepNm).toFixed(1);
+    const words = !monitor.updates ? ["no game has said anything since power-up"] : [
+      monitor.owner === "game" ? "a game has the actuator" : "no game has the actuator",
+      monitor.enabled === "on" ? "it wants torque" : "it wants no torque",
+      ...(monitor.paused === "on" ? ["paused"] : []),
+      `gain ${((100 * Number(monitor.gain)) / 32767).toFixed(0)} %`,
+      `together ${milli(monitor.torque)} mN·m`,
+      `${String(monitor.updates)} reports`,
+      `${String(monitor.effects)} effects`,
+    ];
+    byId("games-state").textContent = words.join(", ");
+    const cells = (values: readonly string[]): Node[] => values.map((value) => element("td", {}, value));
+    byId("game-effects").replaceChildren(
+      ...[...this.#rows].sort(([a], [b]) => a - b).map(([block, { effect }]) => {
+        const silent = Number(effect.silent_ms);
+        return element("tr", {}, ...cells([
+          String(block), String(effect.kind), String(effect.state), milli(effect.torque), String(effect.updates),
+          silent >= LONGEST_SILENCE_MS ? "over 65 s" : `${silent} ms`,
+        ]));
+      }),
+    );
+  }
+}
