@@ -1,33 +1,31 @@
-"""Puts a release together: ``out/release/`` with wheels, sdist, firmware, checksums, list of parts.
+"""Puts a release together: ``out/release/`` with all its files, their checksums, a list of parts.
 
-``python -m tools.release --sdk FOLDER`` takes what ``./dev wheels`` and ``./dev firmware`` have
-made. Nothing in it depends on when or where it was made.
+``python -m tools.release --sdk FOLDER`` takes what ``./dev wheels``, ``./dev firmware`` and
+``./dev site`` have made, and makes an sdist. Nothing in it depends on when or where it was made.
 """
 
 from __future__ import annotations
 
 import argparse
+import gzip
 import hashlib
+import io
 import json
-import os
 import re
 import shutil
 import subprocess
 import sys
+import tarfile
 from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from tools import boards, hidapi_source, wheels
+from tools import boards, hidapi_source, sdist, wheels
+from tools import site as documents
 
 TREE = Path(__file__).parent.parent
 OUT = TREE / "out/release"
-SDIST = """
-import sys
-from scikit_build_core.build import build_sdist
-print(build_sdist(sys.argv[1]))
-"""
 
 
 def version() -> str:
@@ -76,7 +74,7 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
 
 def bill_of_materials(sdk: Path) -> dict[str, Any]:
     """Return the list of parts, as CycloneDX has it."""
-    made = datetime.fromtimestamp(int(wheels.epoch()), timezone.utc)
+    made = datetime.fromtimestamp(int(sdist.epoch()), timezone.utc)
     return {
         "bomFormat": "CycloneDX",
         "specVersion": "1.5",
@@ -97,6 +95,20 @@ def bill_of_materials(sdk: Path) -> dict[str, Any]:
             for name, number, licence, where in components(sdk)
         ],
     }  # fmt: skip
+
+
+def pack(folder: Path, archive: Path) -> None:
+    """Pack a folder, as one that has the archive's name: the same files make the same bytes."""
+    top = archive.name.removesuffix(".tar.gz")
+    plain = io.BytesIO()
+    with tarfile.open(fileobj=plain, mode="w", format=tarfile.PAX_FORMAT) as tar:
+        for file in sorted(file for file in folder.rglob("*") if file.is_file()):
+            entry = tarfile.TarInfo(f"{top}/{file.relative_to(folder).as_posix()}")
+            entry.size = file.stat().st_size
+            entry.mtime = int(sdist.epoch())
+            with file.open("rb") as content:
+                tar.addfile(entry, content)
+    archive.write_bytes(gzip.compress(plain.getvalue(), mtime=0))
 
 
 def checksums(folder: Path) -> str:
@@ -130,16 +142,11 @@ def collect(sdk: Path) -> list[str]:
     missing += [f"no {file.name}: ./dev firmware" for file in firmware if not file.exists()]
     for file in (*found, *(file for file in firmware if file.exists())):
         shutil.copy(file, OUT)
-    result = subprocess.run(
-        [sys.executable, "-c", SDIST, str(OUT)],
-        cwd=TREE,
-        env={**os.environ, "SOURCE_DATE_EPOCH": wheels.epoch()},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if result.returncode != 0:
-        raise RuntimeError(f"the sdist cannot be made:\n{result.stdout}{result.stderr}")
+    sdist.make(OUT)
+    if documents.HTML.is_dir():
+        pack(documents.HTML, OUT / f"torsio-{version()}-site.tar.gz")
+    else:
+        missing.append("no site: ./dev site")
     bill = json.dumps(bill_of_materials(sdk), indent=2) + "\n"
     (OUT / f"torsio-{version()}.cdx.json").write_text(bill, encoding="utf-8")
     shutil.copy(TREE / "NOTICES.md", OUT)
