@@ -45,8 +45,9 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
         If a version cannot be found out.
     """
     pins = dict(
-        re.findall(r'"(pybind11)==([^"]+)"', (TREE / "pyproject.toml").read_text(encoding="utf-8"))
+        re.findall(r'"([\w-]+)==([^";]+)"', (TREE / "pyproject.toml").read_text(encoding="utf-8"))
     )
+    lock = json.loads((TREE / "studio/package-lock.json").read_text(encoding="utf-8"))
     zig = dict(tool.split("==") for tool in wheels.TOOLS)["ziglang"]
     option = (sdk / "lib/tinyusb/src/tusb_option.h").read_text(encoding="utf-8")
     tinyusb = ".".join(re.findall(r"#define TUSB_VERSION_(?:MAJOR|MINOR|REVISION)\s+(\d+)", option))
@@ -61,10 +62,15 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
         ("hidapi", hidapi[1] if hidapi else "", "BSD-3-Clause", "wheels"),
         ("pybind11", pins.get("pybind11", ""), "BSD-3-Clause", "wheels"),
         ("libc++ and compiler-rt, of ziglang", zig, "Apache-2.0 WITH LLVM-exception", "wheels"),
+        ("mingw-w64's runtime, of ziglang", zig, "ZPL-2.1", "wheels for Windows"),
         ("TinyUSB", tinyusb, "MIT", "wheels and firmware"),
         ("pico-sdk", pico, "BSD-3-Clause", "firmware"),
         ("libgcc and newlib, of arm-none-eabi-gcc", gcc,
          "GPL-3.0-or-later WITH GCC-exception-3.1 AND BSD-3-Clause", "firmware"),
+        ("furo", pins.get("furo", ""), "MIT", "site"),
+        ("uplot", lock["packages"]["node_modules/uplot"]["version"], "MIT", "site"),
+        ("wasi-libc and libc++, of ziglang", zig,
+         "MIT AND Apache-2.0 WITH LLVM-exception", "site"),
     ]  # fmt: skip
     for name, number, *_ in listed:
         if not number:
