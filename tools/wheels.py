@@ -86,19 +86,19 @@ def build(version: str, python: Path, tools: Compilers, tinyusb: str, own: Path)
         "TORSIO_INSTALL": "OFF",
         "TORSIO_TINYUSB_PATH": "" if tools.is_windows else tinyusb,
     }
-    tag = f"linux_{tools.architecture}"
+    system = f"linux-{tools.architecture}"
     if tools.is_windows:
         abroad = foreign_pythons.windows(version, own)
         settings |= {"Python_INCLUDE_DIR": str(abroad.include)}
         settings |= {"Python_LIBRARY": str(abroad.library)}
-        tag = tools.architecture
-    numbers = f"cp{version.replace('.', '')}"
+        system = "win-amd64"
     options = [f"--config-settings=cmake.define.{key}={value}" for key, value in settings.items()]
     run(
         f"wheel-{name}", *pip(builder), "wheel", "--no-deps", "--no-build-isolation",
         "--wheel-dir", raw, f"--config-settings=build-dir={objects}",
         "--config-settings=install.strip=false",
-        f"--config-settings=wheel.tags={numbers}-{numbers}-{tag}", *options, SOURCE,
+        *options, SOURCE,
+        _PYTHON_HOST_PLATFORM=system, SETUPTOOLS_EXT_SUFFIX=suffix, CMAKE_GENERATOR="Ninja",
         SOURCE_DATE_EPOCH=sdist.epoch(), **tools.variables,
     )  # fmt: skip
     return next(raw.glob("*.whl"))
