@@ -1,14 +1,18 @@
-"""What a release is put together with: checksums, the list of parts, hidapi's sources."""
+"""What a release is made of: sdist, archives, checksums, list of parts, Pythons of others."""
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
+import sys
+import tarfile
+import zipfile
 from pathlib import Path
 
 import pytest
 
-from tools import hidapi_source, release, wheels
+from tools import apt, foreign_pythons, hidapi_source, release, sdist, wheel_trials, wheels
 
 TREE = Path(__file__).parent.parent
 
@@ -59,3 +63,74 @@ def test_hidapi_that_is_there_is_not_fetched_again(tmp_path: Path) -> None:
 def test_wheels_are_built_with_what_the_tests_have() -> None:
     pins = wheels.BUILT_WITH.findall((TREE / "pyproject.toml").read_text(encoding="utf-8"))
     assert sorted(pin.partition("==")[0] for pin in pins) == ["pybind11", "scikit-build-core"]
+
+
+def test_sources_that_apt_cannot_fetch_are_told_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nowhere = apt.Archive(f"file:{tmp_path}/no archive".replace(" ", "%20"))
+    monkeypatch.setattr(apt, "system_archive", lambda: nowhere)
+    assert hidapi_source.main([str(tmp_path)]) == 1
+    told = capsys.readouterr().err
+    assert "apt-get -q failed" in told
+    assert "no%20archive" in told
+    assert hidapi_source.HINT in told
+
+
+def test_two_sdists_have_the_same_bytes_and_all_that_a_wheel_is_built_of(tmp_path: Path) -> None:
+    made = []
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        made.append(sdist.make(tmp_path / name))
+    assert made[0].read_bytes() == made[1].read_bytes()
+    with tarfile.open(made[0]) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    # What `./dev build python` reads; the complete proof is that every wheel is built of an sdist.
+    tracked = subprocess.run(
+        ["git", "ls-files", "firmware", "emulator", "sdk", "bindings", "cmake"],
+        cwd=TREE, capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    assert {name for name in tracked if (TREE / name).exists()} <= names
+    assert not any(name.startswith(("tests/", "build/", "studio/")) for name in names)
+
+    source = tmp_path / "source"
+    assert sdist.unpack(made[0], source)
+    assert not sdist.unpack(made[1], source)
+    assert (source / "pyproject.toml").read_bytes() == (TREE / "pyproject.toml").read_bytes()
+
+
+def test_archive_of_a_folder_forgets_when_and_by_whom_it_was_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    for name, time_s in (("one", 1e9), ("two", 1.5e9)):
+        page = tmp_path / name / "pages/index.html"
+        page.parent.mkdir(parents=True)
+        page.write_text("a knob")
+        os.utime(page, (time_s, time_s))
+        (tmp_path / f"of-{name}").mkdir()
+        release.pack(tmp_path / name, tmp_path / f"of-{name}/torsio-site.tar.gz")
+    one, two = (tmp_path / f"of-{name}/torsio-site.tar.gz" for name in ("one", "two"))
+    assert one.read_bytes() == two.read_bytes()
+    with tarfile.open(one) as archive:
+        (entry,) = archive.getmembers()
+    assert (entry.name, entry.mtime, entry.uname) == ("torsio-site/pages/index.html", 86400, "")
+
+
+def test_part_of_an_archive_is_unpacked_without_its_folders(tmp_path: Path) -> None:
+    archive = tmp_path / "python.jar"
+    with zipfile.ZipFile(archive, "w") as files:
+        files.writestr("org/python/windows/python.exe", "program")
+        files.writestr("org/python/windows/lib/os.py", "library")
+        files.writestr("org/python/linux/python", "another")
+    foreign_pythons.unpack(archive, "/python/windows/", tmp_path)
+    assert (tmp_path / "python.exe").read_text() == "program"
+    assert (tmp_path / "lib/os.py").read_text() == "library"
+    assert not list(tmp_path.rglob("python"))
+
+
+def test_first_steps_succeed_with_the_package_that_is_installed(tmp_path: Path) -> None:
+    steps = [sys.executable, "-W", "error", str(wheel_trials.FIRST_STEPS)]
+    told = subprocess.run(steps, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    # 50 mN m into 1.4 N m/rad from 0.1 rad, less the knob's own friction: README says 0.130.
+    assert "pushed the knob to 0.130 rad" in told

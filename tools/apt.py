@@ -95,6 +95,8 @@ class PrivateApt:
         Archive, suite and components, each.
     types
         What they are asked for: packages, or with ``deb-src`` sources.
+    architecture
+        Whose packages, in Debian's words; empty: this machine's.
 
     Raises
     ------
@@ -103,12 +105,17 @@ class PrivateApt:
     """
 
     def __init__(
-        self, folder: Path, sources: Iterable[tuple[Archive, str, str]], types: str = "deb"
+        self,
+        folder: Path,
+        sources: Iterable[tuple[Archive, str, str]],
+        types: str = "deb",
+        architecture: str = "",
     ) -> None:
         if shutil.which("apt-get") is None:
             raise RuntimeError("this system has no apt-get")
         shutil.rmtree(folder, ignore_errors=True)
         self.folder = folder.resolve()
+        self._architecture = architecture
         for name in ("lists/partial", "archives/partial", "sources", "parts"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
         self._write_sources(sources, types)
@@ -118,7 +125,8 @@ class PrivateApt:
             text = file.read_text(encoding="utf-8")
             if "-Invoke" not in text:
                 (self.folder / "parts" / file.name).write_text(text, encoding="utf-8")
-        self._run("apt-get", "update")
+        # Otherwise apt calls it a success where an archive did not answer, and later knows nothing.
+        self._run("apt-get", "-o", "APT::Update::Error-Mode=any", "update")
 
     def _write_sources(self, sources: Iterable[tuple[Archive, str, str]], types: str) -> None:
         entries = []
@@ -141,7 +149,10 @@ class PrivateApt:
             "Dir::Cache": self.folder,
             "Acquire::Languages": "none",
             "Acquire::Retries": "3",
+            "Acquire::http::Timeout": "30",
         }
+        if self._architecture:
+            settings["APT::Architecture"] = settings["APT::Architectures"] = self._architecture
         if os.geteuid() == 0:
             settings["APT::Sandbox::User"] = "root"
         options = [word for name, value in settings.items() for word in ("-o", f"{name}={value}")]

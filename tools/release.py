@@ -1,33 +1,31 @@
-"""Puts a release together: ``out/release/`` with wheels, sdist, firmware, checksums, list of parts.
+"""Puts a release together: ``out/release/`` with all its files, their checksums, a list of parts.
 
-``python -m tools.release --sdk FOLDER`` takes what ``./dev wheels`` and ``./dev firmware`` have
-made. Nothing in it depends on when or where it was made.
+``python -m tools.release --sdk FOLDER`` takes what ``./dev wheels``, ``./dev firmware`` and
+``./dev site`` have made, and makes an sdist. Nothing in it depends on when or where it was made.
 """
 
 from __future__ import annotations
 
 import argparse
+import gzip
 import hashlib
+import io
 import json
-import os
 import re
 import shutil
 import subprocess
 import sys
+import tarfile
 from collections.abc import Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from tools import boards, hidapi_source, wheels
+from tools import boards, hidapi_source, sdist, wheels
+from tools import site as documents
 
 TREE = Path(__file__).parent.parent
 OUT = TREE / "out/release"
-SDIST = """
-import sys
-from scikit_build_core.build import build_sdist
-print(build_sdist(sys.argv[1]))
-"""
 
 
 def version() -> str:
@@ -47,8 +45,9 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
         If a version cannot be found out.
     """
     pins = dict(
-        re.findall(r'"(pybind11)==([^"]+)"', (TREE / "pyproject.toml").read_text(encoding="utf-8"))
+        re.findall(r'"([\w-]+)==([^";]+)"', (TREE / "pyproject.toml").read_text(encoding="utf-8"))
     )
+    lock = json.loads((TREE / "studio/package-lock.json").read_text(encoding="utf-8"))
     zig = dict(tool.split("==") for tool in wheels.TOOLS)["ziglang"]
     option = (sdk / "lib/tinyusb/src/tusb_option.h").read_text(encoding="utf-8")
     tinyusb = ".".join(re.findall(r"#define TUSB_VERSION_(?:MAJOR|MINOR|REVISION)\s+(\d+)", option))
@@ -63,10 +62,15 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
         ("hidapi", hidapi[1] if hidapi else "", "BSD-3-Clause", "wheels"),
         ("pybind11", pins.get("pybind11", ""), "BSD-3-Clause", "wheels"),
         ("libc++ and compiler-rt, of ziglang", zig, "Apache-2.0 WITH LLVM-exception", "wheels"),
+        ("mingw-w64's runtime, of ziglang", zig, "ZPL-2.1", "wheels for Windows"),
         ("TinyUSB", tinyusb, "MIT", "wheels and firmware"),
         ("pico-sdk", pico, "BSD-3-Clause", "firmware"),
         ("libgcc and newlib, of arm-none-eabi-gcc", gcc,
          "GPL-3.0-or-later WITH GCC-exception-3.1 AND BSD-3-Clause", "firmware"),
+        ("furo", pins.get("furo", ""), "MIT", "site"),
+        ("uplot", lock["packages"]["node_modules/uplot"]["version"], "MIT", "site"),
+        ("wasi-libc and libc++, of ziglang", zig,
+         "MIT AND Apache-2.0 WITH LLVM-exception", "site"),
     ]  # fmt: skip
     for name, number, *_ in listed:
         if not number:
@@ -76,7 +80,7 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
 
 def bill_of_materials(sdk: Path) -> dict[str, Any]:
     """Return the list of parts, as CycloneDX has it."""
-    made = datetime.fromtimestamp(int(wheels.epoch()), timezone.utc)
+    made = datetime.fromtimestamp(int(sdist.epoch()), timezone.utc)
     return {
         "bomFormat": "CycloneDX",
         "specVersion": "1.5",
@@ -97,6 +101,20 @@ def bill_of_materials(sdk: Path) -> dict[str, Any]:
             for name, number, licence, where in components(sdk)
         ],
     }  # fmt: skip
+
+
+def pack(folder: Path, archive: Path) -> None:
+    """Pack a folder, as one that has the archive's name: the same files make the same bytes."""
+    top = archive.name.removesuffix(".tar.gz")
+    plain = io.BytesIO()
+    with tarfile.open(fileobj=plain, mode="w", format=tarfile.PAX_FORMAT) as tar:
+        for file in sorted(file for file in folder.rglob("*") if file.is_file()):
+            entry = tarfile.TarInfo(f"{top}/{file.relative_to(folder).as_posix()}")
+            entry.size = file.stat().st_size
+            entry.mtime = int(sdist.epoch())
+            with file.open("rb") as content:
+                tar.addfile(entry, content)
+    archive.write_bytes(gzip.compress(plain.getvalue(), mtime=0))
 
 
 def checksums(folder: Path) -> str:
@@ -130,16 +148,11 @@ def collect(sdk: Path) -> list[str]:
     missing += [f"no {file.name}: ./dev firmware" for file in firmware if not file.exists()]
     for file in (*found, *(file for file in firmware if file.exists())):
         shutil.copy(file, OUT)
-    result = subprocess.run(
-        [sys.executable, "-c", SDIST, str(OUT)],
-        cwd=TREE,
-        env={**os.environ, "SOURCE_DATE_EPOCH": wheels.epoch()},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if result.returncode != 0:
-        raise RuntimeError(f"the sdist cannot be made:\n{result.stdout}{result.stderr}")
+    sdist.make(OUT)
+    if documents.HTML.is_dir():
+        pack(documents.HTML, OUT / f"torsio-{version()}-site.tar.gz")
+    else:
+        missing.append("no site: ./dev site")
     bill = json.dumps(bill_of_materials(sdk), indent=2) + "\n"
     (OUT / f"torsio-{version()}.cdx.json").write_text(bill, encoding="utf-8")
     shutil.copy(TREE / "NOTICES.md", OUT)

@@ -59,6 +59,9 @@ def header_packages() -> Path:
     for name in HEADERS:
         shutil.copytree(f"/usr/include/{name}", host / "include" / name, dirs_exist_ok=True)
     shutil.copytree("/usr/lib/cmake/doctest", host / "lib/cmake/doctest", dirs_exist_ok=True)
+    targets = host / "lib/cmake/doctest/doctestTargets.cmake"
+    text = targets.read_text(encoding="utf-8")
+    targets.write_text(text.replace('_IMPORT_PREFIX "/usr"', f'_IMPORT_PREFIX "{host}"'))
     return host
 
 

@@ -80,8 +80,10 @@ void watch_interpreter() {
   // Last registered, first called: what is registered later, as torsio.knob does to close what is
   // open, runs while all threads still do.
   py::module_::import("atexit").attr("register")(py::cpp_function(end));
+#ifndef _WIN32  // which does not fork
   py::module_::import("os").attr("register_at_fork")(py::arg("after_in_child") =
                                                          py::cpp_function(&start_anew));
+#endif
 }
 
 }  // namespace torsio::bindings

@@ -16,7 +16,7 @@ import pytest
 
 import torsio
 from tests.python import wire
-from torsio import doctor, doctor_facts
+from torsio import doctor, doctor_facts, doctor_windows
 from torsio.doctor_facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
 from torsio.statuses import FAULT_ADVICE
 
@@ -436,3 +436,40 @@ def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: 
     finding = doctor.check_parts(dataclasses.replace(facts, limits=free))
     assert finding.ok
     assert "any speed" in finding.text
+
+
+# Windows, of which only this much can be played here ------------------------------------------
+
+
+def listed(serial: str) -> torsio.ListedDevice:
+    return torsio.ListedDevice(
+        path=rf"\\?\hid#{serial}", serial=serial, product="", board="", transport="hid", problem=""
+    )
+
+
+def test_windows_without_a_knob_is_told_where_to_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(doctor_windows, "list_devices", lambda: [])
+    monkeypatch.setattr(sys, "platform", "win32")
+    (report,) = doctor.diagnose()
+    assert "Device Manager" in problem(report).advice
+    assert "lsusb" not in problem(report).advice
+    assert "VID_{}&PID_{}".format(*wire.USB_ID.upper().split(":")) in problem(report).advice
+
+
+def test_windows_opens_each_knob_and_knows_nothing_of_linux(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(selector: str) -> torsio.Knob:
+        raise torsio.DeviceBusy(f"{selector} is open already")
+
+    monkeypatch.setattr(doctor_windows, "list_devices", lambda: [listed("A"), listed("B")])
+    monkeypatch.setattr(torsio, "open", refuse)
+    monkeypatch.setattr(sys, "platform", "win32")
+    reports = doctor.diagnose()
+    assert [report.device for report in reports] == [r"\\?\hid#A", r"\\?\hid#B"]
+    for report in reports:
+        seen, opened = report.findings
+        assert seen.ok
+        assert opened.check == "open"
+        assert "fuser" not in opened.advice
+    assert [report.device for report in doctor.diagnose("B")] == [r"\\?\hid#B"]

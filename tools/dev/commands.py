@@ -269,18 +269,23 @@ def wheels(arguments: Sequence[str]) -> int:
     """Build the wheels; see ``tools/wheels.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up()
+        environment.set_up("windows", "wheels")
         tinyusb = sources.require() and sources.tinyusb
     become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
 
 
 def release(arguments: Sequence[str]) -> int:
-    """Build the firmware and put a release together; see ``tools/release.py``."""
+    """Build firmware and site, and put a release together; see ``tools/release.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up("firmware")
+        environment.set_up("tests", "firmware", "studio")
+        page = building.begin_npm("studio")
         building.build_firmware(sources.require())
-    become(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
+        building.build_python(building.TORSIO, sources.tinyusb)
+        building.build_studio(page)
+    if status := run(PYTHON, "-m", "tools.site"):
+        return status
+    return run(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
 
 
 def generate(arguments: Sequence[str]) -> int:

@@ -103,6 +103,12 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("wine", _program("wine")),
             ("wine64", _file("/usr/lib/wine/wine64")),
         ),
+        # A Python for Windows comes through Maven; udev's functions are named in its header.
+        "wheels": (
+            ("libudev-dev", _header("libudev.h")),
+            ("maven", _program("mvn")),
+            ("qemu-user", _program("qemu-aarch64")),
+        ),
         "game": (("libsdl2-dev", _library("sdl2")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }

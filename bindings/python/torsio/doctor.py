@@ -7,15 +7,17 @@ into findings.
 from __future__ import annotations
 
 import importlib.resources
+import sys
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import torsio
-from torsio import doctor_facts
+from torsio import doctor_facts, doctor_windows
 from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, KnobFacts, Permission, UsbKnob
 from torsio.errors import Error
+from torsio.findings import Finding
 from torsio.records import Limits
 from torsio.statuses import FAULT_ADVICE
 
@@ -43,26 +45,6 @@ _FAULTS_FOUND = {
     "overrun": "ticks were missed, or took nearly the whole control period",
     "numeric": "the control law gave a torque that is no number",
 }
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One matter that was looked at."""
-
-    check: str
-    """Its name, for machines."""
-    ok: bool
-    text: str
-    """What was found, in plain words."""
-    advice: str = ""
-    """What to do; empty if `ok`."""
-    values: dict[str, Any] = field(default_factory=dict)
-    """The figures behind it, SI units."""
-
-    @property
-    def more(self) -> str:
-        """Where there is more to read, in the project; empty if `ok`."""
-        return "" if self.ok else f"docs/troubleshooting.md#{self.check}"
 
 
 @dataclass(frozen=True)
@@ -191,7 +173,10 @@ _OPEN_ADVICE = {
 def check_failure(error: Error) -> Finding:
     """Say what kept the knob from being opened or examined."""
     name = doctor_facts.failure_name(error)
-    return Finding("open", False, str(error), _OPEN_ADVICE[name], {"reason": name})
+    advice = _OPEN_ADVICE
+    if sys.platform == "win32":
+        advice = _OPEN_ADVICE | doctor_windows.OPEN_ADVICE
+    return Finding("open", False, str(error), advice[name], {"reason": name})
 
 
 # The knob ---------------------------------------------------------------------------------------
@@ -428,6 +413,11 @@ def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
             Report(
                 selector, [*examine_device(selector, emulator=torsio.EmulatorOptions(paced=True))]
             )
+        ]
+    if sys.platform == "win32":
+        return [
+            Report(device, [finding, *(examine_device(device) if device else ())])
+            for device, finding in doctor_windows.examine_system(selector)
         ]
     knobs = doctor_facts.find_usb_knobs(root)
     permission = doctor_facts.find_permission(root)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import sys
 from importlib.metadata import distribution
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 __all__ = ["how_to_install", "source_folder"]
+
+# What the system's own shell takes as one word.
+_QUOTE = '"' if sys.platform == "win32" else "'"
 
 
 def source_folder() -> Path | None:
@@ -22,10 +26,10 @@ def source_folder() -> Path | None:
 def how_to_install(extra: str) -> str:
     """Give the command that installs an extra of this package, from where the package came."""
     if folder := source_folder():
-        return f"pip install '{folder}[{extra}]'"
+        return f"pip install {_QUOTE}{folder}[{extra}]{_QUOTE}"
     # Without the source tree, or once it has gone: what the extra would bring, by name.
     wanted = [
-        f"'{requirement.partition(';')[0].strip()}'"
+        f"{_QUOTE}{requirement.partition(';')[0].strip()}{_QUOTE}"
         for requirement in distribution("torsio").requires or []
         if f"extra == {extra!r}" in requirement.replace('"', "'")
     ]

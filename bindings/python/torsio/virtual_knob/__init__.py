@@ -6,6 +6,7 @@ knob; see docs/usb.md.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,8 +23,13 @@ def program_path() -> Path:
     Raises
     ------
     torsio.Error
-        If the package was built without it.
+        If the package was built without it, or on Windows, for which there is none.
     """
+    if sys.platform == "win32":
+        raise Error(
+            "the virtual USB knob is a program for Linux: run it there, and attach it to this "
+            "Windows over the network as docs/usb.md tells"
+        )
     if not _PROGRAM.exists():
         raise Error(
             "this package was built without the virtual USB knob, which needs TinyUSB: run "

@@ -6,12 +6,14 @@ import math
 import os
 import re
 import sys
-import termios
-import tty
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Protocol
+
+if sys.platform != "win32":  # which has neither, nor a virtual knob to be turned by them
+    import termios
+    import tty
 
 PUSH_STEP_NM = 5e-3
 LARGEST_PUSH_NM = 100e-3

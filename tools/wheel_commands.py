@@ -1,0 +1,65 @@
+"""What the tools for wheels share: commands with a log, and environments with packages."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+TREE = Path(__file__).parent.parent
+BUILD = TREE / "build/wheels"
+
+
+class Failed(Exception):
+    """A step failed; says what."""
+
+
+def say(text: str) -> None:
+    """Tell what is being done."""
+    print(f"torsio: {text}", flush=True)
+
+
+def run(name: str, *command: str | Path, **variables: str) -> str:
+    """Run a command; its output goes to build/logs/NAME.log and comes back.
+
+    Raises
+    ------
+    Failed
+        If it fails, with the end of its output.
+    """
+    log = TREE / "build/logs" / f"{name}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    result = subprocess.run(
+        command,
+        cwd=TREE,
+        env={**os.environ, **variables},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    log.write_text(result.stdout, encoding="utf-8")
+    if result.returncode != 0:
+        end = "\n".join(result.stdout.splitlines()[-30:])
+        raise Failed(f"{end}\n{command[0]} failed; full log: build/logs/{log.name}")
+    return result.stdout
+
+
+def pip(python: Path) -> tuple[str | Path, ...]:
+    """Return how to call an environment's pip."""
+    return (python, "-m", "pip", "--no-input", "--disable-pip-version-check", "--retries", "5")
+
+
+def environment(folder: Path, python: Path, *packages: str) -> Path:
+    """Make a virtual environment with these packages, and return its Python."""
+    own = folder / "bin/python"
+    done = folder / ".packages"
+    if not done.exists() or done.read_text() != f"{python} {packages}":
+        shutil.rmtree(folder, ignore_errors=True)
+        run(f"venv-{folder.name}", python, "-m", "venv", folder)
+        run(f"pip-{folder.name}", *pip(own), "install", "pip>=24", *packages)
+        done.write_text(f"{python} {packages}")
+    return own

@@ -1,0 +1,74 @@
+"""Installs a wheel where there is neither tree nor compiler, and does what a user does first.
+
+On this machine in a new environment of the Python that it is for; for other machines beside a
+Python of theirs, which runs under QEMU or Wine.
+"""
+
+from __future__ import annotations
+
+import shutil
+import time
+from pathlib import Path
+
+from tools.foreign_pythons import Foreign
+from tools.wheel_commands import BUILD, TREE, environment, pip, run
+
+FIRST_STEPS = TREE / "tools/first_steps.py"
+# What pip calls the systems that the wheels of others, NumPy's for example, are for.
+PLATFORMS = {
+    "aarch64": ("manylinux2014_aarch64", "manylinux_2_27_aarch64", "manylinux_2_28_aarch64"),
+    "win_amd64": ("win_amd64",),
+}
+PICTURE = "virtual_wall.png"
+
+
+def at_home(wheel: Path, python: Path) -> str:
+    """Install the wheel with command line and pictures, draw one, and tell how long that took."""
+    folder = BUILD / "trial"
+    shutil.rmtree(folder, ignore_errors=True)
+    own = environment(folder, python)
+    bare = {"PATH": str(folder / "bin"), "CC": "/none", "CXX": "/none", "PYTHONPATH": ""}
+    steps = shutil.copy(FIRST_STEPS, folder)
+    begin_s = time.monotonic()
+    install = ("install", "--only-binary", ":all:", f"{wheel}[cli,plot]")
+    run("trial-pip", *pip(own), *install, **bare)
+    command = (own, "-m", "torsio", "demo", "wall", "--device", "emulated", "--out", folder)
+    run("trial-demo", *command, **bare)
+    took_s = time.monotonic() - begin_s
+    assert (folder / PICTURE).stat().st_size > 0
+    told = run("trial", own, "-W", "error", steps, **bare)
+    run("trial-command", folder / "bin/torsio", "--version", **bare)
+    run("trial-virtual-knob", _virtual_knob(own), "--help", **bare)
+    return f"{told.strip()}; from pip install to the first picture {took_s:.0f} s"
+
+
+def _virtual_knob(python: Path) -> Path:
+    asked = "from torsio.virtual_knob import program_path; print(program_path())"
+    return Path(run("trial-program", python, "-c", asked).strip())
+
+
+def abroad(wheel: Path, architecture: str, python: Foreign, own: Path) -> str:
+    """Unpack the wheel and what it needs beside a Python of its machine, and use it there."""
+    site = BUILD / f"trial-{architecture}"
+    shutil.rmtree(site, ignore_errors=True)
+    platforms = [f"--platform={name}" for name in PLATFORMS[architecture]]
+    kind = ("--only-binary=:all:", f"--python-version={python.version}", "--implementation=cp")
+    # pip asks this machine which system it is; click needs colorama on Windows.
+    more = ["colorama"] if architecture == "win_amd64" else []
+    wanted = [f"{wheel}[cli]", *more]
+    run(f"trial-{architecture}-pip", *pip(own), "install", *kind, *platforms,
+        "--target", site, *wanted)  # fmt: skip
+    variables = {**python.variables, "PYTHONPATH": _path(site, architecture)}
+    steps = _path(Path(shutil.copy(FIRST_STEPS, site)), architecture)
+    told = run(f"trial-{architecture}", *python.command, "-W", "error", steps, **variables)
+    for words in (("--version",), ("info", "--device", "emulated"), ("list",)):
+        run(f"trial-{architecture}-command", *python.command, "-m", "torsio", *words, **variables)
+    if architecture != "win_amd64":
+        program = site / "torsio/bin/torsio_virtual_knob"
+        run(f"trial-{architecture}-virtual-knob", *python.runner, program, "--help")
+    return f"{told.strip()}; {python.runner[0]} ran it"
+
+
+def _path(path: Path, architecture: str) -> str:
+    """Return a path as its machine has it: Wine shows this one's files as a drive."""
+    return f"Z:{path}".replace("/", "\\") if architecture == "win_amd64" else str(path)
