@@ -2,13 +2,15 @@
 // that the plant knows, in every tick, with random scenes, local models, games, hands, faults of
 // the cable, of the encoder and of the power stage, noise, saves and power cuts.
 //
-//     torsio_life [--knobs N] [--seconds S] [--threads N] [--cut SEED] [--each]
+//     torsio_life [--knobs N] [--seconds S] [--threads N] [--cut SEED] [--pace FACTOR] [--each]
 //
-// How the time is cut into calls, over how many threads the knobs are spread, which compiler has
+// With --pace time goes by the clock, so many times faster, in pieces as they come. How the time is
+// cut into calls, over how many threads the knobs are spread, which compiler has
 // made the program with which options for which processor: the number must not show it.
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -46,8 +48,10 @@ class Hash {
 
 class Life {
  public:
-  Life(std::uint64_t seed, std::uint64_t cut)
-      : random_(seed), cut_(cut), cuts_(cut != 0), device_(options(seed)) {
+  /// @param cut seed of how time is cut; 0: not at all
+  /// @param pace times faster than the clock; 0: as fast as it goes
+  Life(std::uint64_t seed, std::uint64_t cut, std::int64_t pace)
+      : random_(seed), cut_(cut), cuts_(cut != 0), pace_(pace), device_(options(seed)) {
     configure();
     for (const int type : {1, 4, 8, 9, 10, 11}) make_game_effect(static_cast<std::uint8_t>(type));
     command(wire::Op::arm);
@@ -83,13 +87,26 @@ class Life {
 
   /// Lets time pass, in one call or in many.
   void pass(std::int64_t duration_ns) {
-    if (!cuts_) return device_.advance(duration_ns);
+    if (!cuts_ && pace_ == 0) return device_.advance(duration_ns);
     while (duration_ns > 0) {
-      const auto piece = static_cast<std::int64_t>(
-          1 + cut_.next() % static_cast<std::uint64_t>(cut_.next() % 4 == 0 ? 3000 : 5'000'000));
+      const std::int64_t piece = pace_ != 0 ? by_the_clock() : by_chance();
       device_.advance(std::min(piece, duration_ns));
       duration_ns -= piece;
     }
+  }
+
+  std::int64_t by_chance() {
+    return static_cast<std::int64_t>(
+        1 + cut_.next() % static_cast<std::uint64_t>(cut_.next() % 4 == 0 ? 3000 : 5'000'000));
+  }
+
+  /// What has passed since it was asked last; after a stop of the process that is much at once.
+  std::int64_t by_the_clock() {
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+    const auto now = std::chrono::steady_clock::now();
+    const std::int64_t passed = std::chrono::nanoseconds(now - last_look_).count();
+    last_look_ = now;
+    return 1 + passed * pace_;
   }
 
   void look() {
@@ -349,6 +366,8 @@ class Life {
   Random random_;
   Random cut_;
   bool cuts_;
+  std::int64_t pace_;
+  std::chrono::steady_clock::time_point last_look_ = std::chrono::steady_clock::now();
   EmulatedDevice device_;
   Hash hash_;
   std::uint16_t model_ = 0;
@@ -360,6 +379,7 @@ struct Options {
   std::int64_t seconds = 10;
   std::uint64_t threads = 1;
   std::uint64_t cut = 0;
+  std::int64_t pace = 0;
   bool each = false;
 };
 
@@ -380,6 +400,8 @@ bool read_options(int count, char** arguments, Options& options) {
       options.threads = value;
     } else if (name == "--cut") {
       options.cut = value;
+    } else if (name == "--pace") {
+      options.pace = static_cast<std::int64_t>(value);
     } else {
       return false;
     }
@@ -393,7 +415,8 @@ int main(int count, char** arguments) {
   Options options;
   if (!read_options(count, arguments, options)) {
     std::fprintf(stderr,
-                 "usage: %s [--knobs N] [--seconds S] [--threads N] [--cut SEED] [--each]\n",
+                 "usage: %s [--knobs N] [--seconds S] [--threads N] [--cut SEED] "
+                 "[--pace FACTOR] [--each]\n",
                  arguments[0]);
     return 2;
   }
@@ -402,7 +425,7 @@ int main(int count, char** arguments) {
   for (std::uint64_t thread = 0; thread < options.threads; ++thread) {
     threads.emplace_back([&, thread] {
       for (std::uint64_t knob = thread; knob < options.knobs; knob += options.threads) {
-        Life life(knob, options.cut == 0 ? 0 : options.cut + knob);
+        Life life(knob, options.cut == 0 ? 0 : options.cut + knob, options.pace);
         hashes[knob] = life.live(options.seconds);
       }
     });

@@ -69,7 +69,10 @@ class Mutator {
   explicit Mutator(std::uint64_t seed) : random_(seed) {}
 
   void make(const std::vector<Input>& corpus, Input& input) {
-    input = corpus[below(corpus.size())];
+    // The shorter of two: what is short runs often, and shows best what is new in it.
+    const Input& one = corpus[below(corpus.size())];
+    const Input& other = corpus[below(corpus.size())];
+    input = one.size() < other.size() ? one : other;
     if (LLVMFuzzerCustomMutator != nullptr && below(4) != 0) {
       const std::size_t size = input.size();
       input.resize(kLongest);
