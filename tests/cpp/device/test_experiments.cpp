@@ -161,7 +161,8 @@ TEST_CASE("telemetry of the law calibrated tells what is asked, and that less is
   CHECK(std::abs(rig.outputs.motor_command_nm) < 0.05F);
 }
 
-TEST_CASE("a scene that begins while the knob turns is whole at once, with the law calibrated too") {
+TEST_CASE(
+    "a scene that begins while the knob turns is whole at once, with the law calibrated too") {
   Rig rig;
   arm(rig, Law::calibrated);
   Wall wall;
