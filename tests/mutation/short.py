@@ -26,14 +26,15 @@ SOURCES = (
     *("controller", "scene", "excitation"),
     *("config", "config_store", "control_loop", "device", "power_logic", "scene_builder"),
 )
+SHARE = 4  # of 16
 FOLDERS = ("firmware/core/", "firmware/device/", "firmware/protocol/")
 _RULES = """\
 rule cc
-  command = cd $folder && $command -MD -MF $out.d
+  command = cd $folder && $words -MD -MF $out.d
   depfile = $out.d
   deps = gcc
 rule link
-  command = cd $folder && $command
+  command = cd $folder && $words
 """
 
 
@@ -87,7 +88,7 @@ def build(log: Path) -> Path:
     def compile_one(name: str, source: Path, *options: str) -> None:
         output = BUILD / "objects" / f"{source.stem}.o"
         command = _changed(compiling[name], source, output, *options)
-        lines.append(f"build {output}: cc {source}\n  folder = {PRESET}\n  command = {command}")
+        lines.append(f"build {output}: cc {source}\n  folder = {PRESET}\n  words = {command}")
         objects.append(output)
 
     switch = ("-include", str(mutate.HERE / "switch.hpp"), f"-I{tree / 'firmware'}")
@@ -110,12 +111,9 @@ def build(log: Path) -> Path:
     needs = [PRESET / word for word in words if word.endswith((".o", ".a"))]
     lines.append(
         f"build {program}: link {' '.join(map(str, (*objects, *needs)))}\n"
-        f"  folder = {PRESET}\n  command = {shlex.join(words)}\n"
+        f"  folder = {PRESET}\n  words = {shlex.join(words)}\n"
     )
-    mutate.put(
-        BUILD / "build.ninja",
-        "\n".join(lines).replace("$", "$$").encode() if False else "\n".join(lines).encode(),
-    )
+    mutate.put(BUILD / "build.ninja", "\n".join(lines).encode())
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("w") as output:
         status = subprocess.run(
@@ -130,20 +128,19 @@ def chosen(
     mutants: Sequence[Mutant], killers: dict[str, str], cases: Sequence[str]
 ) -> list[Mutant]:
     """Return the mutants of a test run: a share of those that one of these test cases kills."""
-    names = {Path(file).name for file in mutate_files()}
+    compiled = {
+        name
+        for name in _files(mutate.read_lists())
+        if Path(name).suffix == ".hpp" or Path(name).stem in SOURCES
+    }
     known = set(cases)
     return [
         mutant
         for mutant in mutants
-        if Path(mutant.file).name in names
+        if mutant.file in compiled
         and killers.get(mutant.key) in known
-        and int(mutant.key[0], 16) < 4
+        and int(mutant.key[0], 16) < SHARE
     ]
-
-
-def mutate_files() -> list[str]:
-    """Return the files whose mutants are in the program."""
-    return list(_files(mutate.read_lists()))
 
 
 def attack(program: Path) -> tuple[int, list[Mutant]]:
