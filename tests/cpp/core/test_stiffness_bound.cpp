@@ -68,6 +68,9 @@ TEST_CASE("what changes in time passes whole, bounded or not") {
     CHECK(bench.step(-sign * 0.3, sign, -sign * 0.3) == Approx(-sign * 0.3));
     CHECK(bench.step(-sign * 0.4, sign) == Approx(-sign * 0.31));
     CHECK(bench.step(-sign * 0.5, 0, -sign * 0.1) == Approx(-sign * 0.41));
+    Bench fading;
+    CHECK(fading.step(-sign * 0.5, 0, -sign * 0.5) == Approx(-sign * 0.5));
+    CHECK(fading.step(-sign * 0.2, -sign, sign * 0.3) == Approx(-sign * 0.2));
   }
 }
 

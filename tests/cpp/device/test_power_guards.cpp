@@ -138,6 +138,10 @@ TEST_CASE("what does not fit is told after 4 ms, whatever the board's rate") {
     const double found_s = motor.push(0.085, 0.1);
     CHECK(found_s > 4e-3);
     CHECK(found_s < 6e-3);
+    // And is forgotten with the power, once its cause is gone.
+    motor.supply = 12.0;
+    motor.run(0.0, 1e-3);
+    CHECK(motor.push(0.085, 0.02) < 0.0);
   }
 }
 
