@@ -13,7 +13,7 @@ SOAK = TREE / "build/release/tests/determinism/torsio_soak"
 
 
 def test_knobs_that_have_lived_for_a_while_are_as_they_were_at_first() -> None:
-    command = [SOAK, "--hours", "0.2", "--minutes", "0.5", "--knobs", "4"]
+    command = [str(SOAK), "--hours", "0.2", "--minutes", "0.5", "--knobs", "4"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert re.search(r"\d+ examinations; .* 0 faults$", ended.stdout)
@@ -21,7 +21,7 @@ def test_knobs_that_have_lived_for_a_while_are_as_they_were_at_first() -> None:
 
 def test_soak_needs_options_that_it_knows() -> None:
     for arguments in (["--hours"], ["--days", "1"], ["--hours", "0"]):
-        ended = subprocess.run([SOAK, *arguments], capture_output=True, text=True, check=False)
+        ended = subprocess.run([str(SOAK), *arguments], capture_output=True, text=True, check=False)
         assert ended.returncode == 2
         assert ended.stderr.startswith("usage: ")
 
