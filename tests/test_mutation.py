@@ -1,6 +1,6 @@
 """The lists of mutants can be read, and each has a test that is known to kill it, or a reason.
 
-``./dev mutate`` makes them and runs the tests.
+A share of them is made and killed here, all of them by ``./dev mutate``.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutation import mutate
+from tests.mutation import mutate, short
 from tests.mutation.mutate import BadList, Mutant, Place, Replacement
 
 
@@ -25,6 +25,21 @@ def test_there_are_mutants_enough_and_each_has_a_killer_or_a_reason(mutants: lis
     assert [str(mutant) for mutant in unexplained] == []
     known = {mutant.key for mutant in mutants}
     assert [key for key in killers if key not in known] == [], "run ./dev mutate"
+
+
+def test_every_list_fits_its_sources() -> None:
+    of_file: dict[str, list[tuple[Place, list[int]]]] = {}
+    for place in mutate.read_lists():
+        of_file.setdefault(place.file, []).append((place, [1] * len(place.replacements)))
+    for file, places in of_file.items():
+        mutate.mutate_source((mutate.TREE / file).read_text(encoding="utf-8"), places)
+
+
+def test_share_of_the_mutants_dies_by_the_device_s_own_tests() -> None:
+    program = short.build(mutate.TREE / "build/logs/mutation-short.log")
+    count, living = short.attack(program)
+    assert [str(mutant) for mutant in living] == []
+    assert count >= 80
 
 
 SOURCE = "int held(int torque, int cap) {\n  if (torque > cap) return cap;\n  return torque;\n}\n"

@@ -41,13 +41,16 @@ std::uint64_t EventFeed::lost() const {
 
 void EventFeed::set_callback(Callback callback) {
   const bool wanted = static_cast<bool>(callback);
+  auto changed = wanted ? std::make_shared<const Callback>(std::move(callback)) : nullptr;
   std::exception_ptr failure;
   {
     const std::lock_guard lock(telling_->mutex);
+    if (telling_->closed) return;
     telling_->events.clear();
-    telling_->callback = wanted ? std::make_shared<const Callback>(std::move(callback)) : nullptr;
+    telling_->callback.swap(changed);
     failure = std::exchange(telling_->failure, nullptr);
   }
+  changed.reset();  // the old one's end may be anything, so it comes under no lock
   if (failure) std::rethrow_exception(failure);
   const std::lock_guard lock(thread_mutex_);
   if (wanted && own_thread_ && !thread_.joinable()) {
@@ -92,9 +95,13 @@ void EventFeed::tell() {
 }
 
 void EventFeed::close() noexcept {
+  // A callback often has the knob that has it: kept any longer, neither would ever go.
+  std::shared_ptr<const Callback> dropped;
   {
     const std::lock_guard lock(telling_->mutex);
     telling_->closed = true;
+    telling_->callback.swap(dropped);
+    telling_->events.clear();
   }
   telling_->news.notify_all();
   const std::lock_guard lock(thread_mutex_);

@@ -2,8 +2,9 @@
 
 ``./dev determinism`` builds ``life.cpp`` with gcc and clang, without and with full optimisation,
 for x86-64 and for aarch64 (which qemu runs), and runs it on 1 to 32 threads, with its time cut in
-several ways, and through a stop of seconds. Every run must print the same number. It is not written
-down anywhere: a change of the plant or of a law changes it, and should.
+several ways, many times faster than the clock, and through a stop of seconds. Every run must print
+the same number. It is not written down anywhere: a change of the plant or of a law changes it, and
+should.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ class Run:
         """Run it and return the number that it prints."""
         with subprocess.Popen(self.command, stdout=subprocess.PIPE, text=True) as process:
             if self.stopped_s > 0.0:
-                time.sleep(0.1)
+                time.sleep(0.03)
                 process.send_signal(signal.SIGSTOP)
                 time.sleep(self.stopped_s)
                 process.send_signal(signal.SIGCONT)
@@ -122,10 +123,13 @@ class Run:
 def runs_of(program: Path, seconds: int, knobs: int, threads: Sequence[int]) -> list[Run]:
     """Return the runs of one program that differ in how they are run."""
     base = (str(program), "--seconds", str(seconds), "--knobs", str(knobs))
+    paced = (*base, "--pace", "20", "--threads", str(knobs))
     return [
         *(Run(f"{n} threads", (*base, "--threads", str(n))) for n in threads),
         *(Run(f"time cut by seed {n}", (*base, "--cut", str(n))) for n in (1, 2, 3)),
         Run("stopped for 2 s", base, 2.0),
+        Run("20 times faster than the clock", paced),
+        Run("20 times faster than the clock, stopped for 2 s", paced, 2.0),
     ]
 
 

@@ -1,30 +1,26 @@
 // The lives of some emulated knobs, as one number: every report that a device sends and everything
-// that the plant knows, in every tick, with random scenes, local models, games, hands, faults of
-// the cable, of the encoder and of the power stage, noise, saves and power cuts.
+// that the plant knows, in every tick.
 //
-//     torsio_life [--knobs N] [--seconds S] [--threads N] [--cut SEED] [--each]
+//     torsio_life [--knobs N] [--seconds S] [--threads N] [--cut SEED] [--pace FACTOR] [--each]
 //
-// How the time is cut into calls, over how many threads the knobs are spread, which compiler has
+// With --pace time goes by the clock, so many times faster, in pieces as they come. How the time is
+// cut into calls, over how many threads the knobs are spread, which compiler has
 // made the program with which options for which processor: the number must not show it.
-#include <algorithm>
-#include <array>
+#include "tests/determinism/life.hpp"
+
 #include <bit>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <span>
 #include <string_view>
 #include <thread>
 #include <vector>
 
-#include "emulator/emulated_device.hpp"
-#include "emulator/random.hpp"
-#include "protocol/codec.hpp"
-
 namespace {
 
-using namespace torsio::emulator;
-namespace wire = torsio::protocol;
+using namespace torsio;
+using test::Life;
 
 /// FNV-1a, 64 bits.
 class Hash {
@@ -44,315 +40,21 @@ class Hash {
   std::uint64_t value_ = 14695981039346656037U;
 };
 
-class Life {
+/// Makes a number of what it sees.
+class Hasher final : public test::Witness {
  public:
-  Life(std::uint64_t seed, std::uint64_t cut)
-      : random_(seed), cut_(cut), cuts_(cut != 0), device_(options(seed)) {
-    configure();
-    for (const int type : {1, 4, 8, 9, 10, 11}) make_game_effect(static_cast<std::uint8_t>(type));
-    command(wire::Op::arm);
+  void see(const protocol::ReportBytes& report) override { hash_.add_all(report); }
+  void see_game(std::span<const std::uint8_t> report) override { hash_.add_all(report); }
+  void see(const emulator::TruthSample& sample) override {
+    hash_.add(static_cast<std::uint64_t>(sample.time_ns));
+    hash_.add(sample.angle_rad);
+    hash_.add(sample.brake_angle_rad);
+    hash_.add(sample.speed_rad_s);
   }
-
-  std::uint64_t live(std::int64_t seconds) {
-    while (device_.time_ns() < seconds * 1'000'000'000) {
-      happen();
-      pass(1'000'000 + static_cast<std::int64_t>(below(29'000'000)));
-      look();
-    }
-    return hash_.value();
-  }
+  [[nodiscard]] std::uint64_t value() const { return hash_.value(); }
 
  private:
-  static EmulatedDeviceOptions options(std::uint64_t seed) {
-    EmulatedDeviceOptions options;
-    options.seed = seed;
-    constexpr std::array<std::int64_t, 4> periods{1'000'000, 500'000, 100'000, 50'000};
-    options.control_period_ns = periods[seed % periods.size()];
-    options.encoder.noise_counts = seed % 2 == 0 ? 0.3 : 0.0;
-    options.log_truth = true;
-    return options;
-  }
-
-  std::uint64_t below(std::uint64_t limit) { return random_.next() % limit; }
-  bool one_in(std::uint64_t n) { return below(n) == 0; }
-  /// Within [0, most], in steps that every compiler reads alike.
-  double some(double most) { return most * static_cast<double>(below(1025)) / 1024.0; }
-  double either(double most) { return one_in(2) ? some(most) : -some(most); }
-  float somef(double most) { return static_cast<float>(some(most)); }
-  float eitherf(double most) { return static_cast<float>(either(most)); }
-
-  /// Lets time pass, in one call or in many.
-  void pass(std::int64_t duration_ns) {
-    if (!cuts_) return device_.advance(duration_ns);
-    while (duration_ns > 0) {
-      const auto piece = static_cast<std::int64_t>(
-          1 + cut_.next() % static_cast<std::uint64_t>(cut_.next() % 4 == 0 ? 3000 : 5'000'000));
-      device_.advance(std::min(piece, duration_ns));
-      duration_ns -= piece;
-    }
-  }
-
-  void look() {
-    wire::ReportBytes report;
-    while (device_.read(report)) hash_.add_all(report);
-    for (auto bytes = device_.game_read(); !bytes.empty(); bytes = device_.game_read()) {
-      hash_.add_all(bytes);
-    }
-    for (const TruthSample& sample : device_.take_truth()) {
-      hash_.add(static_cast<std::uint64_t>(sample.time_ns));
-      hash_.add(sample.angle_rad);
-      hash_.add(sample.brake_angle_rad);
-      hash_.add(sample.speed_rad_s);
-    }
-  }
-
-  template <class Report>
-  void send(const Report& report) {
-    (void)device_.write(wire::encode(report));
-  }
-  void command(wire::Op op) { send(wire::Command{1, 0, op}); }
-
-  void configure() {
-    wire::ControlConfig control;
-    control.law = static_cast<wire::Law>(below(4));
-    control.watchdog_s = 0.5F;
-    control.motor_slew_nm_per_s = one_in(2) ? 0.0F : 20.0F;
-    control.passive_brake_nm = 0.03F;
-    (void)device_.set_feature(wire::encode(control));
-    wire::GameConfig game;
-    game.torque_max_nm = 0.06F;
-    (void)device_.set_feature(wire::encode(game));
-    send(wire::Stream{1, 0, static_cast<std::uint8_t>(1 + below(20))});
-  }
-
-  void happen() {
-    command(wire::Op::keep_alive);
-    if (one_in(3)) write_effect();
-    if (one_in(3)) send(wire::Commit{2, 0, static_cast<std::uint16_t>(random_.next())});
-    if (one_in(4)) command(wire::Op::arm);
-    if (one_in(20)) command(wire::Op::disarm);
-    if (one_in(6)) stream_model();
-    if (one_in(5)) take_hold();
-    if (one_in(6)) play_game();
-    if (one_in(25)) trouble();
-  }
-
-  std::int64_t some_angle() { return static_cast<std::int64_t>(below(1ULL << 33U)) - (1LL << 32); }
-
-  void write_effect() {
-    const wire::Target target{static_cast<std::uint16_t>(below(65536)), 0,
-                              static_cast<std::uint8_t>(below(16))};
-    switch (below(12)) {
-      case 0:
-        return send(wire::Wall{.target = target,
-                               .angle_turns_q32 = some_angle(),
-                               .side = one_in(2) ? wire::Side::above : wire::Side::below,
-                               .stiffness_nm_per_rad = somef(3.0),
-                               .damping_nm_s_per_rad = somef(0.001)});
-      case 1: {
-        wire::Spring spring;
-        spring.target = target;
-        spring.angle_turns_q32 = some_angle();
-        spring.stiffness_nm_per_rad = somef(1.0);
-        spring.deadband_rad = somef(0.1);
-        return send(spring);
-      }
-      case 2: {
-        wire::Damper damper;
-        damper.target = target;
-        damper.damping_nm_s_per_rad = somef(0.002);
-        return send(damper);
-      }
-      case 3: {
-        wire::Friction friction;
-        friction.target = target;
-        friction.torque_nm = somef(0.03);
-        return send(friction);
-      }
-      case 4: {
-        wire::Inertia inertia;
-        inertia.target = target;
-        inertia.inertia_kg_m2 = somef(2e-5);
-        return send(inertia);
-      }
-      case 5: {
-        wire::Constant constant;
-        constant.target = target;
-        constant.torque_nm = eitherf(0.03);
-        return send(constant);
-      }
-      case 6: {
-        wire::Ramp ramp;
-        ramp.target = target;
-        ramp.end_torque_nm = eitherf(0.03);
-        ramp.timing.duration_s = 0.01F + somef(1.0);
-        return send(ramp);
-      }
-      case 7: {
-        wire::Periodic periodic;
-        periodic.target = target;
-        periodic.waveform = static_cast<wire::Waveform>(below(5));
-        periodic.amplitude_nm = somef(0.03);
-        periodic.frequency_hz = somef(200.0);
-        return send(periodic);
-      }
-      case 8: {
-        wire::Detents detents;
-        detents.target = target;
-        detents.per_turn_q32 = (1 + below(60)) << 32U;
-        detents.torque_nm = somef(0.03);
-        detents.profile = static_cast<wire::DetentProfile>(below(3));
-        return send(detents);
-      }
-      case 9: {
-        wire::EndStops stops;
-        stops.target = target;
-        stops.lower_turns_q32 = -(1LL << 32);
-        stops.upper_turns_q32 = 1LL << 32;
-        stops.stiffness_nm_per_rad = somef(3.0);
-        return send(stops);
-      }
-      case 10: {
-        wire::Texture texture;
-        texture.target = target;
-        texture.grain = static_cast<wire::Grain>(below(4));
-        texture.torque_nm = somef(0.02);
-        texture.seed = static_cast<std::uint32_t>(random_.next());
-        return send(texture);
-      }
-      default: {
-        wire::CurvePoints points{1, 0, 0, 13, {}};
-        for (float& torque_nm : points.torque_nm) torque_nm = eitherf(0.03);
-        send(points);
-        wire::Curve curve;
-        curve.target = target;
-        curve.points = 13;
-        curve.ends = one_in(2) ? wire::Ends::repeat : wire::Ends::hold;
-        return send(curve);
-      }
-    }
-  }
-
-  void stream_model() {
-    wire::LocalModel model;
-    model.sequence = ++model_;
-    model.torque_nm = eitherf(0.02);
-    model.angle_turns_q32 = some_angle();
-    model.stiffness_nm_per_rad = somef(0.5);
-    model.damping_nm_s_per_rad = somef(0.001);
-    model.deadline_s = one_in(3) ? 0.0F : 0.05F + somef(0.2);
-    send(model);
-  }
-
-  void take_hold() {
-    const std::int64_t now_ns = device_.next_tick_ns();
-    const std::int64_t end_ns = now_ns + 1'000'000 + static_cast<std::int64_t>(below(300'000'000));
-    const double angle_rad = device_.plant().state().knob_angle_rad();
-    switch (below(4)) {
-      case 0:
-        return device_.set_hand(NoHand{});
-      case 1:
-        return device_.set_hand(
-            TorqueHand{Profile({{now_ns, either(0.05)}, {end_ns, either(0.05)}})});
-      case 2:
-        return device_.set_hand(
-            ImpedanceHand{.inertia_kg_m2 = some(2e-4),
-                          .stiffness_nm_per_rad = 0.5 + some(3.0),
-                          .damping_nm_s_per_rad = some(0.03),
-                          .intended_angle_rad =
-                              Profile({{now_ns, angle_rad}, {end_ns, angle_rad + either(3.0)}})});
-      default:
-        return device_.set_hand(
-            PrescribedMotion{Profile({{now_ns, angle_rad}, {end_ns, angle_rad + either(1.0)}})});
-    }
-  }
-
-  void make_game_effect(std::uint8_t type) {
-    const std::array<std::uint8_t, 4> create{0x21, type, 0, 0};
-    (void)device_.game_set_feature(create);
-    const auto block = static_cast<std::uint8_t>(++blocks_);
-    // Endless, full gain, from the left.
-    const std::array<std::uint8_t, 18> effect{0x11, block, type, 0xFF, 0xFF, 0,    0, 0, 0,
-                                              0xFF, 0x7F,  0,    2,    0xFF, 0x5F, 0, 0, 0};
-    (void)device_.game_write(effect);
-  }
-
-  void play_game() {
-    const auto level = [this] { return static_cast<std::uint8_t>(below(128)); };
-    const std::array<std::uint8_t, 4> constant{0x15, 1, 0, level()};
-    (void)device_.game_write(constant);
-    const std::array<std::uint8_t, 10> sine{0x14, 2, 0, level(), 0, 0, 0, 0, 40, 0};
-    (void)device_.game_write(sine);
-    const std::array<std::uint8_t, 15> condition{0x13,    static_cast<std::uint8_t>(3 + below(4)),
-                                                 0,       0,
-                                                 0,       0xFF,
-                                                 level(), 0xFF,
-                                                 level(), 0xFF,
-                                                 0x7F,    0xFF,
-                                                 0x7F,    0,
-                                                 0};
-    (void)device_.game_write(condition);
-    const std::array<std::uint8_t, 4> operate{0x1A, static_cast<std::uint8_t>(1 + below(6)),
-                                              static_cast<std::uint8_t>(1 + below(3)), 1};
-    (void)device_.game_write(operate);
-    device_.set_buttons(static_cast<std::uint8_t>(below(4)));
-  }
-
-  /// Something goes wrong, and a little later it is right again.
-  void trouble() {
-    switch (below(9)) {
-      case 0:
-        device_.set_emergency_stop(true);
-        pass(5'000'000);
-        device_.set_emergency_stop(false);
-        break;
-      case 1:
-        device_.set_actuator_fault(true);
-        pass(2'000'000);
-        device_.set_actuator_fault(false);
-        break;
-      case 2:
-        device_.jump_encoder(static_cast<std::int32_t>(below(6000)) - 3000);
-        break;
-      case 3:
-        device_.skip_ticks(static_cast<std::uint32_t>(below(30)));
-        break;
-      case 4:
-        device_.set_plugged(false);
-        pass(70'000'000);
-        device_.set_plugged(true);
-        break;
-      case 5:
-        device_.set_link_faults({some(0.1), some(0.1), some(0.1), some(0.1)});
-        break;
-      case 6:
-        command(wire::Op::disarm);
-        command(wire::Op::save);
-        if (one_in(2)) device_.cut_power_in_next_save(below(300));
-        break;
-      case 7:
-        device_.set_powered(false);
-        pass(30'000'000);
-        device_.set_powered(true);
-        break;
-      default:
-        device_.freeze_encoder(one_in(2));
-        return;
-    }
-    pass(5'000'000);
-    if (!device_.connected()) device_.set_powered(true);
-    command(wire::Op::clear_fault);
-    configure();
-    command(wire::Op::arm);
-  }
-
-  Random random_;
-  Random cut_;
-  bool cuts_;
-  EmulatedDevice device_;
   Hash hash_;
-  std::uint16_t model_ = 0;
-  int blocks_ = 0;
 };
 
 struct Options {
@@ -360,6 +62,7 @@ struct Options {
   std::int64_t seconds = 10;
   std::uint64_t threads = 1;
   std::uint64_t cut = 0;
+  std::int64_t pace = 0;
   bool each = false;
 };
 
@@ -380,6 +83,8 @@ bool read_options(int count, char** arguments, Options& options) {
       options.threads = value;
     } else if (name == "--cut") {
       options.cut = value;
+    } else if (name == "--pace") {
+      options.pace = static_cast<std::int64_t>(value);
     } else {
       return false;
     }
@@ -393,7 +98,8 @@ int main(int count, char** arguments) {
   Options options;
   if (!read_options(count, arguments, options)) {
     std::fprintf(stderr,
-                 "usage: %s [--knobs N] [--seconds S] [--threads N] [--cut SEED] [--each]\n",
+                 "usage: %s [--knobs N] [--seconds S] [--threads N] [--cut SEED] "
+                 "[--pace FACTOR] [--each]\n",
                  arguments[0]);
     return 2;
   }
@@ -402,8 +108,10 @@ int main(int count, char** arguments) {
   for (std::uint64_t thread = 0; thread < options.threads; ++thread) {
     threads.emplace_back([&, thread] {
       for (std::uint64_t knob = thread; knob < options.knobs; knob += options.threads) {
-        Life life(knob, options.cut == 0 ? 0 : options.cut + knob);
-        hashes[knob] = life.live(options.seconds);
+        Hasher hasher;
+        Life life(hasher, knob, options.cut == 0 ? 0 : options.cut + knob, options.pace);
+        life.live(options.seconds);
+        hashes[knob] = hasher.value();
       }
     });
   }

@@ -124,7 +124,7 @@ class Liar final : public Transport {
 };
 
 void call(Knob& knob, std::uint8_t which) {
-  switch (which % 16) {
+  switch (which % 22) {
     case 0:
       return knob.arm();
     case 1:
@@ -155,6 +155,21 @@ void call(Knob& knob, std::uint8_t which) {
       return static_cast<void>(knob.faults());
     case 14:
       return knob.sleep(0.005);
+    case 15:
+      return static_cast<void>(knob.events(0.003));
+    case 16:
+      return static_cast<void>(knob.start_telemetry({}, which >= 128));
+    case 17:
+      return static_cast<void>(knob.latest());
+    case 18:
+      return static_cast<void>(knob.game_effects());
+    case 19:
+      for (const Step step : knob.every(0.001)) {
+        if (step.index >= 3) break;
+      }
+      return;
+    case 20:
+      return static_cast<void>(knob.record(0.01, {}, true));
     default:
       return static_cast<void>(knob.board_config());
   }

@@ -236,7 +236,7 @@ def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> s
     return text
 
 
-def _put(path: Path, content: bytes) -> None:
+def put(path: Path, content: bytes) -> None:
     """Write a file unless it says so already, so that nothing is compiled twice."""
     if path.exists() and path.read_bytes() == content:
         return
@@ -264,11 +264,11 @@ def make_copy(places: Sequence[Place]) -> int:
             content = source.read_bytes()
             if name in of_file:
                 content = mutate_source(content.decode(), of_file[name]).encode()
-            _put(COPY / name, content)
+            put(COPY / name, content)
             wanted.add(COPY / name)
     own = {"CMakeLists.txt": "tree.cmake", "switch.hpp": "switch.hpp", "runner.cpp": "runner.cpp"}
     for name, original in own.items():
-        _put(COPY / name, (HERE / original).read_bytes())
+        put(COPY / name, (HERE / original).read_bytes())
         wanted.add(COPY / name)
     for path in list(COPY.rglob("*")):
         if path.is_file() and path not in wanted:

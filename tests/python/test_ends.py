@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
+import weakref
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -203,6 +206,27 @@ def test_what_a_callback_raises_is_shown_and_ends_nothing(
         knob.disarm()
         knob.on_event(None)
     assert [str(error) for error in shown] == ["of the callback"] * 2
+
+
+@pytest.mark.parametrize("paced", [True, False])
+@pytest.mark.parametrize("closed", [True, False])
+def test_knob_whose_callback_has_it_goes_with_the_last_who_knows_it(
+    closed: bool, paced: bool
+) -> None:
+    knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=paced))
+
+    def hear(_: torsio.Event, knob: torsio.Knob = knob) -> None:
+        with suppress(torsio.Closed):  # while it is told
+            knob.health()
+
+    knob.on_event(hear)
+    knob.arm()
+    if closed:
+        knob.close()
+    gone = [weakref.ref(knob), weakref.ref(hear)]
+    del knob, hear
+    gc.collect()
+    assert [reference() for reference in gone] == [None, None]
 
 
 def test_steps_and_latest() -> None:

@@ -85,6 +85,8 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "mutate": commands.mutate,
     "fuzz": commands.fuzz,
     "determinism": commands.determinism,
+    "soak": commands.soak,
+    "unplugs": commands.unplugs,
     "firmware": _plain("firmware", commands.firmware),
     "release": commands.release,
     "wheels": commands.wheels,

@@ -243,6 +243,32 @@ def determinism(arguments: Sequence[str]) -> int:
     become(PYTHON, "-m", "tests.determinism.determinism", *arguments)
 
 
+def soak(arguments: Sequence[str]) -> int:
+    """Let knobs live for hours of virtual time; see ``tests/determinism/soak.cpp``."""
+    hours, *rest = arguments or ["1000"]
+    with lock():
+        sources = building.FirmwareSources(fetch=False)
+        environment.set_up("tests")
+        building.build_preset("release", sources.tinyusb, "--target", "torsio_soak")
+    threads = str(os.cpu_count() or 1)
+    become(
+        BUILD / "release/tests/determinism/torsio_soak",
+        "--hours",
+        hours,
+        "--threads",
+        threads,
+        *rest,
+    )
+
+
+def unplugs(arguments: Sequence[str]) -> int:
+    """Pull the plug of knobs in use; see ``tests/endurance/unplugs.py``."""
+    with lock():
+        environment.set_up("tests")
+        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+    become(PYTHON, "-m", "tests.endurance.unplugs", *arguments)
+
+
 def firmware() -> int:
     """Build the boards' firmware and tell what it takes."""
     with lock():

@@ -90,6 +90,7 @@ class Knob:
         self._recording: RecordingFile | None = None
         self._stable: tuple[StableStiffness, bool] | None = None  # what `play` has asked for
         self._report_tap: _torsio.ReportTap | None = None
+        self._told: Callable[[dict[str, Any]], object] | None = None
         _open_knobs.add(self)
 
     def __enter__(self) -> Knob:
@@ -117,6 +118,7 @@ class Knob:
         if self._recording is not None:
             self._recording.close()
         self._knob.close()
+        self._told = None
 
     @property
     def is_open(self) -> bool:
@@ -359,7 +361,21 @@ class Knob:
         lets time pass. The callback may use the knob. What it raises goes to
         `sys.unraisablehook`, and the next event is told all the same.
         """
-        self._knob.on_event(tell(callback))
+        told = tell(callback)
+        self._told = told
+        if told is None:
+            self._knob.on_event(None)
+            return
+        # Mostly the callback has the knob. The extension must not have it then, because the garbage
+        # collector does not see what the extension has.
+        this = weakref.ref(self)
+
+        def hear(event: dict[str, Any]) -> None:
+            knob = this()
+            if knob is not None and knob._told is not None:
+                knob._told(event)
+
+        self._knob.on_event(hear)
 
     # Configuration --------------------------------------------------------------------------
 

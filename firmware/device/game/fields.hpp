@@ -44,6 +44,9 @@ struct Value {
 
   static constexpr unsigned bytes = sizeof(T);
 };
+// Clang before 17 finds an aggregate's arguments only where it is told how.
+template <class Owner, class T, class... Rest>
+Value(T Owner::*, Rest...) -> Value<Owner, T>;
 
 /// One of several choices, numbered from 1 in the order of their usages, in a collection.
 template <class Owner, std::size_t N>

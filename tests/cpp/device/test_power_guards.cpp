@@ -103,11 +103,45 @@ TEST_CASE("a sensor that says nothing, or always the same, is found out in twent
         CHECK(found_s > 0.0);
         CHECK(found_s < 20e-3);
         CHECK(motor.logic.find_faults(false) == fault::winding);
+        // It stays one for as long as the bridge is on, even if the sensor works again.
+        motor.sensor = nullptr;
+        for (int n = 0; n < 500; ++n) motor.push(0.0, motor.period_s());
+        CHECK(motor.logic.find_faults(false) == fault::winding);
         // Nothing is left to doubt once the bridge has let go, so that the fault can be cleared.
         motor.run(0.0, 1e-3);
         CHECK(motor.logic.find_faults(false) == 0);
+        CHECK(motor.push(torque_nm, 0.02) < 0.0);
       }
     }
+  }
+}
+
+TEST_CASE("a sound motor that turns fast is believed, and one with a weak supply") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double sign : {1.0, -1.0}) {
+      Motor fast(board);
+      fast.speed = fast.seen_speed = sign * 150.0;
+      for (const double torque_nm : {0.0, 0.02, -0.02}) CHECK(fast.push(torque_nm, 0.02) < 0.0);
+      Motor weak(board);
+      weak.supply *= 0.75;
+      weak.ohm *= 1.3;
+      CHECK(weak.push(sign * 0.085, 0.05) < 0.0);
+    }
+  }
+}
+
+TEST_CASE("what does not fit is told after 4 ms, whatever the board's rate") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    Motor motor(board);
+    motor.push(0.0, 0.01);
+    motor.supply = 0.0;
+    const double found_s = motor.push(0.085, 0.1);
+    CHECK(found_s > 4e-3);
+    CHECK(found_s < 6e-3);
+    // And is forgotten with the power, once its cause is gone.
+    motor.supply = 12.0;
+    motor.run(0.0, 1e-3);
+    CHECK(motor.push(0.085, 0.02) < 0.0);
   }
 }
 
@@ -179,6 +213,10 @@ TEST_CASE("a bridge is not believed in the millisecond in which it wakes up") {
     CHECK(found_s >= 0.9e-3);
     CHECK(found_s <= 1.2e-3);
     CHECK(motor.logic.find_faults(true) == fault::actuator);
+    motor.bridge_reports = false;
+    motor.run(0.0, 1e-3);
+    motor.bridge_reports = true;
+    CHECK(motor.push(0.0, 0.1) >= 0.9e-3);  // each time that it wakes up
   }
 }
 

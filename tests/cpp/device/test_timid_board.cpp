@@ -2,6 +2,7 @@
 // why the board started.
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "device/rig.hpp"
 
@@ -61,6 +62,61 @@ TEST_CASE("a real board gives little until its parts are confirmed, an emulated 
   }
 }
 
+TEST_CASE("a board without confirmed parts never gives more than its user's own limits") {
+  Rig rig(real_board());
+  ControlConfig control;
+  control.motor_torque_cap_nm = 0.004F;
+  control.brake_torque_cap_nm = 0.01F;
+  control.speed_limit_rad_s = 5.0F;
+  control.passive_ramp_s = 0.0F;
+  control.watchdog_s = 60.0F;
+  REQUIRE(rig.set(control).ok());
+  Constant constant;
+  constant.torque_nm = 1.0F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(3);
+  CHECK(rig.outputs.motor_command_nm <= 0.004F);
+  CHECK(rig.outputs.brake_command_nm <= 0.01F);
+  for (int n = 0; n < 20'000; ++n) {
+    if (n % 2 == 0) rig.inputs.encoder_count += 1;  // 7.7 rad/s
+    rig.tick();
+  }
+  CHECK(rig.get<Health>().faults == fault::over_speed);
+}
+
+TEST_CASE("the brake that fades on a board without confirmed parts stays low, and as configured") {
+  for (const auto& [wanted_nm, given_nm] : {std::pair{0.1F, 0.03F}, {0.02F, 0.02F}}) {
+    Rig rig(real_board());
+    ControlConfig control;
+    control.passive_ramp_s = 0.1F;
+    control.passive_brake_nm = wanted_nm;
+    REQUIRE(rig.set(control).ok());
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    rig.tick(3);
+    rig.device->set_connected(false);
+    rig.tick(3);
+    CHECK(rig.outputs.brake_command_nm == given_nm);
+  }
+}
+
+TEST_CASE("a coarse encoder may jump by 16 counts, or a quarter of its turn") {
+  for (const auto& [per_turn, most] : {std::pair{256U, 16U}, {32U, 8U}}) {
+    for (const std::uint32_t counts : {most, most + 1}) {
+      Rig rig(torsio::device::BoardInfo{.control_period_ns = 50'000});
+      ActuatorConfig actuator;
+      actuator.counts_per_rev = per_turn;
+      REQUIRE(rig.set(actuator).ok());
+      rig.tick();
+      rig.inputs.encoder_count += counts;
+      rig.tick();
+      CAPTURE(per_turn);
+      CHECK(rig.get<Health>().faults == (counts > most ? fault::encoder : 0));
+    }
+  }
+}
+
 TEST_CASE("the longest jump that is none is what a knob makes at 2000 rad/s") {
   // 2000 rad/s of 8192 counts in 50 us: 130 counts.
   for (const int sign : {1, -1}) {
@@ -87,6 +143,39 @@ TEST_CASE("a fault of the power stage is called what the board calls it") {
     CHECK(rig.command(Op::clear_fault) == Status::ok);
     CHECK(rig.get<Health>().faults == 0);
   }
+}
+
+TEST_CASE("a fault of the power stage hides no other, and its name without it says nothing") {
+  for (const bool at_once : {true, false}) {
+    Rig rig;
+    rig.inputs.power_faults = fault::winding;
+    rig.inputs.emergency_stop = true;
+    if (!at_once) {
+      rig.tick();
+      CHECK(rig.get<Health>().faults == fault::emergency_stop);
+    }
+    rig.inputs.actuator_fault = true;
+    rig.tick();
+    CHECK(rig.get<Health>().faults == (fault::emergency_stop | fault::winding));
+  }
+}
+
+TEST_CASE("an encoder that goes on jumping cannot be cleared, one that jumped once can") {
+  Rig rig;
+  rig.tick();
+  const auto clear = [&](std::uint32_t jump) {
+    REQUIRE(rig.device->receive(encode(Command{9, 0, Op::clear_fault})));
+    rig.inputs.encoder_count += jump;
+    rig.tick();
+    return rig.status(rig.acknowledgements.back());
+  };
+  rig.inputs.encoder_count += 4000;
+  rig.tick();
+  CHECK(rig.get<Health>().faults == fault::encoder);
+  CHECK(clear(4000) == Status::fault_persists);
+  CHECK(clear(0) == Status::fault_persists);  // of the tick before
+  CHECK(clear(0) == Status::ok);
+  CHECK(rig.get<Health>().faults == 0);
 }
 
 TEST_CASE("why the board started is in its health") {

@@ -154,6 +154,27 @@ TEST_CASE("unlinking what is over is answered with success") {
   CHECK(answer.status == 0);
 }
 
+TEST_CASE("a knob that a host has configured stays armed, and none is before there is a host") {
+  using torsio::protocol::State;
+  {
+    UsbKnob knob({});
+    auto& device = knob.device().device();
+    // A game's push that nobody can have sent: create, set effect, set constant, start.
+    CHECK(device.game().set_feature(Bytes{0x21, 1, 0, 0}));
+    device.game().receive(
+        Bytes{0x11, 1, 1, 0xFF, 0xFF, 0, 0, 0, 0, 0xFF, 0x7F, 0, 2, 0xFF, 0x5F, 0, 0});
+    device.game().receive(Bytes{0x15, 1, 0xFF, 0x7F});
+    device.game().receive(Bytes{0x1A, 1, 1, 1});
+    for (int i = 0; i < 5; ++i) knob.advance();
+    CHECK(device.state() == State::disarmed);
+  }
+  Rig rig;
+  const auto state = [&] { return rig.knob.device().device().state(); };
+  (void)arm_and_wait(rig);
+  for (int i = 0; i < 80; ++i) rig.client.frame();  // longer than a fade, less than the watchdog
+  CHECK(state() == State::armed);
+}
+
 TEST_CASE("configuration that is taken back ends what waits and disarms, and may be set again") {
   Rig rig;
   const auto state = [&] { return rig.knob.device().device().state(); };

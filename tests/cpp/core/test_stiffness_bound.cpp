@@ -1,0 +1,164 @@
+// The bound of the law calibrated, a step at a time, with numbers worked out by hand. What comes of
+// it is in tests/cpp/emulator/test_no_buzz.cpp.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <limits>
+
+#include "core/controller.hpp"
+#include "core/stiffness_bound.hpp"
+
+namespace {
+
+using namespace torsio::core;
+using doctest::Approx;
+
+/// A bound of 10 N m/rad, and 1 mrad a count: 0.01 N m for each.
+struct Bench {
+  BoundState state;
+  BoundParams params{10.0F, 1.0F / 64, 40};
+  std::uint32_t now = 0;
+
+  double step(double asked_nm, std::int32_t delta_counts, double timed_nm = 0.0) {
+    return static_cast<double>(bound_stiffness(state, params, static_cast<float>(asked_nm),
+                                               static_cast<float>(timed_nm), delta_counts, 1e-3F,
+                                               ++now));
+  }
+  /// Goes so far, a count in each tick.
+  void swing(int counts, int sign) {
+    for (int n = 0; n < counts; ++n) step(0.0, sign);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what rises no steeper than the bound is left alone, either way") {
+  for (const int sign : {1, -1}) {
+    Bench bench;
+    for (int n = 1; n <= 5; ++n) {
+      CHECK(bench.step(-sign * 0.009 * n, sign) == Approx(-sign * 0.009 * n));
+    }
+    CHECK_FALSE(is_bounded(bench.state));
+  }
+}
+
+TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more at rest") {
+  for (const int sign : {1, -1}) {
+    Bench bench;
+    bench.params.buzz_ticks = 0;  // no swing is one
+    CHECK(bench.step(-sign * 0.1, sign) == Approx(-sign * 0.01));
+    CHECK(bench.step(-sign * 0.2, sign) == Approx(-sign * 0.02));
+    CHECK(is_bounded(bench.state));
+    CHECK(bench.step(-sign * 0.2, 0) == Approx(-sign * 0.02));
+    CHECK(bench.step(-sign * 0.2, 1 * sign) == Approx(-sign * 0.03));
+    CHECK(bench.step(-sign * 0.1, -sign) == Approx(-sign * 0.02));
+    CHECK(bench.step(-sign * 0.05, -sign) == Approx(-sign * 0.01));
+    // Never of the other sign, never more than what is asked.
+    CHECK(bench.step(-sign * 0.05, -3 * sign) == 0.0);
+    CHECK(bench.step(-sign * 0.3, 9 * sign) == Approx(-sign * 0.09));
+    CHECK(bench.step(-sign * 0.005, -sign) == Approx(-sign * 0.005));
+    CHECK_FALSE(is_bounded(bench.state));
+  }
+}
+
+TEST_CASE("what changes in time passes whole, bounded or not") {
+  for (const int sign : {1, -1}) {
+    Bench bench;
+    CHECK(bench.step(-sign * 0.3, sign, -sign * 0.3) == Approx(-sign * 0.3));
+    CHECK(bench.step(-sign * 0.4, sign) == Approx(-sign * 0.31));
+    CHECK(bench.step(-sign * 0.5, 0, -sign * 0.1) == Approx(-sign * 0.41));
+    Bench fading;
+    CHECK(fading.step(-sign * 0.5, 0, -sign * 0.5) == Approx(-sign * 0.5));
+    CHECK(fading.step(-sign * 0.2, -sign, sign * 0.3) == Approx(-sign * 0.2));
+  }
+}
+
+TEST_CASE("swings that do not get smaller bring the bound down, by 0.6 from the second on") {
+  Bench bench;
+  double share = 1.0;
+  bench.swing(20, 1);
+  for (int n = 0; n < 12; ++n) {
+    bench.swing(20, n % 2 == 0 ? -1 : 1);
+    if (n > 0) share *= 0.6;  // the first may be anything
+    CHECK(static_cast<double>(bench.state.share) == Approx(std::max(share, 1.0 / 64)));
+  }
+  CHECK(bench.state.share == 1.0F / 64);
+  // And with it the slope.
+  CHECK(bench.step(1.0, -1) == Approx(0.01 / 64));
+}
+
+TEST_CASE("swings that get smaller, a hand's, and an encoder that flickers leave the bound alone") {
+  Bench dying;
+  int width = 30;
+  for (int n = 0; n < 8; ++n, width = width * 3 / 4) dying.swing(width, n % 2 == 0 ? 1 : -1);
+  CHECK(dying.state.share == 1.0F);
+
+  Bench by_hand;
+  for (int n = 0; n < 8; ++n) by_hand.swing(60, n % 2 == 0 ? 1 : -1);
+  CHECK(by_hand.state.share == 1.0F);
+
+  Bench flicker;
+  for (int n = 0; n < 100; ++n) flicker.step(0.0, n % 2 == 0 ? 2 : -2);
+  CHECK(flicker.state.share == 1.0F);
+}
+
+TEST_CASE("a touch after a while begins anew with the whole bound") {
+  Bench bench;
+  for (int n = 0; n < 6; ++n) bench.swing(20, n % 2 == 0 ? 1 : -1);
+  REQUIRE(bench.state.share < 0.5F);
+  for (int n = 0; n < 50; ++n) bench.step(0.0, 0);
+  bench.swing(4, 1);
+  CHECK(bench.state.share == 1.0F);
+}
+
+TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
+  const BoundParams params = make_bound_params({12.0F, StabilityLimit::lag}, 1e-4F);
+  CHECK(params.stiffness_nm_per_rad == Approx(36.0));
+  CHECK(params.buzz_ticks == 400);
+}
+
+TEST_CASE("a scene that is new comes up whole where the knob is; then its walls are bounded") {
+  ControllerParams params;
+  params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+  params.partition = {Law::motor_only, 0.0F, 10.0F, 0.0F};
+  params.bound = {2.0F, 1.0F / 64, 400};
+  Scene scene;
+  scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, 10.0F, 0.0F};
+  scene.active = 1;
+  ControllerState state;
+  Overlay overlay;
+  overlay.bounds = true;
+  std::uint32_t count = 100;
+  (void)control(state, params, {count, nullptr, &overlay});
+  state.motion.position_counts = 100;
+  state.bound.new_scene = true;
+  const double per_count = 2.0 * 3.14159265358979 / 8192.0;
+  double wanted = 0.0;
+  for (int n = 0; n < 4; ++n) {
+    const auto out = control(state, params, {++count, &scene, &overlay});
+    wanted = n == 0 ? -10.0 * 101 * per_count : wanted - 2.0 * per_count;
+    CAPTURE(n);
+    CHECK(static_cast<double>(out.desired_torque_nm) == Approx(wanted).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("a torque that is none does not stay in the bound") {
+  ControllerParams params;
+  params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+  params.partition = {Law::motor_only, 0.0F, 10.0F, 0.0F};
+  params.bound = {2.0F, 1.0F / 64, 400};
+  ControllerState state;
+  LocalModel broken;
+  broken.torque_nm = std::numeric_limits<float>::infinity();
+  Overlay overlay;
+  overlay.bounds = true;
+  overlay.local = &broken;
+  CHECK(control(state, params, {1, nullptr, &overlay}).numeric_error);
+  LocalModel sound;
+  sound.torque_nm = 0.01F;
+  overlay.local = &sound;
+  const auto out = control(state, params, {2, nullptr, &overlay});
+  CHECK_FALSE(out.numeric_error);
+  CHECK(static_cast<double>(out.desired_torque_nm) == Approx(0.01));
+}

@@ -1,0 +1,240 @@
+// Who may begin a bounded experiment, what ends it, and that nothing is left of it afterwards; and
+// what the law calibrated tells of its bound.
+#include <algorithm>
+#include <cmath>
+
+#include "device/game/game_rig.hpp"
+
+using namespace torsio::protocol;
+using torsio::test::GameRig;
+using torsio::test::Rig;
+
+namespace {
+
+Excitation steady(float motor_nm, float duration_s = 0.05F) {
+  Excitation excitation;
+  excitation.duration_s = duration_s;
+  excitation.travel_rad = 0.1F;
+  excitation.speed_limit_rad_s = 50.0F;
+  excitation.torque_limit_nm = 0.05F;
+  excitation.motor_nm = motor_nm;
+  return excitation;
+}
+
+/// Armed, with a scene of 0.01 N m and no soft start.
+void arm(Rig& rig, Law law = Law::motor_only) {
+  ControlConfig control;
+  control.law = law;
+  control.passive_ramp_s = 0.0F;
+  control.watchdog_s = 60.0F;
+  REQUIRE(rig.set(control).ok());
+  Constant constant;
+  constant.torque_nm = 0.01F;
+  REQUIRE(rig.send_status(constant) == Status::ok);
+  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(2);
+}
+
+std::size_t count(const Rig& rig, EventKind kind) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(rig.events, [&](const Event& event) { return event.kind == kind; }));
+}
+
+}  // namespace
+
+TEST_CASE("an experiment is refused to whoever has not armed, and while the torque fades") {
+  GameRig rig;
+  CHECK(rig.send_status(steady(0.02F)) == Status::not_armed);
+  rig.play_constant(8192);
+  rig.tick(5);
+  REQUIRE(rig.state() == State::armed);
+  CHECK(rig.send_status(steady(0.02F)) == Status::not_owner);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+
+  ControlConfig control;
+  control.passive_ramp_s = 0.1F;
+  REQUIRE(rig.set(control).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(3);
+  rig.device->set_connected(false);
+  rig.tick(2);
+  rig.device->set_connected(true);
+  CHECK(rig.send_status(steady(0.02F)) == Status::not_armed);
+  rig.tick(2);
+  CHECK(std::abs(rig.outputs.motor_command_nm) < 0.02F);
+}
+
+TEST_CASE("an experiment takes the place of the scene, ends by itself and disarms") {
+  Rig rig;
+  arm(rig);
+  CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.01));
+  REQUIRE(rig.send_status(steady(-0.03F)) == Status::ok);
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == doctest::Approx(-0.03));
+  rig.tick(70);
+  CHECK(rig.state() == State::disarmed);
+  CHECK_FALSE(rig.outputs.enabled);
+  CHECK(count(rig, EventKind::excitation_over) == 1);
+  CHECK(count(rig, EventKind::excitation_stopped) == 0);
+  // The next arming plays the scene.
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  rig.tick(3);
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.01));
+}
+
+TEST_CASE("an experiment goes past the law, and gives each part what was asked of it") {
+  Rig rig;
+  arm(rig, Law::compensated);
+  Excitation excitation = steady(-0.03F);
+  excitation.brake_nm = 0.05F;
+  REQUIRE(rig.send_status(excitation) == Status::ok);
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == -0.03F);
+  CHECK(rig.outputs.brake_command_nm == 0.05F);
+}
+
+TEST_CASE("an experiment that leaves its bounds is stopped, and says so") {
+  Rig rig;
+  arm(rig);
+  REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
+  rig.inputs.encoder_count += 150;  // 0.115 rad
+  rig.tick();
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.tick(2);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(count(rig, EventKind::excitation_stopped) == 1);
+  CHECK(count(rig, EventKind::excitation_over) == 0);
+}
+
+TEST_CASE("a fault or a disarming ends an experiment for good") {
+  for (const bool fault : {true, false}) {
+    Rig rig;
+    arm(rig);
+    REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
+    rig.tick();
+    if (fault) {
+      rig.inputs.emergency_stop = true;
+      rig.tick();
+      rig.inputs.emergency_stop = false;
+      rig.tick();
+      REQUIRE(rig.command(Op::clear_fault) == Status::ok);
+    } else {
+      REQUIRE(rig.command(Op::disarm) == Status::ok);
+    }
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    rig.tick(3);
+    CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.01));
+  }
+}
+
+TEST_CASE("an experiment ends the streamed model before it, with its deadline") {
+  Rig rig;
+  arm(rig);
+  LocalModel model;
+  model.torque_nm = 0.02F;
+  model.deadline_s = 0.01F;
+  REQUIRE(rig.device->receive(encode(model)));
+  rig.tick(2);
+  REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
+  rig.tick(30);
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.03));
+  CHECK(count(rig, EventKind::deadline_missed) == 0);
+}
+
+TEST_CASE("telemetry of the law calibrated tells what is asked, and that less is given") {
+  Rig rig;
+  arm(rig, Law::calibrated);
+  Wall wall;
+  wall.target = {1, 0, 0};
+  wall.stiffness_nm_per_rad = 1000.0F;
+  REQUIRE(rig.send_status(wall) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+  REQUIRE(rig.send_status(Stream{3, 0, 1}) == Status::ok);
+  const auto last = [&] {
+    rig.telemetry.clear();
+    rig.tick(8);
+    REQUIRE_FALSE(rig.telemetry.empty());
+    return rig.telemetry.back();
+  };
+  CHECK((last().flags & flag::bounded) == 0);
+  rig.inputs.encoder_count += 1;
+  const Telemetry told = last();
+  CHECK((told.flags & flag::bounded) != 0);
+  const double step_nm = static_cast<double>(rig.get<Identity>().torque_step_nm);
+  const double asked_nm = -1000.0 * 2.0 * 3.14159265358979 / 8192.0;
+  // A sample holds at the end of its range.
+  CHECK(told.sample[0].desired_torque * step_nm ==
+        doctest::Approx(std::max(asked_nm, -32767 * step_nm)).scale(0).epsilon(0.01));
+  CHECK(std::abs(rig.outputs.motor_command_nm) < 0.05F);
+}
+
+TEST_CASE(
+    "a scene that begins while the knob turns is whole at once, with the law calibrated too") {
+  Rig rig;
+  arm(rig, Law::calibrated);
+  Wall wall;
+  wall.target = {1, 0, 0};
+  wall.stiffness_nm_per_rad = 0.5F;
+  REQUIRE(rig.send_status(wall) == Status::ok);
+  for (int n = 0; n < 100; ++n) {
+    rig.inputs.encoder_count += 1;
+    rig.tick();
+  }
+  REQUIRE(rig.device->receive(encode(Commit{2, 0, 1})));
+  for (int n = 0; n < 3; ++n) {
+    rig.inputs.encoder_count += 1;
+    rig.tick();
+  }
+  REQUIRE(rig.send_status(Stream{3, 0, 1}) == Status::ok);
+  rig.telemetry.clear();
+  rig.tick(8);
+  REQUIRE_FALSE(rig.telemetry.empty());
+  CHECK((rig.telemetry.back().flags & flag::bounded) == 0);
+}
+
+TEST_CASE("a new configuration forgets what buzzed with the old one") {
+  Rig rig;
+  arm(rig, Law::calibrated);
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  Spring spring;
+  spring.target = {1, 0, 0};
+  spring.stiffness_nm_per_rad = 1000.0F;
+  spring.torque_limit_nm = 10.0F;
+  const auto begin = [&] {
+    REQUIRE(rig.command(Op::relax) == Status::ok);  // the law makes up for the shaft's spring
+    spring.angle_turns_q32 = rig.get<Clock>().position_counts * (std::int64_t{1} << 32) / 8192;
+    REQUIRE(rig.send_status(spring) == Status::ok);
+    REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    rig.tick(2);
+  };
+  // What it pushes back with a count beside the spring's middle.
+  const auto push_nm = [&] {
+    begin();
+    rig.inputs.encoder_count -= 1;  // as it went last, or it would be a swing
+    rig.tick();
+    const double pushes_nm = std::abs(static_cast<double>(rig.outputs.motor_command_nm));
+    REQUIRE(rig.command(Op::disarm) == Status::ok);
+    return pushes_nm;
+  };
+  const auto buzz = [&] {
+    begin();
+    for (int swing = 0; swing < 12; ++swing) {
+      for (int n = 0; n < 8; ++n) {
+        rig.inputs.encoder_count += swing % 2 == 0 ? 1U : 0xFFFFFFFFU;
+        rig.tick();
+      }
+    }
+    REQUIRE(rig.command(Op::disarm) == Status::ok);
+  };
+  const double whole_nm = push_nm();
+  buzz();
+  CHECK(push_nm() < 0.7 * whole_nm);
+  buzz();
+  REQUIRE(rig.set(rig.get<ControlConfig>()).ok());
+  CHECK(push_nm() == doctest::Approx(whole_nm).scale(0).epsilon(0.01));
+}

@@ -1,0 +1,17 @@
+/// @file
+/// The watchdog's registers as numbers; see hardware/fake.hpp.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+// NOLINTBEGIN: these names are the SDK's.
+namespace fake {
+struct Watchdog {
+  std::uint32_t reason = 0;
+  std::array<std::uint32_t, 8> scratch{};
+};
+inline Watchdog watchdog;
+}  // namespace fake
+inline fake::Watchdog* const watchdog_hw = &fake::watchdog;
+// NOLINTEND

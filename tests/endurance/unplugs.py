@@ -1,0 +1,259 @@
+"""Many unplugs, each while something else is going on, at a moment of chance.
+
+``./dev unplugs [N]`` opens an emulated knob N times (1,000), lets it do something, and pulls its
+plug. Whoever uses it must hear so within a second by the exception that is meant for it, and
+afterwards there must be as many threads, descriptors and as much memory as before. The same states
+on a knob that a real kernel has are in ``tests/vm/guest/test_unplug.py``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import gc
+import itertools
+import os
+import random
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import torsio
+
+LATEST_S = 1.0
+# Of memory for each unplug, and what the rest of the process may take meanwhile.
+MOST_BYTES = 1024
+SLACK_BYTES = 4 << 20
+
+
+def play(knob: torsio.Knob) -> None:
+    for scale in itertools.count(1):
+        wall = torsio.Wall(stiffness_nm_per_rad=0.001 * (1 + scale % 1000))
+        knob.play([wall, torsio.Damper(damping_nm_s_per_rad=1e-4)])
+
+
+def upload(knob: torsio.Knob) -> None:
+    for scale in itertools.count(1):
+        knob.play(torsio.Curve(torque_nm=[1e-6 * (scale % 100) * n for n in range(200)]))
+
+
+def record(knob: torsio.Knob) -> None:
+    try:
+        knob.record(duration_s=60.0)
+    except torsio.Disconnected as error:
+        if not hasattr(error, "samples"):
+            raise RuntimeError("what came until then was thrown away") from error
+        raise
+
+
+def read(knob: torsio.Knob) -> None:
+    knob.start_telemetry()
+    while True:
+        knob.read(timeout_s=60.0)
+
+
+def toggle(knob: torsio.Knob) -> None:
+    while True:
+        knob.arm()
+        knob.disarm()
+
+
+def save(knob: torsio.Knob) -> None:
+    knob.disarm()
+    while True:
+        knob.save()
+
+
+def configure(knob: torsio.Knob) -> None:
+    knob.disarm()
+    for count in itertools.count():
+        knob.update(speed_limit_rad_s=50.0 + count % 10)
+
+
+def ask(knob: torsio.Knob) -> None:
+    while True:
+        knob.clock()
+        knob.health()
+
+
+def stream(knob: torsio.Knob) -> None:
+    while True:
+        knob.stream_local_model(torque_nm=0.001, deadline_s=1.0)
+
+
+def follow(knob: torsio.Knob) -> None:
+    knob.start_telemetry(prompt=True)
+    for _ in knob.every(0.001):
+        knob.latest()
+
+
+def play_game(knob: torsio.Knob) -> None:
+    while True:
+        knob.game_effects()
+
+
+def hear_and_toggle(knob: torsio.Knob) -> None:
+    """Toggles, while the callback of each event asks on its own."""
+
+    def hear(event: torsio.Event) -> None:
+        with suppress(torsio.Error):
+            knob.health()
+            knob.events()
+
+    knob.on_event(hear)
+    toggle(knob)
+
+
+def pull_in_callback(knob: torsio.Knob) -> None:
+    """The plug goes in the callback itself."""
+
+    def hear(_: torsio.Event) -> None:
+        with suppress(torsio.Closed):  # an event of before, heard after
+            knob.emulator.unplug()
+
+    knob.on_event(hear)
+    toggle(knob)
+
+
+STATES: dict[str, Callable[[torsio.Knob], object]] = {
+    "asleep": lambda knob: knob.sleep(60.0),
+    "asking": ask,
+    "playing": play,
+    "uploading": upload,
+    "recording": record,
+    "reading": read,
+    "arming": toggle,
+    "saving": save,
+    "configuring": configure,
+    "streaming": stream,
+    "in a loop of its own": follow,
+    "a game's effects": play_game,
+    "in a callback": hear_and_toggle,
+    "pulled by a callback": pull_in_callback,
+    "waiting for a state": lambda knob: knob.wait_for("fault", timeout_s=60.0),
+    "waiting for events": lambda knob: [knob.events(timeout_s=60.0) for _ in itertools.count()],
+}
+
+
+@dataclass(frozen=True)
+class Means:
+    """What a process has."""
+
+    threads: int
+    files: int
+    memory: int
+
+    @staticmethod
+    def now() -> Means:
+        """Count it, without what the allocator keeps for the next time."""
+        gc.collect()
+        with suppress(OSError, AttributeError):  # another C library than GNU's
+            ctypes.CDLL(None).malloc_trim(0)
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return Means(
+            len(os.listdir("/proc/self/task")),
+            len(os.listdir("/proc/self/fd")),
+            pages * os.sysconf("SC_PAGE_SIZE"),
+        )
+
+
+@dataclass
+class Trial:
+    """One unplug: what its user heard, and how long after it."""
+
+    state: str
+    paced: bool
+    wait_s: float
+    pulled_s: float = 0.0
+    late_s: float = float("inf")
+    heard: BaseException | None = None
+
+    def run(self) -> None:
+        """Do it."""
+        options = torsio.EmulatorOptions(paced=self.paced)
+        with torsio.open("emulated", emulator=options) as knob:
+            knob.arm()
+            user = threading.Thread(target=self._use, args=(knob,), daemon=True)
+            user.start()
+            time.sleep(self.wait_s)
+            self.pulled_s = time.monotonic()
+            knob.emulator.unplug()
+            user.join(10.0)
+
+    def _use(self, knob: torsio.Knob) -> None:
+        try:
+            STATES[self.state](knob)
+        except BaseException as error:
+            self.heard = error
+        # A callback may have pulled it before its time.
+        self.late_s = max(0.0, time.monotonic() - self.pulled_s) if self.pulled_s else 0.0
+
+    def fault(self) -> str:
+        """Return what is wrong with it; empty if nothing is."""
+        if self.heard is None:
+            return "nobody was told"
+        if not isinstance(self.heard, torsio.Disconnected):
+            return f"told by {self.heard!r}"
+        return f"told after {self.late_s:.2f} s" if self.late_s > LATEST_S else ""
+
+
+@dataclass
+class Outcome:
+    """What came of many trials."""
+
+    faults: list[str] = field(default_factory=list)
+    states: Counter[str] = field(default_factory=Counter)
+    latest_s: float = 0.0
+    grown_bytes: int = 0
+
+
+def pull(count: int, seed: int) -> Outcome:
+    """Unplug so many times, each state as often as the others."""
+    chance = random.Random(seed)
+    outcome = Outcome()
+    settled = count // 5
+    before = Means.now()
+    for number, state in zip(range(count), itertools.cycle(STATES), strict=False):
+        if number == settled:
+            before = Means.now()
+        trial = Trial(state, chance.random() < 0.7, chance.random() * 0.04)
+        trial.run()
+        outcome.states[state] += 1
+        outcome.latest_s = max(outcome.latest_s, trial.late_s)
+        if fault := trial.fault():
+            outcome.faults.append(f"unplug {number}, {state}, paced {trial.paced}: {fault}")
+    after = Means.now()
+    outcome.grown_bytes = after.memory - before.memory
+    if after.threads > before.threads:
+        outcome.faults.append(f"{after.threads - before.threads} threads are left")
+    if after.files > before.files:
+        outcome.faults.append(f"{after.files - before.files} descriptors are left")
+    if outcome.grown_bytes > SLACK_BYTES + MOST_BYTES * (count - settled):
+        outcome.faults.append(f"the process has grown by {outcome.grown_bytes} bytes")
+    return outcome
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Run trials and tell of them; return the exit status."""
+    parser = argparse.ArgumentParser(prog="./dev unplugs", description=__doc__)
+    parser.add_argument("count", nargs="?", type=int, default=1000, help="how many (1000)")
+    parser.add_argument("--seed", type=int, default=1, help="of states' moments (1)")
+    options = parser.parse_args(arguments)
+    begin_s = time.monotonic()
+    outcome = pull(options.count, options.seed)
+    print(*outcome.faults, sep="\n")
+    print(
+        f"{options.count} unplugs in {len(outcome.states)} states, told within "
+        f"{1000 * outcome.latest_s:.0f} ms, memory {outcome.grown_bytes / 1e6:+.1f} MB, "
+        f"{len(outcome.faults)} faults, {time.monotonic() - begin_s:.0f} s"
+    )
+    return 1 if outcome.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

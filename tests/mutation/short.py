@@ -1,0 +1,153 @@
+"""A part of the mutants in every test run: those of the device that its own tests kill.
+
+Compiling all tests a second time takes minutes. Here only the mutated sources of ``firmware/core``
+and ``firmware/device`` are, and linked with the objects of the device's tests that the preset
+``asan-ubsan`` has already. What is tried is always the same share of all mutants, chosen by their
+keys; ``./dev mutate`` tries every one.
+"""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from tests.mutation import mutate
+from tests.mutation.mutate import TREE, BadList, Campaign, Mutant, Place
+
+PRESET = TREE / "build/asan-ubsan"
+BUILD = TREE / "build/mutation-short"
+PROGRAM = "tests/cpp/torsio_device_tests"
+MAIN = "tests/cpp/doctest_main.cpp"
+# What is compiled anew; the headers' mutants are in these.
+SOURCES = (
+    *("controller", "scene", "excitation"),
+    *("config", "config_store", "control_loop", "device", "power_logic", "scene_builder"),
+)
+SHARE = 4  # of 16
+FOLDERS = ("firmware/core/", "firmware/device/", "firmware/protocol/")
+_RULES = """\
+rule cc
+  command = cd $folder && $words -MD -MF $out.d
+  depfile = $out.d
+  deps = gcc
+rule link
+  command = cd $folder && $words
+"""
+
+
+def _files(places: Sequence[Place]) -> dict[str, list[tuple[Place, list[int]]]]:
+    of_file: dict[str, list[tuple[Place, list[int]]]] = {}
+    count = 0
+    for place in places:
+        numbers = [count + 1 + n for n in range(len(place.replacements))]
+        count += len(numbers)
+        if place.file.startswith(FOLDERS) and "/game/" not in place.file:
+            of_file.setdefault(place.file, []).append((place, numbers))
+    return of_file
+
+
+def _compiling() -> dict[str, str]:
+    """Return how the preset compiles each file, by its name from the top of the tree."""
+    entries = json.loads((PRESET / "compile_commands.json").read_text(encoding="utf-8"))
+    return {str(Path(entry["file"]).relative_to(TREE)): entry["command"] for entry in entries}
+
+
+def _changed(command: str, source: Path, output: Path, *first: str) -> str:
+    """Return a command of the compiler with another source and another output."""
+    words = shlex.split(command)
+    words[words.index("-o") + 1] = str(output)
+    words[words.index("-c") + 1] = str(source)
+    # Mutated lines compare a number with a number, and leave parameters unused.
+    words = [word for word in words if word != "-Werror"]
+    at = next(n for n, word in enumerate(words) if word.endswith(("c++", "g++"))) + 1
+    return shlex.join([*words[:at], *first, *words[at:], "-w", "-g0", "-fno-sanitize=undefined"])
+
+
+def build(log: Path) -> Path:
+    """Compile the mutated sources and link them; return the runner.
+
+    Raises
+    ------
+    BadList
+        If a list does not fit the sources, or something does not compile; says where to look.
+    """
+    places = mutate.read_lists()
+    of_file = _files(places)
+    count = len(mutate.mutants_of(places))
+    tree = BUILD / "tree"
+    for name, its_places in of_file.items():
+        text = (TREE / name).read_text(encoding="utf-8")
+        mutate.put(tree / name, mutate.mutate_source(text, its_places).encode())
+    compiling = _compiling()
+    objects: list[Path] = []
+    lines = [_RULES]
+
+    def compile_one(name: str, source: Path, *options: str) -> None:
+        output = BUILD / "objects" / f"{source.stem}.o"
+        command = _changed(compiling[name], source, output, *options)
+        lines.append(f"build {output}: cc {source}\n  folder = {PRESET}\n  words = {command}")
+        objects.append(output)
+
+    switch = ("-include", str(mutate.HERE / "switch.hpp"), f"-I{tree / 'firmware'}")
+    for name in compiling:
+        if name.startswith(FOLDERS) and Path(name).stem in SOURCES and "/game/" not in name:
+            mutated = tree / name if name in of_file else TREE / name
+            compile_one(name, mutated, *switch)
+    # doctest's main program gives way to the runner.
+    compile_one(MAIN, mutate.HERE / "runner.cpp", f"-DTORSIO_MUTANTS={count}")
+    listing = subprocess.run(
+        ["ninja", "-t", "commands", PROGRAM], cwd=PRESET, capture_output=True, text=True, check=True
+    ).stdout
+    words = shlex.split(listing.splitlines()[-1].removeprefix(": && ").removesuffix(" && :"))
+    program = BUILD / "torsio_mutants"
+    words[words.index("-o") + 1] = str(program)
+    words = [word for word in words if not word.endswith("doctest_main.cpp.o")]
+    at = next(n for n, word in enumerate(words) if word.endswith(".o"))
+    # In front: of a function that is in several objects the first is taken.
+    words[at:at] = [str(path) for path in objects]
+    needs = [PRESET / word for word in words if word.endswith((".o", ".a"))]
+    lines.append(
+        f"build {program}: link {' '.join(map(str, (*objects, *needs)))}\n"
+        f"  folder = {PRESET}\n  words = {shlex.join(words)}\n"
+    )
+    mutate.put(BUILD / "build.ninja", "\n".join(lines).encode())
+    log.parent.mkdir(parents=True, exist_ok=True)
+    with log.open("w") as output:
+        status = subprocess.run(
+            ["ninja", "-C", BUILD], stdout=output, stderr=output, check=False
+        ).returncode
+    if status != 0:
+        raise BadList(f"does not compile; see {log.relative_to(TREE)}")
+    return program
+
+
+def chosen(
+    mutants: Sequence[Mutant], killers: dict[str, str], cases: Sequence[str]
+) -> list[Mutant]:
+    """Return the mutants of a test run: a share of those that one of these test cases kills."""
+    compiled = {
+        name
+        for name in _files(mutate.read_lists())
+        if Path(name).suffix == ".hpp" or Path(name).stem in SOURCES
+    }
+    known = set(cases)
+    return [
+        mutant
+        for mutant in mutants
+        if mutant.file in compiled
+        and killers.get(mutant.key) in known
+        and int(mutant.key[0], 16) < SHARE
+    ]
+
+
+def attack(program: Path) -> tuple[int, list[Mutant]]:
+    """Try to kill the chosen mutants with their killers; return how many, and those that live."""
+    mutants = mutate.mutants_of(mutate.read_lists())
+    killers = mutate.read_killers()
+    wanted = chosen(mutants, killers, mutate.cases(program))
+    campaign = Campaign(program, {mutant.key: killers[mutant.key] for mutant in wanted})
+    campaign.run(wanted)
+    return len(wanted), campaign.survivors

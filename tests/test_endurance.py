@@ -1,0 +1,39 @@
+"""The short forms of ``./dev soak`` and ``./dev unplugs``."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+from tests.endurance import unplugs
+
+TREE = Path(__file__).parent.parent
+SOAK = TREE / "build/release/tests/determinism/torsio_soak"
+
+
+def test_knobs_that_have_lived_for_a_while_are_as_they_were_at_first() -> None:
+    command = [str(SOAK), "--hours", "0.2", "--minutes", "0.5", "--knobs", "4"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert re.search(r"\d+ examinations; .* 0 faults$", ended.stdout)
+
+
+def test_soak_needs_options_that_it_knows() -> None:
+    for arguments in (["--hours"], ["--days", "1"], ["--hours", "0"]):
+        ended = subprocess.run([str(SOAK), *arguments], capture_output=True, text=True, check=False)
+        assert ended.returncode == 2
+        assert ended.stderr.startswith("usage: ")
+
+
+def test_unplugs_in_every_state_are_told_and_leave_nothing_behind() -> None:
+    outcome = unplugs.pull(4 * len(unplugs.STATES), seed=1)
+    assert outcome.faults == []
+    assert set(outcome.states) == set(unplugs.STATES)
+
+
+def test_unplug_that_nobody_is_told_of_is_a_fault() -> None:
+    deaf = unplugs.Trial("asking", paced=False, wait_s=0.0)
+    assert deaf.fault() == "nobody was told"
+    deaf.heard = TimeoutError()
+    assert deaf.fault().startswith("told by TimeoutError")
