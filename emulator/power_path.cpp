@@ -30,6 +30,7 @@ device::PowerBoard power_board_of(const Electrics& electrics, std::int64_t contr
   board.predicts = electrics.predictive;
   board.converter_v_per_step =
       static_cast<float>(std::ldexp(electrics.sensor_range_v, -electrics.sensor_bits));
+  board.converter_top_steps = static_cast<float>(std::ldexp(1.0, electrics.sensor_bits) - 1.0);
   return board;
 }
 

@@ -13,8 +13,6 @@ constexpr std::uint8_t kOverCurrentSteps = 3;
 constexpr float kOverCurrentFactor = 1.5F;
 constexpr float kLeastTripA = 0.1F;
 
-constexpr float kConverterTop = 4095.0F;
-
 // A bridge that wakes up may say for a while that it does not work.
 constexpr float kSettleS = 1e-3F;
 
@@ -58,6 +56,7 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       coil_max_a_(config.brake_current_max_a),
       trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)),
       supply_v_(config.supply_v),
+      converter_top_steps_(board.converter_top_steps),
       zero_margin_steps_(trip_a_ / amperes_per_step_),
       settle_steps_(core::round_to_u32(kSettleS / seconds(board.current_period_ns))),
       winding_params_(core::make_winding(
@@ -77,7 +76,7 @@ std::uint16_t PowerLogic::find_faults(bool bridge_reports) const {
   namespace fault = protocol::fault;
   const bool settled = !enabled_ || steps_enabled_ == settle_steps_;
   const bool zero_fits = !zero_known_ || (zero_steps_ >= zero_margin_steps_ &&
-                                          zero_steps_ <= kConverterTop - zero_margin_steps_);
+                                          zero_steps_ <= converter_top_steps_ - zero_margin_steps_);
   return static_cast<std::uint16_t>(
       (over_current() || (bridge_reports && settled) ? fault::actuator : 0) |
       (zero_fits ? 0 : fault::current_sensor) | (believed_ ? 0 : fault::winding));

@@ -20,6 +20,7 @@ struct PowerBoard {
   std::uint32_t output_delay_ns = 25'000;       // from measurement to voltage; at most a period
   bool predicts = true;                         // false: the loop that costs less
   float converter_v_per_step = 3.3F / 4096.0F;  // of the current sensor's converter
+  float converter_top_steps = 4095.0F;          // the most that it shows
 };
 
 /// What the bridges do until the next step.
@@ -79,6 +80,7 @@ class PowerLogic {
   float coil_max_a_;
   float trip_a_;
   float supply_v_;
+  float converter_top_steps_;
   float zero_margin_steps_;  // to either end of the converter, or the trip level cannot be seen
   std::uint32_t settle_steps_;
   std::uint32_t steps_enabled_ = 0;  // up to settle_steps_
