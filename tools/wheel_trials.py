@@ -53,8 +53,9 @@ def abroad(wheel: Path, architecture: str, python: Foreign, own: Path) -> str:
     shutil.rmtree(site, ignore_errors=True)
     platforms = [f"--platform={name}" for name in PLATFORMS[architecture]]
     kind = ("--only-binary=:all:", f"--python-version={python.version}", "--implementation=cp")
-    # pip asks this machine which system it is; click needs colorama on Windows.
-    more = ["colorama"] if architecture == "win_amd64" else []
+    # pip asks this machine which system it is; click needs colorama on Windows. Newer typers bring
+    # a library that Wine 8 cannot load.
+    more = ["colorama", "typer==0.15.4", "click==8.1.8"] if architecture == "win_amd64" else []
     wanted = [f"{wheel}[cli]", *more]
     run(f"trial-{architecture}-pip", *pip(own), "install", *kind, *platforms,
         "--target", site, *wanted)  # fmt: skip
