@@ -188,6 +188,20 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class StableStiffness:
+    """How stiff a spring can be that a knob swings in and still comes to rest.
+
+    Attributes
+    ----------
+    limited_by
+        What to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder.
+    """
+
+    stiffness_nm_per_rad: float
+    limited_by: str
+
+
+@dataclass(frozen=True)
 class GameStatus:
     """What games do with the device.
 
@@ -345,17 +359,3 @@ class Disarm:
     faults: tuple[str, ...]
     tick: int
     time_s: float
-
-
-@dataclass(frozen=True)
-class StableStiffness:
-    """How stiff a spring can be that a knob swings in and still comes to rest.
-
-    Attributes
-    ----------
-    limited_by
-        What to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder.
-    """
-
-    stiffness_nm_per_rad: float
-    limited_by: str

@@ -898,6 +898,15 @@ typedef struct torsio_limits {
 } torsio_limits;
 TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);
 
+/// How stiff a spring can be that a knob swings in and still comes to rest.
+typedef struct torsio_stable_stiffness {
+  uint32_t struct_size;  ///< bytes of a torsio_stable_stiffness
+  double stiffness_nm_per_rad;
+  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
+  char limited_by[TORSIO_TEXT_BYTES];
+} torsio_stable_stiffness;
+TORSIO_API torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure);
+
 /// What games do with the device.
 typedef struct torsio_game_status {
   uint32_t struct_size;  ///< bytes of a torsio_game_status
@@ -985,15 +994,6 @@ typedef struct torsio_disarm {
   double time_s;
 } torsio_disarm;
 TORSIO_API torsio_result torsio_disarm_init(torsio_disarm* structure);
-
-/// How stiff a spring can be that a knob swings in and still comes to rest.
-typedef struct torsio_stable_stiffness {
-  uint32_t struct_size;  ///< bytes of a torsio_stable_stiffness
-  double stiffness_nm_per_rad;
-  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
-  char limited_by[TORSIO_TEXT_BYTES];
-} torsio_stable_stiffness;
-TORSIO_API torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure);
 
 /// What no sensor of an emulated knob sees of its electrics, now.
 typedef struct torsio_electrics_state {

@@ -151,6 +151,9 @@ torsio_result torsio_health_init(torsio_health* structure) {
 torsio_result torsio_limits_init(torsio_limits* structure) {
   return torsio::c::init<torsio::Limits>(structure);
 }
+torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure) {
+  return torsio::c::init<torsio::StableStiffness>(structure);
+}
 torsio_result torsio_game_status_init(torsio_game_status* structure) {
   return torsio::c::init<torsio::GameStatus>(structure);
 }
@@ -162,9 +165,6 @@ torsio_result torsio_event_init(torsio_event* structure) {
 }
 torsio_result torsio_disarm_init(torsio_disarm* structure) {
   return torsio::c::init<torsio::Disarm>(structure);
-}
-torsio_result torsio_stable_stiffness_init(torsio_stable_stiffness* structure) {
-  return torsio::c::init<torsio::StableStiffness>(structure);
 }
 torsio_result torsio_electrics_state_init(torsio_electrics_state* structure) {
   return torsio::c::init<torsio::ElectricsState>(structure);

@@ -749,6 +749,13 @@ inline torsio_limits to_c([[maybe_unused]] const Limits& from) {
   to.held_low = from.held_low;
   return to;
 }
+inline torsio_stable_stiffness to_c([[maybe_unused]] const StableStiffness& from) {
+  torsio_stable_stiffness to{};
+  to.struct_size = sizeof(torsio_stable_stiffness);
+  to.stiffness_nm_per_rad = from.stiffness_nm_per_rad;
+  copy(to.limited_by, from.limited_by);
+  return to;
+}
 inline torsio_game_status to_c([[maybe_unused]] const GameStatus& from) {
   torsio_game_status to{};
   to.struct_size = sizeof(torsio_game_status);
@@ -803,13 +810,6 @@ inline torsio_disarm to_c([[maybe_unused]] const Disarm& from) {
   to.faults = fault_bits(from.faults);
   to.tick = from.tick;
   to.time_s = from.time_s;
-  return to;
-}
-inline torsio_stable_stiffness to_c([[maybe_unused]] const StableStiffness& from) {
-  torsio_stable_stiffness to{};
-  to.struct_size = sizeof(torsio_stable_stiffness);
-  to.stiffness_nm_per_rad = from.stiffness_nm_per_rad;
-  copy(to.limited_by, from.limited_by);
   return to;
 }
 inline torsio_electrics_state to_c([[maybe_unused]] const ElectricsState& from) {

@@ -547,6 +547,17 @@ struct Fields<Limits> {
   };
 };
 template <>
+struct Fields<StableStiffness> {
+  static constexpr std::string_view name = "StableStiffness";
+  static constexpr std::tuple list{
+      field("stiffness_nm_per_rad", &StableStiffness::stiffness_nm_per_rad, "", -kNoLimit, kNoLimit,
+            ""),
+      field("limited_by", &StableStiffness::limited_by, "", -kNoLimit, kNoLimit,
+            "what to better for more: \"rate\" of the control, \"lag\" of the motor, \"counts\" of "
+            "the encoder"),
+  };
+};
+template <>
 struct Fields<GameStatus> {
   static constexpr std::string_view name = "GameStatus";
   static constexpr std::tuple list{
@@ -623,17 +634,6 @@ struct Fields<Disarm> {
             "names of the faults that were latched then"),
       field("tick", &Disarm::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),
       field("time_s", &Disarm::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
-  };
-};
-template <>
-struct Fields<StableStiffness> {
-  static constexpr std::string_view name = "StableStiffness";
-  static constexpr std::tuple list{
-      field("stiffness_nm_per_rad", &StableStiffness::stiffness_nm_per_rad, "", -kNoLimit, kNoLimit,
-            ""),
-      field("limited_by", &StableStiffness::limited_by, "", -kNoLimit, kNoLimit,
-            "what to better for more: \"rate\" of the control, \"lag\" of the motor, \"counts\" of "
-            "the encoder"),
   };
 };
 

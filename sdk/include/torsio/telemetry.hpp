@@ -163,6 +163,15 @@ struct Limits {
   bool held_low = false;
 };
 
+/// How stiff a spring can be that a knob swings in and still comes to rest.
+struct StableStiffness {
+  double stiffness_nm_per_rad = 0.0;
+  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
+  std::string limited_by{};
+
+  friend bool operator==(const StableStiffness&, const StableStiffness&) = default;
+};
+
 /// What games do with the device.
 struct GameStatus {
   double time_s = 0.0;        ///< of this moment: the device's tick times the control period
@@ -217,15 +226,6 @@ struct Disarm {
   double time_s = 0.0;                ///< tick times the control period
 
   friend bool operator==(const Disarm&, const Disarm&) = default;
-};
-
-/// How stiff a spring can be that a knob swings in and still comes to rest.
-struct StableStiffness {
-  double stiffness_nm_per_rad = 0.0;
-  /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
-  std::string limited_by{};
-
-  friend bool operator==(const StableStiffness&, const StableStiffness&) = default;
 };
 
 }  // namespace torsio
