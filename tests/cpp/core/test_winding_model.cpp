@@ -51,7 +51,7 @@ TEST_CASE("only doubts on end count") {
 }
 
 TEST_CASE("the model's current goes its way towards voltage less back EMF over resistance") {
-  const WindingParams params = make_winding(2.0F, 1e-3F, 0.05F, 2.0F, 1e-4F, 4e-3F);
+  const WindingParams params = make_winding(2.0F, 1e-3F, 0.05F, 2.0F, 1e-4F, 4e-3F, 6.4e-3F, 0.1F);
   CHECK(static_cast<double>(params.slack_a) == near(1.0));
   CHECK(params.patience_steps == 41);
   WindingState state;
