@@ -20,10 +20,7 @@ BUILD = TREE / "build/studio"
 PAGE = BUILD / "page"
 
 # What becomes the emulated device; simulate() and its like stay behind.
-_FOLDERS = (
-    *("firmware/core", "firmware/device", "firmware/device/game", "emulator/plant"),
-    *("emulator/plant/exact", "studio/wasm"),
-)
+_FOLDERS = ("firmware/core", "firmware/device", "emulator/plant", "studio/wasm")
 _FILES = ("emulated_device", "encoder", "power_path", "usb_link")
 _INCLUDED = ("firmware", ".", "emulator/include")
 # As on every other machine: no contracted multiply-adds, so that it computes the same bits.
@@ -37,7 +34,7 @@ MODULES = ("codec", "conversion", "emulated_device", "lines", "samples")
 
 def sources() -> list[Path]:
     """Return the C++ that the emulated device is made of."""
-    files = [file for folder in _FOLDERS for file in (TREE / folder).glob("*.cpp")]
+    files = [file for folder in _FOLDERS for file in (TREE / folder).rglob("*.cpp")]
     return sorted([*files, *(TREE / "emulator" / f"{name}.cpp" for name in _FILES)])
 
 
