@@ -7,7 +7,7 @@ import { byId, element } from "./page";
 
 const NEARLY_A_TURN_RAD = 0.95 * 2 * Math.PI;
 const CLEARLY_RAD = 0.5;
-const PUSH = 1.6; // times the friction
+const PUSH = 1.3; // times the friction
 const DRAG_NM = 0.01;
 
 /** What the page sees at one moment. */
@@ -73,8 +73,11 @@ function steps(travel: Travel): Step[] {
       act: {
         label: "take the push as scene",
         scene: async (knob) => {
-          const { knob_coulomb_nm } = await knob.config("actuator_config");
-          return [{ type: "constant", torque_nm: Number((PUSH * Number(knob_coulomb_nm)).toPrecision(3)) }];
+          const parts = await knob.config("actuator_config");
+          const friction = Number(parts.knob_coulomb_nm) + Number(parts.brake_drag_nm);
+          // The sensor may take the shaft for wound by as much as its floor, and the motor gives so much less.
+          const push = PUSH * friction + Number(parts.brake_torque_min_nm);
+          return [{ type: "constant", torque_nm: Number(push.toPrecision(3)) }];
         },
       },
       look: ({ state, angleRad }) => {

@@ -44,7 +44,8 @@ def upload(knob: torsio.Knob) -> None:
 
 def record(knob: torsio.Knob) -> None:
     try:
-        knob.record(duration_s=60.0)
+        while True:
+            knob.record(duration_s=60.0)
     except torsio.Disconnected as error:
         if not hasattr(error, "samples"):
             raise RuntimeError("what came until then was thrown away") from error
@@ -121,7 +122,7 @@ def pull_in_callback(knob: torsio.Knob) -> None:
 
 
 STATES: dict[str, Callable[[torsio.Knob], object]] = {
-    "asleep": lambda knob: knob.sleep(60.0),
+    "asleep": lambda knob: [knob.sleep(60.0) for _ in itertools.count()],
     "asking": ask,
     "playing": play,
     "uploading": upload,
@@ -135,7 +136,9 @@ STATES: dict[str, Callable[[torsio.Knob], object]] = {
     "a game's effects": play_game,
     "in a callback": hear_and_toggle,
     "pulled by a callback": pull_in_callback,
-    "waiting for a state": lambda knob: knob.wait_for("fault", timeout_s=60.0),
+    "waiting for a state": lambda knob: [
+        knob.wait_for("fault", timeout_s=60.0) for _ in itertools.count()
+    ],
     "waiting for events": lambda knob: [knob.events(timeout_s=60.0) for _ in itertools.count()],
 }
 

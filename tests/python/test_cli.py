@@ -59,7 +59,7 @@ def test_info_json_tells_identity_health_and_configuration() -> None:
     info = json.loads(run("info", "--json").stdout)
     assert set(info) == {
         *("info", "health", "clock", "calibration"),
-        *("actuator_config", "control_config", "board_config", "game_config"),
+        *("actuator_config", "control_config", "board_config", "game_config", "limits"),
     }
     assert info["board_config"]["motor_pin"] == 6
     assert info["game_config"]["range_deg"] == 900

@@ -53,6 +53,7 @@ def device_record(
     }, truth
 
 
+@pytest.mark.filterwarnings("ignore::torsio.StiffnessWarning")
 @pytest.mark.parametrize("wall_mnm_per_deg", [10.0, 25.0, 50.0])
 @pytest.mark.parametrize("beta", [0.3, 0.5])
 def test_visit_to_a_wall_matches_the_second_implementation(

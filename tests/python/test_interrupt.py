@@ -29,7 +29,7 @@ CALLS = {
     "wait_for": "knob.wait_for('fault', timeout_s=60.0)",
     "telemetry": "list(knob.telemetry(duration_s=60.0))",
     "advance": "knob.emulator.advance(60.0)",
-    "play": "[knob.play(torsio.Wall(stiffness_nm_per_rad=1.0 + n)) for n in range(10**6)]",
+    "play": "[knob.play(torsio.Wall(stiffness_nm_per_rad=0.1 + n % 9 / 10)) for n in range(10**6)]",
     "stream": "[knob.stream_local_model() for n in range(10**7)]",
     "unpaced": "torsio.open('emulated').sleep(1e7)",
     "opening": "[torsio.open('emulated').close() for n in range(10**6)]",

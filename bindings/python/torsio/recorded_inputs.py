@@ -27,6 +27,8 @@ _COUNTS_PER_S: Final = 8192
 _REST_S: Final = 1.0
 _FURTHEST_COUNTS: Final = 10_000_000
 # Where every report that is answered has its sequence number.
+# Who disarms is answered once the torque has gone; docs/protocol.md.
+_LETTING_GO_S: Final = 4e-3
 _SEQUENCE: Final = slice(1, 3)
 _FEATURES: Final = {r["name"] for r in protocol.reports() if r["direction"] == "feature"}
 
@@ -99,6 +101,9 @@ def _inputs(
 
 def _sent(recorded: Recorded) -> Iterator[tuple[int, str, bytes]]:
     """Give the reports that were sent, each with the tick before which it came."""
+    control = recorded.metadata["configuration"]["ControlConfig"]
+    rate = recorded.metadata["info"]["control_rate_hz"]
+    letting_go = round(min(_LETTING_GO_S, control["passive_ramp_s"]) * rate)
     taken_at: dict[tuple[int, int], list[int]] = {}
     for _, sent, content in recorded.reports:
         name, values = protocol.decode(content)
@@ -108,10 +113,18 @@ def _sent(recorded: Recorded) -> Iterator[tuple[int, str, bytes]]:
         if not sent:
             continue
         try:
-            name, _ = protocol.decode(content)
+            name, values = protocol.decode(content)
         except MalformedReport:
             continue
         answers = taken_at.get((content[0], int.from_bytes(content[_SEQUENCE], "little")))
         # What is not answered came soon after it was sent.
         tick = answers.pop(0) if answers else newest + 1
+        if values.get("op") in ("disarm", "stop") and _was_armed(recorded, tick):
+            tick -= letting_go + 1
         yield tick, "feature" if name in _FEATURES else "output", content
+
+
+def _was_armed(recorded: Recorded, tick: int) -> bool:
+    """Tell whether the knob was armed just before an order that was answered at a tick."""
+    before = int(np.searchsorted(recorded.telemetry["tick"], tick - 1)) - 1
+    return before >= 0 and bool(recorded.telemetry["flags"][before] & FLAG_STATE_MASK == 1)

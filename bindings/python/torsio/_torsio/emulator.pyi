@@ -11,7 +11,7 @@ from torsio.plant import PlantParams
 
 PLANT_DTYPE: Final[np.dtype[Any]]
 
-def usb_report_descriptor(interface: int) -> bytes: ...
+def usb_report_descriptor(interface: int, dial: bool = ...) -> bytes: ...
 
 class Plant:
     def __init__(
