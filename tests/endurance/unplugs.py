@@ -28,7 +28,7 @@ import torsio
 LATEST_S = 1.0
 # Of memory for each unplug, and what the rest of the process may take meanwhile.
 MOST_BYTES = 1024
-SLACK_BYTES = 4 << 20
+SLACK_BYTES = 12 << 20
 
 
 def play(knob: torsio.Knob) -> None:
@@ -45,7 +45,7 @@ def upload(knob: torsio.Knob) -> None:
 def record(knob: torsio.Knob) -> None:
     try:
         while True:
-            knob.record(duration_s=60.0)
+            knob.record(duration_s=1.0)
     except torsio.Disconnected as error:
         if not hasattr(error, "samples"):
             raise RuntimeError("what came until then was thrown away") from error

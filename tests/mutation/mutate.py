@@ -317,7 +317,7 @@ class Runner:
 
     def __init__(self, program: Path) -> None:
         self._process = subprocess.Popen(
-            [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=BUILD
+            [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=program.parent
         )
 
     def run(self, case: str, mutant: int = 0, limit_s: float = 120.0) -> Outcome:

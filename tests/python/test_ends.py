@@ -223,7 +223,7 @@ def test_knob_whose_callback_has_it_goes_with_the_last_who_knows_it(
     knob.arm()
     if closed:
         knob.close()
-    gone = [weakref.ref(knob), weakref.ref(hear)]
+    gone: list[weakref.ref[object]] = [weakref.ref(knob), weakref.ref(hear)]
     del knob, hear
     gc.collect()
     assert [reference() for reference in gone] == [None, None]
