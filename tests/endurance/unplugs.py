@@ -31,6 +31,11 @@ MOST_BYTES = 1024
 SLACK_BYTES = 12 << 20
 
 
+def sleep(knob: torsio.Knob) -> None:
+    while True:
+        knob.sleep(60.0)
+
+
 def play(knob: torsio.Knob) -> None:
     for scale in itertools.count(1):
         wall = torsio.Wall(stiffness_nm_per_rad=0.001 * (1 + scale % 1000))
@@ -122,7 +127,7 @@ def pull_in_callback(knob: torsio.Knob) -> None:
 
 
 STATES: dict[str, Callable[[torsio.Knob], object]] = {
-    "asleep": lambda knob: [knob.sleep(60.0) for _ in itertools.count()],
+    "asleep": sleep,
     "asking": ask,
     "playing": play,
     "uploading": upload,

@@ -119,12 +119,12 @@ def _sent(recorded: Recorded) -> Iterator[tuple[int, str, bytes]]:
         answers = taken_at.get((content[0], int.from_bytes(content[_SEQUENCE], "little")))
         # What is not answered came soon after it was sent.
         tick = answers.pop(0) if answers else newest + 1
-        if values.get("op") in ("disarm", "stop") and _was_armed(recorded, tick):
+        if values.get("op") in ("disarm", "stop") and _was_armed(recorded, tick - letting_go):
             tick -= letting_go + 1
         yield tick, "feature" if name in _FEATURES else "output", content
 
 
 def _was_armed(recorded: Recorded, tick: int) -> bool:
-    """Tell whether the knob was armed just before an order that was answered at a tick."""
+    """Tell whether the knob was armed just before an order came at a tick."""
     before = int(np.searchsorted(recorded.telemetry["tick"], tick - 1)) - 1
     return before >= 0 and bool(recorded.telemetry["flags"][before] & FLAG_STATE_MASK == 1)
