@@ -1,4 +1,4 @@
-"""What the tools for wheels share: commands with a log, and environments with packages."""
+"""What the tools for wheels and Windows share: commands with a log, environments with packages."""
 
 from __future__ import annotations
 
@@ -20,17 +20,9 @@ def say(text: str) -> None:
     print(f"torsio: {text}", flush=True)
 
 
-def run(name: str, *command: str | Path, **variables: str) -> str:
-    """Run a command; its output goes to build/logs/NAME.log and comes back.
-
-    Raises
-    ------
-    Failed
-        If it fails, with the end of its output.
-    """
-    log = TREE / "build/logs" / f"{name}.log"
-    log.parent.mkdir(parents=True, exist_ok=True)
-    result = subprocess.run(
+def finish(*command: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    """Run a command at the top of the tree to its end, with all that it prints as one text."""
+    return subprocess.run(
         command,
         cwd=TREE,
         env={**os.environ, **variables},
@@ -41,6 +33,19 @@ def run(name: str, *command: str | Path, **variables: str) -> str:
         errors="replace",
         check=False,
     )
+
+
+def run(name: str, *command: str | Path, **variables: str) -> str:
+    """Run a command; its output goes to build/logs/NAME.log and comes back.
+
+    Raises
+    ------
+    Failed
+        If it fails, with the end of its output.
+    """
+    log = TREE / "build/logs" / f"{name}.log"
+    log.parent.mkdir(parents=True, exist_ok=True)
+    result = finish(*command, **variables)
     log.write_text(result.stdout, encoding="utf-8")
     if result.returncode != 0:
         end = "\n".join(result.stdout.splitlines()[-30:])

@@ -6,15 +6,14 @@ cannot be shown so is said in README: no knob has been plugged into a Windows.
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from tools import hidapi_source
+from tools.wheel_commands import finish
 
 TREE = Path(__file__).parent.parent
 BUILD = TREE / "build/windows"
@@ -34,17 +33,7 @@ def run(*command: str | Path, show: bool = False) -> str:
     RuntimeError
         If it fails, with the end of what it printed.
     """
-    result = subprocess.run(
-        command,
-        cwd=TREE,
-        env={**os.environ, **WINE},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        errors="replace",
-        check=False,
-    )
+    result = finish(*command, **WINE)
     if show:
         print(result.stdout, end="", flush=True)
     if result.returncode != 0:

@@ -27,7 +27,7 @@ _COUNTS_PER_S: Final = 8192
 _REST_S: Final = 1.0
 _FURTHEST_COUNTS: Final = 10_000_000
 # Where every report that is answered has its sequence number.
-# Who disarms is answered once the torque has gone; docs/protocol.md.
+# Who disarms is answered once the torque has gone; docs/architecture.md, "States".
 _LETTING_GO_S: Final = 4e-3
 _SEQUENCE: Final = slice(1, 3)
 _FEATURES: Final = {r["name"] for r in protocol.reports() if r["direction"] == "feature"}
