@@ -17,36 +17,9 @@
 #include "emulator/plant/plant.hpp"
 #include "emulator/power_path.hpp"
 #include "emulator/replay.hpp"
+#include "emulator/rows.hpp"
 
 namespace torsio::emulator {
-
-/// One control tick: the truth when it samples the encoder, and what it decides then. Torques are
-/// on the knob, positive along positive angle.
-struct LoopRow {
-  double time_s;
-  double angle_rad;        ///< of the knob
-  double brake_angle_rad;  ///< of the brake's shaft
-  double speed_rad_s;
-  double brake_speed_rad_s;
-  double spring_torque_nm;         ///< true, of the shaft spring
-  double motor_torque_nm;          ///< true, after the motor's lag
-  double brake_torque_nm;          ///< what the brake transmits, drag included
-  double brake_capacity_nm;        ///< what it could transmit, drag included
-  double hand_torque_nm;           ///< of the hand
-  double knob_friction_torque_nm;  ///< Coulomb friction on the knob
-  std::int64_t position_counts;    ///< measured, from the device's zero
-  float estimated_speed_rad_s;     ///< measured
-  float desired_torque_nm;         ///< what the scene asks
-  float motor_command_nm;
-  float brake_command_nm;
-  float sensed_spring_torque_nm;
-  float sensed_brake_capacity_nm;  ///< what the brake is taken to hold, drag not included
-  bool knob_sticks;
-  bool brake_sticks;
-  bool motor_saturated;
-  bool brake_saturated;
-  bool numeric_error;  ///< the scene's torque was not finite
-};
 
 /// Controller, plant, encoder and hand under one virtual clock. What the device does around the
 /// controller is left out: arming and its soft start, the watchdog, faults. A copy goes its own

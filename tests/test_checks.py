@@ -65,7 +65,7 @@ def test_every_header_is_compiled_alone() -> None:
         ("sdk/src/planted.cpp", '#include "emulator/plant/plant.hpp"'),
         ("sdk/src/planted.cpp", "#include <hidapi.h>"),
         ("sdk/src/planted.cpp", "#include <hidapi/hidapi.h>"),
-        ("sdk/src/emulated_transport.cpp", "#include <hidapi.h>"),
+        ("sdk/src/emulated/transport.cpp", "#include <hidapi.h>"),
         ("sdk/src/hid_transport.cpp", '#include "emulator/plant/plant.hpp"'),
         ("sdk/src/planted.cpp", "#include PLANTED"),
         ("bindings/src/planted.cpp", '#include "sdk/src/session.hpp"'),

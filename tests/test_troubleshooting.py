@@ -13,7 +13,10 @@ from torsio import doctor
 TREE = Path(__file__).parent.parent
 PAGE = (TREE / "docs/troubleshooting.md").read_text(encoding="utf-8")
 ENTRIES = set(re.findall(r"^### (\S+)$", PAGE, re.MULTILINE))
-DOCTOR = (TREE / "bindings/python/torsio/doctor.py").read_text(encoding="utf-8")
+DOCTOR = "".join(
+    file.read_text(encoding="utf-8")
+    for file in (TREE / "bindings/python/torsio").glob("doctor*.py")
+)
 
 WANTED = {
     "faults": {bit.name for bit in e.FAULT.bits},

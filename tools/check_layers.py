@@ -78,7 +78,12 @@ RULES = (
     Rule("emulator/include", ("torsio",)),
     # It has the wiring of the board that it stands in for.
     Rule("emulator/emulated_device.cpp", (*FIRMWARE, "boards", "torsio/plant.hpp")),
-    Rule("emulator", (*FIRMWARE, "torsio/plant.hpp"), never="emulator/usbip", posix=True),
+    Rule(
+        "emulator",
+        (*FIRMWARE, "torsio/plant.hpp", "torsio/field.hpp"),
+        never="emulator/usbip",
+        posix=True,
+    ),
     Rule("sdk/include", ("torsio",)),
     Rule(
         "sdk/src/hid_transport.cpp",
@@ -94,7 +99,13 @@ RULES = (
     # They say why a board refuses a wiring.
     Rule("sdk/src/known_boards.cpp", ("protocol", "device", "boards")),
     Rule("sdk/src/known_boards.hpp", ("protocol", "device")),
-    Rule("sdk/src/emulated_transport.cpp", (*FIRMWARE, "conversion", "torsio"), posix=True),
+    Rule(
+        "sdk/src/emulated",
+        (
+            *(*FIRMWARE, "conversion", "emulated", "torsio"),
+            *("emulated_transport.hpp", "process.hpp", "session.hpp"),
+        ),
+    ),
     # The same on another system.
     Rule("sdk/src/device_lock_windows.cpp", ("torsio",), third_party=r"windows\.h"),
     Rule("sdk/src", ("protocol", "conversion", "torsio"), posix=True),

@@ -61,10 +61,13 @@ def _reference() -> None:
     folder = SOURCE / "reference"
     folder.mkdir()
     for module in _MODULES:
-        options = ":imported-members:" if module == "torsio" else ""
+        # A knob's methods stand in several modules; what exceptions inherit is Python's own.
+        options = (
+            ":imported-members:\n   :inherited-members: Exception" if module == "torsio" else ""
+        )
         (folder / f"{module}.md").write_text(
             f"# {module}\n\n```{{eval-rst}}\n.. automodule:: {module}\n   :members:\n"
-            f"{'   ' + options if options else ''}\n```\n",
+            f"{'   ' + options if module == 'torsio' else ''}\n```\n",
             encoding="utf-8",
         )
     for header in sorted(HEADERS.glob("*.hpp")):

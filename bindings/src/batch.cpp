@@ -23,7 +23,6 @@ namespace {
 
 using emulator::Batch;
 using emulator::BatchAction;
-using emulator::LoopRow;
 
 template <class T>
 using Numbers = py::array_t<T, py::array::c_style | py::array::forcecast>;

@@ -39,7 +39,6 @@ namespace torsio::bindings {
 namespace {
 
 using emulator::ClosedLoopOptions;
-using emulator::LoopRow;
 using Rows = py::array_t<LoopRow>;
 
 /// What a device would be told before such a loop: rounded and checked as on its way there.
@@ -252,13 +251,7 @@ emulator::PlantState initial_state_from_python(const py::object& source) {
 }
 
 void bind_closed_loop(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(LoopRow, time_s, angle_rad, brake_angle_rad, speed_rad_s, brake_speed_rad_s,
-                       spring_torque_nm, motor_torque_nm, brake_torque_nm, brake_capacity_nm,
-                       hand_torque_nm, knob_friction_torque_nm, position_counts,
-                       estimated_speed_rad_s, desired_torque_nm, motor_command_nm, brake_command_nm,
-                       sensed_spring_torque_nm, sensed_brake_capacity_nm, knob_sticks, brake_sticks,
-                       motor_saturated, brake_saturated, numeric_error);
-  module.attr("LOOP_DTYPE") = py::dtype::of<LoopRow>();
+  register_rows<LoopRow>();
   py::class_<emulator::ClosedLoop>(module, "ClosedLoop", "See torsio.closed_loop.")
       .def(py::init([](const py::object& source) {
              const ClosedLoopOptions options = loop_options_from_python(source);

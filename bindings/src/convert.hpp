@@ -135,6 +135,23 @@ pybind11::dtype row_type() {
   return pybind11::dtype(names, formats, offsets, static_cast<pybind11::ssize_t>(sizeof(T)));
 }
 
+/// Has NumPy know `T` as a row of a structured array, for `array_t<T>`.
+template <Listed T>
+void register_rows() {
+  std::vector<pybind11::detail::field_descriptor> columns;
+  const T row{};
+  const auto one = [&](const auto& field) {
+    using Value = typename std::remove_cvref_t<decltype(field)>::Value;
+    columns.push_back(
+        {field.name.data(),
+         reinterpret_cast<const char*>(&(row.*field.member)) - reinterpret_cast<const char*>(&row),
+         sizeof(Value), pybind11::format_descriptor<Value>::format(),
+         pybind11::detail::npy_format_descriptor<Value>::dtype()});
+  };
+  std::apply([&](const auto&... field) { (one(field), ...); }, Fields<T>::list);
+  pybind11::detail::npy_format_descriptor<T>::register_dtype(columns);
+}
+
 /// Makes the bytes between and behind a row's fields zero, so that equal records have equal bytes.
 template <Listed T>
 void clear_padding(std::vector<T>& rows) {

@@ -23,6 +23,7 @@
 #include "emulator/plant/circuit.hpp"
 #include "emulator/plant/plant.hpp"
 #include "emulator/replayed_device.hpp"
+#include "emulator/rows.hpp"
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
@@ -40,23 +41,6 @@ using Release = py::call_guard<torsio::bindings::Unlocked>;
 PlantParams plant_params(const py::object& source) {
   return source.is_none() ? PlantParams{} : from_python<PlantParams>(source);
 }
-
-// State and truth of the plant side by side; one row of a record.
-struct PlantRow {
-  double time_s;
-  double angle_rad;
-  double brake_angle_rad;
-  double speed_rad_s;
-  double brake_speed_rad_s;
-  double spring_torque_nm;
-  double motor_torque_nm;
-  double brake_torque_nm;
-  double brake_capacity_nm;
-  double hand_torque_nm;
-  double knob_friction_torque_nm;
-  bool knob_sticks;
-  bool brake_sticks;
-};
 
 PlantRow plant_row(const emulator::Plant& plant) {
   const emulator::PlantState& state = plant.state();
@@ -152,30 +136,8 @@ py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_com
   return angles;
 }
 
-py::dict plant_state(const emulator::Plant& plant) {
-  const PlantRow row = plant_row(plant);
-  py::dict dict;
-  dict["time_s"] = row.time_s;
-  dict["angle_rad"] = row.angle_rad;
-  dict["brake_angle_rad"] = row.brake_angle_rad;
-  dict["speed_rad_s"] = row.speed_rad_s;
-  dict["brake_speed_rad_s"] = row.brake_speed_rad_s;
-  dict["spring_torque_nm"] = row.spring_torque_nm;
-  dict["motor_torque_nm"] = row.motor_torque_nm;
-  dict["brake_torque_nm"] = row.brake_torque_nm;
-  dict["brake_capacity_nm"] = row.brake_capacity_nm;
-  dict["hand_torque_nm"] = row.hand_torque_nm;
-  dict["knob_friction_torque_nm"] = row.knob_friction_torque_nm;
-  dict["knob_sticks"] = row.knob_sticks;
-  dict["brake_sticks"] = row.brake_sticks;
-  return dict;
-}
-
 void bind_plant(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(PlantRow, time_s, angle_rad, brake_angle_rad, speed_rad_s, brake_speed_rad_s,
-                       spring_torque_nm, motor_torque_nm, brake_torque_nm, brake_capacity_nm,
-                       hand_torque_nm, knob_friction_torque_nm, knob_sticks, brake_sticks);
-  module.attr("PLANT_DTYPE") = py::dtype::of<PlantRow>();
+  register_rows<PlantRow>();
   py::class_<emulator::Plant>(module, "Plant",
                               "Motor, knob, shaft spring, brake and hand under a virtual clock.")
       .def(py::init(&make_plant), arg("params") = py::none(), arg("hand") = py::none(),
@@ -196,7 +158,9 @@ void bind_plant(py::module_& module) {
       .def("advance", &emulator::Plant::advance, arg("duration_ns"), Release(), "Let time pass.")
       .def_property_readonly("time_ns",
                              [](const emulator::Plant& plant) { return plant.state().time_ns; })
-      .def_property_readonly("state", &plant_state, "Where the plant is; keys as PLANT_DTYPE.")
+      .def_property_readonly(
+          "state", [](const emulator::Plant& plant) { return to_python(plant_row(plant)); },
+          "Where the plant is; keys as PLANT_DTYPE.")
       .def("record", &plant_record, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
            arg("period_ns") = 1'000'000,
            "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.")
@@ -343,7 +307,8 @@ void bind_device(py::module_& module) {
           },
           arg("hand"), "The hand takes over at the next tick; its times are device time.")
       .def_property_readonly(
-          "plant_state", [](const EmulatedDevice& device) { return plant_state(device.plant()); },
+          "plant_state",
+          [](const EmulatedDevice& device) { return to_python(plant_row(device.plant())); },
           "Where the plant is; keys as PLANT_DTYPE.")
       .def("set_plugged", &EmulatedDevice::set_plugged, arg("plugged"))
       .def("set_powered", &EmulatedDevice::set_powered, arg("powered"))

@@ -257,3 +257,45 @@ TRUTH_SAMPLE = Structure(
     array_record=True,
 )
 TOLD = (TRUTH_SAMPLE, ELECTRICS_STATE)
+
+_TRUE = (
+    told("time_s", "double"),
+    told("angle_rad", "double", "of the knob"),
+    told("brake_angle_rad", "double", "of the far side of the shaft spring"),
+    told("speed_rad_s", "double", "of the knob"),
+    told("brake_speed_rad_s", "double"),
+    told("spring_torque_nm", "double", "of the shaft spring"),
+    told("motor_torque_nm", "double", "after the motor's lag"),
+    told("brake_torque_nm", "double", "what the brake transmits, drag included"),
+    told("brake_capacity_nm", "double", "what it could transmit, drag included, >= 0"),
+    told("hand_torque_nm", "double", "of whoever holds the knob"),
+    told("knob_friction_torque_nm", "double", "Coulomb friction on the knob"),
+)
+_STICKS = (told("knob_sticks", "bool"), told("brake_sticks", "bool"))
+PLANT_ROW = Structure(
+    "PlantRow",
+    "What is true of a plant at one moment. Torques on the knob.",
+    (*_TRUE, *_STICKS),
+    array_record=True,
+)
+LOOP_ROW = Structure(
+    "LoopRow",
+    "One control tick: what is true when it samples the encoder, and what it decides then. Torques on "
+    "the knob.",
+    (
+        *_TRUE,
+        told("position_counts", "std::int64_t", "measured, from the device's zero"),
+        told("estimated_speed_rad_s", "float", "measured"),
+        told("desired_torque_nm", "float", "what the scene asks"),
+        told("motor_command_nm", "float"),
+        told("brake_command_nm", "float"),
+        told("sensed_spring_torque_nm", "float", "of the shaft spring, as the soft sensor has it"),
+        told("sensed_brake_capacity_nm", "float", "what the brake is taken to hold, without drag"),
+        *_STICKS,
+        told("motor_saturated", "bool"),
+        told("brake_saturated", "bool"),
+        told("numeric_error", "bool", "the scene's torque was not finite"),
+    ),
+    array_record=True,
+)
+ROWS = (PLANT_ROW, LOOP_ROW)

@@ -12,10 +12,6 @@ using protocol::ActuatorConfig;
 
 namespace {
 
-// In which a torque goes to zero when somebody disarms. The skin is most sensitive near 250 Hz,
-// which is where the spectrum of a line of this length has its first zero.
-constexpr float kLetGoS = 4e-3F;
-
 // No hand turns a knob faster, and no small motor without load gets there in a moment.
 constexpr float kFastestRadS = 2000.0F;
 constexpr std::uint32_t kLeastJumpCounts = 16;
@@ -48,8 +44,6 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
   const float period_s = resolution.period_s;
-  const float motor_max_nm =
-      core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
   const float brake_max_nm =
       core::smaller(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
   static_assert(core::kLaws.size() == protocol::Enumerators<protocol::Law>::names.size());
@@ -63,7 +57,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
       actuator.brake_time_constant_s, period_s, actuator.brake_torque_min_nm,
       core::traits(law).counts_drag ? actuator.brake_drag_nm : 0.0F);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
-  loop.controller.partition = {law, control.beta, motor_max_nm, brake_max_nm};
+  loop.controller.partition = {law, control.beta, motor_max_nm(config), brake_max_nm};
   loop.controller.bound = core::make_bound_params(
       core::stable_stiffness(parts(actuator, control, resolution)), period_s);
   loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
@@ -71,7 +65,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
                             ? 0
                             : core::round_to_u32(control.watchdog_s / period_s) + 1;
   loop.passive_ramp_ticks = core::round_to_u32(control.passive_ramp_s / period_s);
-  loop.let_go_ticks = core::round_to_u32(core::smaller(kLetGoS, control.passive_ramp_s) / period_s);
+  loop.let_go_ticks =
+      core::round_to_u32(core::smaller(protocol::let_go_s, control.passive_ramp_s) / period_s);
   loop.passive_brake_nm = core::smaller(control.passive_brake_nm, brake_max_nm);
   if (control.speed_limit_rad_s > 0.0F) loop.speed_limit_rad_s = control.speed_limit_rad_s;
   loop.jump_limit_counts =
@@ -80,6 +75,10 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
   loop.tick_budget_ns = period_ns - period_ns / 20;
   if (moves_parts && config.board.confirmed == protocol::Toggle::off) hold_low(loop);
   return loop;
+}
+
+float motor_max_nm(const Config& config) {
+  return core::smaller(config.actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm);
 }
 
 protocol::Verdict check_consistent(const ActuatorConfig& config) {

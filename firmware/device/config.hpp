@@ -36,6 +36,9 @@ struct LoopConfig {
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
                             bool moves_parts = false);
 
+/// The most that the motor gives: what it can, and no more than its cap.
+float motor_max_nm(const Config& config);
+
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
 

@@ -186,6 +186,7 @@ Status ControlLoop::execute(const Order& order) {
     case Order::Kind::configure:
       config_ = *order.config;
       game_params_ = *order.game;
+      dial_.configure(*order.detents);
       controller_.bound = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;
@@ -213,7 +214,7 @@ Status ControlLoop::arm() {
 
 /// The device is for games or a dial, as it was when it started.
 core::ForceSource* ControlLoop::serve_others() {
-  if (game_params_.detents.on) return serve_dial();
+  if (dial_.on()) return serve_dial();
   return game.awake() ? serve_game() : nullptr;
 }
 
@@ -241,7 +242,7 @@ core::ForceSource* ControlLoop::serve_dial() {
   const bool free =
       state_ == State::disarmed && connected() && held.load(std::memory_order_relaxed) == 0;
   if (dial_.wanted() && free) {
-    dial_.begin(game_params_.detents);
+    dial_.begin();
     set_state(State::armed, Owner::dial);
   }
   if (owner_ == Owner::dial && !passive_ && !dial_.wanted()) {

@@ -57,14 +57,16 @@ struct Order {
   std::uint8_t report = 0;
   std::uint16_t sequence = 0;
   protocol::Verdict verdict;
-  std::uint8_t decimation = 0;              // stream
-  SceneBuilder::Commit commit;              // play
-  core::LocalModel local_model;             // local_model
-  std::uint32_t deadline_ticks = 0;         // local_model; 0 ends it
-  core::Excitation excitation;              // excite
-  const LoopConfig* config = nullptr;       // configure
-  const game::ForceParams* game = nullptr;  // configure
-  bool clears_scene = false;                // configure
+  std::uint8_t decimation = 0;       // stream
+  SceneBuilder::Commit commit;       // play
+  core::LocalModel local_model;      // local_model
+  std::uint32_t deadline_ticks = 0;  // local_model; 0 ends it
+  core::Excitation excitation;       // excite
+  // configure
+  const LoopConfig* config = nullptr;
+  const game::ForceParams* game = nullptr;
+  const dial::DetentParams* detents = nullptr;
+  bool clears_scene = false;
 };
 
 struct Answer {
@@ -107,8 +109,9 @@ struct Snapshot {
 
 class ControlLoop {
  public:
-  ControlLoop(const LoopConfig& config, const game::ForceParams& game_params)
-      : config_(config), game_params_(game_params) {}
+  ControlLoop(const LoopConfig& config, const game::ForceParams& game_params,
+              const dial::DetentParams& detents)
+      : config_(config), game_params_(game_params), dial_(detents) {}
   ControlLoop(const ControlLoop&) = delete;
   ControlLoop& operator=(const ControlLoop&) = delete;
 

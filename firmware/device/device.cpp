@@ -79,7 +79,8 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
       personality_(config_.game.personality),
       loop_config_(make_loop_config(config_, board.control_period_ns, board.moves_parts)),
       game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
-      loop_(loop_config_, game_params_),
+      detent_params_(dial::make_detent_params(config_, board.control_period_ns, personality_)),
+      loop_(loop_config_, game_params_, detent_params_),
       game_(loop_.game, config_, board.control_period_ns),
       dial_(config_, board.control_period_ns) {}
 
@@ -247,12 +248,14 @@ Order Device::configure(const Config& config) {
   config_ = config;
   loop_config_ = make_loop_config(config_, board_.control_period_ns, board_.moves_parts);
   game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
+  detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);
   dial_.configure(config_);
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;
   order.game = &game_params_;
+  order.detents = &detent_params_;
   order.clears_scene = clears_scene;
   return order;
 }

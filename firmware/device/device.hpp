@@ -146,6 +146,7 @@ class Device {
   const protocol::Personality personality_;
   LoopConfig loop_config_;
   game::ForceParams game_params_;
+  dial::DetentParams detent_params_;
   ControlLoop loop_;
   game::PidEngine game_;
   dial::Dial dial_;

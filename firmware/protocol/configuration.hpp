@@ -17,10 +17,14 @@
 namespace torsio::protocol {
 
 // What a real board gives at most until its parts are confirmed.
-inline constexpr float unconfirmed_motor_torque_nm =
-    0.015F;  // enough to move the reference actuator against its friction, and nothing that hurts
+// Enough to move the reference actuator against its friction, and nothing that hurts.
+inline constexpr float unconfirmed_motor_torque_nm = 0.015F;
 inline constexpr float unconfirmed_brake_torque_nm = 0.03F;
 inline constexpr float unconfirmed_speed_rad_s = 10;
+
+// A torque's way to zero when somebody disarms; the skin is most sensitive near 250 Hz, where the
+// spectrum of a line of this length has its first zero.
+inline constexpr float let_go_s = 0.004F;
 
 /// The actuator as built. The defaults are those of the reference actuator. Set only while
 /// disarmed; another encoder empties the scene.

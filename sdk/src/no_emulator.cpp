@@ -1,4 +1,4 @@
-// In place of emulated_transport.cpp in a build without the emulator.
+// In place of the folder emulated/ in a build without the emulator.
 #include "emulated_transport.hpp"
 #include "torsio/error.hpp"
 

@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Protocol
 
 from tests.board.rp2350.bench import Bench
@@ -138,12 +137,7 @@ class EmulatedPico:
     def __enter__(self) -> EmulatedPico:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._bench.close()
 
     def do(self, name: str, **details: Any) -> Any:

@@ -16,7 +16,7 @@ import pytest
 
 import torsio
 from tests.python import wire
-from torsio import doctor, doctor_facts, doctor_windows
+from torsio import doctor, doctor_facts, doctor_knob, doctor_linux, doctor_windows
 from torsio.doctor_facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
 from torsio.statuses import FAULT_ADVICE
 
@@ -143,7 +143,7 @@ def test_file_that_is_no_hid_device_is_found_out_by_opening_it(tmp_path: Path) -
 
 def test_file_that_everybody_may_write_is_a_problem() -> None:
     knob = dataclasses.replace(PLUGGED_IN, node=dataclasses.replace(NODE, mode=0o666))
-    finding = doctor.check_permission(knob, RULE_IN_FORCE)
+    finding = doctor_linux.check_permission(knob, RULE_IN_FORCE)
     assert not finding.ok
     assert "everybody" in finding.text
     assert finding.values["mode"] == "0666"
@@ -162,16 +162,16 @@ def test_missing_permission_says_which_step_is_missing(
     permission: Permission, text: str, advice: str
 ) -> None:
     knob = dataclasses.replace(PLUGGED_IN, node=dataclasses.replace(NODE, usable=False))
-    finding = doctor.check_permission(knob, permission)
+    finding = doctor_linux.check_permission(knob, permission)
     assert not finding.ok
     assert finding.text.startswith("you may not open /dev/hidraw3")
     assert text in finding.text
     assert advice in finding.advice
-    assert doctor.check_permission(PLUGGED_IN, permission).ok
+    assert doctor_linux.check_permission(PLUGGED_IN, permission).ok
 
 
 def test_advice_names_the_rule_that_the_package_brings() -> None:
-    rule = doctor.install_rule_line().split()[4]
+    rule = doctor_linux.install_rule_line().split()[4]
     assert Path(rule).read_bytes() == (TREE / "sdk/60-torsio.rules").read_bytes()
 
 
@@ -225,22 +225,22 @@ def with_health(facts: KnobFacts, **values: Any) -> KnobFacts:
 
 
 def test_all_checks_pass_on_a_healthy_knob(facts: KnobFacts) -> None:
-    for check in doctor.KNOB_CHECKS:
+    for check in doctor_knob.KNOB_CHECKS:
         finding = check(facts)
         assert finding.ok, finding
         assert finding.advice == ""
 
 
 def test_firmware_names_both_ends(facts: KnobFacts) -> None:
-    finding = doctor.check_firmware(facts)
+    finding = doctor_knob.check_firmware(facts)
     assert facts.info.firmware_version in finding.text
     assert torsio.__version__ in finding.text
     assert f"0x{torsio.protocol.fingerprint():08x}" in finding.text
 
 
-@pytest.mark.parametrize("fault", doctor._FAULTS_FOUND)
+@pytest.mark.parametrize("fault", doctor_knob._FAULTS_FOUND)
 def test_fault_is_told_in_plain_words(fault: str, facts: KnobFacts) -> None:
-    finding = doctor.check_state(with_health(facts, state="fault", faults=(fault,)))
+    finding = doctor_knob.check_state(with_health(facts, state="fault", faults=(fault,)))
     assert not finding.ok
     assert finding.values == {"state": "fault", "faults": [fault]}
     assert "_" not in finding.text
@@ -251,14 +251,14 @@ def test_fault_table_has_every_fault_of_the_protocol() -> None:
     header = (TREE / "firmware" / "protocol" / "enumerations.hpp").read_text(encoding="utf-8")
     body = header.split("namespace fault {")[1].split("}")[0]
     assert (
-        set(doctor._FAULTS_FOUND)
+        set(doctor_knob._FAULTS_FOUND)
         == set(FAULT_ADVICE)
         == set(re.findall(r"uint16_t (\w+) = 1", body))
     )
 
 
 def test_fault_of_a_newer_firmware_asks_for_a_newer_library(facts: KnobFacts) -> None:
-    finding = doctor.check_state(with_health(facts, state="fault", faults=("meltdown",)))
+    finding = doctor_knob.check_state(with_health(facts, state="fault", faults=("meltdown",)))
     assert not finding.ok
     assert "update the library" in finding.advice
 
@@ -271,7 +271,7 @@ def test_clock_may_be_as_wrong_as_two_crystals(
     drift_ppm: float, uncertainty_ppm: float, ok: bool, facts: KnobFacts
 ) -> None:
     clock = ClockFit(offset_s=0.0, drift_ppm=drift_ppm, uncertainty_ppm=uncertainty_ppm)
-    assert doctor.check_clock(dataclasses.replace(facts, clock=clock)).ok is ok
+    assert doctor_knob.check_clock(dataclasses.replace(facts, clock=clock)).ok is ok
 
 
 def test_clock_fit_recovers_offset_drift_and_doubt() -> None:
@@ -292,7 +292,7 @@ def test_slow_round_trips_are_a_problem(
     median_s: float, p99_s: float, text: str, facts: KnobFacts
 ) -> None:
     slow = dataclasses.replace(facts, round_trips=RoundTrips(200, median_s, p99_s, p99_s))
-    finding = doctor.check_round_trips(slow)
+    finding = doctor_knob.check_round_trips(slow)
     assert not finding.ok
     assert text in finding.text
 
@@ -311,7 +311,7 @@ def test_round_trip_figures_are_median_and_99_of_100(monkeypatch: pytest.MonkeyP
 def test_losses_of_the_link_are_a_problem(counter: str, facts: KnobFacts) -> None:
     values: dict[str, Any] = {counter: 7}
     link = dataclasses.replace(facts.link, **values)
-    finding = doctor.check_losses(dataclasses.replace(facts, link=link))
+    finding = doctor_knob.check_losses(dataclasses.replace(facts, link=link))
     assert not finding.ok
     assert finding.values[counter] == 7
     assert finding.text.startswith("7 ")
@@ -323,14 +323,14 @@ def test_losses_in_the_knob_are_a_problem_only_if_they_are_new(
 ) -> None:
     values: dict[str, Any] = {counter: 7}
     old = dataclasses.replace(facts.before, **values)
-    assert doctor.check_losses(dataclasses.replace(facts, before=old, after=old)).ok
-    assert not doctor.check_losses(with_health(facts, **values)).ok
+    assert doctor_knob.check_losses(dataclasses.replace(facts, before=old, after=old)).ok
+    assert not doctor_knob.check_losses(with_health(facts, **values)).ok
 
 
 def test_late_and_long_ticks_are_a_problem(facts: KnobFacts) -> None:
-    assert not doctor.check_ticks(with_health(facts, tick_overruns=1)).ok
-    assert not doctor.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # of 1 ms
-    assert doctor.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
+    assert not doctor_knob.check_ticks(with_health(facts, tick_overruns=1)).ok
+    assert not doctor_knob.check_ticks(with_health(facts, tick_time_max_s=1.1e-3)).ok  # of 1 ms
+    assert doctor_knob.check_ticks(with_health(facts, tick_time_max_s=0.9e-3)).ok
 
 
 # On an emulated knob --------------------------------------------------------------------------
@@ -342,7 +342,7 @@ def test_damaged_cable_shows_in_an_examination() -> None:
     ) as knob:
         knob.emulator.set_link_faults(drop_input=0.02, corrupt_input=0.0)
         try:
-            finding = doctor.check_losses(doctor_facts.examine(knob))
+            finding = doctor_knob.check_losses(doctor_facts.examine(knob))
         except torsio.Timeout as error:  # an answer was among what was lost
             finding = doctor.check_failure(error)
         assert not finding.ok
@@ -358,10 +358,10 @@ def test_pressed_emergency_stop_and_late_ticks_show_in_an_examination(
         )
         knob.emulator.set_emergency_stop(pressed=True)
         facts = doctor_facts.examine(knob)
-    state = doctor.check_state(facts)
+    state = doctor_knob.check_state(facts)
     assert state.values["faults"] == ["emergency_stop"]
     assert "emergency stop is pressed" in state.text
-    ticks = doctor.check_ticks(facts)
+    ticks = doctor_knob.check_ticks(facts)
     assert ticks.values["tick_overruns"] == 3
     assert not ticks.ok
 
@@ -372,7 +372,7 @@ def test_armed_knob_is_examined_and_stays_armed() -> None:
         facts = doctor_facts.examine(knob)
         assert knob.health().state == "armed"
     assert facts.round_trips is None
-    assert doctor.check_round_trips(facts).ok
+    assert doctor_knob.check_round_trips(facts).ok
 
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -417,10 +417,10 @@ def test_command_says_what_to_do_about_a_device_that_is_not_there() -> None:
 
 @pytest.mark.parametrize("cause", ["brown_out", "watchdog", "hard_fault", "stack"])
 def test_restart_that_nobody_asked_for_is_told(facts: KnobFacts, cause: str) -> None:
-    finding = doctor.check_start(with_health(facts, reset_cause=cause))
+    finding = doctor_knob.check_start(with_health(facts, reset_cause=cause))
     assert not finding.ok
     assert finding.advice
-    assert doctor.check_start(with_health(facts, reset_cause="power")).ok
+    assert doctor_knob.check_start(with_health(facts, reset_cause="power")).ok
 
 
 def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: KnobFacts) -> None:
@@ -428,12 +428,12 @@ def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: 
         motor_torque_nm=0.015, motor_torque_continuous_nm=0.0125, brake_torque_nm=0.03,
         speed_rad_s=10.0, held_low=True,
     )  # fmt: skip
-    finding = doctor.check_parts(dataclasses.replace(facts, limits=low))
+    finding = doctor_knob.check_parts(dataclasses.replace(facts, limits=low))
     assert not finding.ok
     assert "motor 15 mN m (12.5 for ever), brake 30 mN m, 10 rad/s" in finding.text
     assert "confirmed=on" in finding.advice
     free = dataclasses.replace(facts.limits, speed_rad_s=0.0)
-    finding = doctor.check_parts(dataclasses.replace(facts, limits=free))
+    finding = doctor_knob.check_parts(dataclasses.replace(facts, limits=free))
     assert finding.ok
     assert "any speed" in finding.text
 

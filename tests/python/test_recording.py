@@ -85,13 +85,12 @@ def test_other_programs_find_times_and_schemas_in_it(knob: torsio.Knob, tmp_path
 
 def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
-    with knob.record_to(file):
+    with knob.record_to(file) as recording:
         began = file.stat().st_size
         for _ in range(3):
             knob.sleep(0.5)
             # As after a second; the clock of this knob runs faster than that of the wall.
-            assert knob._recording is not None
-            knob._recording._writer.flush()
+            recording._writer.flush()
     whole = file.read_bytes()
     sizes = set()
     for end in range(0, len(whole), 997):

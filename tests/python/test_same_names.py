@@ -77,6 +77,12 @@ def public(names: Any) -> set[str]:
     return {name for name in names if not name.startswith("_")}
 
 
+def members(python: type) -> dict[str, Any]:
+    """Give what a class has, its bases' parts included."""
+    parts = reversed(python.__mro__[:-1])
+    return {name: value for part in parts for name, value in vars(part).items()}
+
+
 def test_both_have_the_same_types_and_functions() -> None:
     enumerations = {name for name, scope in SDK.scopes.items() if scope.kind == "enum"}
     cpp = (SDK.members | set(SDK.functions) | set(SDK.scopes)) - enumerations
@@ -87,11 +93,11 @@ def test_both_have_the_same_types_and_functions() -> None:
 
 @pytest.mark.parametrize("name", ["DeviceWatch", "Emulator", "GamePort", "Knob"])
 def test_class_has_the_same_methods_and_parameters(name: str) -> None:
-    cpp, python = SDK.scopes[name].functions, getattr(torsio, name)
-    different = {f"{name}.{method}" for method in set(cpp) ^ public(vars(python))}
+    cpp, python = SDK.scopes[name].functions, members(getattr(torsio, name))
+    different = {f"{name}.{method}" for method in set(cpp) ^ public(python)}
     assert different == {method for method in METHODS_ONLY if method.startswith(name + ".")}
-    for method in set(cpp) & public(vars(python)):
-        value = vars(python)[method]
+    for method in set(cpp) & public(python):
+        value = python[method]
         parameters: tuple[str, ...] = ()
         if not isinstance(value, property):
             _, *parameters = inspect.signature(value).parameters  # type: ignore[assignment]

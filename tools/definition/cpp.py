@@ -18,6 +18,7 @@ from tools.definition.model import (
     value_of,
 )
 
+WIDTH = 95  # of a line with a comment behind it
 GENERATED = "Printed from the field lists in {lists} by `./dev generate`; change those instead."
 
 
@@ -84,8 +85,10 @@ def header(doc: str, lists: str, includes: Iterable[str], namespace: str, body: 
 def constant(of: Constant) -> str:
     """Write a named number."""
     value = of.cpp_value or literal(of.value, of.cpp_type)
-    note = f"  // {of.doc}" if of.doc else ""
-    return f"inline constexpr {of.cpp_type} {of.name} = {value};{note}\n"
+    line = f"inline constexpr {of.cpp_type} {of.name} = {value};"
+    if len(line) + len(of.doc) > WIDTH:
+        return comment(of.doc[0].upper() + of.doc[1:] + ".", "//") + line + "\n"
+    return f"{line}  // {of.doc}\n" if of.doc else f"{line}\n"
 
 
 def _values(names: Sequence[str]) -> tuple[str, str]:

@@ -164,13 +164,14 @@ _FORMATS = {
 
 def record_type(name: str, of: Structure) -> str:
     """Write the type of a structured array's rows."""
+    doc = textwrap.fill(f'"""{of.doc}"""', WIDTH)
     out = f"\n{name}: Final[np.dtype[Any]] = np.dtype(\n    [\n"
     for field in of.host_fields:
         note = f"  # {field.doc}" if field.doc else ""
         out += f'        ("{field.name}", "{_FORMATS[field.host]}"),{note}\n'
-    return out + f'    ],\n    align=True,\n)\n"""{of.doc}"""\n'
+    return out + f"    ],\n    align=True,\n)\n{doc}\n"
 
 
-def number(of: Constant) -> str:
+def number(of: Constant, doc: str) -> str:
     """Write a named number."""
-    return f'\n{of.name.upper()} = {value_of(of)!r}\n"""{of.doc}"""\n'
+    return f'\n{of.name.upper()} = {value_of(of)!r}\n"""{doc}"""\n'

@@ -38,7 +38,8 @@ from torsio.firmware import start_bootloader
 from torsio.game_port import GamePort
 from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
-from torsio.knob import Knob, list_devices, open
+from torsio.knob import Knob
+from torsio.opening import list_devices, open
 from torsio.plant import (
     Belt,
     BrakeHysteresis,

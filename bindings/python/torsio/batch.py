@@ -27,9 +27,9 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio.closed_loop import LOOP_DTYPE, LoopOptions, checked_options
+from torsio.closed_loop import LoopOptions, checked_options
 from torsio.errors import Error, InvalidArgument
-from torsio.telemetry import Record
+from torsio.telemetry import LOOP_DTYPE, Record
 
 __all__ = ["ACTION_DTYPE", "LOOP_DTYPE", "Actions", "Knobs", "LoopOptions"]
 

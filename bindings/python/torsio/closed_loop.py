@@ -21,7 +21,7 @@ from torsio.errors import InvalidArgument
 from torsio.hands import Hand, NoHand
 from torsio.plant import PlantParams
 from torsio.scenes import MAX_TORQUE_NM, Scene
-from torsio.telemetry import Record
+from torsio.telemetry import LOOP_DTYPE, Record
 
 __all__ = [
     "LOOP_DTYPE",
@@ -35,20 +35,6 @@ __all__ = [
     "simulate",
     "simulate_many",
 ]
-
-LOOP_DTYPE = _torsio.emulator.LOOP_DTYPE
-"""One control tick: the truth when it samples the encoder, and what it decides then.
-
-True: ``time_s``, ``angle_rad`` and ``speed_rad_s`` of the knob, ``brake_angle_rad`` and
-``brake_speed_rad_s``, ``spring_torque_nm`` of the shaft on the knob, ``motor_torque_nm`` after its
-lag, ``brake_torque_nm`` that the brake transmits and ``brake_capacity_nm`` that it could (both with
-drag), ``hand_torque_nm``, ``knob_friction_torque_nm``, ``knob_sticks``, ``brake_sticks``.
-
-Measured or decided: ``position_counts`` from the device's zero, ``estimated_speed_rad_s``,
-``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``sensed_spring_torque_nm``,
-``sensed_brake_capacity_nm`` (without drag), ``motor_saturated``, ``brake_saturated``,
-``numeric_error``.
-"""
 
 _MOST_ROWS: Final = 50_000_000
 

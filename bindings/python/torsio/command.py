@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
-from typing import Annotated, ParamSpec, TypeVar
+from typing import Annotated, Any, ParamSpec, TypeVar
 
 import typer
 from rich.console import Console
@@ -23,6 +25,8 @@ __all__ = [
     "opened",
     "out",
     "plainly",
+    "print_json",
+    "value_text",
 ]
 
 P = ParamSpec("P")
@@ -106,3 +110,20 @@ def opened(
         # Closing has disarmed it.
         err.print("torsio: interrupted; the knob is disarmed", highlight=False)
         raise typer.Exit(130) from None
+
+
+def print_json(value: Any) -> None:
+    """Print a value as JSON to standard output."""
+    # Not through rich, which would wrap and colour it.
+    sys.stdout.write(json.dumps(value, indent=2) + "\n")
+
+
+def value_text(key: str, value: Any) -> str:
+    """Write the value of a field as a person reads it."""
+    if key == "fingerprint":
+        return f"0x{value:08x}"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, tuple | list):
+        return ", ".join(value) or "none"
+    return str(value)

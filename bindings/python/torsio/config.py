@@ -22,6 +22,9 @@ __all__ = [
 MAX_TORQUE_NM = 100.0
 """Largest torque that a limit can be set to."""
 
+LET_GO_S = 0.004
+"""A torque's way to zero when somebody disarms, where the passive ramp is not shorter."""
+
 
 @dataclass(frozen=True)
 class ActuatorConfig:

@@ -9,7 +9,8 @@ from typing import Any
 
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.errors import InvalidArgument, Refused
-from torsio.knob import Config, Knob
+from torsio.knob import Knob
+from torsio.knob_configuration import Config
 
 __all__ = ["dump", "get", "load", "set_fields"]
 

@@ -1,50 +1,27 @@
 """`torsio doctor`: is all well with the knob, and if not, what is to be done.
 
-Facts are gathered in `torsio.doctor_facts`; here small functions, one for each matter, turn facts
-into findings.
+Facts are gathered in `torsio.doctor_facts`; small functions, one for each matter, turn facts into
+findings: about the system in `torsio.doctor_linux` and `torsio.doctor_windows`, about the knob in
+`torsio.doctor_knob`.
 """
 
 from __future__ import annotations
 
-import importlib.resources
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import torsio
 from torsio import doctor_facts, doctor_windows
-from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, KnobFacts, Permission, UsbKnob
+from torsio.doctor_facts import Permission, UsbKnob
+from torsio.doctor_knob import KNOB_CHECKS
+from torsio.doctor_linux import check_driver, check_permission, check_usb
 from torsio.errors import Error
 from torsio.findings import Finding
-from torsio.records import Limits
-from torsio.statuses import FAULT_ADVICE
 
-__all__ = ["HOW_TO_CONFIRM", "Finding", "Report", "diagnose", "limits_text"]
-
-# Crystals are good to 100 ppm; twice that is no crystal's error any more.
-_DRIFT_LIMIT_PPM = 200.0
-# USB takes 1 to 3 ms for a command and its answer.
-_SLOW_ROUND_TRIP_S = 10e-3
-
-HOW_TO_CONFIRM = (
-    "set the values of motor, brake and encoder (docs/hardware.md, first power), run `torsio "
-    "calibrate`, then `torsio config set confirmed=on`"
-)
-
-_FAULTS_FOUND = {
-    "emergency_stop": "the emergency stop is pressed or not connected",
-    "over_speed": "the knob turned faster than its limit",
-    "encoder": "the encoder's count jumped further than a knob can turn",
-    "actuator": "the power stage reported an error",
-    "current_sensor": (
-        "the motor's current sensor does not rest where it can see enough to either side"
-    ),
-    "winding": "the motor's voltage, its current and the knob's speed did not fit together",
-    "overrun": "ticks were missed, or took nearly the whole control period",
-    "numeric": "the control law gave a torque that is no number",
-}
+__all__ = ["Finding", "Report", "diagnose"]
 
 
 @dataclass(frozen=True)
@@ -65,101 +42,6 @@ class Report:
         return {"device": self.device, "ok": self.ok, "findings": findings}
 
 
-# The system -------------------------------------------------------------------------------------
-
-
-def install_rule_line() -> str:
-    """Give the line that installs the udev rule that this package brings."""
-    rule = importlib.resources.files("torsio").joinpath(doctor_facts.RULE)
-    return (
-        f"sudo install -m 644 {rule} /etc/udev/rules.d/ && sudo udevadm control --reload && "
-        "sudo udevadm trigger --subsystem-match=hidraw"
-    )
-
-
-def check_usb(knobs: list[UsbKnob]) -> Finding:
-    """Look for a knob on the USB."""
-    if knobs:
-        where = ", ".join(f"port {knob.port}, serial number {knob.serial}" for knob in knobs)
-        return Finding("usb", True, f"the kernel sees {where}")
-    return Finding(
-        "usb",
-        False,
-        "the kernel sees no Torsio knob on the USB",
-        "plug it in; if it is, try another port and a cable that carries data, not only power, and "
-        f"look for it in `lsusb -d {VENDOR_ID}:{PRODUCT_ID}`; without hardware use "
-        "`--device emulated`",
-    )
-
-
-def check_driver(knob: UsbKnob) -> Finding:
-    """See whether the kernel has made a device of it that programs can open."""
-    node = knob.node
-    if node is not None and node.exists:
-        return Finding("driver", True, f"{knob.driver or 'the kernel'} made {node.path}")
-    if node is not None:
-        return Finding(
-            "driver",
-            False,
-            f"the kernel has {node.path}, but here is no such file",
-            "in a container, pass the device in (docker run --device or -v /dev:/dev); else udev "
-            "or devtmpfs does not run",
-        )
-    if knob.driver in ("", "usbhid", "hid-generic"):
-        return Finding(
-            "driver",
-            False,
-            "no driver has taken the knob" if not knob.driver else "the kernel made no hidraw file",
-            "run `sudo modprobe -a usbhid hid-generic` and plug the knob in again; a kernel for "
-            "clouds or containers may lack USB (CONFIG_USB_HID, CONFIG_HIDRAW)",
-        )
-    return Finding(
-        "driver",
-        False,
-        f"the driver {knob.driver} has taken the knob, so it has no hidraw file",
-        f"end the program that holds it through {knob.driver}, or pass it back from a virtual "
-        "machine, and plug the knob in again",
-    )
-
-
-def check_permission(knob: UsbKnob, permission: Permission) -> Finding:
-    """See whether this user may open it, and not everybody."""
-    node = knob.node
-    assert node is not None
-    values = {"path": node.path, "mode": f"{node.mode:04o}", "rule": permission.rule}
-    if node.mode & 0o002:
-        return Finding(
-            "permission",
-            False,
-            f"everybody on this machine may move the knob: {node.path} has mode {node.mode:04o}",
-            "some udev rule says MODE=0666 for it: `grep -r hidraw /etc/udev/rules.d` finds it; "
-            "Torsio's own rule needs no such thing",
-            values,
-        )
-    if node.usable:
-        return Finding("permission", True, f"you may open {node.path}", values=values)
-    text = f"you may not open {node.path}"
-    if not permission.rule:
-        text += ": Torsio's udev rule is not installed"
-        advice = f"run `./dev udev` in the source tree, or: {install_rule_line()}"
-    elif not permission.udev_runs:
-        text += ": udev does not run, so its rules do nothing"
-        advice = "in a container, give the file to your user on the host; else start udev"
-    elif permission.remote:
-        text += ": the rule serves whoever sits at the machine, and you came over ssh"
-        advice = (
-            "use the machine's own screen, or give yourself this file until it is unplugged: "
-            f"sudo setfacl -m u:$USER:rw {node.path}"
-        )
-    else:
-        text += f", although {permission.rule} is installed: udev has not applied it"
-        advice = (
-            "run `sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=hidraw`, "
-            "or plug the knob in again; it serves the session at the screen (see `loginctl`)"
-        )
-    return Finding("permission", False, text, advice, values)
-
-
 _OPEN_ADVICE = {
     "busy": "close the other program (`fuser -v /dev/hidraw*` names it)",
     "permission": "see what is said of the permission",
@@ -177,207 +59,6 @@ def check_failure(error: Error) -> Finding:
     if sys.platform == "win32":
         advice = _OPEN_ADVICE | doctor_windows.OPEN_ADVICE
     return Finding("open", False, str(error), advice[name], {"reason": name})
-
-
-# The knob ---------------------------------------------------------------------------------------
-
-
-def check_firmware(facts: KnobFacts) -> Finding:
-    """Say who it is; opening it has compared the fingerprints already."""
-    info = facts.info
-    return Finding(
-        "firmware",
-        True,
-        f"board {info.board}, firmware {info.firmware_version}, protocol {info.protocol_version} "
-        f"(fingerprint 0x{info.fingerprint:08x}) as in this library, torsio {torsio.__version__}",
-        values={
-            "board": info.board,
-            "firmware_version": info.firmware_version,
-            "protocol_version": info.protocol_version,
-            "fingerprint": info.fingerprint,
-            "library_version": torsio.__version__,
-        },
-    )
-
-
-def check_state(facts: KnobFacts) -> Finding:
-    """Look for faults."""
-    health = facts.after
-    values = {"state": health.state, "faults": list(health.faults)}
-    if health.state != "fault":
-        return Finding("state", True, f"the knob is {health.state}, without a fault", values=values)
-    unknown = "a fault that this library does not know"
-    found = [_FAULTS_FOUND.get(fault, unknown) for fault in health.faults]
-    advice = [FAULT_ADVICE.get(fault, "update the library") for fault in health.faults]
-    return Finding(
-        "state",
-        False,
-        "the knob gives no torque: " + "; ".join(found),
-        "; ".join(advice) + " (knob.clear_fault())",
-        values,
-    )
-
-
-_RESTARTS = {
-    "brown_out": ("its supply was too low for a moment", "use another cable, port or supply"),
-    "watchdog": ("its program hung", "report it, with what it was doing"),
-    "hard_fault": ("its program failed", "report it, with what it was doing"),
-    "stack": ("its program ran out of stack", "report it, with what it was doing"),
-}
-
-
-def check_start(facts: KnobFacts) -> Finding:
-    """Look at why the board started."""
-    cause = facts.after.reset_cause
-    values = {"reset_cause": cause}
-    if cause not in _RESTARTS:
-        return Finding("start", True, "the board started as it should", values=values)
-    text, advice = _RESTARTS[cause]
-    return Finding("start", False, f"the board has started anew because {text}", advice, values)
-
-
-def limits_text(limits: Limits) -> str:
-    """Say what a knob gives at most."""
-    speed = f"{limits.speed_rad_s:g} rad/s" if limits.speed_rad_s else "any speed"
-    motor = f"{1e3 * limits.motor_torque_nm:.3g} mN m"
-    if limits.motor_torque_continuous_nm < limits.motor_torque_nm:
-        motor += f" ({1e3 * limits.motor_torque_continuous_nm:.3g} for ever)"
-    return f"motor {motor}, brake {1e3 * limits.brake_torque_nm:.3g} mN m, {speed}"
-
-
-def check_parts(facts: KnobFacts) -> Finding:
-    """Look whether the board is held low until its parts are confirmed."""
-    values = asdict(facts.limits)
-    most = limits_text(facts.limits)
-    if not facts.limits.held_low:
-        return Finding("parts", True, f"it gives at most: {most}", values=values)
-    return Finding(
-        "parts",
-        False,
-        f"nobody has confirmed the parts of this board, so it gives little: {most}",
-        HOW_TO_CONFIRM,
-        values,
-    )
-
-
-def check_clock(facts: KnobFacts) -> Finding:
-    """Compare the clocks."""
-    clock = facts.clock
-    text = (
-        f"the knob's clock is at {clock.offset_s:+.6f} s against this computer's, and "
-        f"{abs(clock.drift_ppm):.0f} ppm {'fast' if clock.drift_ppm > 0 else 'slow'} "
-        f"(give or take {clock.uncertainty_ppm:.0f})"
-    )
-    if abs(clock.drift_ppm) <= _DRIFT_LIMIT_PPM + clock.uncertainty_ppm:
-        return Finding("clock", True, text, values=asdict(clock))
-    return Finding(
-        "clock",
-        False,
-        text + ", more than a crystal can be wrong",
-        "if the knob was not restarted meanwhile, its control loop keeps no time: see the ticks; "
-        "an emulated knob on a busy computer falls behind, so give it a free processor",
-        asdict(clock),
-    )
-
-
-def check_round_trips(facts: KnobFacts) -> Finding:
-    """See how quickly it answers."""
-    trips = facts.round_trips
-    if trips is None:
-        return Finding(
-            "round_trip", True, "round trips were not timed, for the knob is armed: disarm it first"
-        )
-    text = (
-        f"it answers after {1e3 * trips.median_s:.2f} ms (median), "
-        f"{1e3 * trips.p99_s:.2f} ms (99 of 100)"
-    )
-    # The library gives a sign of life three times in a watchdog's time.
-    if trips.p99_s > facts.watchdog_s / 3:
-        problem = f"; so late that the watchdog of {facts.watchdog_s:g} s may disarm the knob"
-    elif trips.median_s > _SLOW_ROUND_TRIP_S:
-        problem = "; USB needs 1 to 3 ms"
-    else:
-        return Finding("round_trip", True, text, values=asdict(trips))
-    return Finding(
-        "round_trip",
-        False,
-        text + problem,
-        "plug the knob into the computer itself and not into a hub, keep other USB devices off "
-        "that port, and see what keeps the processor busy; in a virtual machine this may be normal",
-        asdict(trips),
-    )
-
-
-def check_losses(facts: KnobFacts) -> Finding:
-    """See whether everything arrived."""
-    lost = {
-        "samples_lost": facts.link.samples_lost,
-        "samples_dropped": facts.after.samples_dropped - facts.before.samples_dropped,
-        "reports_undecodable": facts.link.reports_undecodable,
-        "reports_refused": facts.after.reports_refused - facts.before.reports_refused,
-    }
-    values = {"samples": facts.samples, **lost}
-    words = {
-        "samples_lost": "telemetry samples did not arrive",
-        "samples_dropped": "samples were dropped by the knob, because nobody fetched them in time",
-        "reports_undecodable": "reports arrived damaged",
-        "reports_refused": "reports were refused by the knob, maybe damaged on the way",
-    }
-    bad = [f"{count} {words[name]}" for name, count in lost.items() if count]
-    if not bad:
-        return Finding(
-            "losses", True, f"{facts.samples} telemetry samples came, none lost", values=values
-        )
-    return Finding(
-        "losses",
-        False,
-        "; ".join(bad),
-        "try another cable and port, without a hub; if the computer is busy, read telemetry from a "
-        "thread that does nothing else, or at a lower rate",
-        values,
-    )
-
-
-def check_ticks(facts: KnobFacts) -> Finding:
-    """See whether the control loop keeps its rate."""
-    late = facts.after.tick_overruns - facts.before.tick_overruns
-    period_s = 1 / facts.info.control_rate_hz
-    share = facts.after.tick_time_max_s / period_s
-    values = {
-        "control_rate_hz": facts.info.control_rate_hz,
-        "tick_overruns": late,
-        "tick_overruns_since_power_up": facts.after.tick_overruns,
-        "tick_time_max_s": facts.after.tick_time_max_s,
-    }
-    text = (
-        f"the control loop runs at {facts.info.control_rate_hz:.0f} Hz; its longest tick took "
-        f"{100 * share:.0f} % of its time"
-    )
-    if late == 0 and share <= 1:
-        return Finding("ticks", True, text, values=values)
-    return Finding(
-        "ticks",
-        False,
-        text + f", and {late} ticks came late just now",
-        "take effects out of the scene; if it stays so with an empty one, load the firmware of the "
-        "release again, and report it",
-        values,
-    )
-
-
-KNOB_CHECKS: tuple[Callable[[KnobFacts], Finding], ...] = (
-    check_firmware,
-    check_state,
-    check_start,
-    check_parts,
-    check_clock,
-    check_round_trips,
-    check_losses,
-    check_ticks,
-)
-
-
-# All together -----------------------------------------------------------------------------------
 
 
 def examine_device(selector: str, **options: Any) -> Iterator[Finding]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID
 from torsio.findings import Finding
-from torsio.knob import list_devices
+from torsio.opening import list_devices
 from torsio.records import ListedDevice
 
 __all__ = ["OPEN_ADVICE", "examine_system"]

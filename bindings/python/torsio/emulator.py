@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio._torsio.emulator import PLANT_DTYPE, EmulatedDevice, Encoder, Profile, ReplayedDevice
+from torsio._torsio.emulator import EmulatedDevice, Encoder, Profile, ReplayedDevice
 from torsio.closed_loop import (
-    LOOP_DTYPE,
     REPLAY_DTYPE,
     ClosedLoop,
     InitialState,
@@ -25,7 +24,7 @@ from torsio.closed_loop import (
 )
 from torsio.hands import Hand
 from torsio.plant import PlantParams
-from torsio.telemetry import Record
+from torsio.telemetry import LOOP_DTYPE, PLANT_DTYPE, Record
 
 __all__ = [
     "LOOP_DTYPE",

@@ -8,16 +8,14 @@ A board that waits for firmware is a drive with a file INFO_UF2.TXT; what is cop
 
 from __future__ import annotations
 
-import os
-import re
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from torsio import checks, config_cli, protocol, uf2
 from torsio._torsio import start_bootloader as _start_bootloader
+from torsio.boot_drives import Drive, Say, copy, drive_in, find_drives, wait_for_drive
 from torsio.errors import (
     DeviceBusy,
     DeviceNotFound,
@@ -26,7 +24,7 @@ from torsio.errors import (
     ProtocolMismatch,
     Timeout,
 )
-from torsio.knob import list_devices, open
+from torsio.opening import list_devices, open
 from torsio.records import DeviceInfo, ListedDevice
 
 __all__ = [
@@ -42,14 +40,7 @@ __all__ = [
     "update",
 ]
 
-# What the boot loader calls itself in INFO_UF2.TXT; its drive's label is the same.
-_BOARD_IDS = {"rp2040": "RPI-RP2", "rp2350": "RP2350"}
-_INFO = "INFO_UF2.TXT"
 _LOOK_EVERY_S = 0.2
-# Desktops mount a drive by themselves within a second or two.
-_PATIENCE_S = 4.0
-
-Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
@@ -66,15 +57,6 @@ class FirmwareFile:
     """Of the report layouts, as in `DeviceInfo`."""
     size: int
     """In flash, in bytes."""
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The drive of a boot loader."""
-
-    folder: Path
-    board_id: str
-    """"RPI-RP2" or "RP2350"."""
 
 
 @dataclass(frozen=True)
@@ -156,110 +138,6 @@ def read(path: str | Path) -> FirmwareFile:
     return FirmwareFile(path, image.chip, label.board, label.version, label.fingerprint, size)
 
 
-# The boot loader's drive --------------------------------------------------------------------------
-
-
-def _mounts(root: Path) -> list[tuple[str, Path]]:
-    """Give devices and where they are mounted."""
-    try:
-        lines = (root / "proc/mounts").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return []
-    # A blank in a name stands there as \040.
-    pairs = [
-        [re.sub(r"\\([0-7]{3})", lambda octal: chr(int(octal[1], 8)), word) for word in words[:2]]
-        for words in map(str.split, lines)
-        if len(words) >= 2
-    ]
-    return [(device, root / folder.lstrip("/")) for device, folder in pairs]
-
-
-def _drive(folder: Path) -> Drive | None:
-    try:
-        text = (folder / _INFO).read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return None
-    board_id = re.search(r"^Board-ID:\s*(\S+)", text, re.MULTILINE)
-    return Drive(folder, board_id[1]) if board_id else None
-
-
-def find_drives(root: Path = Path("/")) -> list[Drive]:
-    """Find the drives of boot loaders that are mounted, below another root if told."""
-    drives = [_drive(folder) for device, folder in _mounts(root) if device.startswith("/dev/")]
-    return [drive for drive in drives if drive and drive.board_id in _BOARD_IDS.values()]
-
-
-def _hint(board_id: str, root: Path) -> str:
-    """Say how a drive that is there but not mounted is mounted; empty if there is none."""
-    link = root / "dev/disk/by-label" / board_id
-    if not link.is_symlink() and not link.exists():
-        return ""
-    node = f"/dev/disk/by-label/{board_id}"
-    return (
-        f"the boot loader's drive {node} is there but not mounted; mount it with "
-        f"`udisksctl mount -b {node}`, or `sudo mount -o umask=0 {node} /mnt`"
-    )
-
-
-def _wait_for_drive(plan: Plan, root: Path, timeout_s: float, say: Say) -> Drive:
-    board_id = _BOARD_IDS[plan.file.chip]
-    begin_s = time.monotonic()
-    hinted = False
-    while True:
-        found = [_drive(plan.drive)] if plan.drive else find_drives(root)
-        drives = [drive for drive in found if drive]
-        wrong = [drive.board_id for drive in drives if drive.board_id != board_id]
-        if plan.drive and wrong:
-            raise InvalidArgument(
-                f"{plan.drive} is the drive of an {wrong[0]}, and {plan.file.path} is for an "
-                f"{board_id}: nothing was copied"
-            )
-        right = [drive for drive in drives if drive.board_id == board_id]
-        if len(right) > 1:
-            raise Error(
-                "more than one board waits in its boot loader: "
-                + ", ".join(str(drive.folder) for drive in right)
-                + "; name the drive that is meant, nothing was copied"
-            )
-        if right:
-            return right[0]
-        waited_s = time.monotonic() - begin_s
-        hint = "" if plan.drive else _hint(board_id, root)
-        if waited_s > timeout_s:
-            where = str(plan.drive) if plan.drive else f"a drive {board_id}"
-            raise Timeout(
-                hint
-                or f"{where} with {_INFO} did not appear within {timeout_s:g} s; the board waits "
-                "for firmware: copy the file onto its drive, or unplug it and plug it in again, "
-                "which leaves the old one"
-            )
-        if hint and not hinted and waited_s > min(_PATIENCE_S, timeout_s / 2):
-            hinted = True
-            say(hint)
-        time.sleep(_LOOK_EVERY_S)
-
-
-def _copy(file: FirmwareFile, drive: Drive) -> None:
-    content = file.path.read_bytes()
-    target = drive.folder / "torsio.uf2"
-    written = 0
-    try:
-        with target.open("wb", buffering=0) as stream:
-            while written < len(content):
-                written += stream.write(content[written : written + 65536]) or 0
-            os.fsync(stream.fileno())
-    except OSError as error:
-        # The board starts anew at the last block, and takes its drive away.
-        if written < len(content):
-            raise Error(
-                f"copying to {drive.folder} failed ({error.strerror or error}); the board still "
-                f"waits: copy {file.path} there by hand, or try again"
-            ) from None
-
-
-# The update ---------------------------------------------------------------------------------------
-
-
 def _real_devices() -> list[ListedDevice]:
     return [device for device in list_devices() if device.transport != "emulated"]
 
@@ -333,7 +211,7 @@ def prepare(
     waiting = [each.folder for each in find_drives(root)]
     device = _meant(selector, _real_devices())
     if device is None:
-        if not waiting and not (folder and _drive(folder)):
+        if not waiting and not (folder and drive_in(folder)):
             raise DeviceNotFound(
                 "no knob is plugged in, and no board waits in its boot loader; hold the board's "
                 "BOOTSEL button while you plug it in"
@@ -399,9 +277,9 @@ def carry_out(
         say("disarming, and starting the boot loader")
         start_bootloader(plan.device.path)
     say("waiting for the boot loader's drive")
-    drive = _wait_for_drive(plan, root, timeout_s, say)
+    drive = wait_for_drive(plan.file.path, plan.file.chip, plan.drive, root, timeout_s, say)
     say(f"copying {plan.file.size // 1024} KiB to {drive.folder}")
-    _copy(plan.file, drive)
+    copy(plan.file.path, drive)
     say("waiting for the knob")
     device = _wait_for_knob(plan, old, timeout_s)
     with open(device.path) as knob:

@@ -10,7 +10,7 @@ import typer
 
 import torsio
 from torsio.command import Device, opened, out, plainly
-from torsio.doctor import HOW_TO_CONFIRM, limits_text
+from torsio.doctor_knob import HOW_TO_CONFIRM, limits_text
 
 __all__ = ["add_to"]
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, protocol
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import LET_GO_S, ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import DeviceInput
 from torsio.errors import Error, MalformedReport
 from torsio.recording import Recorded
@@ -27,8 +27,6 @@ _COUNTS_PER_S: Final = 8192
 _REST_S: Final = 1.0
 _FURTHEST_COUNTS: Final = 10_000_000
 # Where every report that is answered has its sequence number.
-# Who disarms is answered once the torque has gone; docs/architecture.md, "States".
-_LETTING_GO_S: Final = 4e-3
 _SEQUENCE: Final = slice(1, 3)
 _FEATURES: Final = {r["name"] for r in protocol.reports() if r["direction"] == "feature"}
 
@@ -103,7 +101,8 @@ def _sent(recorded: Recorded) -> Iterator[tuple[int, str, bytes]]:
     """Give the reports that were sent, each with the tick before which it came."""
     control = recorded.metadata["configuration"]["ControlConfig"]
     rate = recorded.metadata["info"]["control_rate_hz"]
-    letting_go = round(min(_LETTING_GO_S, control["passive_ramp_s"]) * rate)
+    # Who disarms is answered once the torque has gone; docs/architecture.md, "States".
+    letting_go = round(min(LET_GO_S, control["passive_ramp_s"]) * rate)
     taken_at: dict[tuple[int, int], list[int]] = {}
     for _, sent, content in recorded.reports:
         name, values = protocol.decode(content)

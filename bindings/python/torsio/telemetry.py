@@ -1,4 +1,4 @@
-"""What the device measures, as NumPy structured arrays.
+"""What the device measures and the emulator knows, as NumPy structured arrays.
 
 Records are arrays of shape (n_samples,) with the columns below: ``log["angle_rad"]`` is an array of
 angles, ``log[0]`` the first sample. Padding bytes are zero.
@@ -22,6 +22,8 @@ __all__ = [
     "FLAG_MOTOR_SATURATED",
     "FLAG_PASSIVE",
     "FLAG_STATE_MASK",
+    "LOOP_DTYPE",
+    "PLANT_DTYPE",
     "TELEMETRY_DTYPE",
     "TRUTH_DTYPE",
     "Record",
@@ -62,6 +64,57 @@ TRUTH_DTYPE: Final[np.dtype[Any]] = np.dtype(
     align=True,
 )
 """What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob."""
+
+PLANT_DTYPE: Final[np.dtype[Any]] = np.dtype(
+    [
+        ("time_s", "<f8"),
+        ("angle_rad", "<f8"),  # of the knob
+        ("brake_angle_rad", "<f8"),  # of the far side of the shaft spring
+        ("speed_rad_s", "<f8"),  # of the knob
+        ("brake_speed_rad_s", "<f8"),
+        ("spring_torque_nm", "<f8"),  # of the shaft spring
+        ("motor_torque_nm", "<f8"),  # after the motor's lag
+        ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
+        ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
+        ("hand_torque_nm", "<f8"),  # of whoever holds the knob
+        ("knob_friction_torque_nm", "<f8"),  # Coulomb friction on the knob
+        ("knob_sticks", "?"),
+        ("brake_sticks", "?"),
+    ],
+    align=True,
+)
+"""What is true of a plant at one moment. Torques on the knob."""
+
+LOOP_DTYPE: Final[np.dtype[Any]] = np.dtype(
+    [
+        ("time_s", "<f8"),
+        ("angle_rad", "<f8"),  # of the knob
+        ("brake_angle_rad", "<f8"),  # of the far side of the shaft spring
+        ("speed_rad_s", "<f8"),  # of the knob
+        ("brake_speed_rad_s", "<f8"),
+        ("spring_torque_nm", "<f8"),  # of the shaft spring
+        ("motor_torque_nm", "<f8"),  # after the motor's lag
+        ("brake_torque_nm", "<f8"),  # what the brake transmits, drag included
+        ("brake_capacity_nm", "<f8"),  # what it could transmit, drag included, >= 0
+        ("hand_torque_nm", "<f8"),  # of whoever holds the knob
+        ("knob_friction_torque_nm", "<f8"),  # Coulomb friction on the knob
+        ("position_counts", "<i8"),  # measured, from the device's zero
+        ("estimated_speed_rad_s", "<f4"),  # measured
+        ("desired_torque_nm", "<f4"),  # what the scene asks
+        ("motor_command_nm", "<f4"),
+        ("brake_command_nm", "<f4"),
+        ("sensed_spring_torque_nm", "<f4"),  # of the shaft spring, as the soft sensor has it
+        ("sensed_brake_capacity_nm", "<f4"),  # what the brake is taken to hold, without drag
+        ("knob_sticks", "?"),
+        ("brake_sticks", "?"),
+        ("motor_saturated", "?"),
+        ("brake_saturated", "?"),
+        ("numeric_error", "?"),  # the scene's torque was not finite
+    ],
+    align=True,
+)
+"""One control tick: what is true when it samples the encoder, and what it decides then. Torques on
+the knob."""
 
 FLAG_STATE_MASK: Final = 0x03
 """The two lowest bits: 0 disarmed, 1 armed, 2 fault."""

@@ -1,12 +1,24 @@
 #include "device/dial/detents.hpp"
 
 #include "core/math.hpp"
+#include "device/stable_limits.hpp"
 
 namespace torsio::device::dial {
 
-void Detents::begin(const DetentParams& params) {
-  params_ = params;
-  rises_ = true;
+DetentParams make_detent_params(const Config& config, std::uint32_t period_ns,
+                                protocol::Personality personality) {
+  const float period_s = core::make_resolution(config.actuator.counts_per_rev, period_ns).period_s;
+  const auto detents = static_cast<float>(config.game.dial_detents);
+  DetentParams params;
+  params.on = personality == protocol::Personality::dial;
+  params.pattern = core::make_pattern(0, std::uint64_t{config.game.dial_detents} << 32,
+                                      config.actuator.counts_per_rev);
+  // -T sin(n angle) is in its notch as stiff as n T.
+  params.torque_nm = core::smaller(core::smaller(config.game.dial_torque_nm, motor_max_nm(config)),
+                                   make_stable_limits(config, period_s).stiffness / detents);
+  const std::uint32_t ramp_ticks = core::round_to_u32(config.control.passive_ramp_s / period_s);
+  if (ramp_ticks != 0) params.ramp_ticks = ramp_ticks;
+  return params;
 }
 
 void Detents::drop() {

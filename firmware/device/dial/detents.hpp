@@ -7,6 +7,7 @@
 
 #include "core/angle.hpp"
 #include "core/force_source.hpp"
+#include "device/config.hpp"
 
 namespace torsio::device::dial {
 
@@ -18,12 +19,21 @@ struct DetentParams {
   std::uint32_t ramp_ticks = 1;  // in which they come and go
 };
 
+/// @param personality that the device has started with, whatever it is to be the next time
+DetentParams make_detent_params(const Config& config, std::uint32_t period_ns,
+                                protocol::Personality personality);
+
 class Detents final : public core::ForceSource {
  public:
+  explicit Detents(const DetentParams& params) : params_(params) {}
+
   // Control interrupt.
 
+  /// Only while nothing is felt.
+  void configure(const DetentParams& params) { params_ = params; }
+  bool on() const { return params_.on; }
   /// Comes up from zero.
-  void begin(const DetentParams& params);
+  void begin() { rises_ = true; }
   /// Goes to zero.
   void release() { rises_ = false; }
   /// Is gone at once: the actuator is off.

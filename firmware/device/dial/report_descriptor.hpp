@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device/game/descriptor_writer.hpp"
+#include "device/hid_descriptor.hpp"
 
 namespace torsio::device::dial {
 
@@ -26,59 +26,58 @@ inline constexpr std::int32_t kMost = 32767;
 
 namespace detail {
 
-constexpr void describe_wheel(game::detail::DescriptorWriter& to, std::uint16_t page,
-                              std::uint16_t id) {
+constexpr void describe_wheel(hid::DescriptorWriter& to, std::uint16_t page, std::uint16_t id) {
   // A multiplier is for what stands in its collection (HID Usage Tables 1.4, 4.3.1).
-  to.open(game::usage::desktop, 0x00, 0x02);
+  to.open(hid::usage::desktop, 0x00, hid::kLogical);
   to.report_id(kResolutionReport);
-  to.use(game::usage::desktop, 0x48);
+  to.use(hid::usage::desktop, 0x48);
   to.limits(0, 1, kUnits, {}, 1);
-  to.data(game::Main::feature, 2, 1, 0x02);
+  to.data(hid::Main::feature, 2, 1, hid::kVariable);
   to.report_id(kMouseReport);
   to.use(page, id);
   to.limits(-kMost, kMost);
-  to.data(game::Main::input, 16, 1, 0x06);
+  to.data(hid::Main::input, 16, 1, hid::kChange);
   to.close();
 }
 
-constexpr game::detail::DescriptorWriter describe() {
-  namespace usage = game::usage;
-  game::detail::DescriptorWriter to;
-  to.open(usage::desktop, 0x02, 0x01);  // mouse, application
-  to.open(usage::desktop, 0x01, 0x00);  // pointer, physical
+constexpr hid::DescriptorWriter describe() {
+  namespace usage = hid::usage;
+  hid::DescriptorWriter to;
+  to.open(usage::desktop, 0x02, hid::kApplication);  // mouse
+  to.open(usage::desktop, 0x01, hid::kPhysical);     // pointer
   to.report_id(kMouseReport);
   for (std::uint16_t button = 1; button <= 3; ++button) {
     to.use(usage::button, button);
     to.limits(0, 1);
-    to.data(game::Main::input, 1, 1, 0x02);
+    to.data(hid::Main::input, 1, 1, hid::kVariable);
   }
-  to.data(game::Main::input, 5, 1, 0x03);
+  to.data(hid::Main::input, 5, 1, hid::kConstant);
   for (const int axis : {0x30, 0x31}) {
     to.use(usage::desktop, static_cast<std::uint16_t>(axis));
     to.limits(-127, 127);
-    to.data(game::Main::input, 8, 1, 0x06);
+    to.data(hid::Main::input, 8, 1, hid::kChange);
   }
   describe_wheel(to, usage::desktop, 0x38);
   describe_wheel(to, usage::consumer, 0x238);  // AC Pan
   to.report_id(kResolutionReport);
-  to.data(game::Main::feature, 4, 1, 0x03);
+  to.data(hid::Main::feature, 4, 1, hid::kConstant);
   to.close();
   to.close();
 
-  to.open(usage::consumer, 0x01, 0x01);  // consumer control, application
+  to.open(usage::consumer, 0x01, hid::kApplication);  // consumer control
   to.report_id(kVolumeReport);
   for (const int key : {0xE9, 0xEA}) {  // louder, quieter
     to.use(usage::consumer, static_cast<std::uint16_t>(key));
     to.limits(0, 1);
-    to.data(game::Main::input, 1, 1, 0x02);
+    to.data(hid::Main::input, 1, 1, hid::kVariable);
   }
-  to.data(game::Main::input, 6, 1, 0x03);
+  to.data(hid::Main::input, 6, 1, hid::kConstant);
   to.close();
   return to;
 }
 
 }  // namespace detail
 
-inline constexpr auto kReportDescriptor = game::detail::descriptor_bytes<detail::describe>();
+inline constexpr auto kReportDescriptor = hid::descriptor_bytes<detail::describe>();
 
 }  // namespace torsio::device::dial

@@ -6,23 +6,14 @@
 #include <array>
 #include <cstdint>
 
+#include "device/hid_descriptor.hpp"
+
 namespace torsio::device::game {
 
-enum class Main : std::uint8_t { input = 0x81, output = 0x91, feature = 0xB1 };
+namespace usage = hid::usage;
+using hid::Main;
+using hid::Unit;
 
-// Usage pages and usages (HID Usage Tables 1.4; PID 1.0).
-namespace usage {
-inline constexpr std::uint16_t desktop = 0x01;
-inline constexpr std::uint16_t button = 0x09;
-inline constexpr std::uint16_t ordinal = 0x0A;
-inline constexpr std::uint16_t consumer = 0x0C;
-inline constexpr std::uint16_t pid = 0x0F;
-}  // namespace usage
-
-struct Unit {
-  std::uint32_t code = 0;
-  std::int8_t exponent = 0;
-};
 inline constexpr Unit kNoUnit{};
 inline constexpr Unit kMilliseconds{0x1003, -3};
 // In hundredths, and so is its physical maximum: Wine takes directions and phases for that,

@@ -17,9 +17,9 @@
 
 #include "core/effects.hpp"
 #include "core/force_source.hpp"
-#include "device/dial/detents.hpp"
 #include "device/game/reports.hpp"
 #include "device/ring.hpp"
+#include "device/stable_limits.hpp"
 
 namespace torsio::device::game {
 
@@ -45,15 +45,6 @@ struct TimedForce {
 
 enum class Metric : std::uint8_t { time, angle, speed, acceleration, slip };
 inline constexpr std::size_t kMetrics = 5;
-
-/// How strong all springs, dampers and inertias together may be; docs/games.md derives it.
-struct StableLimits {
-  float stiffness = 0;  // N m/rad
-  float quantised = 0;  // N m/rad, as far as the encoder's steps are concerned
-  float damping = 0;    // N m s/rad
-  float inertia = 0;    // kg m^2
-  float bristle = 0;    // of dry friction: stiffness times the square of its torque
-};
 
 /// A force that depends on the motion: beyond offset and dead band it grows in proportion.
 struct Condition {
@@ -106,7 +97,6 @@ struct ForceParams {
   std::uint32_t idle_ticks = 1;       // with nothing to play, after which the actuator is let go
   std::uint32_t soft_ticks = 1;       // in which a spring that begins comes up
   std::uint32_t frame_max_ticks = 0;  // longest time between updates that are joined; 0: none are
-  dial::DetentParams detents;         // of a device that is a dial, which games have no use for
 };
 
 class Forces final : public core::ForceSource {

@@ -6,47 +6,12 @@
 namespace torsio::device::game {
 namespace {
 
-constexpr float kPi = 0.5F * core::kTwoPi;
 // A game that plays nothing for so long lets go of the actuator.
 constexpr float kIdleS = 1.0F;
 // An open device is read every few milliseconds, by the kernel; a busy host may skip some.
 constexpr float kAbandonedS = 0.5F;
 // A game at 30 Hz, and a millisecond for its frame on the bus.
 constexpr float kFrameMaxS = 0.035F;
-
-float motor_max_nm(const Config& config) {
-  return core::smaller(config.actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm);
-}
-
-float game_torque_nm(const Config& config) {
-  return core::smaller(config.game.torque_max_nm, motor_max_nm(config));
-}
-
-/// What this device can render without oscillating when no hand is on it; docs/games.md derives it.
-StableLimits make_stable_limits(const Config& config, float period_s) {
-  const protocol::ActuatorConfig& actuator = config.actuator;
-  const float torque_nm = core::larger(game_torque_nm(config), 1e-6F);
-  // Half a period of hold, one period until the power stage has the command, and the motor.
-  const float delay_s = 1.5F * period_s + actuator.motor_time_constant_s;
-  const float inertia = actuator.knob_inertia_kg_m2;
-  const float count_rad = core::kTwoPi / static_cast<float>(actuator.counts_per_rev);
-  // Dry friction takes 4 f / (pi a) from an oscillation of amplitude a, for a torque of k a that
-  // does not exceed the cap.
-  const float dry = (4.0F / kPi) * actuator.knob_coulomb_nm * core::square_root(inertia) / delay_s;
-  const float held = dry / torque_nm;
-  const float root =
-      0.5F *
-      (held + core::square_root(held * held + 4.0F * actuator.knob_viscous_nm_s_per_rad / delay_s));
-
-  StableLimits most;
-  most.quantised = 2.0F * actuator.knob_coulomb_nm / count_rad;
-  most.stiffness = core::smaller(root * root, most.quantised);
-  const float filter_s = 2.0F / (core::kTwoPi * config.control.speed_bandwidth_hz);
-  most.damping = 0.25F * kPi * inertia / (filter_s + delay_s);
-  most.inertia = 0.5F * inertia;
-  most.bristle = dry * dry;
-  return most;
-}
 
 }  // namespace
 
@@ -55,7 +20,7 @@ GameScale make_game_scale(const Config& config, std::uint32_t period_ns) {
       core::make_resolution(config.actuator.counts_per_rev, period_ns);
   GameScale scale;
   scale.period_s = resolution.period_s;
-  scale.torque_nm = game_torque_nm(config);
+  scale.torque_nm = game_torque_max_nm(config);
   scale.gain = config.game.gain;
   scale.half_range_rad = config.game.range_deg * (core::kTwoPi / 720.0F);
   scale.stiffness_nm_per_rad = scale.torque_nm / scale.half_range_rad * config.game.spring_gain;
@@ -77,9 +42,9 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
   const float period_s = core::make_resolution(config.actuator.counts_per_rev, period_ns).period_s;
   const auto at_least_one = [](std::uint32_t ticks) { return ticks == 0 ? 1U : ticks; };
   ForceParams params;
-  const bool dial = personality == protocol::Personality::dial;
-  params.allowed = config.game.enabled == protocol::Toggle::on && !dial;
-  params.torque_max_nm = game_torque_nm(config);
+  params.allowed =
+      config.game.enabled == protocol::Toggle::on && personality != protocol::Personality::dial;
+  params.torque_max_nm = game_torque_max_nm(config);
   params.most = make_stable_limits(config, period_s);
   params.end_rad = config.game.range_deg * (core::kTwoPi / 720.0F);
   params.end_stiffness = core::smaller(config.game.end_stiffness_nm_per_rad, params.most.stiffness);
@@ -90,14 +55,6 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
     params.frame_max_ticks = core::round_to_u32(kFrameMaxS / period_s);
   }
   params.idle_ticks = at_least_one(core::round_to_u32(kIdleS / period_s));
-  // -T sin(n angle) is in its notch as stiff as n T.
-  const auto detents = static_cast<float>(config.game.dial_detents);
-  params.detents = {dial,
-                    core::make_pattern(0, std::uint64_t{config.game.dial_detents} << 32,
-                                       config.actuator.counts_per_rev),
-                    core::smaller(core::smaller(config.game.dial_torque_nm, motor_max_nm(config)),
-                                  params.most.stiffness / detents),
-                    params.soft_ticks};
   return params;
 }
 

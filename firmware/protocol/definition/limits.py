@@ -22,6 +22,12 @@ UNCONFIRMED_MOTOR_TORQUE_NM = Constant(
 UNCONFIRMED_BRAKE_TORQUE_NM = Constant("unconfirmed_brake_torque_nm", 30e-3)
 UNCONFIRMED_SPEED_RAD_S = Constant("unconfirmed_speed_rad_s", 10.0)
 
+LET_GO_S = Constant(
+    "let_go_s", 4e-3,
+    doc="a torque's way to zero when somebody disarms; the skin is most sensitive near 250 Hz, where the "
+    "spectrum of a line of this length has its first zero",
+)  # fmt: skip
+
 MAX_TORQUE_NM = Constant("max_torque_nm", 100.0)
 MAX_STIFFNESS_NM_PER_RAD = Constant("max_stiffness_nm_per_rad", 1e6)
 MAX_DAMPING_NM_S_PER_RAD = Constant("max_damping_nm_s_per_rad", 1e3)

@@ -23,7 +23,7 @@ struct Loop {
     config.control = control;
     config.control.law = protocol::Law::motor_only;
     settings = device::make_loop_config(config, 1'000'000);
-    loop = std::make_unique<ControlLoop>(settings, game);
+    loop = std::make_unique<ControlLoop>(settings, game, detents);
   }
   void give(Order order) {
     REQUIRE(loop->takes_order());
@@ -60,6 +60,7 @@ struct Loop {
 
   device::LoopConfig settings;
   device::game::ForceParams game;
+  device::dial::DetentParams detents;
   std::unique_ptr<ControlLoop> loop;
   std::vector<std::unique_ptr<core::Scene>> scenes;
   device::TickInputs in;

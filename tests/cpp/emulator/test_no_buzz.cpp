@@ -12,9 +12,9 @@
 
 namespace {
 
+using torsio::LoopRow;
 using torsio::emulator::ClosedLoop;
 using torsio::emulator::ClosedLoopOptions;
-using torsio::emulator::LoopRow;
 namespace protocol = torsio::protocol;
 namespace emulator = torsio::emulator;
 

@@ -13,7 +13,7 @@ import torsio
 from tests.python import wire
 from tests.vm.guest.child import Child, become_nobody
 from tests.vm.guest.virtual_bus import VirtualKnob, wait_for
-from torsio import doctor
+from torsio import doctor, doctor_linux
 from torsio.cli import app
 
 pytestmark = pytest.mark.kernel("6.12")
@@ -64,7 +64,7 @@ def test_nothing_plugged_in_is_said() -> None:
 
 
 def test_nobody_is_told_that_the_rule_is_missing(knob: VirtualKnob) -> None:
-    doctor.install_rule_line()  # nobody may not read what Python has yet to import for it
+    doctor_linux.install_rule_line()  # nobody may not read what Python has yet to import for it
 
     def work(output: TextIO) -> None:
         become_nobody()

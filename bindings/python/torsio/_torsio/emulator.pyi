@@ -9,8 +9,6 @@ from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
 from torsio.plant import PlantParams
 
-PLANT_DTYPE: Final[np.dtype[Any]]
-
 def usb_report_descriptor(interface: int, dial: bool = ...) -> bytes: ...
 
 class Plant:
@@ -108,8 +106,6 @@ class EmulatedDevice:
     def set_plugged(self, plugged: bool) -> None: ...
     def set_powered(self, powered: bool) -> None: ...
     def set_emergency_stop(self, pressed: bool) -> None: ...
-
-LOOP_DTYPE: Final[np.dtype[Any]]
 
 class ClosedLoop:
     def __init__(self, options: LoopOptions) -> None: ...

@@ -1,4 +1,4 @@
-// Stands in for the SDK's emulated_transport.cpp: "emulated" opens a virtual USB knob that is
+// Stands in for the SDK's sdk/src/emulated/: "emulated" opens a virtual USB knob that is
 // plugged into this computer, through hidapi and the kernel, so that the tests written for the
 // emulated device run over USB as they are. What only the device inside the process can do throws.
 #include <unistd.h>
@@ -95,16 +95,16 @@ void set_hand_of(const VirtualKnob& knob, const Hand& hand) {
   knob.say("script " + path);
 }
 
-class EmulatedWorld {
+class AttachedKnob {
  public:
-  EmulatedWorld(const std::string& name, const EmulatorOptions& options)
+  AttachedKnob(const std::string& name, const EmulatorOptions& options)
       : knob_(find_or_start(name, options)) {
     set_hand_of(*knob_, options.hand);
     knob_->plug();
   }
-  EmulatedWorld(const EmulatedWorld&) = delete;
-  EmulatedWorld& operator=(const EmulatedWorld&) = delete;
-  ~EmulatedWorld() {
+  AttachedKnob(const AttachedKnob&) = delete;
+  AttachedKnob& operator=(const AttachedKnob&) = delete;
+  ~AttachedKnob() {
     if (plugged_) knob_->unplug();
   }
 
@@ -119,23 +119,23 @@ class EmulatedWorld {
   bool plugged_ = true;
 };
 
-class EmulatedWorldHandle final : public Emulator {
+class AttachedEmulator final : public Emulator {
  public:
-  EmulatedWorldHandle(std::shared_ptr<EmulatedWorld> world, Session& session)
-      : world_(std::move(world)), session_(session) {}
+  AttachedEmulator(std::shared_ptr<AttachedKnob> attached, Session& session)
+      : attached_(std::move(attached)), session_(session) {}
 
-  void set_hand(const Hand& hand) override { set_hand_of(world_->knob(), hand); }
+  void set_hand(const Hand& hand) override { set_hand_of(attached_->knob(), hand); }
 
   void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
 
   void unplug() override {
-    world_->unplug();
+    attached_->unplug();
     // The kernel has let go; the thread that reads has yet to hear of it.
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
   }
 
   void set_emergency_stop(bool pressed) override {
-    world_->knob().say(pressed ? "emergency_stop pressed" : "emergency_stop released");
+    attached_->knob().say(pressed ? "emergency_stop pressed" : "emergency_stop released");
   }
 
   double time_s() const override { only_in_process("time_s"); }
@@ -155,7 +155,7 @@ class EmulatedWorldHandle final : public Emulator {
   GamePort& game() override { only_in_process("game"); }
 
  private:
-  std::shared_ptr<EmulatedWorld> world_;
+  std::shared_ptr<AttachedKnob> attached_;
   Session& session_;
 };
 
@@ -164,8 +164,8 @@ class EmulatedWorldHandle final : public Emulator {
 bool has_emulator() noexcept { return true; }
 
 Connection open_emulated(const std::string& name, const EmulatorOptions& options) {
-  auto world = std::make_shared<EmulatedWorld>(name, options);
-  auto transport = open_hid(path_of(world->knob().bus_id()));
+  auto attached = std::make_shared<AttachedKnob>(name, options);
+  auto transport = open_hid(path_of(attached->knob().bus_id()));
   const auto set = [&](const protocol::ReportBytes& report) {
     if (!transport->set_feature(report)) throw std::runtime_error("a configuration is refused");
   };
@@ -173,8 +173,8 @@ Connection open_emulated(const std::string& name, const EmulatorOptions& options
   if (options.control) set(protocol::encode(conversion::to_wire(*options.control)));
   Connection connection;
   connection.transport = std::move(transport);
-  connection.make_emulator = [world](Session& session) {
-    return std::make_unique<EmulatedWorldHandle>(world, session);
+  connection.make_emulator = [attached](Session& session) {
+    return std::make_unique<AttachedEmulator>(attached, session);
   };
   return connection;
 }

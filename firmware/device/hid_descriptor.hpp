@@ -1,5 +1,5 @@
 /// @file
-/// Writes the items of a HID report descriptor (HID 1.11, section 6.2.2).
+/// Report descriptors of HID interfaces (HID 1.11, section 6.2.2), written by the compiler.
 #pragma once
 
 #include <algorithm>
@@ -7,15 +7,41 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "device/game/fields.hpp"
+namespace torsio::device::hid {
 
-namespace torsio::device::game::detail {
+enum class Main : std::uint8_t { input = 0x81, output = 0x91, feature = 0xB1 };
+
+// Usage pages (HID Usage Tables 1.4; PID 1.0).
+namespace usage {
+inline constexpr std::uint16_t desktop = 0x01;
+inline constexpr std::uint16_t button = 0x09;
+inline constexpr std::uint16_t ordinal = 0x0A;
+inline constexpr std::uint16_t consumer = 0x0C;
+inline constexpr std::uint16_t pid = 0x0F;
+}  // namespace usage
+
+// Kinds of collections.
+inline constexpr std::uint8_t kPhysical = 0x00;
+inline constexpr std::uint8_t kApplication = 0x01;
+inline constexpr std::uint8_t kLogical = 0x02;
+
+// Kinds of data.
+inline constexpr std::uint8_t kArray = 0x00;
+inline constexpr std::uint8_t kVariable = 0x02;
+inline constexpr std::uint8_t kConstant = 0x03;
+inline constexpr std::uint8_t kChange = 0x06;  // of a variable
+
+struct Unit {
+  std::uint32_t code = 0;
+  std::int8_t exponent = 0;
+};
 
 /// Writes items. Global items are written when they change, which halves the descriptor.
 class DescriptorWriter {
  public:
   static constexpr std::size_t kRoom = 2048;
 
+  /// @param kind kPhysical, kApplication or kLogical
   constexpr void open(std::uint16_t page, std::uint8_t id, std::uint8_t kind) {
     use(page, id);
     item(0xA0, kind, 1);
@@ -36,11 +62,11 @@ class DescriptorWriter {
     // A whole byte: HID 1.11 has it as a nibble, which Wine reads as +13. Linux takes either.
     global(0x54, exponent_, unit.exponent, 1);
   }
-  /// @param flags 0 array, 2 variable, 3 constant, 6 a variable's changes
-  constexpr void data(Main main, unsigned size_bits, unsigned count, std::uint8_t flags) {
+  /// @param kind kArray, kVariable, kConstant or kChange
+  constexpr void data(Main main, unsigned size_bits, unsigned count, std::uint8_t kind) {
     global(0x74, size_, static_cast<std::int32_t>(size_bits), 1);
     global(0x94, count_, static_cast<std::int32_t>(count), 1);
-    item(static_cast<std::uint8_t>(main) & 0xFC, flags, 1);
+    item(static_cast<std::uint8_t>(main) & 0xFC, kind, 1);
   }
 
   constexpr std::size_t size() const { return at_; }
@@ -79,12 +105,6 @@ class DescriptorWriter {
   std::int32_t count_ = kUnset;
 };
 
-inline constexpr std::uint8_t kApplication = 0x01;
-inline constexpr std::uint8_t kLogical = 0x02;
-inline constexpr std::uint8_t kArray = 0x00;
-inline constexpr std::uint8_t kConstant = 0x03;
-inline constexpr std::uint8_t kVariable = 0x02;
-
 /// The bytes of a descriptor that a function writes, and no more room than they take.
 template <DescriptorWriter (*describe)()>
 consteval auto descriptor_bytes() {
@@ -94,4 +114,4 @@ consteval auto descriptor_bytes() {
   return bytes;
 }
 
-}  // namespace torsio::device::game::detail
+}  // namespace torsio::device::hid

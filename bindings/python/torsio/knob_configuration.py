@@ -1,0 +1,117 @@
+"""What can be asked and changed of a knob's configurations: a part of `torsio.Knob`."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from difflib import get_close_matches
+from typing import Any, Final, TypeAlias
+
+from torsio import _torsio
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.knob_recording import KnobRecording
+from torsio.records import StableStiffness
+
+__all__ = ["Config", "KnobConfiguration"]
+
+Config: TypeAlias = ActuatorConfig | BoardConfig | ControlConfig | GameConfig
+
+_CONFIGS: Final[dict[type[Config], str]] = {
+    ActuatorConfig: "actuator",
+    ControlConfig: "control",
+    BoardConfig: "board",
+    GameConfig: "game",
+}
+
+_CONFIG_OF: Final = {field.name: config for config in _CONFIGS for field in fields(config)}
+assert len(_CONFIG_OF) == sum(len(fields(c)) for c in _CONFIGS), "a name has two meanings"
+
+
+class KnobConfiguration:
+    """The part of a `torsio.Knob` that is about its configurations."""
+
+    _knob: _torsio.Knob
+    _recording: KnobRecording
+    _stable: tuple[StableStiffness, bool] | None
+    """What `Knob.play` has asked for; forgotten when a configuration changes."""
+
+    def actuator_config(self) -> ActuatorConfig:
+        """Ask the device for the actuator as it knows it."""
+        return ActuatorConfig(**self._knob.actuator_config())
+
+    def control_config(self) -> ControlConfig:
+        """Ask the device how it controls."""
+        return ControlConfig(**self._knob.control_config())
+
+    def board_config(self) -> BoardConfig:
+        """Ask the device what is wired to its board."""
+        return BoardConfig(**self._knob.board_config())
+
+    def game_config(self) -> GameConfig:
+        """Ask the device what games may do."""
+        return GameConfig(**self._knob.game_config())
+
+    def configure(self, config: Config) -> None:
+        """Set a whole configuration while disarmed.
+
+        Fields that were left at their defaults take these, whatever the device had; to change some
+        and keep the rest there is `update`. Another encoder's resolution also empties the scene. A
+        board's wiring takes effect when the device starts the next time, if it was saved.
+
+        Raises
+        ------
+        InvalidArgument
+            Names field, value and range.
+        Refused
+            Unless disarmed.
+        """
+        if type(config) not in _CONFIGS:
+            raise TypeError(f"not a configuration: {config!r}")
+        self._recording.note("configure", config=config)
+        self._stable = None
+        getattr(self._knob, f"configure_{_CONFIGS[type(config)]}")(config)
+
+    def update(self, **changes: Any) -> None:
+        """Change fields of a configuration while disarmed, and keep the rest.
+
+        Parameters
+        ----------
+        changes
+            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig` and `GameConfig`, as
+            in ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
+
+        Raises
+        ------
+        TypeError
+            If no configuration has such a field, or not all are of the same one.
+        InvalidArgument, Refused
+            As in `configure`; nothing was changed.
+        """
+        configs = {_config_of(name): name for name in changes}
+        if not configs:
+            raise TypeError("update() needs a field to change, such as law='compensated'")
+        if len(configs) > 1:
+            places = " and ".join(f"{name} of {kind.__name__}" for kind, name in configs.items())
+            raise TypeError(f"update() changes one configuration at a time, not {places}")
+        config = next(iter(configs))
+        current = config(**getattr(self._knob, f"{_CONFIGS[config]}_config")())
+        self.configure(replace(current, **changes))
+
+    def save(self) -> None:
+        """Keep the configuration over power-off. Returns when it is safe."""
+        self._knob.save()
+
+    def load_defaults(self) -> None:
+        """Take the configuration of a new device. Raises `Refused` unless disarmed."""
+        self._stable = None
+        self._knob.load_defaults()
+
+
+def _config_of(name: str) -> type[Config]:
+    """Give the configuration that has a field of this name."""
+    if name in _CONFIG_OF:
+        return _CONFIG_OF[name]
+    candidates = get_close_matches(name, _CONFIG_OF) or sorted(_CONFIG_OF)
+    raise TypeError(
+        f"no configuration has a field {name!r}; there are "
+        + ", ".join(f"{field} ({_CONFIG_OF[field].__name__})" for field in candidates)
+    )

@@ -1,0 +1,96 @@
+"""The recording of an open knob: what it has told goes to a file, as the program reads on."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterable
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from torsio import _torsio
+from torsio.emulated_knob import Emulator
+from torsio.errors import Error
+from torsio.protocol import fingerprint
+from torsio.recording import RecordingFile
+from torsio.records import DeviceInfo
+from torsio.telemetry import Record
+
+__all__ = ["KnobRecording"]
+
+
+class KnobRecording:
+    """What an open knob's methods write to a file; nothing while none is under way."""
+
+    def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool) -> None:
+        self._knob = knob
+        self._logs_inputs = logs_inputs
+        self._file: RecordingFile | None = None
+        self._tap: _torsio.ReportTap | None = None
+
+    @property
+    def is_under_way(self) -> bool:
+        """False before `begin` and once the file is closed."""
+        return self._file is not None
+
+    def refuse_if_under_way(self) -> None:
+        """Raise `Error` if there is one already."""
+        if self._file is not None:
+            raise Error("this knob is being recorded already: close that recording first")
+
+    def begin(self, path: str | Path, info: DeviceInfo, configs: Iterable[Any]) -> RecordingFile:
+        """Make the file; what is told from here on is in it."""
+        metadata = {
+            "info": asdict(info),
+            "configuration": {type(config).__name__: asdict(config) for config in configs},
+            # Last: what has it has all of them.
+            "versions": {
+                "torsio": version("torsio"),
+                "protocol": info.protocol_version,
+                "fingerprint": fingerprint(),
+                "firmware": info.firmware_version,
+                "python": platform.python_version(),
+                "system": f"{platform.system()} {platform.machine()}",
+            },
+        }
+        tap = self._knob.tap(with_telemetry=False)
+        self._file = RecordingFile(path, metadata, self._end)
+        self._tap = tap
+        return self._file
+
+    def close(self) -> None:
+        """End it, if one is under way."""
+        if self._file is not None:
+            self._file.close()
+
+    def note(self, kind: str, **values: Any) -> None:
+        """Write down what was asked of the knob."""
+        if self._file is not None:
+            self._file.note(kind, **values)
+
+    def keep(self, samples: Record) -> Record:
+        """Write samples down, and give them on."""
+        if self._file is not None:
+            self._file.write(samples, self._knob.statistics()["samples_lost"])
+            self._keep_reports()
+        return samples
+
+    def drain(self) -> None:
+        """Write down all that has come and nobody has read."""
+        while self._file is not None and len(self.keep(self._knob.read(65536, 0.0))):
+            pass
+
+    def _keep_reports(self) -> None:
+        if self._file is not None:
+            self._file.write_reports(self._tap.take() if self._tap else [])
+            if self._logs_inputs:
+                self._file.write_inputs(Emulator(self._knob).inputs())
+
+    def _end(self) -> None:
+        try:
+            self.drain()
+        except Error as error:
+            self.note("lost", why=str(error))
+            self._keep_reports()
+        self._file = self._tap = None

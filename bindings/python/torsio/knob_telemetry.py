@@ -1,0 +1,174 @@
+"""How a knob's telemetry is read: a part of `torsio.Knob`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+from torsio import _torsio, checks
+from torsio.errors import Timeout
+from torsio.knob_recording import KnobRecording
+from torsio.knob_warnings import disarmed
+from torsio.records import Disarm
+from torsio.telemetry import Record
+
+__all__ = ["KnobTelemetry"]
+
+# A quarter of an hour at 20 kHz; more is a slip of the pen.
+_MAX_SAMPLES = 2**24
+# Thirty years. A timeout of nothing would end before anything can have come.
+_LONGEST_S, _SHORTEST_TIMEOUT_S = 1e9, 1e-3
+
+
+class KnobTelemetry:
+    """The part of a `torsio.Knob` that is about telemetry."""
+
+    _knob: _torsio.Knob
+    _recording: KnobRecording
+
+    def start_telemetry(self, rate_hz: float | None = None, *, prompt: bool = False) -> float:
+        """Start telemetry, or change its rate, and forget what was not read.
+
+        Parameters
+        ----------
+        rate_hz
+            Highest rate wanted, up to the control rate and 4,000 Hz. None takes the highest up to
+            3,600 Hz, which leaves the cable room for answers; above that samples are lost if
+            commands are sent all the time.
+        prompt
+            Have the device report in every frame, a millisecond, the newest samples that are there,
+            at most 4, instead of full reports: for loops that use `latest`. Without a rate this is
+            1,000 Hz.
+
+        Returns
+        -------
+        float
+            The true rate: the device sends every n-th control tick.
+
+        Raises
+        ------
+        InvalidArgument
+            Says which rates this knob has.
+        """
+        return self._knob.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
+
+    def stop_telemetry(self) -> None:
+        """Stop telemetry; a `record` in another thread keeps it until that is done."""
+        self._knob.stop_telemetry()
+
+    def latest(self) -> Record:
+        """Give the newest sample that has arrived; it can still be read.
+
+        Waits only for the very first. Raises `Error` if no telemetry runs.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape ().
+        """
+        return self._knob.latest().reshape(())
+
+    def read(self, *, max_samples: int = 4096, timeout_s: float = 1.0) -> Record:
+        """Take samples, oldest first; wait until there is one or the time is over.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
+        """
+        return self._recording.keep(
+            self._knob.read(
+                checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
+                checks.number("timeout_s", timeout_s),
+            )
+        )
+
+    def record(
+        self,
+        duration_s: float,
+        *,
+        rate_hz: float | None = None,
+        must_stay_armed: bool = False,
+    ) -> Record:
+        """Let time pass and give every sample of that span.
+
+        Starts telemetry if it does not run, or if a rate is given. Threads may record at the same
+        time. If it ends early the samples that came can still be read, and the exception, also
+        KeyboardInterrupt, has all of them as its attribute `samples`.
+
+        Parameters
+        ----------
+        must_stay_armed
+            Raise `Disarmed` when the torque goes meanwhile, instead of `DisarmedWarning` at the
+            end.
+
+        Returns
+        -------
+        Record
+            Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
+        """
+        duration_s = checks.number("duration_s", duration_s)
+        rate_hz = _rate(rate_hz)
+        kept: list[Any] = []
+        try:
+            self._knob.record(
+                duration_s, rate_hz, checks.flag("must_stay_armed", must_stay_armed), kept
+            )
+        except BaseException as error:
+            if kept:
+                self._recording.keep(kept[0])
+                error.samples = kept[0]  # type: ignore[attr-defined]
+            raise
+        samples: Record
+        samples, disarm = kept
+        if disarm is not None:
+            warnings.warn(disarmed(Disarm(**disarm)), stacklevel=2)
+        return self._recording.keep(samples)
+
+    def telemetry(
+        self,
+        duration_s: float | None = None,
+        *,
+        rate_hz: float | None = None,
+        max_samples: int = 4096,
+        timeout_s: float = 1.0,
+    ) -> Iterator[Record]:
+        """Iterate over telemetry as it comes, in arrays of one sample or more.
+
+        Parameters
+        ----------
+        duration_s
+            None goes on for ever.
+        rate_hz
+            As in `start_telemetry`, which the first step calls.
+        max_samples
+            Longest array.
+        timeout_s
+            `Timeout` is raised when nothing has come for so long, 1 ms or more.
+        """
+        # Here and not in the generator, which would complain only when it is first asked.
+        if duration_s is not None:
+            duration_s = checks.number("duration_s", duration_s, 0.0, _LONGEST_S)
+        rate_hz = _rate(rate_hz)
+        max_samples = checks.whole("max_samples", max_samples, 1, _MAX_SAMPLES)
+        timeout_s = checks.number("timeout_s", timeout_s, _SHORTEST_TIMEOUT_S, _LONGEST_S)
+        return self._telemetry(duration_s, rate_hz, max_samples, timeout_s)
+
+    def _telemetry(
+        self, duration_s: float | None, rate_hz: float | None, max_samples: int, timeout_s: float
+    ) -> Iterator[Record]:
+        rate_hz = self.start_telemetry(rate_hz)
+        left = None if duration_s is None else round(duration_s * rate_hz)
+        while left is None or left > 0:
+            size = max_samples if left is None else min(max_samples, left)
+            samples = self._recording.keep(self._knob.read(size, timeout_s))
+            if len(samples) == 0:
+                raise Timeout(f"no telemetry for {timeout_s} s")
+            if left is not None:
+                left -= len(samples)
+            yield samples
+
+
+def _rate(rate_hz: float | None) -> float | None:
+    return None if rate_hz is None else checks.number("rate_hz", rate_hz)

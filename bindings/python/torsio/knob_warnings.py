@@ -1,0 +1,38 @@
+"""What a knob warns of, in words."""
+
+from __future__ import annotations
+
+from torsio.errors import DisarmedWarning, HeldLowWarning, StiffnessWarning
+from torsio.records import Disarm, Limits, StableStiffness
+from torsio.stability import LIMITS
+
+__all__ = ["disarmed", "held_low", "too_stiff"]
+
+
+def held_low(limits: Limits) -> HeldLowWarning:
+    """Say what a board gives whose parts nobody has confirmed, and how to confirm them."""
+    return HeldLowWarning(
+        f"nobody has confirmed the parts of this board, so it gives "
+        f"{1e3 * limits.motor_torque_nm:.3g} mN m and {limits.speed_rad_s:g} rad/s at "
+        "most: set what motor, brake and encoder it has (docs/hardware.md, first power), "
+        "calibrate, then knob.update(confirmed=True) and knob.save()"
+    )
+
+
+def too_stiff(stiffness_nm_per_rad: float, stable: StableStiffness) -> StiffnessWarning:
+    """Say that a scene may swing, why, and what helps."""
+    return StiffnessWarning(
+        f"a stiffness of {stiffness_nm_per_rad:g} N m/rad is more than the "
+        f"{stable.stiffness_nm_per_rad:.3g} that this knob can render without swinging "
+        f"({LIMITS[stable.limited_by]}); make it softer, or set the law 'calibrated', "
+        "which never swings"
+    )
+
+
+def disarmed(disarm: Disarm) -> DisarmedWarning:
+    """Say when and why the torque went during a recording."""
+    return DisarmedWarning(
+        f"the torque went during the recording, at tick {disarm.tick} "
+        f"({', '.join((disarm.reason, *disarm.faults))}); "
+        "must_stay_armed raises an error instead"
+    )

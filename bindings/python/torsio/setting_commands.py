@@ -1,0 +1,145 @@
+"""Commands of `torsio games` and `torsio config`: what a knob may do and is made of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from torsio import config_cli, games_cli
+from torsio.command import AsJson, Device, err, opened, out, plainly, print_json, value_text
+
+__all__ = ["add_to"]
+
+
+def games_command(
+    context: typer.Context,
+    device: Device = "",
+    seconds: Annotated[
+        float | None,
+        typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show the effects of games live: what each gives, how often it changes, who has the actuator.
+
+    Ctrl-C ends it. With --json, or without a terminal, it shows one moment and ends.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    with opened(device, err if as_json else out) as knob:
+        if as_json:
+            print_json(games_cli.as_dict(games_cli.measure(knob)))
+        else:
+            games_cli.show(knob, out, seconds=seconds)
+
+
+def games_set_command(
+    device: Device = "",
+    range_deg: Annotated[
+        float | None, typer.Option("--range-deg", help="From end to end of the axis.")
+    ] = None,
+    gain: Annotated[
+        float | None, typer.Option("--gain", help="On top of the games' own, 0 to 1.")
+    ] = None,
+    torque_max_nm: Annotated[
+        float | None, typer.Option("--torque-max-nm", help="Of all effects together.")
+    ] = None,
+    spring_gain: Annotated[
+        float | None, typer.Option("--spring-gain", help="1: full torque at the end of the axis.")
+    ] = None,
+    end_stiffness_nm_per_rad: Annotated[
+        float | None,
+        typer.Option("--end-stiffness", help="Of walls at the ends, in N m/rad; 0: none."),
+    ] = None,
+    join_updates: Annotated[
+        bool | None,
+        typer.Option("--join-updates/--hold-updates", help="Lines or steps between updates."),
+    ] = None,
+    enabled: Annotated[
+        bool | None, typer.Option("--allow/--shut-out", help="Whether games get the actuator.")
+    ] = None,
+    personality: Annotated[
+        str | None,
+        typer.Option("--personality", help="game_controller or dial, from its next start on."),
+    ] = None,
+    dial_use: Annotated[
+        str | None, typer.Option("--dial-use", help="Of a dial: wheel, pan or volume.")
+    ] = None,
+    dial_detents: Annotated[
+        int | None, typer.Option("--dial-detents", help="Of a dial, in a turn.")
+    ] = None,
+    dial_torque_nm: Annotated[
+        float | None, typer.Option("--dial-torque-nm", help="Of a dial's detents; 0: none.")
+    ] = None,
+) -> None:
+    """Set a player's settings, and keep them on the knob. What is not named stays as it is."""
+    wanted = {
+        "range_deg": range_deg,
+        "gain": gain,
+        "torque_max_nm": torque_max_nm,
+        "spring_gain": spring_gain,
+        "end_stiffness_nm_per_rad": end_stiffness_nm_per_rad,
+        "join_updates": join_updates,
+        "enabled": enabled,
+        "personality": personality,
+        "dial_use": dial_use,
+        "dial_detents": dial_detents,
+        "dial_torque_nm": dial_torque_nm,
+    }
+    changes: dict[str, float | bool | str] = {
+        name: value for name, value in wanted.items() if value is not None
+    }
+    if not changes:
+        raise typer.BadParameter("name at least one setting; see torsio games set --help")
+    with opened(device, out) as knob:
+        config = games_cli.change(knob, changes)
+    for name in changes:
+        out.print(f"{name}  {value_text(name, getattr(config, name))}", highlight=False)
+
+
+def config_get_command(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[FIELD]...")] = None,
+    device: Device = "",
+) -> None:
+    """Show fields of the configuration, one a line; all unless some are named."""
+    with opened(device, err) as knob:
+        for name, value in config_cli.get(knob, names or []).items():
+            out.print(f"{name}  {value_text(name, value)}", highlight=False)
+
+
+def config_set_command(
+    assignments: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...")],
+    device: Device = "",
+) -> None:
+    """Set fields, and keep them on the knob. Wiring takes effect at its next start."""
+    with opened(device, err) as knob:
+        for name, value in config_cli.set_fields(knob, assignments).items():
+            out.print(f"{name}  {value_text(name, value)}", highlight=False)
+
+
+def config_dump_command(device: Device = "") -> None:
+    """Print the whole configuration as JSON, for `load`."""
+    with opened(device, err) as knob:
+        print_json(config_cli.dump(knob))
+
+
+def config_load_command(file: Path, device: Device = "") -> None:
+    """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
+    with opened(device, err) as knob:
+        config_cli.load(knob, file)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add both groups."""
+    games = typer.Typer(help="See what games do, and set what they may do.")
+    games.callback(invoke_without_command=True)(plainly(games_command))
+    games.command("set")(plainly(games_set_command))
+    app.add_typer(games, name="games")
+    config = typer.Typer(help="Read and set what a knob is made of.", no_args_is_help=True)
+    config.command("get")(plainly(config_get_command))
+    config.command("set")(plainly(config_set_command))
+    config.command("dump")(plainly(config_dump_command))
+    config.command("load")(plainly(config_load_command))
+    app.add_typer(config, name="config")

@@ -1,0 +1,129 @@
+/// @file
+/// Rows of the records that a plant alone and a closed loop give.
+///
+/// Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <tuple>
+
+#include "torsio/field.hpp"
+
+namespace torsio {
+
+/// What is true of a plant at one moment. Torques on the knob.
+struct PlantRow {
+  double time_s;
+  double angle_rad;        ///< of the knob
+  double brake_angle_rad;  ///< of the far side of the shaft spring
+  double speed_rad_s;      ///< of the knob
+  double brake_speed_rad_s;
+  double spring_torque_nm;         ///< of the shaft spring
+  double motor_torque_nm;          ///< after the motor's lag
+  double brake_torque_nm;          ///< what the brake transmits, drag included
+  double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
+  double hand_torque_nm;           ///< of whoever holds the knob
+  double knob_friction_torque_nm;  ///< Coulomb friction on the knob
+  bool knob_sticks;
+  bool brake_sticks;
+};
+
+/// One control tick: what is true when it samples the encoder, and what it decides then. Torques on
+/// the knob.
+struct LoopRow {
+  double time_s;
+  double angle_rad;        ///< of the knob
+  double brake_angle_rad;  ///< of the far side of the shaft spring
+  double speed_rad_s;      ///< of the knob
+  double brake_speed_rad_s;
+  double spring_torque_nm;         ///< of the shaft spring
+  double motor_torque_nm;          ///< after the motor's lag
+  double brake_torque_nm;          ///< what the brake transmits, drag included
+  double brake_capacity_nm;        ///< what it could transmit, drag included, >= 0
+  double hand_torque_nm;           ///< of whoever holds the knob
+  double knob_friction_torque_nm;  ///< Coulomb friction on the knob
+  std::int64_t position_counts;    ///< measured, from the device's zero
+  float estimated_speed_rad_s;     ///< measured
+  float desired_torque_nm;         ///< what the scene asks
+  float motor_command_nm;
+  float brake_command_nm;
+  float sensed_spring_torque_nm;   ///< of the shaft spring, as the soft sensor has it
+  float sensed_brake_capacity_nm;  ///< what the brake is taken to hold, without drag
+  bool knob_sticks;
+  bool brake_sticks;
+  bool motor_saturated;
+  bool brake_saturated;
+  bool numeric_error;  ///< the scene's torque was not finite
+};
+
+template <>
+struct Fields<PlantRow> {
+  static constexpr std::string_view name = "PlantRow";
+  static constexpr std::tuple list{
+      field("time_s", &PlantRow::time_s, "", -kNoLimit, kNoLimit, ""),
+      field("angle_rad", &PlantRow::angle_rad, "", -kNoLimit, kNoLimit, "of the knob"),
+      field("brake_angle_rad", &PlantRow::brake_angle_rad, "", -kNoLimit, kNoLimit,
+            "of the far side of the shaft spring"),
+      field("speed_rad_s", &PlantRow::speed_rad_s, "", -kNoLimit, kNoLimit, "of the knob"),
+      field("brake_speed_rad_s", &PlantRow::brake_speed_rad_s, "", -kNoLimit, kNoLimit, ""),
+      field("spring_torque_nm", &PlantRow::spring_torque_nm, "", -kNoLimit, kNoLimit,
+            "of the shaft spring"),
+      field("motor_torque_nm", &PlantRow::motor_torque_nm, "", -kNoLimit, kNoLimit,
+            "after the motor's lag"),
+      field("brake_torque_nm", &PlantRow::brake_torque_nm, "", -kNoLimit, kNoLimit,
+            "what the brake transmits, drag included"),
+      field("brake_capacity_nm", &PlantRow::brake_capacity_nm, "", -kNoLimit, kNoLimit,
+            "what it could transmit, drag included, >= 0"),
+      field("hand_torque_nm", &PlantRow::hand_torque_nm, "", -kNoLimit, kNoLimit,
+            "of whoever holds the knob"),
+      field("knob_friction_torque_nm", &PlantRow::knob_friction_torque_nm, "", -kNoLimit, kNoLimit,
+            "Coulomb friction on the knob"),
+      field("knob_sticks", &PlantRow::knob_sticks, "", -kNoLimit, kNoLimit, ""),
+      field("brake_sticks", &PlantRow::brake_sticks, "", -kNoLimit, kNoLimit, ""),
+  };
+};
+template <>
+struct Fields<LoopRow> {
+  static constexpr std::string_view name = "LoopRow";
+  static constexpr std::tuple list{
+      field("time_s", &LoopRow::time_s, "", -kNoLimit, kNoLimit, ""),
+      field("angle_rad", &LoopRow::angle_rad, "", -kNoLimit, kNoLimit, "of the knob"),
+      field("brake_angle_rad", &LoopRow::brake_angle_rad, "", -kNoLimit, kNoLimit,
+            "of the far side of the shaft spring"),
+      field("speed_rad_s", &LoopRow::speed_rad_s, "", -kNoLimit, kNoLimit, "of the knob"),
+      field("brake_speed_rad_s", &LoopRow::brake_speed_rad_s, "", -kNoLimit, kNoLimit, ""),
+      field("spring_torque_nm", &LoopRow::spring_torque_nm, "", -kNoLimit, kNoLimit,
+            "of the shaft spring"),
+      field("motor_torque_nm", &LoopRow::motor_torque_nm, "", -kNoLimit, kNoLimit,
+            "after the motor's lag"),
+      field("brake_torque_nm", &LoopRow::brake_torque_nm, "", -kNoLimit, kNoLimit,
+            "what the brake transmits, drag included"),
+      field("brake_capacity_nm", &LoopRow::brake_capacity_nm, "", -kNoLimit, kNoLimit,
+            "what it could transmit, drag included, >= 0"),
+      field("hand_torque_nm", &LoopRow::hand_torque_nm, "", -kNoLimit, kNoLimit,
+            "of whoever holds the knob"),
+      field("knob_friction_torque_nm", &LoopRow::knob_friction_torque_nm, "", -kNoLimit, kNoLimit,
+            "Coulomb friction on the knob"),
+      field("position_counts", &LoopRow::position_counts, "", -kNoLimit, kNoLimit,
+            "measured, from the device's zero"),
+      field("estimated_speed_rad_s", &LoopRow::estimated_speed_rad_s, "", -kNoLimit, kNoLimit,
+            "measured"),
+      field("desired_torque_nm", &LoopRow::desired_torque_nm, "", -kNoLimit, kNoLimit,
+            "what the scene asks"),
+      field("motor_command_nm", &LoopRow::motor_command_nm, "", -kNoLimit, kNoLimit, ""),
+      field("brake_command_nm", &LoopRow::brake_command_nm, "", -kNoLimit, kNoLimit, ""),
+      field("sensed_spring_torque_nm", &LoopRow::sensed_spring_torque_nm, "", -kNoLimit, kNoLimit,
+            "of the shaft spring, as the soft sensor has it"),
+      field("sensed_brake_capacity_nm", &LoopRow::sensed_brake_capacity_nm, "", -kNoLimit, kNoLimit,
+            "what the brake is taken to hold, without drag"),
+      field("knob_sticks", &LoopRow::knob_sticks, "", -kNoLimit, kNoLimit, ""),
+      field("brake_sticks", &LoopRow::brake_sticks, "", -kNoLimit, kNoLimit, ""),
+      field("motor_saturated", &LoopRow::motor_saturated, "", -kNoLimit, kNoLimit, ""),
+      field("brake_saturated", &LoopRow::brake_saturated, "", -kNoLimit, kNoLimit, ""),
+      field("numeric_error", &LoopRow::numeric_error, "", -kNoLimit, kNoLimit,
+            "the scene's torque was not finite"),
+  };
+};
+
+}  // namespace torsio

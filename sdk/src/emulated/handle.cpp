@@ -1,0 +1,183 @@
+#include "emulated/handle.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "conversion/field_check.hpp"
+
+namespace torsio {
+namespace {
+
+constexpr const char* kNoElectrics =
+    "this emulated knob has no electrics: open it with a plant that names them in its "
+    "EmulatorOptions";
+
+class EmulatedGamePort final : public GamePort {
+ public:
+  explicit EmulatedGamePort(std::shared_ptr<SharedDevice> device) : device_(std::move(device)) {}
+
+  void write(std::span<const std::uint8_t> report) override {
+    device_->with_device([&](auto& device) { (void)device.game_write(report); });
+  }
+
+  std::vector<std::uint8_t> read() override {
+    return device_->with_device([](auto& device) { return device.game_read(); });
+  }
+
+  bool set_feature(std::span<const std::uint8_t> report) override {
+    return device_->with_device([&](auto& device) { return device.game_set_feature(report); });
+  }
+
+  std::vector<std::uint8_t> get_feature(std::uint8_t report_id) override {
+    return device_->with_device([&](auto& device) { return device.game_get_feature(report_id); });
+  }
+
+  void set_buttons(std::uint8_t pressed) override {
+    device_->with_device([&](auto& device) { device.set_buttons(pressed); });
+  }
+
+ private:
+  std::shared_ptr<SharedDevice> device_;
+};
+
+class EmulatorHandle final : public Emulator {
+ public:
+  EmulatorHandle(std::shared_ptr<SharedDevice> device, Session& session)
+      : device_(std::move(device)), session_(session), game_(device_) {}
+
+  void set_hand(const Hand& hand) override {
+    device_->with_device([&](emulator::EmulatedDevice& device) {
+      checked([&] { device.set_hand(emulator::take_hold(hand, device.next_tick_ns())); });
+    });
+  }
+
+  double time_s() const override {
+    return 1e-9 * static_cast<double>(device_->with_device(
+                      [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
+  }
+
+  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
+
+  std::vector<TruthSample> truth() override {
+    if (!device_->logs_truth()) {
+      throw Error(
+          "this emulated knob keeps no log of the truth: open it with log_truth set in its "
+          "EmulatorOptions");
+    }
+    const std::vector<emulator::TruthSample> log =
+        device_->with_device([](emulator::EmulatedDevice& device) { return device.take_truth(); });
+    std::vector<TruthSample> truth;
+    truth.reserve(log.size());
+    for (const emulator::TruthSample& sample : log) {
+      truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
+                       .angle_rad = sample.angle_rad,
+                       .brake_angle_rad = sample.brake_angle_rad,
+                       .speed_rad_s = sample.speed_rad_s,
+                       .spring_torque_nm = sample.torque.spring_torque_nm,
+                       .brake_torque_nm = sample.torque.brake_torque_nm,
+                       .brake_capacity_nm = sample.torque.brake_capacity_nm,
+                       .motor_torque_nm = sample.torque.motor_torque_nm,
+                       .hand_torque_nm = sample.torque.hand_torque_nm});
+    }
+    return truth;
+  }
+
+  std::vector<DeviceInput> inputs() override {
+    if (!device_->logs_inputs()) {
+      throw Error(
+          "this emulated knob keeps no log of its inputs: open it with log_inputs set in its "
+          "EmulatorOptions");
+    }
+    std::vector<emulator::DeviceInput> log =
+        device_->with_device([](emulator::EmulatedDevice& device) { return device.take_inputs(); });
+    std::vector<DeviceInput> inputs;
+    inputs.reserve(log.size());
+    for (emulator::DeviceInput& input : log) {
+      const auto kind = static_cast<std::size_t>(input.kind);
+      inputs.push_back({.tick = input.tick,
+                        .kind = std::string(emulator::kInputKinds.at(kind)),
+                        .bytes = std::move(input.bytes)});
+    }
+    return inputs;
+  }
+
+  ElectricsState electrics() const override {
+    return device_->with_device([](emulator::EmulatedDevice& device) {
+      const emulator::Circuit* circuit = device.circuit();
+      if (circuit == nullptr) throw Error(kNoElectrics);
+      return circuit->state(device.plant());
+    });
+  }
+
+  GamePort& game() override { return game_; }
+
+  void unplug() override {
+    device_->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
+    device_->notify();
+  }
+
+  void set_emergency_stop(bool pressed) override {
+    device_->with_device([&](auto& device) { device.set_emergency_stop(pressed); });
+  }
+
+  void set_actuator_fault(bool present) override {
+    device_->with_device([&](auto& device) { device.set_actuator_fault(present); });
+  }
+
+  void set_current_sensor(CurrentSensorState state) override {
+    device_->with_device([&](auto& device) {
+      if (device.circuit() == nullptr) throw Error(kNoElectrics);
+      device.set_current_sensor(state);
+    });
+  }
+
+  void set_supply(double supply_v) override {
+    device_->with_device([&](auto& device) {
+      if (device.circuit() == nullptr) throw Error(kNoElectrics);
+      checked([&] { device.set_supply(supply_v); });
+    });
+  }
+
+  void freeze_encoder(bool frozen) override {
+    device_->with_device([&](auto& device) { device.freeze_encoder(frozen); });
+  }
+
+  void jump_encoder(std::int32_t counts) override {
+    device_->with_device([&](auto& device) { device.jump_encoder(counts); });
+  }
+
+  void skip_ticks(std::uint32_t count) override {
+    device_->with_device([&](auto& device) { device.skip_ticks(count); });
+  }
+
+  void set_link_faults(const LinkFaults& faults) override {
+    device_->with_device([&](auto& device) {
+      checked([&] {
+        device.set_link_faults({.drop_output = faults.drop_output,
+                                .corrupt_output = faults.corrupt_output,
+                                .drop_input = faults.drop_input,
+                                .corrupt_input = faults.corrupt_input});
+      });
+    });
+  }
+
+  void cut_power_in_next_save(std::uint32_t after_bytes) override {
+    device_->with_device([&](auto& device) { device.cut_power_in_next_save(after_bytes); });
+  }
+
+ private:
+  std::shared_ptr<SharedDevice> device_;
+  Session& session_;
+  EmulatedGamePort game_;
+};
+
+}  // namespace
+
+std::unique_ptr<Emulator> make_handle(std::shared_ptr<SharedDevice> device, Session& session) {
+  return std::make_unique<EmulatorHandle>(std::move(device), session);
+}
+
+}  // namespace torsio

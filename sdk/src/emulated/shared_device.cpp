@@ -1,0 +1,102 @@
+#include "emulated/shared_device.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "conversion/configuration.hpp"
+#include "conversion/field_check.hpp"
+
+namespace torsio {
+namespace {
+
+using std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+std::int64_t control_period_ns(double rate_hz) {
+  if (!(rate_hz >= 1e3 && rate_hz <= 20e3)) {
+    throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) +
+                          ", allowed are 1000 to 20000 Hz");
+  }
+  return std::llround(1e9 / rate_hz);
+}
+
+emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std::string& name,
+                                            const device::StoredSlots& stored) {
+  emulator::EmulatedDeviceOptions out;
+  out.seed = in.seed;
+  out.control_period_ns = control_period_ns(in.control_rate_hz);
+  out.plant = in.plant;
+  out.encoder = emulator::encoder_of(in.plant);
+  out.hand = emulator::take_hold(in.hand);
+  out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
+  out.stored = stored;
+  if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
+  if (in.control) out.control = conversion::to_wire(*in.control);
+  if (in.board) out.board = conversion::to_wire(*in.board);
+  if (in.game) out.game = conversion::to_wire(*in.game);
+  out.log_truth = in.log_truth;
+  out.log_inputs = in.log_inputs;
+  return out;
+}
+
+}  // namespace
+
+SharedDevice::SharedDevice(const std::string& name, const EmulatorOptions& options)
+    : claim_(name),
+      paced_(options.paced),
+      logs_truth_(options.log_truth),
+      logs_inputs_(options.log_inputs),
+      device_(checked([&] {
+        return std::make_unique<emulator::EmulatedDevice>(
+            to_emulator(options, name, claim_.stored()));
+      })) {
+  if (paced_) pacer_ = std::thread([this] { run_paced(); });
+}
+
+void SharedDevice::close() noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(closed_, true)) return;
+    claim_.release(&device_->stored());
+  }
+  news_.notify_all();
+  if (pacer_.joinable()) pacer_.join();
+}
+
+void SharedDevice::throw_unless_here() const {
+  if (process_.is_this()) return;
+  throw Closed("the emulated knob belongs to the process that this one was forked from");
+}
+
+void SharedDevice::throw_if_closed() const {
+  if (closed_) throw Closed("the emulated knob was closed; open it again");
+}
+
+void SharedDevice::throw_if_failed() const {
+  if (!failure_.empty()) throw Error(failure_);
+}
+
+void SharedDevice::run_paced() {
+  constexpr auto kFrame = std::chrono::nanoseconds(emulator::UsbLink::kFrameNs);
+  constexpr auto kHopelesslyLate = 50ms;
+  auto next = steady_clock::now();
+  std::unique_lock lock(mutex_);
+  while (!closed_) {
+    try {
+      device_->advance(kFrame.count());
+    } catch (const std::exception& error) {
+      failure_ = error.what();  // for whoever calls next
+      news_.notify_all();
+      return;
+    }
+    news_.notify_all();
+    next += kFrame;
+    // A machine that slept must not make the world race.
+    const auto now = steady_clock::now();
+    if (now - next > kHopelesslyLate) next = now;
+    news_.wait_until(lock, next, [&] { return closed_ || steady_clock::now() >= next; });
+  }
+}
+
+}  // namespace torsio

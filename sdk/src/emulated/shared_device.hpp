@@ -1,0 +1,90 @@
+/// @file
+/// An emulated device and who may touch it when: the transport and the user's handle share it.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "emulated/claim.hpp"
+#include "emulator/emulated_device.hpp"
+#include "process.hpp"
+#include "torsio/emulator.hpp"
+#include "torsio/error.hpp"
+
+namespace torsio {
+
+/// Runs `make`; what the emulator finds wrong is the user's mistake, or that of the user's hand.
+template <class Make>
+auto checked(Make&& make) {
+  try {
+    return make();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw Error(error.what());
+  } catch (const std::invalid_argument& error) {
+    throw InvalidArgument(error.what());
+  }
+}
+
+class SharedDevice {
+ public:
+  /// @throws InvalidArgument, DeviceBusy
+  SharedDevice(const std::string& name, const EmulatorOptions& options);
+  SharedDevice(const SharedDevice&) = delete;
+  SharedDevice& operator=(const SharedDevice&) = delete;
+  ~SharedDevice() { close(); }
+
+  void close() noexcept;
+
+  /// Calls `use(device)` while nobody else touches it. @throws Closed
+  template <class Use>
+  auto with_device(Use&& use) const {
+    throw_unless_here();
+    const std::lock_guard lock(mutex_);
+    throw_if_closed();
+    throw_if_failed();
+    return use(*device_);
+  }
+
+  /// As above; waits until `ready(device)` or the time is over. @returns false if it is over
+  template <class Ready>
+  bool wait(std::chrono::nanoseconds timeout, Ready&& ready) const {
+    throw_unless_here();
+    std::unique_lock lock(mutex_);
+    return news_.wait_for(lock, timeout, [&] {
+      throw_if_closed();
+      throw_if_failed();
+      return ready(*device_);
+    });
+  }
+
+  void notify() const { news_.notify_all(); }
+  [[nodiscard]] bool paced() const { return paced_; }
+  [[nodiscard]] bool logs_truth() const { return logs_truth_; }
+  [[nodiscard]] bool logs_inputs() const { return logs_inputs_; }
+
+ private:
+  void throw_unless_here() const;
+  void throw_if_closed() const;
+  void throw_if_failed() const;
+  void run_paced();
+
+  const MakersProcess process_;
+  Claim claim_;
+  const bool paced_;
+  const bool logs_truth_;
+  const bool logs_inputs_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable news_;
+  std::unique_ptr<emulator::EmulatedDevice> device_;
+  bool closed_ = false;
+  std::string failure_;  // why time does not go on
+  std::thread pacer_;
+};
+
+}  // namespace torsio

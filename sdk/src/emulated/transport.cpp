@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <utility>
+
+#include "emulated/handle.hpp"
+#include "emulated/shared_device.hpp"
+#include "emulated_transport.hpp"
+
+namespace torsio {
+namespace {
+
+using namespace std::chrono_literals;
+
+class EmulatedTransport final : public Transport {
+ public:
+  explicit EmulatedTransport(std::shared_ptr<SharedDevice> device) : device_(std::move(device)) {}
+
+  void close() noexcept override { device_->close(); }
+
+  bool write(const ReportBytes& report) override {
+    bool written = false;
+    const auto try_to_write = [&](emulator::EmulatedDevice& device) {
+      throw_unless_connected(device);
+      return written = device.write(report);
+    };
+    if (!device_->paced()) return device_->with_device(try_to_write);
+    // As a driver does: the caller waits for its turn on the bus.
+    device_->wait(1s, try_to_write);
+    return written;
+  }
+
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    const auto try_to_read = [&](emulator::EmulatedDevice& device) {
+      if (device.read(report)) return true;
+      throw_unless_connected(device);
+      return false;
+    };
+    return device_->paced() ? device_->wait(timeout, try_to_read)
+                            : device_->with_device(try_to_read);
+  }
+
+  bool get_feature(std::uint8_t id, ReportBytes& report) override {
+    return device_->with_device([&](emulator::EmulatedDevice& device) {
+      throw_unless_connected(device);
+      return device.get_feature(id, report) == protocol::Status::ok;
+    });
+  }
+
+  bool set_feature(const ReportBytes& report) override {
+    return device_->with_device([&](emulator::EmulatedDevice& device) {
+      throw_unless_connected(device);
+      return device.set_feature(report).ok();
+    });
+  }
+
+  bool time_is_virtual() const override { return !device_->paced(); }
+
+  std::int64_t now_ns() const override {
+    if (device_->paced()) return Transport::now_ns();
+    return device_->with_device([](emulator::EmulatedDevice& device) { return device.time_ns(); });
+  }
+
+  void advance_to(std::int64_t time_ns) override {
+    device_->with_device([&](emulator::EmulatedDevice& device) {
+      try {
+        device.advance(std::max<std::int64_t>(time_ns - device.time_ns(), 0));
+      } catch (const std::runtime_error& error) {
+        throw Error(error.what());
+      }
+    });
+  }
+
+ private:
+  static void throw_unless_connected(const emulator::EmulatedDevice& device) {
+    if (device.connected()) return;
+    throw Disconnected(
+        "the emulated knob is gone: it was unplugged or lost its power; open it again");
+  }
+
+  std::shared_ptr<SharedDevice> device_;
+};
+
+}  // namespace
+
+bool has_emulator() noexcept { return true; }
+
+Connection open_emulated(const std::string& name, const EmulatorOptions& options) {
+  auto device = std::make_shared<SharedDevice>(name, options);
+  Connection connection;
+  connection.transport = std::make_unique<EmulatedTransport>(device);
+  connection.make_emulator = [device](Session& session) { return make_handle(device, session); };
+  return connection;
+}
+
+}  // namespace torsio

@@ -1,0 +1,172 @@
+"""What is printed for C++ users, and for the emulator."""
+
+from __future__ import annotations
+
+from emulator.definition import plant
+from firmware.protocol.definition import configurations, effects, limits, records, reports
+from firmware.protocol.definition import enumerations as e
+from tools.definition import cpp
+from tools.definition.shared import (
+    CONFIG_ENUMERATIONS,
+    DEVICE_ENUMERATIONS,
+    EFFECT_ENUMERATIONS,
+    KNOT,
+    LISTS,
+    PLANT_LISTS,
+)
+
+
+def _sdk_header(doc: str, includes: tuple[str, ...], body: str, lists: str = LISTS) -> str:
+    return cpp.header(doc, lists, includes, "torsio", body)
+
+
+def sdk_scene() -> str:
+    """Write sdk/include/torsio/scene.hpp."""
+    variant = ", ".join(of.name for of in effects.EFFECTS)
+    body = (
+        f"inline constexpr double kMaxTorqueNm = {float(limits.MAX_TORQUE_NM.value)};  "
+        "///< of any effect; the actuator's limits are lower\n\n"
+    )
+    body += "".join(map(cpp.host_enumeration, EFFECT_ENUMERATIONS))
+    body += "".join(map(cpp.host_structure, (effects.TIMING, *effects.EFFECTS)))
+    body += f"using Effect = std::variant<{variant}>;\n\n"
+    body += cpp.comment(
+        f"Up to {limits.MAX_EFFECTS.value} effects; their torques add up. The place in the list is the effect's identity: an "
+        "effect that stands at the same place with the same values in the next scene goes on playing, "
+        "any other starts anew."
+    )
+    body += "using Scene = std::vector<Effect>;\n\n"
+    body += "".join(map(cpp.host_structure, (reports.LOCAL_MODEL, reports.EXCITATION)))
+    return _sdk_header(
+        "Scenes: what the knob shall feel like. Torques are torques on the knob, positive along "
+        "positive angle. Angles are measured from the device's zero. docs/protocol.md has the equation "
+        "of each effect.",
+        ("<cstdint>", "<optional>", "<variant>", "<vector>"),
+        body,
+    )
+
+
+def sdk_config() -> str:
+    """Write sdk/include/torsio/config.hpp."""
+    body = "".join(map(cpp.host_enumeration, CONFIG_ENUMERATIONS))
+    body += "".join(map(cpp.host_structure, configurations.CONFIGURATIONS))
+    return _sdk_header(
+        "The device's configuration. It can be set only while disarmed and is lost at power-off unless "
+        "`Knob::save()` keeps it.",
+        ("<cstdint>",),
+        body,
+    )
+
+
+def sdk_telemetry() -> str:
+    """Write sdk/include/torsio/telemetry.hpp."""
+    body = "".join(map(cpp.host_enumeration, (*DEVICE_ENUMERATIONS, e.DISARM_REASON)))
+    body += cpp.bits(e.FLAG, with_names=False)
+    body += "".join(map(cpp.host_structure, (records.TELEMETRY_SAMPLE, *records.RECORDS)))
+    return _sdk_header(
+        "What the device reports about itself.",
+        ("<cstdint>", "<string>", "<vector>"),
+        body,
+    )
+
+
+def sdk_fields() -> str:
+    """Write sdk/include/torsio/fields.hpp."""
+    structures = (
+        effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
+        *configurations.CONFIGURATIONS, records.TELEMETRY_SAMPLE, *records.RECORDS,
+    )  # fmt: skip
+    named = (
+        *EFFECT_ENUMERATIONS, *CONFIG_ENUMERATIONS, *DEVICE_ENUMERATIONS, e.DISARM_REASON,
+    )  # fmt: skip
+    body = "".join(map(cpp.names, named))
+    body += "\n" + "".join(map(cpp.field_list, structures))
+    return _sdk_header(
+        "The fields of every public structure by name, with unit, range and sentence, and the names of "
+        "every enumeration's values: for tools that show, keep or edit them.",
+        (
+            "<array>", "<string_view>", "<tuple>", "torsio/config.hpp", "torsio/field.hpp",
+            "torsio/scene.hpp", "torsio/telemetry.hpp",
+        ),
+        body,
+    )  # fmt: skip
+
+
+def sdk_wire_types() -> str:
+    """Write sdk/conversion/wire_types.hpp."""
+    travelling = (
+        effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
+        *configurations.CONFIGURATIONS,
+    )  # fmt: skip
+    body = "".join(
+        f"template <>\nstruct WireType<{of.name}> {{\nusing type = protocol::{of.name};\n}};\n"
+        for of in travelling
+    )
+    return _sdk_header(
+        "Which structure of the protocol carries which of the user's.",
+        (
+            "protocol/configuration.hpp", "protocol/effects.hpp", "protocol/reports.hpp",
+            "torsio/config.hpp", "torsio/scene.hpp",
+        ),
+        "/// `type` is what travels for a user's structure.\ntemplate <class Host>\nstruct WireType;\n\n"
+        + body,
+    )  # fmt: skip
+
+
+def emulator_plant() -> str:
+    """Write emulator/include/torsio/plant.hpp."""
+    body = cpp.comment(KNOT)
+    body += (
+        "struct Knot {\ndouble time_s;\ndouble value;\n};\nusing Profile = std::vector<Knot>;\n\n"
+    )
+    body += cpp.comment(plant.HAND_FUNCTION)
+    body += "using HandFunction =\n    std::function<double(double time_s, double angle_rad, double speed_rad_s)>;\n\n"
+    body += "".join(map(cpp.host_structure, plant.HANDS))
+    body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
+    body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
+    body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)))
+    return _sdk_header(
+        "What an emulated knob is made of, who holds it, and what only the simulation knows.",
+        ("<cstdint>", "<functional>", "<optional>", "<variant>", "<vector>"),
+        body,
+        PLANT_LISTS,
+    )
+
+
+def emulator_plant_fields() -> str:
+    """Write emulator/include/torsio/plant_fields.hpp."""
+    structures = (*plant.HANDS, *plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)
+    body = (
+        "\n".join(map(cpp.names, plant.ENUMERATIONS))
+        + "\n"
+        + "".join(map(cpp.field_list, structures))
+    )
+    return _sdk_header(
+        "The fields of the emulated knob's structures by name, as fields.hpp has the others.",
+        ("<array>", "<string_view>", "<tuple>", "torsio/field.hpp", "torsio/plant.hpp"),
+        body,
+        PLANT_LISTS,
+    )
+
+
+def emulator_rows() -> str:
+    """Write emulator/rows.hpp."""
+    body = "".join(map(cpp.host_structure, plant.ROWS)) + "".join(map(cpp.field_list, plant.ROWS))
+    return _sdk_header(
+        "Rows of the records that a plant alone and a closed loop give.",
+        ("<cstdint>", "<string_view>", "<tuple>", "torsio/field.hpp"),
+        body,
+        PLANT_LISTS,
+    )
+
+
+FILES = {
+    "sdk/include/torsio/scene.hpp": sdk_scene,
+    "sdk/include/torsio/config.hpp": sdk_config,
+    "sdk/include/torsio/telemetry.hpp": sdk_telemetry,
+    "sdk/include/torsio/fields.hpp": sdk_fields,
+    "sdk/conversion/wire_types.hpp": sdk_wire_types,
+    "emulator/include/torsio/plant.hpp": emulator_plant,
+    "emulator/include/torsio/plant_fields.hpp": emulator_plant_fields,
+    "emulator/rows.hpp": emulator_rows,
+}

@@ -1,0 +1,185 @@
+"""What is printed for Python users."""
+
+from __future__ import annotations
+
+import textwrap
+
+from emulator.definition import plant
+from firmware.protocol.definition import configurations, effects, limits, records, reports
+from firmware.protocol.definition import enumerations as e
+from tools.definition import python
+from tools.definition.shared import LISTS, PLANT_LISTS
+
+_IMPORTS = """\
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import KW_ONLY, dataclass
+from typing import Literal, TypeAlias
+
+from torsio import checks
+
+{all}
+"""
+
+
+def python_scenes() -> str:
+    """Write the module of effects."""
+    body = _IMPORTS.replace("{", "{{").replace("}", "}}").replace("{{all}}", "{all}")
+    body += python.number(
+        limits.MAX_TORQUE_NM, "Largest torque of any effect. The actuator's own limits are lower."
+    )
+    body += '\n\nclass Effect:\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
+    body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""What `Knob.play` takes."""\n'
+    body += "".join(map(python.data_class, (effects.TIMING, *effects.EFFECTS)))
+    body += python.data_class(reports.EXCITATION)
+    return python.module(
+        "Scenes: what the knob shall feel like.\n\n"
+        "A scene is one effect or a list of up to 16, whose torques add up. Torques are torques on the "
+        "knob,\npositive along positive angle; angles are measured from the device's zero. All "
+        "quantities are in SI\nunits, named by the suffix, and given by keyword.\n\n"
+        "The classes only hold values. Their ranges are checked when they are played, before anything "
+        "is\nsent to the device.",
+        LISTS,
+        body,
+        ("Effect", "Excitation", "Scene", "Timing", *(of.name for of in effects.EFFECTS)),
+    )
+
+
+def python_plant() -> str:
+    """Write the module of what an emulated knob is made of."""
+    body = (
+        "from __future__ import annotations\n\nfrom collections.abc import Iterable\n"
+        "from dataclasses import KW_ONLY, dataclass\nfrom typing import Literal\n\n"
+        "from torsio import checks\nfrom torsio.plant_methods import CoggingShapes, PlantMethods\n\n"
+        "{all}\n"
+    )
+    body += "".join(
+        map(python.data_class, (*plant.PARTS, plant.PLANT_PARAMS, plant.ELECTRICS_STATE))
+    )
+    return python.module(
+        "What an emulated knob is made of. Defaults: the reference actuator.",
+        PLANT_LISTS,
+        body,
+        (*(of.name for of in plant.PARTS), plant.PLANT_PARAMS.name, plant.ELECTRICS_STATE.name),
+    )
+
+
+def python_hands() -> str:
+    """Write the module of hands."""
+    body = (
+        "from __future__ import annotations\n\nfrom collections.abc import Callable, Iterable, Sequence\n"
+        "from dataclasses import KW_ONLY, dataclass\nfrom typing import TypeAlias\n\n"
+        "from torsio import checks\n\n{all}\n\n"
+        "Profile: TypeAlias = float | Iterable[Sequence[float]]\n"
+        '"""What the fields of hands take; they keep it as a tuple of pairs."""\n'
+        "\nHandFunction: TypeAlias = Callable[[float, float, float], float]\n"
+        f'"""{textwrap.fill(plant.HAND_FUNCTION, 97)}\n"""\n'
+        '\n\nclass Hand:\n    """Base class of all hands."""\n\n    __slots__ = ()\n'
+    )
+    body += "".join(map(python.data_class, plant.HANDS))
+    return python.module(
+        "Hands that hold an emulated knob.\n\n"
+        "A profile is a piecewise-linear function of time: knots ``(time_s, value)`` as any iterable "
+        "of pairs\nor an array of shape (n, 2), or one number for a constant. The first value holds "
+        "before the first\nknot, the last one after the last. Time 0 is when the hand takes over.",
+        PLANT_LISTS,
+        body,
+        ("Hand", "HandFunction", "Profile", *(of.name for of in plant.HANDS)),
+    )
+
+
+def python_configurations() -> str:
+    """Write the module of configurations."""
+    body = (
+        "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
+        "from typing import Literal\n\n{all}\n"
+    )
+    body += python.number(limits.MAX_TORQUE_NM, "Largest torque that a limit can be set to.")
+    body += python.number(
+        limits.LET_GO_S,
+        "A torque's way to zero when somebody disarms, where the passive ramp is not shorter.",
+    )
+    body += "".join(map(python.data_class, configurations.CONFIGURATIONS))
+    return python.module(
+        "Configuration of the device. Defaults: the reference actuator.\n\n"
+        "It can be set only while the device is disarmed, and is lost at power-off unless\n`Knob.save` "
+        "keeps it.",
+        LISTS,
+        body,
+        (of.name for of in configurations.CONFIGURATIONS),
+    )
+
+
+def python_records() -> str:
+    """Write the module of what a knob tells about itself."""
+    body = (
+        "from __future__ import annotations\n\nfrom dataclasses import dataclass\n"
+        "from typing import Literal, TypeAlias\n\n{all}\n\n"
+        f"State: TypeAlias = {python.literal_type(e.STATE)}\n"
+        '"""Whether the device makes torque."""\n'
+    )
+    body += "".join(python.data_class(of, told=True) for of in records.RECORDS)
+    return python.module(
+        "What a knob tells about itself: identity, clock, health, and how the cable is doing.",
+        LISTS,
+        body,
+        ("State", *(of.name for of in records.RECORDS)),
+    )
+
+
+def python_telemetry() -> str:
+    """Write the module of telemetry's rows."""
+    body = (
+        "from __future__ import annotations\n\nfrom typing import Any, Final, TypeAlias\n\n"
+        "import numpy as np\nimport numpy.typing as npt\n\n{all}\n\n"
+        'Record: TypeAlias = npt.NDArray[np.void]\n"""A structured array."""\n'
+    )
+    body += python.record_type("TELEMETRY_DTYPE", records.TELEMETRY_SAMPLE)
+    body += python.record_type("TRUTH_DTYPE", plant.TRUTH_SAMPLE)
+    body += python.record_type("PLANT_DTYPE", plant.PLANT_ROW)
+    body += python.record_type("LOOP_DTYPE", plant.LOOP_ROW)
+    body += python.flags(e.FLAG)
+    return python.module(
+        "What the device measures and the emulator knows, as NumPy structured arrays.\n\n"
+        "Records are arrays of shape (n_samples,) with the columns below: ``log[\"angle_rad\"]`` is an "
+        "array of\nangles, ``log[0]`` the first sample. Padding bytes are zero.",
+        LISTS,
+        body,
+        (
+            "FLAG_STATE_MASK", "LOOP_DTYPE", "PLANT_DTYPE", "Record", "TELEMETRY_DTYPE",
+            "TRUTH_DTYPE",
+            *(f"FLAG_{bit.name.upper()}" for bit in e.FLAG.bits),
+        ),
+    )  # fmt: skip
+
+
+def python_statuses() -> str:
+    """Write the module of names that only tools and messages need."""
+    names = "".join(f'    "{value.name}",\n' for value in e.STATUS.values)
+    advice = "".join(
+        f'    "{bit.name}": (\n'
+        + "".join(
+            f'        "{line}"\n' for line in textwrap.wrap(bit.advice, 84, drop_whitespace=False)
+        )
+        + "    ),\n"
+        for bit in e.FAULT.bits
+    )
+    body = (
+        "from __future__ import annotations\n\nfrom typing import Final\n\n{all}\n\n"
+        f'STATUS_NAMES: Final = (\n{names})\n"""Names of the status codes, by code."""\n\n'
+        f'FAULT_ADVICE: Final = {{{{\n{advice}}}}}\n"""What to do about each fault of the device."""\n'
+    )
+    text = "Names of the protocol's numbers, and what to do about them."
+    return python.module(text, LISTS, body, ("FAULT_ADVICE", "STATUS_NAMES"))
+
+
+FILES = {
+    "bindings/python/torsio/plant.py": python_plant,
+    "bindings/python/torsio/hands.py": python_hands,
+    "bindings/python/torsio/scenes.py": python_scenes,
+    "bindings/python/torsio/config.py": python_configurations,
+    "bindings/python/torsio/records.py": python_records,
+    "bindings/python/torsio/telemetry.py": python_telemetry,
+    "bindings/python/torsio/statuses.py": python_statuses,
+}

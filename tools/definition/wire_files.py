@@ -1,0 +1,134 @@
+"""What is printed for the firmware: reports, and the choices of the control mathematics."""
+
+from __future__ import annotations
+
+from firmware.protocol.definition import configurations, effects, limits, reports
+from firmware.protocol.definition import enumerations as e
+from tools.definition import cpp
+from tools.definition.model import Enumeration, Structure
+from tools.definition.shared import (
+    CONFIG_ENUMERATIONS,
+    DEVICE_ENUMERATIONS,
+    EFFECT_ENUMERATIONS,
+    LISTS,
+)
+
+_STD = ("<array>", "<cstdint>", "<string_view>", "<tuple>")
+
+
+def _wire_header(doc: str, includes: tuple[str, ...], body: str) -> str:
+    return cpp.header(doc, LISTS, (*_STD, *includes), "torsio::protocol", body)
+
+
+def wire_enumerations() -> str:
+    """Write firmware/protocol/enumerations.hpp."""
+    listed: tuple[Enumeration, ...] = (
+        e.TOGGLE, *EFFECT_ENUMERATIONS, *CONFIG_ENUMERATIONS, *DEVICE_ENUMERATIONS, e.OP,
+        e.EVENT_KIND, e.STATUS,
+    )  # fmt: skip
+    body = "".join(map(cpp.wire_enumeration, listed)) + cpp.bits(e.FAULT) + cpp.bits(e.FLAG)
+    return _wire_header(
+        "Every enumeration and every set of bits that travels.", ("protocol/layout.hpp",), body
+    )
+
+
+def wire_effects() -> str:
+    """Write firmware/protocol/effects.hpp."""
+    numbers = (
+        limits.MAX_EFFECTS,
+        limits.CURVE_POOL_POINTS,
+        limits.CURVE_POINTS_PER_REPORT,
+        limits.MAX_TORQUE_NM,
+        limits.MAX_STIFFNESS_NM_PER_RAD,
+        limits.MAX_DAMPING_NM_S_PER_RAD,
+        limits.MAX_INERTIA_KG_M2,
+        limits.MAX_TIME_S,
+        limits.MAX_TURNS_Q32,
+        limits.MAX_SPAN_TURNS_Q32,
+        limits.MAX_CYCLES_PER_TURN_Q32,
+    )
+    listed = (effects.TARGET, effects.TIMING, *effects.EFFECTS, effects.CURVE_POINTS)
+    body = "".join(map(cpp.constant, numbers)) + "\n"
+    body += "".join(map(cpp.wire_structure, listed))
+    body += cpp.report_list(
+        "EffectReports", "Reports that put an effect into a slot.", effects.EFFECTS
+    )
+    body += cpp.report_list("EffectReport", "Any of them.", effects.EFFECTS, "std::variant")
+    body += cpp.wire_sizes(listed)
+    return _wire_header(
+        "The effects of a scene as they travel: one report each. Angles that may lie many turns away "
+        "are fixed-point turns, so that they stay exact after any amount of turning; every other "
+        "quantity is a float in SI units. Torques are torques on the knob, positive along positive "
+        "angle.",
+        ("<variant>", "protocol/enumerations.hpp", "protocol/layout.hpp"),
+        body,
+    )
+
+
+def wire_configuration() -> str:
+    """Write firmware/protocol/configuration.hpp."""
+    listed = configurations.CONFIGURATIONS
+    numbers = (
+        limits.UNCONFIRMED_MOTOR_TORQUE_NM,
+        limits.UNCONFIRMED_BRAKE_TORQUE_NM,
+        limits.UNCONFIRMED_SPEED_RAD_S,
+    )
+    body = "// What a real board gives at most until its parts are confirmed.\n"
+    body += "".join(map(cpp.constant, numbers)) + "\n"
+    body += cpp.constant(limits.LET_GO_S) + "\n"
+    body += "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)
+    return _wire_header(
+        "What the device is built of and how it controls: the reports that are kept in flash.",
+        ("protocol/effects.hpp", "protocol/enumerations.hpp", "protocol/layout.hpp"),
+        body,
+    )
+
+
+def wire_reports() -> str:
+    """Write firmware/protocol/reports.hpp."""
+    listed: list[Structure] = [
+        of
+        for of in reports.ALL_REPORTS
+        if of not in effects.EFFECTS
+        and of not in configurations.CONFIGURATIONS
+        and of is not effects.CURVE_POINTS
+    ]
+    listed.insert(listed.index(reports.TELEMETRY), reports.SAMPLE)
+    listed.insert(listed.index(reports.GAME_MONITOR), reports.GAME_EFFECT)
+    body = cpp.constant(limits.PROTOCOL_VERSION) + cpp.constant(limits.SAMPLES_PER_REPORT)
+    body += cpp.constant(limits.GAME_EFFECTS_PER_REPORT) + "\n"
+    body += "".join(map(cpp.wire_structure, listed))
+    body += cpp.report_list(
+        "AllReports", "Every report, in the order of the documentation.", reports.ALL_REPORTS
+    )
+    body += cpp.wire_sizes(listed)
+    return _wire_header(
+        "Everything that is neither an effect nor configuration: identity, clock, health, commands, "
+        "telemetry; and the list of all reports.",
+        (
+            "protocol/configuration.hpp", "protocol/effects.hpp", "protocol/enumerations.hpp",
+            "protocol/layout.hpp", "protocol/status.hpp",
+        ),
+        body,
+    )  # fmt: skip
+
+
+def core_enumerations() -> str:
+    """Write firmware/core/enumerations.hpp."""
+    listed = (e.WAVEFORM, e.DETENT_PROFILE, e.GRAIN, e.LAW)
+    return cpp.header(
+        "The choices that the control mathematics has. They keep their number from the wire.",
+        LISTS,
+        ("<cstdint>",),
+        "torsio::core",
+        "".join(map(cpp.host_enumeration, listed)),
+    )
+
+
+FILES = {
+    "firmware/core/enumerations.hpp": core_enumerations,
+    "firmware/protocol/enumerations.hpp": wire_enumerations,
+    "firmware/protocol/effects.hpp": wire_effects,
+    "firmware/protocol/configuration.hpp": wire_configuration,
+    "firmware/protocol/reports.hpp": wire_reports,
+}
