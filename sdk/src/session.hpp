@@ -209,6 +209,8 @@ class Session {
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
   [[nodiscard]] double time_of(std::uint64_t tick) const;
   void lose(const std::string& why);
+  template <class Act>
+  void on_transport(Act&& act);
   template <class Report>
   void say(const Report& report);
   bool send_keep_alive() noexcept;

@@ -25,21 +25,29 @@ std::uint16_t Session::stamp(protocol::ReportBytes& report) {
   return sequence;
 }
 
-void Session::write(const protocol::ReportBytes& report) {
+/// Has the transport do something. Who finds the device gone tells all.
+template <class Act>
+void Session::on_transport(Act&& act) {
   {
     const std::lock_guard lock(mutex_);
     throw_if_gone();
   }
   try {
-    // A full queue empties by one report a frame.
-    while (!transport_->write(report)) sleep(kFrameNs);
-    const std::lock_guard lock(mutex_);
-    log(true, report);
+    act(*transport_);
   } catch (const Disconnected& error) {
     const std::lock_guard lock(mutex_);
     lose(error.what());
     throw;
   }
+}
+
+void Session::write(const protocol::ReportBytes& report) {
+  on_transport([&](Transport& transport) {
+    // A full queue empties by one report a frame.
+    while (!transport.write(report)) sleep(kFrameNs);
+    const std::lock_guard lock(mutex_);
+    log(true, report);
+  });
   ++reports_sent_;
 }
 
@@ -157,18 +165,10 @@ void Session::throw_if_refused(const protocol::Acknowledgement& answer) {
 // Feature reports --------------------------------------------------------------------------------
 
 protocol::ReportBytes Session::get_feature(std::uint8_t id) {
-  {
-    const std::lock_guard lock(mutex_);
-    throw_if_gone();
-  }
-  try {
-    protocol::ReportBytes report{};
-    if (transport_->get_feature(id, report)) return report;
-  } catch (const Disconnected& error) {
-    const std::lock_guard lock(mutex_);
-    lose(error.what());
-    throw;
-  }
+  protocol::ReportBytes report{};
+  bool given = false;
+  on_transport([&](Transport& transport) { given = transport.get_feature(id, report); });
+  if (given) return report;
   throw Error("the device does not give its " + report_name(id) + " report");
 }
 
@@ -179,22 +179,14 @@ void Session::check_feature(protocol::Verdict verdict, std::uint8_t id) {
 }
 
 void Session::set_feature(protocol::ReportBytes report) {
-  {
-    const std::lock_guard lock(mutex_);
-    throw_if_gone();
-  }
   Expectation expectation(*this);
-  expectation.add(stamp(report));
-  try {
-    if (!transport_->set_feature(report)) throw_stalled(report[0]);
+  on_transport([&](Transport& transport) {
+    expectation.add(stamp(report));
+    if (!transport.set_feature(report)) throw_stalled(report[0]);
     ++reports_sent_;
     const std::lock_guard lock(mutex_);
     log(true, report);
-  } catch (const Disconnected& error) {
-    const std::lock_guard lock(mutex_);
-    lose(error.what());
-    throw;
-  }
+  });
   await(expectation);
   protocol::Acknowledgement answer;
   {

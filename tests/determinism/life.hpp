@@ -175,69 +175,39 @@ class Life {
                                .side = one_in(2) ? wire::Side::above : wire::Side::below,
                                .stiffness_nm_per_rad = somef(3.0),
                                .damping_nm_s_per_rad = somef(0.001)});
-      case 1: {
-        wire::Spring spring;
-        spring.target = target;
-        spring.angle_turns_q32 = some_angle();
-        spring.stiffness_nm_per_rad = somef(1.0);
-        spring.deadband_rad = somef(0.1);
-        return send(spring);
-      }
-      case 2: {
-        wire::Damper damper;
-        damper.target = target;
-        damper.damping_nm_s_per_rad = somef(0.002);
-        return send(damper);
-      }
-      case 3: {
-        wire::Friction friction;
-        friction.target = target;
-        friction.torque_nm = somef(0.03);
-        return send(friction);
-      }
-      case 4: {
-        wire::Inertia inertia;
-        inertia.target = target;
-        inertia.inertia_kg_m2 = somef(2e-5);
-        return send(inertia);
-      }
-      case 5: {
-        wire::Constant constant;
-        constant.target = target;
-        constant.torque_nm = eitherf(0.03);
-        return send(constant);
-      }
-      case 6: {
-        wire::Ramp ramp;
-        ramp.target = target;
-        ramp.end_torque_nm = eitherf(0.03);
-        ramp.timing.duration_s = 0.01F + somef(1.0);
-        return send(ramp);
-      }
-      case 7: {
-        wire::Periodic periodic;
-        periodic.target = target;
-        periodic.waveform = static_cast<wire::Waveform>(below(5));
-        periodic.amplitude_nm = somef(0.03);
-        periodic.frequency_hz = somef(200.0);
-        return send(periodic);
-      }
-      case 8: {
-        wire::Detents detents;
-        detents.target = target;
-        detents.per_turn_q32 = (1 + below(60)) << 32U;
-        detents.torque_nm = somef(0.03);
-        detents.profile = static_cast<wire::DetentProfile>(below(3));
-        return send(detents);
-      }
-      case 9: {
-        wire::EndStops stops;
-        stops.target = target;
-        stops.lower_turns_q32 = -(1LL << 32);
-        stops.upper_turns_q32 = 1LL << 32;
-        stops.stiffness_nm_per_rad = somef(3.0);
-        return send(stops);
-      }
+      case 1:
+        return send(wire::Spring{.target = target,
+                                 .angle_turns_q32 = some_angle(),
+                                 .stiffness_nm_per_rad = somef(1.0),
+                                 .deadband_rad = somef(0.1)});
+      case 2:
+        return send(wire::Damper{.target = target, .damping_nm_s_per_rad = somef(0.002)});
+      case 3:
+        return send(wire::Friction{.target = target, .torque_nm = somef(0.03)});
+      case 4:
+        return send(wire::Inertia{.target = target, .inertia_kg_m2 = somef(2e-5)});
+      case 5:
+        return send(wire::Constant{.target = target, .torque_nm = eitherf(0.03), .timing = {}});
+      case 6:
+        return send(wire::Ramp{.target = target,
+                               .end_torque_nm = eitherf(0.03),
+                               .timing = {.duration_s = 0.01F + somef(1.0)}});
+      case 7:
+        return send(wire::Periodic{.target = target,
+                                   .waveform = static_cast<wire::Waveform>(below(5)),
+                                   .amplitude_nm = somef(0.03),
+                                   .frequency_hz = somef(200.0),
+                                   .timing = {}});
+      case 8:
+        return send(wire::Detents{.target = target,
+                                  .per_turn_q32 = (1 + below(60)) << 32U,
+                                  .torque_nm = somef(0.03),
+                                  .profile = static_cast<wire::DetentProfile>(below(3))});
+      case 9:
+        return send(wire::EndStops{.target = target,
+                                   .lower_turns_q32 = -(1LL << 32),
+                                   .upper_turns_q32 = 1LL << 32,
+                                   .stiffness_nm_per_rad = somef(3.0)});
       case 10: {
         wire::Texture texture;
         texture.target = target;

@@ -11,7 +11,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 PAGE = Path(__file__).parents[2] / "build/studio/page"
 # Chromium asks its maker's servers for many things, all of which would wait for nothing here.
@@ -88,6 +88,15 @@ def drag_to(page: Page, angle_rad: float, steps: int = 12) -> None:
 def number(page: Page, name: str) -> float:
     """Return a readout, in SI units."""
     return float(page.locator(f"#{name}").get_attribute("value") or "nan")
+
+
+def be_patient(page: Page) -> None:
+    """Have the knob wait a minute for a page that a busy machine, or an emulated one, is slow with."""
+    control = page.locator("#control_config")
+    control.locator("summary").click()
+    control.locator("input[name=watchdog_s]").fill("60")
+    control.locator("button.apply").click()
+    expect(page.locator("#control_config .differences")).to_be_empty()
 
 
 def settled(page: Page, name: str, *, within: float, timeout_ms: float = 60_000) -> float:

@@ -19,7 +19,7 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.python import wire
-from tests.studio.browser import PAGE, number, opened, settled, state_is
+from tests.studio.browser import PAGE, be_patient, number, opened, settled, state_is
 from torsio.studio.bridge import KEPT_REPORTS, Waiting
 
 ARGUMENTS = ("studio", "--device", "emulated", "--page", str(PAGE))
@@ -82,12 +82,7 @@ def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: 
         page.click("#add-effect")
         page.fill("#effects input[name=angle_rad]", "0.2")
         page.fill("#effects input[name=stiffness_nm_per_rad]", "0.3")
-        # As slow as a loaded machine may be, this page is there.
-        control = page.locator("#control_config")
-        control.locator("summary").click()
-        control.locator("input[name=watchdog_s]").fill("60")
-        control.locator("button.apply").click()
-        expect(page.locator("#control_config .differences")).to_be_empty()
+        be_patient(page)
         page.click("#arm")
         state_is(page, "armed")
         page.wait_for_function("Number(document.getElementById('angle_rad').value) > 0.05")

@@ -52,6 +52,7 @@ __all__ = [
     "GREY",
     "ORANGE",
     "PURPLE",
+    "RED",
     "SCHEMA",
     "TEXT",
     "WALL_FILL",
@@ -67,6 +68,8 @@ __all__ = [
     "save",
     "write_atomically",
 ]
+
+RED = "#c0392b"
 
 T = TypeVar("T")
 Results = dict[str, Any]

@@ -8,11 +8,12 @@
 #include "boards/pico/board.hpp"
 #include "boards/pico2/board.hpp"
 #include "boards/reference.hpp"
-#include "device/rig.hpp"
+#include "device/played.hpp"
 #include "protocol/axis_samples.hpp"
 
 using namespace torsio::protocol;
 using doctest::Approx;
+using torsio::test::arm_at_once;
 using torsio::test::Rig;
 
 TEST_CASE("every refused report says why and leaves the scene as it was") {
@@ -118,11 +119,7 @@ TEST_CASE("a commit changes the whole scene between two ticks") {
 
 TEST_CASE("effects that were not written again go on, those that were begin anew") {
   Rig rig;
-  ControlConfig config;
-  config.law = Law::motor_only;
-  config.passive_ramp_s = 0.0F;
-  REQUIRE(rig.set(config).ok());
-  REQUIRE(rig.command(Op::arm) == Status::ok);
+  arm_at_once(rig);
   Ramp ramp;
   ramp.end_torque_nm = 0.05F;
   ramp.timing.duration_s = 0.1F;
@@ -334,11 +331,7 @@ TEST_CASE("telemetry tells desired, motor, brake and spring torque with their si
 
 TEST_CASE("a slot that plays again after a pause begins anew") {
   Rig rig;
-  ControlConfig config;
-  config.law = Law::motor_only;
-  config.passive_ramp_s = 0.0F;
-  REQUIRE(rig.set(config).ok());
-  REQUIRE(rig.command(Op::arm) == Status::ok);
+  arm_at_once(rig);
   Ramp ramp;
   ramp.end_torque_nm = 0.05F;
   ramp.timing.duration_s = 0.1F;

@@ -2,10 +2,11 @@
 #include <cmath>
 #include <initializer_list>
 
-#include "device/rig.hpp"
+#include "device/played.hpp"
 
 using namespace torsio::protocol;
 using doctest::Approx;
+using torsio::test::arm_at_once;
 using torsio::test::Rig;
 
 TEST_CASE("a device boots disarmed and gives no torque before it is armed") {
@@ -373,11 +374,7 @@ TEST_CASE("what was late before arming is no fault, and an overrun can be cleare
 
 TEST_CASE("a local model holds until its deadline, then the device fails passive") {
   Rig rig;
-  ControlConfig config;
-  config.law = Law::motor_only;
-  config.passive_ramp_s = 0.0F;
-  REQUIRE(rig.set(config).ok());
-  REQUIRE(rig.command(Op::arm) == Status::ok);
+  arm_at_once(rig);
   LocalModel model;
   model.sequence = 1;
   model.torque_nm = 0.02F;

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from torsio_studies.common import BLUE, GREY, Study, caption, headline, label
+from torsio_studies.common import BLUE, GREY, RED, Study, caption, headline, label
 from torsio_studies.extremes import dynamics, numbers
 from torsio_studies.paper import runs
-
-RED = "#c0392b"
 
 
 def overview(study: Study) -> None:

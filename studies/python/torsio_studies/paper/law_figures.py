@@ -15,6 +15,7 @@ from torsio_studies.common import (
     GREY,
     ORANGE,
     PURPLE,
+    RED,
     WALL_FILL,
     Study,
     caption,
@@ -22,8 +23,6 @@ from torsio_studies.common import (
     label,
 )
 from torsio_studies.paper import runs
-
-RED = "#c0392b"
 
 
 def characterisation(

@@ -16,6 +16,7 @@ from torsio_studies.common import (
     GREY,
     ORANGE,
     PURPLE,
+    RED,
     WALL_FILL,
     Study,
     caption,
@@ -24,7 +25,6 @@ from torsio_studies.common import (
 )
 from torsio_studies.paper import runs
 
-RED = "#c0392b"
 LAW_COLOR = {"paper": BLUE, "compensated": GREEN, "motor_only": GREY, "parallel": ORANGE}
 
 
