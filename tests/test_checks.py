@@ -40,6 +40,8 @@ def test_every_header_is_compiled_alone() -> None:
         ("firmware/core/planted.cpp", "#include <stdio.h>"),
         ("firmware/protocol/planted.hpp", '#include "core/motion.hpp"'),
         ("firmware/device/planted.cpp", '#include "emulator/plant/plant.hpp"'),
+        ("firmware/device/dial/planted.cpp", '#include "device/game/forces.hpp"'),
+        ("firmware/device/game/planted.cpp", '#include "device/dial/dial.hpp"'),
         ("emulator/plant/planted.hpp", '#include "core/motion.hpp"'),
         ("emulator/plant/exact/planted.cpp", '#include "emulator/encoder.hpp"'),
         ("emulator/planted.cpp", '#include "steppers/steppers.hpp"'),

@@ -49,6 +49,13 @@ STUDIES = ("actuators", "steppers", "wide")
 RULES = (
     Rule("firmware/core", ("core",), std=FREE_STD),
     Rule("firmware/protocol", ("protocol",), std=FREE_STD),
+    # Two guests of the device, of which only one is there at a time.
+    Rule(
+        "firmware/device/dial", ("core", "protocol", "device"), never="device/game", std=DEVICE_STD
+    ),
+    Rule(
+        "firmware/device/game", ("core", "protocol", "device"), never="device/dial", std=DEVICE_STD
+    ),
     Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
     # The device on TinyUSB's device stack, whatever it runs on.
     Rule(

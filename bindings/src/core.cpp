@@ -199,6 +199,12 @@ void bind_partition(py::module_& module) {
                                return std::string(protocol::Enumerators<protocol::Law>::names.at(
                                    static_cast<std::size_t>(params.law)));
                              })
+      .def_property_readonly(
+          "brakes",
+          [](const core::PartitionParams& params) { return core::traits(params.law).brakes; })
+      .def_property_readonly(
+          "bounds",
+          [](const core::PartitionParams& params) { return core::traits(params.law).bounds; })
       .def_readonly("beta", &core::PartitionParams::beta)
       .def_readonly("motor_torque_max_nm", &core::PartitionParams::motor_torque_max_nm)
       .def_readonly("brake_torque_max_nm", &core::PartitionParams::brake_torque_max_nm);

@@ -91,7 +91,7 @@ def number(page: Page, name: str) -> float:
 
 
 def be_patient(page: Page) -> None:
-    """Have the knob wait a minute for a page that a busy machine, or an emulated one, is slow with."""
+    """Have the knob wait a minute for its page: a busy or emulated machine is slow."""
     control = page.locator("#control_config")
     control.locator("summary").click()
     control.locator("input[name=watchdog_s]").fill("60")

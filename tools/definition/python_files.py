@@ -93,7 +93,9 @@ def python_configurations() -> str:
     """Write the module of configurations."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
-        "from typing import Literal\n\n{all}\n"
+        "from typing import Literal, TypeAlias\n\n{all}\n\n"
+        f"Law: TypeAlias = {python.literal_type(e.LAW)}\n"
+        '"""How motor and brake share the torque."""\n'
     )
     body += python.number(limits.MAX_TORQUE_NM, "Largest torque that a limit can be set to.")
     body += python.number(
@@ -107,7 +109,7 @@ def python_configurations() -> str:
         "keeps it.",
         LISTS,
         body,
-        (of.name for of in configurations.CONFIGURATIONS),
+        ("Law", *(of.name for of in configurations.CONFIGURATIONS)),
     )
 
 

@@ -10,14 +10,18 @@ It can be set only while the device is disarmed, and is lost at power-off unless
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Literal
+from typing import Literal, TypeAlias
 
 __all__ = [
     "ActuatorConfig",
     "BoardConfig",
     "ControlConfig",
     "GameConfig",
+    "Law",
 ]
+
+Law: TypeAlias = Literal["paper", "compensated", "parallel", "motor_only", "calibrated"]
+"""How motor and brake share the torque."""
 
 MAX_TORQUE_NM = 100.0
 """Largest torque that a limit can be set to."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from torsio import _torsio, checks
+from torsio.core import PartitionParams
 from torsio.emulated_knob import Emulator
 from torsio.errors import Closed, Error
 from torsio.events import tell
@@ -230,7 +231,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
         if steepest <= _STABLE_ON_ANY_NM_PER_RAD:
             return
         if self._stable is None:
-            self._stable = (self.stable_stiffness(), self.control_config().law == "calibrated")
+            law = PartitionParams(law=self.control_config().law)
+            self._stable = (self.stable_stiffness(), law.bounds)
         stable, is_bounded = self._stable
         if steepest > stable.stiffness_nm_per_rad and not is_bounded:
             warnings.warn(too_stiff(steepest, stable), stacklevel=3)

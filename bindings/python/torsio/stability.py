@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
 from torsio.config import ActuatorConfig, ControlConfig
+from torsio.core import PartitionParams
 from torsio.plant import PlantParams
 from torsio.scenes import Curve, Damper, Effect, EndStops, Scene, Spring, Wall
 
@@ -71,7 +72,7 @@ def boundary(
     damper_late_s = late_s + 1.0 / (2.0 * math.pi * control.speed_bandwidth_hz)
     largest_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     friction = _TRUSTED_FRICTION * 4.0 * actuator.knob_coulomb_nm / math.pi
-    share = 0.0 if control.law == "motor_only" else control.beta
+    share = control.beta if PartitionParams(law=control.law).brakes else 0.0
     omega = np.linspace(1.0, 0.5 * math.pi / damper_late_s, points)
     # Where the motor saturates the swing's speed is T / (J w).
     losses = actuator.knob_viscous_nm_s_per_rad + friction * inertia * omega / largest_nm

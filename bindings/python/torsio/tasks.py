@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import fields, replace
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from torsio import checks
 from torsio.batch import Actions, Knobs
 from torsio.closed_loop import InitialState, LoopOptions
-from torsio.config import ControlConfig
+from torsio.config import ControlConfig, Law
 from torsio.errors import InvalidArgument
 from torsio.hands import ImpedanceHand, TorqueHand
 from torsio.plant import PlantParams
@@ -28,7 +28,6 @@ __all__ = ["FindDetent", "Floats", "IdentifyShaft", "Law", "Ranges", "RenderWall
 
 Floats = npt.NDArray[np.float64]
 Ranges = Mapping[str, tuple[float, float]]
-Law = Literal["paper", "compensated", "parallel", "motor_only"]
 
 _NUMBERS = tuple(
     field.name for field in fields(PlantParams) if type(field.default) is float

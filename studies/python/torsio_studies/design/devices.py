@@ -12,14 +12,14 @@ import math
 import time
 from collections.abc import Iterator
 from dataclasses import KW_ONLY, asdict, dataclass, fields
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
 from torsio.closed_loop import InitialState, LoopOptions, simulate
-from torsio.config import ControlConfig
+from torsio.config import ControlConfig, Law
 from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.plant import PlantParams
 from torsio.scenes import Spring, Wall
@@ -30,7 +30,6 @@ from torsio_studies.exits import Exit
 from torsio_studies.paper.runs import critical_torque
 
 Array = npt.NDArray[np.float64]
-Law = Literal["paper", "compensated", "parallel", "motor_only"]
 
 WALL_NM_PER_RAD = 30.0 / trials.NM_PER_RAD
 SOFTEST_NM_PER_RAD, STIFFEST_NM_PER_RAD = 0.5, 200.0

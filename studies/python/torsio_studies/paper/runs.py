@@ -6,14 +6,13 @@ import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
-from torsio.config import ControlConfig
+from torsio.config import ControlConfig, Law
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.plant import PlantParams, ShaftHardening
 from torsio.scenes import Spring, Wall
@@ -22,7 +21,6 @@ from torsio_studies import exits
 from torsio_studies.exits import Outcome
 
 Array = npt.NDArray[np.float64]
-Law = Literal["paper", "compensated", "parallel", "motor_only"]
 
 SHAFT_NM_PER_RAD = PlantParams().shaft_stiffness_nm_per_rad
 MOTOR_NM = PlantParams().motor_limit_nm
