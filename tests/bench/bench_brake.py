@@ -29,6 +29,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 from tests.bench.bench_stiffness import SPEEDS_RAD_S, islands, springs, stable_to
 from torsio import BoardConfig, Electrics, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions, simulate, simulate_many
+from torsio.config import Law
 from torsio_studies.paper import runs
 
 RATE_HZ = 20e3
@@ -71,7 +72,7 @@ def fall_s(way: Way) -> float:
     return 50e-6 * float(np.argmax(held < 0.1 * held[0]))
 
 
-def stable(law: runs.Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
+def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
     """Up to where springs come to rest at every speed, and what else does."""
     stiffness = springs(1.06)
     cases = []
@@ -87,7 +88,7 @@ def stable(law: runs.Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
 
 def main() -> None:
     """Print a line for each law and way."""
-    laws: tuple[runs.Law, ...] = ("paper", "compensated")
+    laws: tuple[Law, ...] = ("paper", "compensated")
     for law in laws:
         for way in WAYS:
             wall = math.degrees(30e-3)

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import torsio
-from torsio.config import ControlConfig
+from torsio.config import ControlConfig, Law
 from torsio.emulator import LoopOptions
 from torsio.emulator import simulate as simulate_loop
 from torsio.telemetry import Record
@@ -162,7 +162,7 @@ def test_torque_sensor_lets_go_until_friction_holds_the_knob() -> None:
 
 
 @pytest.mark.parametrize("law", ["paper", "compensated"])
-def test_both_studies_agree_when_this_device_leaves_the_wall(law: paper_runs.Law) -> None:
+def test_both_studies_agree_when_this_device_leaves_the_wall(law: Law) -> None:
     wall = paper_runs.per_degree(trials.CUT_WALL_MNM_PER_DEG)
     _, cut = paper_runs.run_cut(paper_runs.cut_options(wall, law))
     left = trials.measure_exit(f"soft_sensor_{law}")

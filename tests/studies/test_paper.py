@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from torsio.closed_loop import simulate, simulate_many
+from torsio.config import Law
 from torsio.plant import BrakeHysteresis, PlantParams
 from torsio_studies import common
 from torsio_studies.paper import runs
@@ -21,12 +22,12 @@ from torsio_studies.paper import statements as paper_statements
 WALLS = (10.0, 20.0, 30.0, 50.0, 70.0, 100.0)  # mN m per degree
 
 
-def bounces(stiffness: float, law: runs.Law = "paper", **options: Any) -> runs.Bounces:
+def bounces(stiffness: float, law: Law = "paper", **options: Any) -> runs.Bounces:
     loop = runs.bounce_options(stiffness, law, **options)
     return runs.count_bounces(simulate(loop, duration_s=1.0))
 
 
-def limit(law: runs.Law = "paper", *, most: float = 14.0, **options: Any) -> float:
+def limit(law: Law = "paper", *, most: float = 14.0, **options: Any) -> float:
     stiffness = np.array(np.arange(3.0, most, 0.25 if most < 20 else 1.0), dtype=np.float64)
     loops = [runs.bounce_options(float(k), law, **options) for k in stiffness]
     outcomes = [runs.count_bounces(rows) for rows in simulate_many(loops, duration_s=1.0)]
@@ -107,7 +108,7 @@ def test_sensor_crosses_zero_where_the_formula_says(ratio: float) -> None:
 @pytest.mark.parametrize("wall", [5.0, 10.0, 25.0, 50.0, 100.0])
 @pytest.mark.parametrize("law", ["paper", "compensated"])
 def test_knob_leaves_the_wall_when_the_string_is_cut_or_friction_holds_it(
-    wall: float, law: runs.Law
+    wall: float, law: Law
 ) -> None:
     stiffness = runs.per_degree(wall)
     _, cut = runs.run_cut(runs.cut_options(stiffness, law))

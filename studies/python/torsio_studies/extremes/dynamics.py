@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from torsio import core, emulator, hands, scenes
 from torsio.closed_loop import InitialState, LoopOptions, simulate
-from torsio.config import ControlConfig
+from torsio.config import ControlConfig, Law
 from torsio.plant import PlantParams
 from torsio_studies.paper import runs
 from torsio_studies.steppers import Method, make_plant, stepped_by
@@ -230,13 +230,13 @@ def free_air(guarded: bool, duration_s: float = 1.0) -> tuple[Array, Array]:
     return time, angle
 
 
-def bounce_oscillation_rad(stiffness: float, law: runs.Law, **loop: Any) -> float:
+def bounce_oscillation_rad(stiffness: float, law: Law, **loop: Any) -> float:
     """Oscillation that is left of a bounce in such a spring; `loop` as in `runs.bounce_options`."""
     rows = simulate(runs.bounce_options(stiffness, law, **loop), duration_s=1.0)
     return runs.count_bounces(rows).oscillation_rad
 
 
-def share_error(beta: float, law: runs.Law) -> float:
+def share_error(beta: float, law: Law) -> float:
     """Tracking error on the way out of a wall for such a share of the brake."""
     options = runs.push_options(runs.per_degree(30), law, beta=beta)
     _, push = runs.run_push(options)
@@ -250,7 +250,7 @@ HELD_BY_FRICTION_NM = (
 """What dry friction holds without any brake, and a count more, that the encoder does not see."""
 
 
-def stuck_torque_nm(law: runs.Law, beta: float) -> float:
+def stuck_torque_nm(law: Law, beta: float) -> float:
     """Torque that a wall of 25 mN m/deg still asks for, a second after the string was cut."""
     _, cut = runs.run_cut(runs.cut_options(STRING_WALL, law, beta=beta))
     return cut.stuck_torque_nm

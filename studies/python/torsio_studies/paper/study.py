@@ -38,6 +38,7 @@ from rich.console import Console
 from rich.table import Table
 
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
+from torsio.config import Law
 from torsio.plant import BrakeHysteresis, PlantParams, ShaftHardening
 from torsio.telemetry import Record
 from torsio_studies.common import Results, Study
@@ -146,7 +147,7 @@ def _scenario_3(study: Study) -> Results:
     cuts: dict[str, tuple[Record, runs.Cut]] = {}
     stiffness = runs.per_degree(CUT_WALL)
     rigid = PlantParams(shaft_stiffness_nm_per_rad=50.0)
-    cases: tuple[tuple[runs.Law, PlantParams], ...] = (
+    cases: tuple[tuple[Law, PlantParams], ...] = (
         ("paper", PlantParams()),
         ("compensated", PlantParams()),
         ("parallel", PlantParams()),
