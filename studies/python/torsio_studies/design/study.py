@@ -12,9 +12,10 @@ import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
+from torsio.config import Law
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
-from torsio_studies.design.devices import EVALUATION, SPACE, Law, batches, columns
+from torsio_studies.design.devices import EVALUATION, SPACE, batches, columns
 from torsio_studies.design.spread import spread
 from torsio_studies.design.store import Store
 
