@@ -126,6 +126,12 @@ def pull_in_callback(knob: torsio.Knob) -> None:
     toggle(knob)
 
 
+def close_in_callback(knob: torsio.Knob) -> None:
+    """The callback closes the knob, with the plug in or out."""
+    knob.on_event(lambda _: knob.close())
+    toggle(knob)
+
+
 STATES: dict[str, Callable[[torsio.Knob], object]] = {
     "asleep": sleep,
     "asking": ask,
@@ -141,6 +147,7 @@ STATES: dict[str, Callable[[torsio.Knob], object]] = {
     "a game's effects": play_game,
     "in a callback": hear_and_toggle,
     "pulled by a callback": pull_in_callback,
+    "closed by a callback": close_in_callback,
     "waiting for a state": lambda knob: [
         knob.wait_for("fault", timeout_s=60.0) for _ in itertools.count()
     ],
@@ -190,7 +197,8 @@ class Trial:
             user.start()
             time.sleep(self.wait_s)
             self.pulled_s = time.monotonic()
-            knob.emulator.unplug()
+            with suppress(torsio.Closed):  # by a callback
+                knob.emulator.unplug()
             user.join(10.0)
 
     def _use(self, knob: torsio.Knob) -> None:
@@ -205,7 +213,10 @@ class Trial:
         """Return what is wrong with it; empty if nothing is."""
         if self.heard is None:
             return "nobody was told"
-        if not isinstance(self.heard, torsio.Disconnected):
+        told: tuple[type[Exception], ...] = (torsio.Disconnected,)
+        if STATES[self.state] is close_in_callback:
+            told += (torsio.Closed,)
+        if not isinstance(self.heard, told):
             return f"told by {self.heard!r}"
         return f"told after {self.late_s:.2f} s" if self.late_s > LATEST_S else ""
 
