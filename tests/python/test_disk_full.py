@@ -19,7 +19,7 @@ ROOM_BYTES = 6000
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file grow beyond a few thousand bytes; the kernel refuses the write as on a full disk."""
+    """Let no file grow beyond a few thousand bytes, as on a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM_BYTES, hard))
