@@ -155,7 +155,7 @@ TEST_CASE("truth has one sample a tick, at the tick's time, and costs nothing un
   for (std::size_t i = 0; i < truth.size(); ++i) {
     CHECK(truth[i].time_ns == static_cast<std::int64_t>(i) * kMs);
     CHECK(truth[i].angle_rad ==
-          doctest::Approx(1e-3 * static_cast<double>(i)).scale(0).epsilon(1e-9));
+          doctest::Approx(1e-3 * static_cast<double>(i)).scale(1e-3).epsilon(1e-9));
   }
   CHECK(device.take_truth().empty());
 

@@ -64,7 +64,7 @@ TEST_CASE("first crossing ignores a touch and sees a curve leave zero downwards"
 TEST_CASE("first crossing after leaving zero upwards is where it comes back") {
   const auto found = first_crossing(from_roots(-1.0, {0.0, 0.75}), kTolerance);
   REQUIRE(found);
-  CHECK(*found == doctest::Approx(0.75).scale(0).epsilon(1e-15));
+  CHECK(*found == doctest::Approx(0.75).scale(1).epsilon(1e-15));
 }
 
 TEST_CASE("first crossing agrees with a dense scan of random polynomials") {

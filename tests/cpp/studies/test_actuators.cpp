@@ -71,9 +71,9 @@ TEST_CASE("machine: a locked brake makes the knob a spring of the shaft's stiffn
   command.brake_forward_command_nm = command.brake_backward_command_nm = 0.1;
   SUBCASE("up to what it can hold") {
     const auto machine = run(params, grown(0.09), {}, command, 0.6);
-    CHECK(machine.state().angle_rad[0] == doctest::Approx(0.09 / 2.873).scale(0).epsilon(1e-4));
+    CHECK(machine.state().angle_rad[0] == doctest::Approx(0.09 / 2.873).scale(0).epsilon(3e-4));
     CHECK(machine.state().angle_rad[1] == 0.0);
-    CHECK(machine.rendered_torque_nm() == doctest::Approx(-0.09).scale(0).epsilon(1e-4));
+    CHECK(machine.rendered_torque_nm() == doctest::Approx(-0.09).scale(0).epsilon(3e-4));
   }
   SUBCASE("and slips beyond it") {
     const auto machine = run(params, grown(0.11), {}, command, 0.6);
