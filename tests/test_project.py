@@ -69,3 +69,14 @@ def test_suite_counts_a_skip_as_a_failure(pytester: pytest.Pytester) -> None:
     )
     outcomes = pytester.runpytest("--continue-on-collection-errors").parseoutcomes()
     assert outcomes == {"failed": 1, "errors": 2, "xfailed": 1}
+
+
+def test_no_duration_is_measured_by_a_clock_that_somebody_may_set() -> None:
+    settable = re.compile(r"system_clock|gettimeofday|CLOCK_REALTIME|\btime\(nullptr\)")
+    found = [
+        file
+        for folder in ("firmware", "emulator", "sdk", "bindings/src")
+        for file in (TREE / folder).rglob("*.[ch]pp")
+        if settable.search(file.read_text(encoding="utf-8"))
+    ]
+    assert found == []

@@ -1,7 +1,8 @@
 """Fetch the kernels that the tests in ``tests/vm`` boot.
 
 ``python -m tools.kernels FOLDER`` leaves one folder for each kernel, FOLDER/6.1 for example, with
-``vmlinuz`` and, in ``modules``, what a machine with USB needs. What is there already is kept.
+``vmlinuz`` and, in ``modules``, what a machine with USB needs. What is there already is kept, until
+other modules are wanted.
 
 Debian has both kernels in the archives of one release, bookworm, which any newer Debian can read.
 Another distribution's archive has neither, so there the newest kernel of the running release is
@@ -38,6 +39,7 @@ MODULES = (
     "drivers/input",
     "drivers/usb/common",
     "drivers/usb/core",
+    "drivers/usb/misc",
     "drivers/usb/usbip",
     "drivers/virtio",
     "fs/9p",
@@ -47,6 +49,7 @@ MODULES = (
     "lib",
     "net/9p",
 )
+_STAMP = "".join(f"{part}\n" for part in MODULES)
 
 
 def wanted_kernels() -> dict[str, str]:
@@ -106,8 +109,13 @@ def _unpack(package: Path, folder: Path) -> None:
         raise RuntimeError(f"{package.name} cannot be unpacked")
 
 
+def _is_complete(folder: Path) -> bool:
+    stamp = folder / "complete"
+    return stamp.exists() and stamp.read_text(encoding="utf-8") == _STAMP
+
+
 def _fetch(folder: Path, kernels: Mapping[str, str], suite: str = "") -> list[Path]:
-    missing = [name for name in kernels if not (folder / name / "complete").exists()]
+    missing = [name for name in kernels if not _is_complete(folder / name)]
     if missing:
         packages = apt.PrivateApt(folder / "apt", _sources(suite))
         for name in missing:
@@ -117,7 +125,7 @@ def _fetch(folder: Path, kernels: Mapping[str, str], suite: str = "") -> list[Pa
                 part.unlink()
             if not (folder / name / "vmlinuz").exists():
                 raise RuntimeError(f"{kernels[name]} brought no kernel image")
-            (folder / name / "complete").touch()
+            (folder / name / "complete").write_text(_STAMP, encoding="utf-8")
         shutil.rmtree(packages.folder)
     return [folder / name for name in kernels]
 

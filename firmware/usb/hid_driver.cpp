@@ -13,7 +13,8 @@ using device::kEndpointSize;
 
 constexpr std::uint8_t kPort = 0;  // the only one that the device stack has
 
-// HID 1.11, sections 7.1 and 7.2.
+// USB 2.0, 9.4, and HID 1.11, sections 7.1 and 7.2.
+constexpr std::uint8_t kGetStatus = 0x00;
 constexpr std::uint8_t kGetDescriptor = 0x06;
 constexpr std::uint8_t kHidType = 0x21;
 constexpr std::uint8_t kReportType = 0x22;
@@ -116,6 +117,12 @@ bool get_descriptor(std::uint8_t port, const tusb_control_request_t& request, st
                           static_cast<std::uint16_t>(bytes.size()));
 }
 
+/// USB 2.0, 9.4.5: an interface has no status, and says so.
+bool get_status(std::uint8_t port, const tusb_control_request_t& request) {
+  control[0] = control[1] = 0;
+  return tud_control_xfer(port, &request, control.data(), 2);
+}
+
 bool get_report(std::uint8_t port, const tusb_control_request_t& request, Interface& interface) {
   if (high_byte(request.wValue) != kFeature) return false;
   const std::size_t size = interface.function->get_feature(low_byte(request.wValue), control);
@@ -149,6 +156,7 @@ bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_r
 
   if (request->bmRequestType_bit.type == TUSB_REQ_TYPE_STANDARD) {
     if (stage != CONTROL_STAGE_SETUP) return true;
+    if (request->bRequest == kGetStatus) return in && get_status(port, *request);
     return in && request->bRequest == kGetDescriptor && get_descriptor(port, *request, number);
   }
   if (request->bmRequestType_bit.type != TUSB_REQ_TYPE_CLASS) return false;

@@ -63,7 +63,8 @@ bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
   if (closed || events.empty() || callback == nullptr) return false;
   const Event event = std::move(events.front());
   events.pop_front();
-  const std::shared_ptr<const Callback> call = callback;
+  std::shared_ptr<const Callback> call = callback;
+  teller = std::this_thread::get_id();
   lock.unlock();
   std::exception_ptr thrown;
   try {
@@ -77,6 +78,11 @@ bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
     callback = nullptr;
     events.clear();
   }
+  lock.unlock();
+  call.reset();  // its end may be anything too
+  lock.lock();
+  teller = {};
+  news.notify_all();
   return true;
 }
 
@@ -90,8 +96,14 @@ void EventFeed::Telling::run() {
 void EventFeed::tell() {
   if (own_thread_) return;
   std::unique_lock lock(telling_->mutex);
+  if (telling_->teller != std::thread::id()) return;
   while (telling_->tell_one(lock)) {
   }
+}
+
+bool EventFeed::tells_here() const {
+  const std::lock_guard lock(telling_->mutex);
+  return telling_->teller == std::this_thread::get_id();
 }
 
 void EventFeed::close() noexcept {
@@ -104,13 +116,19 @@ void EventFeed::close() noexcept {
     telling_->events.clear();
   }
   telling_->news.notify_all();
-  const std::lock_guard lock(thread_mutex_);
-  if (!thread_.joinable()) return;
-  if (thread_.get_id() == std::this_thread::get_id()) {
-    thread_.detach();  // the callback closes its knob, and may even be the last to have it
-  } else {
-    thread_.join();
+  dropped.reset();
+  {
+    std::unique_lock lock(telling_->mutex);
+    if (telling_->teller == std::this_thread::get_id()) return;
+    telling_->news.wait(lock, [&] { return telling_->teller == std::thread::id(); });
   }
+  const std::lock_guard lock(thread_mutex_);
+  if (thread_.joinable()) thread_.join();
+}
+
+EventFeed::~EventFeed() {
+  close();
+  if (thread_.joinable()) thread_.detach();  // the callback itself was the last to have the knob
 }
 
 }  // namespace torsio

@@ -24,7 +24,7 @@ class EventFeed {
 
   /// With a thread of its own the feed calls back by itself, else in tell().
   explicit EventFeed(bool own_thread) : own_thread_(own_thread) {}
-  ~EventFeed() { close(); }
+  ~EventFeed();
   EventFeed(const EventFeed&) = delete;
   EventFeed& operator=(const EventFeed&) = delete;
 
@@ -37,19 +37,24 @@ class EventFeed {
 
   /// From the next event on; none stops it. What an older one threw is thrown here, once.
   void set_callback(Callback callback);
-  /// Without a thread: calls back for what has come since.
+  /// Without a thread: calls back for what has come since, one after the other. If a callback runs
+  /// already, whoever called it goes on with what has come.
   void tell();
+  /// True in the callback itself.
+  [[nodiscard]] bool tells_here() const;
 
-  /// No callback runs any more when it returns, unless the callback itself calls it.
+  /// No callback runs any more when it returns, unless the callback itself calls it. Calling it
+  /// again is fine.
   void close() noexcept;
 
   static constexpr std::size_t kMost = 1024;
 
  private:
-  /// What the thread needs; it may outlive the feed, if the callback closes the knob.
+  /// What the thread needs; it may outlive the feed, if the callback is the last to have the knob.
   struct Telling {
     std::mutex mutex;
     std::condition_variable news;
+    std::thread::id teller;  // whose callback runs; none if none does
     std::deque<Event> events;
     std::shared_ptr<const Callback> callback;
     std::exception_ptr failure;

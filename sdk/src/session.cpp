@@ -32,8 +32,13 @@ Session::Session(std::unique_ptr<Transport> transport, SessionOptions options)
 Session::~Session() { close(false); }
 
 void Session::close(bool disarm_first) noexcept {
-  const std::lock_guard closing(close_mutex_);
-  if (closed_) return;
+  if (closing_.exchange(true)) {
+    // Who closes waits for the callback, or has called it, so the callback must not wait for that.
+    if (events_.tells_here()) return;
+    all_closed_.wait(false);
+    events_.close();
+    return;
+  }
   const Unasked unasked(*this);
   if (disarm_first) {
     try {
@@ -49,6 +54,8 @@ void Session::close(bool disarm_first) noexcept {
   if (reader_.joinable()) reader_.join();
   events_.close();
   transport_->close();
+  all_closed_ = true;
+  all_closed_.notify_all();
 }
 
 /// Sends a report and gives the device a moment to answer; whether it does is all the same.

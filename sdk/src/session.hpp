@@ -225,8 +225,9 @@ class Session {
   const std::unique_ptr<Transport> transport_;
   const SessionOptions options_;
   std::thread reader_;
-  std::mutex close_mutex_;
-  std::atomic<bool> closed_{false};
+  std::atomic<bool> closing_{false};  // somebody does
+  std::atomic<bool> closed_{false};   // from here on nobody uses it
+  std::atomic<bool> all_closed_{false};
   std::atomic<int> unasked_{0};    // calls that do not ask the user
   std::atomic<int> disarming_{0};  // orders to disarm that are under way
   std::atomic<std::uint16_t> sequence_{0};

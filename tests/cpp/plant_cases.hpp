@@ -58,12 +58,14 @@ TEST_CASE("rigid knob decays as viscous and Coulomb friction say, and stops in f
 
     plant.advance(100'000'000);
     const double expected = (18.0 + coulomb / viscous) * std::exp(-0.1 / tau) - coulomb / viscous;
-    CHECK(plant.state().knob_speed_rad_s() == doctest::Approx(expected).epsilon(choice.tolerance));
+    CHECK(plant.state().knob_speed_rad_s() ==
+          doctest::Approx(expected).scale(0).epsilon(choice.tolerance));
     plant.advance(static_cast<std::int64_t>(stop_s * 1e9) - 100'000'000 - 100'000);
     CHECK(plant.state().knob_speed_rad_s() > 0.0);
     plant.advance(200'000);
     CHECK(plant.state().knob_speed_rad_s() == 0.0);
-    CHECK(plant.state().knob_angle_rad() == doctest::Approx(way_rad).epsilon(choice.tolerance));
+    CHECK(plant.state().knob_angle_rad() ==
+          doctest::Approx(way_rad).scale(0).epsilon(choice.tolerance));
     const PlantState rest = plant.state();
     plant.advance(10'000'000'000);
     CHECK(plant.state().knob_angle.fraction_rad == rest.knob_angle.fraction_rad);
@@ -88,8 +90,8 @@ TEST_CASE("brake holds a torque below its capacity with no creep at all") {
     // The spring has what the knob's own friction leaves to it.
     const Truth truth = plant.truth();
     CHECK(truth.hand_torque_nm + truth.spring_torque_nm + truth.knob_friction_torque_nm ==
-          doctest::Approx(0.0).epsilon(1e-12));
-    CHECK(truth.brake_torque_nm == doctest::Approx(truth.spring_torque_nm).epsilon(1e-9));
+          doctest::Approx(0.0).scale(1).epsilon(1e-12));
+    CHECK(truth.brake_torque_nm == doctest::Approx(truth.spring_torque_nm).scale(0).epsilon(1e-9));
   }
 }
 
@@ -102,8 +104,8 @@ TEST_CASE("brake slips when the torque passes its capacity, and carries its capa
     plant.set_command({0.0, 0.03});
     const double breakaway_nm = params.knob_coulomb_nm + params.brake_drag_nm + 0.03;
     while (plant.state().brake_speed_rad_s() == 0.0) plant.advance(1'000'000);
-    CHECK(plant.truth().hand_torque_nm == doctest::Approx(breakaway_nm).epsilon(2e-3));
-    CHECK(plant.truth().brake_torque_nm == doctest::Approx(-0.032).epsilon(1e-4));
+    CHECK(plant.truth().hand_torque_nm == doctest::Approx(breakaway_nm).scale(0).epsilon(2e-3));
+    CHECK(plant.truth().brake_torque_nm == doctest::Approx(-0.032).scale(0).epsilon(1e-4));
     CHECK_FALSE(plant.truth().brake_sticks);
   }
 }
@@ -116,9 +118,9 @@ TEST_CASE("motor and brake answer a step with their exponentials, even in one lo
       plant.set_command({0.04, 0.08});
       plant.advance(250'000);
       CHECK(plant.truth().motor_torque_nm ==
-            doctest::Approx(0.04 * -std::expm1(-2.5)).epsilon(1e-12));
+            doctest::Approx(0.04 * -std::expm1(-2.5)).scale(0).epsilon(1e-12));
       CHECK(plant.truth().brake_capacity_nm ==
-            doctest::Approx(2e-3 + 0.08 * -std::expm1(-0.25 / 60.0)).epsilon(1e-12));
+            doctest::Approx(2e-3 + 0.08 * -std::expm1(-0.25 / 60.0)).scale(0).epsilon(1e-12));
     }
   }
 }

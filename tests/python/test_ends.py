@@ -208,6 +208,32 @@ def test_what_a_callback_raises_is_shown_and_ends_nothing(
     assert [str(error) for error in shown] == ["of the callback"] * 2
 
 
+# In a process of its own: what hangs in here holds the interpreter up at its end.
+CLOSING = """
+knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced={paced}))
+told = threading.Event()
+def hear(event):
+    told.set()
+    time.sleep(0.05)
+    knob.close()
+knob.on_event(hear)
+try:
+    knob.arm()
+    told.wait()
+    if {also}: knob.close()
+    while True: knob.sleep(0.01)
+except torsio.Closed:
+    print("closed")
+"""
+
+
+@pytest.mark.parametrize("paced", [True, False])
+@pytest.mark.parametrize("also", [True, False])
+def test_callback_may_close_its_knob_also_while_others_do(also: bool, paced: bool) -> None:
+    ended = run(CLOSING.format(paced=paced, also=also))
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "closed\n", "")
+
+
 @pytest.mark.parametrize("paced", [True, False])
 @pytest.mark.parametrize("closed", [True, False])
 def test_knob_whose_callback_has_it_goes_with_the_last_who_knows_it(
@@ -263,6 +289,22 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
     )
     # 300 rings that were filled at once would be 1.1 GB.
     assert int(result.stdout) < 500, result.stderr
+
+
+def test_a_thousand_open_knobs_touch_little_memory() -> None:
+    result = run(
+        """
+import resource
+torsio.open("emulated").close()
+def pages():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+before = pages()
+knobs = [torsio.open("emulated") for _ in range(1000)]
+print((pages() - before) * resource.getpagesize())
+""",
+    )
+    # What makes it slow is memory that the kernel has to find: 3.6 MB each if rings were filled.
+    assert int(result.stdout) < 1000 * 300_000, result.stderr
 
 
 def test_two_threads_record_while_a_third_stops_telemetry() -> None:

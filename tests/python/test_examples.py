@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -36,3 +37,12 @@ def test_example_runs(example: Path) -> None:
     assert result.returncode == 0, result.stderr
     assert PROMISED[example.stem] in result.stdout
     assert result.stderr == ""
+
+
+def test_detents_tells_milliseconds_that_come_to_its_recording() -> None:
+    example = TREE / "examples/python/detents.py"
+    output = subprocess.run([sys.executable, str(example)], capture_output=True, text=True).stdout
+    stays_ms = [int(stay) for stay in re.findall(r"^notch -?\d+: (\d+) ms,", output, re.MULTILINE)]
+    assert len(stays_ms) >= 6
+    # It records 3.2 s; each line is rounded to a millisecond.
+    assert sum(stays_ms) == pytest.approx(3200, abs=len(stays_ms) + 5)

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import MappingProxyType
 
 from tests.vm import results
 from tests.vm.machine import GuestFailed, Machine
@@ -93,11 +94,11 @@ def junit(kernel: str) -> Path:
     return TREE / f"out/junit-usb-{kernel}.xml"
 
 
-def _command(kernel: str) -> str:
+def _command(kernel: str, variables: Mapping[str, str]) -> str:
     run = shlex.join(
         pytest_command("-v --color=no --junitxml=/torsio-share/junit.xml @/torsio-share/tests")
     )
-    variables = {**_NO_OTHER_PLUGINS, GUEST_VARIABLE: kernel}
+    variables = {**_NO_OTHER_PLUGINS, GUEST_VARIABLE: kernel, **variables}
     return f"""\
 export {" ".join(f"{name}={value}" for name, value in variables.items())}
 export HOME=/tmp PYTHONUNBUFFERED=1 PATH=/usr/sbin:/usr/bin:/sbin:/bin
@@ -113,8 +114,16 @@ exit $status
 """
 
 
-def run_guest(kernel: str, tests: Sequence[str]) -> str:
-    """Run tests in one guest. Returns what is wrong with the guest itself, empty if nothing is."""
+def run_guest(
+    kernel: str,
+    tests: Sequence[str],
+    variables: Mapping[str, str] = MappingProxyType({}),
+    limit_s: float = LIMIT_S,
+) -> str:
+    """Run tests in one guest. Returns what is wrong with the guest itself, empty if nothing is.
+
+    The variables are in the tests' environment.
+    """
     shutil.rmtree(share(kernel), ignore_errors=True)
     share(kernel).mkdir(parents=True)
     junit(kernel).parent.mkdir(exist_ok=True)
@@ -123,7 +132,7 @@ def run_guest(kernel: str, tests: Sequence[str]) -> str:
     folder = KERNELS if kernel in _fetched(KERNELS) else NEWEST_KERNELS
     machine = Machine(folder / kernel, share(kernel))
     try:
-        machine.run(_command(kernel), limit_s=LIMIT_S)
+        machine.run(_command(kernel, variables), limit_s=limit_s)
     except GuestFailed as failure:
         return str(failure)
     try:

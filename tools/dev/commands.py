@@ -263,9 +263,15 @@ def soak(arguments: Sequence[str]) -> int:
 
 def unplugs(arguments: Sequence[str]) -> int:
     """Pull the plug of knobs in use; see ``tests/endurance/unplugs.py``."""
+    on_kernel = any(argument.startswith("--kernel") for argument in arguments)
     with lock():
         environment.set_up("tests")
-        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        kernels = building.begin_fetching_kernels() if on_kernel else None
+        sources = building.FirmwareSources(fetch=on_kernel)
+        building.build_python(building.TORSIO, sources.tinyusb)
+        if kernels is not None:
+            building.build_preset("release", sources.tinyusb, "--target", "torsio_virtual_knob")
+            kernels.result()
     become(PYTHON, "-m", "tests.endurance.unplugs", *arguments)
 
 

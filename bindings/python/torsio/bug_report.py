@@ -19,6 +19,7 @@ from typing import Any, Final
 import torsio
 from torsio import doctor, protocol
 from torsio.errors import Error
+from torsio.whole_file import beside
 
 __all__ = ["collect"]
 
@@ -92,7 +93,10 @@ def collect(
             "doctor.json": _impersonal(json.dumps(reports, indent=2)),
             "versions.json": _impersonal(json.dumps(_versions(), indent=2)),
         }
-        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        with (
+            beside(file) as part,
+            zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive,
+        ):
             for name, content in parts.items():
                 archive.writestr(name, content)
             if recording is not None:

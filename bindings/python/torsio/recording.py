@@ -23,6 +23,7 @@ from torsio.emulated_knob import DeviceInput
 from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
 from torsio.telemetry import TELEMETRY_DTYPE, Record
+from torsio.whole_file import beside
 
 __all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]
 
@@ -230,11 +231,15 @@ class Recorded:
         ------
         torsio.Error
             If the ending is another one, or pyarrow is missing for Parquet.
+        OSError
+            If it cannot be written, whole; a table that was there before is then still there.
         """
         ending = Path(path).suffix
         if ending == ".csv":
             rows = np.column_stack([self.telemetry[name].astype(object) for name in _COLUMNS])
-            np.savetxt(path, rows, fmt="%s", delimiter=",", header=",".join(_COLUMNS), comments="")
+            header = ",".join(_COLUMNS)
+            with beside(path) as part:
+                np.savetxt(part, rows, fmt="%s", delimiter=",", header=header, comments="")
         elif ending == ".parquet":
             try:
                 import pyarrow as pa
@@ -244,7 +249,8 @@ class Recorded:
             table = pa.table(
                 {name: np.ascontiguousarray(self.telemetry[name]) for name in _COLUMNS}
             )
-            parquet.write_table(table, path)
+            with beside(path) as part:
+                parquet.write_table(table, part)
         else:
             raise Error(f"{str(path)!r} ends in neither .csv nor .parquet")
 

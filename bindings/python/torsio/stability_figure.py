@@ -9,6 +9,7 @@ import numpy as np
 from torsio.demos.wall_figure import BLACK, BLUE, ORANGE, STYLE, TEXT
 from torsio.records import StableStiffness
 from torsio.stability import LIMITS, Array, StabilityMap
+from torsio.whole_file import beside
 
 __all__ = ["save_figure"]
 
@@ -52,4 +53,5 @@ def save_figure(
         axes.set_ylabel("the scene's stiffness, N m/rad")
         axes.set_title(title)
         figure.legend(loc="outside lower center", ncols=2, frameon=False, labelcolor=TEXT)
-        figure.savefig(path)
+        with beside(path) as part:
+            figure.savefig(part)

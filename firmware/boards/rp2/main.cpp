@@ -5,7 +5,6 @@
 #include <hardware/structs/systick.h>
 #include <hardware/sync.h>
 #include <hardware/timer.h>
-#include <hardware/watchdog.h>
 #include <pico/bootrom.h>
 #include <pico/unique_id.h>
 
@@ -19,6 +18,7 @@
 #include "boards/all.hpp"
 #include "boards/rp2/firmware_label.hpp"
 #include "boards/rp2/flash_slots.hpp"
+#include "boards/rp2/life_watch.hpp"
 #include "boards/rp2/power_stage.hpp"
 #include "boards/rp2/quadrature.hpp"
 #include "boards/rp2/reset_cause.hpp"
@@ -33,10 +33,6 @@ constexpr const Board& kBoard = TORSIO_BOARD::kBoard;
 constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
 constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
 static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
-// Without a tick or a round of the main loop for so long, the chip starts anew: outputs off.
-// With the largest scene that fits, a round takes longer without floating point.
-constexpr std::uint32_t kWatchdogMs = kBoard.power.predicts ? 8 : 20;
-constexpr std::uint32_t kFlashWatchdogMs = 2000;    // an erase may take half a second
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
 constexpr std::uint32_t kSysTickOn = 0x5;           // enabled, from the processor's clock
@@ -63,6 +59,7 @@ Lasting<device::Device> the_device;
 Lasting<PowerStage> power;
 Lasting<Quadrature> encoder;
 Lasting<usb::UsbDevice> usb_device;
+LifeWatch life_watch{kBoard.power.predicts};
 
 /// Power off, then the watchdog starts the chip anew.
 [[noreturn]] void panic(protocol::ResetCause why) {
@@ -76,21 +73,11 @@ Lasting<usb::UsbDevice> usb_device;
 
 device::TickInputs inputs;
 std::uint8_t emergency_stop_pin;
-std::uint32_t due_us;
+TickClock tick_clock{0, kControlPeriodUs};
 std::uint32_t cycles_to_ns_q16;
 std::atomic<std::uint32_t> ticks_done{0};
 
 std::uint32_t cycles_left() { return systick_hw->cvr; }
-
-/// Whole periods by which this tick is late. The timer and the PWM run from the same crystal.
-std::uint32_t count_missed_ticks() {
-  const std::uint32_t late_us = timer_hw->timerawl - due_us;
-  due_us += kControlPeriodUs;
-  if (static_cast<std::int32_t>(late_us) < 0) return 0;
-  const std::uint32_t missed = late_us < kControlPeriodUs ? 0 : late_us / kControlPeriodUs;
-  due_us += missed * kControlPeriodUs;
-  return missed;
-}
 
 void on_tick() {
   const std::uint32_t start = cycles_left();
@@ -98,7 +85,7 @@ void on_tick() {
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
   inputs.power_faults = power->find_faults();
   inputs.actuator_fault = inputs.power_faults != 0;
-  inputs.missed_ticks = count_missed_ticks();
+  inputs.missed_ticks = tick_clock.count_missed(timer_hw->timerawl);
   const device::TickOutputs outputs = the_device->tick(inputs);
   power->set_speed(the_device->speed_rad_s());
   power->apply(outputs);
@@ -155,7 +142,7 @@ void start_control(const protocol::BoardConfig& config, const protocol::Actuator
   systick_hw->csr = kSysTickOn;
   cycles_to_ns_q16 =
       static_cast<std::uint32_t>((std::uint64_t{1'000'000'000} << 16) / clock_get_hz(clk_sys));
-  due_us = timer_hw->timerawl + kControlPeriodUs;
+  tick_clock = {timer_hw->timerawl, kControlPeriodUs};
   power->start(on_step);
 }
 
@@ -164,10 +151,7 @@ void start_control(const protocol::BoardConfig& config, const protocol::Actuator
 void save_when_asked() {
   const std::optional<device::SlotWrite> write = the_device->take_slot_write();
   if (!write) return;
-  watchdog_enable(kFlashWatchdogMs, false);
-  const bool intact = write_slot(*write);
-  watchdog_enable(kWatchdogMs, false);
-  if (intact) {
+  if (life_watch.stand_by([&] { return write_slot(*write); })) {
     the_device->storage_written();
   } else {
     the_device->storage_failed();
@@ -179,24 +163,16 @@ void show_state(std::uint8_t pin) {
                              static_cast<std::uint32_t>(time_us_64() / 1000)));
 }
 
-/// Feeds the watchdog as long as both contexts get on.
-void show_life() {
-  static std::uint32_t last_seen;
-  const std::uint32_t ticks = ticks_done.load(std::memory_order_relaxed);
-  if (ticks != last_seen) watchdog_update();
-  last_seen = ticks;
-}
-
 [[noreturn]] void run(std::uint8_t light_pin) {
   std::uint32_t bootloader_us = 0;
   bool leaving = false;
-  watchdog_enable(kWatchdogMs, false);
+  life_watch.start();
   for (;;) {
     usb_device->poll();
     the_device->service();
     save_when_asked();
     show_state(light_pin);
-    show_life();
+    life_watch.see(ticks_done.load(std::memory_order_relaxed));
     if (the_device->take_bootloader_request()) {
       leaving = true;
       bootloader_us = timer_hw->timerawl;

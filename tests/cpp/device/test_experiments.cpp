@@ -22,9 +22,10 @@ Excitation steady(float motor_nm, float duration_s = 0.05F) {
 }
 
 /// Armed, with a scene of 0.01 N m and no soft start.
-void arm(Rig& rig, Law law = Law::motor_only) {
+void arm(Rig& rig, Law law = Law::motor_only, float motor_slew_nm_per_s = 0.0F) {
   ControlConfig control;
   control.law = law;
+  control.motor_slew_nm_per_s = motor_slew_nm_per_s;
   control.passive_ramp_s = 0.0F;
   control.watchdog_s = 60.0F;
   REQUIRE(rig.set(control).ok());
@@ -82,6 +83,27 @@ TEST_CASE("an experiment takes the place of the scene, ends by itself and disarm
   rig.tick(3);
   CHECK(rig.state() == State::armed);
   CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.01));
+}
+
+TEST_CASE(
+    "nothing is left in the tick in which an experiment ends, however slow the motor's slew") {
+  Rig rig;
+  arm(rig, Law::motor_only, 1.0F);
+  REQUIRE(rig.send_status(steady(0.03F)) == Status::ok);
+  float last_nm = 0.0F;
+  int ticks = 0;
+  for (; ticks < 100 && rig.outputs.enabled; ++ticks) {
+    last_nm = rig.outputs.motor_command_nm;
+    rig.tick();
+  }
+  // The slew would take 25 ms for it.
+  CHECK(last_nm > 0.025F);
+  for (int after = 0; after < 30; ++after) {
+    CHECK_FALSE(rig.outputs.enabled);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
+    rig.tick();
+  }
+  CHECK(rig.state() == State::disarmed);
 }
 
 TEST_CASE("an experiment goes past the law, and gives each part what was asked of it") {

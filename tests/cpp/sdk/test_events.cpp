@@ -25,6 +25,12 @@ std::vector<std::string> kinds(const std::vector<Event>& events) {
 
 using Kinds = std::vector<std::string>;
 
+Knob open_emulated(bool is_paced) {
+  EmulatorOptions emulator;
+  emulator.paced = is_paced;
+  return Knob::open("emulated", {.emulator = emulator});
+}
+
 }  // namespace
 
 TEST_CASE("events tell arming and disarming, in order, once") {
@@ -185,19 +191,88 @@ TEST_CASE("what a callback throws ends it, and comes out of the next on_event") 
   }
 }
 
-TEST_CASE("a callback may close its knob") {
-  EmulatorOptions emulator;
-  emulator.paced = true;
-  Knob knob = Knob::open("emulated", {.emulator = emulator});
+TEST_CASE("a callback may close its knob, whatever it is told") {
+  for (const bool is_paced : {false, true}) {
+    for (const bool is_unplugged : {false, true}) {
+      CAPTURE(is_paced);
+      CAPTURE(is_unplugged);
+      Knob knob = open_emulated(is_paced);
+      std::atomic<int> closed = 0;
+      knob.on_event([&](const Event& event) {
+        if (is_unplugged && event.state != State::disconnected) return;
+        knob.close();
+        ++closed;
+      });
+      try {
+        knob.arm();
+        if (is_unplugged) knob.emulator().unplug();
+        for (int i = 0; i < 500; ++i) knob.sleep(0.01);
+        FAIL("a closed knob goes on");
+      } catch (const Error&) {  // Closed, or Disconnected if that was noticed first
+      }
+      for (int i = 0; i < 500 && closed == 0; ++i) std::this_thread::sleep_for(10ms);
+      CHECK(closed == 1);
+      CHECK_FALSE(knob.is_open());
+      CHECK_THROWS_AS(knob.arm(), Closed);
+    }
+  }
+}
+
+TEST_CASE("a callback that closes the knob is let go by whoever closes it meanwhile") {
+  // In virtual time closing itself calls back, with the event that it disarms.
+  for (const bool is_paced : {false, true}) {
+    CAPTURE(is_paced);
+    Knob knob = open_emulated(is_paced);
+    std::atomic<bool> runs = false;
+    std::atomic<bool> may_close = false;
+    std::atomic<bool> ended = false;
+    knob.on_event([&](const Event& event) {
+      runs = true;
+      while (is_paced && !may_close) std::this_thread::yield();
+      if (is_paced || event.state == State::disarmed) knob.close();
+      ended = true;
+    });
+    knob.arm();
+    while (is_paced && !runs) std::this_thread::yield();
+    std::thread other([&] {
+      std::this_thread::sleep_for(20ms);
+      may_close = true;
+    });
+    knob.close();
+    CHECK(ended);
+    CHECK_FALSE(knob.is_open());
+    other.join();
+  }
+}
+
+TEST_CASE("a callback that has closed the knob has ended when another close returns") {
+  Knob knob = open_emulated(true);
   std::atomic<bool> closed = false;
+  std::atomic<bool> ended = false;
   knob.on_event([&](const Event&) {
     knob.close();
     closed = true;
+    std::this_thread::sleep_for(50ms);
+    ended = true;
   });
   knob.arm();
-  for (int i = 0; i < 500 && !closed; ++i) std::this_thread::sleep_for(10ms);
-  CHECK(closed);
-  CHECK_FALSE(knob.is_open());
+  while (!closed) std::this_thread::yield();
+  knob.close();
+  CHECK(ended);
+}
+
+TEST_CASE("a callback that lets time pass is told the next event when it has returned") {
+  Knob knob = open_emulated(false);
+  std::vector<std::string> told;
+  knob.on_event([&](const Event& event) {
+    const bool is_armed = event.state == State::armed;
+    told.push_back(is_armed ? "armed" : "disarmed");
+    if (is_armed) knob.disarm();
+    if (is_armed) told.push_back("end of armed");
+  });
+  knob.arm();
+  knob.sleep(0.01);
+  CHECK(told == Kinds{"armed", "end of armed", "disarmed"});
 }
 
 TEST_CASE("a recording says how the torque went") {

@@ -41,7 +41,9 @@ class Board final : public Transport {
 };
 
 bool same(const Limits& is, const Limits& wanted) {
-  const auto near = [](double a, double b) { return a == doctest::Approx(b).epsilon(1e-6); };
+  const auto near = [](double a, double b) {
+    return a == doctest::Approx(b).scale(0.01).epsilon(1e-6);
+  };
   return near(is.motor_torque_nm, wanted.motor_torque_nm) &&
          near(is.motor_torque_continuous_nm, wanted.motor_torque_continuous_nm) &&
          near(is.brake_torque_nm, wanted.brake_torque_nm) &&

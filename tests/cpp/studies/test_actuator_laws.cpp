@@ -52,11 +52,12 @@ void check(Kind kind, const std::vector<Tick>& ticks) {
     CAPTURE(i);
     const MachineCommand found = law(ticks[i].senses);
     const MachineCommand& expected = ticks[i].expected;
-    CHECK(found.motor_command_nm == doctest::Approx(expected.motor_command_nm).epsilon(1e-6));
+    CHECK(found.motor_command_nm ==
+          doctest::Approx(expected.motor_command_nm).scale(0.01).epsilon(1e-6));
     CHECK(found.brake_forward_command_nm ==
-          doctest::Approx(expected.brake_forward_command_nm).epsilon(1e-6));
+          doctest::Approx(expected.brake_forward_command_nm).scale(0.01).epsilon(1e-6));
     CHECK(found.brake_backward_command_nm ==
-          doctest::Approx(expected.brake_backward_command_nm).epsilon(1e-6));
+          doctest::Approx(expected.brake_backward_command_nm).scale(0.01).epsilon(1e-6));
     CHECK(found.source_speed_rad_s == expected.source_speed_rad_s);
   }
 }

@@ -46,6 +46,19 @@ TEST_CASE("enumeration gives the descriptors of the firmware") {
   }
 }
 
+TEST_CASE("every interface says that it has no status, and no other is there to be asked") {
+  Rig rig;
+  const auto interfaces = static_cast<std::uint16_t>(torsio::device::usb_interfaces().size());
+  for (std::uint16_t number = 0; number < interfaces; ++number) {
+    const Reply answer = rig.client.control_in(setup_packet(0x81, 0, 0, number, 2), 2);
+    CHECK(answer.status == 0);
+    CHECK(answer.data == Bytes{0, 0});
+  }
+  CHECK(rig.client.control_in(setup_packet(0x81, 0, 0, interfaces, 2), 2).status == kStall);
+  // Asked the wrong way round, with data to the knob.
+  CHECK(rig.client.control_out(setup_packet(0x01, 0, 0, 0, 2), {1, 2}).status == kStall);
+}
+
 TEST_CASE("strings are maker, product and the serial number that was chosen") {
   Rig rig;
   const auto string = [&](std::uint16_t index) {

@@ -1,7 +1,12 @@
 // Interrupt transfers: output reports, the answers to them, and what endpoints refuse.
 #include <doctest/doctest.h>
 
+#include <array>
+#include <cstdint>
+#include <optional>
+
 #include "rig.hpp"
+#include "usb/usb_device.hpp"
 
 using namespace usbip_test;
 
@@ -145,4 +150,29 @@ TEST_CASE("halted endpoint stalls until the halt is cleared") {
   CHECK(rig.client.control_out(setup_packet(0x02, 1, 0, 0x01, 0)).status == 0);
   rig.client.submit_out(1, command(2, kDisarm));
   CHECK(rig.client.wait().status == 0);
+}
+
+TEST_CASE("before a host is there no game has the actuator, whatever has been said") {
+  using namespace torsio;
+  const device::BoardInfo board;
+  for (const bool on_usb : {true, false}) {  // the other is one on a bench, always connected
+    CAPTURE(on_usb);
+    device::Device device(board, device::empty_slots());
+    std::optional<usb::UsbDevice> stack;
+    if (on_usb) stack.emplace(device, board);
+    const auto say = [&](const Bytes& report) { device.game().receive(report); };
+    REQUIRE(device.game().set_feature(Bytes{0x21, 1, 0, 0}));  // Create New Effect: a constant
+    std::array<std::uint8_t, 64> loaded{};
+    REQUIRE(device.game().get_feature(0x22, loaded) == 5);
+    const std::uint8_t block = loaded[1];
+    say({0x11, block, 1, 0xFF, 0xFF, 0, 0, 0, 0, 0xFF, 0x7F, 0, 2, 0xFF, 0x5F, 0, 0});
+    say({0x15, block, 0x00, 0x20});
+    say({0x1A, block, 1, 1});
+    for (int i = 0; i < 10; ++i) {
+      device.service();
+      const device::TickOutputs given = device.tick({});
+      CHECK((on_usb ? given.motor_command_nm == 0.0F : true));
+    }
+    CHECK((device.state() == protocol::State::armed) == !on_usb);
+  }
 }

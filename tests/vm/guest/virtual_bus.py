@@ -24,6 +24,11 @@ _LONGEST_S = 30.0
 _LOOK_EVERY_S = 0.03
 
 _T = TypeVar("_T")
+Cable = Callable[[socket.socket], socket.socket]
+
+
+def _plain_cable(connection: socket.socket) -> socket.socket:
+    return connection
 
 
 def wait_for(what: str, ready: Callable[[], _T | None]) -> _T:
@@ -109,9 +114,12 @@ class VirtualKnob:
         found = wait_for("a hidraw device", lambda: list(self.interface.glob("*/hidraw/hidraw*")))
         return wait_for("a device file", lambda: _existing(Path("/dev") / found[0].name))
 
-    def plug(self, *, wait: bool = True) -> None:
-        """Plug it in; return when the kernel has got to know it, or at once."""
-        with import_device(self.tcp_port) as connection:
+    def plug(self, *, wait: bool = True, cable: Cable = _plain_cable) -> None:
+        """Plug it in; return when the kernel has got to know it, or at once.
+
+        A cable makes of the connection to the knob the one that the kernel gets.
+        """
+        with cable(import_device(self.tcp_port)) as connection:
             self._port = next(n for n, (status, _) in ports().items() if status == _FREE)
             (CONTROLLER / "attach").write_text(
                 f"{self._port} {connection.fileno()} {_DEVICE_ID} {_FULL_SPEED}"
@@ -119,14 +127,19 @@ class VirtualKnob:
         if wait:
             self.wait_plugged()
 
-    def wait_plugged(self) -> None:
-        """Wait until the kernel has got to know it."""
+    def wait_addressed(self) -> None:
+        """Wait until the kernel has given it an address, whether a driver wants it or not."""
 
         def bus_id() -> str:
             status, found = ports()[self._port]
             return found if status == _USED else ""
 
         self.bus_id = wait_for("an address", bus_id)
+        wait_for("interfaces", self.interface.exists)
+
+    def wait_plugged(self) -> None:
+        """Wait until the kernel has got to know it."""
+        self.wait_addressed()
         folders = [f"{self.sysfs}/{self.bus_id}:1.{number}" for number in range(_INTERFACES)]
         wait_for("the drivers", lambda: all(map(_is_bound, folders)))
 
@@ -194,11 +207,12 @@ class VirtualBus:
         hand: str = "pushes",
         options: Sequence[str] = (),
         wait: bool = True,
+        cable: Cable = _plain_cable,
     ) -> VirtualKnob:
         """Start a knob and plug it in."""
         knob = VirtualKnob(serial, rate_hz, hand, options)
         self.knobs.append(knob)
-        knob.plug(wait=wait)
+        knob.plug(wait=wait, cable=cable)
         return knob
 
     def end(self) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from torsio.calibration.procedure import Calibration
 from torsio.demos.wall_figure import BLUE, GREY, ORANGE, STYLE, TEXT
+from torsio.whole_file import beside
 
 __all__ = ["save_figure"]
 
@@ -60,4 +61,5 @@ def save_figure(calibration: Calibration, path: Path) -> None:
                 0.99, 0.95, f"RMS {fit.residual_rms:.2g} {unit}", transform=lower.transAxes,
                 ha="right", va="top", fontsize=9, color=TEXT,
             )  # fmt: skip
-        figure.savefig(path)
+        with beside(path) as part:
+            figure.savefig(part)

@@ -87,3 +87,26 @@ TEST_CASE("friction's bristle is as stiff as a spring of its torque may be") {
     CHECK(rig.outputs.motor_command_nm == about(-stable * 2 * kCountRad));
   }
 }
+
+TEST_CASE(
+    "an effect that a configuration prepares anew after its start blends as any change does") {
+  GameRig rig;
+  const auto with_most = [](float torque_max_nm) {
+    protocol::GameConfig config;
+    config.torque_max_nm = torque_max_nm;
+    config.blend_s = 0.02F;
+    return config;
+  };
+  REQUIRE(rig.set(with_most(0.08F)).ok());
+  for (int block = 0; block < 4; ++block) rig.play_constant(2000);
+  rig.device->service();  // the starts are on their way, and nothing is armed yet
+  REQUIRE(rig.device->set_feature(protocol::encode(with_most(0.04F))).ok());
+  // The starts come in one tick, what was prepared anew in two after it.
+  const std::vector<float> nm = rig.torques(60);
+  const double first_nm = 4 * 0.08 * 2000 / 32767;
+  CHECK(static_cast<double>(nm.back()) == about(first_nm / 2));
+  for (std::size_t i = 1; i < nm.size(); ++i) {
+    CAPTURE(i);
+    CHECK(std::abs(nm[i] - nm[i - 1]) < 1.1 * first_nm / 20);  // a change takes 20 ticks
+  }
+}

@@ -312,6 +312,11 @@ TEST_CASE("a fault silences the game, and clearing it does not bring the force b
   REQUIRE(rig.command(Op::clear_fault) == Status::ok);
   rig.tick(100);
   CHECK(rig.state() == State::disarmed);
+  // Nor does another that is started bring it back.
+  const int other = rig.play_constant(8192);
+  rig.tick(10);
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 8192 / 32767));
+  rig.stop(other);
   rig.start(block);
   rig.tick(10);
   CHECK(rig.outputs.motor_command_nm == Approx(0.08));

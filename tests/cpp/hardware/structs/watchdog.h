@@ -10,6 +10,8 @@ namespace fake {
 struct Watchdog {
   std::uint32_t reason = 0;
   std::array<std::uint32_t, 8> scratch{};
+  std::uint32_t time_ms = 0;
+  int updates = 0;
 };
 inline Watchdog watchdog;
 }  // namespace fake

@@ -1,0 +1,24 @@
+"""Files that are written wholly or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def beside(path: str | Path) -> Iterator[Path]:
+    """Give a place beside a file's, and put what is written there in the file's when it is whole.
+
+    If anything is raised, a full disk for example, the file is as it was before. The ending of the
+    name stays, which tells some writers the format.
+    """
+    file = Path(path).resolve()
+    part = file.with_name(f".part-{os.getpid()}-{file.name}")
+    try:
+        yield part
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,84 @@
+"""A disk that is full in the middle of a file: one sentence, and nothing that looks whole."""
+
+from __future__ import annotations
+
+import resource
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from torsio.cli import app
+
+ROOM_BYTES = 6000
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """Let no file grow beyond a few thousand bytes, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM_BYTES, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, before)
+
+
+def says_so(*arguments: str) -> str:
+    """Run a command on a full disk, and return what it says."""
+    with full_disk():
+        result = CliRunner().invoke(app, list(arguments))
+    assert result.exit_code == 1, (result.output, result.exception)
+    lines = [line for line in result.stderr.splitlines() if line.startswith("torsio: error: ")]
+    assert len(lines) == 1, result.stderr
+    assert "Traceback" not in result.output
+    return lines[0]
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recording") / "whole.mcap"
+    with torsio.open("emulated") as knob, knob.record_to(path):
+        knob.arm()
+        knob.sleep(2.0)
+    return path
+
+
+def test_recording_on_a_full_disk_says_so_and_has_what_came_before(tmp_path: Path) -> None:
+    path = tmp_path / "torn.mcap"
+    said = says_so("record", str(path), "--device", "emulated", "--seconds", "3")
+    assert "large" in said or "space" in said
+    assert not torsio.load(path).whole
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_table_on_a_full_disk_leaves_the_one_that_was_there(
+    recording: Path, tmp_path: Path, ending: str
+) -> None:
+    table = tmp_path / f"table.{ending}"
+    table.write_text("of yesterday")
+    says_so("export", str(recording), str(table))
+    assert table.read_text() == "of yesterday"
+    assert list(tmp_path.iterdir()) == [table]
+
+
+def test_report_on_a_full_disk_leaves_none(recording: Path, tmp_path: Path) -> None:
+    path = tmp_path / "report.zip"
+    says_so("report", str(path), "--device", "emulated", "--recording", str(recording))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_demo_on_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
+    says_so("demo", "wall", "--out", str(tmp_path))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_map_on_a_full_disk_leaves_none(tmp_path: Path) -> None:
+    says_so("stability", "--quick", "--picture", str(tmp_path / "map.png"))
+    assert list(tmp_path.iterdir()) == []
