@@ -29,7 +29,11 @@ value in each of `frames_hz` frames a second; `joined` as the device does by def
 sent, all as shares of full torque; `updates`.
 
 `what` "revival", an endless force that silence has ended, updated: `p99_ms` and `max_ms` from the
-call to the torque, `lost` that never came back, `updates`.
+call to the torque, `max_ticks` from the update's arrival at the device, which is a frame's
+beginning, to the first tick with torque; `lost` that never came back, `updates`.
+
+`what` "older", a constant force that is changed after an effect of each other kind was made, in
+level and direction by turns: `updates`, `lost` that were never felt.
 """
 
 from __future__ import annotations
@@ -353,6 +357,8 @@ def revival_line(rate_hz: int, updates: int) -> Line:
     """Update an effect again and again that silence has ended."""
     chance = random.Random("revival")
     delays_ms: list[float] = []
+    ticks: list[int] = []
+    frame = round(rate_hz * FRAME_S)
     lost = 0
     with bench(rate_hz, silence_s=0.05) as running:
         pad = running.pad
@@ -374,13 +380,57 @@ def revival_line(rate_hz: int, updates: int) -> Line:
         lost += back.size == 0
         if back.size:
             delays_ms.append(1e3 * float(time_s[here][back[0]] - begin_s))
+            # The log begins with a frame.
+            ticks.append(int(here.start + back[0]) % frame + 1)
     return {
         "what": "revival",
         "p99_ms": round(float(np.percentile(delays_ms, 99)), 2),
         "max_ms": round(max(delays_ms), 2),
+        "max_ticks": max(ticks),
         "lost": lost,
         "updates": updates,
     }
+
+
+def older_line(rate_hz: int, updates: int) -> Line:
+    """Change an effect that is not the last one made."""
+    levels = (8_000, 16_000, 24_000)
+    with bench(rate_hz) as running:
+        pad = running.pad
+        number = pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(levels[0])))
+        pad.play(number)
+        others = [Effect(gamepad.RAMP, gamepad.ramp(0, 1), 1000)]
+        others += [
+            Effect(gamepad.PERIODIC, gamepad.periodic(wave, 1, 100)) for wave in effect_forms.WAVES
+        ]
+        others += [
+            Effect(kind, gamepad.condition(1))
+            for kind in (gamepad.SPRING, gamepad.DAMPER, gamepad.INERTIA, gamepad.FRICTION)
+        ]
+        expected: list[float] = []
+        sent_s: list[float] = []
+        last = -1
+        for index in range(updates):
+            if last >= 0:
+                pad.erase(last)
+            last = pad.upload(others[index % len(others)])
+            level = levels[(index + 1) // 2 % len(levels)]
+            right = index // 2 % 2 == 0
+            direction = gamepad.RIGHT if right else gamepad.LEFT
+            changed = Effect(
+                gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction
+            )
+            time.sleep(0.01)
+            sent_s.append(time.monotonic())
+            expected.append((level if right else -level) / 32767)
+            pad.upload(changed)
+            time.sleep(0.02)
+        let_pass(running.knob, 0.2)
+        time_s, _, torque = running.end()
+    # Two reports, of level and direction, and the blend are over by then.
+    felt = torque[np.searchsorted(time_s, np.array(sent_s) + 0.015)]
+    lost = int(np.count_nonzero(np.abs(felt - expected) > 1e-3))
+    return {"what": "older", "lost": lost, "updates": updates}
 
 
 # ---------------------------------------------------------------------------------------------
@@ -409,6 +459,8 @@ def measure(arguments: argparse.Namespace) -> Iterator[Line]:
                 yield about | frames_line(rate_hz, frames_hz, joined=joined)
     if "revival" in arguments.what:
         yield about | revival_line(rate_hz, min(arguments.updates, 100))
+    if "older" in arguments.what:
+        yield about | older_line(rate_hz, arguments.updates)
     if "flood" in arguments.what:
         yield about | flood_line(rate_hz, arguments.flood_per_s, arguments.flood_s)
 
@@ -417,7 +469,7 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--here", action="store_true", help="no virtual machine; needs root")
-    kinds = ("delay", "torque_error", "frames", "revival", "flood")
+    kinds = ("delay", "torque_error", "frames", "revival", "older", "flood")
     parser.add_argument("--what", nargs="+", choices=kinds, default=kinds, help="default: all")
     parser.add_argument("--rate-hz", type=int, default=10_000, help="control rate")
     parser.add_argument("--updates", type=int, default=400, help="for each delay")

@@ -82,6 +82,7 @@ def test_older_effect_is_updated_after_another_kind_was_made(
     pad.upload(replace(push(16000, number), delay_ms=0))
     let_pass(knob, 0.2)
     pad.close()
+    let_pass(knob, 0.1)
     _, _, torque = read_log(bus, log)
     expected = np.array([0, 16000, -16000, 16000, 0]) / 32767
     assert np.array(held(torque))[:5] == pytest.approx(expected, abs=1e-3)
