@@ -28,6 +28,10 @@ HARMLESS_WITH_MARK = {
     ),
     # Linux drops a game's report for which its queue has no place.
     "floods_queue": (r"hid-generic [0-9A-F:.]+: output queue full",),
+    # fftest leaves the trigger button of its rumble to chance.
+    "fftest": (
+        r"hid-generic \S+: implement\(\) called with too large value \d+ \(n: 8\)! \(fftest\)",
+    ),
 }
 _LINE = re.compile(r"<(\d+)>(?:\[ *[\d.]+\] ?)?(.*)")
 # Said at any level, these mean trouble.

@@ -36,7 +36,8 @@ def test_game_is_felt_at_the_knob_and_lets_go_when_interrupted(
         [PROGRAM, *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
     with torsio.open(knob.serial) as opened:
-        wait_for("the game to play", lambda: opened.health().owner == "game")
+        wait_for("all its forces", lambda: len(opened.game_effects()) == 11)
+        let_pass(knob, 0.1)  # springs come up in 50 ms
         turn(knob, tmp_path, [(0.0, 0.0), (0.2, -0.1), (0.4, -0.1), (0.6, 0.0)])  # into the floor
         let_pass(knob, 0.7)
         # Every pin once, up and down: the one that binds first is set, and perhaps more.
