@@ -3,9 +3,10 @@
 Boots a virtual machine and plays on a virtual knob through Linux's own driver, as a game does. Time
 is counted in instructions there, 1 ns each, so that the figures do not depend on what else the
 computer does. `--here` measures on this computer instead, by the clock; that needs root and the
-module vhci_hcd.
+module vhci_hcd. `--in-process` measures "frames" alone, on an emulated knob without a driver, with a
+virtual clock.
 
-Keys: `benchmark` "games"; `what`; `kernel` its release; `time` "instructions" or "clock";
+Keys: `benchmark` "games"; `what`; `kernel` its release; `time` "instructions", "clock" or "virtual";
 `control_rate_hz`.
 
 `what` "delay", from the call that changes a playing effect to the torque of the motor. `effect`:
@@ -57,10 +58,20 @@ import numpy as np
 
 TREE = Path(__file__).parents[2]
 sys.path.insert(0, str(TREE))  # this file is also run as a program
+import torsio  # noqa: E402
 from tests.bench.bench_usb import measure_in_virtual_machine  # noqa: E402
+from tests.python.test_games import CONSTANT, Game  # noqa: E402
 from tests.vm.guest import effect_forms, gamepad  # noqa: E402
 from tests.vm.guest.gamepad import Effect, Gamepad  # noqa: E402
-from tests.vm.guest.torque_log import Floats, let_pass, pieces, plug, read_log, turn  # noqa: E402
+from tests.vm.guest.torque_log import (  # noqa: E402
+    FULL_NM,
+    Floats,
+    let_pass,
+    pieces,
+    plug,
+    read_log,
+    turn,
+)
 from tests.vm.guest.virtual_bus import VirtualBus  # noqa: E402
 from tests.vm.machine import GuestFailed  # noqa: E402
 
@@ -299,6 +310,7 @@ def flood_line(rate_hz: int, asked_per_s: float, duration_s: float) -> Line:
 # A game's frames -----------------------------------------------------------------------------
 
 CURVE = 0.5  # of full torque
+FRAMES_HZ = (60, 120, 360)
 
 
 def _curve(time_s: Floats) -> Floats:
@@ -349,6 +361,37 @@ def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
         time_s, _, torque = running.end()
     sent = slice(*np.searchsorted(time_s, (begin_s, begin_s + duration_s)))
     found = _frames_measures(time_s[sent] - begin_s, torque[sent])
+    about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "updates": count}
+    return about | found
+
+
+def frames_in_process_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
+    """Do the same without USB, driver and machine: what the device itself makes of a curve."""
+    duration_s = 3.0
+    count = round(duration_s * frames_hz)
+    options = torsio.EmulatorOptions(
+        control_rate_hz=rate_hz,
+        control=torsio.ControlConfig(law="motor_only"),
+        game=torsio.GameConfig(join_updates=joined, torque_max_nm=FULL_NM),
+        log_truth=True,
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, 0.0)]))
+        game = Game(knob)
+        block = game.create(CONSTANT)
+        game.constant(block, 0)
+        game.play(block)
+        knob.emulator.advance(0.2)
+        knob.emulator.truth()
+        torque: list[Floats] = []
+        ticks = 0
+        for index in range(count):
+            game.constant(block, round(32767 * float(_curve(np.array(index / frames_hz)))))
+            until = round((index + 1) / frames_hz * rate_hz)
+            knob.emulator.advance((until - ticks) / rate_hz)
+            ticks = until
+            torque.append(np.array(knob.emulator.truth()["motor_torque_nm"]) / FULL_NM)
+    found = _frames_measures(np.arange(ticks) / rate_hz, np.concatenate(torque)[:ticks])
     about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "updates": count}
     return about | found
 
@@ -436,6 +479,14 @@ def older_line(rate_hz: int, updates: int) -> Line:
 # ---------------------------------------------------------------------------------------------
 
 
+def measure_in_process(rate_hz: int) -> Iterator[Line]:
+    """Measure the filter between updates alone, in seconds, by the virtual clock."""
+    about = {"benchmark": "games", "time": "virtual", "control_rate_hz": rate_hz}
+    for frames_hz in FRAMES_HZ:
+        for joined in (False, True):
+            yield about | frames_in_process_line(rate_hz, frames_hz, joined=joined)
+
+
 def measure(arguments: argparse.Namespace) -> Iterator[Line]:
     """Measure on this computer."""
     rate_hz = arguments.rate_hz
@@ -454,7 +505,7 @@ def measure(arguments: argparse.Namespace) -> Iterator[Line]:
         for effect in ("spring", "damper", "friction", "inertia"):
             yield about | condition_line(effect, rate_hz)
     if "frames" in arguments.what:
-        for frames_hz in (60, 120, 360):
+        for frames_hz in FRAMES_HZ:
             for joined in (False, True):
                 yield about | frames_line(rate_hz, frames_hz, joined=joined)
     if "revival" in arguments.what:
@@ -469,6 +520,9 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--here", action="store_true", help="no virtual machine; needs root")
+    parser.add_argument(
+        "--in-process", action="store_true", help="frames only, without a driver; in seconds"
+    )
     kinds = ("delay", "torque_error", "frames", "revival", "older", "flood")
     parser.add_argument("--what", nargs="+", choices=kinds, default=kinds, help="default: all")
     parser.add_argument("--rate-hz", type=int, default=10_000, help="control rate")
@@ -478,6 +532,10 @@ def main() -> None:
         "--flood-s", type=float, default=3.0, help="how long; at most 30,000 updates"
     )
     arguments = parser.parse_args()
+    if arguments.in_process:
+        for line in measure_in_process(arguments.rate_hz):
+            print(json.dumps(line), flush=True)
+        return
     if arguments.here:
         for line in measure(arguments):
             print(json.dumps(line), flush=True)

@@ -43,7 +43,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "kernel(name): runs on this kernel only, of all there are")
     config.addinivalue_line("markers", "games: takes minutes; runs with ./dev test games")
     config.addinivalue_line("markers", "pulls_cable: unplugs a knob that is in use")
-    config.addinivalue_line("markers", "fftest: runs a program that gives the kernel rubbish")
+    config.addinivalue_line("markers", "odd_trigger: names trigger buttons that do not exist")
     config.addinivalue_line("markers", "floods_queue: gives the kernel more than a knob can take")
 
 

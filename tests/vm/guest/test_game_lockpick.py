@@ -38,7 +38,7 @@ def test_game_is_felt_at_the_knob_and_lets_go_when_interrupted(
     with torsio.open(knob.serial) as opened:
         wait_for("all its forces", lambda: len(opened.game_effects()) == 11)
         let_pass(knob, 0.1)  # springs come up in 50 ms
-        turn(knob, tmp_path, [(0.0, 0.0), (0.2, -0.1), (0.4, -0.1), (0.6, 0.0)])  # into the floor
+        turn(knob, tmp_path, [(0.0, 0.0), (0.2, -0.2), (0.4, -0.2), (0.6, 0.0)])  # into the floor
         let_pass(knob, 0.7)
         # Every pin once, up and down: the one that binds first is set, and perhaps more.
         for _ in range(5):
@@ -58,10 +58,11 @@ def test_game_is_felt_at_the_knob_and_lets_go_when_interrupted(
     assert all(effect["uploaded"] for effect in found["knob"]["effects"].values())
     assert found["knob"]["effects"]["click"]["starts"] >= 1
     _, angle, torque = read_log(bus, log)
-    # A wall gives full torque within 5 degrees. The pins' spring pushes down with a fifth, the
-    # click knocks with nine tenths.
-    assert torque[angle < -np.radians(5)].max() > 0.99
-    shallow = (angle < -0.02) & (angle > -0.06)
+    # The floor begins at -5.4 degrees and gives full torque within 5 more. The pins' spring pushes
+    # down with a fifth, the click knocks with nine tenths.
+    face_rad = -0.06 * LIFT_RAD
+    assert torque[angle < face_rad - np.radians(5)].max() > 0.99
+    shallow = (angle < face_rad - 0.01) & (angle > face_rad - 0.06)
     slope = np.polyfit(angle[shallow], torque[shallow], 1)[0]
     assert slope == pytest.approx(-5 * default.spring_gain / np.radians(450), rel=0.2)
     lifted = (angle > 0.3) & (angle < 0.8 * LIFT_RAD)
