@@ -3,11 +3,11 @@
 Boots a virtual machine and plays on a virtual knob through Linux's own driver, as a game does. Time
 is counted in instructions there, 1 ns each, so that the figures do not depend on what else the
 computer does. `--here` measures on this computer instead, by the clock; that needs root and the
-module vhci_hcd. `--in-process` measures "frames" alone, on an emulated knob without a driver, with a
+module vhci_hcd. `--in-process` measures "frames" alone, on an emulated knob without a driver, by a
 virtual clock.
 
-Keys: `benchmark` "games"; `what`; `kernel` its release; `time` "instructions", "clock" or "virtual";
-`control_rate_hz`.
+Keys: `benchmark` "games"; `what`; `kernel` its release; `time` "instructions", "clock" or
+"virtual"; `control_rate_hz`.
 
 `what` "delay", from the call that changes a playing effect to the torque of the motor. `effect`:
 "constant", "ramp", "sine" (its offset), "spring" (its coefficient), or "start" for a constant one
