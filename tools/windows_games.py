@@ -1,15 +1,20 @@
-"""Makes what the guests need to play as a Windows game does: a program, and Wine's own folder."""
+"""Makes what the guests need to play as Windows games do: programs, SDL, Wine's own folder."""
 
 from __future__ import annotations
 
 import os
 import shutil
 import subprocess
+import sys
+import zipfile
 from pathlib import Path
 
 TREE = Path(__file__).parent.parent
 FOLDER = TREE / "build/games"
-SOURCE = TREE / "tests/vm/guest/dinput/effects.cpp"
+SOURCES = TREE / "tests/vm/guest/dinput"
+PROGRAMS = ("effects", "sdl")
+# SDL's Windows builds, and the packages for Python that bring them.
+SDL = {"SDL2.dll": "pysdl2-dll==2.32.10", "SDL3.dll": "tcod==21.2.2"}
 COMPILER = "x86_64-w64-mingw32-g++-posix"
 _FLAGS = ("-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", "-static")
 _LIBRARIES = ("-ldinput8", "-ldxguid", "-lole32")
@@ -20,18 +25,38 @@ _BUS_OPTIONS = {"Enable SDL": 0, "DisableHidraw": 0, "DisableInput": 1, "Disable
 QUIET = {"WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml=", "DISPLAY": ""}
 
 
+def _fetch_sdl(library: str, package: str) -> None:
+    """Take a library out of a package for Windows, which need not be installed."""
+    if (FOLDER / library).exists():
+        return
+    wheels = FOLDER / "wheels"
+    shutil.rmtree(wheels, ignore_errors=True)
+    options = ("--disable-pip-version-check", "--no-deps", "--only-binary=:all:", "--retries", "5")
+    command = [sys.executable, "-m", "pip", "download", *options, "--platform", "win_amd64"]
+    subprocess.run([*command, "--dest", wheels, package], check=True)
+    (wheel,) = wheels.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [name for name in archive.namelist() if Path(name).name == library]
+        (FOLDER / library).write_bytes(archive.read(name))
+    shutil.rmtree(wheels)
+
+
 def make() -> None:
-    """Compile the program and make ``build/games/prefix``, unless they are there.
+    """Compile the programs, fetch SDL and make ``build/games/prefix``, unless they are there.
 
     Raises
     ------
     subprocess.CalledProcessError
-        If a compiler or Wine fails.
+        If a compiler, pip or Wine fails.
     """
     FOLDER.mkdir(parents=True, exist_ok=True)
-    program, prefix = FOLDER / "effects.exe", FOLDER / "prefix"
-    if not program.exists() or program.stat().st_mtime < SOURCE.stat().st_mtime:
-        subprocess.run([COMPILER, *_FLAGS, SOURCE, "-o", program, *_LIBRARIES], check=True)
+    for name in PROGRAMS:
+        source, program = SOURCES / f"{name}.cpp", FOLDER / f"{name}.exe"
+        if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
+            subprocess.run([COMPILER, *_FLAGS, source, "-o", program, *_LIBRARIES], check=True)
+    for library, package in SDL.items():
+        _fetch_sdl(library, package)
+    prefix = FOLDER / "prefix"
     if (prefix / "complete").exists():
         return
     shutil.rmtree(prefix, ignore_errors=True)

@@ -58,20 +58,25 @@ SDL_HapticEffect push_down(float share, Uint16 length_ms) {
 
 /// The lock's forces in the device's terms, in the order of the slots.
 std::array<SDL_HapticEffect, Haptics::kSlots> render(const Forces& felt, const AxisScale& scale) {
-  // A wall is a spring as stiff as they come, on one side of its centre only. There is one, for the
-  // wall that is nearer: a device that keeps all springs together stable can make one stiffer than
-  // two. One spring with a dead band would be both walls, but devices differ in how wide theirs is.
-  return {
+  std::array<SDL_HapticEffect, Haptics::kSlots> effects = {
       condition(SDL_HAPTIC_SPRING, scale.axis(0), 0, felt.spring, felt.spring),
-      felt.low ? condition(SDL_HAPTIC_SPRING, scale.axis(felt.floor_lift), 1, 0, 1)
-               : condition(SDL_HAPTIC_SPRING, scale.axis(felt.ceiling_lift), 0, 1, 1),
       condition(SDL_HAPTIC_FRICTION, 0, felt.friction, felt.friction, felt.friction),
       condition(SDL_HAPTIC_DAMPER, 0, felt.damping, felt.damping, 1),
       wave(SDL_HAPTIC_SINE, felt.grind, 25, SDL_HAPTIC_INFINITY),
       wave(SDL_HAPTIC_TRIANGLE, 0.9F, 20, 40),
       push_down(0.8F, 80),
   };
+  // A wall's springs are as stiff as they come, on one side of their centre only. There is one
+  // wall, the nearer one: a device that keeps all springs together stable can make one stiffer than
+  // two. A dead band would make both walls of one spring, but devices differ in how wide theirs is.
+  std::fill(effects.begin() + Haptics::wall, effects.end(),
+            felt.low ? condition(SDL_HAPTIC_SPRING, scale.axis(felt.floor_lift), 1, 0, 1)
+                     : condition(SDL_HAPTIC_SPRING, scale.axis(felt.ceiling_lift), 0, 1, 1));
+  return effects;
 }
+
+constexpr std::array<const char*, Haptics::kWallSprings> kWallNames = {"wall", "wall 2", "wall 3",
+                                                                       "wall 4", "wall 5"};
 
 }  // namespace
 
@@ -87,12 +92,14 @@ int AxisScale::axis(float lift) const {
 Haptics::Haptics(SDL_Joystick* joystick, AxisScale scale)
     : scale_(scale),
       effects_{{{"pin spring", SDL_HAPTIC_SPRING},
-                {"wall", SDL_HAPTIC_SPRING},
                 {"friction", SDL_HAPTIC_FRICTION},
                 {"damping", SDL_HAPTIC_DAMPER},
                 {"grind", SDL_HAPTIC_SINE},
                 {"click", SDL_HAPTIC_TRIANGLE},
                 {"thump", SDL_HAPTIC_CONSTANT}}} {
+  for (std::size_t n = 0; n < kWallSprings; ++n) {
+    effects_[wall + n] = {.name = kWallNames[n], .type = SDL_HAPTIC_SPRING};
+  }
   if (joystick == nullptr || SDL_JoystickIsHaptic(joystick) != 1) return;
   device_ = SDL_HapticOpenFromJoystick(joystick);
   if (device_ == nullptr) {
@@ -124,7 +131,8 @@ Haptics::~Haptics() {
 void Haptics::feel(const Forces& forces, Uint32 now_ms) {
   if (device_ == nullptr) return;
   wanted_ = render(forces, scale_);
-  for (const Slot slot : {pin, wall, friction, damping, grind}) {
+  for (std::size_t slot = 0; slot < kSlots; ++slot) {
+    if (slot == click || slot == thump) continue;
     update(slot, now_ms);
     if (!running_) run(slot, SDL_HAPTIC_INFINITY);
   }
@@ -142,7 +150,7 @@ void Haptics::stop() {
   running_ = false;
 }
 
-void Haptics::update(Slot slot, Uint32 now_ms) {
+void Haptics::update(std::size_t slot, Uint32 now_ms) {
   Effect& effect = effects_[slot];
   if (effect.id < 0 || std::memcmp(&effect.now, &wanted_[slot], sizeof effect.now) == 0) return;
   if (effect.updates != 0 && now_ms - effect.changed_ms < kUpdate_ms) return;
@@ -152,7 +160,7 @@ void Haptics::update(Slot slot, Uint32 now_ms) {
   ++effect.updates;
 }
 
-void Haptics::run(Slot slot, Uint32 times) {
+void Haptics::run(std::size_t slot, Uint32 times) {
   Effect& effect = effects_[slot];
   if (effect.id < 0) return;
   if (check(SDL_HapticRunEffect(device_, effect.id, times), effect.name)) ++effect.starts;

@@ -47,15 +47,28 @@ class Haptics {
     int updates = 0;
     int starts = 0;
   };
-  enum Slot : std::uint8_t { pin, wall, friction, damping, grind, click, thump, kSlots };
+  /// How many springs a wall is made of: devices spread a full coefficient over their whole axis,
+  /// and on the axis of a steering wheel one such spring feels like rubber. What no device can
+  /// render it softens by itself.
+  static constexpr std::size_t kWallSprings = 5;
+  enum Slot : std::uint8_t {
+    pin,
+    friction,
+    damping,
+    grind,
+    click,
+    thump,
+    wall,  // and those behind it
+    kSlots = wall + kWallSprings
+  };
 
   [[nodiscard]] bool works() const { return device_ != nullptr; }
   [[nodiscard]] const std::array<Effect, kSlots>& effects() const { return effects_; }
   [[nodiscard]] const std::vector<std::string>& errors() const { return errors_; }
 
  private:
-  void update(Slot slot, Uint32 now_ms);
-  void run(Slot slot, Uint32 times);
+  void update(std::size_t slot, Uint32 now_ms);
+  void run(std::size_t slot, Uint32 times);
   bool check(int result, const char* what);
 
   AxisScale scale_;

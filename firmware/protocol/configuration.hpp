@@ -229,7 +229,7 @@ struct GameConfig {
   float range_deg = 900;
   float torque_max_nm = max_torque_nm;
   float gain = 1;
-  float spring_gain = 1;
+  float spring_gain = 20;
   float speed_full_rad_s = 20;
   float acceleration_full_rad_s2 = 3000;
   float blend_s = 0.002F;

@@ -3,10 +3,11 @@
 Boots a virtual machine and plays on a virtual knob through Linux's own driver, as a game does. Time
 is counted in instructions there, 1 ns each, so that the figures do not depend on what else the
 computer does. `--here` measures on this computer instead, by the clock; that needs root and the
-module vhci_hcd.
+module vhci_hcd. `--in-process` measures "frames" alone, on an emulated knob without a driver, by a
+virtual clock.
 
-Keys: `benchmark` "games"; `what`; `kernel` its release; `time` "instructions" or "clock";
-`control_rate_hz`.
+Keys: `benchmark` "games"; `what`; `kernel` its release; `time` "instructions", "clock" or
+"virtual"; `control_rate_hz`.
 
 `what` "delay", from the call that changes a playing effect to the torque of the motor. `effect`:
 "constant", "ramp", "sine" (its offset), "spring" (its coefficient), or "start" for a constant one
@@ -29,7 +30,11 @@ value in each of `frames_hz` frames a second; `joined` as the device does by def
 sent, all as shares of full torque; `updates`.
 
 `what` "revival", an endless force that silence has ended, updated: `p99_ms` and `max_ms` from the
-call to the torque, `lost` that never came back, `updates`.
+call to the torque, `max_ticks` from the update's arrival at the device, which is a frame's
+beginning, to the first tick with torque; `lost` that never came back, `updates`.
+
+`what` "older", a constant force that is changed after an effect of each other kind was made, in
+level and direction by turns: `updates`, `lost` that were never felt.
 """
 
 from __future__ import annotations
@@ -53,10 +58,20 @@ import numpy as np
 
 TREE = Path(__file__).parents[2]
 sys.path.insert(0, str(TREE))  # this file is also run as a program
+import torsio  # noqa: E402
 from tests.bench.bench_usb import measure_in_virtual_machine  # noqa: E402
+from tests.python.test_games import CONSTANT, Game  # noqa: E402
 from tests.vm.guest import effect_forms, gamepad  # noqa: E402
 from tests.vm.guest.gamepad import Effect, Gamepad  # noqa: E402
-from tests.vm.guest.torque_log import Floats, let_pass, pieces, plug, read_log, turn  # noqa: E402
+from tests.vm.guest.torque_log import (  # noqa: E402
+    FULL_NM,
+    Floats,
+    let_pass,
+    pieces,
+    plug,
+    read_log,
+    turn,
+)
 from tests.vm.guest.virtual_bus import VirtualBus  # noqa: E402
 from tests.vm.machine import GuestFailed  # noqa: E402
 
@@ -295,6 +310,7 @@ def flood_line(rate_hz: int, asked_per_s: float, duration_s: float) -> Line:
 # A game's frames -----------------------------------------------------------------------------
 
 CURVE = 0.5  # of full torque
+FRAMES_HZ = (60, 120, 360)
 
 
 def _curve(time_s: Floats) -> Floats:
@@ -349,10 +365,43 @@ def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
     return about | found
 
 
+def frames_in_process_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
+    """Do the same without USB, driver and machine: what the device itself makes of a curve."""
+    duration_s = 3.0
+    count = round(duration_s * frames_hz)
+    options = torsio.EmulatorOptions(
+        control_rate_hz=rate_hz,
+        control=torsio.ControlConfig(law="motor_only"),
+        game=torsio.GameConfig(join_updates=joined, torque_max_nm=FULL_NM),
+        log_truth=True,
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, 0.0)]))
+        game = Game(knob)
+        block = game.create(CONSTANT)
+        game.constant(block, 0)
+        game.play(block)
+        knob.emulator.advance(0.2)
+        knob.emulator.truth()
+        torque: list[Floats] = []
+        ticks = 0
+        for index in range(count):
+            game.constant(block, round(32767 * float(_curve(np.array(index / frames_hz)))))
+            until = round((index + 1) / frames_hz * rate_hz)
+            knob.emulator.advance((until - ticks) / rate_hz)
+            ticks = until
+            torque.append(np.array(knob.emulator.truth()["motor_torque_nm"]) / FULL_NM)
+    found = _frames_measures(np.arange(ticks) / rate_hz, np.concatenate(torque)[:ticks])
+    about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "updates": count}
+    return about | found
+
+
 def revival_line(rate_hz: int, updates: int) -> Line:
     """Update an effect again and again that silence has ended."""
     chance = random.Random("revival")
     delays_ms: list[float] = []
+    ticks: list[int] = []
+    frame = round(rate_hz * FRAME_S)
     lost = 0
     with bench(rate_hz, silence_s=0.05) as running:
         pad = running.pad
@@ -374,16 +423,68 @@ def revival_line(rate_hz: int, updates: int) -> Line:
         lost += back.size == 0
         if back.size:
             delays_ms.append(1e3 * float(time_s[here][back[0]] - begin_s))
+            # The log begins with a frame.
+            ticks.append(int(here.start + back[0]) % frame + 1)
     return {
         "what": "revival",
         "p99_ms": round(float(np.percentile(delays_ms, 99)), 2),
         "max_ms": round(max(delays_ms), 2),
+        "max_ticks": max(ticks),
         "lost": lost,
         "updates": updates,
     }
 
 
+def older_line(rate_hz: int, updates: int) -> Line:
+    """Change an effect that is not the last one made."""
+    levels = (8_000, 16_000, 24_000)
+    with bench(rate_hz) as running:
+        pad = running.pad
+        number = pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(levels[0])))
+        pad.play(number)
+        others = [Effect(gamepad.RAMP, gamepad.ramp(0, 1), 1000)]
+        others += [
+            Effect(gamepad.PERIODIC, gamepad.periodic(wave, 1, 100)) for wave in effect_forms.WAVES
+        ]
+        others += [
+            Effect(kind, gamepad.condition(1))
+            for kind in (gamepad.SPRING, gamepad.DAMPER, gamepad.INERTIA, gamepad.FRICTION)
+        ]
+        expected: list[float] = []
+        sent_s: list[float] = []
+        last = -1
+        for index in range(updates):
+            if last >= 0:
+                pad.erase(last)
+            last = pad.upload(others[index % len(others)])
+            level = levels[(index + 1) // 2 % len(levels)]
+            right = index // 2 % 2 == 0
+            direction = gamepad.RIGHT if right else gamepad.LEFT
+            changed = Effect(
+                gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction
+            )
+            time.sleep(0.01)
+            sent_s.append(time.monotonic())
+            expected.append((level if right else -level) / 32767)
+            pad.upload(changed)
+            time.sleep(0.02)
+        let_pass(running.knob, 0.2)
+        time_s, _, torque = running.end()
+    # Two reports, of level and direction, and the blend are over by then.
+    felt = torque[np.searchsorted(time_s, np.array(sent_s) + 0.015)]
+    lost = int(np.count_nonzero(np.abs(felt - expected) > 1e-3))
+    return {"what": "older", "lost": lost, "updates": updates}
+
+
 # ---------------------------------------------------------------------------------------------
+
+
+def measure_in_process(rate_hz: int) -> Iterator[Line]:
+    """Measure the filter between updates alone, in seconds, by the virtual clock."""
+    about = {"benchmark": "games", "time": "virtual", "control_rate_hz": rate_hz}
+    for frames_hz in FRAMES_HZ:
+        for joined in (False, True):
+            yield about | frames_in_process_line(rate_hz, frames_hz, joined=joined)
 
 
 def measure(arguments: argparse.Namespace) -> Iterator[Line]:
@@ -404,11 +505,13 @@ def measure(arguments: argparse.Namespace) -> Iterator[Line]:
         for effect in ("spring", "damper", "friction", "inertia"):
             yield about | condition_line(effect, rate_hz)
     if "frames" in arguments.what:
-        for frames_hz in (60, 120, 360):
+        for frames_hz in FRAMES_HZ:
             for joined in (False, True):
                 yield about | frames_line(rate_hz, frames_hz, joined=joined)
     if "revival" in arguments.what:
         yield about | revival_line(rate_hz, min(arguments.updates, 100))
+    if "older" in arguments.what:
+        yield about | older_line(rate_hz, arguments.updates)
     if "flood" in arguments.what:
         yield about | flood_line(rate_hz, arguments.flood_per_s, arguments.flood_s)
 
@@ -417,7 +520,10 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--here", action="store_true", help="no virtual machine; needs root")
-    kinds = ("delay", "torque_error", "frames", "revival", "flood")
+    parser.add_argument(
+        "--in-process", action="store_true", help="frames only, without a driver; in seconds"
+    )
+    kinds = ("delay", "torque_error", "frames", "revival", "older", "flood")
     parser.add_argument("--what", nargs="+", choices=kinds, default=kinds, help="default: all")
     parser.add_argument("--rate-hz", type=int, default=10_000, help="control rate")
     parser.add_argument("--updates", type=int, default=400, help="for each delay")
@@ -426,6 +532,10 @@ def main() -> None:
         "--flood-s", type=float, default=3.0, help="how long; at most 30,000 updates"
     )
     arguments = parser.parse_args()
+    if arguments.in_process:
+        for line in measure_in_process(arguments.rate_hz):
+            print(json.dumps(line), flush=True)
+        return
     if arguments.here:
         for line in measure(arguments):
             print(json.dumps(line), flush=True)

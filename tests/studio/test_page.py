@@ -133,12 +133,24 @@ def test_configuration_is_checked_applied_compared_and_kept_in_a_file(
         card.locator("input[name=beta]").fill("0.25")
         card.locator("button.apply").click()
         expect(page.locator("#control_config .differences")).to_be_empty()
+        # What a player sets without a program.
+        games = page.locator("#game_config")
+        games.locator("summary").click()
+        wanted = {"range_deg": 360, "gain": 0.5, "end_stiffness_nm_per_rad": 1}
+        for name, value in wanted.items():
+            games.locator(f"input[name={name}]").fill(str(value))
+        games.locator("button.apply").click()
+        expect(page.locator("#game_config .differences")).to_be_empty()
+        page.click("#save")
         with page.expect_download() as download:
             page.click("#export-configuration")
         saved = tmp_path / "configuration.json"
         download.value.save_as(saved)
-        config = json.loads(saved.read_text())["control_config"]
+        configs = json.loads(saved.read_text())
+        config = configs["control_config"]
         assert torsio.ControlConfig(**config) == torsio.ControlConfig(law="motor_only", beta=0.25)
+        assert configs["game_config"].items() >= wanted.items()
+        expect(page.locator("#message")).to_be_empty()
 
         saved.write_text('{"control_config": {"betta": 1}}')
         page.set_input_files("#import-configuration", saved)

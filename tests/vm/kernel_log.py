@@ -13,7 +13,8 @@ MARK = "torsio: boot noise ends here"
 # What is harmless later, as regular expressions of whole lines, each with the reason.
 HARMLESS = (
     # The virtual host controller knows high and low speed by name, and says this of full speed.
-    r"vhci_hcd: vhci_device speed not set",
+    # From 7.0 on or so kernels name the device twice.
+    r"vhci_hcd(?: vhci_hcd\.\d+)?: vhci_device speed not set",
 )
 # What is harmless only in tests that provoke it, by the mark that these carry.
 HARMLESS_WITH_MARK = {
@@ -21,7 +22,7 @@ HARMLESS_WITH_MARK = {
     # drivers and programs go on asking, and the virtual host controller says:
     "pulls_cable": (
         # EPIPE, ECONNRESET: a request, 48 bytes or with an output report 112, was about to be sent
-        r"vhci_hcd: sendmsg failed!, ret=-(?:32|104) for (?:48|112)",
+        r"vhci_hcd(?: vhci_hcd\.\d+)?: sendmsg failed!, ret=-(?:32|104) for (?:48|112)",
         # one was refused at once, with ENODEV
         r"usb \d+-\d+: enqueue for inactive port \d+",
     ),
@@ -33,6 +34,10 @@ HARMLESS_WITH_MARK = {
     ),
     # Linux drops a game's report for which its queue has no place.
     "floods_queue": (r"hid-generic [0-9A-F:.]+: output queue full",),
+    # Programs name trigger buttons that no report can hold, fftest by leaving them to chance.
+    "odd_trigger": (
+        r"hid-generic \S+: implement\(\) called with too large value \d+ \(n: 8\)! .*",
+    ),
 }
 _LINE = re.compile(r"<(\d+)>(?:\[ *[\d.]+\] ?)?(.*)")
 # Said at any level, these mean trouble.

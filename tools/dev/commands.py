@@ -186,7 +186,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
         raise UsageError(f"no benchmark '{name}'")
     # Without a knob to measure these take a virtual one, in a virtual machine.
     with_machines = (name == "usb" and "--device" not in rest) or (
-        name == "games" and "--here" not in rest
+        name == "games" and not {"--here", "--in-process"} & set(rest)
     )
     on_boards = name == "mcu"
     groups = ["tests"]

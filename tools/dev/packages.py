@@ -78,6 +78,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("udev", _file("/lib/systemd/systemd-udevd")),
             # What a desktop makes of a dial.
             ("libinput-tools", _program("libinput")),
+            # Linux's own programs that try forces out.
+            ("joystick", _program("fftest")),
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),

@@ -260,7 +260,7 @@ class GameConfig:
     range_deg: float = 900.0
     torque_max_nm: float = MAX_TORQUE_NM
     gain: float = 1.0
-    spring_gain: float = 1.0
+    spring_gain: float = 20.0
     speed_full_rad_s: float = 20.0
     acceleration_full_rad_s2: float = 3000.0
     blend_s: float = 0.002

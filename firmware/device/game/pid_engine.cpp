@@ -226,7 +226,8 @@ void PidEngine::control(Control control) {
       stop_all();
       for (Block& block : blocks_) block = Block{};
       block_load_ = {};
-      gain_ = 1.0F;
+      // The gain stays: Linux from 6.15 on resets at the first upload, behind the gain that a game
+      // has set, and never says it again.
       enabled_ = true;
       paused_ = false;
       break;

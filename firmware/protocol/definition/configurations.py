@@ -173,7 +173,7 @@ GAME_CONFIG = _configuration(
     number("gain", "", 0.0, 1.0, "on top of the game's own gains", default=1.0),
     number(
         "spring_gain", "", 0.0, 1000.0,
-        "1: a full spring reaches full torque at the end of the axis", default=1.0,
+        "1: a full spring reaches full torque at the end of the axis", default=20.0,
     ),
     number(
         "speed_full_rad_s", "rad/s", 0.1, 1e4,

@@ -569,7 +569,7 @@ typedef struct torsio_game_config {
   double torque_max_nm;
   /// on top of the game's own gains; 0 to 1; at first 1
   double gain;
-  /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000; at first 1
+  /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000; at first 20
   double spring_gain;
   /// speed at which a full damper reaches full torque; 0.1 to 1e4; at first 20
   double speed_full_rad_s;

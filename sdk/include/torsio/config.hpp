@@ -117,7 +117,7 @@ struct GameConfig {
   double torque_max_nm = 100.0;
   double gain = 1.0;  ///< on top of the game's own gains; 0 to 1
   /// 1: a full spring reaches full torque at the end of the axis; 0 to 1000
-  double spring_gain = 1.0;
+  double spring_gain = 20.0;
   /// speed at which a full damper reaches full torque; 0.1 to 1e4
   double speed_full_rad_s = 20.0;
   /// acceleration at which a full inertia reaches full torque; 1 to 1e7

@@ -105,9 +105,9 @@ class Gamepad:
     def __init__(self, knob: VirtualKnob) -> None:
         folder = knob.sysfs / f"{knob.bus_id}:1.1"
         found = wait_for("an event device", lambda: list(folder.glob("*/input/input*/event*")))
-        path = Path("/dev/input") / found[0].name
-        wait_for("its file", path.exists)
-        self.file = os.open(path, os.O_RDWR | os.O_NONBLOCK)
+        self.path = Path("/dev/input") / found[0].name
+        wait_for("its file", self.path.exists)
+        self.file = os.open(self.path, os.O_RDWR | os.O_NONBLOCK)
         self.name = (found[0].parent / "name").read_text().strip()
 
     def close(self) -> None:

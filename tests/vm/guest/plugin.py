@@ -46,6 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "games: takes minutes; runs with ./dev test games")
     config.addinivalue_line("markers", "pulls_cable: unplugs a knob that is in use")
     config.addinivalue_line("markers", "kernels_own_tests: lets usbtest torment a knob")
+    config.addinivalue_line("markers", "odd_trigger: names trigger buttons that do not exist")
     config.addinivalue_line("markers", "floods_queue: gives the kernel more than a knob can take")
 
 

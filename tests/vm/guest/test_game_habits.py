@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import os
 import struct
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +21,78 @@ from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
 
 def push(level: int, number: int = -1, direction: int = gamepad.RIGHT) -> Effect:
     return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction)
+
+
+@pytest.mark.kernel("6.12")
+@pytest.mark.odd_trigger
+def test_habits_of_games_are_felt_as_they_are_meant(bus: VirtualBus, tmp_path: Path) -> None:
+    """The sources of each are in tests/cpp/device/game/test_game_habits.cpp."""
+    knob, log = plug(bus, tmp_path)
+    pad = Gamepad(knob)
+    expected = [0.0]
+
+    def feel(share: float) -> None:
+        expected.append(share)
+        let_pass(knob, 0.1)
+
+    def sine(offset: int, number: int = -1) -> Effect:
+        wave = gamepad.periodic(gamepad.SINE, 0, 100, offset=offset)
+        return Effect(gamepad.PERIODIC, wave, number=number)
+
+    def ramp(level: int, number: int = -1) -> Effect:
+        return Effect(gamepad.RAMP, gamepad.ramp(level, level), 0x7000, number=number)
+
+    # Uploaded and played in each frame: one force without gaps.
+    number = pad.upload(push(16000))
+    for _ in range(20):
+        pad.upload(push(16000, number))
+        pad.play(number)
+        time.sleep(1 / 60)
+    feel(16000 / 32767)
+    # Changed by the direction only.
+    for direction, share in ((gamepad.LEFT, -1.0), (0xE000, np.sqrt(0.5))):
+        pad.upload(push(16000, number, direction))
+        feel(share * 16000 / 32767)
+    # Device gain to 0 and back.
+    for gain, share in ((0, 0.0), (0xFFFF, np.sqrt(0.5))):
+        pad.set_gain(gain)
+        feel(share * 16000 / 32767)
+    pad.erase(number)
+    feel(0)
+    # A wave without amplitude; a ramp with equal ends.
+    for make in (sine, ramp):
+        number = pad.upload(make(12000))
+        pad.play(number)
+        feel(12000 / 32767)
+        pad.upload(make(-12000, number))
+        feel(-12000 / 32767)
+        pad.erase(number)
+        feel(0)
+    # An envelope that an update has no more. Linux from 6.15 on does not tell: then it goes on.
+    rising = gamepad.constant(20000, gamepad.Envelope(attack_ms=150))
+    number = pad.upload(Effect(gamepad.CONSTANT, rising))
+    pad.play(number)
+    pad.upload(push(20000, number))
+    time.sleep(0.2)
+    feel(20000 / 32767)
+    pad.erase(number)
+    feel(0)
+    # A trigger button that does not exist; played all the same.
+    triggered = push(-8000).packed
+    struct.pack_into("<H", triggered, 6, 0x12F)
+    number = pad.upload_packed(triggered)
+    pad.play(number)
+    feel(-8000 / 32767)
+    # Closed and opened, and all made anew.
+    pad.close()
+    feel(0)
+    pad = Gamepad(knob)
+    pad.play(pad.upload(push(24000)))
+    feel(24000 / 32767)
+    pad.close()
+    feel(0)
+    _, _, torque = read_log(bus, log)
+    assert held(torque) == pytest.approx(expected, abs=1e-3)
 
 
 def test_update_brings_back_what_silence_has_ended(bus: VirtualBus, tmp_path: Path) -> None:
@@ -82,6 +155,7 @@ def test_older_effect_is_updated_after_another_kind_was_made(
     pad.upload(replace(push(16000, number), delay_ms=0))
     let_pass(knob, 0.2)
     pad.close()
+    let_pass(knob, 0.1)
     _, _, torque = read_log(bus, log)
     expected = np.array([0, 16000, -16000, 16000, 0]) / 32767
     assert np.array(held(torque))[:5] == pytest.approx(expected, abs=1e-3)

@@ -1,7 +1,8 @@
 """The knob as Windows games get it under Wine: its DirectInput drives the reports by itself.
 
 Wine's driver for HID devices and its `dinput` parse the report descriptor and write the reports
-over hidraw, without Linux's driver. Takes minutes: ``./dev test games``.
+over hidraw, without Linux's driver. Told to, it takes the event device instead. SDL's Windows
+builds, 2 and 3, stand upon that as games do. Takes minutes: ``./dev test games``.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.vm.guest import effect_forms, gamepad
+from tests.vm.guest import effect_forms, gamepad, sdl, sdl3
 from tests.vm.guest.effect_forms import Case
 from tests.vm.guest.gamepad import Effect
 from tests.vm.guest.torque_log import Floats, let_pass, pieces, plug, read_log, turn
@@ -25,8 +26,9 @@ from tools import windows_games
 pytestmark = [pytest.mark.kernel("6.1"), pytest.mark.games, pytest.mark.usefixtures("udev")]
 
 # Made on the host, where it takes seconds; see tools/windows_games.py.
-PROGRAM = windows_games.FOLDER / "effects.exe"
-PREFIX = windows_games.FOLDER / "prefix"
+FOLDER = windows_games.FOLDER
+DIRECT_INPUT = (FOLDER / "effects.exe",)
+PREFIX = FOLDER / "prefix"
 LENGTH_MS = 300
 LENGTH_S = LENGTH_MS / 1e3
 HALF = 5_000  # of DirectInput's 10,000
@@ -38,6 +40,13 @@ def environment() -> Mapping[str, str]:
         **os.environ,
         **windows_games.QUIET,
         "WINEPREFIX": str(PREFIX),
+        # SDL is to use DirectInput, which it comes to last.
+        "SDL_JOYSTICK_HIDAPI": "0",
+        "SDL_JOYSTICK_RAWINPUT": "0",
+        "SDL_JOYSTICK_WGI": "0",
+        "SDL_JOYSTICK_GAMEINPUT": "0",
+        "SDL_XINPUT_ENABLED": "0",
+        "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1",
     }
 
 
@@ -48,12 +57,25 @@ def wine() -> Iterator[None]:
     subprocess.run(["wineserver", "-k"], env=environment(), check=False)
 
 
-class Game:
-    """The program of DirectInput, while it runs."""
+@pytest.fixture
+def wine_over_evdev(wine: None) -> Iterator[None]:
+    """Have Wine take event devices, and no hidraw."""
+    registry = PREFIX / "system.reg"
+    text = registry.read_text(errors="surrogateescape")
+    changed = text.replace('"DisableHidraw"=dword:00000000', '"DisableHidraw"=dword:00000001')
+    changed = changed.replace('"DisableInput"=dword:00000001', '"DisableInput"=dword:00000000')
+    registry.write_text(changed, errors="surrogateescape")
+    yield
+    subprocess.run(["wineserver", "-k", "-w"], env=environment(), check=False)
+    registry.write_text(text, errors="surrogateescape")
 
-    def __init__(self) -> None:
+
+class Game:
+    """A Windows program that plays what it is told, while it runs."""
+
+    def __init__(self, *command: str | Path) -> None:
         self._process = subprocess.Popen(
-            ["wine", PROGRAM],
+            ["wine", *command],
             env=environment(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -82,8 +104,8 @@ class Game:
 
 
 @contextmanager
-def acquired() -> Iterator[Game]:
-    game = Game()
+def acquired(*command: str | Path) -> Iterator[Game]:
+    game = Game(*command)
     game.hear("acquired")
     yield game
     game.end()
@@ -142,7 +164,7 @@ def test_each_effect_of_direct_input_is_felt_as_it_was_made(
     bus: VirtualBus, tmp_path: Path
 ) -> None:
     knob, log = plug(bus, tmp_path, range_deg=90)
-    with acquired() as game:
+    with acquired(*DIRECT_INPUT) as game:
         for name, (words, _) in PLAYED.items():
             game.play(name, words)
         turn(knob, tmp_path, [(0.0, 0.0), (0.05, ANGLE_RAD)])
@@ -177,3 +199,71 @@ def test_each_effect_of_direct_input_is_felt_as_it_was_made(
     expected = 0.5 * SPEED_RAD_S / SPEED_FULL_RAD_S
     assert abs(steady(found, damper)) == pytest.approx(expected, rel=0.05)
     assert abs(steady(found, friction)) == pytest.approx(0.5, rel=0.05)
+
+
+def play_and_look(
+    bus: VirtualBus, folder: Path, command: tuple[str | Path, ...], words: dict[str, str]
+) -> list[tuple[Floats, Floats]]:
+    """Play with the knob held off its middle; return what was felt, in pieces."""
+    knob, log = plug(bus, folder, range_deg=90)
+    turn(knob, folder, [(0.0, 0.0), (0.05, ANGLE_RAD)])
+    with acquired(*command) as game:
+        for name, told in words.items():
+            game.play(name, told)
+    time_s, _, torque = read_log(bus, log)
+    found = pieces(time_s, torque, 0.1)
+    assert len(found) == len(words), [(t[0], float(np.mean(x))) for t, x in found]
+    return found
+
+
+def distances(found: list[tuple[Floats, Floats]], forms: list[Case]) -> list[float]:
+    return [
+        float(effect_forms.residual(t, x, form).max())
+        for (t, x), form in zip(found, forms, strict=False)
+    ]
+
+
+@pytest.mark.usefixtures("wine_over_evdev")
+def test_direct_input_over_the_event_device_is_felt_as_it_was_made(
+    bus: VirtualBus, tmp_path: Path
+) -> None:
+    names = ["half", "back", "sine_quarter"]
+    words = {name: PLAYED[name][0] for name in names}
+    words["spring"] = f"spring {LENGTH_MS} {PUSHED}"
+    found = play_and_look(bus, tmp_path, DIRECT_INPUT, words)
+    errors = distances(found, [PLAYED[name][1] for name in names])
+    print("worst distance from the closed forms:", errors)
+    assert max(errors) < 0.03
+    assert steady(found, len(names)) == pytest.approx(-0.25, abs=0.01)
+
+
+@pytest.mark.usefixtures("wine")
+@pytest.mark.parametrize("release", [2, 3])
+def test_windows_builds_of_sdl_are_felt_as_they_were_told(
+    bus: VirtualBus, tmp_path: Path, release: int
+) -> None:
+    share = 16_384 / 32_767
+    played = {
+        "half": (sdl.constant(16_384, LENGTH_MS), level(share)),
+        "back": (sdl.constant(-16_384, LENGTH_MS), level(-share)),
+        "ramp": (
+            sdl.ramp(-16_384, 16_384, LENGTH_MS),
+            case(lambda t: share * (2 * t / LENGTH_S - 1)),
+        ),
+        "sine": (
+            sdl.periodic(sdl.SINE, 16_384, 100, LENGTH_MS),
+            wave(effect_forms.sine, share),
+        ),
+    }
+    effects = {name: effect for name, (effect, _) in played.items()}
+    effects["spring"] = sdl.condition(sdl.SPRING, 16_384, LENGTH_MS)
+    words = {
+        name: f"{LENGTH_MS} {sdl3.turned(effect, sdl3.cartesian(1, 0)).hex()}"
+        for name, effect in effects.items()
+    }
+    command = (FOLDER / "sdl.exe", FOLDER / f"SDL{release}.dll", str(release))
+    found = play_and_look(bus, tmp_path, command, words)
+    errors = distances(found, [form for _, form in played.values()])
+    print("worst distance from the closed forms:", errors)
+    assert max(errors) < 0.03
+    assert steady(found, len(played)) == pytest.approx(-0.25, abs=0.01)

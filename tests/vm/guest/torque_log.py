@@ -22,7 +22,9 @@ def set_up(knob: VirtualKnob, **game: Any) -> None:
     knob.say("still")
     with torsio.open(knob.serial) as opened:
         opened.configure(torsio.ControlConfig(law="motor_only"))
-        opened.configure(torsio.GameConfig(**{"torque_max_nm": FULL_NM, **game}))
+        # A spring's closed form goes over the whole range.
+        settings = {"torque_max_nm": FULL_NM, "spring_gain": 1, **game}
+        opened.configure(torsio.GameConfig(**settings))
 
 
 def plug(

@@ -334,7 +334,10 @@ TEST_CASE("a spring answers to offset, dead band, each side's coefficient and sa
 
 TEST_CASE("a negative spring pushes away") {
   GameRig rig;
-  rig.configure([](protocol::GameConfig& config) { config.range_deg = 114.59156F; });
+  rig.configure([](protocol::GameConfig& config) {
+    config.range_deg = 114.59156F;
+    config.spring_gain = 1;
+  });
   GameRig::ConditionOptions options;
   options.positive = -32767;
   options.negative = -32767;

@@ -162,6 +162,20 @@ TEST_CASE("habit: reset twice, stop all, actuators on, whenever no effect is lef
   }
 }
 
+TEST_CASE("habit: the device gain is set before the first effect is made") {
+  // fftest and SDL_SetHapticGain do so, and hid-pidff from 6.15 on resets behind it.
+  GameRig rig;
+  rig.gain(16384);
+  for (int round = 0; round < 2; ++round) {
+    for (const int what : {4, 4, 3, 1}) rig.control(what);
+    const int block = rig.play_constant(20000);
+    rig.tick(60);
+    CHECK(share(rig) == Approx(0.5 * 20000 / 32767.0).epsilon(1e-3));
+    rig.free(block);
+    rig.tick(60);
+  }
+}
+
 TEST_CASE("habit: the pool is asked for twenty times in a row") {
   // hid-pidff from 6.15 on, until the pool has a size.
   GameRig rig;
