@@ -6,6 +6,7 @@ Reports are written and read by ``tests.python.wire``, which shares nothing with
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import struct
 import subprocess
@@ -17,6 +18,7 @@ from types import TracebackType
 from typing import Any, Protocol
 
 from tests.board.rp2350.bench import Bench
+from tests.board.rp2350.chip import World
 from tests.python import wire
 from tools import uf2
 
@@ -27,6 +29,7 @@ BUILD = TREE / "build" / "board-tests"
 ROM = BUILD / "boot_rom.bin"
 FAST = BUILD / "fast.so"
 
+NODE = shutil.which("node") or "node"
 FLASH_BASE = 0x10000000
 SERIAL = bytes.fromhex("E66118604B7A3C2D")
 MS = 1_000_000
@@ -82,6 +85,9 @@ class Commands(Protocol):
     def do(self, name: str, **details: Any) -> Any:
         """Carry out one command and return its answer."""
 
+    def couple(self, world: World) -> None:
+        """Have motor and encoder moved by a world from now on."""
+
     def close(self) -> None:
         """End it."""
 
@@ -90,19 +96,32 @@ class NodeBench:
     """The emulated RP2040, a process of its own."""
 
     def __init__(self) -> None:
+        theirs, ours = os.pipe()
+        self._answers = os.fdopen(ours, "w")
         self._process = subprocess.Popen(
-            [shutil.which("node") or "node", FOLDER / "host.mjs"],
+            # As its file number 3 it has the world's answers.
+            ["/bin/sh", "-c", f'exec "$0" "$1" 3<&{theirs}', NODE, FOLDER / "host.mjs"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            pass_fds=[theirs],
             text=True,
         )
+        os.close(theirs)
+        self._world: World
+
+    def couple(self, world: World) -> None:
+        self._world = world
+        self.do("couple")
 
     def do(self, name: str, **details: Any) -> Any:
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.write(json.dumps({"do": name, **details}) + "\n")
         self._process.stdin.flush()
-        answer = json.loads(self._process.stdout.readline())
+        while "world" in (answer := json.loads(self._process.stdout.readline())):
+            amperes, edges = self._world(*answer["world"])
+            self._answers.write(json.dumps({"amperes": amperes, "edges": edges}) + "\n")
+            self._answers.flush()
         if "error" in answer:
             raise RuntimeError(answer["error"])
         return answer["ok"]
@@ -111,6 +130,7 @@ class NodeBench:
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.close()
+        self._answers.close()
         self._process.wait(timeout=30)
         self._process.stdout.close()
 
@@ -295,6 +315,10 @@ class EmulatedPico:
     def turn(self, edges: int, period_us: float = 20) -> None:
         """Turn the encoder by so many edges."""
         self.do("turn", edges=edges, period_ns=period_us * 1000)
+
+    def couple(self, world: World) -> None:
+        """Have motor and encoder moved by a world from now on."""
+        self._bench.couple(world)
 
     def emergency_stop(self, pressed: bool) -> None:
         """Press the button, which opens its contact as a cut wire does, or release it."""
