@@ -54,6 +54,7 @@ export class Chip {
     this.sensorAmperes = null; // what the sensor says; null: the truth
     this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2 };
     this.cut = new Set(); // pins whose wire is cut
+    this.instructions = 0;
     this.world = null; // (motor's share, brake's share, enabled) => {amperes, edges}
     this.worldAt = 0; // the next PWM period
     this.edges = []; // of the encoder: when, and which way
@@ -107,6 +108,7 @@ export class Chip {
         this.clock.tick(Math.max(sleep, 1e-3));
       } else {
         const cycles = core.executeInstruction();
+        this.instructions += 1;
         this.pioDebt += cycles;
         this.clock.tick(cycles * NS_PER_CYCLE);
       }
@@ -127,15 +129,23 @@ export class Chip {
       return: core.exceptionReturn.bind(core),
     };
     this.tickNs = { last: 0, most: 0 };
+    this.interruptNs = 0; // in all control interrupts
+    this.tickInstructions = 0; // the most
     let began = 0;
+    let first = 0;
     core.exceptionEntry = (number) => {
-      if (number === TICK_EXCEPTION) began = this.clock.nanos;
+      if (number === TICK_EXCEPTION) {
+        began = this.clock.nanos;
+        first = this.instructions;
+      }
       plain.entry(number);
     };
     core.exceptionReturn = (value) => {
       if (core.IPSR === TICK_EXCEPTION) {
         const last = this.clock.nanos - began;
         this.tickNs = { last, most: Math.max(last, this.tickNs.most) };
+        this.interruptNs += last;
+        this.tickInstructions = Math.max(this.tickInstructions, this.instructions - first);
       }
       plain.return(value);
     };

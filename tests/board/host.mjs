@@ -125,12 +125,17 @@ const commands = {
     }
     return true;
   },
-  /** A world answers on the file that is number 3 what is asked of it on standard output. */
+  /** A world answers on the file that was named at the start what standard output asks of it. */
   couple() {
     chip.couple((motor, brake, enabled) => {
       writeSync(1, `${JSON.stringify({ world: [motor, brake, enabled] })}\n`);
-      return JSON.parse(readLine(3));
+      return JSON.parse(readLine(Number(process.argv[2])));
     });
+    return true;
+  },
+  /** They are counted anyway: from now on the most is that of a tick to come. */
+  count_instructions() {
+    chip.tickInstructions = 0;
     return true;
   },
   cut_wires({ pins }) {
@@ -183,6 +188,8 @@ const commands = {
       watchdog_resets: chip.watchdogResets,
       bootloader: chip.bootloader,
       tick_ns: chip.tickNs,
+      interrupt_ns: chip.interruptNs,
+      tick_instructions: chip.tickInstructions,
       pwm_starts: chip.pwmStarts,
       lost: chip.lost,
       address: chip.mcu.usbCtrl.addrEndp & 0x7f,

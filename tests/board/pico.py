@@ -10,7 +10,7 @@ import os
 import shutil
 import struct
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +29,6 @@ BUILD = TREE / "build" / "board-tests"
 ROM = BUILD / "boot_rom.bin"
 FAST = BUILD / "fast.so"
 
-NODE = shutil.which("node") or "node"
 FLASH_BASE = 0x10000000
 SERIAL = bytes.fromhex("E66118604B7A3C2D")
 MS = 1_000_000
@@ -85,9 +84,6 @@ class Commands(Protocol):
     def do(self, name: str, **details: Any) -> Any:
         """Carry out one command and return its answer."""
 
-    def couple(self, world: World) -> None:
-        """Have motor and encoder moved by a world from now on."""
-
     def close(self) -> None:
         """End it."""
 
@@ -99,8 +95,7 @@ class NodeBench:
         theirs, ours = os.pipe()
         self._answers = os.fdopen(ours, "w")
         self._process = subprocess.Popen(
-            # As its file number 3 it has the world's answers.
-            ["/bin/sh", "-c", f'exec "$0" "$1" 3<&{theirs}', NODE, FOLDER / "host.mjs"],
+            [shutil.which("node") or "node", FOLDER / "host.mjs", str(theirs)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             pass_fds=[theirs],
@@ -109,11 +104,9 @@ class NodeBench:
         os.close(theirs)
         self._world: World
 
-    def couple(self, world: World) -> None:
-        self._world = world
-        self.do("couple")
-
     def do(self, name: str, **details: Any) -> Any:
+        if "world" in details:
+            self._world = details.pop("world")
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.write(json.dumps({"do": name, **details}) + "\n")
@@ -135,6 +128,11 @@ class NodeBench:
         self._process.stdout.close()
 
 
+def chips_bench(model: Model) -> Commands:
+    """Give the bench of a board's emulated chip."""
+    return NodeBench() if model.chip == "rp2040" else Bench(FAST)
+
+
 class UsbStall(Exception):
     """The device stalled a request."""
 
@@ -146,10 +144,9 @@ class PowerCut(Exception):
 class EmulatedPico:
     """One board on the bench. Time passes only inside its methods."""
 
-    def __init__(self) -> None:
+    def __init__(self, make_bench: Callable[[Model], Commands] | None = None) -> None:
         self.model = chosen
-        self._bench: Commands
-        self._bench = NodeBench() if self.model.chip == "rp2040" else Bench(FAST)
+        self.bench = (make_bench or chips_bench)(self.model)
         self._sequence = 0
         self.telemetry: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
@@ -164,11 +161,11 @@ class EmulatedPico:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._bench.close()
+        self.bench.close()
 
     def do(self, name: str, **details: Any) -> Any:
         """Give the bench one command and return its answer."""
-        answer = self._bench.do(name, **details)
+        answer = self.bench.do(name, **details)
         if answer == "power cut":
             raise PowerCut
         return answer
@@ -292,10 +289,10 @@ class EmulatedPico:
                     return answer
         raise AssertionError("no acknowledgement")
 
-    def listen(self, reads: int) -> None:
+    def listen(self, reads: int, within_ms: float = 5) -> None:
         """Fetch input reports and sort them."""
         for _ in range(reads):
-            found = self.read()
+            found = self.read(within_ms)
             if found is None:
                 continue
             name, values = found
@@ -318,7 +315,7 @@ class EmulatedPico:
 
     def couple(self, world: World) -> None:
         """Have motor and encoder moved by a world from now on."""
-        self._bench.couple(world)
+        self.do("couple", world=world)
 
     def emergency_stop(self, pressed: bool) -> None:
         """Press the button, which opens its contact as a cut wire does, or release it."""

@@ -17,6 +17,7 @@ from torsio.hands import Hand
 from torsio.plant import Electrics, PlantParams
 
 PERIOD_NS = 25_000  # of the bridges' PWM
+ROW_NS = 1_000_000  # from one row of a record to the next
 
 
 class World:
@@ -39,7 +40,6 @@ class World:
         self._angle = 0.0
         self._count = self._counts(0.0)
         self.periods = 0
-        self.row_every = 40  # periods: a millisecond
         self.rows: list[dict[str, Any]] = []
 
     @property
@@ -65,7 +65,7 @@ class World:
         electrics = self._electrics
         noise_a = electrics.sensor_noise_v / electrics.sensor_v_per_a * self._random.normal()
         current_a = self.circuit.current_a(electrics.sample_offset_s) + noise_a
-        if self.periods % self.row_every == 0:
+        if self.periods * PERIOD_NS % ROW_NS == 0:
             self.rows.append(self.plant.state)
         self.circuit.advance(
             PERIOD_NS, motor_share=motor_share, brake_share=brake_share, enabled=enabled
@@ -91,9 +91,9 @@ class World:
 
     def record(self) -> Any:
         """Give the rows so far, one a millisecond, as columns by name."""
-        return {name: np.array([row[name] for row in self.rows]) for name in self.rows[0]}
+        return columns(self.rows)
 
 
-def edges_of(text: Sequence[float]) -> list[tuple[float, int]]:
-    """Split signed times into times and directions."""
-    return [(abs(time), 1 if time > 0 else -1) for time in text]
+def columns(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Turn rows into an array for each name."""
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}

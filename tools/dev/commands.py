@@ -188,7 +188,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     with_machines = (name == "usb" and "--device" not in rest) or (
         name == "games" and "--here" not in rest
     )
-    on_boards = name == "mcu"
+    on_boards = name in ("binary", "mcu")
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []

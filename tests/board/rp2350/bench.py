@@ -30,10 +30,6 @@ class Bench:
             self.chip.rom.cut_after_bytes = None
             return "power cut"
 
-    def couple(self, world: World) -> None:
-        """Have motor and encoder moved by a world."""
-        self.chip.couple(world)
-
     def close(self) -> None:
         """Nothing to end."""
 
@@ -59,6 +55,8 @@ class Bench:
             "watchdog_resets": chip.watchdog_resets,
             "bootloader": chip.rom.bootloader,
             "tick_ns": chip.tick_ns,
+            "interrupt_ns": chip.interrupt_ns,
+            "tick_instructions": chip.tick_instructions,
             "pwm_starts": chip.pwm_starts,
             "lost": chip.rom.lost,
             "address": chip.usb.address,
@@ -151,6 +149,14 @@ class Bench:
         for _ in range(abs(edges)):
             self.chip.turn(step, pin_a)
             self.chip.run_for(period_ns)
+        return True
+
+    def do_count_instructions(self) -> bool:
+        self.chip.count_instructions()
+        return True
+
+    def do_couple(self, world: World) -> bool:
+        self.chip.couple(world)
         return True
 
     def do_cut_wires(self, pins: list[int]) -> bool:

@@ -76,7 +76,9 @@ class Chip:
         self.registers = {}
         self.pwm_starts: list[int] = []
         self.tick_ns = {"last": 0.0, "most": 0.0}
-        self._tick_began = 0
+        self.interrupt_ns = 0.0  # in all control interrupts
+        self.tick_instructions = 0  # the most, once they are counted
+        self._tick_began = self._tick_instruction = 0
         self.out = self.driven = 0
         self._settle()
         self.sleepless = False
@@ -151,6 +153,10 @@ class Chip:
             self.watchdog_resets += 1
             self.power_up(bitten=True)
 
+    def count_instructions(self) -> None:
+        """Count those of the control interrupt from now on."""
+        self.core.count_instructions(self._library)
+
     # The world ----------------------------------------------------------------------------------
 
     def couple(self, world: World) -> None:
@@ -163,9 +169,8 @@ class Chip:
             self.turn(self._edges.popleft()[1])
         if self.now < self._world_at:
             return
-        motor = (self.high_share(6) or 0.0) - (self.high_share(7) or 0.0)
-        brake = (self.high_share(8) or 0.0) - (self.high_share(9) or 0.0)
-        self.amperes, edges = world(motor, brake, bool(self.high_share(10)))
+        high = [self.high_share(pin) or 0.0 for pin in range(6, 11)]
+        self.amperes, edges = world(high[0] - high[1], high[2] - high[3], bool(high[4]))
         for time in edges:
             self._edges.append((self._world_at + int(abs(time) * HZ / 1e9), 1 if time > 0 else -1))
         self._world_at += PWM_PERIOD
@@ -307,13 +312,16 @@ class Chip:
         elif offset == 8:
             return
         file[offset] = value
+        before = self._watchdog_at
         if value >> 31 and offset == 0:
             self._watchdog_at = self.now
         elif file.get(0, 0) >> 30 & 1:
             self._watchdog_at = self.now + self._watchdog_left * (HZ // 1_000_000)
         else:
             self._watchdog_at = None
-        self.core.attend()
+        # Feeding it is no reason to stop: the emulator would have stopped earlier anyway.
+        if before is None or self._watchdog_at is None or self._watchdog_at < before:
+            self.core.attend()
 
     # Pins ---------------------------------------------------------------------------------------
 
@@ -451,11 +459,15 @@ class Chip:
     def _tick_begins(self, number: int) -> None:
         if number == 16 + PWM_LINE:
             self._tick_began = self.now
+            self._tick_instruction = self.core.instructions.value
 
     def _tick_ends(self, number: int) -> None:
         if number == 16 + PWM_LINE:
             last = (self.now - self._tick_began) * 1e9 / HZ
             self.tick_ns = {"last": last, "most": max(last, self.tick_ns["most"])}
+            self.interrupt_ns += last
+            counted = self.core.instructions.value - self._tick_instruction
+            self.tick_instructions = max(self.tick_instructions, counted)
 
     # The motor's winding between its PWM pins (6 and 7) and its current sensor --------------------
 
