@@ -260,8 +260,8 @@ void bind_circuit(py::module_& module) {
            "Let time pass, for the plant as well, while the bridges do this.")
       .def("current_a", &PlantCircuit::current_a, arg("offset_s") = 0.0,
            "The motor's current so long after the middle of the driven time, ripple included.")
-      .def_property_readonly(
-          "state", [](const PlantCircuit& circuit) { return to_python(circuit.state()); })
+      .def_property_readonly("state",
+                             [](const PlantCircuit& circuit) { return to_python(circuit.state()); })
       .def("set_supply", &PlantCircuit::set_supply, arg("supply_v"),
            "The supply gives another voltage, without load; its capacitor follows.");
 }

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from tests.board.pico import MODELS, MS, EmulatedPico, confirm, enumerated
+from tests.board.pico import MS, EmulatedPico, confirm, enumerated
 from tests.board.twin import Twin
 from tests.board.world import World
 from torsio.emulator import Plant
@@ -101,9 +101,9 @@ def binary(params: PlantParams) -> Iterator[Bench]:
 
 
 @contextmanager
-def twin(params: PlantParams) -> Iterator[Bench]:
+def twin(params: PlantParams, seed: int = 1) -> Iterator[Bench]:
     """Give the emulated device with the same plant and the chosen board's electrics and rate."""
-    with EmulatedPico(lambda model: Twin(params, model.tick_ns)) as board:
+    with EmulatedPico(lambda model: Twin(params, model.tick_ns, seed=seed)) as board:
         board.run(5)
         confirm(board)
         assert isinstance(board.bench, Twin)
@@ -142,7 +142,8 @@ def push(bench: Bench, stiffness: float, *, move_s: float = 1.0, hold_s: float =
     wall(bench, stiffness)
     hand = push_options(stiffness).hand
     assert isinstance(hand, ImpedanceHand)
-    deepest = hand.intended_angle_rad[1][1]
+    knots: Any = hand.intended_angle_rad
+    deepest = knots[1][1]
     zero = begin(bench)
     path = [(0.0, 0.0), (move_s, deepest), (move_s + hold_s, deepest), (2 * move_s + hold_s, 0.0)]
     shifted = [(zero + time, angle) for time, angle in path]
@@ -152,7 +153,12 @@ def push(bench: Bench, stiffness: float, *, move_s: float = 1.0, hold_s: float =
 
 
 def cut(
-    bench: Bench, stiffness: float, *, ramp_s: float = 0.8, hold_s: float = 0.4, after_s: float = 1.0
+    bench: Bench,
+    stiffness: float,
+    *,
+    ramp_s: float = 0.8,
+    hold_s: float = 0.4,
+    after_s: float = 1.0,
 ) -> Columns:
     """Let a weight sink into a wall, and cut its string: scenario 3."""
     wall(bench, stiffness)
@@ -190,7 +196,7 @@ def bounce(bench: Bench, stiffness: float, *, after_s: float = 1.0) -> Columns:
 
 
 def spin_up(params: PlantParams, from_rad: float) -> tuple[float, float]:
-    """How many whole milliseconds it takes to 18 rad/s without a motor, and where the knob is then."""
+    """How long it takes to 18 rad/s without a motor, and where the knob is then."""
     passive = replace(params, electrics=None)
     plant = Plant(passive, TorqueHand(torque_nm=[(0.0, SPIN_UP_NM)]))
     while plant.state["speed_rad_s"] < RELEASE_SPEED_RAD_S:
@@ -232,12 +238,18 @@ class TickCost:
     """Of the processor's time, all rounds of the current loop included."""
 
 
+def lean(bench: Bench, stiffness: float, torque_nm: float) -> None:
+    """Lean on a wall until the knob rests there."""
+    wall(bench, stiffness)
+    zero = begin(bench)
+    bench.place.set_hand(TorqueHand(torque_nm=[(zero, 0.0), (zero + 0.04, torque_nm)]))
+    bench.run(0.12)
+
+
 def tick_cost(bench: Bench) -> TickCost:
     """Lean on a wall of 30 mN m a degree with 20 mN m; of a binary only."""
     board = bench.board
-    wall(bench, math.degrees(30e-3))
-    bench.place.set_hand(TorqueHand(torque_nm=[(0.0, 20e-3)]))
-    bench.run(0.08)
+    lean(bench, math.degrees(30e-3), 20e-3)
     board.do("count_instructions")
     before = board.status()
     board.run(8)

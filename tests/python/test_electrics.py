@@ -61,6 +61,25 @@ def test_current_rises_as_resistance_and_inductance_have_it(
     )  # fmt: skip
 
 
+def test_brake_with_hysteresis_follows_its_coils_current_with_a_play() -> None:
+    half_nm, lag_s, period_s = 4e-3, COIL_HENRY / COIL_OHM, 25e-6
+    play = torsio.BrakeHysteresis(half_width_nm=half_nm)
+    plant = Plant(PlantParams(electrics=STIFF, brake_hysteresis=play), step_ns=25_000)
+    brake = np.repeat([0.3, 0.2, 0.25, 0.0, -0.1, 0.1], 4000)
+    rows, _ = driven(plant, 0.0, brake)
+    # The coil's current as a torque: exponentials from step to step, with its sign.
+    coil_nm, held_nm = 0.0, 0.0
+    expected = []
+    for share in brake:
+        expected.append(held_nm)
+        end_nm = COIL_NM_PER_A * share * VOLT / COIL_OHM
+        coil_nm = end_nm + (coil_nm - end_nm) * math.exp(-period_s / lag_s)
+        held_nm = max(0.0, np.clip(held_nm, abs(coil_nm) - half_nm, abs(coil_nm) + half_nm))
+    # Where the current changes its sign the play is crossed within a period.
+    np.testing.assert_allclose(rows["brake_capacity_nm"] - 2e-3, expected, rtol=0, atol=2e-5)
+    assert max(expected) == pytest.approx(COIL_NM_PER_A * 0.3 * VOLT / COIL_OHM - half_nm, rel=0.3)
+
+
 @pytest.mark.parametrize("period_s", [25e-6, 400e-6])
 def test_motor_with_back_emf_moves_the_knob_as_scipy_has_it(period_s: float) -> None:
     generator = np.random.default_rng(4)

@@ -246,6 +246,7 @@ class Core:
     def count_instructions(self, library: ctypes.CDLL) -> None:
         """From now on, which takes time."""
         self._call_before(unicorn.UC_HOOK_CODE, library.count_instruction, self.instructions)
+        self.uc.ctl_flush_tb()  # what was translated before does not call it
 
     def _call_before(self, what: int, function: Any, counter: Any) -> None:
         handle = ctypes.c_size_t()
