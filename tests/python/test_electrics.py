@@ -66,7 +66,7 @@ def test_brake_with_hysteresis_follows_its_coils_current_with_a_play() -> None:
     play = torsio.BrakeHysteresis(half_width_nm=half_nm)
     plant = Plant(PlantParams(electrics=STIFF, brake_hysteresis=play), step_ns=25_000)
     brake = np.repeat([0.3, 0.2, 0.25, 0.0, -0.1, 0.1], 4000)
-    rows, _ = driven(plant, 0.0, brake)
+    rows, _ = driven(plant, 0.0, brake, n=len(brake))
     # The coil's current as a torque: exponentials from step to step, with its sign.
     coil_nm, held_nm = 0.0, 0.0
     expected = []
