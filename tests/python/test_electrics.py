@@ -13,7 +13,7 @@ import torsio
 from tests.python.plant_oracle import OraclePlant, OracleRun
 from torsio import BoardConfig, Electrics, EmulatorOptions, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions
-from torsio.emulator import Plant
+from torsio.emulator import Circuit, Plant
 from torsio.telemetry import Record
 
 Array = npt.NDArray[np.float64]
@@ -134,6 +134,28 @@ def test_bridge_that_is_off_sends_the_current_back_until_there_is_none() -> None
     # What has run back into the supply, the integral of the line above.
     charge = (begin_a + VOLT / OHM) * tau_s * -math.expm1(-end_s / tau_s) - VOLT / OHM * end_s
     assert supply[-1] - VOLT == pytest.approx(charge / 50.0, rel=0.05)
+
+
+def test_circuit_moves_a_plant_period_by_period_as_a_record_does() -> None:
+    shares = np.linspace(-0.8, 0.9, 60)
+    whole, apart = (Plant(PlantParams(electrics=Electrics()), step_ns=25_000) for _ in range(2))
+    rows, supply = driven(whole, shares, np.abs(shares))
+    circuit = Circuit(apart)
+    for row, volts, share in zip(rows, supply, shares, strict=True):
+        state = circuit.electrics
+        assert (apart.angle_rad, state.supply_v) == (row["angle_rad"], volts)
+        assert K * circuit.current_a() == pytest.approx(row["motor_torque_nm"], rel=1e-12)
+        circuit.advance(25_000, motor_share=share, brake_share=abs(share), enabled=True)
+
+
+def test_circuit_refuses_what_it_cannot_do() -> None:
+    with pytest.raises(ValueError, match="the plant has no electrics"):
+        Circuit(Plant())
+    circuit = Circuit(Plant(PlantParams(electrics=Electrics())))
+    with pytest.raises(torsio.InvalidArgument, match=r"motor_share is 1.1, allowed are -1 to 1"):
+        circuit.advance(25_000, motor_share=1.1)
+    with pytest.raises(torsio.InvalidArgument, match="duration_ns"):
+        circuit.advance(0)
 
 
 def test_supply_sags_to_what_its_resistance_leaves() -> None:

@@ -24,7 +24,7 @@ from torsio.closed_loop import (
     simulate_many,
 )
 from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.plant import ElectricsState, PlantParams
 from torsio.telemetry import Record
 
 __all__ = [
@@ -177,6 +177,11 @@ class Circuit(_torsio.emulator.Circuit):
             brake_share=checks.number("brake_share", brake_share, -1.0, 1.0),
             enabled=enabled,
         )
+
+    @property
+    def electrics(self) -> ElectricsState:
+        """What no sensor sees of it, now."""
+        return ElectricsState(**super().state)
 
     def set_supply(self, supply_v: float) -> None:
         """Change the supply's voltage without load, >= 0; its capacitor follows."""

@@ -7,7 +7,7 @@ import numpy.typing as npt
 from torsio.closed_loop import InitialState, LoopOptions
 from torsio.hands import Hand
 from torsio.hands import Profile as _Knots
-from torsio.plant import ElectricsState, PlantParams
+from torsio.plant import PlantParams
 
 PLANT_DTYPE: Final[np.dtype[Any]]
 
@@ -70,7 +70,7 @@ class Circuit:
     ) -> None: ...
     def current_a(self, offset_s: float = 0.0) -> float: ...
     @property
-    def state(self) -> ElectricsState: ...
+    def state(self) -> dict[str, float]: ...
     def set_supply(self, supply_v: float) -> None: ...
 
 class Profile:
