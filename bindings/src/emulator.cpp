@@ -114,6 +114,32 @@ py::tuple plant_record_bridges(emulator::Plant& plant, const Doubles& motor_shar
   return py::make_tuple(rows, supply_v);
 }
 
+/// A plant's electrics, for a board that runs elsewhere.
+class PlantCircuit {
+ public:
+  explicit PlantCircuit(emulator::Plant& plant) : plant_(plant), circuit_(electrics_of(plant)) {}
+
+  void advance(std::int64_t duration_ns, double motor_share, double brake_share, bool enabled) {
+    shares_ = {motor_share, brake_share, enabled};
+    circuit_.advance(plant_, shares_, duration_ns);
+  }
+  [[nodiscard]] double current_a(double offset_s) const {
+    return circuit_.current_a(plant_) + circuit_.ripple_a(shares_, offset_s);
+  }
+  [[nodiscard]] ElectricsState state() const { return circuit_.state(plant_); }
+  void set_supply(double supply_v) { circuit_.set_supply(supply_v); }
+
+ private:
+  static const emulator::Electrics& electrics_of(const emulator::Plant& plant) {
+    if (!plant.params().electrics) throw py::value_error("the plant has no electrics");
+    return *plant.params().electrics;
+  }
+
+  emulator::Plant& plant_;
+  emulator::Circuit circuit_;
+  emulator::BridgeShares shares_;
+};
+
 /// As plant_record, but of what costs nothing to look at, so that little but the stepping is timed.
 py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_command_nm,
                                 const Doubles& brake_command_nm, std::int64_t period_ns) {
@@ -159,6 +185,9 @@ void bind_plant(py::module_& module) {
       .def_property_readonly("time_ns",
                              [](const emulator::Plant& plant) { return plant.state().time_ns; })
       .def_property_readonly(
+          "angle_rad", [](const emulator::Plant& plant) { return plant.state().knob_angle_rad(); },
+          "Of the knob.")
+      .def_property_readonly(
           "state", [](const emulator::Plant& plant) { return to_python(plant_row(plant)); },
           "Where the plant is; keys as PLANT_DTYPE.")
       .def("record", &plant_record, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
@@ -185,6 +214,20 @@ void bind_plant(py::module_& module) {
             plant.set_state({});
           },
           "Back to rest at time 0 and angle 0.");
+}
+
+void bind_circuit(py::module_& module) {
+  py::class_<PlantCircuit>(module, "Circuit", "Windings, bridges and supply of a plant.")
+      .def(py::init<emulator::Plant&>(), arg("plant"), py::keep_alive<1, 2>())
+      .def("advance", &PlantCircuit::advance, arg("duration_ns"), py::kw_only(),
+           arg("motor_share") = 0.0, arg("brake_share") = 0.0, arg("enabled") = false,
+           "Let time pass, for the plant as well, while the bridges do this.")
+      .def("current_a", &PlantCircuit::current_a, arg("offset_s") = 0.0,
+           "The motor's current so long after the middle of the driven time, ripple included.")
+      .def_property_readonly("state",
+                             [](const PlantCircuit& circuit) { return to_python(circuit.state()); })
+      .def("set_supply", &PlantCircuit::set_supply, arg("supply_v"),
+           "The supply gives another voltage, without load; its capacitor follows.");
 }
 
 void bind_profile_and_encoder(py::module_& module) {
@@ -386,6 +429,7 @@ void bind_emulator(py::module_& parent) {
       arg("interface"), arg("dial") = false,
       "HID report descriptor of interface 0 (control) or 1 (game, or dial).");
   bind_plant(module);
+  bind_circuit(module);
   bind_profile_and_encoder(module);
   bind_device(module);
   bind_replayed_device(module);

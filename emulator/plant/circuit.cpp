@@ -47,7 +47,11 @@ double Circuit::current_a(const Plant& plant) const {
 }
 
 double Circuit::coil_current_a(const Plant& plant) const {
-  return coil_sign_ * plant.state().brake_magnetic_nm / electrics_.coil_torque_constant_nm_per_a;
+  return coil_sign_ * coil_torque_nm(plant) / electrics_.coil_torque_constant_nm_per_a;
+}
+
+double Circuit::coil_torque_nm(const Plant& plant) const {
+  return plant.params().brake_hysteresis ? coil_torque_nm_ : plant.state().brake_magnetic_nm;
 }
 
 double Circuit::ripple_a(const BridgeShares& shares, double offset_s) const {
@@ -86,7 +90,7 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
   }
 
   const double coil_nm_per_v = electrics_.coil_torque_constant_nm_per_a / coil_ohm;
-  const double magnetic_nm = state.brake_magnetic_nm;
+  const double magnetic_nm = coil_torque_nm(plant);
   if (shares.enabled) {
     piece.drive.brake_torque_nm = coil_sign_ * shares.brake * supply_v_ * coil_nm_per_v;
   } else if (magnetic_nm > 0.0) {
@@ -109,16 +113,20 @@ void Circuit::advance(Plant& plant, const BridgeShares& shares, std::int64_t dur
   const double begin_coil_a = coil_current_a(plant);
   std::int64_t left_ns = duration_ns;
   while (left_ns > 0) {
-    if (plant.state().brake_magnetic_nm == 0.0 && shares.brake != 0.0) {
+    if (coil_torque_nm(plant) == 0.0 && shares.brake != 0.0) {
       coil_sign_ = std::copysign(1.0, shares.brake);
     }
     const Piece piece = next_piece(plant, shares, left_ns);
-    plant.set_drive(piece.drive);
+    if (plant.params().brake_hysteresis) {
+      follow_coil(plant, piece);
+    } else {
+      plant.set_drive(piece.drive);
+    }
     plant.advance(piece.duration_ns);
     if (piece.motor_ends || piece.coil_ends) {
       PlantState state = plant.state();
       if (piece.motor_ends) state.motor_torque_nm = 0.0;
-      if (piece.coil_ends) {
+      if (piece.coil_ends && !plant.params().brake_hysteresis) {
         state.brake_magnetic_nm = 0.0;
         state.brake_target_nm = 0.0;
       }
@@ -139,6 +147,25 @@ void Circuit::advance(Plant& plant, const BridgeShares& shares, std::int64_t dur
   follow_supply(shares.enabled ? shares.motor * mean_a + shares.brake * mean_coil_a
                                : -std::abs(mean_a) - std::abs(mean_coil_a),
                 duration_s);
+}
+
+void Circuit::follow_coil(Plant& plant, const Piece& piece) {
+  const double time_constant_s =
+      electrics_.coil_inductance_h / plant.params().electrics->coil_resistance_ohm;
+  const double duration_s = 1e-9 * static_cast<double>(piece.duration_ns);
+  coil_torque_nm_ +=
+      (coil_torque_nm_ - piece.drive.brake_torque_nm) * expm1_of(-duration_s / time_constant_s);
+  if (piece.coil_ends) coil_torque_nm_ = 0.0;
+  const double play_nm = plant.params().brake_hysteresis->half_width_nm;
+  PlantState state = plant.state();
+  state.brake_magnetic_nm = std::max(
+      0.0,
+      std::clamp(state.brake_magnetic_nm, coil_torque_nm_ - play_nm, coil_torque_nm_ + play_nm));
+  state.brake_target_nm = state.brake_magnetic_nm;
+  Plant::Drive drive = piece.drive;
+  drive.brake_torque_nm = state.brake_magnetic_nm;
+  plant.set_state(state);
+  plant.set_drive(drive);
 }
 
 void Circuit::warm_up(double motor_square_a2, double coil_square_a2, double duration_s) {

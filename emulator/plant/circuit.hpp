@@ -23,6 +23,9 @@ struct BridgeShares {
 /// included. Resistances follow the temperatures in steps of a fifth of a percent. The moment at
 /// which a current ends is computed with the speed of the begin; within microseconds the speed
 /// changes by too little to matter. The supply's voltage is followed from change to change.
+///
+/// With hysteresis of the brake its torque follows the coil's current with a play. It is then held
+/// from change to change, at what the current at the end of the piece makes of it.
 class Circuit {
  public:
   explicit Circuit(const Electrics& electrics);
@@ -51,6 +54,10 @@ class Circuit {
   };
   [[nodiscard]] Piece next_piece(const Plant& plant, const BridgeShares& shares,
                                  std::int64_t most_ns) const;
+  /// The torque that the coil's current makes in a brake without hysteresis, >= 0.
+  [[nodiscard]] double coil_torque_nm(const Plant& plant) const;
+  /// A piece of the coil's current where hysteresis lies between it and the brake's torque.
+  void follow_coil(Plant& plant, const Piece& piece);
   void follow_supply(double drawn_a, double duration_s);
   void warm_up(double motor_square_a2, double coil_square_a2, double duration_s);
   /// Copper that has become warmer resists more.
@@ -61,7 +68,8 @@ class Circuit {
   double rotor_c_;
   double coil_c_;
   double supply_v_;
-  double coil_sign_ = 1.0;  // of the coil's current
+  double coil_sign_ = 1.0;       // of the coil's current
+  double coil_torque_nm_ = 0.0;  // see coil_torque_nm(); of a plant with hysteresis
 };
 
 }  // namespace torsio::emulator

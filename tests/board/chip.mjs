@@ -10,6 +10,7 @@
 //   what the firmware's pull-up makes of it.
 // - The share of time in which a PWM pin is high, from the unit's registers: rp2040js does not move
 //   pins in the centred mode.
+// - A world that is coupled to it is asked once a PWM period, as the period begins.
 import { GPIOPinState, LogLevel, RP2040 } from 'rp2040js';
 
 // The package shows the class of its clock only through a chip.
@@ -20,6 +21,8 @@ const SECTOR = 4096;
 const TYPICAL_ERASE_NS = 45e6; // of the Pico's flash chip; 400 ms at most
 const PROGRAM_NS = 0.4e6;
 const PIO_LOOP = 7;
+const PWM_PERIOD_NS = 25e3;
+const PHASES = [0b00, 0b01, 0b11, 0b10]; // of A (bit 0) and B in the order in which a knob passes them
 const TICK_EXCEPTION = 16 + 4; // PWM_IRQ_WRAP
 const HARD_FAULT = 3;
 
@@ -50,6 +53,12 @@ export class Chip {
     this.zero = 2048; // steps of the current sensor without a current
     this.sensorAmperes = null; // what the sensor says; null: the truth
     this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2 };
+    this.cut = new Set(); // pins whose wire is cut
+    this.instructions = 0;
+    this.world = null; // (motor's share, brake's share, enabled) => {amperes, edges}
+    this.worldAt = 0; // the next PWM period
+    this.edges = []; // of the encoder: when, and which way
+    this.phase = 2;
     this.clock = new Clock();
     this.powerUp();
   }
@@ -90,13 +99,16 @@ export class Chip {
   runUntil(ns, done = () => false) {
     while (this.clock.nanos < ns) {
       const { core } = this.mcu;
+      if (this.world && this.clock.nanos >= this.nextOfWorld()) this.moveWorld();
       if (core.waiting && this.sleepless) core.waiting = false;
       if (core.waiting) {
-        const sleep = Math.min(this.clock.nanosToNextAlarm, ns - this.clock.nanos);
+        const event = this.world ? Math.min(ns, this.nextOfWorld()) : ns;
+        const sleep = Math.min(this.clock.nanosToNextAlarm, event - this.clock.nanos);
         this.pioDebt += sleep / NS_PER_CYCLE;
         this.clock.tick(Math.max(sleep, 1e-3));
       } else {
         const cycles = core.executeInstruction();
+        this.instructions += 1;
         this.pioDebt += cycles;
         this.clock.tick(cycles * NS_PER_CYCLE);
       }
@@ -117,18 +129,58 @@ export class Chip {
       return: core.exceptionReturn.bind(core),
     };
     this.tickNs = { last: 0, most: 0 };
+    this.interruptNs = 0; // in all control interrupts
+    this.tickInstructions = 0; // the most
     let began = 0;
+    let first = 0;
     core.exceptionEntry = (number) => {
-      if (number === TICK_EXCEPTION) began = this.clock.nanos;
+      if (number === TICK_EXCEPTION) {
+        began = this.clock.nanos;
+        first = this.instructions;
+      }
       plain.entry(number);
     };
     core.exceptionReturn = (value) => {
       if (core.IPSR === TICK_EXCEPTION) {
         const last = this.clock.nanos - began;
         this.tickNs = { last, most: Math.max(last, this.tickNs.most) };
+        this.interruptNs += last;
+        this.tickInstructions = Math.max(this.tickInstructions, this.instructions - first);
       }
       plain.return(value);
     };
+  }
+
+  // The world -----------------------------------------------------------------------------------
+
+  /** Motor and encoder are moved by a world from the next PWM period on. */
+  couple(world) {
+    this.world = world;
+    while (this.worldAt <= this.ns) this.worldAt += PWM_PERIOD_NS;
+  }
+
+  nextOfWorld() {
+    return Math.min(this.worldAt, this.edges.length > 0 ? this.edges[0].at : Infinity);
+  }
+
+  moveWorld() {
+    while (this.edges.length > 0 && this.edges[0].at <= this.ns) this.turn(this.edges.shift().step);
+    if (this.ns < this.worldAt) return;
+    const bridge = (pin) => (this.highShare(pin) ?? 0) - (this.highShare(pin + 1) ?? 0);
+    const enabled = this.highShare(10) === 1;
+    const { amperes, edges } = this.world(bridge(6), bridge(8), enabled);
+    this.amperes = amperes;
+    for (const time of edges) {
+      this.edges.push({ at: this.worldAt + Math.abs(time), step: Math.sign(time) });
+    }
+    this.worldAt += PWM_PERIOD_NS;
+  }
+
+  /** Turns the encoder by one edge. */
+  turn(step, pinA = 2) {
+    this.phase = (this.phase + step + 4) % 4;
+    this.setPin(pinA, (PHASES[this.phase] & 1) !== 0);
+    this.setPin(pinA + 1, (PHASES[this.phase] & 2) !== 0);
   }
 
   // Ways to go wrong ----------------------------------------------------------------------------
@@ -160,6 +212,7 @@ export class Chip {
 
   /** High means that the world lets go of the pin. */
   setPin(pin, high) {
+    if (this.cut.has(pin)) return;
     this.catchUp();
     if (high) this.low.delete(pin);
     else this.low.add(pin);
@@ -214,6 +267,7 @@ export class Chip {
       write(offset, value);
       const now = pwm.channels.reduce((mask, unit) => mask | ((unit.csr & 1) << unit.index), 0);
       if (now !== running) this.pwmStarts.push(now);
+      if (now & ~running) this.worldAt = this.clock.nanos + PWM_PERIOD_NS;
       running = now;
     };
   }
@@ -252,11 +306,13 @@ export class Chip {
     const plain = adc.onADCRead;
     adc.onADCRead = (channel) => {
       const { ohm, henry, supply, voltsPerAmpere } = this.motor;
-      const seconds = (this.clock.nanos - last) * 1e-9;
-      last = this.clock.nanos;
-      const share = this.mcu.gpio[10].value === GPIOPinState.High ? this.highShare(6) - this.highShare(7) : 0;
-      const end = (supply * share) / ohm;
-      this.amperes = end + (this.amperes - end) * Math.exp((-seconds * ohm) / henry);
+      if (!this.world) {
+        const seconds = (this.clock.nanos - last) * 1e-9;
+        last = this.clock.nanos;
+        const share = this.mcu.gpio[10].value === GPIOPinState.High ? this.highShare(6) - this.highShare(7) : 0;
+        const end = (supply * share) / ohm;
+        this.amperes = end + (this.amperes - end) * Math.exp((-seconds * ohm) / henry);
+      }
       const seen = this.sensorAmperes ?? this.amperes;
       const steps = Math.round(this.zero + ((seen * voltsPerAmpere) / 3.3) * 4096);
       adc.channelValues[0] = Math.max(0, Math.min(4095, steps));

@@ -1,6 +1,7 @@
 // A USB host and a test bench round the emulated chip, told what to do by lines of JSON on standard
-// input, one answer a line: {"do": "...", ...} -> {"ok": ...} or {"error": "..."}.
-import { readFileSync } from 'node:fs';
+// input, one answer a line: {"do": "...", ...} -> {"ok": ...} or {"error": "..."}. While a command runs,
+// a coupled world is asked by lines {"world": ...}.
+import { readFileSync, readSync, writeSync } from 'node:fs';
 import { createInterface } from 'node:readline';
 
 import { Chip, PowerCut } from './chip.mjs';
@@ -12,6 +13,16 @@ const hex = (text) => Uint8Array.from(Buffer.from(text, 'hex'));
 const text = (bytes) => Buffer.from(bytes).toString('hex');
 
 let chip = null;
+
+/** One line of a file, as soon as it is there. */
+function readLine(file) {
+  const bytes = Buffer.alloc(65536);
+  let size = 0;
+  do {
+    size += readSync(file, bytes, size, bytes.length - size);
+  } while (bytes[size - 1] !== 0x0a);
+  return bytes.toString('ascii', 0, size);
+}
 
 /** Repeats a token until it is answered. */
 function transact(endpoint, data, withinNs) {
@@ -108,13 +119,28 @@ const commands = {
   },
   /** Turns the encoder by so many edges, A leading B for positive ones. */
   turn({ edges, period_ns, pin_a = 2 }) {
-    const levels = [0b00, 0b01, 0b11, 0b10];
     for (let n = 0; n < Math.abs(edges); ++n) {
-      chip.phase = ((chip.phase ?? 2) + Math.sign(edges) + 4) % 4;
-      chip.setPin(pin_a, (levels[chip.phase] & 1) !== 0);
-      chip.setPin(pin_a + 1, (levels[chip.phase] & 2) !== 0);
+      chip.turn(Math.sign(edges), pin_a);
       chip.runUntil(chip.ns + period_ns);
     }
+    return true;
+  },
+  /** A world answers on the file that was named at the start what standard output asks of it. */
+  couple() {
+    chip.couple((motor, brake, enabled) => {
+      writeSync(1, `${JSON.stringify({ world: [motor, brake, enabled] })}\n`);
+      return JSON.parse(readLine(Number(process.argv[2])));
+    });
+    return true;
+  },
+  /** They are counted anyway: from now on the most is that of a tick to come. */
+  count_instructions() {
+    chip.tickInstructions = 0;
+    return true;
+  },
+  cut_wires({ pins }) {
+    for (const pin of pins) chip.setPin(pin, true);
+    chip.cut = new Set(pins);
     return true;
   },
   encoder_counter() {
@@ -162,6 +188,8 @@ const commands = {
       watchdog_resets: chip.watchdogResets,
       bootloader: chip.bootloader,
       tick_ns: chip.tickNs,
+      interrupt_ns: chip.interruptNs,
+      tick_instructions: chip.tickInstructions,
       pwm_starts: chip.pwmStarts,
       lost: chip.lost,
       address: chip.mcu.usbCtrl.addrEndp & 0x7f,

@@ -6,16 +6,18 @@ Reports are written and read by ``tests.python.wire``, which shares nothing with
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import struct
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from tests.board.rp2350.bench import Bench
+from tests.board.rp2350.chip import World
 from tests.python import wire
 from tools import uf2
 
@@ -89,19 +91,29 @@ class NodeBench:
     """The emulated RP2040, a process of its own."""
 
     def __init__(self) -> None:
+        theirs, ours = os.pipe()
+        self._answers = os.fdopen(ours, "w")
         self._process = subprocess.Popen(
-            [shutil.which("node") or "node", FOLDER / "host.mjs"],
+            [shutil.which("node") or "node", FOLDER / "host.mjs", str(theirs)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            pass_fds=[theirs],
             text=True,
         )
+        os.close(theirs)
+        self._world: World
 
     def do(self, name: str, **details: Any) -> Any:
+        if "world" in details:
+            self._world = details.pop("world")
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.write(json.dumps({"do": name, **details}) + "\n")
         self._process.stdin.flush()
-        answer = json.loads(self._process.stdout.readline())
+        while "world" in (answer := json.loads(self._process.stdout.readline())):
+            amperes, edges = self._world(*answer["world"])
+            self._answers.write(json.dumps({"amperes": amperes, "edges": edges}) + "\n")
+            self._answers.flush()
         if "error" in answer:
             raise RuntimeError(answer["error"])
         return answer["ok"]
@@ -110,8 +122,14 @@ class NodeBench:
         assert self._process.stdin
         assert self._process.stdout
         self._process.stdin.close()
+        self._answers.close()
         self._process.wait(timeout=30)
         self._process.stdout.close()
+
+
+def chips_bench(model: Model) -> Commands:
+    """Give the bench of a board's emulated chip."""
+    return NodeBench() if model.chip == "rp2040" else Bench(FAST)
 
 
 class UsbStall(Exception):
@@ -125,10 +143,9 @@ class PowerCut(Exception):
 class EmulatedPico:
     """One board on the bench. Time passes only inside its methods."""
 
-    def __init__(self) -> None:
+    def __init__(self, make_bench: Callable[[Model], Commands] | None = None) -> None:
         self.model = chosen
-        self._bench: Commands
-        self._bench = NodeBench() if self.model.chip == "rp2040" else Bench(FAST)
+        self.bench = (make_bench or chips_bench)(self.model)
         self._sequence = 0
         self.telemetry: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
@@ -138,11 +155,11 @@ class EmulatedPico:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bench.close()
+        self.bench.close()
 
     def do(self, name: str, **details: Any) -> Any:
         """Give the bench one command and return its answer."""
-        answer = self._bench.do(name, **details)
+        answer = self.bench.do(name, **details)
         if answer == "power cut":
             raise PowerCut
         return answer
@@ -266,10 +283,10 @@ class EmulatedPico:
                     return answer
         raise AssertionError("no acknowledgement")
 
-    def listen(self, reads: int) -> None:
+    def listen(self, reads: int, within_ms: float = 5) -> None:
         """Fetch input reports and sort them."""
         for _ in range(reads):
-            found = self.read()
+            found = self.read(within_ms)
             if found is None:
                 continue
             name, values = found
@@ -289,6 +306,10 @@ class EmulatedPico:
     def turn(self, edges: int, period_us: float = 20) -> None:
         """Turn the encoder by so many edges."""
         self.do("turn", edges=edges, period_ns=period_us * 1000)
+
+    def couple(self, world: World) -> None:
+        """Have motor and encoder moved by a world from now on."""
+        self.do("couple", world=world)
 
     def emergency_stop(self, pressed: bool) -> None:
         """Press the button, which opens its contact as a cut wire does, or release it."""

@@ -52,6 +52,24 @@ def test_missing_supply_is_a_fault(pico: EmulatedPico) -> None:
     assert pico.get("health")["faults"] == WINDING
 
 
+def test_supply_of_a_quarter_of_the_configured_voltage_is_a_fault(pico: EmulatedPico) -> None:
+    # The current loop would give all it has, for ever, and the wall would be soft without a word.
+    pico.do("motor", supply=3)
+    pico.set("control_config", passive_ramp_s=0.005)
+    pico.arm_at_wall()
+    pico.turn(300)
+    assert _time_until_off(pico) < 20
+    health = pico.get("health")
+    assert (health["state"], health["faults"]) == ("fault", WINDING)
+    # Cleared with a supply as it should be, the motor pushes again.
+    pico.do("motor", supply=12)
+    assert pico.command("clear_fault") == "ok"
+    assert pico.command("arm") == "ok"
+    pico.run(20)
+    assert pico.motor()
+    assert pico.get("health")["faults"] == 0
+
+
 def test_supply_of_twice_the_configured_voltage_is_a_fault(pico: EmulatedPico) -> None:
     pico.do("motor", supply=24)
     pico.set("control_config", passive_ramp_s=0.005)

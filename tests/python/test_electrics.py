@@ -13,7 +13,7 @@ import torsio
 from tests.python.plant_oracle import OraclePlant, OracleRun
 from torsio import BoardConfig, Electrics, EmulatorOptions, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions
-from torsio.emulator import Plant
+from torsio.emulator import Circuit, Plant
 from torsio.telemetry import Record
 
 Array = npt.NDArray[np.float64]
@@ -59,6 +59,25 @@ def test_current_rises_as_resistance_and_inductance_have_it(
         capacity * -np.expm1(-rows["time_s"] * COIL_OHM / COIL_HENRY),
         rtol=1e-10, atol=1e-15,
     )  # fmt: skip
+
+
+def test_brake_with_hysteresis_follows_its_coils_current_with_a_play() -> None:
+    half_nm, lag_s, period_s = 4e-3, COIL_HENRY / COIL_OHM, 25e-6
+    play = torsio.BrakeHysteresis(half_width_nm=half_nm)
+    plant = Plant(PlantParams(electrics=STIFF, brake_hysteresis=play), step_ns=25_000)
+    brake = np.repeat([0.3, 0.2, 0.25, 0.0, -0.1, 0.1], 4000)
+    rows, _ = driven(plant, 0.0, brake, n=len(brake))
+    # The coil's current as a torque: exponentials from step to step, with its sign.
+    coil_nm, held_nm = 0.0, 0.0
+    expected = []
+    for share in brake:
+        expected.append(held_nm)
+        end_nm = COIL_NM_PER_A * share * VOLT / COIL_OHM
+        coil_nm = end_nm + (coil_nm - end_nm) * math.exp(-period_s / lag_s)
+        held_nm = max(0.0, np.clip(held_nm, abs(coil_nm) - half_nm, abs(coil_nm) + half_nm))
+    # Where the current changes its sign the play is crossed within a period.
+    np.testing.assert_allclose(rows["brake_capacity_nm"] - 2e-3, expected, rtol=0, atol=2e-5)
+    assert max(expected) == pytest.approx(COIL_NM_PER_A * 0.3 * VOLT / COIL_OHM - half_nm, rel=0.3)
 
 
 @pytest.mark.parametrize("period_s", [25e-6, 400e-6])
@@ -115,6 +134,28 @@ def test_bridge_that_is_off_sends_the_current_back_until_there_is_none() -> None
     # What has run back into the supply, the integral of the line above.
     charge = (begin_a + VOLT / OHM) * tau_s * -math.expm1(-end_s / tau_s) - VOLT / OHM * end_s
     assert supply[-1] - VOLT == pytest.approx(charge / 50.0, rel=0.05)
+
+
+def test_circuit_moves_a_plant_period_by_period_as_a_record_does() -> None:
+    shares = np.linspace(-0.8, 0.9, 60)
+    whole, apart = (Plant(PlantParams(electrics=Electrics()), step_ns=25_000) for _ in range(2))
+    rows, supply = driven(whole, shares, np.abs(shares))
+    circuit = Circuit(apart)
+    for row, volts, share in zip(rows, supply, shares, strict=True):
+        state = circuit.electrics
+        assert (apart.angle_rad, state.supply_v) == (row["angle_rad"], volts)
+        assert K * circuit.current_a() == pytest.approx(row["motor_torque_nm"], rel=1e-12)
+        circuit.advance(25_000, motor_share=share, brake_share=abs(share), enabled=True)
+
+
+def test_circuit_refuses_what_it_cannot_do() -> None:
+    with pytest.raises(ValueError, match="the plant has no electrics"):
+        Circuit(Plant())
+    circuit = Circuit(Plant(PlantParams(electrics=Electrics())))
+    with pytest.raises(torsio.InvalidArgument, match=r"motor_share is 1.1, allowed are -1 to 1"):
+        circuit.advance(25_000, motor_share=1.1)
+    with pytest.raises(torsio.InvalidArgument, match="duration_ns"):
+        circuit.advance(0)
 
 
 def test_supply_sags_to_what_its_resistance_leaves() -> None:

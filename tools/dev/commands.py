@@ -188,7 +188,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     with_machines = (name == "usb" and "--device" not in rest) or (
         name == "games" and not {"--here", "--in-process"} & set(rest)
     )
-    on_boards = name == "mcu"
+    on_boards = name in ("binary", "mcu")
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
@@ -203,11 +203,12 @@ def _bench(name: str, *rest: str) -> NoReturn:
             building.build_firmware(sources.require())
             building.build_emulated()
             board.result()
-        else:
-            if with_machines:
-                sources.require()
+        elif with_machines:
+            sources.require()
+        if name != "mcu":
             tinyusb = sources.offer()
-            building.build_preset("release", tinyusb)
+            if not on_boards:
+                building.build_preset("release", tinyusb)
             _build_packages(tinyusb)
             if name == "studio":
                 building.build_studio(building.begin_npm("studio"))

@@ -23,13 +23,14 @@ from torsio.closed_loop import (
     simulate_many,
 )
 from torsio.hands import Hand
-from torsio.plant import PlantParams
+from torsio.plant import ElectricsState, PlantParams
 from torsio.telemetry import LOOP_DTYPE, PLANT_DTYPE, Record
 
 __all__ = [
     "LOOP_DTYPE",
     "PLANT_DTYPE",
     "REPLAY_DTYPE",
+    "Circuit",
     "ClosedLoop",
     "EmulatedDevice",
     "Encoder",
@@ -132,3 +133,55 @@ class Plant(_torsio.emulator.Plant):
         """As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2)."""
         period_ns = checks.whole("period_ns", period_ns, 1, _LONGEST_NS)
         return super().drive(motor_command_nm, brake_command_nm, period_ns=period_ns)
+
+
+class Circuit(_torsio.emulator.Circuit):
+    """Windings, bridges and supply of a plant, for a board that is not the emulated device's.
+
+    The plant then moves by this alone: not by its own ``set_command`` and ``advance``.
+
+    Parameters
+    ----------
+    plant
+        Needs electrics.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its range.
+    """
+
+    def advance(
+        self,
+        duration_ns: int,
+        *,
+        motor_share: float = 0.0,
+        brake_share: float = 0.0,
+        enabled: bool = False,
+    ) -> None:
+        """Let time pass for circuit and plant while the bridges do this.
+
+        Parameters
+        ----------
+        duration_ns
+            Short beside the time constants of winding and supply: a PWM period.
+        motor_share, brake_share
+            Of the supply's voltage on winding and coil, -1 to 1.
+        enabled
+            False: both currents run back into the supply until there is none.
+        """
+        super().advance(
+            checks.whole("duration_ns", duration_ns, 1, _LONGEST_NS),
+            motor_share=checks.number("motor_share", motor_share, -1.0, 1.0),
+            brake_share=checks.number("brake_share", brake_share, -1.0, 1.0),
+            enabled=enabled,
+        )
+
+    @property
+    def electrics(self) -> ElectricsState:
+        """What no sensor sees of it, now."""
+        return ElectricsState(**super().state)
+
+    def set_supply(self, supply_v: float) -> None:
+        """Change the supply's voltage without load, >= 0; its capacitor follows."""
+        super().set_supply(checks.number("supply_v", supply_v, 0.0, 1e15))

@@ -7,14 +7,13 @@ from typing import Any
 
 from unicorn import arm_const
 
-from tests.board.rp2350.chip import Chip
+from tests.board.rp2350.chip import Chip, World
 from tests.board.rp2350.rom import PowerCut
 from tests.board.rp2350.usb import RESET, RESUME, SUSPENDED
 
 FRAME_NS = 1e6
 RETRY_NS = 20e3  # a host repeats a token that was not acknowledged
 STATUS_GAP_NS = 60e3
-PHASES = (0b00, 0b01, 0b11, 0b10)  # of A (bit 0) and B in the order in which a knob passes them
 
 
 class Bench:
@@ -23,7 +22,6 @@ class Bench:
     def __init__(self, library: Path) -> None:
         self._library = library
         self.chip: Chip
-        self._phase = 2
 
     def do(self, name: str, **details: Any) -> Any:
         try:
@@ -57,6 +55,8 @@ class Bench:
             "watchdog_resets": chip.watchdog_resets,
             "bootloader": chip.rom.bootloader,
             "tick_ns": chip.tick_ns,
+            "interrupt_ns": chip.interrupt_ns,
+            "tick_instructions": chip.tick_instructions,
             "pwm_starts": chip.pwm_starts,
             "lost": chip.rom.lost,
             "address": chip.usb.address,
@@ -147,10 +147,22 @@ class Bench:
     def do_turn(self, edges: int, period_ns: float, pin_a: int = 2) -> bool:
         step = 1 if edges > 0 else -1
         for _ in range(abs(edges)):
-            self._phase = (self._phase + step) % 4
-            self.chip.set_pin(pin_a, high=bool(PHASES[self._phase] & 1))
-            self.chip.set_pin(pin_a + 1, high=bool(PHASES[self._phase] & 2))
+            self.chip.turn(step, pin_a)
             self.chip.run_for(period_ns)
+        return True
+
+    def do_count_instructions(self) -> bool:
+        self.chip.count_instructions()
+        return True
+
+    def do_couple(self, world: World) -> bool:
+        self.chip.couple(world)
+        return True
+
+    def do_cut_wires(self, pins: list[int]) -> bool:
+        for pin in pins:
+            self.chip.set_pin(pin, high=True)
+        self.chip.cut = set(pins)
         return True
 
     def do_encoder_counter(self) -> int:

@@ -8,6 +8,7 @@ It has what the firmware uses and no more. Where it is simpler than the chip:
 - What the world puts on a pin is low or nothing, as a contact or an open collector does it: high
   is what the firmware's pull-up makes of it.
 - PWM pins do not move: the share of time in which one is high comes from the unit's registers.
+- A world that is coupled to it is asked once a PWM period, as the period begins.
 - Memory takes no time, and one core runs.
 """
 
@@ -16,8 +17,10 @@ from __future__ import annotations
 import ctypes
 import math
 import struct
+from collections import deque
 from collections.abc import Callable
 from functools import partial
+from itertools import islice
 from pathlib import Path
 
 from unicorn import UC_PROT_ALL, arm_const
@@ -35,6 +38,10 @@ XOSC, PLL_SYS, PLL_USB, ADC, PWM = 0x48, 0x50, 0x58, 0xA0, 0xA8
 TIMER, WATCHDOG, BOOT_RAM, POWMAN = 0xB0, 0xD8, 0xE0, 0x100
 SCRATCH = range(0x0C, 0x2C, 4)
 
+PWM_PERIOD = HZ // 40_000
+PHASES = (0b00, 0b01, 0b11, 0b10)  # of A (bit 0) and B in the order in which a knob passes them
+World = Callable[[float, float, bool], tuple[float, list[float]]]
+
 FUNCTION_PWM, FUNCTION_SIO = 4, 5
 PULL_UP, ISOLATED = 1 << 3, 1 << 8
 
@@ -49,6 +56,11 @@ class Chip:
         self.zero = 2048  # steps of the current sensor without a current
         self.sensor_amperes: float | None = None  # what the sensor says; None: the truth
         self.motor = {"ohm": 2.5, "henry": 1.5e-3, "supply": 12, "voltsPerAmpere": 0.2}
+        self.cut: set[int] = set()  # pins whose wire is cut
+        self.world: World | None = None
+        self._world_at = 0  # the next PWM period
+        self._edges: deque[tuple[int, int]] = deque()  # when, and which way
+        self._phase = 2
         self._library = ctypes.CDLL(str(library))
         self.core = Core(self._library)
         self.rom = Rom(self.core, image, serial)
@@ -64,7 +76,9 @@ class Chip:
         self.registers = {}
         self.pwm_starts: list[int] = []
         self.tick_ns = {"last": 0.0, "most": 0.0}
-        self._tick_began = 0
+        self.interrupt_ns = 0.0  # in all control interrupts
+        self.tick_instructions = 0  # the most, once they are counted
+        self._tick_began = self._tick_instruction = 0
         self.out = self.driven = 0
         self._settle()
         self.sleepless = False
@@ -113,6 +127,8 @@ class Chip:
             until = min(until, wrap)
         if self._watchdog_at is not None:
             until = min(until, self._watchdog_at)
+        if self.world:
+            until = min(until, self._world_at, *(at for at, _ in islice(self._edges, 1)))
         if self.rom.waits:
             until = min(until, self.rom.busy_until)
             self.rom.wait()
@@ -126,6 +142,8 @@ class Chip:
             self._watchdog_at = None
 
     def _pass_events(self) -> None:
+        if self.world:
+            self._move_world(self.world)
         for unit, (wrap, period) in self._pwm_wraps.items():
             if self.now >= wrap:
                 self._pwm_intr |= 1 << unit
@@ -134,6 +152,34 @@ class Chip:
         if self._watchdog_at is not None and self.now >= self._watchdog_at:
             self.watchdog_resets += 1
             self.power_up(bitten=True)
+
+    def count_instructions(self) -> None:
+        """Count those of the control interrupt from now on."""
+        self.core.count_instructions(self._library)
+
+    # The world ----------------------------------------------------------------------------------
+
+    def couple(self, world: World) -> None:
+        """Have motor and encoder moved by a world from the next PWM period on."""
+        self.world = world
+        self._world_at = min(wrap for wrap, _ in self._pwm_wraps.values())
+
+    def _move_world(self, world: World) -> None:
+        while self._edges and self._edges[0][0] <= self.now:
+            self.turn(self._edges.popleft()[1])
+        if self.now < self._world_at:
+            return
+        high = [self.high_share(pin) or 0.0 for pin in range(6, 11)]
+        self.amperes, edges = world(high[0] - high[1], high[2] - high[3], bool(high[4]))
+        for time in edges:
+            self._edges.append((self._world_at + int(abs(time) * HZ / 1e9), 1 if time > 0 else -1))
+        self._world_at += PWM_PERIOD
+
+    def turn(self, step: int, pin_a: int = 2) -> None:
+        """Turn the encoder by one edge."""
+        self._phase = (self._phase + step) % 4
+        for pin in (pin_a, pin_a + 1):
+            self.set_pin(pin, high=bool(PHASES[self._phase] >> (pin - pin_a) & 1))
 
     # Ways to go wrong ---------------------------------------------------------------------------
 
@@ -266,18 +312,23 @@ class Chip:
         elif offset == 8:
             return
         file[offset] = value
+        before = self._watchdog_at
         if value >> 31 and offset == 0:
             self._watchdog_at = self.now
         elif file.get(0, 0) >> 30 & 1:
             self._watchdog_at = self.now + self._watchdog_left * (HZ // 1_000_000)
         else:
             self._watchdog_at = None
-        self.core.attend()
+        # Feeding it is no reason to stop: the emulator would have stopped earlier anyway.
+        if before is None or self._watchdog_at is None or self._watchdog_at < before:
+            self.core.attend()
 
     # Pins ---------------------------------------------------------------------------------------
 
     def set_pin(self, pin: int, *, high: bool) -> None:
         """Let go of a pin (high) or connect it to ground."""
+        if pin in self.cut:
+            return
         self.pio.catch_up()
         if high:
             self.low.discard(pin)
@@ -397,6 +448,7 @@ class Chip:
                     self._pwm_wraps.pop(unit, None)
                 elif not before >> unit & 1 and file.get(0xF8, 0) >> unit & 1:
                     period = file.get(0x14 * unit + 0x10, 0xFFFF) + 1
+                    self._world_at = self.now + period
                     self._pwm_wraps[unit] = (self.now + period, period)
             self.core.attend()
         self._tell_pwm()
@@ -407,16 +459,28 @@ class Chip:
     def _tick_begins(self, number: int) -> None:
         if number == 16 + PWM_LINE:
             self._tick_began = self.now
+            self._tick_instruction = self.core.instructions.value
 
     def _tick_ends(self, number: int) -> None:
         if number == 16 + PWM_LINE:
             last = (self.now - self._tick_began) * 1e9 / HZ
             self.tick_ns = {"last": last, "most": max(last, self.tick_ns["most"])}
+            self.interrupt_ns += last
+            counted = self.core.instructions.value - self._tick_instruction
+            self.tick_instructions = max(self.tick_instructions, counted)
 
     # The motor's winding between its PWM pins (6 and 7) and its current sensor --------------------
 
     def _convert(self, _channel: int) -> None:
         self._adc_ready = self.now + ADC_CYCLES
+        if not self.world:
+            self._follow_pins()
+        seen = self.amperes if self.sensor_amperes is None else self.sensor_amperes
+        steps = round(self.zero + seen * self.motor["voltsPerAmpere"] / 3.3 * 4096)
+        self._adc_result = max(0, min(4095, steps))
+
+    def _follow_pins(self) -> None:
+        """Without a world: a winding of a motor that stands still."""
         motor = self.motor
         seconds = (self.now - self._amperes_at) / HZ
         self._amperes_at = self.now
@@ -430,6 +494,3 @@ class Chip:
         end = motor["supply"] * share / motor["ohm"]
         decay = math.exp(-seconds * motor["ohm"] / motor["henry"])
         self.amperes = end + (self.amperes - end) * decay
-        seen = self.amperes if self.sensor_amperes is None else self.sensor_amperes
-        steps = round(self.zero + seen * motor["voltsPerAmpere"] / 3.3 * 4096)
-        self._adc_result = max(0, min(4095, steps))

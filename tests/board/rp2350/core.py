@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import struct
 from collections.abc import Callable
+from typing import Any
 
 import unicorn
 from unicorn import arm_const as arm
@@ -79,6 +80,7 @@ class Core:
         self.uc = unicorn.Uc(unicorn.UC_ARCH_ARM, unicorn.UC_MODE_THUMB | unicorn.UC_MODE_MCLASS)
         self.uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M33)
         self.counter = Counter()
+        self.instructions = ctypes.c_uint64(0)  # since count_instructions()
         self._callbacks: list[object] = []
         self._at_entry = Registers(self.uc, *STACKED, arm.UC_ARM_REG_SP, arm.UC_ARM_REG_CONTROL)
         self._handler = Registers(
@@ -239,14 +241,22 @@ class Core:
     def _count_blocks(self, library: ctypes.CDLL) -> None:
         stop = ctypes.cast(LIBRARY.uc_emu_stop, ctypes.c_void_p).value
         self.counter.stop = stop
+        self._call_before(unicorn.UC_HOOK_BLOCK, library.count_block, self.counter)
+
+    def count_instructions(self, library: ctypes.CDLL) -> None:
+        """From now on, which takes time."""
+        self._call_before(unicorn.UC_HOOK_CODE, library.count_instruction, self.instructions)
+        self.uc.ctl_flush_tb()  # what was translated before does not call it
+
+    def _call_before(self, what: int, function: Any, counter: Any) -> None:
         handle = ctypes.c_size_t()
         first, last = ctypes.c_uint64(1), ctypes.c_uint64(0)
         failed = LIBRARY.uc_hook_add(
             self.uc._uch,
             ctypes.byref(handle),
-            unicorn.UC_HOOK_BLOCK,
-            ctypes.cast(library.count_block, ctypes.c_void_p),
-            ctypes.cast(ctypes.pointer(self.counter), ctypes.c_void_p),
+            what,
+            ctypes.cast(function, ctypes.c_void_p),
+            ctypes.cast(ctypes.pointer(counter), ctypes.c_void_p),
             first,
             last,
         )
@@ -314,7 +324,8 @@ class Core:
                     self.pending |= bits
                 case 1:
                     self.pending &= ~bits
-            self.attend()
+            if self.wakes():
+                self.attend()
         elif 0xE400 <= offset < 0xE440:
             at = offset - 0xE400
             self.priorities[at : at + size] = value.to_bytes(size, "little")

@@ -1,0 +1,272 @@
+"""What a hand feels of a board, real binary or emulated device: the paper's three scenarios.
+
+Everything that the board is told goes over its USB endpoints, and keep-alives as a host sends them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from tests.board.pico import MS, EmulatedPico, confirm, enumerated
+from tests.board.twin import Twin
+from tests.board.world import World
+from torsio.emulator import Plant
+from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.plant import Electrics, PlantParams
+from torsio_studies.paper.runs import (
+    RELEASE_SPEED_RAD_S,
+    SPIN_UP_NM,
+    WALL_RAD,
+    WEIGHT_NM,
+    push_options,
+)
+
+Columns = dict[str, Any]
+
+ELECTRICS = {
+    "pico": Electrics(predictive=False, current_period_s=0.0, output_delay_s=50e-6),
+    "pico2": Electrics(),
+}
+ALIVE_MS, READ_MS = 50, 4
+
+
+class Place(Protocol):
+    """Where a board's knob is: a world or a twin."""
+
+    params: PlantParams
+
+    @property
+    def time_s(self) -> float: ...
+    def set_hand(self, hand: Hand) -> None: ...
+    def record(self) -> Columns: ...
+
+
+@dataclass
+class Bench:
+    """A board that knows its host, disarmed, with a knob at rest."""
+
+    board: EmulatedPico
+    place: Place
+
+    def run(self, duration_s: float) -> None:
+        """Let time pass with a host that is alive and reads the telemetry."""
+        for n in range(round(1e3 * duration_s / READ_MS)):
+            if n % (ALIVE_MS // READ_MS) == 0:
+                self.board.post("command", op="keep_alive")
+            self.board.run(READ_MS)
+            self.board.listen(2, within_ms=0)
+
+    def told(self) -> Columns:
+        """Give the samples of the telemetry, in this place's time."""
+        board = self.board
+        tick_s = 1e-9 * board.model.tick_ns
+        late = []
+        for _ in range(3):  # an answer is older than its arrival: the youngest tells most
+            tick = board.get("clock")["tick"]
+            late.append(self.place.time_s - tick_s * tick)
+        step = board.get("identity")["torque_step_nm"]
+        found: dict[str, list[float]] = {"time_s": [], "desired_torque": [], "spring_torque": []}
+        for report in board.telemetry:
+            for n in range(report["axis_samples"] >> 4):
+                ticks = report["tick"] + n * report["decimation"]
+                found["time_s"].append(min(late) + tick_s * ticks)
+                for name in ("desired_torque", "spring_torque"):
+                    found[name].append(step * report["sample"][n][name])
+        return {name: np.array(values) for name, values in found.items()}
+
+    def play(self, effect: str, **values: Any) -> None:
+        """Let one effect play."""
+        assert self.board.send(effect, slot=0, **values)["status"] == 0
+        assert self.board.send("commit", active=1)["status"] == 0
+
+
+def plant_of(board: str, **changes: Any) -> PlantParams:
+    """The reference actuator with the electrics of one of the boards."""
+    return PlantParams(electrics=ELECTRICS[board], **changes)
+
+
+@contextmanager
+def binary(params: PlantParams) -> Iterator[Bench]:
+    """Give the chosen board's binary, coupled to a plant."""
+    world = World(params)
+    with enumerated() as board:
+        board.couple(world.pass_period)
+        yield Bench(board, world)
+
+
+@contextmanager
+def twin(params: PlantParams, seed: int = 1) -> Iterator[Bench]:
+    """Give the emulated device with the same plant and the chosen board's electrics and rate."""
+    with EmulatedPico(lambda model: Twin(params, model.tick_ns, seed=seed)) as board:
+        board.run(5)
+        confirm(board)
+        assert isinstance(board.bench, Twin)
+        yield Bench(board, board.bench)
+
+
+def prepare(bench: Bench, **control: Any) -> None:
+    """Tell the board all that a scenario needs, and stream a sample a millisecond."""
+    board = bench.board
+    assert board.set("board_config", motor_current_continuous_a=2.0)["status"] == 0
+    told = {"passive_ramp_s": 0.005, "law": "paper", "watchdog_s": 0.25, **control}
+    assert board.set("control_config", **told)["status"] == 0
+    every = MS // board.model.tick_ns
+    assert board.send("stream", decimation=every, prompt="off")["status"] == 0
+    board.telemetry.clear()
+
+
+def wall(bench: Bench, stiffness: float) -> None:
+    """Arm with the paper's wall."""
+    angle = round(WALL_RAD / (2 * math.pi) * 2**32)
+    bench.play(
+        "wall", side="above", angle_turns_q32=angle, stiffness_nm_per_rad=stiffness,
+        damping_nm_s_per_rad=0.0,
+    )  # fmt: skip
+    assert bench.board.command("arm") == "ok"
+    bench.run(0.02)
+
+
+def begin(bench: Bench) -> float:
+    """Give a whole millisecond that is soon."""
+    return math.ceil(1e3 * bench.place.time_s + 1) / 1e3
+
+
+def push(bench: Bench, stiffness: float, *, move_s: float = 1.0, hold_s: float = 0.2) -> Columns:
+    """Push into a wall until it asks for 75 mN m, hold, and come out: scenario 2."""
+    wall(bench, stiffness)
+    hand = push_options(stiffness).hand
+    assert isinstance(hand, ImpedanceHand)
+    knots: Any = hand.intended_angle_rad
+    deepest = knots[1][1]
+    zero = begin(bench)
+    path = [(0.0, 0.0), (move_s, deepest), (move_s + hold_s, deepest), (2 * move_s + hold_s, 0.0)]
+    shifted = [(zero + time, angle) for time, angle in path]
+    bench.place.set_hand(replace(hand, intended_angle_rad=shifted))
+    bench.run(path[-1][0] + 0.04)
+    return finish(bench, zero)
+
+
+def cut(
+    bench: Bench,
+    stiffness: float,
+    *,
+    ramp_s: float = 0.8,
+    hold_s: float = 0.4,
+    after_s: float = 1.0,
+) -> Columns:
+    """Let a weight sink into a wall, and cut its string: scenario 3."""
+    wall(bench, stiffness)
+    zero = begin(bench)
+    end = zero + ramp_s + hold_s
+    weight = [(zero, 0.0), (zero + ramp_s, WEIGHT_NM), (end, WEIGHT_NM), (end, 0.0)]
+    bench.place.set_hand(TorqueHand(torque_nm=weight))
+    bench.run(ramp_s + hold_s + after_s + READ_MS / 1e3)
+    return finish(bench, zero)
+
+
+def bounce(bench: Bench, stiffness: float, *, after_s: float = 1.0) -> Columns:
+    """Let go of a knob that turns at 18 rad/s, and have a spring catch it: scenario 1.
+
+    A hand spins it up and lets go at the moment at which the host commits the spring, whose middle
+    is where the knob will be then. Time 0 is there.
+    """
+    spin_s, middle = spin_up(bench.place.params, bench.place.record()["angle_rad"][-1])
+    assert bench.board.command("arm") == "ok"
+    bench.run(0.02)
+    angle = round(middle / (2 * math.pi) * 2**32)
+    spring = {"angle_turns_q32": angle, "deadband_rad": 0.0, "torque_limit_nm": 100.0}
+    sent = bench.board.send("spring", slot=0, stiffness_nm_per_rad=stiffness, **spring)
+    assert sent["status"] == 0
+    start = begin(bench)
+    let_go = start + spin_s
+    torque = [(start, 0.0), (start, SPIN_UP_NM), (let_go, SPIN_UP_NM), (let_go, 0.0)]
+    bench.place.set_hand(TorqueHand(torque_nm=torque))
+    bench.board.run(1e3 * (let_go - bench.place.time_s))
+    bench.board.post("commit", active=1)
+    bench.run(after_s)
+    columns = finish(bench, let_go)
+    columns["angle_rad"] = columns["angle_rad"] - middle
+    return columns
+
+
+def spin_up(params: PlantParams, from_rad: float) -> tuple[float, float]:
+    """How long it takes to 18 rad/s without a motor, and where the knob is then."""
+    passive = replace(params, electrics=None)
+    plant = Plant(passive, TorqueHand(torque_nm=[(0.0, SPIN_UP_NM)]))
+    while plant.state["speed_rad_s"] < RELEASE_SPEED_RAD_S:
+        plant.advance(MS)
+    return 1e-9 * plant.time_ns, from_rad + plant.angle_rad
+
+
+def finish(bench: Bench, zero_s: float) -> Columns:
+    """Disarm, take the hand away, and give the truth from a moment on, which becomes time 0.
+
+    ``desired_torque_nm`` and ``sensed_spring_torque_nm`` are the board's own, from its telemetry.
+    """
+    bench.board.listen(4, within_ms=0)
+    health = bench.board.get("health")
+    assert (health["state"], health["faults"]) == ("armed", 0), health
+    assert bench.board.command("disarm") == "ok"
+    assert bench.board.send("commit", active=0)["status"] == 0
+    bench.place.set_hand(NoHand())
+    rows = bench.place.record()
+    inside = rows["time_s"] >= zero_s - 1e-9
+    rows = {name: column[inside] for name, column in rows.items()}
+    told = bench.told()
+    for name in ("desired_torque", "spring_torque"):
+        column = np.interp(rows["time_s"], told["time_s"], told[name])
+        rows["sensed_spring_torque_nm" if name == "spring_torque" else f"{name}_nm"] = column
+    rows["time_s"] = rows["time_s"] - zero_s
+    rows["felt_nm"] = rows["spring_torque_nm"] + rows["motor_torque_nm"]
+    return rows
+
+
+@dataclass(frozen=True)
+class TickCost:
+    """What a tick inside one wall costs. Instructions and times are the most that was seen."""
+
+    instructions: int
+    tick_time_ns: int
+    """As the board itself says in its health report: from the encoder to the PWM's levels."""
+    interrupt_share: float
+    """Of the processor's time, all rounds of the current loop included."""
+
+
+def lean(bench: Bench, stiffness: float, torque_nm: float) -> None:
+    """Lean on a wall until the knob rests there."""
+    wall(bench, stiffness)
+    zero = begin(bench)
+    bench.place.set_hand(TorqueHand(torque_nm=[(zero, 0.0), (zero + 0.04, torque_nm)]))
+    bench.run(0.12)
+
+
+def tick_cost(bench: Bench) -> TickCost:
+    """Lean on a wall of 30 mN m a degree with 20 mN m; of a binary only."""
+    board = bench.board
+    lean(bench, math.degrees(30e-3), 20e-3)
+    board.do("count_instructions")
+    before = board.status()
+    board.run(8)
+    after = board.status()
+    health = board.get("health")
+    assert (health["state"], health["faults"]) == ("armed", 0), health
+    assert board.command("disarm") == "ok"
+    busy_ns = after["interrupt_ns"] - before["interrupt_ns"]
+    return TickCost(
+        instructions=after["tick_instructions"],
+        tick_time_ns=health["tick_time_max_ns"],
+        interrupt_share=busy_ns / (after["ns"] - before["ns"]),
+    )
+
+
+def difference_nm(one: Columns, other: Columns) -> tuple[float, float]:
+    """Root of the mean square, and the most, of what a hand feels of one and not of the other."""
+    size = min(len(one["felt_nm"]), len(other["felt_nm"]))
+    error = one["felt_nm"][:size] - other["felt_nm"][:size]
+    return float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))
