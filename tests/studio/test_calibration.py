@@ -41,7 +41,10 @@ def test_page_measures_shows_and_keeps_what_it_found_when_told(
         page.click("#calibration-keep")
         expect(page.locator("#calibration-result")).to_contain_text("Kept in the knob")
         (kept,) = tmp_path.rglob("*.json")
-        assert f"{json.loads(kept.read_text())['actuator']['spring_stiffness_nm_per_rad']:.4g}" == value
+        assert (
+            f"{json.loads(kept.read_text())['actuator']['spring_stiffness_nm_per_rad']:.4g}"
+            == value
+        )
         # The page has its knob again.
         state_is(page, "disarmed")
         expect(page.locator("#who")).to_contain_text("held by torsio studio")
@@ -73,10 +76,9 @@ class _Page:
 def knob(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[torsio.Knob]:
     """Give a knob that can be looked at when the server has closed it."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    with torsio.open("emulated") as knob:
-        with monkeypatch.context() as patch:
-            patch.setattr(knob, "close", lambda: None)
-            yield knob
+    with torsio.open("emulated") as knob, monkeypatch.context() as patch:
+        patch.setattr(knob, "close", lambda: None)
+        yield knob
 
 
 def _calibrated(knob: torsio.Knob, *sayings: Any, away: str = "") -> list[dict[str, Any]]:

@@ -1,7 +1,7 @@
-"""A calibration that a page asks for: it sees each step and the result, and says what becomes of it.
+"""A calibration that a page asks for: it sees each step and the result, and says what then.
 
-Messages are JSON. The server says `step`, then `found` or `refused`, and `kept` at last; the page says
-`calibrate`, and after it has `found` something perhaps `keep`. A page that goes stops the knob.
+Messages are JSON. The server says `step`, then `found` or `refused`, and `kept` at last; the page
+says `calibrate`, and after it has `found` something perhaps `keep`. If it goes, the knob stops.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
         if asked.get("do") != "calibrate":
             raise ValueError
     except (ValueError, KeyError, AttributeError):
-        await socket.send_json({"kind": "refused", "why": "a page asked for what is no calibration"})
+        await socket.send_json(
+            {"kind": "refused", "why": "a page asked for what is no calibration"}
+        )
         return
     try:
         knob = await asyncio.to_thread(open_knob)

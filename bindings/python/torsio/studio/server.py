@@ -216,8 +216,6 @@ def serve(selector: str, page: Path, port: int, ready: Callable[[str], None]) ->
     """
     studio = _Studio(selector)
     try:
-        Server(
-            {"knob": studio.connect, "calibration": studio.calibrate}, page, port, ready
-        ).run()
+        Server({"knob": studio.connect, "calibration": studio.calibrate}, page, port, ready).run()
     except SystemExit:
         raise Error(f"port {port} of this machine is in use; choose another with --port") from None
