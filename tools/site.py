@@ -109,6 +109,11 @@ def main() -> int:
         return done.returncode
     if PAGE.is_dir():
         shutil.copytree(PAGE, HTML / "studio")
+        # Here it has the documents beside it, and links to them.
+        index = HTML / "studio/index.html"
+        page = index.read_text(encoding="utf-8")
+        documents = '<meta name="documents" content="../" />'
+        index.write_text(page.replace("<head>", f"<head>\n    {documents}"), encoding="utf-8")
     print(f"the site is in {HTML.relative_to(TREE)}; serve it with any web server")
     return 0
 

@@ -72,7 +72,7 @@ def build_page() -> Path:
     subprocess.run([programs / "tsc", "--noEmit", "-p", STUDIO], check=True)
     subprocess.run(
         [
-            *(esbuild, *entries, *quiet, "--loader:.rules=text"),
+            *(esbuild, *entries, *quiet, "--loader:.rules=text", "--loader:.md=text"),
             *("--bundle", "--minify", "--format=esm", "--target=es2022", f"--outdir={PAGE}"),
         ],
         check=True,

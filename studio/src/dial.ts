@@ -1,8 +1,30 @@
 // The knob as one sees it, and the hand that turns it when it is an emulated one.
 
+import type { Effect } from "./conversion";
 import { byId } from "./page";
 
 const STEP_RAD = Math.PI / 90;
+const SCALE_LINES = 24;
+
+/** A line across the rim. */
+function line(angleRad: number, from: number, to: number, name: string): SVGElement {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", "line");
+  const degrees = (180 / Math.PI) * angleRad;
+  for (const [key, value] of Object.entries({ y1: -from, y2: -to, class: name, transform: `rotate(${degrees})` })) {
+    made.setAttribute(key, String(value));
+  }
+  return made;
+}
+
+/** Marks on the rim where a scene's walls and end stops begin. */
+export function showPlaces(scene: readonly Effect[]): void {
+  const places = scene.flatMap((effect) =>
+    effect.type === "wall" ? [effect.angle_rad] : effect.type === "end_stops" ? [effect.lower_rad, effect.upper_rad] : [],
+  );
+  byId<SVGElement>("places").replaceChildren(
+    ...places.map(Number).filter(Number.isFinite).map((angle) => line(angle, 78, 96, "place")),
+  );
+}
 
 export class Dial {
   #angle = 0;
@@ -12,6 +34,9 @@ export class Dial {
   /** @param hand is told where the hand means to be; undefined: it lets go */
   constructor(private readonly hand: (angle: number | undefined) => void) {
     const dial = this.#dial;
+    byId<SVGElement>("scale").append(
+      ...Array.from({ length: SCALE_LINES }, (_, i) => line((2 * Math.PI * i) / SCALE_LINES, 80, i % 6 ? 84 : 88, "tick")),
+    );
     let before = 0;
     dial.addEventListener("pointerdown", (event) => {
       if (!this.enabled) return;

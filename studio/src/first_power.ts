@@ -122,8 +122,7 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Calibrate",
-      text: "In a terminal, with the page closed: torsio calibrate. The knob turns by itself for half a minute and " +
-        "measures its friction, inertia, shaft and brake.",
+      text: "Under Calibrate below. The knob turns by itself for half a minute, and what it is made of is measured.",
     },
   ];
 }

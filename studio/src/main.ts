@@ -2,13 +2,15 @@
 
 import "./main.css";
 import { BridgeTransport } from "./bridge_transport";
+import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
-import { Dial } from "./dial";
+import { Dial, showPlaces } from "./dial";
+import { entryOf } from "./entries";
 import { FirstPower } from "./first_power";
 import { Games } from "./games";
 import { Knob } from "./knob";
 import { byId, element } from "./page";
-import { legend, Plots } from "./plots";
+import { Plots } from "./plots";
 import { Recorder } from "./recorder";
 import { FAULTS, FLAGS } from "./reports";
 import { CHANNELS, Ring } from "./samples";
@@ -19,8 +21,8 @@ import { WasmTransport } from "./wasm_transport";
 
 const KEPT_SAMPLES = 60_000; // a quarter of a minute at the highest rate
 const TRUTH_WIDTH = 10;
-// Thirty pictures a second: more costs, and shows nothing more.
-const PICTURE_MS = 30;
+// Thirty pictures a second: more costs, and shows nothing more. Nobody reads numbers so fast.
+const PICTURE_MS = 30, NUMBERS_MS = 90;
 
 const samples = new Ring(1 + CHANNELS.length, KEPT_SAMPLES);
 const truth = new Ring(TRUTH_WIDTH, KEPT_SAMPLES);
@@ -42,6 +44,7 @@ function attempt(act: () => Promise<unknown>): void {
 }
 
 const editor = new SceneEditor((scene) => {
+  showPlaces(scene);
   if (knob && !knob.transport.readOnly) {
     attempt(async () => {
       await knob!.play(scene);
@@ -61,9 +64,14 @@ const firstPower = new FirstPower(
   () => attempt(() => knob!.command("disarm")),
 );
 new Games(() => knob);
+const calibrating: Calibrating = new Calibrating(
+  () => (servesKnob() || calibrating.running ? serverAddress("calibration") : undefined),
+  attempt,
+  () => letGo("calibrating"),
+  () => connect("bridge"),
+);
 const dial = new Dial((angle) => emulated?.hand(angle));
 const plots = new Plots(samples, truth);
-byId("over-angle-legend").append(legend());
 
 function button(id: string): HTMLButtonElement {
   return byId<HTMLButtonElement>(id);
@@ -82,6 +90,7 @@ function showState(): void {
   button("zero").disabled = !canAct || state !== "disarmed";
   configurations.enable(canAct && state === "disarmed");
   firstPower.enable(canAct && state === "disarmed");
+  calibrating.enable(canAct && state === "disarmed");
   recorder.enable(knob !== undefined && state !== "disconnected");
   document.body.classList.toggle("has-emulator", emulated !== undefined);
   dial.enabled = emulated !== undefined;
@@ -89,18 +98,29 @@ function showState(): void {
   showFaults();
 }
 
+let faultsShown = "";
 function showFaults(): void {
+  // A reader's unfolded entry stays as it is.
+  const now = (knob?.faults ?? []).join();
+  if (now === faultsShown) return;
+  faultsShown = now;
   byId("faults").replaceChildren(
     ...(knob?.faults ?? []).map((name) => {
       const fault = FAULTS.find((f) => f.name === name);
       const advice = fault?.advice || "remove its cause, then clear the fault";
-      return element("li", {}, `${name.replaceAll("_", " ")}: ${fault?.doc ?? ""}; ${advice}`);
+      return element("li", {}, `${name.replaceAll("_", " ")}: ${fault?.doc ?? ""}; ${advice}`, ...entryOf(name));
     }),
   );
 }
 
-function bridgeAddress(): URL {
-  const address = new URL("knob", location.href);
+/** `torsio studio` has the knob, and not another program at which one only looks. */
+function servesKnob(): boolean {
+  return knob?.transport instanceof BridgeTransport && !knob.transport.readOnly;
+}
+
+/** Of what `torsio studio` has beside the page. */
+function serverAddress(name: string): URL {
+  const address = new URL(name, location.href);
   address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
   address.search = location.search;
   return address;
@@ -108,20 +128,27 @@ function bridgeAddress(): URL {
 
 async function transportTo(kind: string): Promise<Transport> {
   if (kind === "wasm") return (emulated = await WasmTransport.open(location.href));
-  if (kind === "bridge") return BridgeTransport.open(bridgeAddress());
+  if (kind === "bridge") return BridgeTransport.open(serverAddress("knob"));
   if (hasWebHid()) return WebHidTransport.open();
   throw new Error("this browser has no WebHID: take Chromium or Edge, or start `torsio studio`");
 }
 
-async function connect(kind: string): Promise<void> {
+/** Lets go of the knob, if there is one, and says what goes on. */
+async function letGo(words: string): Promise<void> {
   await recorder.end();
+  // That it goes is no news then.
+  if (knob) knob.onGone = knob.onChange = () => {};
   await knob?.close();
   knob = undefined;
   emulated = undefined;
   samples.clear();
   truth.clear();
   showState();
-  byId("who").textContent = "connecting";
+  byId("who").textContent = words;
+}
+
+async function connect(kind: string): Promise<void> {
+  await letGo("connecting");
   try {
     const transport = await transportTo(kind);
     if (transport instanceof WasmTransport) {
@@ -169,7 +196,7 @@ function torque(value: number): string {
 }
 
 // When the newest sample came and when the last picture was made; and how old samples then were.
-let cameAt = 0, drewAt = 0;
+let cameAt = 0, drewAt = 0, wroteAt = 0;
 const ages: number[] = [];
 
 function frame(now: number): void {
@@ -183,26 +210,32 @@ function frame(now: number): void {
 
 function draw(): void {
   const row = samples.last();
-  if (row && knob) {
-    const [, angle, speed] = row as [number, number, number];
-    dial.show(angle);
-    show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
-    show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
-    CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
-    show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
-    firstPower.look({ state: knob.state, faults: knob.faults, angleRad: angle, brakeCapacityNm: row[5]! });
-    const actual = truth.last();
-    if (actual) {
-      show("true_spring_torque_nm", actual[4]!, torque(actual[4]!));
-      show("true_hand_torque_nm", actual[8]!, torque(actual[8]!));
-    }
-    const trips = [...knob.roundTrips].sort((a, b) => a - b);
-    const median = trips[trips.length >> 1];
-    byId("link").textContent =
-      `${knob.sampleRateHz.toFixed(0)} samples/s, ${knob.decoder.lost} lost` +
-      (median === undefined ? "" : `, answers in ${median.toFixed(1)} ms`);
-    plots.draw();
+  if (!row || !knob) return;
+  dial.show(row[1]!);
+  plots.draw();
+  if (drewAt - wroteAt < NUMBERS_MS) return;
+  wroteAt = drewAt;
+  write(knob, row);
+}
+
+/** The numbers beside the dial. */
+function write(knob: Knob, row: readonly number[]): void {
+  const [, angle, speed] = row as [number, number, number];
+  show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
+  show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
+  CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
+  show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
+  firstPower.look({ state: knob.state, faults: knob.faults, angleRad: angle, brakeCapacityNm: row[5]! });
+  const actual = truth.last();
+  if (actual) {
+    show("true_spring_torque_nm", actual[4]!, torque(actual[4]!));
+    show("true_hand_torque_nm", actual[8]!, torque(actual[8]!));
   }
+  const trips = [...knob.roundTrips].sort((a, b) => a - b);
+  const median = trips[trips.length >> 1];
+  byId("link").textContent =
+    `${knob.sampleRateHz.toFixed(0)} samples/s, ${knob.decoder.lost} lost` +
+    (median === undefined ? "" : `, answers in ${median.toFixed(1)} ms`);
 }
 
 const connection = byId<HTMLSelectElement>("connection");
@@ -221,7 +254,9 @@ addEventListener(
   "keydown",
   (event) => {
     const canDisarm = knob?.state === "armed" && !knob.transport.readOnly;
-    if (event.key === "Escape" && canDisarm) attempt(() => knob!.command("disarm"));
+    if (event.key !== "Escape") return;
+    calibrating.stop();
+    if (canDisarm) attempt(() => knob!.command("disarm"));
   },
   { capture: true },
 );

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
+import os
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,6 +42,26 @@ def served(folder: Path = PAGE) -> Iterator[str]:
         server.shutdown()
         thread.join()
         server.server_close()
+
+
+PROGRAM = (sys.executable, "-c", "from torsio.__main__ import main; main()")
+BRIDGE = ("studio", "--device", "emulated", "--page", str(PAGE))
+
+
+@contextmanager
+def bridge(**environment: str) -> Iterator[str]:
+    """Run `torsio studio` with an emulated knob; gives the address that it prints."""
+    with subprocess.Popen(
+        [*PROGRAM, *BRIDGE], stdout=subprocess.PIPE, text=True, env={**os.environ, **environment}
+    ) as process:
+        assert process.stdout is not None
+        name, _, address = process.stdout.readline().strip().partition("  ")
+        assert name == "studio"
+        try:
+            yield address
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait(30)
 
 
 @contextmanager

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.studio.browser import PAGE, chromium, served
+
+# With ./dev test games.
+collect_ignore = [] if "TORSIO_GAMES_TESTS" in os.environ else ["test_firefox.py"]
 
 # Longer than any loaded machine takes: nothing here is about time.
 expect.set_options(timeout=60_000)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-import signal
 import subprocess
-import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -19,26 +17,26 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 
 from tests.python import wire
-from tests.studio.browser import PAGE, be_patient, number, opened, settled, state_is
+from tests.studio.browser import (
+    BRIDGE,
+    PROGRAM,
+    be_patient,
+    bridge,
+    number,
+    opened,
+    settled,
+    state_is,
+)
 from torsio.studio.bridge import KEPT_REPORTS, Waiting
 
-ARGUMENTS = ("studio", "--device", "emulated", "--page", str(PAGE))
 WRITE, INPUT, GET, GOT, HAVE = 0, 1, 2, 4, 7
 
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
     """Run the command, and give the address that it prints."""
-    program = "import sys; from torsio.__main__ import main; main()"
-    with subprocess.Popen(
-        [sys.executable, "-c", program, *ARGUMENTS], stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout is not None
-        name, _, address = process.stdout.readline().strip().partition("  ")
-        assert name == "studio"
+    with bridge() as address:
         yield address
-        process.send_signal(signal.SIGINT)
-        process.wait(30)
 
 
 def _socket(address: str, *, origin: str = "", token: str | None = None) -> ClientConnection:
@@ -191,10 +189,9 @@ def test_nonsense_ends_the_connection_and_harms_nobody(address: str, message: st
 
 
 def test_port_in_use_is_named(address: str) -> None:
-    program = "import sys; from torsio.__main__ import main; main()"
     port = str(urlsplit(address).port)
     done = subprocess.run(
-        [sys.executable, "-c", program, *ARGUMENTS, "--port", port],
+        [*PROGRAM, *BRIDGE, "--port", port],
         capture_output=True,
         text=True,
         timeout=60,

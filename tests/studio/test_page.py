@@ -110,6 +110,8 @@ def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, sit
         page.click("#emergency-stop")
         state_is(page, "fault")
         expect(page.locator("#faults li")).to_contain_text("emergency stop")
+        # Its entry of docs/troubleshooting.md.
+        expect(page.locator("#faults details")).to_contain_text("a broken wire then stops the knob")
         page.click("#clear-fault")
         expect(page.locator("#message")).to_contain_text("fault_persists")
         page.click("#emergency-stop")
@@ -177,6 +179,8 @@ def test_axe_finds_no_fault_in_light_and_dark(browser: Browser, site: str) -> No
         with opened(browser, site, color_scheme=scheme) as page:
             state_is(page, "disarmed")
             page.wait_for_selector("#game_config")
+            page.click("#emergency-stop")
+            state_is(page, "fault")
             page.evaluate("for (const d of document.querySelectorAll('details')) d.open = true")
             page.add_script_tag(path=AXE)
             found = page.evaluate("axe.run().then((found) => found.violations)")

@@ -36,6 +36,8 @@ MADE = (
 )
 # Chooses among the tests in virtual machines; see tests/vm/guests.py.
 GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
+# Starting a second browser takes as long as all other tests of the page.
+FIREFOX_TEST = "tests/studio/test_firefox.py"
 _VENDOR, _PRODUCT = usb_ids.ids()
 # What udev is to look at again: a knob's own nodes, and what stands beside them for games.
 _UDEV_MATCHES = (
@@ -93,6 +95,7 @@ def test(arguments: Sequence[str]) -> int:
         arguments = ["tests/vm", *arguments[1:]]
     if only_games:
         os.environ[GAMES_VARIABLE] = "1"
+        arguments = [FIREFOX_TEST, *arguments]
     with lock():
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()

@@ -83,9 +83,12 @@ def groups() -> dict[str, tuple[Package, ...]]:
             # Plugs a virtual knob in, in a machine.
             _usbip(),
         ),
-        # What bundles the studio's page, and a browser to test it in.
+        # What bundles the studio's page, and browsers to test it in.
         "studio": (("nodejs", _program("node")), ("npm", _program("npm"))),
-        "browser": (("chromium", _program("chromium")),),
+        "browser": (
+            ("chromium", _program("chromium")),
+            ("firefox-esr", _program("firefox-esr")),
+        ),
         # What else may compile and run the emulator.
         "compilers": (
             ("clang", _program("clang++")),

@@ -11,7 +11,7 @@ import contextlib
 import hmac
 import json
 import secrets
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Protocol
 
@@ -25,8 +25,10 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torsio import _torsio
 from torsio.errors import Error
+from torsio.knob import open as open_knob
 from torsio.protocol import encode
 from torsio.studio.bridge import Bridge, MessageError
+from torsio.studio.calibrating import calibrate_for
 
 __all__ = ["GONE", "Server", "application", "pass_on", "refusal", "serve"]
 
@@ -37,6 +39,10 @@ _LONGEST_REASON = 120
 _HANDOVER_S = 2.0
 
 
+Serve = Callable[[WebSocket], Awaitable[None]]
+"""What is done with a page, until it goes."""
+
+
 class _Studio:
     """Lets one page at a time at the knob."""
 
@@ -45,6 +51,18 @@ class _Studio:
         self._busy = asyncio.Lock()
 
     async def connect(self, socket: WebSocket) -> None:
+        """Pass the knob on to a page."""
+        await self._alone(socket, self._serve)
+
+    async def calibrate(self, socket: WebSocket) -> None:
+        """Measure the knob for a page, which has let go of it."""
+        with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+            await self._alone(
+                socket, lambda page: calibrate_for(page, lambda: open_knob(self._selector))
+            )
+            await socket.close()
+
+    async def _alone(self, socket: WebSocket, serve: Serve) -> None:
         try:
             # A page that is loaded again comes before its old self has quite gone.
             await asyncio.wait_for(self._busy.acquire(), _HANDOVER_S)
@@ -52,7 +70,7 @@ class _Studio:
             await socket.close(_REFUSED, "another page has the knob: close it first")
             return
         try:
-            await self._serve(socket)
+            await serve(socket)
         finally:
             self._busy.release()
 
@@ -121,21 +139,22 @@ async def _answer(bridge: Passed, socket: WebSocket) -> None:
             await socket.send_bytes(answer)
 
 
-def application(
-    connect: Callable[[WebSocket], Awaitable[None]], page: Path, token: str
-) -> Starlette:
+def application(serves: Mapping[str, Serve], page: Path, token: str) -> Starlette:
     """Make the server's application: the page in a folder, and what is behind the token."""
 
-    async def gate(socket: WebSocket) -> None:
-        await socket.accept()
-        if reason := refusal(socket, token):
-            await socket.close(_REFUSED, reason)
-            return
-        await connect(socket)
+    def gated(serve: Serve) -> Serve:
+        async def gate(socket: WebSocket) -> None:
+            await socket.accept()
+            if reason := refusal(socket, token):
+                await socket.close(_REFUSED, reason)
+                return
+            await serve(socket)
+
+        return gate
 
     return Starlette(
         routes=[
-            WebSocketRoute("/knob", gate),
+            *(WebSocketRoute(f"/{name}", gated(serve)) for name, serve in serves.items()),
             Mount("/", StaticFiles(directory=page, html=True)),
         ],
         # Another name for this host would be a way round the origin's check.
@@ -148,8 +167,8 @@ class Server(uvicorn.Server):
 
     Parameters
     ----------
-    connect
-        Called with each page that may in.
+    serves
+        By the address they ask for, what is called with each page that may in.
     page
         The page's folder.
     port
@@ -160,7 +179,7 @@ class Server(uvicorn.Server):
 
     def __init__(
         self,
-        connect: Callable[[WebSocket], Awaitable[None]],
+        serves: Mapping[str, Serve],
         page: Path,
         port: int,
         ready: Callable[[str], None],
@@ -169,7 +188,7 @@ class Server(uvicorn.Server):
         self._ready = ready
         super().__init__(
             uvicorn.Config(
-                application(connect, page, self._token),
+                application(serves, page, self._token),
                 host=HOST,
                 port=port,
                 log_level="error",
@@ -197,6 +216,6 @@ def serve(selector: str, page: Path, port: int, ready: Callable[[str], None]) ->
     """
     studio = _Studio(selector)
     try:
-        Server(studio.connect, page, port, ready).run()
+        Server({"knob": studio.connect, "calibration": studio.calibrate}, page, port, ready).run()
     except SystemExit:
         raise Error(f"port {port} of this machine is in use; choose another with --port") from None

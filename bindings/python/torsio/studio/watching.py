@@ -85,7 +85,7 @@ class Watch:
             self.address = address
             ready.set()
 
-        self._server = Server(self._connect, page, port, told)
+        self._server = Server({"knob": self._connect}, page, port, told)
         self._thread = threading.Thread(target=self._run, args=(ready,), daemon=True)
         self._failed = False
         self._thread.start()

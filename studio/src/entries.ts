@@ -1,0 +1,25 @@
+// What docs/troubleshooting.md says of a fault, to be unfolded beside it.
+
+import troubleshooting from "../../docs/troubleshooting.md";
+import { element } from "./page";
+
+/** Paragraphs of an entry without marks of its language; none if there is no such entry. */
+function paragraphs(name: string): string[] {
+  const entry = troubleshooting.split(/^#+ /m).find((part) => part.startsWith(`${name}\n`)) ?? "";
+  return entry
+    .slice(name.length)
+    .split(/\n\s*\n/)
+    .map((text) => text.replace(/\[([^\]]*)\]\([^)]*\)/g, "$1").replace(/[`*]/g, "").replace(/\s+/g, " ").trim())
+    .filter((text) => text !== "");
+}
+
+/** The entry, folded; on the documents' site with a link to it. */
+export function entryOf(fault: string): HTMLElement[] {
+  const said = paragraphs(fault).map((text) => element("p", {}, text));
+  const site = document.querySelector<HTMLMetaElement>("meta[name=documents]")?.content;
+  if (site) {
+    const href = `${site}troubleshooting.html#${fault.replaceAll("_", "-")}`;
+    said.push(element("p", {}, element("a", { href, target: "_top" }, "in the documents")));
+  }
+  return said.length ? [element("details", {}, element("summary", {}, "what it means and what to do"), ...said)] : [];
+}

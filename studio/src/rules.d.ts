@@ -1,5 +1,0 @@
-// The udev rule, which the bundler puts in as text.
-declare module "*.rules" {
-  const text: string;
-  export default text;
-}

@@ -1,0 +1,125 @@
+"""Calibration as the page's guided steps, by the server that has the knob."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+import torsio
+from tests.studio.browser import bridge, opened, state_is
+from torsio.studio.calibrating import calibrate_for
+
+STIFFNESS = torsio.PlantParams().shaft_stiffness_nm_per_rad
+QUICK = {"do": "calibrate", "quick": True}
+
+
+def test_page_measures_shows_and_keeps_what_it_found_when_told(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with bridge(XDG_DATA_HOME=str(tmp_path)) as address, opened(browser, address) as page:
+        state_is(page, "disarmed")
+        page.locator("#calibration summary").click()
+        expect(page.locator("#calibrate")).to_be_disabled()
+        page.check("#calibrate-clear")
+        page.check("#calibrate-quick")
+        page.click("#calibrate")
+        expect(page.locator("#calibration-keep")).to_be_visible()
+        expect(page.locator("#calibration-steps .done")).to_have_count(3)
+        expect(page.locator("#calibration-result canvas")).to_have_count(3)
+        row = page.locator("#calibration-result tr", has_text="stiffness_nm_per_rad").first
+        value, _, sigma = (row.locator("td").nth(1).text_content() or "").partition(" ± ")
+        # Four standard uncertainties: one of 16,000 honest ones is further off.
+        assert float(value) == pytest.approx(STIFFNESS, abs=4 * float(sigma))
+        assert list(tmp_path.rglob("*.json")) == []
+        page.click("#calibration-keep")
+        expect(page.locator("#calibration-result")).to_contain_text("Kept in the knob")
+        (kept,) = tmp_path.rglob("*.json")
+        assert (
+            f"{json.loads(kept.read_text())['actuator']['spring_stiffness_nm_per_rad']:.4g}"
+            == value
+        )
+        # The page has its knob again.
+        state_is(page, "disarmed")
+        expect(page.locator("#who")).to_contain_text("held by torsio studio")
+        expect(page.locator("#message")).to_be_hidden()
+
+
+class _Page:
+    """What the server knows of a page: it says `sayings`, and goes `away` after a step."""
+
+    def __init__(self, *sayings: Any, away: str = "") -> None:
+        self.told: list[dict[str, Any]] = []
+        self._sayings, self._away = list(sayings), away
+        self._left = asyncio.Event()
+
+    async def receive_text(self) -> str:
+        return json.dumps(self._sayings.pop(0))
+
+    async def receive(self) -> dict[str, Any]:
+        await self._left.wait()
+        return {"type": "websocket.disconnect"}
+
+    async def send_json(self, said: dict[str, Any]) -> None:
+        self.told.append(said)
+        if said.get("name") == self._away:
+            self._left.set()
+
+
+@pytest.fixture
+def knob(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[torsio.Knob]:
+    """Give a knob that can be looked at when the server has closed it."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    with torsio.open("emulated") as knob, monkeypatch.context() as patch:
+        patch.setattr(knob, "close", lambda: None)
+        yield knob
+
+
+def _calibrated(knob: torsio.Knob, *sayings: Any, away: str = "") -> list[dict[str, Any]]:
+    page = _Page(*sayings, away=away)
+
+    async def run() -> None:
+        try:
+            await calibrate_for(page, lambda: knob)  # type: ignore[arg-type]
+        except Exception as error:
+            page.told.append({"kind": type(error).__name__})
+
+    # The browser's driver has a loop of its own in this thread.
+    with ThreadPoolExecutor() as pool:
+        pool.submit(lambda: asyncio.run(run())).result()
+    return page.told
+
+
+def test_page_that_goes_stops_the_knob_and_leaves_it_as_it_was(knob: torsio.Knob) -> None:
+    before = (knob.actuator_config(), knob.control_config())
+    told = _calibrated(knob, {"do": "calibrate"}, away="signs")
+    assert [said["kind"] for said in told] == ["step", "WebSocketDisconnect"]
+    assert knob.state == "disarmed"
+    assert (knob.actuator_config(), knob.control_config()) == before
+
+
+def test_nothing_is_kept_without_a_yes(knob: torsio.Knob, tmp_path: Path) -> None:
+    before = knob.actuator_config()
+    told = _calibrated(knob, QUICK, {"do": "leave"})
+    assert [said["kind"] for said in told] == ["step", "step", "step", "found"]
+    assert told[-1]["changes"]
+    assert knob.actuator_config() == before
+    assert list(tmp_path.rglob("*.json")) == []
+
+
+def test_knob_that_is_held_is_refused_with_the_reason(knob: torsio.Knob) -> None:
+    knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0)]))
+    told = _calibrated(knob, QUICK)
+    assert told[-1]["kind"] == "refused"
+    assert "signs: " in told[-1]["why"]
+
+
+@pytest.mark.parametrize("saying", [{"do": "keep"}, [], "calibrate", None])
+def test_nonsense_measures_nothing(knob: torsio.Knob, saying: Any) -> None:
+    assert [said["kind"] for said in _calibrated(knob, saying)] == ["refused"]
