@@ -53,12 +53,25 @@ function(torsio_target_defaults target)
   endif()
 endfunction()
 
+# torsio_precompile(<target> [<header>...]): what most of a host target's sources begin with is read
+# once for all of them, with TORSIO_PRECOMPILE. A header that a source forgets to include is found by
+# the builds without it.
+function(torsio_precompile target)
+  if(TORSIO_PRECOMPILE)
+    target_precompile_headers(${target} PRIVATE
+      <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <functional> <map> <memory>
+      <mutex> <optional> <random> <span> <string> <thread> <variant> <vector> ${ARGN})
+  endif()
+endfunction()
+
 # torsio_embedded_defaults(<target>): on top of the above, the rules of code that also runs on the
 # microcontroller.
 function(torsio_embedded_defaults target)
   torsio_target_defaults(${target})
   get_target_property(type ${target} TYPE)
   if(NOT type STREQUAL "INTERFACE_LIBRARY")
+    # Source by source, as on the boards.
+    set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
     target_compile_options(${target} PRIVATE
       -fno-exceptions -fno-rtti -Wdouble-promotion)
     if(TORSIO_LINK_TIME_OPTIMIZATION)

@@ -11,14 +11,12 @@
 #include <utility>
 #include <variant>
 
+#include "emulator/require.hpp"
+
 namespace torsio::emulator {
 namespace {
 
 constexpr unsigned kMostThreads = 4096;
-
-void require(bool condition, const std::string& message) {
-  if (!condition) throw std::invalid_argument(message);
-}
 
 BatchOptions checked(BatchOptions options) {
   require(options.threads >= 1 && options.threads <= kMostThreads,

@@ -6,14 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "emulator/require.hpp"
+
 namespace torsio::emulator {
 namespace {
 
 constexpr std::uint32_t kMostDelayTicks = 1000;
-
-void require(bool condition, const std::string& message) {
-  if (!condition) throw std::invalid_argument(message);
-}
 
 }  // namespace
 

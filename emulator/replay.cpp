@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "device/prepare.hpp"
+#include "emulator/require.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
 
@@ -18,10 +19,6 @@ using torsio::emulator::ReplayRow;
 
 constexpr std::int64_t kShortestPeriodNs = 1'000;
 constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
-
-void require(bool condition, const std::string& message) {
-  if (!condition) throw std::invalid_argument(message);
-}
 
 template <class Report>
 [[noreturn]] void refuse(const protocol::Verdict& verdict) {

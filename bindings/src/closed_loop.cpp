@@ -96,10 +96,10 @@ std::span<LoopRow> span_of(Rows& rows) {
 }
 
 /// One closed loop after the other from a list, on several threads.
-class Batch {
+class Runs {
  public:
-  Batch(std::vector<ClosedLoopOptions> options, std::vector<std::uint64_t> ticks,
-        std::vector<std::span<LoopRow>> rows, std::uint32_t every)
+  Runs(std::vector<ClosedLoopOptions> options, std::vector<std::uint64_t> ticks,
+       std::vector<std::span<LoopRow>> rows, std::uint32_t every)
       : options_(std::move(options)),
         ticks_(std::move(ticks)),
         rows_(std::move(rows)),
@@ -172,9 +172,9 @@ py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>
   if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
   threads =
       std::min<unsigned>(threads, static_cast<unsigned>(std::max<std::size_t>(1, ticks.size())));
-  Batch batch(std::move(options), ticks, std::move(spans), every);
+  Runs runs(std::move(options), ticks, std::move(spans), every);
   const Unlocked unlocked;
-  batch.run(threads, [&](std::size_t done) {
+  runs.run(threads, [&](std::size_t done) {
     const Locked locked;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (!on_progress.is_none()) on_progress(done);

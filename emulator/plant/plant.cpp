@@ -7,6 +7,8 @@
 #include <utility>
 #include <variant>
 
+#include "emulator/require.hpp"
+
 namespace torsio::emulator {
 namespace {
 
@@ -20,11 +22,6 @@ const Profile* profile_of(const Hand& hand) {
   }
   if (const auto* prescribed = std::get_if<PrescribedMotion>(&hand)) return &prescribed->angle_rad;
   return nullptr;
-}
-
-void require(bool condition, const char* message) {
-  if (!condition) [[unlikely]]
-    throw std::invalid_argument(message);
 }
 
 }  // namespace

@@ -12,7 +12,6 @@ namespace {
 using std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-constexpr std::int64_t kFrameNs = 1'000'000;
 // The user is promised to be asked every 20 ms.
 constexpr auto kAskEvery = 10ms;
 // How long a waiting thread in virtual time stands aside for others when it asks.

@@ -28,6 +28,9 @@
 
 namespace torsio {
 
+// Full-speed USB carries a report each way once in so long.
+inline constexpr std::int64_t kFrameNs = 1'000'000;
+
 struct SessionOptions {
   std::int64_t command_timeout_ns = 1'000'000'000;
   std::size_t ring_samples = 65536;

@@ -7,12 +7,6 @@
 #include "torsio/error.hpp"
 
 namespace torsio {
-namespace {
-
-constexpr std::int64_t kFrameNs = 1'000'000;
-
-}  // namespace
-
 // Out --------------------------------------------------------------------------------------------
 
 std::uint16_t Session::stamp(protocol::ReportBytes& report) {

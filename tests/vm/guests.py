@@ -24,8 +24,11 @@ GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
 # the game interface on kernels that are newer than any in use, instead of all the others.
 GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
 NEWEST_KERNELS = TREE / "build/newest-kernels"
+# Set for ./dev test usb: each test on each kernel, unless it has a mark that says otherwise.
+# Otherwise one kernel runs what is not marked: what it is about lies above the kernel.
+EVERY_KERNEL_VARIABLE = "TORSIO_EVERY_KERNEL"
 # How collecting the guest's tests tells of them: this word, the kernel, the node id.
-TEST_LINE, ANY_KERNEL, WITH_GAMES = "guest-test", "any", "games"
+TEST_LINE, ANY_KERNEL, EACH_KERNEL, WITH_GAMES = "guest-test", "any", "each", "games"
 # Many times what a guest takes of an idle processor without KVM, see docs/usb.md: a busy host may
 # take its time, but a guest that hangs must not hang the tests.
 LIMIT_S = 1800.0
@@ -80,8 +83,11 @@ def guest_tests(kernel: str) -> list[str]:
         # What one of the kernels in use is enough for runs on these too.
         games = [test for wanted, test in _collected() if wanted != WITH_GAMES]
         return [test for test in games if "/test_game" in test]
-    # Where the distribution brings but one kernel, that one runs everything.
-    accepted = {ANY_KERNEL, kernel} if kernel in DEBIAN else {ANY_KERNEL, *DEBIAN}
+    accepted = {EACH_KERNEL, kernel}
+    if EVERY_KERNEL_VARIABLE in os.environ or kernel == kernels()[-1]:
+        accepted.add(ANY_KERNEL)
+    if kernel not in DEBIAN:  # where the distribution brings but one kernel, it runs everything
+        accepted.update(DEBIAN)
     return [test for wanted, test in _collected() if wanted in accepted]
 
 

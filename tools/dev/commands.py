@@ -36,6 +36,7 @@ MADE = (
 )
 # Chooses among the tests in virtual machines; see tests/vm/guests.py.
 GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
+EVERY_KERNEL_VARIABLE = "TORSIO_EVERY_KERNEL"
 # Starting a second browser takes as long as all other tests of the page.
 FIREFOX_TEST = "tests/studio/test_firefox.py"
 _VENDOR, _PRODUCT = usb_ids.ids()
@@ -86,13 +87,14 @@ def _build_packages(tinyusb: str) -> None:
 def test(arguments: Sequence[str]) -> int:
     """Build everything and hand over to pytest.
 
-    ``usb`` first selects the tests in real kernels, ``games`` those of games and of browsers
+    ``usb`` first selects the tests in real kernels, each on every kernel, ``games`` those of games and of browsers
     that take minutes.
     """
     only_games = arguments[:1] == ["games"]
     only_usb = only_games or arguments[:1] == ["usb"]
     if only_usb:
         arguments = ["tests/vm", *arguments[1:]]
+        os.environ[EVERY_KERNEL_VARIABLE] = "1"
     if only_games:
         os.environ[GAMES_VARIABLE] = "1"
         arguments = [FIREFOX_TEST, *arguments]

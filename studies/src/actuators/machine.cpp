@@ -5,16 +5,13 @@
 #include <stdexcept>
 #include <variant>
 
+#include "emulator/require.hpp"
 #include "steppers/contacts.hpp"
 
 namespace torsio::studies::actuators {
 namespace {
 
 constexpr double kTheta = 0.5;
-
-void require(bool condition, const char* message) {
-  if (!condition) throw std::invalid_argument(message);
-}
 
 void require_shaft(const Shaft& shaft) {
   require(std::isfinite(shaft.inertia_kg_m2) && shaft.inertia_kg_m2 > 0.0,

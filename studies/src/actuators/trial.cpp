@@ -5,12 +5,10 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "emulator/require.hpp"
+
 namespace torsio::studies::actuators {
 namespace {
-
-void require(bool condition, const char* message) {
-  if (!condition) throw std::invalid_argument(message);
-}
 
 double environment_torque_nm(const Environment& environment, double angle_rad) {
   const double depth_rad = angle_rad - environment.angle_rad;

@@ -42,6 +42,7 @@ class KernelLog:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "kernel(name): runs on this kernel only, of all there are")
+    config.addinivalue_line("markers", "each_kernel: is about the kernel, runs on all there are")
     config.addinivalue_line("markers", "long: has a command of its own for its whole length")
     config.addinivalue_line("markers", "games: takes minutes; runs with ./dev test games")
     config.addinivalue_line("markers", "pulls_cable: unplugs a knob that is in use")
@@ -56,6 +57,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         for item in session.items:
             mark = item.get_closest_marker("kernel")
             kernel = mark.args[0] if mark else guests.ANY_KERNEL
+            if item.get_closest_marker("each_kernel"):
+                kernel = guests.EACH_KERNEL
             if item.get_closest_marker("games"):
                 kernel = guests.WITH_GAMES
             print(guests.TEST_LINE, kernel, item.nodeid)

@@ -23,6 +23,8 @@ from tests.vm.guest.torque_log import (
 )
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
 
+pytestmark = pytest.mark.each_kernel
+
 
 def test_driver_takes_all_that_is_advertised(knob: VirtualKnob) -> None:
     pad = Gamepad(knob)

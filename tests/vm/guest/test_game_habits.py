@@ -18,6 +18,8 @@ from tests.vm.guest.gamepad import Effect, Gamepad
 from tests.vm.guest.torque_log import FULL_NM, held, let_pass, plug, read_log
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
 
+pytestmark = pytest.mark.each_kernel
+
 
 def push(level: int, number: int = -1, direction: int = gamepad.RIGHT) -> Effect:
     return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number, direction=direction)
