@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "emulator/require.hpp"
+#include "emulator/plant/require.hpp"
 
 namespace torsio::emulator {
 namespace {

@@ -6,7 +6,7 @@
 #include <variant>
 
 #include "device/prepare.hpp"
-#include "emulator/require.hpp"
+#include "emulator/plant/require.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
 
@@ -17,8 +17,8 @@ using torsio::emulator::ClosedLoopOptions;
 using torsio::emulator::EffectReport;
 using torsio::emulator::ReplayRow;
 
-constexpr std::int64_t kShortestPeriodNs = 1'000;
-constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
+constexpr std::int64_t kShortestLoopNs = 1'000;
+constexpr std::int64_t kLongestLoopNs = 1'000'000'000;
 
 template <class Report>
 [[noreturn]] void refuse(const protocol::Verdict& verdict) {
@@ -68,7 +68,7 @@ core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution&
 
 ControlSetup make_control_setup(const ClosedLoopOptions& options) {
   const std::int64_t period_ns = options.control_period_ns;
-  require(period_ns >= kShortestPeriodNs && period_ns <= kLongestPeriodNs,
+  require(period_ns >= kShortestLoopNs && period_ns <= kLongestLoopNs,
           "control_period_ns must be within 1000 and 1000000000, is " + std::to_string(period_ns));
   const device::LoopConfig config = loop_config(options);
   return {config, make_scene(options, config.controller.motion.resolution)};

@@ -29,15 +29,15 @@ using protocol::Structure;
 py::str to_str(std::string_view text) { return {text.data(), text.size()}; }
 
 template <class T>
-py::object to_python(const T& value) {
+py::object plain(const T& value) {
   if constexpr (Array<T>) {
     py::list list;
-    for (const auto& element : value) list.append(to_python(element));
+    for (const auto& element : value) list.append(plain(element));
     return list;
   } else if constexpr (Structure<T>) {
     py::dict dict;
     Layout<T>::fields.apply([&](const auto&... field) {
-      ((dict[to_str(field.name)] = to_python(value.*field.member)), ...);
+      ((dict[to_str(field.name)] = plain(value.*field.member)), ...);
     });
     return dict;
   } else if constexpr (Enumeration<T>) {
@@ -145,7 +145,7 @@ Decoded decode_any(std::span<const std::uint8_t> bytes) {
     decoded.name = to_str(Layout<Report>::name);
     decoded.verdict = protocol::decode(bytes, report);
     if (decoded.verdict.ok()) {
-      decoded.values = to_python(report);
+      decoded.values = plain(report);
     }
   });
   return decoded;
@@ -186,8 +186,8 @@ py::dict describe_field(const protocol::Field<Owner, T>& field) {
     }
     dict["choices"] = names;
   } else {
-    dict["min"] = to_python(field.min);
-    dict["max"] = to_python(field.max);
+    dict["min"] = plain(field.min);
+    dict["max"] = plain(field.max);
   }
   return dict;
 }

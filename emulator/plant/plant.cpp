@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "emulator/require.hpp"
+#include "emulator/plant/require.hpp"
 
 namespace torsio::emulator {
 namespace {

@@ -9,12 +9,12 @@
 namespace torsio {
 namespace {
 
-constexpr std::uint8_t kEmulated = 0;
+constexpr std::uint8_t kEmulatedNumber = 0;
 
 consteval bool numbers_differ() {
   for (const boards::Board& board : boards::kAll) {
     for (const boards::Board& other : boards::kAll) {
-      if (board.number == kEmulated) return false;
+      if (board.number == kEmulatedNumber) return false;
       if (board.name != other.name && board.number == other.number) return false;
     }
   }
@@ -30,15 +30,15 @@ const boards::Board* find(std::uint8_t number) {
 }  // namespace
 
 std::string board_name(std::uint8_t number) {
-  if (number == kEmulated) return "emulated";
+  if (number == kEmulatedNumber) return "emulated";
   const boards::Board* const found = find(number);
   return found != nullptr ? std::string(found->name) : "board " + std::to_string(number);
 }
 
-bool moves_parts(std::uint8_t number) { return number != kEmulated; }
+bool moves_parts(std::uint8_t number) { return number != kEmulatedNumber; }
 
 device::WiringRule wiring_rule(std::uint8_t number) {
-  if (number == kEmulated) return boards::kReference.wiring_rule;
+  if (number == kEmulatedNumber) return boards::kReference.wiring_rule;
   const boards::Board* const found = find(number);
   return found != nullptr ? found->wiring_rule : nullptr;
 }

@@ -87,8 +87,8 @@ def _build_packages(tinyusb: str) -> None:
 def test(arguments: Sequence[str]) -> int:
     """Build everything and hand over to pytest.
 
-    ``usb`` first selects the tests in real kernels, each on every kernel, ``games`` those of games and of browsers
-    that take minutes.
+    ``usb`` first selects the tests in real kernels, each on every kernel, ``games`` those of games
+    and of browsers that take minutes.
     """
     only_games = arguments[:1] == ["games"]
     only_usb = only_games or arguments[:1] == ["usb"]

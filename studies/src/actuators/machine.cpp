@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <variant>
 
-#include "emulator/require.hpp"
+#include "emulator/plant/require.hpp"
 #include "steppers/contacts.hpp"
 
 namespace torsio::studies::actuators {

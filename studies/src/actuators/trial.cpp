@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "emulator/require.hpp"
+#include "emulator/plant/require.hpp"
 
 namespace torsio::studies::actuators {
 namespace {
