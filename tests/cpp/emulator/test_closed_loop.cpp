@@ -13,6 +13,7 @@
 #include "protocol/registry.hpp"
 
 namespace protocol = torsio::protocol;
+using torsio::LoopRow;
 using namespace torsio::emulator;
 
 namespace {

@@ -10,6 +10,7 @@
 #include "wide/emulator/replay.hpp"
 
 namespace protocol = torsio::protocol;
+using torsio::LoopRow;
 using namespace torsio::emulator;
 
 TEST_CASE("controller in 64 bits decides as the device's but for rounding") {
