@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,25 @@ def test_every_header_is_compiled_alone() -> None:
     for header in check.cpp_files(".hpp"):
         name = header.removeprefix("sdk/include/")
         assert any(file.endswith(f"_verify_interface_header_sets/{name}") for file in files), header
+
+
+@dataclass(frozen=True)
+class LayeredTree:
+    """A copy of all folders that have rules."""
+
+    path: Path
+    violations: set[str]
+
+
+@pytest.fixture(scope="module")
+def layered(tmp_path_factory: pytest.TempPathFactory) -> LayeredTree:
+    """Give a tree in which a line is planted, and taken out again."""
+    path = tmp_path_factory.mktemp("layered")
+    for folder in {rule.folder.split("/")[0] for rule in check_layers.RULES}:
+        if (check.TREE / folder).is_dir():
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(check.TREE / folder, path / folder, ignore=ignored)
+    return LayeredTree(path, set(check_layers.check(path)))
 
 
 @pytest.mark.parametrize(
@@ -76,19 +96,22 @@ def test_every_header_is_compiled_alone() -> None:
         ("examples/game/lock.cpp", "#include <SDL.h>"),
     ],
 )
-def test_layer_check_finds_a_planted_violation(tmp_path: Path, file: str, line: str) -> None:
-    folders = {rule.folder.split("/")[0] for rule in check_layers.RULES}
-    for folder in folders:
-        if (check.TREE / folder).is_dir():
-            ignored = shutil.ignore_patterns("__pycache__")
-            shutil.copytree(check.TREE / folder, tmp_path / folder, ignore=ignored)
-    before = check_layers.check(tmp_path)
-
-    planted = tmp_path / file
+def test_layer_check_finds_a_planted_violation(layered: LayeredTree, file: str, line: str) -> None:
+    planted = layered.path / file
+    there = planted.read_bytes() if planted.exists() else None
+    new_folder = not planted.parent.exists()
     planted.parent.mkdir(parents=True, exist_ok=True)
     with planted.open("a", encoding="utf-8") as stream:
         stream.write(f"{line}\n")
-    found = set(check_layers.check(tmp_path)) - set(before)
+    try:
+        found = set(check_layers.check(layered.path)) - layered.violations
+    finally:
+        if there is None:
+            planted.unlink()
+        else:
+            planted.write_bytes(there)
+        if new_folder:
+            planted.parent.rmdir()
     assert len(found) == 1
     assert found.pop().startswith(f"{file}:")
 
