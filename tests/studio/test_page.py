@@ -248,6 +248,7 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
         done = [page.locator(f"#step-{i}") for i in range(9)]
         expect(done[0]).to_be_checked()
         # Turned by hand, backwards first.
+        expect(page.locator("#first-power-steps li").nth(1)).to_contain_text("of 360")
         page.focus("#dial")
         for _ in range(4):
             page.keyboard.press("PageDown")

@@ -17,6 +17,7 @@ import pytest
 
 import torsio
 from tests.vm.guest.virtual_bus import VirtualKnob
+from torsio import opening
 
 FOLDER = "tests/python/"
 
@@ -99,14 +100,14 @@ class Pool:
     def open(self, selector: str = "", **options: Any) -> torsio.Knob:
         """Stand in for `torsio.open`."""
         if selector != "emulated" and not selector.startswith("emulated:"):
-            return torsio.knob.open(selector, **options)
+            return opening.open(selector, **options)
         # Nothing here looks at seed and truth, and this knob is paced.
         emulator = options.pop("emulator", None) or torsio.EmulatorOptions()
         hand, control = emulator.hand, emulator.control
         rate_hz = round(emulator.control_rate_hz)
         kind = (selector, rate_hz)
         plugged = self._take(kind)
-        knob = torsio.knob.open(str(plugged.hidraw), **options)
+        knob = opening.open(str(plugged.hidraw), **options)
         self.busy.append((kind, plugged, knob))
         plugged.say("emergency_stop released")
         if selector == "emulated":  # a new one each time

@@ -44,6 +44,7 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "kernel(name): runs on this kernel only, of all there are")
     config.addinivalue_line("markers", "each_kernel: is about the kernel, runs on all there are")
     config.addinivalue_line("markers", "long: has a command of its own for its whole length")
+    config.addinivalue_line("markers", "whole: one of many of a kind; runs with ./dev test usb")
     config.addinivalue_line("markers", "games: takes minutes; runs with ./dev test games")
     config.addinivalue_line("markers", "pulls_cable: unplugs a knob that is in use")
     config.addinivalue_line("markers", "kernels_own_tests: lets usbtest torment a knob")
@@ -55,6 +56,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """Tell the host which test is for which kernel; see `guests.guest_tests`."""
     if session.config.option.collectonly:
         for item in session.items:
+            if item.get_closest_marker("whole") and guests.EVERY_KERNEL_VARIABLE not in os.environ:
+                continue
             mark = item.get_closest_marker("kernel")
             kernel = mark.args[0] if mark else guests.ANY_KERNEL
             if item.get_closest_marker("each_kernel"):

@@ -71,5 +71,7 @@ def test_ffcfstress_moves_its_spring_in_many_small_steps(bus: VirtualBus, tmp_pa
     weights, *_ = np.linalg.lstsq(basis, torque[part])
     assert np.hypot(*weights) == pytest.approx(0.5, rel=0.05)
     # It starts its effect anew with each step, so the device does not join them; each is blended.
-    assert np.abs(torque[part] - basis @ weights).max() < 0.05
+    # The steps are at most so long, and a blend is one step late.
+    step = 0.5 * 2 * np.pi * 2 / 200
+    assert np.abs(torque[part] - basis @ weights).max() < 2 * step
     assert np.abs(np.diff(torque[part])).max() < 0.05

@@ -25,7 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torsio import _torsio
 from torsio.errors import Error
-from torsio.knob import open as open_knob
+from torsio.opening import open as open_knob
 from torsio.protocol import encode
 from torsio.studio.bridge import Bridge, MessageError
 from torsio.studio.calibrating import calibrate_for
