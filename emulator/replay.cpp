@@ -82,8 +82,7 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   state.tick = options.first_tick;
   core::ControllerInputs in;
   in.scene = &setup.scene;
-  core::Overlay overlay;
-  overlay.bounds = core::traits(setup.config.controller.partition.law).bounds;
+  const core::Overlay overlay = core::overlay_of(setup.config.controller.partition.law);
   if (overlay.bounds) in.overlay = &overlay;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     in.encoder_count = counts[i];

@@ -158,9 +158,11 @@ void Circuit::follow_coil(Plant& plant, const Piece& piece) {
   if (piece.coil_ends) coil_torque_nm_ = 0.0;
   const double play_nm = plant.params().brake_hysteresis->half_width_nm;
   PlantState state = plant.state();
-  state.brake_magnetic_nm = std::max(
-      0.0,
-      std::clamp(state.brake_magnetic_nm, coil_torque_nm_ - play_nm, coil_torque_nm_ + play_nm));
+  const double coil_nm = coil_sign_ * coil_torque_nm_;
+  const double iron_nm =
+      std::clamp(iron_sign_ * state.brake_magnetic_nm, coil_nm - play_nm, coil_nm + play_nm);
+  iron_sign_ = std::copysign(1.0, iron_nm);
+  state.brake_magnetic_nm = std::abs(iron_nm);
   state.brake_target_nm = state.brake_magnetic_nm;
   Plant::Drive drive = piece.drive;
   drive.brake_torque_nm = state.brake_magnetic_nm;

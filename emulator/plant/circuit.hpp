@@ -24,8 +24,9 @@ struct BridgeShares {
 /// which a current ends is computed with the speed of the begin; within microseconds the speed
 /// changes by too little to matter. The supply's voltage is followed from change to change.
 ///
-/// With hysteresis of the brake its torque follows the coil's current with a play. It is then held
-/// from change to change, at what the current at the end of the piece makes of it.
+/// With hysteresis of the brake its torque follows the coil's current with a play, either way; the
+/// torque has no sign. It is then held from change to change, at what the current at the end of the
+/// piece makes of it.
 class Circuit {
  public:
   explicit Circuit(const Electrics& electrics);
@@ -69,6 +70,7 @@ class Circuit {
   double coil_c_;
   double supply_v_;
   double coil_sign_ = 1.0;       // of the coil's current
+  double iron_sign_ = 1.0;       // of what it has made of a brake with hysteresis
   double coil_torque_nm_ = 0.0;  // see coil_torque_nm(); of a plant with hysteresis
 };
 

@@ -208,7 +208,11 @@ class Program {
     bool more = true;
     while (stop == 0 && more) {
       const auto wait = pacer.until_next(steady_clock::now());
-      const bool has_input = server_.serve(wait, commands_ ? STDIN_FILENO : -1);
+      // Whoever asks meets a world, and a clock, of this moment.
+      const auto go_on = [&] {
+        knob_.go_on(std::chrono::nanoseconds(pacer.in_frame(steady_clock::now())).count());
+      };
+      const bool has_input = server_.serve(wait, commands_ ? STDIN_FILENO : -1, go_on);
       if (has_input) more = commands_->read([this](std::string_view line) { follow(line); });
       if (pacer.take(steady_clock::now())) frame(pacer);
     }
@@ -234,8 +238,8 @@ class Program {
   }
 
   void frame(Pacer& pacer) {
-    server_.frame();
     knob_.advance();
+    server_.frame();
     if (log_) log_->add(knob_.device().take_truth());
     if (knob_.has_host() != had_host_) {
       had_host_ = !had_host_;

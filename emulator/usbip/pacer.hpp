@@ -34,6 +34,9 @@ class Pacer {
     return now < next_ ? next_ - now : Duration::zero();
   }
 
+  /// How much of the frame that runs is over; all of it once the next one is due.
+  [[nodiscard]] Duration in_frame(Time now) const { return kFrame - until_next(now); }
+
   /// How far the world has slipped since the last call.
   Duration take_slipped() { return std::exchange(slipped_, Duration::zero()); }
 

@@ -70,7 +70,8 @@ Server::Server(Export& exported, const std::string& address, std::uint16_t port,
   port_ = ntohs(where.sin_port);
 }
 
-bool Server::serve(std::chrono::nanoseconds timeout, int extra) {
+bool Server::serve(std::chrono::nanoseconds timeout, int extra,
+                   const std::function<void()>& awake) {
   std::vector<pollfd> watched{{listener_.get(), POLLIN, 0}, {extra, POLLIN, 0}};
   for (Connection& connection : connections_) {
     const std::size_t unsent = connection.session.output().size();
@@ -80,7 +81,9 @@ bool Server::serve(std::chrono::nanoseconds timeout, int extra) {
   }
   const auto seconds = std::chrono::floor<std::chrono::seconds>(timeout);
   const timespec wait{seconds.count(), (timeout - seconds).count()};
-  if (ppoll(watched.data(), watched.size(), &wait, nullptr) <= 0) return false;
+  const int ready = ppoll(watched.data(), watched.size(), &wait, nullptr);
+  if (awake) awake();
+  if (ready <= 0) return false;
 
   auto entry = watched.begin() + 2;
   for (Connection& connection : connections_) {

@@ -52,8 +52,10 @@ class Server {
   /// Receives, answers and sends, then waits for more of it until `timeout` is over or one of
   /// `extra` can be read.
   /// @param extra a further file descriptor to wait for, or -1
+  /// @param awake called behind the wait, before anything that has come is looked at
   /// @returns true if `extra` has something to read, or has ended
-  bool serve(std::chrono::nanoseconds timeout, int extra = -1);
+  bool serve(std::chrono::nanoseconds timeout, int extra = -1,
+             const std::function<void()>& awake = {});
 
   /// One frame of 1 ms for whoever has the device.
   void frame();

@@ -1,5 +1,6 @@
 #include "emulator/usbip/usb_knob.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace torsio::emulator::usbip {
@@ -28,8 +29,16 @@ UsbKnob::UsbKnob(EmulatedDeviceOptions options)
   device_.set_plugged(false);
 }
 
+void UsbKnob::go_on(std::int64_t in_frame_ns) {
+  in_frame_ns = std::min(in_frame_ns, kFrameNs);
+  if (in_frame_ns <= in_frame_ns_) return;
+  device_.advance(in_frame_ns - in_frame_ns_);
+  in_frame_ns_ = in_frame_ns;
+}
+
 void UsbKnob::advance() {
-  device_.advance(kFrameNs);
+  go_on(kFrameNs);
+  in_frame_ns_ = 0;
   usb_.poll();
 }
 

@@ -23,7 +23,9 @@ class UsbKnob {
   UsbKnob(const UsbKnob&) = delete;
   UsbKnob& operator=(const UsbKnob&) = delete;
 
-  /// Lets a frame of 1 ms pass in the knob's world, behind the packets of that frame.
+  /// Lets the world go on to so far behind the frame's begin, but not beyond its end.
+  void go_on(std::int64_t in_frame_ns);
+  /// Lets the rest of the frame of 1 ms pass in the knob's world, behind the packets of that frame.
   void advance();
 
   [[nodiscard]] EmulatedDevice& device() { return device_; }
@@ -39,6 +41,7 @@ class UsbKnob {
   HostController host_;
   std::array<std::uint8_t, device::kDeviceDescriptorSize> descriptor_;
   Export export_;
+  std::int64_t in_frame_ns_ = 0;
 };
 
 }  // namespace torsio::emulator::usbip

@@ -3,21 +3,48 @@
 namespace torsio::core {
 namespace {
 
-/// Keeps the ledger, and bounds what the scene asks.
+void keep_ledger(ControllerState& state, std::int32_t delta_counts) {
+  keep_ledger(state.ledger, state.limits.motor_command_nm, state.sensor.spring_torque_nm,
+              delta_counts);
+}
+
+/// Bounds what the scene asks.
 /// @param in_time_nm how much of that plays in time or comes from beside the scene: its changes are
 ///                   none of the knob's motion
 float bound_torque(ControllerState& state, const ControllerParams& params, float asked_nm,
                    float in_time_nm, std::int32_t delta_counts) {
-  keep_ledger(state.ledger, state.limits.motor_command_nm, state.sensor.spring_torque_nm,
-              delta_counts);
   BoundState& bound = state.bound;
   float timed_nm = in_time_nm - bound.in_time_nm;
   bound.in_time_nm = in_time_nm;
-  if (bound.new_scene) timed_nm = asked_nm - bound.asked_nm;
+  if (bound.new_scene) {
+    timed_nm = asked_nm - asked_torque(bound);
+    bound.params = params.bound;
+    set_share(bound, bound.share);
+  }
   bound.new_scene = false;
-  return bound_stiffness(bound, params.bound, asked_nm, timed_nm, delta_counts,
-                         params.motion.resolution.rad_per_count,
-                         static_cast<std::uint32_t>(state.tick));
+  if (follow_swing(bound, delta_counts)) {
+    judge_swing(bound, state.tick);
+  }
+  return bound_stiffness(bound, asked_nm, timed_nm, delta_counts);
+}
+
+/// The same at the end of a swing in an ordinary tick; out of line, for that is rare.
+[[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm,
+                                   std::int32_t delta_counts) {
+  judge_swing(state.bound, state.tick);
+  return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
+}
+
+/// The ordinary tick of the law calibrated: nothing beside the scene, and nothing of it plays in
+/// time. All that is rare in it is a call at its end, so it keeps nothing across one.
+[[gnu::noinline]] float bound_scene(ControllerState& state, float asked_nm,
+                                    std::int32_t delta_counts) {
+  const bool turned = follow_swing(state.bound, delta_counts);
+  keep_ledger(state, delta_counts);
+  if (turned) [[unlikely]] {
+    return bound_turn(state, asked_nm, delta_counts);
+  }
+  return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
 }
 
 /// Out of line: what it needs would otherwise be kept in registers in every tick.
@@ -25,6 +52,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
                                     const Overlay& overlay, const Scene* scene, float scene_nm,
                                     const Motion& motion) {
   const Resolution& resolution = params.motion.resolution;
+  if (overlay.ledger) keep_ledger(state, motion.delta_counts);
   float desired_nm = scene_nm;
   if (overlay.local != nullptr) {
     desired_nm += evaluate_local_model(*overlay.local, motion, resolution);
@@ -58,15 +86,19 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   Shares shares;
   bool excited = false;
   if (in.overlay != nullptr) [[unlikely]] {
-    // Field by field: a copy as a whole would put the motion into memory in every tick.
-    const Motion& now = out.motion;
-    const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
-                      now.acceleration_rad_s2};
-    desired_nm = add_overlay(state, params, *in.overlay, in.scene, desired_nm, copy);
-    if (in.overlay->excitation != nullptr) {
-      shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
-      desired_nm = shares.motor_command_nm;
-      excited = true;
+    if (in.overlay->only_bounds) {
+      desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
+    } else {
+      // Field by field: a copy as a whole would put the motion into memory in every tick.
+      const Motion& now = out.motion;
+      const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
+                        now.acceleration_rad_s2};
+      desired_nm = add_overlay(state, params, *in.overlay, in.scene, desired_nm, copy);
+      if (in.overlay->excitation != nullptr) {
+        shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
+        desired_nm = shares.motor_command_nm;
+        excited = true;
+      }
     }
   }
   out.numeric_error = !is_finite(desired_nm);

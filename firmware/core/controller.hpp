@@ -39,8 +39,8 @@ struct ControllerState {
   LimitState limits;
   float brake_command_nm = 0;  // held since the last tick
   SceneState scene;
-  BoundState bound;  // this and the ledger: while an overlay bounds
-  Ledger ledger;
+  BoundState bound;  // while an overlay bounds
+  Ledger ledger;     // while an overlay keeps it
 };
 
 /// What is rarely there beside the scene: (scene + local) * gain + extra, bounded. The ordinary
@@ -51,7 +51,17 @@ struct Overlay {
   ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
   ExcitationState* excitation = nullptr;  // instead of all that, and of the law
   bool bounds = false;                    // the law calibrated: nothing that would buzz
+  bool ledger = false;                    // the same law, whether or not something plays
+  bool only_bounds = false;  // nothing of the above but these two, nothing in the scene plays in
+                             // time, and the bound knows of no change but the knob's
 };
+
+/// What a law needs beside the scene.
+constexpr Overlay overlay_of(Law law) {
+  Overlay overlay;
+  overlay.bounds = overlay.ledger = traits(law).bounds;
+  return overlay;
+}
 
 struct ControllerInputs {
   std::uint32_t encoder_count = 0;

@@ -4,6 +4,8 @@
 /// one that costs little, and one that knows when its voltage acts and is several times faster.
 #pragma once
 
+#include <cstdint>
+
 #include "core/math.hpp"
 
 namespace torsio::core {
@@ -114,25 +116,35 @@ constexpr float hold_current(PredictiveState& state, const PredictiveParams& par
   return voltage_v * params.share_per_v;
 }
 
+// So many of its own time constants later the coil's current is what the model has: a supply that
+// sags when it is driven hard makes it another for a while.
+inline constexpr float kRestTimes = 2.0F;
+
 /// Of a coil whose current is not measured: driven by what a model of it says.
 struct CoilParams {
-  float decay = 0;         // of its current in a period, without voltage
-  float a_per_v = 0;       // what a volt makes of it in a period
-  float v_per_a = 0;       // 1 / a_per_v
-  float follow_decay = 0;  // of what is missing, in a period
-  float supply_v = 1;      // > 0
-  float share_per_v = 1;   // 1 / supply_v
+  float decay = 0;                 // of its current in a period, without voltage
+  float a_per_v = 0;               // what a volt makes of it in a period
+  float v_per_a = 0;               // 1 / a_per_v
+  float follow_decay = 0;          // of what is missing, in a period
+  float supply_v = 1;              // > 0
+  float share_per_v = 1;           // 1 / supply_v
+  float erase_a = 0;               // sent backwards once it is told to let go; 0: never
+  std::uint32_t rest_periods = 0;  // before that
 };
 
 struct CoilState {
   float current_a = 0;
+  bool magnetised = false;  // more than erase_a has flowed, and was not erased
+  std::uint32_t rested_periods = 0;
 };
 
 /// @param lag_s with which the current shall follow, >= 0; longer than inductance / resistance it
 ///              follows slower than by itself, shorter faster, as far as the supply goes
+/// @param erase_a sent backwards in the end; nothing is left of a brake whose torque follows its
+///                current with a play of so much to either side, and of others no more than without
 /// @param resistance_ohm, inductance_h, period_s, supply_v all > 0
 constexpr CoilParams make_coil(float resistance_ohm, float inductance_h, float lag_s,
-                               float period_s, float supply_v) {
+                               float period_s, float supply_v, float erase_a = 0.0F) {
   const float settled =
       larger(1.0F - exp_negative(resistance_ohm * period_s / inductance_h), 1e-6F);
   return {1.0F - settled,
@@ -140,24 +152,39 @@ constexpr CoilParams make_coil(float resistance_ohm, float inductance_h, float l
           resistance_ohm / settled,
           lag_s > 0.0F ? exp_negative(period_s / lag_s) : 0.0F,
           supply_v,
-          1.0F / supply_v};
+          1.0F / supply_v,
+          erase_a,
+          round_to_u32(kRestTimes * inductance_h / resistance_ohm / period_s)};
 }
 
 /// One period. The voltage may be the whole supply against the current, but never drives it past
-/// what is asked for, so that the coil is not magnetised the other way.
+/// what is asked for, so that the coil is not magnetised the other way. Only once nothing has been
+/// asked for, and nearly nothing flowed, for a while, a little flows backwards for a moment: that
+/// takes away what the iron has kept.
 /// @param target_a >= 0
 /// @returns voltage as a share of the supply, within [-1, 1]
 constexpr float drive_coil(CoilState& state, const CoilParams& params, float target_a) {
-  const float next_a = target_a + (state.current_a - target_a) * params.follow_decay;
+  float next_a = target_a + (state.current_a - target_a) * params.follow_decay;
+  if (target_a > 0.0F) {
+    state.magnetised = state.magnetised || state.current_a > params.erase_a;
+    state.rested_periods = 0;
+  } else if (state.magnetised && state.current_a <= params.erase_a) {
+    if (state.rested_periods >= params.rest_periods) next_a = -params.erase_a;
+    ++state.rested_periods;
+  } else if (state.current_a < 0.0F) {
+    next_a = 0.0F;
+  }
   const float voltage_v =
       clamp_symmetric((next_a - params.decay * state.current_a) * params.v_per_a, params.supply_v);
   state.current_a = flush_tiny(params.decay * state.current_a + params.a_per_v * voltage_v);
+  if (state.current_a <= -0.99F * params.erase_a) state.magnetised = false;
   return voltage_v * params.share_per_v;
 }
 
 /// One period in which the bridge lets go: the current runs back into the supply, until it ends.
 constexpr void release_coil(CoilState& state, const CoilParams& params) {
   state.current_a = larger(params.decay * state.current_a - params.a_per_v * params.supply_v, 0.0F);
+  state.magnetised = state.magnetised && state.current_a > 0.0F;
 }
 
 }  // namespace torsio::core

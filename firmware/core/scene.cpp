@@ -207,6 +207,24 @@ float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion
   return sum_nm;
 }
 
+bool plays_in_time(const Scene& scene) {
+  for (std::uint32_t i = 0; i < scene.active; ++i) {
+    const Effect& effect = scene.effect[scene.order[i]];
+    if (std::holds_alternative<Constant>(effect) || std::holds_alternative<Ramp>(effect) ||
+        std::holds_alternative<Periodic>(effect)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool shakes(const Scene& scene) {
+  for (std::uint32_t i = 0; i < scene.active; ++i) {
+    if (std::holds_alternative<Periodic>(scene.effect[scene.order[i]])) return true;
+  }
+  return false;
+}
+
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
                      const std::uint64_t& tick) {
   const Motion still{};

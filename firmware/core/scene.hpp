@@ -34,7 +34,13 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
                      const Resolution& resolution, const std::uint64_t& tick);
 
-/// The part of it that plays in time, whatever the knob does.
+/// Whether one of the active effects plays in time, whatever the knob does.
+bool plays_in_time(const Scene& scene);
+
+/// Whether one of the active effects turns its torque to and fro, whatever the knob does.
+bool shakes(const Scene& scene);
+
+/// The part of the sum that plays in time.
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
                      const std::uint64_t& tick);
 

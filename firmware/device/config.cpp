@@ -59,7 +59,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm(config), brake_max_nm};
   loop.controller.bound = core::make_bound_params(
-      core::stable_stiffness(parts(actuator, control, resolution)), period_s);
+      core::stable_stiffness(parts(actuator, control, resolution)), resolution);
   loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
                             ? 0

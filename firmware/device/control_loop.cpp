@@ -113,16 +113,41 @@ void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
   if (lateness_ > kLatenessLimit) lateness_ = kLatenessLimit;
 }
 
-Snapshot ControlLoop::snapshot() const {
+template <class Take>
+auto ControlLoop::between_ticks(Take&& take) const {
   for (;;) {
-    const Snapshot copy{
-        controller_.tick, controller_.motion.position_counts, state_, owner_, faults_, counters_};
+    const auto copy = take();
     std::atomic_signal_fence(std::memory_order_acq_rel);
     // An interrupt that came between has counted a tick. A number that was itself read in two
     // halves is none that comes back.
     if (controller_.tick == copy.tick) return copy;
     std::atomic_signal_fence(std::memory_order_acq_rel);
   }
+}
+
+Snapshot ControlLoop::snapshot() const {
+  return between_ticks([&] {
+    return Snapshot{controller_.tick, controller_.motion.position_counts, state_, owner_, faults_,
+                    counters_};
+  });
+}
+
+protocol::Ledger ControlLoop::ledger() const {
+  return between_ticks([&] {
+    const core::ControllerParams& params = config_.controller;
+    const bool kept = core::traits(params.partition.law).bounds;
+    const bool bounds = overlay_.bounds && !controller_.bound.new_scene;
+    const core::Ledger& sums = controller_.ledger;
+    return protocol::Ledger{
+        controller_.tick,
+        kept ? protocol::Toggle::on : protocol::Toggle::off,
+        sums.motor,
+        sums.spring_twice,
+        sums.spring,
+        params.spring_stiffness_nm_per_rad,
+        bounds ? controller_.bound.slope_nm_per_count / params.motion.resolution.rad_per_count
+               : 0.0F};
+  });
 }
 
 void ControlLoop::carry_out(const Order& order) {
@@ -188,6 +213,7 @@ Status ControlLoop::execute(const Order& order) {
       game_params_ = *order.game;
       dial_.configure(*order.detents);
       controller_.bound = {};
+      controller_.ledger = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;
       return Status::ok;
@@ -335,11 +361,13 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
   changes_ = false;
+  overlay_ = {};
+  overlay_.ledger = core::traits(config_.controller.partition.law).bounds;
+  if (overlay_.ledger) playing_overlay_ = &overlay_;
   if (!playing) {
     silent_ticks_left_ = kForever;  // whoever arms is heard
     return;
   }
-  overlay_ = {};
   if (excitation_.on) {
     changes_ = true;
     overlay_.excitation = &excitation_;
@@ -352,14 +380,20 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
     if (owner_ != Owner::sdk) playing_scene_ = nullptr;
   }
   if (local_model_on_) overlay_.local = &local_model_;
-  overlay_.bounds = core::traits(config_.controller.partition.law).bounds;
+  overlay_.bounds = overlay_.ledger;
   const bool soft = soft_start_ticks_left_ != 0;
   if (soft) {
     overlay_.gain = static_cast<float>(config_.passive_ramp_ticks - soft_start_ticks_left_--) /
                     static_cast<float>(config_.passive_ramp_ticks);
   }
   changes_ = soft || local_model_on_ || other_force != nullptr;
-  if (changes_ || overlay_.bounds) playing_overlay_ = &overlay_;
+  if (overlay_.bounds && !changes_ && !(scene_ != nullptr && core::plays_in_time(*scene_))) {
+    // The first tick after a change still has to tell the bound of it.
+    const core::BoundState& bound = controller_.bound;
+    overlay_.only_bounds = !bound.new_scene && bound.in_time_nm == 0.0F;
+    if (!overlay_.only_bounds) changes_ = true;
+  }
+  if (changes_) playing_overlay_ = &overlay_;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -449,8 +483,8 @@ void ControlLoop::report_event(EventKind kind) {
   if (passive_ && !letting_go_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
   const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
-  if (bounds) desired_torque_nm = controller_.bound.asked_nm;
-  if (bounds && core::is_bounded(controller_.bound)) flags |= flag::bounded;
+  if (bounds) desired_torque_nm = core::asked_torque(controller_.bound);
+  if (bounds && controller_.bound.bounded) flags |= flag::bounded;
   const LoopSample sample{controller_.tick - 1,
                           controller_.motion.position_counts,
                           speed_rad_s,

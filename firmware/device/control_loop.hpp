@@ -121,9 +121,12 @@ class ControlLoop {
   float speed_rad_s() const {
     return controller_.motion.speed_counts_per_tick * config_.controller.motion.speed_scale;
   }
+  /// Whether a periodic effect played in the last tick.
+  bool shakes() const { return playing_scene_ != nullptr && core::shakes(*playing_scene_); }
 
   // Main loop. The rings of answers and samples are below.
   Snapshot snapshot() const;
+  protocol::Ledger ledger() const;
   /// An order may be given only while none is under way: what it points to is then no longer looked
   /// at, and every answer is sure of its place.
   bool takes_order() const { return orders_.empty(); }
@@ -160,6 +163,9 @@ class ControlLoop {
 
   bool armed() const { return state_ == protocol::State::armed; }
   bool plays() const { return armed() && !passive_; }
+  /// Calls `take()` until no tick came between its begin and its end.
+  template <class Take>
+  auto between_ticks(Take&& take) const;
   /// The next tick must decide anew.
   void call() { attention_.store(1, std::memory_order_release); }  // after the change
 

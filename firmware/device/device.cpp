@@ -46,7 +46,8 @@ template <class Report>
 constexpr bool accepted_as(Direction direction) {
   constexpr bool read_only =
       std::is_same_v<Report, protocol::Identity> || std::is_same_v<Report, protocol::Clock> ||
-      std::is_same_v<Report, protocol::Health> || std::is_same_v<Report, protocol::GameMonitor>;
+      std::is_same_v<Report, protocol::Health> || std::is_same_v<Report, protocol::GameMonitor> ||
+      std::is_same_v<Report, protocol::Ledger>;
   return Layout<Report>::direction == direction && !read_only && direction != Direction::input;
 }
 
@@ -332,18 +333,22 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));
       return Status::ok;
+    case Layout<protocol::Ledger>::id:
+      report = protocol::encode(loop_.ledger());
+      return Status::ok;
     default:
       return Status::unknown_report;
   }
 }
 
-bool Device::next_input(protocol::ReportBytes& report) {
+bool Device::next_input(protocol::ReportBytes& report, bool early) {
   if (const Answer* answer = loop_.answers.front()) {
     report = answer->is_event ? protocol::encode(answer->event)
                               : protocol::encode(answer->acknowledgement);
     loop_.answers.pop();
     return true;
   }
+  if (early && batch_.prompt()) return false;
   gather_telemetry();
   // A sample that did not fit sends the batch off before it is due.
   if (!batch_.due(board_.control_period_ns) && (batch_.empty() || loop_.samples.empty())) {

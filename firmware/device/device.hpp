@@ -56,6 +56,8 @@ class Device {
 
   /// The knob's speed, by the last tick.
   float speed_rad_s() const { return loop_.speed_rad_s(); }
+  /// Whether a periodic effect played in the last tick: it may shake the knob as fast as it likes.
+  bool shakes() const { return loop_.shakes(); }
 
   // Main loop --------------------------------------------------------------------------------
 
@@ -72,8 +74,9 @@ class Device {
   protocol::Status get_feature(std::uint8_t id, protocol::ReportBytes& report);
 
   /// The next input report for the host; acknowledgements and events go before telemetry.
+  /// @param early the host will not ask for a while: prompt telemetry stays, for newer samples
   /// @returns false if there is none
-  [[nodiscard]] bool next_input(protocol::ReportBytes& report);
+  [[nodiscard]] bool next_input(protocol::ReportBytes& report, bool early = false);
 
   /// What the second interface is, from the start on.
   protocol::Personality personality() const { return personality_; }
@@ -97,6 +100,9 @@ class Device {
   [[nodiscard]] std::optional<SlotWrite> take_slot_write();
   void storage_written();
   void storage_failed();
+
+  /// Control periods since power-up.
+  std::uint64_t ticks() const { return loop_.snapshot().tick; }
 
   /// The state now, for a status light.
   protocol::State state() const { return loop_.snapshot().state; }

@@ -16,11 +16,17 @@ constexpr float kLeastTripA = 0.1F;
 // A bridge that wakes up may say for a while that it does not work.
 constexpr float kSettleS = 1e-3F;
 
+// So many times as long a winding's current may flow on when the bridge has let go.
+constexpr std::uint32_t kFadeTimes = 5;
+
 // The speed estimate is some milliseconds late.
 constexpr float kPatienceS = 4e-3F;
 
 // Longer than any wall takes to be pushed in or let go.
 constexpr float kSupplyPatienceS = 0.1F;
+
+// Particle brakes keep some 5 % of their torque.
+constexpr float kEraseShare = 0.05F;
 
 // Of the smallest motors' windings; larger ones are slower.
 constexpr float kWindingS = 10.0F;
@@ -49,9 +55,10 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       brake_share_max_(core::smaller(
           config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
       coil_is_driven_(config.brake_inductance_h > 0.0F),
-      coil_params_(core::make_coil(
-          config.brake_resistance_ohm, core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
-          static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
+      coil_params_(core::make_coil(config.brake_resistance_ohm,
+                                   core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
+                                   static_cast<float>(board.current_period_ns) * 1e-9F,
+                                   config.supply_v, kEraseShare * config.brake_current_max_a)),
       coil_a_per_nm_(1.0F / config.brake_torque_constant_nm_per_a),
       coil_max_a_(config.brake_current_max_a),
       trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)),
@@ -84,7 +91,9 @@ std::uint16_t PowerLogic::find_faults(bool bridge_reports) const {
 
 void PowerLogic::measure(std::int32_t current_steps) {
   const auto steps = static_cast<float>(current_steps);
-  if (!enabled_) {
+  if (steps_to_zero_ != 0) {
+    --steps_to_zero_;
+  } else if (!enabled_) {
     zero_steps_ = zero_known_ ? zero_steps_ + (steps - zero_steps_) * kZeroShare : steps;
     zero_known_ = true;
   }
@@ -158,6 +167,7 @@ void PowerLogic::rest() {
   winding_ = {};
   believed_ = true;
   steps_enabled_ = 0;
+  steps_to_zero_ = kFadeTimes * settle_steps_;
   enabled_ = false;
 }
 

@@ -92,6 +92,7 @@ class PowerLogic {
   core::HeatState heat_;
   std::uint32_t steps_to_look_ = 0;
   float speed_rad_s_ = 0;
+  std::uint32_t steps_to_zero_ = 0;  // until what is measured without power is no current any more
   float zero_steps_ = 0;
   bool zero_known_ = false;
   float current_a_ = 0;

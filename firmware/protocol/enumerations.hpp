@@ -265,10 +265,10 @@ struct Enumerators<Status> {
 namespace fault {
 inline constexpr std::uint16_t emergency_stop = 1 << 0;  // the input is open or pressed
 inline constexpr std::uint16_t over_speed = 1 << 1;      // faster than speed_limit_rad_s
-inline constexpr std::uint16_t encoder = 1 << 2;         // a jump that no knob can make
-inline constexpr std::uint16_t actuator = 1 << 3;        // the power stage reports an error
-inline constexpr std::uint16_t overrun = 1 << 4;         // ticks were missed or took too long
-inline constexpr std::uint16_t numeric = 1 << 5;         // the control law gave no finite torque
+inline constexpr std::uint16_t encoder = 1 << 2;  // a jump that no knob can make, or a dead channel
+inline constexpr std::uint16_t actuator = 1 << 3;  // the power stage reports an error
+inline constexpr std::uint16_t overrun = 1 << 4;   // ticks were missed or took too long
+inline constexpr std::uint16_t numeric = 1 << 5;   // the control law gave no finite torque
 inline constexpr std::uint16_t current_sensor = 1
                                                 << 6;  // its zero leaves no room for the trip level
 inline constexpr std::uint16_t winding = 1 << 7;  // voltage, current and speed do not fit together
@@ -279,7 +279,7 @@ inline constexpr std::array<std::string_view, 8> names{
 
 /// Bits of telemetry's `flags`; the two lowest are the state.
 namespace flag {
-inline constexpr std::uint8_t state_mask = 0x3;
+inline constexpr std::uint8_t state_mask = 0x3;          // the state
 inline constexpr std::uint8_t motor_saturated = 1 << 2;  // the motor gives all it can
 inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all it can
 inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force

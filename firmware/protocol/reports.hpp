@@ -180,6 +180,42 @@ struct Layout<GameMonitor> {
   };
 };
 
+/// What motor and shaft have done to the knob since the law began to count, in whole numbers that
+/// lose nothing; `energies()` makes joules of them. Read only.
+struct Ledger {
+  std::uint64_t tick = 0;
+  Toggle kept = Toggle::off;
+  std::int64_t motor = 0;
+  std::int64_t spring_twice = 0;
+  std::int32_t spring = 0;
+  float spring_stiffness_nm_per_rad = 0;
+  float bound_nm_per_rad = 0;
+};
+template <>
+struct Layout<Ledger> {
+  static constexpr std::uint8_t id = 0x09;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "ledger";
+  static constexpr std::string_view doc =
+      "What motor and shaft have done to the knob since the law began to count, in whole numbers "
+      "that lose nothing; `energies()` makes joules of them. Read only.";
+  static constexpr FieldList fields{
+      any_number("tick", &Ledger::tick, "", "of this moment"),
+      choice("kept", &Ledger::kept, "the law keeps it: `calibrated`"),
+      any_number(
+          "motor", &Ledger::motor, "",
+          "given to the knob by the motor: its command in 2^-23 N m, times the counts it moved"),
+      any_number("spring_twice", &Ledger::spring_twice, "",
+                 "given to the knob by the shaft's spring, twice the same"),
+      any_number("spring", &Ledger::spring, "2^-23 N m", "that spring's torque on the knob now"),
+      any_number("spring_stiffness_nm_per_rad", &Ledger::spring_stiffness_nm_per_rad, "N m/rad",
+                 "of the shaft, by the configuration"),
+      any_number("bound_nm_per_rad", &Ledger::bound_nm_per_rad, "N m/rad",
+                 "the stiffest that is rendered now; 0 without a scene, or with a law that bounds "
+                 "nothing"),
+  };
+};
+
 /// An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; disarm;
 /// stop: disarm and empty the scene; zero: this position becomes angle 0; only while disarmed;
 /// relax: the shaft's spring is known to be relaxed now; only while disarmed; save: keep the
@@ -466,15 +502,16 @@ struct Layout<Event> {
 /// Every report, in the order of the documentation.
 using AllReports =
     std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
-               GameMonitor, Command, Commit, Stream, LocalModel, Excitation, Wall, Spring, Damper,
-               Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture, Curve,
-               CurvePoints, Telemetry, Acknowledgement, Event>;
+               GameMonitor, Ledger, Command, Commit, Stream, LocalModel, Excitation, Wall, Spring,
+               Damper, Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture,
+               Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);
 static_assert(wire_size<Clock>() == 24);
 static_assert(wire_size<Health>() == 33);
 static_assert(wire_size<GameMonitor>() == 53);
+static_assert(wire_size<Ledger>() == 37);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
 static_assert(wire_size<Stream>() == 5);

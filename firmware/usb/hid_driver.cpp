@@ -187,7 +187,10 @@ bool transfer_done(std::uint8_t, std::uint8_t endpoint, xfer_result_t result, st
       interface.held_size = static_cast<std::uint8_t>(size);
       return true;
     }
-    if (endpoint == interface.endpoint_in && endpoint != 0) return true;
+    if (endpoint == interface.endpoint_in && endpoint != 0) {
+      interface.function->input_taken();
+      return true;
+    }
   }
   return false;
 }

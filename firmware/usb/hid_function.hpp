@@ -26,6 +26,9 @@ class HidFunction {
   /// @returns its size; 0 if there is none
   virtual std::size_t next_input(std::span<std::uint8_t> report) = 0;
 
+  /// The host has taken the last input report.
+  virtual void input_taken() {}
+
  protected:
   ~HidFunction() = default;
 };

@@ -12,12 +12,21 @@ namespace {
 
 device::Personality personality = device::Personality::game_controller;
 
+constexpr std::uint32_t kFrameNs = 1'000'000;
+
 // What the stack sends from must stay where it is until the transfer is over.
 std::array<std::uint8_t, device::kDeviceDescriptorSize> device_descriptor;
 std::array<std::uint8_t, 16> serial;
 device::StringDescriptor string;
 
 }  // namespace
+
+ControlFunction::ControlFunction(device::Device& device, std::uint32_t control_period_ns)
+    : device_(device) {
+  const std::uint32_t frame_ticks = kFrameNs / control_period_ns;
+  // The tick that is under way counts as none.
+  early_ticks_ = frame_ticks - std::max(frame_ticks / 4, std::uint32_t{1});
+}
 
 std::size_t ControlFunction::get_feature(std::uint8_t id, std::span<std::uint8_t> report) {
   protocol::ReportBytes bytes;
@@ -36,7 +45,8 @@ bool ControlFunction::receive(std::span<const std::uint8_t> report) {
 
 std::size_t ControlFunction::next_input(std::span<std::uint8_t> report) {
   protocol::ReportBytes bytes;
-  if (!device_.next_input(bytes)) return 0;
+  const bool early = device_.ticks() - taken_at_tick_ < early_ticks_;
+  if (!device_.next_input(bytes, early)) return 0;
   std::copy(bytes.begin(), bytes.end(), report.begin());
   return bytes.size();
 }
@@ -73,7 +83,10 @@ std::size_t DialFunction::next_input(std::span<std::uint8_t> report) {
 }
 
 UsbDevice::UsbDevice(device::Device& device, const device::BoardInfo& board)
-    : device_(device), control_(device), game_(device.game()), dial_(device.dial()) {
+    : device_(device),
+      control_(device, board.control_period_ns),
+      game_(device.game()),
+      dial_(device.dial()) {
   device_descriptor = device::device_descriptor(board.firmware_version);
   serial = board.serial;
   set_hid_function(device::kControlInterface, control_);

@@ -13,17 +13,24 @@
 namespace torsio::usb {
 
 /// The vendor interface: the protocol's reports, into a device and out of it.
+///
+/// A report lies in the endpoint's buffer, where nothing reaches it any more, until the host asks
+/// for it, once in a frame. So prompt telemetry is put there as late as can be: a quarter of a
+/// frame before the time at which the host took the last report comes round again.
 class ControlFunction final : public HidFunction {
  public:
-  explicit ControlFunction(device::Device& device) : device_(device) {}
+  ControlFunction(device::Device& device, std::uint32_t control_period_ns);
 
   std::size_t get_feature(std::uint8_t id, std::span<std::uint8_t> report) override;
   bool set_feature(std::span<const std::uint8_t> report) override;
   bool receive(std::span<const std::uint8_t> report) override;
   std::size_t next_input(std::span<std::uint8_t> report) override;
+  void input_taken() override { taken_at_tick_ = device_.ticks(); }
 
  private:
   device::Device& device_;
+  std::uint32_t early_ticks_;  // so long after a report was taken it is early for the next
+  std::uint64_t taken_at_tick_ = 0;
 };
 
 /// The game interface.

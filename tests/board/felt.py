@@ -6,7 +6,7 @@ Everything that the board is told goes over its USB endpoints, and keep-alives a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -225,6 +225,37 @@ def finish(bench: Bench, zero_s: float) -> Columns:
     rows["time_s"] = rows["time_s"] - zero_s
     rows["felt_nm"] = rows["spring_torque_nm"] + rows["motor_torque_nm"]
     return rows
+
+
+@dataclass(frozen=True)
+class RunAway:
+    """What became of a knob that leaned on a wall when wires of its encoder were cut."""
+
+    off_s: float | None
+    """When motor and brake went off; None: not at all."""
+    moved_rad: float
+    fastest_rad_s: float
+    faults: int
+
+
+def cut_encoder(bench: Bench, pins: Sequence[int], hand: Hand, within_s: float) -> RunAway:
+    """Cut wires of a leaning knob's encoder, and have another hand at it; of a binary only."""
+    begin_s, begin_rad = bench.place.time_s, bench.place.record()["angle_rad"][-1]
+    bench.board.do("cut_wires", pins=list(pins))
+    bench.place.set_hand(hand)
+    off_s = None
+    while off_s is None and bench.place.time_s < begin_s + within_s:
+        bench.run(READ_MS / 1e3)
+        if bench.board.motor() is None:
+            off_s = bench.place.time_s - begin_s
+    rows = bench.place.record()
+    since = rows["time_s"] >= begin_s
+    return RunAway(
+        off_s=off_s,
+        moved_rad=float(np.max(np.abs(rows["angle_rad"][since] - begin_rad))),
+        fastest_rad_s=float(np.max(np.abs(rows["speed_rad_s"][since]))),
+        faults=bench.board.get("health")["faults"],
+    )
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ import pytest
 
 from tests.board import felt, pico
 from tests.board.felt import Columns, difference_nm
-from torsio.hands import NoHand
+from torsio.hands import NoHand, PrescribedMotion
 from torsio_studies.paper.runs import WALL_RAD
 
 STIFFNESS = math.degrees(30e-3)
-WINDING = 1 << 7
+ENCODER, WINDING = 1 << 2, 1 << 7
 Visits = dict[str, tuple[Columns, Columns]]
 
 
@@ -69,24 +69,50 @@ def test_binary_and_emulated_device_feel_the_same(
     assert abs(binary["angle_rad"][-1] - emulated["angle_rad"][-1]) < 30e-3
 
 
-def test_dead_encoder_channel_does_not_throw_the_knob_for_long() -> None:
-    # The count goes one up and one down from then on, so the wall pushes for ever. What gives it
-    # away is the voltage that a motor makes which is said to stand still.
+def test_dead_encoder_channel_does_not_throw_the_knob() -> None:
+    # The count goes one up and one down from then on, so the wall would push for ever.
     with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
         felt.prepare(bench)
         felt.lean(bench, STIFFNESS, 50e-3)
-        begin_s, begin_rad = bench.place.time_s, bench.place.record()["angle_rad"][-1]
-        bench.board.do("cut_wires", pins=[3])
-        bench.place.set_hand(NoHand())
-        while bench.board.motor() is not None:
-            assert bench.place.time_s < begin_s + 0.6, "the outputs stay on"
-            bench.run(0.02)
-        health = bench.board.get("health")
-        assert (health["state"], health["faults"]) == ("fault", WINDING)
-        rows = bench.place.record()
-        assert np.max(np.abs(rows["speed_rad_s"])) < 150.0
-        assert abs(rows["angle_rad"][-1] - begin_rad) < 5 * 2 * math.pi
+        found = felt.cut_encoder(bench, [3], NoHand(), 0.2)
+        assert found.off_s is not None, "the outputs stay on"
+        assert found.off_s < 0.08
+        assert found.faults == ENCODER
+        assert found.moved_rad < 0.4
+        assert found.fastest_rad_s < 20.0
         # Off is off: friction takes the speed away from then on.
         speed = abs(bench.place.record()["speed_rad_s"][-1])
         bench.board.run(20)
         assert abs(bench.place.record()["speed_rad_s"][-1]) < speed
+        assert bench.board.command("clear_fault") == "ok"
+
+
+def test_encoder_cable_that_falls_off_does_not_throw_the_knob_for_long() -> None:
+    # What gives it away is the voltage that a motor makes which is said to stand still.
+    with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
+        felt.prepare(bench)
+        felt.lean(bench, STIFFNESS, 50e-3)
+        found = felt.cut_encoder(bench, [2, 3], NoHand(), 0.4)
+        assert found.off_s is not None, "the outputs stay on"
+        assert found.faults == WINDING
+        assert found.fastest_rad_s < 100.0
+
+
+@pytest.mark.one_board
+def test_dead_encoder_channel_of_a_knob_that_is_held_asks_no_more_and_is_found_when_it_moves() -> (
+    None
+):
+    with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
+        felt.prepare(bench)
+        felt.lean(bench, STIFFNESS, 50e-3)
+        before_nm = abs(bench.place.record()["motor_torque_nm"][-1])
+        still = PrescribedMotion(angle_rad=[(0.0, bench.place.record()["angle_rad"][-1])])
+        held = felt.cut_encoder(bench, [3], still, 0.02)
+        assert (held.off_s, held.faults) == (None, 0)
+        assert held.moved_rad < 5e-3
+        after_nm = abs(bench.place.record()["motor_torque_nm"][-1])
+        # One count is 1.3 mN m of this wall.
+        assert after_nm == pytest.approx(before_nm, abs=3e-3)
+        moved = felt.cut_encoder(bench, [3], NoHand(), 0.2)
+        assert moved.faults == ENCODER
+        assert moved.moved_rad < 0.4

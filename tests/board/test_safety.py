@@ -68,36 +68,6 @@ def test_bus_reset_makes_it_safe_at_once(pico: EmulatedPico) -> None:
     assert pico.get("health")["state"] == "disarmed"
 
 
-@pytest.mark.parametrize("what", ["everything", "main loop", "ticks"])
-def test_program_that_hangs_is_restarted_with_its_outputs_off(
-    pico: EmulatedPico, what: str
-) -> None:
-    _push(pico)
-    if what == "ticks":
-        pico.do("stop_ticks")
-    else:
-        pico.do("hang", masked=what == "everything")
-    pico.run(pico.model.watchdog_ms + 2)  # and the way to the main program again
-    assert pico.status()["watchdog_resets"] == 1
-    assert pico.motor() is None
-    pico.enumerate()
-    health = pico.get("health")
-    assert (health["state"], health["reset_cause"]) == ("disarmed", "watchdog")
-
-
-def test_hard_fault_cuts_the_power_before_the_watchdog_restarts(pico: EmulatedPico) -> None:
-    _push(pico)
-    pico.do("hard_fault")
-    pico.run(0.1)
-    assert pico.motor() is None
-    assert pico.brake() is None
-    assert pico.status()["watchdog_resets"] == 0
-    pico.run(pico.model.watchdog_ms + 2)
-    assert pico.status()["watchdog_resets"] == 1
-    pico.enumerate()
-    assert pico.get("health")["reset_cause"] == "hard_fault"
-
-
 def test_idle_device_is_not_restarted_by_its_watchdog(pico: EmulatedPico) -> None:
     pico.run(150)
     status = pico.status()

@@ -223,3 +223,27 @@ def test_time_stamps_repeat_from_run_to_run() -> None:
     first, second = run(), run()
     assert len(first) > 4
     assert first == second
+
+
+def test_prompt_report_is_filled_just_before_the_host_asks(pico: EmulatedPico) -> None:
+    tick_ns = pico.model.tick_ns
+    pico.arm_at_wall(4)  # so that the main loop has less time to be punctual
+    assert pico.send("stream", decimation=1, prompt="on")["status"] == 0
+    # A time before tick 0: what the clock tells is over by less than a tick when it is read.
+    first_ns = 0
+    for _ in range(10):
+        asked_ns = pico.run(0.37)
+        first_ns = max(first_ns, asked_ns - (pico.get("clock")["tick"] + 1) * tick_ns)
+    next_ns = pico.run(0.0)
+    ages_ns = []
+    for _ in range(20):
+        next_ns += 1_000_000
+        now_ns = pico.run((next_ns - pico.run(0.0)) / 1e6)
+        found = pico.read(within_ms=0.01)
+        assert found, "a frame without a report"
+        assert found[0] == "telemetry"
+        newest = found[1]["tick"] + (found[1]["axis_samples"] >> 4) - 1
+        ages_ns.append(now_ns - first_ns - newest * tick_ns)
+    # A quarter of a frame and up to two ticks, beside how well tick 0 is known; a report that had
+    # been there since the last one was taken would be a whole frame old.
+    assert max(ages_ns[2:]) < 600_000

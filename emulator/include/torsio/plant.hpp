@@ -15,9 +15,11 @@ namespace torsio {
 /// One corner of a piecewise-linear function of time. The first value holds before the first knot,
 /// the last one after the last. Two knots at the same time make a jump.
 struct Knot {
-  double time_s;
-  double value;
+  double time_s;  ///< since the hand took over
+  double value;   ///< of the function then
 };
+
+/// A piecewise-linear function of time: its corners in the order of their times.
 using Profile = std::vector<Knot>;
 
 /// Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the
@@ -54,6 +56,7 @@ struct FeedbackHand {
   double period_s = 0.001;   ///< from one asking to the next; 1e-5 to 1
 };
 
+/// Who holds an emulated knob.
 using Hand = std::variant<NoHand, TorqueHand, ImpedanceHand, PrescribedMotion, FeedbackHand>;
 
 /// Which count an angle between two gives.
@@ -151,11 +154,11 @@ struct PlantParams {
   /// engages, for what needs none, such as the law motor_only; it saves about half of the plant's
   /// time. The parts below, but for cogging, need it
   bool spring_and_brake = true;
-  std::optional<ShaftHardening> shaft_hardening{};
-  std::optional<BrakeHysteresis> brake_hysteresis{};
-  std::optional<Belt> belt{};
-  std::optional<Cogging> cogging{};
-  std::optional<Electrics> electrics{};
+  std::optional<ShaftHardening> shaft_hardening{};    ///< part: the spring has knees
+  std::optional<BrakeHysteresis> brake_hysteresis{};  ///< part: play in the brake
+  std::optional<Belt> belt{};                         ///< part: the belt stretches
+  std::optional<Cogging> cogging{};                   ///< part: the motor cogs
+  std::optional<Electrics> electrics{};               ///< part: windings, bridges, supply, sensor
 };
 
 /// What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.

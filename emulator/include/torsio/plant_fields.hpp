@@ -202,11 +202,14 @@ struct Fields<PlantParams> {
             "part: spring and brake. Without it knob and brake are one rigid body and the brake "
             "never engages, for what needs none, such as the law motor_only; it saves about half "
             "of the plant's time. The parts below, but for cogging, need it"),
-      field("shaft_hardening", &PlantParams::shaft_hardening, "", -kNoLimit, kNoLimit, ""),
-      field("brake_hysteresis", &PlantParams::brake_hysteresis, "", -kNoLimit, kNoLimit, ""),
-      field("belt", &PlantParams::belt, "", -kNoLimit, kNoLimit, ""),
-      field("cogging", &PlantParams::cogging, "", -kNoLimit, kNoLimit, ""),
-      field("electrics", &PlantParams::electrics, "", -kNoLimit, kNoLimit, ""),
+      field("shaft_hardening", &PlantParams::shaft_hardening, "", -kNoLimit, kNoLimit,
+            "part: the spring has knees"),
+      field("brake_hysteresis", &PlantParams::brake_hysteresis, "", -kNoLimit, kNoLimit,
+            "part: play in the brake"),
+      field("belt", &PlantParams::belt, "", -kNoLimit, kNoLimit, "part: the belt stretches"),
+      field("cogging", &PlantParams::cogging, "", -kNoLimit, kNoLimit, "part: the motor cogs"),
+      field("electrics", &PlantParams::electrics, "", -kNoLimit, kNoLimit,
+            "part: windings, bridges, supply, sensor"),
   };
 };
 template <>

@@ -23,6 +23,7 @@
 #include "boards/rp2/quadrature.hpp"
 #include "boards/rp2/reset_cause.hpp"
 #include "boards/rp2/status_light.hpp"
+#include "core/encoder_watch.hpp"
 #include "device/device.hpp"
 #include "usb/usb_device.hpp"
 
@@ -32,6 +33,7 @@ namespace {
 constexpr const Board& kBoard = TORSIO_BOARD::kBoard;
 constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
 constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
+constexpr std::uint32_t kLongestFlipTicks = core::kLongestFlipNs / kBoard.control_period_ns;
 static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
@@ -72,6 +74,7 @@ LifeWatch life_watch{kBoard.power.predicts};
 // Control interrupt --------------------------------------------------------------------------
 
 device::TickInputs inputs;
+core::EncoderWatch encoder_watch;
 std::uint8_t emergency_stop_pin;
 TickClock tick_clock{0, kControlPeriodUs};
 std::uint32_t cycles_to_ns_q16;
@@ -84,6 +87,10 @@ void on_tick() {
   inputs.encoder_count = encoder->read();
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
   inputs.power_faults = power->find_faults();
+  if (core::finds_dead_channel(encoder_watch, kLongestFlipTicks, inputs.encoder_count) &&
+      !the_device->shakes()) {
+    inputs.power_faults |= protocol::fault::encoder;
+  }
   inputs.actuator_fault = inputs.power_faults != 0;
   inputs.missed_ticks = tick_clock.count_missed(timer_hw->timerawl);
   const device::TickOutputs outputs = the_device->tick(inputs);

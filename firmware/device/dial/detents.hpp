@@ -16,7 +16,7 @@ struct DetentParams {
   bool on = false;  // the device is a dial
   core::Pattern pattern;
   float torque_nm = 0;           // between two notches
-  std::uint32_t ramp_ticks = 1;  // in which they come and go
+  std::uint32_t ramp_ticks = 1;  // in which they rise or fall
 };
 
 /// @param personality that the device has started with, whatever it is to be the next time

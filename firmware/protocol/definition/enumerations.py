@@ -223,7 +223,7 @@ FAULT = Bits(
         ),
         Value(
             "encoder",
-            "a jump that no knob can make",
+            "a jump that no knob can make, or a dead channel",
             "check the encoder's cable and supply, then clear the fault",
         ),
         Value(

@@ -7,7 +7,7 @@ from dataclasses import replace
 from firmware.protocol.definition import enumerations as e
 from tools.definition.model import Structure, choice, for_hosts, switch, text, texts, told
 
-_STATE = for_hosts(choice("state", e.STATE))
+_STATE = for_hosts(choice("state", e.STATE, "whether it makes torque"))
 _OWNER = for_hosts(choice("owner", e.OWNER, "who has the actuator"))
 
 LISTED_DEVICE = Structure(
@@ -15,8 +15,8 @@ LISTED_DEVICE = Structure(
     "A device that could be opened.",
     (
         text("path", "what open() takes"),
-        text("serial"),
-        text("product"),
+        text("serial", "serial number"),
+        text("product", "as its maker calls it"),
         text("board", "empty if the device could not be asked"),
         text("transport", '"hid" or "emulated"'),
         text("problem", "why it cannot be opened now; empty if it can"),
@@ -28,17 +28,17 @@ DEVICE_INFO = Structure(
     "Who the device is and what it can do.",
     (
         text("path", "what open() takes"),
-        text("serial"),
-        text("product"),
+        text("serial", "serial number"),
+        text("product", "as its maker calls it"),
         text("board", '"pico2", "emulated", ...'),
         text("firmware_version", '"major.minor.patch"'),
         text("transport", '"hid", "emulated" or "own", a transport that the program brings'),
-        told("protocol_version", "std::uint16_t"),
+        told("protocol_version", "std::uint16_t", "of the reports"),
         told("fingerprint", "std::uint32_t", "of the report layouts, the same as the library's"),
-        told("axes", "int"),
+        told("axes", "int", "actuators that it has"),
         told("effects", "int", "places in a scene"),
         told("curve_points", "int", "shared by all curves of a scene"),
-        told("control_rate_hz", "double"),
+        told("control_rate_hz", "double", "ticks in a second"),
         told("counts_per_rev", "std::uint32_t", "of the encoder"),
         told("torque_step_nm", "double", "resolution of telemetry's torques"),
         told("speed_step_rad_s", "double", "resolution of telemetry's speed"),
@@ -70,6 +70,27 @@ HEALTH = Structure(
         _OWNER,
         for_hosts(choice("reset_cause", e.RESET_CAUSE, "why the device started")),
     ),
+)
+ENERGIES = Structure(
+    "Energies",
+    "What the law `calibrated` has counted since it was chosen. What the motor gave is felt, stored or taken by the brake.",
+    (
+        told("tick", "std::uint64_t", "of this moment: control periods since power-up"),
+        told("time_s", "double", "tick times the control period"),
+        for_hosts(switch("kept", e.TOGGLE, "the law keeps count; else all stand still")),
+        told("motor_j", "double", "given to the knob by the motor"),
+        told(
+            "felt_j", "double", "given to the knob by motor and shaft together, which a hand feels"
+        ),
+        told("stored_j", "double", "in the shaft's spring now"),
+        told("brake_j", "double", "taken by the brake"),
+        told(
+            "bound_nm_per_rad",
+            "double",
+            "the stiffest that is rendered now, found out from the knob's swings; 0: no bound",
+        ),
+    ),
+    comparable=True,
 )
 LIMITS = Structure(
     "Limits",
@@ -118,15 +139,15 @@ LINK_STATISTICS = Structure(
     "LinkStatistics",
     "Counters of this end of the cable, since the knob was opened.",
     (
-        told("reports_sent", "std::uint64_t"),
-        told("reports_received", "std::uint64_t"),
+        told("reports_sent", "std::uint64_t", "to the device"),
+        told("reports_received", "std::uint64_t", "from the device"),
         told("reports_undecodable", "std::uint64_t", "damaged on the way, and ignored"),
-        told("samples_received", "std::uint64_t"),
+        told("samples_received", "std::uint64_t", "of telemetry"),
         told(
             "samples_lost", "std::uint64_t", "never arrived, or not read before the ring was full"
         ),
         told("events_lost", "std::uint64_t", "not taken before there were 1,024 of them"),
-        told("local_models_refused", "std::uint64_t"),
+        told("local_models_refused", "std::uint64_t", "by the device"),
         text("last_refusal", "of a local model, in words"),
     ),
 )
@@ -147,7 +168,7 @@ DISARM = Structure(
     "Disarm",
     "How the torque went the last time.",
     (
-        for_hosts(choice("reason", e.DISARM_REASON)),
+        for_hosts(choice("reason", e.DISARM_REASON, "why it went")),
         texts("faults", "names of the faults that were latched then"),
         told("tick", "std::uint64_t", "when: control periods since power-up"),
         told("time_s", "double", "tick times the control period"),
@@ -158,7 +179,7 @@ STABLE_STIFFNESS = Structure(
     "StableStiffness",
     "How stiff a spring can be that a knob swings in and still comes to rest.",
     (
-        told("stiffness_nm_per_rad", "double"),
+        told("stiffness_nm_per_rad", "double", "the stiffest such spring"),
         text(
             "limited_by",
             'what to better for more: "rate" of the control, "lag" of the motor, "counts" of the '
@@ -187,7 +208,7 @@ TELEMETRY_SAMPLE = Structure(
 )
 
 RECORDS = (
-    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, LIMITS, STABLE_STIFFNESS, GAME_STATUS, GAME_EFFECT,
+    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, ENERGIES, LIMITS, STABLE_STIFFNESS, GAME_STATUS, GAME_EFFECT,
     LINK_STATISTICS, EVENT, DISARM,
 )  # fmt: skip
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

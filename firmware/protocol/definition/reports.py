@@ -116,6 +116,29 @@ GAME_MONITOR = Structure(
     id=0x08,
     direction="feature",
 )
+LEDGER = Structure(
+    "Ledger",
+    "What motor and shaft have done to the knob since the law began to count, in whole numbers that "
+    "lose nothing; `energies()` makes joules of them. Read only.",
+    (
+        raw("tick", "u64", "of this moment"),
+        on_wire(switch("kept", e.TOGGLE, "the law keeps it: `calibrated`")),
+        raw(
+            "motor", "i64",
+            "given to the knob by the motor: its command in 2^-23 N m, times the counts it moved",
+        ),
+        raw("spring_twice", "i64", "given to the knob by the shaft's spring, twice the same"),
+        raw("spring", "i32", "that spring's torque on the knob now", "2^-23 N m"),
+        raw("spring_stiffness_nm_per_rad", "f32", "of the shaft, by the configuration", "N m/rad"),
+        raw(
+            "bound_nm_per_rad", "f32",
+            "the stiffest that is rendered now; 0 without a scene, or with a law that bounds nothing",
+            "N m/rad",
+        ),
+    ),
+    id=0x09,
+    direction="feature",
+)  # fmt: skip
 COMMAND = Structure(
     "Command",
     "An order without values: "
@@ -269,7 +292,7 @@ EVENT = Structure(
 )
 
 ALL_REPORTS = (
-    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, COMMAND, COMMIT, STREAM, LOCAL_MODEL, EXCITATION,
+    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, LEDGER, COMMAND, COMMIT, STREAM, LOCAL_MODEL, EXCITATION,
     *EFFECTS,
     CURVE_POINTS, TELEMETRY, ACKNOWLEDGEMENT, EVENT,
 )  # fmt: skip

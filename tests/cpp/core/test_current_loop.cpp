@@ -197,7 +197,8 @@ namespace {
 
 /// A coil of 40 ohm and 2.4 H on 12 V, driven by its model for a while.
 struct DrivenCoil {
-  explicit DrivenCoil(float lag_s) : params(make_coil(40, 2.4F, lag_s, 25e-6F, 12)) {}
+  explicit DrivenCoil(float lag_s, float erase_a = 0)
+      : params(make_coil(40, 2.4F, lag_s, 25e-6F, 12, erase_a)) {}
 
   void run(float target_a, double time_s) {
     for (int n = 0; n < static_cast<int>(std::lround(time_s / 25e-6)); ++n) {
@@ -243,4 +244,56 @@ TEST_CASE("a driven coil rises and falls with the whole supply, and not below ze
   CHECK(std::abs(driven.coil.current_a) < 2e-4);
   driven.run(0, 100e-3);
   CHECK(driven.lowest_a > -2e-4);
+}
+
+TEST_CASE("a driven coil that lets go gets a little current backwards, once, and then none") {
+  for (const float lag_s : {0.0F, 30e-3F}) {
+    DrivenCoil driven(lag_s, 15e-3F);
+    const auto let_go = [&](double time_s) {
+      driven.lowest_a = 0;
+      driven.run(0, time_s);
+      return driven.lowest_a;
+    };
+    CHECK(let_go(0.3) == 0.0);  // nothing has flowed yet
+    driven.run(0.2F, 0.3);
+    // From 0.2 A it needs 31 ms with the whole supply; to 15 mA three lags at most. Then it rests
+    // for twice its 60 ms.
+    CHECK(let_go(0.12) > -2e-4);
+    CHECK(let_go(0.12) == doctest::Approx(-15e-3).scale(0).epsilon(0.01));
+    CHECK(std::abs(driven.coil.current_a) < 2e-4);
+    CHECK(let_go(0.1) > -2e-4);
+    // Backwards and back takes two times 3 ms: 15 mA at 5 A/s.
+    driven.run(0.2F, 0.3);
+    int backwards = 0;
+    for (int n = 0; n < 12'000; ++n) {
+      driven.run(0, 25e-6);
+      if (driven.coil.current_a < -1e-4) ++backwards;
+    }
+    CHECK(25e-6 * backwards == doctest::Approx(6e-3).scale(0).epsilon(0.1));
+    // What is asked for less than that leaves nothing worth it.
+    driven.run(0.01F, 0.5);
+    CHECK(let_go(0.3) > -2e-4);
+    // Until then it falls as it shall.
+    driven.run(0.2F, 0.5);
+    driven.run(0, static_cast<double>(lag_s));
+    if (lag_s > 0.0F) {
+      CHECK(driven.coil.current_a == doctest::Approx(0.2 * std::exp(-1.0)).scale(0).epsilon(0.01));
+    }
+    // Asked for again in the middle, it comes at once.
+    driven.run(0.2F, 0.3);
+    for (int n = 0; n < 12'000 && driven.coil.current_a > -5e-3; ++n) driven.run(0, 25e-6);
+    REQUIRE(driven.coil.current_a <= -5e-3);
+    driven.run(0.2F, 0.3);
+    CHECK(driven.coil.current_a == doctest::Approx(0.2).scale(0).epsilon(0.01));
+    // With the bridge off it ends at zero, and is not sent backwards later.
+    for (int n = 0; n < 4000; ++n) release_coil(driven.state, driven.params);
+    driven.coil.current_a = 0.0;
+    CHECK(let_go(0.3) == 0.0);
+    // What is asked for again before it has rested begins the rest anew.
+    driven.run(0.2F, 0.3);
+    driven.run(0, 0.14);
+    driven.run(0.001F, 1e-3);
+    CHECK(let_go(0.1) > -2e-4);
+    CHECK(let_go(0.1) == doctest::Approx(-15e-3).scale(0).epsilon(0.01));
+  }
 }

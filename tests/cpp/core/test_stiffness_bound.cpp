@@ -14,16 +14,20 @@ namespace {
 using namespace torsio::core;
 using doctest::Approx;
 
-/// A bound of 10 N m/rad, and 1 mrad a count: 0.01 N m for each.
+/// A bound of 0.01 N m for each count.
 struct Bench {
   BoundState state;
-  BoundParams params{10.0F, 1.0F / 64, 40};
-  std::uint32_t now = 0;
+  std::uint64_t now = 0;
 
+  Bench() {
+    state.params = {0.01F, 1.0F / 64, 40};
+    set_share(state, 1.0F);
+  }
   double step(double asked_nm, std::int32_t delta_counts, double timed_nm = 0.0) {
-    return static_cast<double>(bound_stiffness(state, params, static_cast<float>(asked_nm),
-                                               static_cast<float>(timed_nm), delta_counts, 1e-3F,
-                                               ++now));
+    ++now;
+    if (follow_swing(state, delta_counts)) judge_swing(state, now);
+    return static_cast<double>(bound_stiffness(state, static_cast<float>(asked_nm),
+                                               static_cast<float>(timed_nm), delta_counts));
   }
   /// Goes so far, a count in each tick.
   void swing(int counts, int sign) {
@@ -39,17 +43,17 @@ TEST_CASE("what rises no steeper than the bound is left alone, either way") {
     for (int n = 1; n <= 5; ++n) {
       CHECK(bench.step(-sign * 0.009 * n, sign) == Approx(-sign * 0.009 * n));
     }
-    CHECK_FALSE(is_bounded(bench.state));
+    CHECK_FALSE(bench.state.bounded);
   }
 }
 
 TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more at rest") {
   for (const int sign : {1, -1}) {
     Bench bench;
-    bench.params.buzz_ticks = 0;  // no swing is one
+    bench.state.params.buzz_ticks = 0;  // no swing is one
     CHECK(bench.step(-sign * 0.1, sign) == Approx(-sign * 0.01));
     CHECK(bench.step(-sign * 0.2, sign) == Approx(-sign * 0.02));
-    CHECK(is_bounded(bench.state));
+    CHECK(bench.state.bounded);
     CHECK(bench.step(-sign * 0.2, 0) == Approx(-sign * 0.02));
     CHECK(bench.step(-sign * 0.2, 1 * sign) == Approx(-sign * 0.03));
     CHECK(bench.step(-sign * 0.1, -sign) == Approx(-sign * 0.02));
@@ -58,7 +62,7 @@ TEST_CASE("what is steeper gets the bound's slope in and out, and nothing more a
     CHECK(bench.step(-sign * 0.05, -3 * sign) == 0.0);
     CHECK(bench.step(-sign * 0.3, 9 * sign) == Approx(-sign * 0.09));
     CHECK(bench.step(-sign * 0.005, -sign) == Approx(-sign * 0.005));
-    CHECK_FALSE(is_bounded(bench.state));
+    CHECK_FALSE(bench.state.bounded);
   }
 }
 
@@ -113,8 +117,9 @@ TEST_CASE("a touch after a while begins anew with the whole bound") {
 }
 
 TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
-  const BoundParams params = make_bound_params({12.0F, StabilityLimit::lag}, 1e-4F);
-  CHECK(params.stiffness_nm_per_rad == Approx(36.0));
+  const BoundParams params =
+      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000));
+  CHECK(params.slope_nm_per_count == Approx(36.0 * 2.0 * 3.14159265358979 / 8192.0));
   CHECK(params.buzz_ticks == 400);
 }
 
@@ -122,7 +127,7 @@ TEST_CASE("a scene that is new comes up whole where the knob is; then its walls 
   ControllerParams params;
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
   params.partition = {Law::motor_only, 0.0F, 10.0F, 0.0F};
-  params.bound = {2.0F, 1.0F / 64, 400};
+  params.bound = {2.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400};
   Scene scene;
   scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, 10.0F, 0.0F};
   scene.active = 1;
@@ -143,11 +148,59 @@ TEST_CASE("a scene that is new comes up whole where the knob is; then its walls 
   }
 }
 
+TEST_CASE("the ordinary tick bounds as the one with everything in it does, to the bit") {
+  ControllerParams params;
+  params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+  params.spring_stiffness_nm_per_rad = 2.873F;
+  params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
+  params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400};
+  Scene scene;
+  scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, 40.0F, 0.0F};
+  scene.active = 1;
+  CHECK_FALSE(plays_in_time(scene));
+  Overlay all;
+  all.bounds = all.ledger = true;
+  Overlay ordinary = all;
+  ordinary.only_bounds = true;
+  ControllerState one;
+  ControllerState other;
+  (void)control(one, params, {0, &scene, &all});
+  (void)control(other, params, {0, &scene, &all});
+  std::uint32_t count = 0;
+  bool bounded = false;
+  for (int n = 0; n < 4000; ++n) {
+    // Fast swings in and out of the wall, with rests.
+    const int phase = n % 60;
+    count += phase < 25 ? 1U : phase < 50 ? 0xFFFFFFFFU : 0U;
+    const auto a = control(one, params, {count, &scene, &all});
+    const auto b = control(other, params, {count, &scene, &ordinary});
+    bounded = bounded || other.bound.bounded;
+    REQUIRE(a.desired_torque_nm == b.desired_torque_nm);
+    REQUIRE(a.motor_command_nm == b.motor_command_nm);
+  }
+  CHECK(bounded);
+  CHECK(other.bound.share < 1.0F);
+  CHECK(one.ledger.motor == other.ledger.motor);
+  CHECK(one.ledger.spring_twice == other.ledger.spring_twice);
+}
+
+TEST_CASE("a torque that is none does not stay in the bound of an ordinary tick either") {
+  for (const float none :
+       {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+        std::numeric_limits<float>::quiet_NaN()}) {
+    Bench bench;
+    CHECK(bench.step(-0.1, 1) == Approx(-0.01));
+    CHECK_FALSE(is_finite(static_cast<float>(bench.step(static_cast<double>(none), 1))));
+    (void)bench.step(-0.005, 1);
+    CHECK(bench.step(-0.005, 1) == Approx(-0.005));
+  }
+}
+
 TEST_CASE("a torque that is none does not stay in the bound") {
   ControllerParams params;
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
   params.partition = {Law::motor_only, 0.0F, 10.0F, 0.0F};
-  params.bound = {2.0F, 1.0F / 64, 400};
+  params.bound = {2.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400};
   ControllerState state;
   LocalModel broken;
   broken.torque_nm = std::numeric_limits<float>::infinity();

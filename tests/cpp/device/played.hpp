@@ -32,10 +32,11 @@ inline void arm_at_once(Rig& rig) {
   REQUIRE(rig.command(protocol::Op::arm) == protocol::Status::ok);
 }
 
-inline protocol::ControlConfig at_once(protocol::Law law) {
+/// A law without a soft start, or with one of so many s, and without a watchdog that matters.
+inline protocol::ControlConfig at_once(protocol::Law law, float passive_ramp_s = 0.0F) {
   protocol::ControlConfig config;
   config.law = law;
-  config.passive_ramp_s = 0.0F;
+  config.passive_ramp_s = passive_ramp_s;
   config.watchdog_s = 60.0F;
   return config;
 }

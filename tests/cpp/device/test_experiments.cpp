@@ -1,12 +1,12 @@
-// Who may begin a bounded experiment, what ends it, and that nothing is left of it afterwards; and
-// what the law calibrated tells of its bound.
-#include <algorithm>
-#include <cmath>
-
+// Who may begin a bounded experiment, what ends it, and that nothing is left of it afterwards.
 #include "device/game/game_rig.hpp"
+#include "device/played.hpp"
 
 using namespace torsio::protocol;
+using torsio::test::at_once;
+using torsio::test::count;
 using torsio::test::GameRig;
+using torsio::test::play;
 using torsio::test::Rig;
 
 namespace {
@@ -23,23 +23,10 @@ Excitation steady(float motor_nm, float duration_s = 0.05F) {
 
 /// Armed, with a scene of 0.01 N m and no soft start.
 void arm(Rig& rig, Law law = Law::motor_only, float motor_slew_nm_per_s = 0.0F) {
-  ControlConfig control;
-  control.law = law;
+  ControlConfig control = at_once(law);
   control.motor_slew_nm_per_s = motor_slew_nm_per_s;
-  control.passive_ramp_s = 0.0F;
-  control.watchdog_s = 60.0F;
   REQUIRE(rig.set(control).ok());
-  Constant constant;
-  constant.torque_nm = 0.01F;
-  REQUIRE(rig.send_status(constant) == Status::ok);
-  REQUIRE(rig.send_status(Commit{1, 0, 1}) == Status::ok);
-  REQUIRE(rig.command(Op::arm) == Status::ok);
-  rig.tick(2);
-}
-
-std::size_t count(const Rig& rig, EventKind kind) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(rig.events, [&](const Event& event) { return event.kind == kind; }));
+  play(rig, 0.01F);
 }
 
 }  // namespace
@@ -165,98 +152,4 @@ TEST_CASE("an experiment ends the streamed model before it, with its deadline") 
   CHECK(rig.state() == State::armed);
   CHECK(rig.outputs.motor_command_nm == doctest::Approx(0.03));
   CHECK(count(rig, EventKind::deadline_missed) == 0);
-}
-
-TEST_CASE("telemetry of the law calibrated tells what is asked, and that less is given") {
-  Rig rig;
-  arm(rig, Law::calibrated);
-  Wall wall;
-  wall.target = {1, 0, 0};
-  wall.stiffness_nm_per_rad = 1000.0F;
-  REQUIRE(rig.send_status(wall) == Status::ok);
-  REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
-  REQUIRE(rig.send_status(Stream{3, 0, 1}) == Status::ok);
-  const auto last = [&] {
-    rig.telemetry.clear();
-    rig.tick(8);
-    REQUIRE_FALSE(rig.telemetry.empty());
-    return rig.telemetry.back();
-  };
-  CHECK((last().flags & flag::bounded) == 0);
-  rig.inputs.encoder_count += 1;
-  const Telemetry told = last();
-  CHECK((told.flags & flag::bounded) != 0);
-  const double step_nm = static_cast<double>(rig.get<Identity>().torque_step_nm);
-  const double asked_nm = -1000.0 * 2.0 * 3.14159265358979 / 8192.0;
-  // A sample holds at the end of its range.
-  CHECK(told.sample[0].desired_torque * step_nm ==
-        doctest::Approx(std::max(asked_nm, -32767 * step_nm)).scale(0).epsilon(0.01));
-  CHECK(std::abs(rig.outputs.motor_command_nm) < 0.05F);
-}
-
-TEST_CASE(
-    "a scene that begins while the knob turns is whole at once, with the law calibrated too") {
-  Rig rig;
-  arm(rig, Law::calibrated);
-  Wall wall;
-  wall.target = {1, 0, 0};
-  wall.stiffness_nm_per_rad = 0.5F;
-  REQUIRE(rig.send_status(wall) == Status::ok);
-  for (int n = 0; n < 100; ++n) {
-    rig.inputs.encoder_count += 1;
-    rig.tick();
-  }
-  REQUIRE(rig.device->receive(encode(Commit{2, 0, 1})));
-  for (int n = 0; n < 3; ++n) {
-    rig.inputs.encoder_count += 1;
-    rig.tick();
-  }
-  REQUIRE(rig.send_status(Stream{3, 0, 1}) == Status::ok);
-  rig.telemetry.clear();
-  rig.tick(8);
-  REQUIRE_FALSE(rig.telemetry.empty());
-  CHECK((rig.telemetry.back().flags & flag::bounded) == 0);
-}
-
-TEST_CASE("a new configuration forgets what buzzed with the old one") {
-  Rig rig;
-  arm(rig, Law::calibrated);
-  REQUIRE(rig.command(Op::disarm) == Status::ok);
-  Spring spring;
-  spring.target = {1, 0, 0};
-  spring.stiffness_nm_per_rad = 1000.0F;
-  spring.torque_limit_nm = 10.0F;
-  const auto begin = [&] {
-    REQUIRE(rig.command(Op::relax) == Status::ok);  // the law makes up for the shaft's spring
-    spring.angle_turns_q32 = rig.get<Clock>().position_counts * (std::int64_t{1} << 32) / 8192;
-    REQUIRE(rig.send_status(spring) == Status::ok);
-    REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
-    REQUIRE(rig.command(Op::arm) == Status::ok);
-    rig.tick(2);
-  };
-  // What it pushes back with a count beside the spring's middle.
-  const auto push_nm = [&] {
-    begin();
-    rig.inputs.encoder_count -= 1;  // as it went last, or it would be a swing
-    rig.tick();
-    const double pushes_nm = std::abs(static_cast<double>(rig.outputs.motor_command_nm));
-    REQUIRE(rig.command(Op::disarm) == Status::ok);
-    return pushes_nm;
-  };
-  const auto buzz = [&] {
-    begin();
-    for (int swing = 0; swing < 12; ++swing) {
-      for (int n = 0; n < 8; ++n) {
-        rig.inputs.encoder_count += swing % 2 == 0 ? 1U : 0xFFFFFFFFU;
-        rig.tick();
-      }
-    }
-    REQUIRE(rig.command(Op::disarm) == Status::ok);
-  };
-  const double whole_nm = push_nm();
-  buzz();
-  CHECK(push_nm() < 0.7 * whole_nm);
-  buzz();
-  REQUIRE(rig.set(rig.get<ControlConfig>()).ok());
-  CHECK(push_nm() == doctest::Approx(whole_nm).scale(0).epsilon(0.01));
 }

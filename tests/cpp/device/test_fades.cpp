@@ -1,6 +1,6 @@
 // How a torque begins and ends: fades, deadlines, the watchdog, and who may begin something when.
-// Each of these lines was once
-// deleted without any other test noticing; tests/mutation has the list.
+// Each of these lines was once deleted without any other test noticing; tests/mutation has the
+// list.
 #include <cstdint>
 
 #include "device/game/game_rig.hpp"
@@ -14,9 +14,7 @@ using torsio::test::Rig;
 
 TEST_CASE("nobody arms while the torque fades, and the fade goes on") {
   Rig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.1F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.1F)).ok());
   play(rig, 0.05F);
   rig.tick(120);
   const float held = rig.outputs.motor_command_nm;
@@ -36,9 +34,7 @@ TEST_CASE("nobody arms while the torque fades, and the fade goes on") {
 TEST_CASE("the motor fades along a line to zero in the configured time, either way") {
   for (const float sign : {1.0F, -1.0F}) {
     Rig rig;
-    ControlConfig config = at_once(Law::motor_only);
-    config.passive_ramp_s = 0.1F;
-    REQUIRE(rig.set(config).ok());
+    REQUIRE(rig.set(at_once(Law::motor_only, 0.1F)).ok());
     play(rig, sign * 0.05F);
     rig.tick(120);
     rig.device->set_connected(false);
@@ -56,9 +52,7 @@ TEST_CASE("the motor fades along a line to zero in the configured time, either w
 
 TEST_CASE("a local model is refused while the torque fades, and does not bring it back") {
   Rig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.1F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.1F)).ok());
   REQUIRE(rig.command(Op::arm) == Status::ok);
   rig.tick(110);
   rig.device->set_connected(false);
@@ -148,9 +142,7 @@ TEST_CASE("an encoder of another resolution empties the scene, the same one keep
 
 TEST_CASE("a scene begins softly each time that the device is armed") {
   Rig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.05F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.05F)).ok());
   play(rig, 0.05F);
   rig.tick(60);
   REQUIRE(rig.outputs.motor_command_nm == 0.05F);
@@ -171,9 +163,7 @@ TEST_CASE("a scene begins softly each time that the device is armed") {
 
 TEST_CASE("arming what is armed is no new beginning") {
   Rig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.05F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.05F)).ok());
   play(rig, 0.05F);
   rig.tick(60);
   rig.events.clear();

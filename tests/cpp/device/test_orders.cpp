@@ -144,9 +144,7 @@ TEST_CASE("a wall pushes out of the side that is solid") {
 
 TEST_CASE("telemetry tells a local model, and a torque that fades") {
   Rig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.05F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.05F)).ok());
   REQUIRE(rig.send_status(Stream{1, 0, 1}) == Status::ok);
   REQUIRE(rig.command(Op::arm) == Status::ok);
   rig.tick(60);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <random>
+#include <utility>
 
 #include "device/power_logic.hpp"
 
@@ -43,7 +45,7 @@ struct Motor {
                      static_cast<std::int32_t>(std::clamp(std::round(steps), 0.0, 4095.0)));
       const double volts = enabled ? supply * static_cast<double>(acting) - emf_v_s * speed : 0.0;
       const double end = enabled ? volts / ohm : 0.0;
-      amperes = enabled ? end + (amperes - end) * decay : 0.0;
+      amperes = end + (amperes - end) * decay;  // flows on when the bridge has let go
       most = std::max(most, std::abs(amperes));
       acting = drive.motor_share;
       if (logic.find_faults(bridge_reports) != 0) return now_s + period_s();
@@ -192,6 +194,116 @@ TEST_CASE("a supply of twice the configured voltage is found out once the motor 
     tolerable.supply = 13.2;
     tolerable.ohm = 2.5 / 1.43;
     CHECK(tolerable.push(0.085, 1.0) < 0.0);
+  }
+}
+
+TEST_CASE("a supply of half the configured voltage is found out once the motor works or turns") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double torque_nm : {0.085, -0.04, 0.014}) {
+      for (const double warmth : {1.0, 1.3}) {
+        CAPTURE(torque_nm);
+        CAPTURE(warmth);
+        Motor motor(board);
+        motor.supply = 6.0;
+        motor.ohm *= warmth;
+        const double found_s = motor.push(torque_nm, 1.0);
+        CHECK(found_s > 0.08);
+        CHECK(found_s < 0.13);
+        CHECK(motor.logic.find_faults(false) == fault::winding);
+        motor.run(0.0, 1e-3);
+        CHECK(motor.logic.find_faults(false) == 0);
+      }
+    }
+    // A motor that is turned makes 0.05 V s of its own, which asks for no current: 0.6 A at 30
+    // rad/s.
+    for (const auto& [speed, tells] : {std::pair{30.0, true}, {-30.0, true}, {20.0, false}}) {
+      Motor turned(board);
+      turned.supply = 6.0;
+      turned.speed = turned.seen_speed = speed;
+      CAPTURE(speed);
+      CHECK((turned.push(0.0, 0.5) > 0.0) == tells);
+    }
+    // Where little flows nothing is said of it, nor where it seems too little for moments only.
+    Motor idle(board);
+    idle.supply = 6.0;
+    CHECK(idle.push(0.011, 0.5) < 0.0);
+    Motor tapping(board);
+    tapping.supply = 6.0;
+    for (int tap = 0; tap < 6; ++tap) {
+      CHECK(tapping.push(0.085, 0.06) < 0.0);
+      CHECK(tapping.push(0.0, 0.05) < 0.0);
+    }
+  }
+}
+
+TEST_CASE("a sensor that shows half the current, or twice, is found out once the motor works") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double gain : {0.5, 2.0}) {
+      CAPTURE(gain);
+      Motor motor(board);
+      motor.sensor = [=](const Motor& now) {
+        return now.zero_steps + gain * (now.honest_steps() - now.zero_steps);
+      };
+      const double found_s = motor.push(0.06, 1.0);
+      CHECK(found_s > 0.0);
+      CHECK(found_s < 0.13);
+      CHECK(motor.logic.find_faults(false) == fault::winding);
+    }
+  }
+}
+
+TEST_CASE("sound parts within their tolerances are believed, whatever is asked of them") {
+  std::mt19937 random(3);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (int n = 0; n < 150; ++n) {
+      Motor motor(board);
+      motor.ohm *= between(0.7, 1.3);
+      motor.henry *= between(0.7, 1.3);
+      motor.emf_v_s *= between(0.9, 1.1);
+      motor.supply *= between(0.9, 1.05);
+      motor.speed = between(-1.0, 1.0) > 0.0 ? between(-120.0, 120.0) : 0.0;
+      motor.seen_speed = motor.speed + between(-2.0, 2.0);
+      const double torque_nm = between(0.0, 0.1);
+      const double hertz = std::exp(between(std::log(0.5), std::log(400.0)));
+      const double offset_nm = between(-0.05, 0.05);
+      CAPTURE(motor.ohm);
+      CAPTURE(motor.henry);
+      CAPTURE(motor.supply);
+      CAPTURE(motor.speed);
+      CAPTURE(torque_nm);
+      CAPTURE(hertz);
+      CAPTURE(offset_nm);
+      double found_s = -1.0;
+      for (double now_s = 0.0; now_s < 0.5 && found_s < 0.0; now_s += 1e-4) {
+        const double wave = std::sin(2 * 3.14159265 * hertz * now_s);
+        found_s =
+            motor.push(offset_nm + torque_nm * (n % 2 == 0 ? wave : (wave > 0 ? 1 : -1)), 0.9e-4);
+      }
+      CHECK(found_s < 0.0);
+    }
+  }
+}
+
+TEST_CASE("what flows on after the power went is not taken for the sensor's zero") {
+  for (const PowerBoard& board : {kFast, kSlow}) {
+    for (const double rest_s : {1e-3, 3e-3, 8e-3, 0.1}) {
+      Motor motor(board);
+      motor.push(0.085, 0.05);
+      motor.run(0.0, rest_s);
+      motor.push(0.05, 0.05);
+      CAPTURE(rest_s);
+      CHECK(motor.amperes == doctest::Approx(1.0).scale(0).epsilon(0.01));
+    }
+    // A zero that has moved is learned nevertheless.
+    Motor drifting(board);
+    drifting.push(0.05, 0.05);
+    drifting.zero_steps += 40.0;  // 0.16 A
+    drifting.run(0.0, 0.3);
+    drifting.push(0.05, 0.05);
+    CHECK(drifting.amperes == doctest::Approx(1.0).scale(0).epsilon(0.01));
   }
 }
 

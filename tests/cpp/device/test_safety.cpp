@@ -149,6 +149,27 @@ TEST_CASE("a jump of more than a quarter of a turn is a fault either way, a quar
   }
 }
 
+TEST_CASE("a device says whether a periodic effect plays: only then may the knob tremble so fast") {
+  Rig rig;
+  REQUIRE(rig.set(at_once(Law::paper)).ok());
+  CHECK_FALSE(rig.device->shakes());
+  play(rig, 0.01F);
+  CHECK_FALSE(rig.device->shakes());
+  Periodic shaking;
+  shaking.target.slot = 1;
+  shaking.frequency_hz = 400.0F;
+  shaking.amplitude_nm = 0.01F;
+  REQUIRE(rig.send_status(shaking) == Status::ok);
+  REQUIRE(rig.send_status(Commit{2, 0, 3}) == Status::ok);
+  CHECK(rig.device->shakes());
+  REQUIRE(rig.send_status(Commit{3, 0, 1}) == Status::ok);
+  CHECK_FALSE(rig.device->shakes());
+  REQUIRE(rig.send_status(Commit{4, 0, 2}) == Status::ok);
+  CHECK(rig.device->shakes());
+  REQUIRE(rig.command(Op::disarm) == Status::ok);
+  CHECK_FALSE(rig.device->shakes());
+}
+
 TEST_CASE("a fault is added to those that are latched, and all are told until they are cleared") {
   Rig rig;
   rig.inputs.emergency_stop = true;

@@ -12,9 +12,7 @@ using torsio::test::Rig;
 
 TEST_CASE("a game cannot begin while the bus is away, nor while the torque fades") {
   GameRig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.1F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.1F)).ok());
   rig.device->set_connected(false);
   rig.tick(2);
   const int block = rig.play_constant(32767);
@@ -93,9 +91,7 @@ TEST_CASE("the user's cap holds a game as it holds a scene") {
 TEST_CASE(
     "a soft start ends at the full torque, of a local model too, and never has an old one in it") {
   Rig rig;
-  ControlConfig config = at_once(Law::motor_only);
-  config.passive_ramp_s = 0.05F;
-  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.set(at_once(Law::motor_only, 0.05F)).ok());
   REQUIRE(rig.command(Op::arm) == Status::ok);
   LocalModel model;
   model.sequence = 1;

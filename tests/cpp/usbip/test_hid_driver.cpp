@@ -12,6 +12,7 @@
 #include <initializer_list>
 #include <set>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -267,6 +268,23 @@ TEST_CASE("driver gives and takes feature reports only, each in its direction") 
   CHECK(bench.setup(0xA1, 0x01, 0x0305, 0, 64));
   CHECK(bench.setup(0x81, 0x06, 0x2200, 0, 64));
   CHECK(stack.control.size() == 2);
+}
+
+TEST_CASE("driver answers a request once, and with nothing of what was asked before") {
+  Bench bench;
+  for (const auto& [kind, number, length] :
+       {std::tuple{0x81, 0x00, 2}, std::tuple{0xA1, 0x02, 1}}) {  // GET_STATUS, GET_IDLE
+    CAPTURE(number);
+    REQUIRE(bench.setup(0xA1, 0x01, 0x0305, 0, 64));
+    stack.control_buffer[0] = stack.control_buffer[1] = 0xEE;
+    CHECK(bench.setup(static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(number), 0, 0, 2));
+    CHECK(stack.control.back() == Bytes(static_cast<std::size_t>(length), 0));
+  }
+  REQUIRE(bench.setup(0x81, 0x06, 0x2200, 0, 64));
+  const std::size_t answers = stack.control.size();
+  CHECK(bench.request(CONTROL_STAGE_DATA, 0x81, 0x06, 0x2200, 0, 64));
+  CHECK(bench.request(CONTROL_STAGE_ACK, 0x81, 0x06, 0x2200, 0, 64));
+  CHECK(stack.control.size() == answers);
 }
 
 TEST_CASE("driver answers for its interfaces only") {

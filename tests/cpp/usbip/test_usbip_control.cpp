@@ -57,6 +57,7 @@ TEST_CASE("every interface says that it has no status, and no other is there to 
   CHECK(rig.client.control_in(setup_packet(0x81, 0, 0, interfaces, 2), 2).status == kStall);
   // Asked the wrong way round, with data to the knob.
   CHECK(rig.client.control_out(setup_packet(0x01, 0, 0, 0, 2), {1, 2}).status == kStall);
+  CHECK(rig.client.control_out(setup_packet(0x01, 0, 0, 0, 0), {}).status == kStall);
 }
 
 TEST_CASE("strings are maker, product and the serial number that was chosen") {

@@ -45,6 +45,8 @@ TEST_CASE("pacer gives one frame a millisecond") {
   Pacer pacer(start);
   CHECK_FALSE(pacer.take(start));
   CHECK(pacer.until_next(start + 400us) == 600us);
+  CHECK(pacer.in_frame(start + 400us) == 400us);
+  CHECK(pacer.in_frame(start + 5ms) == 1ms);
   CHECK(pacer.take(start + 1ms));
   CHECK_FALSE(pacer.take(start + 1ms));
   CHECK(pacer.until_next(start + 1ms) == 1ms);

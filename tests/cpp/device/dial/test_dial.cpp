@@ -170,9 +170,23 @@ TEST_CASE("dial: a torque that would buzz is not given, nor more than the motor 
   // docs/games.md: 0.22 N m/rad at 1 kHz, which a sine reaches in its notch with the n-th part.
   CHECK(most == near_nm(0.22 / 100, 0.02));
   DialRig slow({.detents = 1, .torque_nm = 1.0F});
+  // What it has, and not a sine that is cut off at it.
+  slow.turn_to(683, 50);
+  slow.listen(60);
+  CHECK(slow.outputs.motor_command_nm == near_nm(-0.085 * std::sin(683 * 6.283185307 / 8192)));
   slow.turn_to(2048, 50);
   slow.listen(60);
   CHECK(slow.outputs.motor_command_nm == near_nm(-0.085));
+}
+
+TEST_CASE("dial: without a soft start it is there at once") {
+  DialRig rig;
+  REQUIRE(rig.set(protocol::ControlConfig{.law = protocol::Law::motor_only, .passive_ramp_s = 0.0F})
+              .ok());
+  rig.turn_to(85, 5);
+  rig.listen(2);
+  CHECK(rig.state() == State::armed);
+  CHECK(rig.outputs.motor_command_nm == near_nm(-0.005 * std::sin(24 * 85 * 6.283185307 / 8192)));
 }
 
 TEST_CASE("dial: without torque it turns freely and scrolls all the same") {
@@ -293,6 +307,23 @@ TEST_CASE("dial: a fault takes it away until it is cleared and the knob is turne
   rig.turn_to(230, 5);
   rig.tick(2);
   CHECK(rig.owner() == Owner::dial);
+}
+
+TEST_CASE("dial: what a fault has cut off does not sound in the SDK's scene") {
+  DialRig rig;
+  rig.turn_to(85, 5);
+  rig.listen(60);
+  rig.inputs.emergency_stop = true;
+  rig.tick();
+  rig.inputs.emergency_stop = false;
+  rig.tick(2);
+  REQUIRE(rig.command(Op::clear_fault) == Status::ok);
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  for (int n = 0; n < 100; ++n) {
+    rig.tick();
+    REQUIRE(rig.outputs.motor_command_nm == 0.0F);
+  }
+  CHECK(rig.owner() == Owner::sdk);
 }
 
 TEST_CASE("dial: games get nothing from it, and a game controller is no dial") {

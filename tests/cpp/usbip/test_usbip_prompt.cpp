@@ -1,0 +1,121 @@
+// How old the newest sample of a prompt report is when the host takes it: USB 2.0, 5.7.4, has the
+// host ask once in a frame, and what lies in the endpoint by then is what it gets.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "protocol/axis_samples.hpp"
+#include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
+#include "rig.hpp"
+
+using namespace usbip_test;
+using torsio::protocol::Telemetry;
+
+namespace {
+
+constexpr std::int64_t kTickNs = 100'000;
+constexpr int kTicksPerFrame = 10;
+
+/// A knob that streams promptly, and a host that asks in every frame.
+struct PromptRig {
+  torsio::emulator::usbip::UsbKnob knob{{.control_period_ns = kTickNs, .serial = "RIG-1"}};
+  Client client{knob};
+  bool rounds;  // of the device's main loop behind every tick, as on a board
+
+  PromptRig(std::uint8_t decimation, bool rounds_at_ticks) : rounds(rounds_at_ticks) {
+    client.attach();
+    client.configure();
+    client.submit_in(1, 64);
+    client.submit_out(1, padded({0x12, 1, 0, 0, decimation, 1}, 64));
+    for (int i = 0; i < 10; ++i) (void)frame();
+  }
+
+  /// @returns ticks since the newest sample was taken, if there was one
+  std::optional<std::int64_t> frame() {
+    client.session().frame();
+    std::optional<std::int64_t> age;
+    while (const auto reply = client.reply()) {
+      if (reply->data.empty()) continue;
+      torsio::protocol::ReportBytes bytes{};
+      std::ranges::copy(reply->data, bytes.begin());
+      if (Telemetry report; torsio::protocol::decode(bytes, report).ok()) {
+        const auto newest = static_cast<std::int64_t>(
+            report.tick + (torsio::protocol::samples_of(report.axis_samples) - 1U) *
+                              std::uint64_t{report.decimation});
+        age = knob.device().time_ns() / kTickNs - newest;
+      }
+      client.submit_in(1, 64);
+    }
+    for (int tick = 0; rounds && tick < kTicksPerFrame; ++tick) {
+      knob.go_on(tick * kTickNs + 1);
+      (void)client.get_feature(0x03);  // whatever the stack is asked gives it a round
+    }
+    knob.advance();
+    return age;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a prompt report is filled just before the host asks for it") {
+  for (const bool rounds : {false, true}) {
+    for (const int decimation : {1, 2, 5, 10}) {
+      CAPTURE(rounds);
+      CAPTURE(decimation);
+      PromptRig rig(static_cast<std::uint8_t>(decimation), rounds);
+      // A quarter of a frame, and the tick within which it begins.
+      const int early = rounds ? 3 : 0;
+      for (int frame = 0; frame < 20; ++frame) {
+        const auto age = rig.frame();
+        REQUIRE(age);
+        CHECK(*age <= decimation + early);
+      }
+    }
+  }
+}
+
+TEST_CASE("prompt reports are as new behind an answer that has taken a frame") {
+  for (const bool rounds : {false, true}) {
+    CAPTURE(rounds);
+    PromptRig rig(10, rounds);
+    for (std::uint8_t n = 0; n < 5; ++n) {
+      rig.client.submit_out(1, command(n, kDisarm));
+      int without = 0;
+      for (int frame = 0; frame < 10; ++frame) {
+        const auto age = rig.frame();
+        if (!age) ++without;
+        if (age) CHECK(*age <= 10 + (rounds ? 3 : 0));
+      }
+      CHECK(without == 1);  // the answer's frame
+    }
+  }
+}
+
+TEST_CASE("whoever asks in the middle of a frame gets the clock of that moment") {
+  torsio::emulator::usbip::UsbKnob knob{{.control_period_ns = kTickNs, .serial = "RIG-1"}};
+  Client client{knob};
+  client.attach();
+  client.configure();
+  const auto ticks = [&] {
+    torsio::protocol::ReportBytes bytes{};
+    std::ranges::copy(client.get_feature(0x02).data, bytes.begin());
+    torsio::protocol::Clock clock;
+    REQUIRE(torsio::protocol::decode(bytes, clock).ok());
+    return clock.tick;
+  };
+  const std::uint64_t begin = ticks();
+  knob.go_on(450'000);
+  CHECK(ticks() == begin + 5);  // that of the frame's begin is one
+  knob.go_on(200'000);          // never back
+  CHECK(ticks() == begin + 5);
+  knob.go_on(5'000'000);
+  CHECK(ticks() == begin + 10);
+  knob.advance();
+  CHECK(ticks() == begin + 10);
+  knob.advance();
+  CHECK(ticks() == begin + 20);
+}
