@@ -89,11 +89,16 @@ py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_
   return rows;
 }
 
+const emulator::Electrics& electrics_of(const emulator::Plant& plant) {
+  if (plant.params().electrics) return *plant.params().electrics;
+  throw py::value_error("the plant has no electrics; give it PlantParams(electrics=Electrics())");
+}
+
 /// As plant_record, of a plant with electrics: shares of the supply in place of commands.
 py::tuple plant_record_bridges(emulator::Plant& plant, const Doubles& motor_share,
                                const Doubles& brake_share, const Doubles& enabled,
                                std::int64_t period_ns) {
-  if (!plant.params().electrics) throw py::value_error("the plant has no electrics");
+  const emulator::Electrics& electrics = electrics_of(plant);
   if (motor_share.ndim() != 1 || brake_share.ndim() != 1 || enabled.ndim() != 1 ||
       motor_share.size() != brake_share.size() || motor_share.size() != enabled.size()) {
     throw py::value_error("the shares must have one dimension and the same length");
@@ -104,7 +109,7 @@ py::tuple plant_record_bridges(emulator::Plant& plant, const Doubles& motor_shar
   PlantRow* row = rows.mutable_data();
   std::fill_n(reinterpret_cast<unsigned char*>(row),
               sizeof(PlantRow) * static_cast<std::size_t>(size), static_cast<unsigned char>(0));
-  emulator::Circuit circuit(*plant.params().electrics);
+  emulator::Circuit circuit(electrics);
   for (py::ssize_t i = 0; i < size; ++i) {
     row[i] = plant_row(plant);
     supply_v.mutable_data()[i] = circuit.supply_v();
@@ -124,17 +129,13 @@ class PlantCircuit {
     circuit_.advance(plant_, shares_, duration_ns);
   }
   [[nodiscard]] double current_a(double offset_s) const {
+    if (!std::isfinite(offset_s)) throw py::value_error("offset_s must be finite");
     return circuit_.current_a(plant_) + circuit_.ripple_a(shares_, offset_s);
   }
   [[nodiscard]] ElectricsState state() const { return circuit_.state(plant_); }
   void set_supply(double supply_v) { circuit_.set_supply(supply_v); }
 
  private:
-  static const emulator::Electrics& electrics_of(const emulator::Plant& plant) {
-    if (!plant.params().electrics) throw py::value_error("the plant has no electrics");
-    return *plant.params().electrics;
-  }
-
   emulator::Plant& plant_;
   emulator::Circuit circuit_;
   emulator::BridgeShares shares_;

@@ -475,6 +475,7 @@ void bind_knob(py::module_& module) {
       "state", [](const PyKnob& self) { return told([&] { return self->state(); }); });
   knob.def("info", [](const PyKnob& self) { return to_python(self->info()); });
   knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
+  knob.def("energies", [](const PyKnob& self) { return told([&] { return self->energies(); }); });
   knob.def("limits", [](const PyKnob& self) { return told([&] { return self->limits(); }); });
   knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
   knob.def("clock", [](const PyKnob& self) { return told([&] { return self->clock(); }); });

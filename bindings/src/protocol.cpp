@@ -108,7 +108,11 @@ void from_python(T& value, const py::handle& source, const std::string& path) {
         return;
       }
     }
-    refuse(path, "has no value '" + name + "'");
+    std::string allowed;
+    for (const std::string_view each : names) {
+      allowed += (allowed.empty() ? "'" : ", '") + std::string(each) + "'";
+    }
+    refuse(path, "must be one of " + allowed + ", is '" + name + "'");
   } else {
     scalar_from_python(value, source, path);
   }

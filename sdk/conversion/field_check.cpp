@@ -49,4 +49,13 @@ std::int64_t whole_ns(std::string_view name, double seconds) {
   return std::llround(seconds * 1e9);
 }
 
+void refuse(const BadField& field) {
+  std::string message(field.name);
+  message +=
+      field.is_number ? " is " + number_text(field.value) : " has a value that is not allowed";
+  message += ", allowed are " + number_text(field.low) + " to " + number_text(field.high);
+  if (!field.unit.empty()) message += " " + std::string(field.unit);
+  throw InvalidArgument(message);
+}
+
 }  // namespace torsio

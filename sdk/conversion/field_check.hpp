@@ -38,13 +38,27 @@ Wire whole_number(std::string_view name, std::int64_t value, Wire min, Wire max)
   return static_cast<Wire>(value);
 }
 
+/// A field that a rule of its own forbids, for the sentence that says so.
+struct BadField {
+  std::string_view name;
+  std::string_view unit;
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+  bool is_number = false;
+};
+
+/// @throws InvalidArgument that names the field, its value and its range
+[[noreturn]] void refuse(const BadField& field);
+
 /// @throws InvalidArgument that names the field, its value and its range
 template <class Report>
 void check_fields(const Report& report) {
   const protocol::Verdict verdict = protocol::check(report);
   if (verdict.ok()) return;
 
-  std::string message(protocol::field_name<Report>(verdict.field));
+  BadField bad;
+  bad.name = protocol::field_name<Report>(verdict.field);
   std::uint8_t at = 0;
   const auto look = [&]<class Self, class S>(const Self& self, const S& structure) -> void {
     const auto one = [&](const auto& field) {
@@ -53,20 +67,17 @@ void check_fields(const Report& report) {
       if constexpr (protocol::Structure<Value>) {
         self(self, value);
       } else if (at++ == verdict.field) {
-        const std::string unit = field.unit.empty() ? "" : " " + std::string(field.unit);
-        if constexpr (std::is_arithmetic_v<Value>) {
-          message += " is " + number_text(static_cast<double>(value));
-        } else {
-          message += " has a value that is not allowed";
-        }
-        message += ", allowed are " + number_text(static_cast<double>(field.min)) + " to " +
-                   number_text(static_cast<double>(field.max)) + unit;
+        bad.unit = field.unit;
+        bad.low = static_cast<double>(field.min);
+        bad.high = static_cast<double>(field.max);
+        bad.is_number = std::is_arithmetic_v<Value>;
+        if constexpr (std::is_arithmetic_v<Value>) bad.value = static_cast<double>(value);
       }
     };
     protocol::Layout<S>::fields.apply([&](const auto&... field) { (one(field), ...); });
   };
   look(look, report);
-  throw InvalidArgument(message);
+  refuse(bad);
 }
 
 }  // namespace torsio

@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#ifdef _WIN32
+#ifndef __linux__
 #include <condition_variable>
 #include <mutex>
 #endif
@@ -48,7 +48,7 @@ class DirectoryWatch {
   const std::string prefix_;
   int inotify_ = -1;
   int pipe_[2] = {-1, -1};
-#ifdef _WIN32
+#ifndef __linux__
   std::mutex mutex_;
   std::condition_variable woken_;
   bool wake_ = false;

@@ -12,6 +12,7 @@
 
 #include "connection.hpp"
 #include "conversion/configuration.hpp"
+#include "conversion/energies.hpp"
 #include "conversion/stability.hpp"
 #include "known_boards.hpp"
 #include "limits.hpp"
@@ -244,6 +245,12 @@ Health Knob::health() {
           .saves = health.saves,
           .owner = static_cast<Owner>(health.owner),
           .reset_cause = static_cast<ResetCause>(health.reset_cause)};
+}
+
+Energies Knob::energies() {
+  const auto ledger = impl().session.get<protocol::Ledger>();
+  const DeviceInfo info = impl().info();
+  return conversion::energies(ledger, info.counts_per_rev, info.control_rate_hz);
 }
 
 Limits Knob::limits() {

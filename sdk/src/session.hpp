@@ -247,6 +247,7 @@ class Session {
   std::optional<Disarm> last_disarm_;
   std::uint64_t disarms_ = 0;
   std::uint64_t newest_tick_ = 0;  // of all that the device has sent
+  std::uint64_t said_tick_ = 0;    // of the newest that says the state
   std::vector<std::weak_ptr<Tap>> taps_;
   std::vector<Pending> pending_;
   TelemetryDecoder decoder_;

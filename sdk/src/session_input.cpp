@@ -97,6 +97,13 @@ void Session::dispatch(const protocol::Telemetry& report) {
     newest_tick_ = sample.tick;
   };
   statistics_.samples_lost += decoder_.decode(report, take);
+  // The event may be lost: a computer that reads nothing for a while, because its program was
+  // stopped, keeps what came first.
+  const auto state = static_cast<State>(report.flags & protocol::flag::state_mask);
+  if (state_ == State::armed && state != State::armed && last_tick > said_tick_) {
+    become({state, Owner::none, 0, last_tick},
+           state == State::fault ? DisarmReason::fault : DisarmReason::unknown);
+  }
 }
 
 void Session::dispatch(const protocol::Acknowledgement& answer) {
@@ -159,6 +166,7 @@ void Session::become(const Said& said, DisarmReason why) {
     if (falls) ++disarms_;
   }
   if (said.state != State::armed) fading_.reset();
+  said_tick_ = said.tick;
   state_ = said.state;
   owner_ = said.owner;
 }

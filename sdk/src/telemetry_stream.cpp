@@ -19,8 +19,9 @@ constexpr double kEasySampleRateHz = 900.0 * protocol::samples_per_report;
 // Of one recording, which is held in memory: a day of samples at 1,000 a second, about 6 GB.
 constexpr double kMaxRecordedSamples = 1e8;
 
-// Enough for a loop of a thousand steps a second, and next to nothing to carry.
-constexpr double kPromptSampleRateHz = 1000.0;
+// With a report a frame that has the newest samples: when an answer takes a frame, the next report
+// holds all that is there.
+constexpr double kPromptSampleRateHz = 500.0 * protocol::samples_per_report;
 
 /// Control ticks from sample to sample at the highest rate that is not above `sample_rate_hz`; a
 /// little room for control rates that were computed.
@@ -56,7 +57,9 @@ unsigned TelemetryStream::ticks_per_sample(std::optional<double> rate_hz, bool p
     return static_cast<unsigned>(
         fewest_ticks(control_rate_hz(), prompt ? kPromptSampleRateHz : kEasySampleRateHz));
   }
-  const double highest_hz = std::min(control_rate_hz(), kMaxSampleRateHz);
+  // A prompt report leaves out what it has no room for.
+  const double most_hz = prompt ? control_rate_hz() : kMaxSampleRateHz;
+  const double highest_hz = std::min(control_rate_hz(), most_hz);
   const double lowest_hz = control_rate_hz() / 255.0;
   // The comparison is also false for NaN; a little room for rates that were computed.
   if (!(*rate_hz >= lowest_hz * (1 - 1e-9) && *rate_hz <= highest_hz * (1 + 1e-9))) {
@@ -66,8 +69,7 @@ unsigned TelemetryStream::ticks_per_sample(std::optional<double> rate_hz, bool p
                           "leaves room for answers");
   }
   return static_cast<unsigned>(std::clamp(std::round(control_rate_hz() / *rate_hz),
-                                          fewest_ticks(control_rate_hz(), kMaxSampleRateHz),
-                                          255.0));
+                                          fewest_ticks(control_rate_hz(), most_hz), 255.0));
 }
 
 /// With the lock held.

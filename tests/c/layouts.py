@@ -1,7 +1,8 @@
 """Reads torsio.h as a second reader: its structures as ctypes has them, and its functions.
 
 It knows C's rules of layout from ctypes and nothing of the field lists, the printer or the library.
-``python -m tests.c.layouts > tests/c/interface.txt`` writes down what the interface is.
+``python -m tests.c.layouts > tests/c/released.h`` keeps the header as the one that programs have
+been compiled with.
 """
 
 from __future__ import annotations
@@ -64,11 +65,16 @@ def _structure(name: str, body: str, known: dict[str, Any]) -> type[ctypes.Struc
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
-def read() -> Header:
-    """Read the headers."""
+def whole() -> str:
+    """Return the headers as one, without comments."""
     parts = ("torsio_base.h", "torsio_types.h", "torsio.h")
     text = "\n".join((HEADERS / name).read_text(encoding="utf-8") for name in parts)
-    text = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.S)
+    text = re.sub(r"/\*.*?\*/|//[^\n]*|#include \"[^\n]*", "", text, flags=re.S)
+    return re.sub(r"\s*\n(\s*\n)*", "\n", text.lstrip())
+
+
+def read(text: str) -> Header:
+    """Read a header without comments."""
     known: dict[str, Any] = dict(_SCALARS)
     structures: dict[str, type[ctypes.Structure]] = {}
     for name, body in _STRUCT.findall(text):
@@ -86,18 +92,15 @@ def read() -> Header:
     return Header(structures, functions, numbers)
 
 
-def interface() -> str:
-    """Tell everything that a program which was linked with the library relies on."""
-    header = read()
-    lines = [f"{f.result} {f.name}({', '.join(f.parameters)})" for f in header.functions.values()]
-    for name, structure in header.structures.items():
-        lines.append(f"{name}: {ctypes.sizeof(structure)} bytes")
-        for field, kind, *_ in structure._fields_:
-            place = getattr(structure, field)
-            lines.append(f"  {place.offset} {field}: {kind.__name__.removeprefix('c_')}")
-    lines += [f"{name} = {value}" for name, value in sorted(header.numbers.items())]
+def hollow(text: str) -> str:
+    """Return a C program with the functions of such a header, which do nothing."""
+    lines = [text]
+    for function in read(text).functions.values():
+        listed = ", ".join(function.parameters) or "void"
+        body = "" if function.result == "void" else "return 0;"
+        lines.append(f"{function.result} {function.name}({listed}) {{ {body} }}")
     return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
-    print(interface(), end="")
+    print(whole(), end="")

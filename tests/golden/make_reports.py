@@ -173,6 +173,18 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         },
     ),
     (
+        "ledger",
+        {
+            "tick": 0x0A0B0C0D0E0F1011,
+            "kept": "on",
+            "motor": -0x1213141516171819,
+            "spring_twice": 0x2223242526272829,
+            "spring": -0x32333435,
+            "spring_stiffness_nm_per_rad": 2.875,
+            "bound_nm_per_rad": 66.5,
+        },
+    ),
+    (
         "game_monitor",
         {
             "tick": 0x0807060504030201,

@@ -38,12 +38,20 @@ def test_round_trips_are_compared_with_raw_hidapi() -> None:
     assert (python["median_ratio"], python["goal_median_ratio"]) == (2.0, 1.3)
 
 
+def test_loop_is_held_to_a_frame_and_the_distance_of_two_samples() -> None:
+    ages = bench_usb.Ages([n * 1e-5 for n in range(101)], error_s=2e-4, late_steps=3)
+    line = bench_usb.loop_line("cpp", 2000.0, 0.001, ages)
+    assert (line["age_median_ms"], line["age_p99_ms"], line["goal_age_p99_ms"]) == (0.5, 0.99, 1.5)
+    assert (line["steps"], line["late_steps"], line["age_error_ms"]) == (101, 3, 0.2)
+
+
 @pytest.mark.parametrize(
     "command",
     [
         (str(PROGRAMS / "bench_usb_raw"), "/dev/hidraw250", "1", "1"),
         (str(PROGRAMS / "bench_usb"), "trips", "/dev/hidraw250", "1", "1"),
         (str(PROGRAMS / "bench_usb"), "telemetry", "/dev/hidraw250", "4000", "1"),
+        (str(PROGRAMS / "bench_usb"), "loop", "/dev/hidraw250", "1000", "0.001", "1"),
         (sys.executable, "tests/bench/bench_usb.py", "--device", "/dev/hidraw250"),
     ],
 )

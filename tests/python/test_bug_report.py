@@ -9,7 +9,10 @@ import sys
 import zipfile
 from pathlib import Path
 
+import pytest
+
 import torsio
+from torsio import bug_report, documents
 
 RUN = "import sys; from torsio.__main__ import main; main()"
 
@@ -40,6 +43,8 @@ def test_report_holds_doctor_versions_and_a_recording(tmp_path: Path) -> None:
         for name in ("doctor.json", "versions.json"):
             text = archive.read(name).decode()
             assert str(Path.home()) + "/" not in text
+            assert "file://" not in text
+            assert str(Path(__file__).parents[2]) not in text
             if getpass.getuser() != "root":
                 assert getpass.getuser() not in text
         archive.extract("recording.mcap", tmp_path)
@@ -47,6 +52,15 @@ def test_report_holds_doctor_versions_and_a_recording(tmp_path: Path) -> None:
     assert recorded.whole
     assert len(recorded.telemetry) >= 490
     assert recorded.metadata["versions"]["fingerprint"] == torsio.protocol.fingerprint()
+
+
+def test_links_of_findings_name_no_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(documents.VARIABLE, raising=False)
+    link = documents.entry("clock")
+    assert link.startswith("file:///")  # this package comes from a clone
+    text = bug_report._impersonal(json.dumps({"more": link, "links": [link, "clock"]}))
+    ours = "docs/troubleshooting.md#clock"
+    assert json.loads(text) == {"more": ours, "links": [ours, "clock"]}
 
 
 def test_recording_that_was_made_before_is_taken_as_it_is(tmp_path: Path) -> None:

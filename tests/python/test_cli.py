@@ -207,6 +207,9 @@ def test_demo_follows_the_wall(demo: tuple[Path, dict[str, Any], str]) -> None:
     assert 0 < measures["tracking_rms_out"] <= 0.09
     assert 0 < measures["torque_gap_nm"] < 20e-3
     assert 0 < measures["sensor_rms_nm"] <= 4.5e-3
+    # JNDs of 12.7 % at 60 mN m; a count is 360/8192 degrees in a wall of 25 mN m per degree.
+    assert measures["jnds"]["torque_gap"] == pytest.approx(measures["torque_gap_nm"] / 7.62e-3)
+    assert measures["jnds"]["count_step"] == pytest.approx(25e-3 * 360 / 8192 / 7.62e-3)
     assert measures["final_angle_rad"] < measures["wall_angle_rad"]
     assert measures["left_wall"] is True
     assert measures["samples"] == 2400
@@ -302,6 +305,13 @@ def test_interrupt_has_status_130_and_speaks_of_a_knob_only_if_one_was_open(
     assert result.exit_code == 130
     assert result.stderr == message + "\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_file_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "none" / "a.mcap"
+    result = CliRunner().invoke(app, ["record", str(file), "--device", "emulated"])
+    assert result.exit_code == 1
+    assert result.stderr.endswith(f"torsio: error: {file}: No such file or directory\n")
 
 
 def test_demo_without_arguments_writes_into_out(tmp_path: Path) -> None:

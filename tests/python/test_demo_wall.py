@@ -46,6 +46,7 @@ def visit(*, missing_on_way_out_nm: float = 0.0, gain: float = 1.0) -> wall.Wall
         ),
         samples_lost=0,
         realtime_factor=1.0,
+        counts_per_rev=8192,
     )
 
 

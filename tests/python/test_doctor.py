@@ -398,7 +398,9 @@ def test_command_examines_the_emulated_knob_and_its_status_is_its_verdict() -> N
     # A busy machine may slow round trips and clock; never anything else.
     for finding in report["findings"]:
         assert finding["ok"] or finding["check"] in {"clock", "round_trip"}
-        assert set(finding) == {"check", "ok", "text", "advice", "values", "more"}
+        assert set(finding) == {
+            *("check", "ok", "text", "advice", "values", "faults", "more", "links")
+        }
     assert verdict["ok"] is report["ok"] is all(f["ok"] for f in report["findings"])
     assert result.returncode == (0 if verdict["ok"] else 1)
     values = {finding["check"]: finding["values"] for finding in report["findings"]}

@@ -71,13 +71,25 @@ def test_brake_with_hysteresis_follows_its_coils_current_with_a_play() -> None:
     coil_nm, held_nm = 0.0, 0.0
     expected = []
     for share in brake:
-        expected.append(held_nm)
+        expected.append(abs(held_nm))
         end_nm = COIL_NM_PER_A * share * VOLT / COIL_OHM
         coil_nm = end_nm + (coil_nm - end_nm) * math.exp(-period_s / lag_s)
-        held_nm = max(0.0, np.clip(held_nm, abs(coil_nm) - half_nm, abs(coil_nm) + half_nm))
+        held_nm = float(np.clip(held_nm, coil_nm - half_nm, coil_nm + half_nm))
     # Where the current changes its sign the play is crossed within a period.
     np.testing.assert_allclose(rows["brake_capacity_nm"] - 2e-3, expected, rtol=0, atol=2e-5)
     assert max(expected) == pytest.approx(COIL_NM_PER_A * 0.3 * VOLT / COIL_OHM - half_nm, rel=0.3)
+
+
+def test_little_current_backwards_takes_away_what_a_brake_with_hysteresis_has_kept() -> None:
+    half_nm = 5e-3
+    play = torsio.BrakeHysteresis(half_width_nm=half_nm)
+    plant = Plant(PlantParams(electrics=STIFF, brake_hysteresis=play), step_ns=25_000)
+    back = half_nm / COIL_NM_PER_A * COIL_OHM / VOLT  # the share that holds so much backwards
+    n = 24_000  # 0.6 s, ten times the coil's lag
+    rows, _ = driven(plant, 0.0, np.repeat([0.3, 0.0, -back, 0.0], n), n=4 * n)
+    held_nm = rows["brake_capacity_nm"] - 2e-3
+    assert held_nm[2 * n - 1] == pytest.approx(half_nm, rel=1e-3)
+    assert held_nm[-1] == pytest.approx(0.0, abs=1e-3 * half_nm)
 
 
 @pytest.mark.parametrize("period_s", [25e-6, 400e-6])
@@ -156,6 +168,8 @@ def test_circuit_refuses_what_it_cannot_do() -> None:
         circuit.advance(25_000, motor_share=1.1)
     with pytest.raises(torsio.InvalidArgument, match="duration_ns"):
         circuit.advance(0)
+    with pytest.raises(ValueError, match="offset_s must be finite"):
+        circuit.current_a(np.nan)
 
 
 def test_supply_sags_to_what_its_resistance_leaves() -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 TREE = Path(__file__).parents[2]
@@ -16,9 +18,20 @@ PROMISED = {
     "feel_a_wall": "pushed back with 4",  # 50 mN m less friction
     "learn_a_wall": "the law compensated: -0.",
     "stream_local_model": "0 models refused",
+    "stream_to_lsl": " samples of angle_rad, desired_torque_nm",
 }
 # Shorter than by itself.
-ARGUMENTS = {"learn_a_wall": ["2"]}
+ARGUMENTS = {"learn_a_wall": ["2"], "stream_to_lsl": ["emulated", "0.1"]}
+
+
+@pytest.fixture(autouse=True)
+def quiet_lsl(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the Lab Streaming Layer stay on this machine and say nothing of how it does."""
+    config = tmp_path / "lsl_api.cfg"
+    config.write_text(
+        "[lab]\nKnownPeers = {127.0.0.1}\n[multicast]\nResolveScope = machine\n[log]\nlevel = -3\n"
+    )
+    monkeypatch.setenv("LSLAPICFG", str(config))
 
 
 def test_every_example_is_known() -> None:
@@ -46,3 +59,47 @@ def test_detents_tells_milliseconds_that_come_to_its_recording() -> None:
     assert len(stays_ms) >= 6
     # It records 3.2 s; each line is rounded to a millisecond.
     assert sum(stays_ms) == pytest.approx(3200, abs=len(stays_ms) + 5)
+
+
+LISTENER = """
+import json, pylsl
+(info,) = pylsl.resolve_byprop("name", "torsio", timeout=60.0)
+inlet = pylsl.StreamInlet(info)
+inlet.open_stream(timeout=60.0)
+print("listening", flush=True)
+rows, stamps = [], []
+while len(rows) < 500:
+    new, times = inlet.pull_chunk(timeout=1.0)
+    rows += new
+    stamps += times
+channel = inlet.info(timeout=10.0).desc().child("channels").first_child()
+labels = []
+while not channel.empty():
+    labels.append((channel.child_value("label"), channel.child_value("unit")))
+    channel = channel.next_sibling()
+print(json.dumps([labels, rows, stamps]))
+"""
+
+
+def test_stream_has_the_wall_and_the_distances_of_the_device() -> None:
+    """Seen by another program through LSL's own library."""
+    example = TREE / "examples/python/stream_to_lsl.py"
+    begin = [sys.executable, "-W", "error"]
+    sender = [*begin, str(example), "emulated", "60"]
+    with subprocess.Popen(sender, stdout=subprocess.DEVNULL) as sending:
+        try:
+            told = subprocess.run(
+                [*begin, "-c", LISTENER], stdout=subprocess.PIPE, text=True, timeout=120, check=True
+            ).stdout
+        finally:
+            sending.kill()
+    labels, rows, stamps = json.loads(told.splitlines()[-1])
+    assert labels[:2] == [["angle_rad", "rad"], ["desired_torque_nm", "N m"]]
+    log = np.array(rows)
+    assert np.diff(stamps) == pytest.approx(1e-3, abs=1e-9)
+    # A wall of 1 N m/rad at 0.1 rad, by its definition.
+    # Telemetry tells torques in steps of some 10 uN m.
+    wall_nm = -np.maximum(log[:, 0] - 0.1, 0.0)
+    inside = log[:, 0] > 0.1
+    assert log[inside, 1] == pytest.approx(wall_nm[inside], abs=1.5e-5)
+    assert np.all(log[log[:, 0] < 0.1, 1] == 0.0)

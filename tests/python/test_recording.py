@@ -19,6 +19,7 @@ from mcap.reader import make_reader
 from pyarrow import parquet
 
 import torsio
+from tests.recordings import check_recording, counts_in_foxglove
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
@@ -81,6 +82,22 @@ def test_other_programs_find_times_and_schemas_in_it(knob: torsio.Knob, tmp_path
     # Device time laid on the host's clock: half a second from end to end, from about now on.
     assert messages[-1][2].log_time - first.log_time == pytest.approx(0.5e9, rel=0.02)
     assert before_ns < first.log_time < before_ns + 60e9
+
+
+def test_every_message_of_every_topic_is_as_its_schema_says(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    options = torsio.EmulatorOptions(log_inputs=True)
+    with torsio.open("emulated", emulator=options) as knob, knob.record_to(file) as recording:
+        knob.play([WALL, torsio.Curve(span_rad=1.0, torque_nm=[0.0, 0.01, 0.0])])
+        knob.update(law="calibrated")
+        knob.arm()
+        knob.sleep(0.2)
+        recording.note("mark", participant=7, sizes=[1, 2.5], none=None)
+        knob.emulator.set_emergency_stop(pressed=True)
+        knob.sleep(0.2)
+    counts = check_recording(file)
+    assert counts.keys() >= {"telemetry", "events", "device_events", "reports", "inputs"}
+    assert counts_in_foxglove(file) == counts
 
 
 def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path) -> None:

@@ -134,6 +134,32 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
         torsio.replay(file, lawn=1)
     with pytest.raises(torsio.InvalidArgument, match="beta is 7"):
         torsio.replay(file, beta=7)
+    with pytest.raises(torsio.InvalidArgument, match=r"law is 'foo': .* one of 'paper', 'comp"):
+        torsio.replay(file, law="foo")
+
+
+def test_torn_recording_is_the_same_as_far_as_its_inputs_reach(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Each message goes to the disk by itself, so that the file may be torn behind any of them.
+    monkeypatch.setattr("torsio.recording._FLUSH_S", -1.0)
+    file = tmp_path / "x.mcap"
+    options = _options(log_inputs=True)
+    with torsio.open("emulated", emulator=options) as knob, knob.record_to(file):
+        knob.play(WALL)
+        knob.arm()
+        for _ in range(4):
+            knob.sleep(0.1)
+    whole = file.read_bytes()
+    lengths = set()
+    for end in range(len(whole) // 4, len(whole), len(whole) // 16):
+        file.write_bytes(whole[:end])
+        torn = torsio.load(file)
+        assert torn.inputs
+        replayed = torsio.replay(torn)
+        assert replayed.first_difference == ""
+        lengths.add(len(replayed.replayed))
+    assert len(lengths) >= 3
 
 
 def test_counts_in_the_telemetry_are_enough_for_a_replay(tmp_path: Path) -> None:

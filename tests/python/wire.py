@@ -111,6 +111,12 @@ REPORTS = {
             "Q tick, B owner, B paused, B enabled, H gain, h torque, I updates, B effects, "
             + _GAME_EFFECTS,
         ),
+        _report(
+            "ledger",
+            0x09,
+            "Q tick, B kept, q motor, q spring_twice, i spring, f spring_stiffness_nm_per_rad, "
+            "f bound_nm_per_rad",
+        ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
         _report("stream", 0x12, "H sequence, B axis, B decimation, B prompt"),
@@ -208,6 +214,7 @@ ENUMERATORS = {
         *("excitation_over", "excitation_stopped"),
     ),
     "paused": ("off", "on"),
+    "kept": ("off", "on"),
     "join_updates": ("off", "on"),
     "personality": ("game_controller", "dial"),
     "dial_use": ("wheel", "pan", "volume"),

@@ -55,6 +55,8 @@ def _impersonal(text: str) -> str:
     for name, word in names.items():
         if len(name) > 1 and name != "root":
             text = re.sub(rf"\b{re.escape(name)}\b", word, text)
+    # The links of findings lead to the documents of this computer.
+    text = re.sub(r"file://[^\"\s]*/(docs/)", r"\1", text)
     return re.sub(r"/\S*/(torsio/\S*)", r"\1", text)
 
 

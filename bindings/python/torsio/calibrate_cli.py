@@ -46,7 +46,7 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
     """Print what was found, what has drifted, and what is proposed."""
     found: calibration.Calibration = measured["calibration"]
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("quantity", "value +- standard uncertainty", "what it is"):
+    for heading in ("quantity", "value +- standard uncertainty", "to a finger", "what it is"):
         table.add_column(heading)
     for row in report.lines(found):
         table.add_row(*row)
@@ -59,12 +59,12 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
             highlight=False,
         )
         for drift in measured["changed"]:
-            out.print(f"  {drift.name}: {drift.before:.4g} -> {drift.now:.4g}", highlight=False)
+            out.print(f"  {report.change(drift.name, drift.before, drift.now)}", highlight=False)
     proposed = report.changes(knob.actuator_config(), found.actuator)
     if proposed:
         out.print("\nproposed for the actuator's configuration:", highlight=False)
     for name, old, new in proposed:
-        out.print(f"  {name}: {old:.4g} -> {new:.4g}", highlight=False)
+        out.print(f"  {report.change(name, old, new)}", highlight=False)
 
 
 def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:

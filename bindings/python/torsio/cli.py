@@ -118,13 +118,25 @@ def doctor_command(
             help="Path, serial number, or 'emulated'; every real knob unless given.",
         ),
     ] = "",
+    quick: Annotated[
+        bool,
+        typer.Option(
+            "--quick",
+            help="Calibrate quickly as well: has anything drifted? The knob of --device turns.",
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Check the knobs, and say what to do about what is wrong.
 
-    The exit status is 0 only if all is well. It takes three seconds a knob and leaves it as it is.
+    The exit status is 0 only if all is well. It takes three seconds a knob and leaves it as it is;
+    with --quick ten more, in which the knob turns by itself: take your hand off.
     """
+    if quick and not device:
+        raise typer.BadParameter("it turns a knob: name it with --device", param_hint="--quick")
     reports = doctor.diagnose(device)
+    if quick and reports[0].reaches_knob:
+        reports[0].findings.append(doctor.examine_drift(device))
     ok = all(report.ok for report in reports)
     if as_json:
         print_json({"ok": ok, "reports": [report.as_dict() for report in reports]})
@@ -147,7 +159,8 @@ def _print_report(report: doctor.Report) -> None:
         table.add_row(verdict, finding.check.replace("_", " "), Text(finding.text))
         if finding.advice:
             table.add_row("", "", Text(f"-> {finding.advice}"))
-            table.add_row("", "", Text(f"   more in {finding.more}", style="dim"))
+            for link in finding.links:
+                table.add_row("", "", Text(f"   more in {link}", style=f"dim link {link}"))
     out.print(table)
 
 

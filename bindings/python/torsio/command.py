@@ -64,8 +64,12 @@ def plainly(command: Callable[P, T]) -> Callable[P, T]:
         except KeyboardInterrupt:
             err.print("torsio: interrupted", highlight=False)
             raise typer.Exit(130) from None
-        except (torsio.Error, wall.WallNotReachedError, output.OutputError, OSError) as error:
+        except (torsio.Error, wall.WallNotReachedError, output.OutputError) as error:
             complain(str(error))
+            raise typer.Exit(1) from None
+        except OSError as error:
+            named = error.filename is not None and error.strerror is not None
+            complain(f"{error.filename}: {error.strerror}" if named else str(error))
             raise typer.Exit(1) from None
 
     return run

@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 import torsio
+from torsio import perception
 from torsio.command import AsJson, Device, choose, complain, err, is_emulated, opened, out, plainly
 from torsio.demos import output, wall
 from torsio.extras import how_to_install
@@ -118,50 +119,66 @@ def _run_with_progress(knob: torsio.Knob, say: Console) -> wall.WallVisit:
 
 def _print_measures(measures: wall.WallMeasures, say: Console) -> None:
     stiffness = measures.wall_stiffness_nm_per_rad * 1e3 * math.pi / 180
+    jnds = {name: perception.text(value) for name, value in measures.jnds().items()}
     table = Table(box=None, pad_edge=False, header_style="bold")
     table.add_column("what")
     table.add_column("value", justify="right")
+    table.add_column("to a finger", justify="right")
     table.add_column("in plain words")
-    table.add_row("wall", f"{stiffness:.1f} mN·m/deg", "how fast the torque grows inside it")
+    table.add_row("wall", f"{stiffness:.1f} mN·m/deg", "", "how fast the torque grows inside it")
     table.add_row(
-        "peak torque", f"{1e3 * measures.peak_torque_nm:.1f} mN·m", "how hard it was pressed"
+        "peak torque", f"{1e3 * measures.peak_torque_nm:.1f} mN·m", "", "how hard it was pressed"
     )
     table.add_row(
         "tracking, way in",
         f"{100 * measures.tracking_rms_in:.1f} %",
+        jnds["tracking_in"],
         _verdict(measures.tracking_rms_in, wall.GOOD_TRACKING_IN),
     )
     table.add_row(
         "tracking, way out",
         f"{100 * measures.tracking_rms_out:.1f} %",
+        jnds["tracking_out"],
         _verdict(measures.tracking_rms_out, wall.GOOD_TRACKING_OUT),
     )
     table.add_row(
         "torque gap",
         f"{1e3 * measures.torque_gap_nm:.1f} mN·m",
+        jnds["torque_gap"],
         "most that was missing while the brake let go",
     )
     if measures.sensor_rms_nm is not None:
         table.add_row(
             "sensor error",
             f"{1e3 * measures.sensor_rms_nm:.1f} mN·m",
+            jnds["sensor"],
             "sensed against true torque of the shaft, RMS",
         )
+    step_nm = perception.count_step_nm(measures.wall_stiffness_nm_per_rad, measures.counts_per_rev)
+    table.add_row(
+        "one count",
+        f"{1e3 * step_nm:.1f} mN·m",
+        jnds["count_step"],
+        f"step of the torque from count to count; {measures.counts_per_rev} a turn",
+    )
     table.add_row(
         "left the wall",
         f"{math.degrees(measures.final_angle_rad):.1f} deg",
+        "",
         "yes, nothing stuck" if measures.left_wall else "no: the knob is still in the wall",
     )
     table.add_row(
         "samples",
         f"{measures.samples}",
+        "",
         "none lost" if measures.samples_lost == 0 else f"{measures.samples_lost} lost",
     )
     table.add_row(
-        "speed", f"{measures.realtime_factor:.3g} x", "seconds of the knob in a second of yours"
+        "speed", f"{measures.realtime_factor:.3g} x", "", "seconds of the knob in a second of yours"
     )
     say.print()
     say.print(table, highlight=False)
+    say.print(f"1 JND: {perception.MEANING}", highlight=False)
     say.print(
         "\n[bold]Not as it should be:[/bold] see the rows above."
         if measures.shortcomings()

@@ -2,7 +2,7 @@
 
 Facts are gathered in `torsio.doctor_facts`; small functions, one for each matter, turn facts into
 findings: about the system in `torsio.doctor_linux` and `torsio.doctor_windows`, about the knob in
-`torsio.doctor_knob`.
+`torsio.doctor_knob`. What moves the knob is in `torsio.doctor_drift`, and done only when asked for.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from typing import Any
 
 import torsio
 from torsio import doctor_facts, doctor_windows
+from torsio.doctor_drift import check_drift
 from torsio.doctor_facts import Permission, UsbKnob
 from torsio.doctor_knob import KNOB_CHECKS
 from torsio.doctor_linux import check_driver, check_permission, check_usb
 from torsio.errors import Error
 from torsio.findings import Finding
 
-__all__ = ["Finding", "Report", "diagnose"]
+__all__ = ["Finding", "Report", "diagnose", "examine_drift"]
 
 
 @dataclass(frozen=True)
@@ -36,9 +37,17 @@ class Report:
         """All is well."""
         return all(finding.ok for finding in self.findings)
 
+    @property
+    def reaches_knob(self) -> bool:
+        """The knob was opened, and told of itself."""
+        return any(finding.check == "firmware" for finding in self.findings)
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        findings = [{**asdict(finding), "more": finding.more} for finding in self.findings]
+        findings = [
+            {**asdict(finding), "more": finding.more, "links": finding.links}
+            for finding in self.findings
+        ]
         return {"device": self.device, "ok": self.ok, "findings": findings}
 
 
@@ -71,6 +80,15 @@ def examine_device(selector: str, **options: Any) -> Iterator[Finding]:
         return
     for check in KNOB_CHECKS:
         yield check(facts)
+
+
+def examine_drift(selector: str) -> Finding:
+    """Open a knob that nobody touches, and see whether anything has drifted."""
+    try:
+        with torsio.open(selector) as knob:
+            return check_drift(knob)
+    except Error as error:
+        return check_failure(error)
 
 
 def _examine_plugged_in(knob: UsbKnob, permission: Permission) -> Report:

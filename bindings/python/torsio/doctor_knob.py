@@ -70,6 +70,7 @@ def check_state(facts: KnobFacts) -> Finding:
         "the knob gives no torque: " + "; ".join(found),
         "; ".join(advice) + " (knob.clear_fault())",
         values,
+        tuple(fault for fault in health.faults if fault in FAULT_ADVICE),
     )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from torsio.documents import entry
+
 __all__ = ["Finding"]
 
 
@@ -21,8 +23,15 @@ class Finding:
     """What to do; empty if `ok`."""
     values: dict[str, Any] = field(default_factory=dict)
     """The figures behind it, SI units."""
+    faults: tuple[str, ...] = ()
+    """Faults that have entries of their own."""
 
     @property
     def more(self) -> str:
-        """Where there is more to read, in the project; empty if `ok`."""
-        return "" if self.ok else f"docs/troubleshooting.md#{self.check}"
+        """Where there is more to read, on the site or in a clone; empty if `ok`."""
+        return "" if self.ok else entry(self.check)
+
+    @property
+    def links(self) -> list[str]:
+        """All entries: the faults', and that of the finding itself."""
+        return [] if self.ok else [*map(entry, self.faults), self.more]

@@ -24,6 +24,7 @@ from torsio.records import (
     Clock,
     DeviceInfo,
     Disarm,
+    Energies,
     Event,
     GameEffect,
     GameStatus,
@@ -123,6 +124,13 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def health(self) -> Health:
         """Ask the device for its state, faults and counters."""
         return Health(**self._knob.health())
+
+    def energies(self) -> Energies:
+        """Tell what motor, brake and shaft have done to the knob, if the law is ``"calibrated"``.
+
+        And how stiff a wall is rendered now; docs/theory.md, "No wall that buzzes".
+        """
+        return Energies(**self._knob.energies())
 
     def limits(self) -> Limits:
         """Tell the most that the device gives, and whether it is held low until confirmed."""

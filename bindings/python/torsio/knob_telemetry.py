@@ -39,7 +39,8 @@ class KnobTelemetry:
         prompt
             Have the device report in every frame, a millisecond, the newest samples that are there,
             at most 4, instead of full reports: for loops that use `latest`. Without a rate this is
-            1,000 Hz.
+            2,000 Hz. The rate may be the control rate then, for the newest tick that there is;
+            above 4,000 Hz what a report has no room for is left out, and counted as lost.
 
         Returns
         -------

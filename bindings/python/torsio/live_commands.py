@@ -15,7 +15,9 @@ from rich.text import Text
 
 import torsio
 from torsio.command import Device, choose, err, opened, out, plainly
+from torsio.documents import entry
 from torsio.extras import how_to_install
+from torsio.statuses import FAULT_ADVICE
 
 __all__ = ["add_to", "monitor_table"]
 
@@ -43,7 +45,11 @@ def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> Render
     table.add_column(min_width=14, justify="right")
     table.add_column()
     style = {"armed": "bold green", "fault": "bold red"}.get(health.state, "bold")
-    table.add_row("state", Text(health.state, style=style), Text(", ".join(health.faults)))
+    table.add_row("state", Text(health.state, style=style), "")
+    for fault in health.faults:
+        words = Text(f"{fault}: {FAULT_ADVICE.get(fault, 'update the library')}")
+        words.append(f"\nmore in {entry(fault)}", style=f"dim link {entry(fault)}")
+        table.add_row("fault", "", words)
     if len(samples):
         newest = samples[-1]
         table.add_row("angle", f"{math.degrees(newest['angle_rad']):.2f} deg", "")
@@ -56,6 +62,13 @@ def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> Render
         ):
             value = float(newest[name])
             table.add_row(title, f"{1e3 * value:.1f} mN·m", _bar(value))
+    energies = knob.energies()
+    if energies.kept:
+        told = ("motor", energies.motor_j), ("felt", energies.felt_j), ("brake", energies.brake_j)
+        table.add_row(
+            "energy", "", ", ".join(f"{name} {1e3 * value:+.2f} mJ" for name, value in told)
+        )
+        table.add_row("stiffest now", f"{energies.bound_nm_per_rad:.1f} N·m/rad", "")
     table.add_row("samples", f"{statistics.samples_received}", f"{statistics.samples_lost} lost")
     table.add_row("longest tick", f"{1e6 * health.tick_time_max_s:.1f} us", "")
     return table

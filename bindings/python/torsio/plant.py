@@ -241,6 +241,16 @@ class PlantParams(PlantMethods):
         Part: spring and brake. Without it knob and brake are one rigid body and the brake never
         engages, for what needs none, such as the law motor_only; it saves about half of the plant's
         time. The parts below, but for cogging, need it.
+    shaft_hardening
+        Part: the spring has knees.
+    brake_hysteresis
+        Part: play in the brake.
+    belt
+        Part: the belt stretches.
+    cogging
+        Part: the motor cogs.
+    electrics
+        Part: windings, bridges, supply, sensor.
     """
 
     _: KW_ONLY

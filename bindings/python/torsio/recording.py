@@ -55,7 +55,13 @@ def _schema(topic: str) -> dict[str, Any]:
         name: _JSON_TYPES[TELEMETRY_DTYPE[name].kind] for name in _COLUMNS
     }
     columns = {name: {"type": type} for name, type in types.items()}
-    return {"type": "object", "title": f"torsio.{topic}", "properties": columns}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"torsio.{topic}",
+        "type": "object",
+        "properties": columns,
+        "required": list(columns),
+    }
 
 
 def _plain(value: Any) -> Any:

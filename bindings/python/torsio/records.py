@@ -12,6 +12,7 @@ __all__ = [
     "Clock",
     "DeviceInfo",
     "Disarm",
+    "Energies",
     "Event",
     "GameEffect",
     "GameStatus",
@@ -35,6 +36,10 @@ class ListedDevice:
     ----------
     path
         What open() takes.
+    serial
+        Serial number.
+    product
+        As its maker calls it.
     board
         Empty if the device could not be asked.
     transport
@@ -59,18 +64,28 @@ class DeviceInfo:
     ----------
     path
         What open() takes.
+    serial
+        Serial number.
+    product
+        As its maker calls it.
     board
         "pico2", "emulated", ...
     firmware_version
         "major.minor.patch".
     transport
         "hid", "emulated" or "own", a transport that the program brings.
+    protocol_version
+        Of the reports.
     fingerprint
         Of the report layouts, the same as the library's.
+    axes
+        Actuators that it has.
     effects
         Places in a scene.
     curve_points
         Shared by all curves of a scene.
+    control_rate_hz
+        Ticks in a second.
     counts_per_rev
         Of the encoder.
     torque_step_nm
@@ -124,6 +139,8 @@ class Health:
 
     Attributes
     ----------
+    state
+        Whether it makes torque.
     faults
         Names of the latched faults: "over_speed", ...
     reports_accepted
@@ -162,6 +179,42 @@ class Health:
 
 
 @dataclass(frozen=True)
+class Energies:
+    """What the law `calibrated` has counted since it was chosen.
+
+    What the motor gave is felt, stored or taken by the brake.
+
+    Attributes
+    ----------
+    tick
+        Of this moment: control periods since power-up.
+    time_s
+        Tick times the control period.
+    kept
+        The law keeps count; else all stand still.
+    motor_j
+        Given to the knob by the motor.
+    felt_j
+        Given to the knob by motor and shaft together, which a hand feels.
+    stored_j
+        In the shaft's spring now.
+    brake_j
+        Taken by the brake.
+    bound_nm_per_rad
+        The stiffest that is rendered now, found out from the knob's swings; 0: no bound.
+    """
+
+    tick: int
+    time_s: float
+    kept: bool
+    motor_j: float
+    felt_j: float
+    stored_j: float
+    brake_j: float
+    bound_nm_per_rad: float
+
+
+@dataclass(frozen=True)
 class Limits:
     """The most that the device gives, by its configuration as it is now.
 
@@ -193,6 +246,8 @@ class StableStiffness:
 
     Attributes
     ----------
+    stiffness_nm_per_rad
+        The stiffest such spring.
     limited_by
         What to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder.
     """
@@ -282,12 +337,20 @@ class LinkStatistics:
 
     Attributes
     ----------
+    reports_sent
+        To the device.
+    reports_received
+        From the device.
     reports_undecodable
         Damaged on the way, and ignored.
+    samples_received
+        Of telemetry.
     samples_lost
         Never arrived, or not read before the ring was full.
     events_lost
         Not taken before there were 1,024 of them.
+    local_models_refused
+        By the device.
     last_refusal
         Of a local model, in words.
     """
@@ -336,6 +399,8 @@ class Disarm:
 
     Attributes
     ----------
+    reason
+        Why it went.
     faults
         Names of the faults that were latched then.
     tick

@@ -271,6 +271,12 @@ def _compare(
     if not recorded.inputs:
         # Nobody knows who had asked for those before the first that was asked for in the recording.
         missing = missing[missing >= min(samples, default=0)]
+    told = [content for _, sent, content in recorded.reports if not sent]
+    if recorded.inputs and not recorded.whole:
+        # Torn: what the device had done is there for longer than what it had been given.
+        end = max(samples, default=0)
+        missing = missing[missing <= end]
+        told = [content for content in told if protocol.decode(content)[1]["tick"] <= end]
     if len(missing):
         found.append((int(missing[0]), "telemetry: recorded, and not sent now"))
     for name in _OUTPUTS:
@@ -279,7 +285,6 @@ def _compare(
             i = unequal[0]
             text = f"telemetry: {name} {before[name][i]} recorded, {after[name][i]} now"
             found.append((int(before["tick"][i]), text))
-    told = [content for _, sent, content in recorded.reports if not sent]
     compared, difference = _compare_answers(told, answers)
     if difference:
         found.append(difference)

@@ -14,7 +14,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
 import torsio
-from torsio import stability
+from torsio import perception, stability
 from torsio.command import AsJson, Device, err, opened, out, plainly
 from torsio.config import ActuatorConfig, ControlConfig
 from torsio.extras import how_to_install
@@ -103,9 +103,16 @@ def stability_command(
         save_figure(found, predicted, told, title, picture)
         say.print(f"picture  {picture}", highlight=False, markup=False, soft_wrap=True)
     stable = found.stable_to_nm_per_rad
+    step_nm = perception.count_step_nm(told.stiffness_nm_per_rad, actuator.counts_per_rev)
+    count_step = {
+        "torque_nm": step_nm,
+        "jnds": perception.torque_jnds(step_nm),
+        "one_jnd_nm_per_rad": perception.smooth_stiffness_nm_per_rad(actuator.counts_per_rev),
+    }
     if as_json:
         values = {
             "stable_stiffness": asdict(told),
+            "count_step": count_step,
             "law": control.law,
             "control_rate_hz": rate_hz,
             "stiffness_nm_per_rad": found.stiffness_nm_per_rad.tolist(),
@@ -123,6 +130,12 @@ def stability_command(
         f"told     springs up to {told.stiffness_nm_per_rad:.3g} N m/rad come to rest, "
         f"{stability.LIMITS[told.limited_by]}", highlight=False,
     )  # fmt: skip
+    say.print(
+        f"finger   there one count is {1e3 * step_nm:.2g} mN m, "
+        f"{perception.text(count_step['jnds'])}; one JND up to "
+        f"{count_step['one_jnd_nm_per_rad']:.3g} N m/rad at {actuator.counts_per_rev} counts",
+        highlight=False,
+    )
     for damping, upto in zip(found.damping_nm_s_per_rad, stable, strict=True):
         most_tried = "or more " if upto == found.stiffness_nm_per_rad[-1] else ""
         damper = f"with a damper of {1e3 * damping:.2f} mN m s/rad" if damping else "alone"

@@ -117,6 +117,8 @@ TORSIO_API torsio_result torsio_knob_last_disarm(torsio_knob* knob, torsio_disar
 /// The latched faults as the device says now: TORSIO_FAULT_...
 TORSIO_API torsio_result torsio_knob_faults(torsio_knob* knob, uint32_t* faults);
 TORSIO_API torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health);
+/// What motor, brake and shaft have done to the knob, if the law is TORSIO_LAW_CALIBRATED.
+TORSIO_API torsio_result torsio_knob_energies(torsio_knob* knob, torsio_energies* energies);
 /// The most that the device gives now, and whether it is held low until its parts are confirmed.
 TORSIO_API torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits);
 TORSIO_API torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* clock);
@@ -175,9 +177,9 @@ TORSIO_API torsio_result torsio_knob_load_defaults(torsio_knob* knob);  ///< onl
 // Telemetry --------------------------------------------------------------------------------------
 
 /// Starts telemetry, or changes its rate, and forgets what was not read.
-/// @param rate_hz      highest rate wanted; 0: the highest up to 3,600 Hz
-/// @param prompt       every millisecond the newest samples, for loops that use
-///                     torsio_knob_latest()
+/// @param rate_hz      highest rate wanted; 0: the highest up to 3,600 Hz, or 2,000 if prompt
+/// @param prompt       every millisecond the newest samples, up to the control rate, for loops that
+///                     use torsio_knob_latest()
 /// @param true_rate_hz the rate that it has; may be NULL
 TORSIO_API torsio_result torsio_knob_start_telemetry(torsio_knob* knob, double rate_hz, bool prompt,
                                                      double* true_rate_hz);

@@ -193,7 +193,7 @@ enum {
 enum {
   TORSIO_FAULT_EMERGENCY_STOP = 1 << 0,  ///< the input is open or pressed
   TORSIO_FAULT_OVER_SPEED = 1 << 1,      ///< faster than speed_limit_rad_s
-  TORSIO_FAULT_ENCODER = 1 << 2,         ///< a jump that no knob can make
+  TORSIO_FAULT_ENCODER = 1 << 2,         ///< a jump that no knob can make, or a dead channel
   TORSIO_FAULT_ACTUATOR = 1 << 3,        ///< the power stage reports an error
   TORSIO_FAULT_OVERRUN = 1 << 4,         ///< ticks were missed or took too long
   TORSIO_FAULT_NUMERIC = 1 << 5,         ///< the control law gave no finite torque
@@ -781,15 +781,15 @@ typedef struct torsio_plant_params {
   /// engages, for what needs none, such as the law motor_only; it saves about half of the plant's
   /// time. The parts below, but for cogging, need it; at first true
   bool spring_and_brake;
-  /// NULL: without
+  /// part: the spring has knees; NULL: without
   const torsio_shaft_hardening* shaft_hardening;
-  /// NULL: without
+  /// part: play in the brake; NULL: without
   const torsio_brake_hysteresis* brake_hysteresis;
-  /// NULL: without
+  /// part: the belt stretches; NULL: without
   const torsio_belt* belt;
-  /// NULL: without
+  /// part: the motor cogs; NULL: without
   const torsio_cogging* cogging;
-  /// NULL: without
+  /// part: windings, bridges, supply, sensor; NULL: without
   const torsio_electrics* electrics;
 } torsio_plant_params;
 TORSIO_API torsio_result torsio_plant_params_init(torsio_plant_params* structure);
@@ -798,7 +798,9 @@ TORSIO_API torsio_result torsio_plant_params_init(torsio_plant_params* structure
 typedef struct torsio_listed_device {
   /// what open() takes
   char path[TORSIO_TEXT_BYTES];
+  /// serial number
   char serial[TORSIO_TEXT_BYTES];
+  /// as its maker calls it
   char product[TORSIO_TEXT_BYTES];
   /// empty if the device could not be asked
   char board[TORSIO_TEXT_BYTES];
@@ -813,7 +815,9 @@ typedef struct torsio_device_info {
   uint32_t struct_size;  ///< bytes of a torsio_device_info
   /// what open() takes
   char path[TORSIO_TEXT_BYTES];
+  /// serial number
   char serial[TORSIO_TEXT_BYTES];
+  /// as its maker calls it
   char product[TORSIO_TEXT_BYTES];
   /// "pico2", "emulated", ...
   char board[TORSIO_TEXT_BYTES];
@@ -821,14 +825,17 @@ typedef struct torsio_device_info {
   char firmware_version[TORSIO_TEXT_BYTES];
   /// "hid", "emulated" or "own", a transport that the program brings
   char transport[TORSIO_TEXT_BYTES];
+  /// of the reports
   uint16_t protocol_version;
   /// of the report layouts, the same as the library's
   uint32_t fingerprint;
+  /// actuators that it has
   int32_t axes;
   /// places in a scene
   int32_t effects;
   /// shared by all curves of a scene
   int32_t curve_points;
+  /// ticks in a second
   double control_rate_hz;
   /// of the encoder
   uint32_t counts_per_rev;
@@ -856,7 +863,7 @@ TORSIO_API torsio_result torsio_clock_init(torsio_clock* structure);
 /// State and counters of the device since its power-up.
 typedef struct torsio_health {
   uint32_t struct_size;  ///< bytes of a torsio_health
-  /// a torsio_state
+  /// a torsio_state: whether it makes torque
   int32_t state;
   /// TORSIO_FAULT_...: the latched faults
   uint32_t faults;
@@ -881,6 +888,29 @@ typedef struct torsio_health {
 } torsio_health;
 TORSIO_API torsio_result torsio_health_init(torsio_health* structure);
 
+/// What the law `calibrated` has counted since it was chosen. What the motor gave is felt, stored
+/// or taken by the brake.
+typedef struct torsio_energies {
+  uint32_t struct_size;  ///< bytes of a torsio_energies
+  /// of this moment: control periods since power-up
+  uint64_t tick;
+  /// tick times the control period
+  double time_s;
+  /// the law keeps count; else all stand still
+  bool kept;
+  /// given to the knob by the motor
+  double motor_j;
+  /// given to the knob by motor and shaft together, which a hand feels
+  double felt_j;
+  /// in the shaft's spring now
+  double stored_j;
+  /// taken by the brake
+  double brake_j;
+  /// the stiffest that is rendered now, found out from the knob's swings; 0: no bound
+  double bound_nm_per_rad;
+} torsio_energies;
+TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
+
 /// The most that the device gives, by its configuration as it is now.
 typedef struct torsio_limits {
   uint32_t struct_size;  ///< bytes of a torsio_limits
@@ -901,6 +931,7 @@ TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);
 /// How stiff a spring can be that a knob swings in and still comes to rest.
 typedef struct torsio_stable_stiffness {
   uint32_t struct_size;  ///< bytes of a torsio_stable_stiffness
+  /// the stiffest such spring
   double stiffness_nm_per_rad;
   /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
   char limited_by[TORSIO_TEXT_BYTES];
@@ -948,15 +979,19 @@ typedef struct torsio_game_effect {
 /// Counters of this end of the cable, since the knob was opened.
 typedef struct torsio_link_statistics {
   uint32_t struct_size;  ///< bytes of a torsio_link_statistics
+  /// to the device
   uint64_t reports_sent;
+  /// from the device
   uint64_t reports_received;
   /// damaged on the way, and ignored
   uint64_t reports_undecodable;
+  /// of telemetry
   uint64_t samples_received;
   /// never arrived, or not read before the ring was full
   uint64_t samples_lost;
   /// not taken before there were 1,024 of them
   uint64_t events_lost;
+  /// by the device
   uint64_t local_models_refused;
   /// of a local model, in words
   char last_refusal[TORSIO_TEXT_BYTES];
@@ -984,7 +1019,7 @@ TORSIO_API torsio_result torsio_event_init(torsio_event* structure);
 /// How the torque went the last time.
 typedef struct torsio_disarm {
   uint32_t struct_size;  ///< bytes of a torsio_disarm
-  /// a torsio_disarm_reason
+  /// a torsio_disarm_reason: why it went
   int32_t reason;
   /// TORSIO_FAULT_...: the faults that were latched then
   uint32_t faults;

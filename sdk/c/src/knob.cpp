@@ -164,6 +164,10 @@ torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health) {
   return torsio::c::get(knob, health, "torsio_health", &torsio::Knob::health);
 }
 
+torsio_result torsio_knob_energies(torsio_knob* knob, torsio_energies* energies) {
+  return torsio::c::get(knob, energies, "torsio_energies", &torsio::Knob::energies);
+}
+
 torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits) {
   return torsio::c::get(knob, limits, "torsio_limits", &torsio::Knob::limits);
 }

@@ -148,6 +148,9 @@ torsio_result torsio_clock_init(torsio_clock* structure) {
 torsio_result torsio_health_init(torsio_health* structure) {
   return torsio::c::init<torsio::Health>(structure);
 }
+torsio_result torsio_energies_init(torsio_energies* structure) {
+  return torsio::c::init<torsio::Energies>(structure);
+}
 torsio_result torsio_limits_init(torsio_limits* structure) {
   return torsio::c::init<torsio::Limits>(structure);
 }

@@ -739,6 +739,19 @@ inline torsio_health to_c([[maybe_unused]] const Health& from) {
   to.reset_cause = static_cast<std::int32_t>(from.reset_cause);
   return to;
 }
+inline torsio_energies to_c([[maybe_unused]] const Energies& from) {
+  torsio_energies to{};
+  to.struct_size = sizeof(torsio_energies);
+  to.tick = from.tick;
+  to.time_s = from.time_s;
+  to.kept = from.kept;
+  to.motor_j = from.motor_j;
+  to.felt_j = from.felt_j;
+  to.stored_j = from.stored_j;
+  to.brake_j = from.brake_j;
+  to.bound_nm_per_rad = from.bound_nm_per_rad;
+  return to;
+}
 inline torsio_limits to_c([[maybe_unused]] const Limits& from) {
   torsio_limits to{};
   to.struct_size = sizeof(torsio_limits);

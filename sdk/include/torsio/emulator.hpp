@@ -18,17 +18,18 @@ namespace torsio {
 /// The device configuration that describes `plant`: a device that was calibrated perfectly.
 [[nodiscard]] TORSIO_EXPORT ActuatorConfig matching_config(const PlantParams& plant);
 
+/// What an emulated knob is like, who holds it, and what is recorded of it.
 struct EmulatorOptions {
   std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
   double control_rate_hz = 1000.0;  ///< 1,000 to 20,000
-  PlantParams plant{};
-  Hand hand = NoHand{};
+  PlantParams plant{};              ///< what it is made of
+  Hand hand = NoHand{};             ///< who holds it
   std::string serial{};  ///< at most 16 ASCII characters; empty: derived from the device's name
   /// Configuration at power-up in place of what the device has stored, or of its defaults.
   std::optional<ActuatorConfig> actuator{};
-  std::optional<ControlConfig> control{};
-  std::optional<BoardConfig> board{};  ///< a plant with electrics has use for it
-  std::optional<GameConfig> game{};
+  std::optional<ControlConfig> control{};  ///< the same
+  std::optional<BoardConfig> board{};      ///< a plant with electrics has use for it
+  std::optional<GameConfig> game{};        ///< the same
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.
@@ -40,17 +41,17 @@ struct EmulatorOptions {
 
 /// Something that entered an emulated device; emulator/device_input.hpp says what there is.
 struct DeviceInput {
-  std::uint64_t tick = 0;  ///< control ticks that had run before it
-  std::string kind{};
-  std::vector<std::uint8_t> bytes{};
+  std::uint64_t tick = 0;             ///< control ticks that had run before it
+  std::string kind{};                 ///< what it is
+  std::vector<std::uint8_t> bytes{};  ///< what it says
 };
 
 /// Damage to reports on the way, as probabilities per report.
 struct LinkFaults {
-  double drop_output = 0.0;  ///< host to device
-  double corrupt_output = 0.0;
-  double drop_input = 0.0;  ///< device to host
-  double corrupt_input = 0.0;
+  double drop_output = 0.0;     ///< host to device
+  double corrupt_output = 0.0;  ///< a bit of it is another
+  double drop_input = 0.0;      ///< device to host
+  double corrupt_input = 0.0;   ///< a bit of it is another
 };
 
 /// The game interface of an emulated knob, for the tests of those who talk to it: reports as bytes,
@@ -115,8 +116,8 @@ class TORSIO_EXPORT Emulator {
   virtual void unplug() = 0;
 
   // Faults of the device's world.
-  virtual void set_emergency_stop(bool pressed) = 0;
-  virtual void set_actuator_fault(bool present) = 0;
+  virtual void set_emergency_stop(bool pressed) = 0;  ///< the button, which stays as it is
+  virtual void set_actuator_fault(bool present) = 0;  ///< of the power stage, by its own word
   /// What the current sensor shows from now on.
   /// @throws Error unless the plant has electrics
   virtual void set_current_sensor(CurrentSensorState state) = 0;
@@ -125,8 +126,9 @@ class TORSIO_EXPORT Emulator {
   virtual void set_supply(double supply_v) = 0;
   virtual void freeze_encoder(bool frozen) = 0;        ///< the counter stands still
   virtual void jump_encoder(std::int32_t counts) = 0;  ///< the counter is wrong from now on
-  virtual void skip_ticks(
-      std::uint32_t count) = 0;  ///< the control loop comes that many ticks late
+  /// The control loop comes that many ticks late.
+  virtual void skip_ticks(std::uint32_t count) = 0;
+  /// Damages reports from now on.
   virtual void set_link_faults(const LinkFaults& faults) = 0;
   /// The next save loses power after so many bytes of its slot: the device vanishes.
   virtual void cut_power_in_next_save(std::uint32_t after_bytes) = 0;

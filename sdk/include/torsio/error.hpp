@@ -24,6 +24,7 @@ class TORSIO_EXPORT Error : public std::runtime_error {
       const noexcept {
     return samples_;
   }
+  /// For the library, which knows what it had.
   void keep_samples(std::shared_ptr<const std::vector<TelemetrySample>> samples) noexcept {
     samples_ = std::move(samples);
   }
@@ -65,6 +66,7 @@ class TORSIO_EXPORT ProtocolMismatch : public Error {
 /// The device said no. What plays goes on.
 class TORSIO_EXPORT Refused : public Error {
  public:
+  /// For the library; the arguments are what the members below give.
   Refused(const std::string& message, std::string status, std::string report, std::string field,
           std::string reason = {})
       : Error(message),
@@ -93,6 +95,7 @@ class TORSIO_EXPORT Refused : public Error {
 /// The torque went while Knob::record() had been told that it must stay. Recorder and device go on.
 class TORSIO_EXPORT Disarmed : public Error {
  public:
+  /// For the library.
   Disarmed(const std::string& message, std::string reason)
       : Error(message), reason_(std::move(reason)) {}
 

@@ -456,8 +456,8 @@ struct Fields<ListedDevice> {
   static constexpr std::string_view name = "ListedDevice";
   static constexpr std::tuple list{
       field("path", &ListedDevice::path, "", -kNoLimit, kNoLimit, "what open() takes"),
-      field("serial", &ListedDevice::serial, "", -kNoLimit, kNoLimit, ""),
-      field("product", &ListedDevice::product, "", -kNoLimit, kNoLimit, ""),
+      field("serial", &ListedDevice::serial, "", -kNoLimit, kNoLimit, "serial number"),
+      field("product", &ListedDevice::product, "", -kNoLimit, kNoLimit, "as its maker calls it"),
       field("board", &ListedDevice::board, "", -kNoLimit, kNoLimit,
             "empty if the device could not be asked"),
       field("transport", &ListedDevice::transport, "", -kNoLimit, kNoLimit,
@@ -471,21 +471,23 @@ struct Fields<DeviceInfo> {
   static constexpr std::string_view name = "DeviceInfo";
   static constexpr std::tuple list{
       field("path", &DeviceInfo::path, "", -kNoLimit, kNoLimit, "what open() takes"),
-      field("serial", &DeviceInfo::serial, "", -kNoLimit, kNoLimit, ""),
-      field("product", &DeviceInfo::product, "", -kNoLimit, kNoLimit, ""),
+      field("serial", &DeviceInfo::serial, "", -kNoLimit, kNoLimit, "serial number"),
+      field("product", &DeviceInfo::product, "", -kNoLimit, kNoLimit, "as its maker calls it"),
       field("board", &DeviceInfo::board, "", -kNoLimit, kNoLimit, "\"pico2\", \"emulated\", ..."),
       field("firmware_version", &DeviceInfo::firmware_version, "", -kNoLimit, kNoLimit,
             "\"major.minor.patch\""),
       field("transport", &DeviceInfo::transport, "", -kNoLimit, kNoLimit,
             "\"hid\", \"emulated\" or \"own\", a transport that the program brings"),
-      field("protocol_version", &DeviceInfo::protocol_version, "", -kNoLimit, kNoLimit, ""),
+      field("protocol_version", &DeviceInfo::protocol_version, "", -kNoLimit, kNoLimit,
+            "of the reports"),
       field("fingerprint", &DeviceInfo::fingerprint, "", -kNoLimit, kNoLimit,
             "of the report layouts, the same as the library's"),
-      field("axes", &DeviceInfo::axes, "", -kNoLimit, kNoLimit, ""),
+      field("axes", &DeviceInfo::axes, "", -kNoLimit, kNoLimit, "actuators that it has"),
       field("effects", &DeviceInfo::effects, "", -kNoLimit, kNoLimit, "places in a scene"),
       field("curve_points", &DeviceInfo::curve_points, "", -kNoLimit, kNoLimit,
             "shared by all curves of a scene"),
-      field("control_rate_hz", &DeviceInfo::control_rate_hz, "", -kNoLimit, kNoLimit, ""),
+      field("control_rate_hz", &DeviceInfo::control_rate_hz, "", -kNoLimit, kNoLimit,
+            "ticks in a second"),
       field("counts_per_rev", &DeviceInfo::counts_per_rev, "", -kNoLimit, kNoLimit,
             "of the encoder"),
       field("torque_step_nm", &DeviceInfo::torque_step_nm, "", -kNoLimit, kNoLimit,
@@ -509,7 +511,7 @@ template <>
 struct Fields<Health> {
   static constexpr std::string_view name = "Health";
   static constexpr std::tuple list{
-      field("state", &Health::state, "", -kNoLimit, kNoLimit, ""),
+      field("state", &Health::state, "", -kNoLimit, kNoLimit, "whether it makes torque"),
       field("faults", &Health::faults, "", -kNoLimit, kNoLimit,
             "names of the latched faults: \"over_speed\", ..."),
       field("reports_accepted", &Health::reports_accepted, "", -kNoLimit, kNoLimit,
@@ -528,6 +530,25 @@ struct Fields<Health> {
             "how often the configuration was saved, ever"),
       field("owner", &Health::owner, "", -kNoLimit, kNoLimit, "who has the actuator"),
       field("reset_cause", &Health::reset_cause, "", -kNoLimit, kNoLimit, "why the device started"),
+  };
+};
+template <>
+struct Fields<Energies> {
+  static constexpr std::string_view name = "Energies";
+  static constexpr std::tuple list{
+      field("tick", &Energies::tick, "", -kNoLimit, kNoLimit,
+            "of this moment: control periods since power-up"),
+      field("time_s", &Energies::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
+      field("kept", &Energies::kept, "", -kNoLimit, kNoLimit,
+            "the law keeps count; else all stand still"),
+      field("motor_j", &Energies::motor_j, "", -kNoLimit, kNoLimit,
+            "given to the knob by the motor"),
+      field("felt_j", &Energies::felt_j, "", -kNoLimit, kNoLimit,
+            "given to the knob by motor and shaft together, which a hand feels"),
+      field("stored_j", &Energies::stored_j, "", -kNoLimit, kNoLimit, "in the shaft's spring now"),
+      field("brake_j", &Energies::brake_j, "", -kNoLimit, kNoLimit, "taken by the brake"),
+      field("bound_nm_per_rad", &Energies::bound_nm_per_rad, "", -kNoLimit, kNoLimit,
+            "the stiffest that is rendered now, found out from the knob's swings; 0: no bound"),
   };
 };
 template <>
@@ -551,7 +572,7 @@ struct Fields<StableStiffness> {
   static constexpr std::string_view name = "StableStiffness";
   static constexpr std::tuple list{
       field("stiffness_nm_per_rad", &StableStiffness::stiffness_nm_per_rad, "", -kNoLimit, kNoLimit,
-            ""),
+            "the stiffest such spring"),
       field("limited_by", &StableStiffness::limited_by, "", -kNoLimit, kNoLimit,
             "what to better for more: \"rate\" of the control, \"lag\" of the motor, \"counts\" of "
             "the encoder"),
@@ -595,17 +616,20 @@ template <>
 struct Fields<LinkStatistics> {
   static constexpr std::string_view name = "LinkStatistics";
   static constexpr std::tuple list{
-      field("reports_sent", &LinkStatistics::reports_sent, "", -kNoLimit, kNoLimit, ""),
-      field("reports_received", &LinkStatistics::reports_received, "", -kNoLimit, kNoLimit, ""),
+      field("reports_sent", &LinkStatistics::reports_sent, "", -kNoLimit, kNoLimit,
+            "to the device"),
+      field("reports_received", &LinkStatistics::reports_received, "", -kNoLimit, kNoLimit,
+            "from the device"),
       field("reports_undecodable", &LinkStatistics::reports_undecodable, "", -kNoLimit, kNoLimit,
             "damaged on the way, and ignored"),
-      field("samples_received", &LinkStatistics::samples_received, "", -kNoLimit, kNoLimit, ""),
+      field("samples_received", &LinkStatistics::samples_received, "", -kNoLimit, kNoLimit,
+            "of telemetry"),
       field("samples_lost", &LinkStatistics::samples_lost, "", -kNoLimit, kNoLimit,
             "never arrived, or not read before the ring was full"),
       field("events_lost", &LinkStatistics::events_lost, "", -kNoLimit, kNoLimit,
             "not taken before there were 1,024 of them"),
       field("local_models_refused", &LinkStatistics::local_models_refused, "", -kNoLimit, kNoLimit,
-            ""),
+            "by the device"),
       field("last_refusal", &LinkStatistics::last_refusal, "", -kNoLimit, kNoLimit,
             "of a local model, in words"),
   };
@@ -629,7 +653,7 @@ template <>
 struct Fields<Disarm> {
   static constexpr std::string_view name = "Disarm";
   static constexpr std::tuple list{
-      field("reason", &Disarm::reason, "", -kNoLimit, kNoLimit, ""),
+      field("reason", &Disarm::reason, "", -kNoLimit, kNoLimit, "why it went"),
       field("faults", &Disarm::faults, "", -kNoLimit, kNoLimit,
             "names of the faults that were latched then"),
       field("tick", &Disarm::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),

@@ -14,14 +14,16 @@ namespace torsio {
 
 /// A knob was plugged in or pulled out.
 struct DeviceEvent {
+  /// Which of the two.
   enum class Kind : std::uint8_t { arrived, departed };
 
-  Kind kind;
+  Kind kind;  ///< what happened
   /// As list_devices() has it, but without `board`: the device is not opened, so that a watch never
   /// gets into the way of who opens it.
   ListedDevice device;
 };
 
+/// What a watch tells, and when.
 struct WatchOptions {
   /// Report the knobs that are there already as arrivals, first of all.
   bool include_present = true;
@@ -41,6 +43,7 @@ struct WatchOptions {
 /// Every member may be called from any thread.
 class TORSIO_EXPORT DeviceWatch {
  public:
+  /// Gets one event after the other.
   using Callback = std::function<void(const DeviceEvent&)>;
 
   /// Keeps the events for next().

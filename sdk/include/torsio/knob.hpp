@@ -49,16 +49,16 @@ class TORSIO_EXPORT Steps {
   /// For a loop that only `break` or an exception ends.
   class Iterator {
    public:
-    explicit Iterator(Steps& steps) : steps_(&steps) {}
-    Step operator*() const { return steps_->wait(); }
-    Iterator& operator++() { return *this; }
-    bool operator==(std::default_sentinel_t) const { return false; }
+    explicit Iterator(Steps& steps) : steps_(&steps) {}  ///< see begin()
+    Step operator*() const { return steps_->wait(); }    ///< as wait()
+    Iterator& operator++() { return *this; }             ///< the next one is asked for by `*`
+    bool operator==(std::default_sentinel_t) const { return false; }  ///< it has no end
 
    private:
     Steps* steps_;
   };
-  Iterator begin() { return Iterator(*this); }
-  static std::default_sentinel_t end() { return {}; }
+  Iterator begin() { return Iterator(*this); }         ///< for `for`
+  static std::default_sentinel_t end() { return {}; }  ///< for `for`
 
  private:
   friend class Knob;
@@ -74,6 +74,7 @@ class TORSIO_EXPORT Steps {
 /// All knobs that are plugged in, and the emulated one, which is always last, if this build has it.
 [[nodiscard]] TORSIO_EXPORT std::vector<ListedDevice> list_devices();
 
+/// How a knob is opened.
 struct OpenOptions {
   /// What an emulated knob is like. With a selector that means real hardware they are an error.
   std::optional<EmulatorOptions> emulator{};
@@ -128,16 +129,17 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] static Knob open(std::unique_ptr<Transport> transport,
                                  const OpenOptions& options = {});
 
-  Knob(Knob&&) noexcept;
-  Knob& operator=(Knob&&) noexcept;
-  ~Knob();  ///< as close()
+  Knob(Knob&&) noexcept;             ///< the one that is moved from is closed then
+  Knob& operator=(Knob&&) noexcept;  ///< the same; what it had is closed first
+  ~Knob();                           ///< as close()
 
   /// Disarms, unless the device was told to be autonomous, and lets go of it. May be called twice.
   void close() noexcept;
-  [[nodiscard]] bool is_open() const noexcept;
+  [[nodiscard]] bool is_open() const noexcept;  ///< false from close() on
 
   // What it is -------------------------------------------------------------------------------
 
+  /// Who it is and what it can do.
   [[nodiscard]] DeviceInfo info() const;
   /// As last heard of; costs nothing. @throws Closed
   [[nodiscard]] State state() const;
@@ -145,11 +147,16 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] std::optional<Disarm> last_disarm() const;
   /// Names of the latched faults as the device says now: "over_speed", ...
   [[nodiscard]] std::vector<std::string> faults();
+  /// State and counters, as the device says now.
   [[nodiscard]] Health health();
+  /// What motor, brake and shaft have done to the knob, if the law is `calibrated`; and how stiff
+  /// a wall is rendered now. docs/theory.md, "No wall that buzzes".
+  [[nodiscard]] Energies energies();
   /// The most that the device gives now, and whether it is held low until its parts are confirmed.
   [[nodiscard]] Limits limits();
-  [[nodiscard]] Clock clock();
-  [[nodiscard]] double position_rad();
+  [[nodiscard]] Clock clock();          ///< Time and position now, both exact.
+  [[nodiscard]] double position_rad();  ///< The angle now, from the device's zero.
+  /// What went over this end of the cable since the knob was opened, and what was lost.
   [[nodiscard]] LinkStatistics statistics() const;
   /// How stiff a spring its parts can render, by the configuration that the device has: beyond it
   /// the knob may swing for ever in a spring or wall, at full torque, unless the law is
@@ -176,14 +183,14 @@ class TORSIO_EXPORT Knob {
   void stop();         ///< Torque off, and the scene is emptied.
   void zero();         ///< This position becomes angle 0. @throws Refused (not_disarmed)
   void relax();        ///< The shaft is known to be relaxed now. @throws Refused (not_disarmed)
-  void clear_fault();  ///< @throws Refused (fault_persists)
+  void clear_fault();  ///< The fault is over; disarmed then. @throws Refused (fault_persists)
 
   /// Plays a scene in place of the one before, all of it from the same tick on. Returns when the
   /// device has it.
   /// @throws InvalidArgument that names effect, field, value and range, before anything is sent;
   ///         Refused; either way the old scene goes on
   void play(const Scene& scene);
-  void play(const Effect& effect) { play(Scene{effect}); }
+  void play(const Effect& effect) { play(Scene{effect}); }  ///< A scene of one effect.
 
   /// Sends a local model and does not wait for the device. If state() is not armed nothing is sent;
   /// what the device refuses later only counts, in statistics().
@@ -212,10 +219,10 @@ class TORSIO_EXPORT Knob {
 
   // Configuration ----------------------------------------------------------------------------
 
-  [[nodiscard]] ActuatorConfig actuator_config();
-  [[nodiscard]] ControlConfig control_config();
-  [[nodiscard]] BoardConfig board_config();
-  [[nodiscard]] GameConfig game_config();
+  [[nodiscard]] ActuatorConfig actuator_config();  ///< What the device has: the actuator as built,
+  [[nodiscard]] ControlConfig control_config();    ///< how it controls,
+  [[nodiscard]] BoardConfig board_config();        ///< how it is wired,
+  [[nodiscard]] GameConfig game_config();          ///< what games may do.
   /// Sets a whole configuration: fields that were left at their defaults take these, whatever the
   /// device had. To change some and keep the rest there is update(). Another counts_per_rev also
   /// empties the scene; a board's wiring takes effect when the device starts the next time, if it
@@ -223,17 +230,17 @@ class TORSIO_EXPORT Knob {
   /// @throws InvalidArgument that names the field, also for a pin with two jobs; Refused
   ///         (not_disarmed)
   void configure(const ActuatorConfig& config);
-  void configure(const ControlConfig& config);
-  void configure(const BoardConfig& config);
-  void configure(const GameConfig& config);
+  void configure(const ControlConfig& config);  ///< As above.
+  void configure(const BoardConfig& config);    ///< As above.
+  void configure(const GameConfig& config);     ///< As above.
   /// Changes fields of a configuration and keeps the rest:
   /// `knob.update([](ControlConfig& control) { control.law = Law::compensated; })`.
   /// The type that `change` takes says which one.
   /// @throws as configure(), and what `change` throws
   void update(const std::function<void(ActuatorConfig&)>& change);
-  void update(const std::function<void(ControlConfig&)>& change);
-  void update(const std::function<void(BoardConfig&)>& change);
-  void update(const std::function<void(GameConfig&)>& change);
+  void update(const std::function<void(ControlConfig&)>& change);  ///< As above.
+  void update(const std::function<void(BoardConfig&)>& change);    ///< As above.
+  void update(const std::function<void(GameConfig&)>& change);     ///< As above.
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 
@@ -245,7 +252,9 @@ class TORSIO_EXPORT Knob {
   ///        room for answers. Above that samples are lost if commands are sent all the time.
   /// @param prompt have the device report in every frame, a millisecond, the newest samples that
   ///        are there, at most 4, instead of full reports: for loops that use latest(). Without a
-  ///        rate this is 1,000 Hz.
+  ///        rate this is 2,000 Hz. The rate may be the control rate then, for the newest tick that
+  ///        there is; above 4,000 Hz what a report has no room for is left out, and counted as
+  ///        lost.
   /// @returns the true rate
   /// @throws InvalidArgument that says which rates this knob has
   double start_telemetry(std::optional<double> rate_hz = {}, bool prompt = false);
@@ -260,6 +269,7 @@ class TORSIO_EXPORT Knob {
   /// what has arrived can still be read.
   /// @returns how many samples were written to `out`
   std::size_t read(std::span<TelemetrySample> out, double timeout_s);
+  /// The same, in a vector of at most `max_samples`.
   /// @throws InvalidArgument if `max_samples` is above 2^24
   [[nodiscard]] std::vector<TelemetrySample> read(std::size_t max_samples = 4096,
                                                   double timeout_s = 1.0);

@@ -135,6 +135,7 @@ struct Curve {
   Ends ends = Ends::hold;  ///< what it does outside the span
 };
 
+/// Any effect.
 using Effect = std::variant<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
                             Detents, EndStops, Texture, Curve>;
 

@@ -72,14 +72,14 @@ enum class DisarmReason : std::uint8_t {
 
 /// Bits of telemetry's `flags`; the two lowest are the state.
 namespace flag {
-inline constexpr std::uint8_t state_mask = 0x3;
-inline constexpr std::uint8_t motor_saturated = 1 << 2;  // the motor gives all it can
-inline constexpr std::uint8_t brake_saturated = 1 << 3;  // the brake holds all it can
-inline constexpr std::uint8_t local_model = 1 << 4;      // a streamed local model is in force
-inline constexpr std::uint8_t passive = 1 << 5;          // fading out after silence or a deadline
-inline constexpr std::uint8_t game = 1 << 6;             // a game has the actuator
+inline constexpr std::uint8_t state_mask = 0x3;          ///< the state
+inline constexpr std::uint8_t motor_saturated = 1 << 2;  ///< the motor gives all it can
+inline constexpr std::uint8_t brake_saturated = 1 << 3;  ///< the brake holds all it can
+inline constexpr std::uint8_t local_model = 1 << 4;      ///< a streamed local model is in force
+inline constexpr std::uint8_t passive = 1 << 5;          ///< fading out after silence or a deadline
+inline constexpr std::uint8_t game = 1 << 6;             ///< a game has the actuator
 inline constexpr std::uint8_t bounded =
-    1 << 7;  // less is given than the scene asks, or the knob would buzz
+    1 << 7;  ///< less is given than the scene asks, or the knob would buzz
 }  // namespace flag
 
 /// One moment of the control loop. Torques are on the knob.
@@ -100,9 +100,9 @@ struct TelemetrySample {
 
 /// A device that could be opened.
 struct ListedDevice {
-  std::string path{};  ///< what open() takes
-  std::string serial{};
-  std::string product{};
+  std::string path{};       ///< what open() takes
+  std::string serial{};     ///< serial number
+  std::string product{};    ///< as its maker calls it
   std::string board{};      ///< empty if the device could not be asked
   std::string transport{};  ///< "hid" or "emulated"
   std::string problem{};    ///< why it cannot be opened now; empty if it can
@@ -112,21 +112,21 @@ struct ListedDevice {
 
 /// Who the device is and what it can do.
 struct DeviceInfo {
-  std::string path{};  ///< what open() takes
-  std::string serial{};
-  std::string product{};
+  std::string path{};              ///< what open() takes
+  std::string serial{};            ///< serial number
+  std::string product{};           ///< as its maker calls it
   std::string board{};             ///< "pico2", "emulated", ...
   std::string firmware_version{};  ///< "major.minor.patch"
   std::string transport{};  ///< "hid", "emulated" or "own", a transport that the program brings
-  std::uint16_t protocol_version = 0;
-  std::uint32_t fingerprint = 0;  ///< of the report layouts, the same as the library's
-  int axes = 0;
-  int effects = 0;       ///< places in a scene
-  int curve_points = 0;  ///< shared by all curves of a scene
-  double control_rate_hz = 0.0;
-  std::uint32_t counts_per_rev = 0;  ///< of the encoder
-  double torque_step_nm = 0.0;       ///< resolution of telemetry's torques
-  double speed_step_rad_s = 0.0;     ///< resolution of telemetry's speed
+  std::uint16_t protocol_version = 0;  ///< of the reports
+  std::uint32_t fingerprint = 0;       ///< of the report layouts, the same as the library's
+  int axes = 0;                        ///< actuators that it has
+  int effects = 0;                     ///< places in a scene
+  int curve_points = 0;                ///< shared by all curves of a scene
+  double control_rate_hz = 0.0;        ///< ticks in a second
+  std::uint32_t counts_per_rev = 0;    ///< of the encoder
+  double torque_step_nm = 0.0;         ///< resolution of telemetry's torques
+  double speed_step_rad_s = 0.0;       ///< resolution of telemetry's speed
 };
 
 /// The device's time and position, both exact.
@@ -139,7 +139,7 @@ struct Clock {
 
 /// State and counters of the device since its power-up.
 struct Health {
-  State state = State::disarmed;
+  State state = State::disarmed;                 ///< whether it makes torque
   std::vector<std::string> faults{};             ///< names of the latched faults: "over_speed", ...
   std::uint32_t reports_accepted = 0;            ///< that did what they asked
   std::uint32_t reports_refused = 0;             ///< that changed nothing
@@ -150,6 +150,22 @@ struct Health {
   std::uint32_t saves = 0;                       ///< how often the configuration was saved, ever
   Owner owner = Owner::none;                     ///< who has the actuator
   ResetCause reset_cause = ResetCause::unknown;  ///< why the device started
+};
+
+/// What the law `calibrated` has counted since it was chosen. What the motor gave is felt, stored
+/// or taken by the brake.
+struct Energies {
+  std::uint64_t tick = 0;  ///< of this moment: control periods since power-up
+  double time_s = 0.0;     ///< tick times the control period
+  bool kept = false;       ///< the law keeps count; else all stand still
+  double motor_j = 0.0;    ///< given to the knob by the motor
+  double felt_j = 0.0;     ///< given to the knob by motor and shaft together, which a hand feels
+  double stored_j = 0.0;   ///< in the shaft's spring now
+  double brake_j = 0.0;    ///< taken by the brake
+  /// the stiffest that is rendered now, found out from the knob's swings; 0: no bound
+  double bound_nm_per_rad = 0.0;
+
+  friend bool operator==(const Energies&, const Energies&) = default;
 };
 
 /// The most that the device gives, by its configuration as it is now.
@@ -165,7 +181,7 @@ struct Limits {
 
 /// How stiff a spring can be that a knob swings in and still comes to rest.
 struct StableStiffness {
-  double stiffness_nm_per_rad = 0.0;
+  double stiffness_nm_per_rad = 0.0;  ///< the stiffest such spring
   /// what to better for more: "rate" of the control, "lag" of the motor, "counts" of the encoder
   std::string limited_by{};
 
@@ -196,14 +212,14 @@ struct GameEffect {
 
 /// Counters of this end of the cable, since the knob was opened.
 struct LinkStatistics {
-  std::uint64_t reports_sent = 0;
-  std::uint64_t reports_received = 0;
-  std::uint64_t reports_undecodable = 0;  ///< damaged on the way, and ignored
-  std::uint64_t samples_received = 0;
-  std::uint64_t samples_lost = 0;  ///< never arrived, or not read before the ring was full
-  std::uint64_t events_lost = 0;   ///< not taken before there were 1,024 of them
-  std::uint64_t local_models_refused = 0;
-  std::string last_refusal{};  ///< of a local model, in words
+  std::uint64_t reports_sent = 0;          ///< to the device
+  std::uint64_t reports_received = 0;      ///< from the device
+  std::uint64_t reports_undecodable = 0;   ///< damaged on the way, and ignored
+  std::uint64_t samples_received = 0;      ///< of telemetry
+  std::uint64_t samples_lost = 0;          ///< never arrived, or not read before the ring was full
+  std::uint64_t events_lost = 0;           ///< not taken before there were 1,024 of them
+  std::uint64_t local_models_refused = 0;  ///< by the device
+  std::string last_refusal{};              ///< of a local model, in words
 };
 
 /// Something that the device did without being asked, or that somebody else asked for.
@@ -220,10 +236,10 @@ struct Event {
 
 /// How the torque went the last time.
 struct Disarm {
-  DisarmReason reason = DisarmReason::order;
-  std::vector<std::string> faults{};  ///< names of the faults that were latched then
-  std::uint64_t tick = 0;             ///< when: control periods since power-up
-  double time_s = 0.0;                ///< tick times the control period
+  DisarmReason reason = DisarmReason::order;  ///< why it went
+  std::vector<std::string> faults{};          ///< names of the faults that were latched then
+  std::uint64_t tick = 0;                     ///< when: control periods since power-up
+  double time_s = 0.0;                        ///< tick times the control period
 
   friend bool operator==(const Disarm&, const Disarm&) = default;
 };

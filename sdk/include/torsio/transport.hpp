@@ -18,8 +18,8 @@ using ReportBytes = std::array<std::uint8_t, 64>;
 /// A report that travelled: one that was sent, or an acknowledgement or event that came.
 struct LoggedReport {
   std::uint64_t tick = 0;  ///< control ticks of the newest thing that the device had said by then
-  bool sent = false;
-  ReportBytes bytes{};
+  bool sent = false;       ///< by this end
+  ReportBytes bytes{};     ///< as it travelled
 };
 
 /// What Knob::tap() gives. May be used from any thread.

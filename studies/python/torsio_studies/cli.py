@@ -126,6 +126,16 @@ def design(
     law: Annotated[
         DesignLaw, typer.Option("--law", help="How motor and brake share the torque.")
     ] = DesignLaw.paper,
+    wall: Annotated[
+        float | None,
+        typer.Option(
+            "--wall",
+            min=0.0,
+            max=1e6,
+            metavar="STIFFNESS",
+            help="A wall in N m/rad of which to tell how many counts it needs.",
+        ),
+    ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
 ) -> None:
@@ -134,6 +144,7 @@ def design(
         "devices": devices,
         "results": results,
         "law": law.value,
+        "wall_nm_per_rad": wall,
         "workers": workers,
         "scheduler": scheduler,
     }

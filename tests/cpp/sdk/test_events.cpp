@@ -111,6 +111,29 @@ TEST_CASE("the end of the connection is an event") {
   CHECK(knob.last_disarm()->reason == DisarmReason::disconnected);
 }
 
+TEST_CASE("a state whose event was lost is told by the telemetry") {
+  for (const bool by_fault : {false, true}) {
+    CAPTURE(by_fault);
+    EmulatorOptions emulator;
+    emulator.control = ControlConfig{.watchdog_s = 0.1};
+    Knob knob = Knob::open("emulated", {.emulator = emulator});
+    knob.arm();
+    knob.start_telemetry();
+    knob.sleep(0.02);
+    // Nothing comes, as where a program is stopped and the computer's queue is full.
+    knob.emulator().set_link_faults({.drop_output = 1.0, .drop_input = 1.0});
+    if (by_fault) knob.emulator().set_emergency_stop(true);
+    knob.sleep(0.5);
+    CHECK(knob.state() == State::armed);
+    knob.emulator().set_link_faults({});
+    knob.sleep(0.01);
+    CHECK(knob.state() == (by_fault ? State::fault : State::disarmed));
+    REQUIRE(knob.last_disarm());
+    CHECK(knob.last_disarm()->reason == (by_fault ? DisarmReason::fault : DisarmReason::unknown));
+    CHECK(knob.last_disarm()->tick > 500);
+  }
+}
+
 TEST_CASE("a health report that is quicker than its event leaves the reason to the event") {
   EmulatorOptions emulator{.control = ControlConfig{.watchdog_s = 0.05}};
   Knob knob = Knob::open("emulated", {.emulator = emulator});

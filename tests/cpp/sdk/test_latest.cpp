@@ -34,12 +34,12 @@ double age_s(Knob& knob) {
 
 TEST_CASE("the newest sample is one frame and one tick old at most, at any rate") {
   for (const double control_rate_hz : {1000.0, 10'000.0, 20'000.0}) {
-    for (const double sample_rate_hz : {1000.0, 2000.0, 4000.0}) {
+    for (const double sample_rate_hz : {1000.0, 2000.0, 4000.0, control_rate_hz}) {
       if (sample_rate_hz > control_rate_hz) continue;
       CAPTURE(control_rate_hz);
       CAPTURE(sample_rate_hz);
       Knob knob = open_at(control_rate_hz);
-      // A tick of telemetry is one sample.
+      // With fewer samples than ticks a sample's distance.
       const double true_rate_hz = knob.start_telemetry(sample_rate_hz, true);
       CHECK(age_s(knob) <= 0.001 + 1.0 / true_rate_hz + 1e-9);
     }
@@ -61,9 +61,22 @@ TEST_CASE("without prompt the newest sample is older: full reports come later") 
 
 TEST_CASE("prompt telemetry loses nothing that a report has room for") {
   Knob knob = open_at(10'000.0);
-  CHECK(knob.start_telemetry({}, true) == doctest::Approx(1000.0));
-  CHECK(knob.record(0.5).size() == 500);
+  CHECK(knob.start_telemetry({}, true) == doctest::Approx(2000.0));
+  CHECK(knob.record(0.5).size() == 1000);
+  for (int i = 0; i < 50; ++i) knob.play(Constant{.torque_nm = 1e-4 * i});
+  knob.sleep(0.01);
   CHECK(knob.statistics().samples_lost == 0);
+}
+
+TEST_CASE("prompt telemetry of every tick leaves out what is older, and counts it") {
+  Knob knob = open_at(10'000.0);
+  CHECK(knob.start_telemetry(10'000.0, true) == doctest::Approx(10'000.0));
+  CHECK_THROWS_AS(knob.start_telemetry(10'001.0, true), InvalidArgument);
+  CHECK_THROWS_AS(knob.start_telemetry(10'000.0), InvalidArgument);
+  knob.sleep(0.1);
+  // Of ten in a frame the newest four.
+  CHECK(knob.statistics().samples_lost == doctest::Approx(600.0).epsilon(0.05));
+  CHECK(knob.read(4096, 0.0).size() == doctest::Approx(400.0).epsilon(0.05));
 }
 
 TEST_CASE("the newest sample can still be read, and needs telemetry") {

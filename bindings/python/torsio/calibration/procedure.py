@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from torsio import perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
 from torsio.calibration.free import SLOW_RAD_S, SLOW_S, Free, estimate_free, find_signs, spin
 from torsio.calibration.play import Player
@@ -83,6 +84,7 @@ class Calibration:
                     "value": of.value,
                     "standard_uncertainty": of.standard_uncertainty,
                     "meaning": of.meaning,
+                    "jnds": perception.jnds_of(name, of.value, of.standard_uncertainty),
                 }
                 for name, of in self.quantities.items()
             },

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
+from torsio import perception
 from torsio.calibration.procedure import Calibration
 from torsio.calibration.quantity import Quantity
 from torsio.config import ActuatorConfig
 
-__all__ = ["changes", "lines", "number"]
+__all__ = ["change", "changes", "felt", "lines", "number"]
 
 
 def number(quantity: Quantity) -> str:
@@ -19,12 +20,29 @@ def number(quantity: Quantity) -> str:
     return f"{quantity.value:.4g} +- {sigma:.2g}"
 
 
-def lines(calibration: Calibration) -> list[tuple[str, str, str]]:
-    """Give name, value with uncertainty, and meaning of all that was found."""
-    found = [(of.name, number(of), of.meaning) for of in calibration.quantities.values()]
+def felt(name: str, value: float, error: float) -> str:
+    """Give an error in JNDs, in words; empty where none is known."""
+    jnds = perception.jnds_of(name, value, error)
+    if jnds is None:
+        return ""
+    return "< 0.01 JND" if jnds < 0.01 else perception.text(jnds)
+
+
+def lines(calibration: Calibration) -> list[tuple[str, str, str, str]]:
+    """Give name, value with uncertainty, that in JNDs, and meaning of all that was found."""
+    found = [
+        (of.name, number(of), felt(of.name, of.value, of.standard_uncertainty), of.meaning)
+        for of in calibration.quantities.values()
+    ]
     if calibration.periods_per_rev:
-        found.append(("periods_per_rev", str(calibration.periods_per_rev), "of the cogging"))
+        found.append(("periods_per_rev", str(calibration.periods_per_rev), "", "of the cogging"))
     return found
+
+
+def change(name: str, old: float, new: float) -> str:
+    """Say how a value changes, and what a finger would make of that."""
+    jnds = felt(name, old, new - old)
+    return f"{name}: {old:.4g} -> {new:.4g}" + (f" ({jnds})" if jnds else "")
 
 
 def changes(before: ActuatorConfig, after: ActuatorConfig) -> list[tuple[str, float, float]]:

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 import numpy.typing as npt
 
+from torsio import perception
 from torsio.hands import ImpedanceHand
 from torsio.knob import Knob
 from torsio.scenes import Wall
@@ -70,6 +71,7 @@ class WallVisit:
     truth: Truth | None
     samples_lost: int
     realtime_factor: float
+    counts_per_rev: int
 
     @property
     def rendered_torque_nm(self) -> Array:
@@ -103,6 +105,8 @@ class WallMeasures:
         RMS error of the sensed spring torque; None on hardware, where the truth is not known.
     realtime_factor
         Seconds of the device in a second of the clock on the wall.
+    counts_per_rev
+        Of the encoder.
     """
 
     law: str
@@ -121,10 +125,24 @@ class WallMeasures:
     samples_lost: int
     realtime_factor: float
     device: str
+    counts_per_rev: int
+
+    def jnds(self) -> dict[str, float]:
+        """Give the errors, and the step from count to count, in just noticeable differences."""
+        found = perception.wall_jnds(
+            peak_nm=self.peak_torque_nm,
+            tracking_in=self.tracking_rms_in,
+            tracking_out=self.tracking_rms_out,
+            torque_gap_nm=self.torque_gap_nm,
+        )
+        if self.sensor_rms_nm is not None:
+            found["sensor"] = perception.torque_jnds(self.sensor_rms_nm)
+        step_nm = perception.count_step_nm(self.wall_stiffness_nm_per_rad, self.counts_per_rev)
+        return found | {"count_step": perception.torque_jnds(step_nm)}
 
     def as_dict(self) -> dict[str, object]:
         """Give what goes into the JSON file."""
-        return asdict(self)
+        return asdict(self) | {"jnds": self.jnds()}
 
     def shortcomings(self) -> list[str]:
         """Say what is not as it should be; nothing if it feels like a wall."""
@@ -238,6 +256,7 @@ def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit
         truth=truth,
         samples_lost=knob.statistics().samples_lost,
         realtime_factor=duration_s / elapsed_s,
+        counts_per_rev=knob.info.counts_per_rev,
     )
 
 
@@ -298,6 +317,7 @@ def measure(visit: WallVisit) -> WallMeasures:
         samples_lost=visit.samples_lost,
         realtime_factor=visit.realtime_factor,
         device=visit.device,
+        counts_per_rev=visit.counts_per_rev,
     )
 
 

@@ -6,6 +6,7 @@ The device's come several in a message, one behind the other. The page says when
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import threading
 from collections import deque
 from collections.abc import Awaitable, Callable
@@ -16,7 +17,7 @@ from torsio.errors import Error
 
 __all__ = [
     *("GET", "GOT", "HAVE", "INPUT", "SET", "STALLED", "TAKEN", "WRITE"),
-    *("KEPT_REPORTS", "MESSAGES_UNDER_WAY", "Bridge", "MessageError", "Waiting"),
+    *("KEPT_REPORTS", "MESSAGES_UNDER_WAY", "TOGETHER_S", "Bridge", "MessageError", "Waiting"),
 ]
 
 # First byte of every message; studio/src/bridge_transport.ts has the same.
@@ -36,6 +37,8 @@ _READ_S: Final = 0.02
 # More than a page holds of curves.
 KEPT_REPORTS: Final = 8192
 MESSAGES_UNDER_WAY: Final = 2
+# Telemetry waits so long for what follows: a picture's worth at a time costs the page least.
+TOGETHER_S: Final = 0.034
 
 
 class MessageError(Error):
@@ -55,6 +58,7 @@ class Waiting:
         self._reports: deque[bytes] = deque()
         self._error: Exception | None = None
         self._news = asyncio.Event()
+        self._urgent = asyncio.Event()
 
     def put(self, report: bytes) -> None:
         """Keep a report."""
@@ -64,23 +68,27 @@ class Waiting:
                 telemetry = (i for i, kept in enumerate(self._reports) if kept[0] == _TELEMETRY)
                 del self._reports[next(telemetry, 0)]
             is_first = len(self._reports) == 1
-        if is_first:
-            self._tell()
+        if is_first or report[0] != _TELEMETRY:
+            self._tell(urgent=report[0] != _TELEMETRY)
 
     def end(self, error: Exception) -> None:
         """Raise this once all reports are taken."""
         self._error = error
-        self._tell()
+        self._tell(urgent=True)
 
-    def _tell(self) -> None:
+    def _tell(self, *, urgent: bool) -> None:
         # While the program ends the loop may have gone first.
         if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._news.set)
+            for event in (self._news, self._urgent) if urgent else (self._news,):
+                self._loop.call_soon_threadsafe(event.set)
 
     async def take(self) -> list[bytes]:
-        """Wait for reports and take all, oldest first."""
+        """Wait for reports and take all, oldest first; telemetry alone is given time to gather."""
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._urgent.wait(), TOGETHER_S)
         while True:
             self._news.clear()
+            self._urgent.clear()
             with self._lock:
                 taken = list(self._reports)
                 self._reports.clear()

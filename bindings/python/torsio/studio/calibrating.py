@@ -51,7 +51,7 @@ def described(knob: Knob, found: calibration.Calibration) -> dict[str, Any]:
     return {
         "kind": "found",
         "seconds": found.seconds,
-        "quantities": report.lines(found),
+        "quantities": [(name, value, about) for name, value, _, about in report.lines(found)],
         "changes": report.changes(knob.actuator_config(), found.actuator),
         "compared_with": None if before is None else before["conditions"].get("date", ""),
         "drifted": [[drift.name, drift.before, drift.now] for drift in changed],

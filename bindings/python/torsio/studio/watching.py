@@ -20,6 +20,7 @@ from torsio.studio.bridge import (
     INPUT,
     MESSAGES_UNDER_WAY,
     STALLED,
+    TOGETHER_S,
     MessageError,
 )
 from torsio.studio.server import Server, pass_on
@@ -27,8 +28,6 @@ from torsio.studio.server import Server, pass_on
 __all__ = ["Watch"]
 
 _CLOSED: Final = "the program has closed its knob"
-# Often enough for the eye.
-_LOOK_S: Final = 0.01
 
 
 class _Onlooker:
@@ -47,11 +46,12 @@ class _Onlooker:
 
     async def _reports(self) -> list[bytes]:
         while True:
+            # First the wait: else what came while the last message was sent would be one by itself.
+            await asyncio.sleep(TOGETHER_S)
             if reports := [content for _, sent, content in self._tap.take() if not sent]:
                 return reports
             if not self._knob.is_open:
                 raise Closed(_CLOSED)
-            await asyncio.sleep(_LOOK_S)
 
     async def answer(self, message: bytes) -> bytes | None:
         """Tell a page what it asks for; nothing that it says reaches the device."""

@@ -9,12 +9,14 @@ from dataclasses import asdict
 from rich.console import Console
 from rich.table import Table
 
+from torsio import perception
 from torsio_studies import _studies
 from torsio_studies.actuators import figure
 from torsio_studies.actuators.trials import (
     ACTUATORS,
     STIFFEST_NM_PER_RAD,
     WALLS_MNM_PER_DEG,
+    Measures,
     exit_text,
     measure,
     step_error,
@@ -35,12 +37,23 @@ def run(study: Study) -> Results:
         )
     figure.draw(study, rows)
     return {
-        "rows": [asdict(row) for row in rows],
+        "rows": [asdict(row) | {"jnds": jnds(row)} for row in rows],
         "walls_mnm_per_deg": list(WALLS_MNM_PER_DEG),
         "stiffest_tried_nm_per_rad": STIFFEST_NM_PER_RAD,
         "parts": _studies.actuator_parts(),
         "step_error": step_error(),
     }
+
+
+def jnds(row: Measures) -> dict[str, float]:
+    """Give the errors in the middle wall, and the drag, in just noticeable differences."""
+    wall = row.walls[1]
+    return perception.wall_jnds(
+        peak_nm=wall.peak_nm,
+        tracking_in=wall.tracking_in,
+        tracking_out=wall.tracking_out,
+        torque_gap_nm=wall.torque_gap_nm,
+    ) | {"drag": perception.torque_jnds(row.drag_nm)}
 
 
 def show(results: Results, console: Console) -> None:
@@ -51,6 +64,7 @@ def show(results: Results, console: Console) -> None:
         "in",
         "out",
         "gap\nmN·m",
+        "gap\nJND",
         "leaves after\nms",
         "stable to\nN·m/rad",
         "drag\nmN·m",
@@ -66,6 +80,7 @@ def show(results: Results, console: Console) -> None:
             f"{100 * wall['tracking_in']:.1f} %",
             f"{100 * wall['tracking_out']:.1f} %",
             f"{1e3 * wall['torque_gap_nm']:.1f}",
+            f"{row['jnds']['torque_gap']:.1f}",
             exit_text(row["outcome"], row["exit_time_s"], row["stuck_torque_nm"]),
             f"{limit:.1f}" if limit is not None else f">{STIFFEST_NM_PER_RAD:.0f}",
             f"{1e3 * row['drag_nm']:.1f}",
@@ -74,3 +89,4 @@ def show(results: Results, console: Console) -> None:
         )
     console.print(table, highlight=False)
     console.print("in, out, gap: a wall of 30 mN·m/deg", highlight=False)
+    console.print(f"1 JND: {perception.MEANING}", highlight=False)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
+from torsio import perception
 from torsio_studies.calibration import figure
 from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches, evaluate_batch
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
@@ -72,6 +73,11 @@ def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
     if not known.any():
         return {"quantity": name, "knobs": 0}
     relative = bool(np.median(size) > 0)
+    felt = [
+        perception.jnds_of(name, float(true), float(found - true))
+        for true, found in zip(truth[known], value[known], strict=True)
+    ]
+    in_jnds = [one for one in felt if one is not None]
     scale = np.where(size > 0, size, np.nan) if relative else np.ones(len(size))
     return {
         "quantity": name,
@@ -81,13 +87,21 @@ def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
         "median_error": float(np.nanmedian(np.abs(value[known] - truth[known]) / scale)),
         "median_sigma": float(np.nanmedian(sigma[known] / scale)),
         "relative": relative,
+        "median_error_jnds": float(np.median(in_jnds)) if in_jnds else None,
     }
 
 
 def show(results: Results, console: Console) -> None:
     """Print the coverage of every quantity, and what was refused for which reason."""
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("quantity", "knobs", "95 % intervals with the truth", "median error", "stated"):
+    for heading in (
+        "quantity",
+        "knobs",
+        "95 % intervals with the truth",
+        "median error",
+        "to a finger",
+        "stated",
+    ):
         table.add_column(heading, justify="left" if heading == "quantity" else "right")
     for row in results["rows"]:
         if not row["knobs"]:
@@ -99,6 +113,7 @@ def show(results: Results, console: Console) -> None:
             f"{row['knobs']}",
             f"{100 * row['coverage']:.1f} %",
             f"{scale * row['median_error']:.2g}{unit}",
+            "" if row["median_error_jnds"] is None else f"{row['median_error_jnds']:.2g} JND",
             f"{scale * row['median_sigma']:.2g}{unit}",
         )
     console.print(table, highlight=False)

@@ -12,7 +12,9 @@ import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
+from torsio import perception
 from torsio.config import Law
+from torsio_studies.actuators.trials import PEAK_NM
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
 from torsio_studies.design.devices import EVALUATION, SPACE, batches, columns
@@ -21,12 +23,18 @@ from torsio_studies.design.store import Store
 
 Array = npt.NDArray[np.float64]
 
+WALLS_NM_PER_RAD = (1.0, 3.0, 10.0, 30.0, 100.0)
+"""For which it is told how many counts they need, beside the one that is wanted."""
+
 
 def run(study: Study) -> Results:
     """Run the study; what an earlier run has left in the results folder is not computed again."""
     settings = study.settings
     devices = int(settings.get("devices") or (24 if study.quick else 2000))
     law: Law = settings.get("law", "paper")
+    wanted = settings.get("wall_nm_per_rad")
+    walls = sorted({*WALLS_NM_PER_RAD, *([] if wanted is None else [float(wanted)])})
+    counts = [counts_for_wall(one) for one in walls]
     side = 3 if study.quick else 13
     size = 4 if study.quick else 16
     if devices < 8:
@@ -74,7 +82,40 @@ def run(study: Study) -> Results:
         "cost_by_devices": cost_by_devices(growth),
         "formula_error": formula_error(sample),
         "exits": count_exits(sample),
+        "jnds": jnds(sample),
+        "counts_for_walls": counts,
     }
+
+
+def counts_for_wall(stiffness_nm_per_rad: float) -> dict[str, float]:
+    """Give the counts per turn with which one count in a wall is one JND, and half of one."""
+    return {
+        "stiffness_nm_per_rad": stiffness_nm_per_rad,
+        "one_jnd": perception.counts_for(stiffness_nm_per_rad),
+        "half_jnd": perception.counts_for(stiffness_nm_per_rad, jnds=0.5),
+    }
+
+
+def jnds(sample: dict[str, Array]) -> dict[str, dict[str, float]]:
+    """Give each error in JNDs: its median, and the share of devices in which it is below one."""
+    devices = [
+        perception.wall_jnds(
+            peak_nm=PEAK_NM, tracking_in=way_in, tracking_out=way_out, torque_gap_nm=gap
+        )
+        for way_in, way_out, gap in zip(
+            *(sample[name].tolist() for name in ("tracking_in", "tracking_out", "torque_gap_nm")),
+            strict=True,
+        )
+    ]
+    found = {}
+    for name in devices[0]:
+        values = np.array([one[name] for one in devices])
+        known = values[np.isfinite(values)]
+        found[name] = {
+            "median": float(np.median(known)) if len(known) else float("nan"),
+            "unfelt": float(np.mean(values < 1.0)),
+        }
+    return found
 
 
 def cost_by_rate(sample: dict[str, Array]) -> list[dict[str, float]]:
@@ -164,3 +205,18 @@ def show(results: Results, console: Console) -> None:
             f"{row['wall_seconds']:.1f}",
         )
     console.print(growth, highlight=False)
+    for name, error in results["jnds"].items():
+        console.print(
+            f"{name.replace('_', ' ')}: {perception.text(error['median'])} in the median, less "
+            f"than one in {100 * error['unfelt']:.0f} % of the devices",
+            highlight=False,
+        )
+    counts = Table(box=None, pad_edge=False, header_style="bold")
+    for heading in ("wall, N·m/rad", "counts a turn for 1 JND", "for half a JND"):
+        counts.add_column(heading, justify="right")
+    for row in results["counts_for_walls"]:
+        counts.add_row(
+            f"{row['stiffness_nm_per_rad']:g}", f"{row['one_jnd']:,}", f"{row['half_jnd']:,}"
+        )
+    console.print(counts, highlight=False)
+    console.print(f"1 JND: {perception.MEANING}", highlight=False)

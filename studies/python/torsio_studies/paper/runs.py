@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from torsio import checks
+from torsio import checks, perception
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
 from torsio.config import ControlConfig, Law
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
@@ -154,6 +154,15 @@ class Push:
     out_begin: int
     first: int
     last: int
+
+    def jnds(self) -> dict[str, float]:
+        """Give the errors in just noticeable differences."""
+        return perception.wall_jnds(
+            peak_nm=self.peak_torque_nm,
+            tracking_in=self.tracking_rms_in,
+            tracking_out=self.tracking_rms_out,
+            torque_gap_nm=self.torque_gap_nm,
+        ) | {"sensor": perception.torque_jnds(self.sensor_rms_nm)}
 
 
 def rendered_nm(rows: Record) -> Array:

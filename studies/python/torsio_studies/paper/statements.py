@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from torsio import perception
 from torsio_studies.common import Results
 from torsio_studies.paper import runs
 
@@ -196,7 +197,9 @@ def _scenario_2(scenario: Results) -> list[dict[str, str]]:
             "scenario 2",
             "soft walls show a torque gap on the way out",
             f"{1e3 * soft['torque_gap_nm']:.0f} mN·m at {soft['wall_mnm_per_deg']:.0f} mN·m/deg, "
-            f"{1e3 * stiff['torque_gap_nm']:.0f} at {stiff['wall_mnm_per_deg']:.0f}",
+            f"{1e3 * stiff['torque_gap_nm']:.0f} at {stiff['wall_mnm_per_deg']:.0f}; to a finger "
+            f"{perception.text(perception.torque_jnds(soft['torque_gap_nm']))} and "
+            f"{perception.text(perception.torque_jnds(stiff['torque_gap_nm']))}",
             "holds" if soft["torque_gap_nm"] > 2.0 * stiff["torque_gap_nm"] else "wrong",
         ),
         _row(

@@ -22,6 +22,8 @@ Keys of the results, besides those that all studies have:
     ``largest_error``.
 ``better``
     ``rows``: per variant of law, rate and encoder, the measures of scenario 2 at 30 mN m/deg.
+``aims``
+    ``rows``: per variant what it reaches of ``aims``, with electrics at 20 kHz and 32,768 counts.
 ``statements``
     per statement of the paper: where, paper, found, verdict ("holds", "partly", "wrong",
     "not found"), which follows from the numbers.
@@ -37,12 +39,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from torsio import perception
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
 from torsio.config import Law
 from torsio.plant import BrakeHysteresis, PlantParams, ShaftHardening
 from torsio.telemetry import Record
 from torsio_studies.common import Results, Study
-from torsio_studies.paper import law_figures, runs, scenario_figures
+from torsio_studies.paper import aims, law_figures, runs, scenario_figures
 from torsio_studies.paper.statements import statements
 
 # name, colour, and what differs from the paper's loop
@@ -69,6 +72,7 @@ def run(study: Study) -> Results:
         "zero_crossing": _diagrams(study),
         "critical_torque": _critical(study),
         "better": _better(study),
+        "aims": aims.run(study),
     }
     results["statements"] = statements(results)
     return results
@@ -114,6 +118,7 @@ def _push_row(options: LoopOptions, pull_s: float, push: runs.Push) -> Results:
         "wall_stiffness_nm_per_rad": stiffness,
         "pull_s": pull_s,
         **measured,
+        "jnds": push.jnds(),
         "zero_crossing_formula": max(0.0, 1.0 - beta * stiffness / runs.SHAFT_NM_PER_RAD),
     }
 
@@ -265,6 +270,7 @@ def _better(study: Study) -> Results:
                 "tracking_rms_out": push.tracking_rms_out,
                 "torque_gap_nm": push.torque_gap_nm,
                 "sensor_rms_nm": push.sensor_rms_nm,
+                "jnds": push.jnds(),
             }
         )
     law_figures.better(study, rows)
@@ -280,3 +286,6 @@ def show(results: Results, console: Console) -> None:
         table.add_row(row["where"], row["paper"], row["found"], row["verdict"])
     console.print()
     console.print(table, highlight=False)
+    console.print()
+    console.print(aims.table(results["aims"]), highlight=False)
+    console.print(f"1 JND: {perception.MEANING}", highlight=False)

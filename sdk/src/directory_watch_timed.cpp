@@ -1,5 +1,5 @@
-// Windows has no files of knobs: nothing but wake() and the time end a wait, and who watches looks
-// now and then.
+// Where no file is a knob, on Windows and macOS: nothing but wake() and the time end a wait, and
+// who watches looks now and then.
 #include <utility>
 
 #include "directory_watch.hpp"

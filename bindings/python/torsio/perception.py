@@ -1,0 +1,115 @@
+"""What a finger can tell: errors of a knob in just noticeable differences (JNDs)."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from torsio import checks
+
+__all__ = [
+    "MEANING",
+    "STIFFNESS_JND_SHARE",
+    "TORQUE_JND_NM",
+    "TORQUE_JND_SHARE",
+    "count_step_nm",
+    "counts_for",
+    "jnds_of",
+    "smooth_stiffness_nm_per_rad",
+    "stiffness_jnds",
+    "text",
+    "torque_jnds",
+    "wall_jnds",
+]
+
+TORQUE_JND_SHARE: Final = 0.127
+"""Of a knob's torque, at 60 mN m (Jandura & Srinivasan 1994, on a magnetic particle brake)."""
+
+TORQUE_JND_NM: Final = TORQUE_JND_SHARE * 60e-3
+"""The same as a torque, 7.6 mN m: in it every error of a torque is counted, whatever the torque."""
+
+STIFFNESS_JND_SHARE: Final = 0.23
+"""Of a spring's stiffness."""
+
+MEANING: Final = (
+    f"the least difference that most fingers tell, {1e3 * TORQUE_JND_NM:.1f} mN·m of torque or "
+    f"{100 * STIFFNESS_JND_SHARE:.0f} % of stiffness"
+)
+"""For who has never heard of a JND."""
+
+
+def torque_jnds(error_nm: float) -> float:
+    """Give an error of torque in JNDs; below 1 most hands do not tell it from none."""
+    return abs(error_nm) / TORQUE_JND_NM
+
+
+def stiffness_jnds(error_share: float) -> float:
+    """Give an error of stiffness, as a share of it, in JNDs."""
+    return abs(error_share) / STIFFNESS_JND_SHARE
+
+
+def jnds_of(name: str, value: float, error: float) -> float | None:
+    """Give the error of a quantity in JNDs, by the unit in its name.
+
+    Returns
+    -------
+    None where no JND is known, or if a stiffness of 0 has an error.
+    """
+    if name.endswith("_nm"):
+        return torque_jnds(error)
+    if name.endswith("stiffness_nm_per_rad") and value != 0.0:
+        return stiffness_jnds(error / value)
+    if name == "brake_gain":
+        # A share of every torque that the brake gives, as the JND is one.
+        return abs(error) / TORQUE_JND_SHARE
+    return None
+
+
+def wall_jnds(
+    *, peak_nm: float, tracking_in: float, tracking_out: float, torque_gap_nm: float
+) -> dict[str, float]:
+    """Give the errors of a visit to a wall in JNDs.
+
+    Parameters
+    ----------
+    peak_nm
+        Of the wall's torque.
+    tracking_in, tracking_out
+        As shares of it.
+    """
+    return {
+        "tracking_in": torque_jnds(tracking_in * peak_nm),
+        "tracking_out": torque_jnds(tracking_out * peak_nm),
+        "torque_gap": torque_jnds(torque_gap_nm),
+    }
+
+
+def count_step_nm(stiffness_nm_per_rad: float, counts_per_rev: int) -> float:
+    """Give the jump of torque from one count of the encoder to the next, in a wall of 0 to 1e6."""
+    checks.number("stiffness_nm_per_rad", stiffness_nm_per_rad, 0.0, 1e6)
+    checks.positive("counts_per_rev", counts_per_rev)
+    return stiffness_nm_per_rad * 2.0 * math.pi / counts_per_rev
+
+
+def smooth_stiffness_nm_per_rad(counts_per_rev: int) -> float:
+    """Give the stiffest wall in which one count of the encoder is no more than one JND."""
+    return TORQUE_JND_NM / count_step_nm(1.0, counts_per_rev)
+
+
+def counts_for(stiffness_nm_per_rad: float, *, jnds: float = 1.0) -> int:
+    """Give the least counts per turn that a wall needs.
+
+    Parameters
+    ----------
+    stiffness_nm_per_rad
+        Of the wall; 0 to 1e6.
+    jnds
+        What one count may be at most; > 0.
+    """
+    checks.positive("jnds", jnds)
+    return max(math.ceil(count_step_nm(stiffness_nm_per_rad, 1) / (jnds * TORQUE_JND_NM)), 1)
+
+
+def text(jnds: float) -> str:
+    """Give a number of JNDs with as many digits as they mean something."""
+    return f"{jnds:.0f} JND" if jnds >= 9.95 else f"{jnds:.2g} JND"

@@ -1,0 +1,21 @@
+// What a knob's path means to macOS: an entry of IOKit's registry, which every user may open.
+#include "hid_files.hpp"
+#include "hid_transport.hpp"
+
+namespace torsio {
+
+// hidapi looks the entry up before it does anything else.
+void refuse_other_files(const std::string&) {}
+
+std::string permission_text(const std::string& path) {
+  return "macOS does not let this program open " + path +
+         ": allow it under System Settings, Privacy & Security, Input Monitoring, and start it "
+         "again; or another program has the knob for itself";
+}
+
+// No files tell of knobs that come and go.
+std::string hid_files_directory() { return {}; }
+
+std::string permission_problem(const std::string&) { return {}; }
+
+}  // namespace torsio

@@ -1,0 +1,163 @@
+"""How near the laws come to their aims on the plant with electrics, and what the rest takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Final
+
+from rich.table import Table
+
+from torsio import perception
+from torsio.closed_loop import LoopOptions
+from torsio.config import Law
+from torsio.plant import BrakeHysteresis, Electrics, PlantParams
+from torsio_studies.common import Results, Study
+from torsio_studies.paper import runs
+
+__all__ = ["AIMS", "COUNTS", "RATE_HZ", "run", "table"]
+
+RATE_HZ, COUNTS = 20e3, 32_768
+WALL, SOFT_WALL = 30.0, 10.0  # mN m per degree
+CUT_WALLS = (10.0, 25.0, 50.0, 100.0)
+HYSTERESIS_SHARE = 0.1
+DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A law, what its device is told, and what the knob truly is."""
+
+    name: str
+    law: Law
+    floor_is_drag: bool = False
+    brake_inertia_kg_m2: float = PlantParams().brake_inertia_kg_m2
+
+
+VARIANTS: Final = (
+    Variant("paper", "paper"),
+    Variant("calibrated", "calibrated"),
+    Variant("+ floor as drag", "calibrated", floor_is_drag=True),
+    Variant("+ light brake side", "calibrated", True, 1e-6),
+)
+
+AIMS: Final = {
+    "tracking_out": 0.4e-2,
+    "torque_gap_nm": 1.0e-3,
+    "soft_torque_gap_nm": 1.3e-3,
+    "sensor_rms_nm": 0.25e-3,
+    "imperfect_tracking_out": 2.5e-2,
+    "slowest_exit_s": 10e-3,
+}
+"""What is hoped for; `None` in a result is a knob that stays in a wall."""
+
+
+def _plant(variant: Variant) -> PlantParams:
+    return PlantParams(
+        counts_per_rev=COUNTS,
+        electrics=Electrics(),
+        brake_inertia_kg_m2=variant.brake_inertia_kg_m2,
+    )
+
+
+def _push(variant: Variant, wall: float, plant: PlantParams) -> runs.Push:
+    options = runs.push_options(runs.per_degree(wall), variant.law, rate_hz=RATE_HZ, plant=plant)
+    return runs.run_push(_told(options, variant))[1]
+
+
+def _told(options: LoopOptions, variant: Variant) -> LoopOptions:
+    actuator = options.plant.matching_config()
+    if variant.floor_is_drag:
+        actuator = replace(actuator, brake_torque_min_nm=actuator.brake_drag_nm)
+    return replace(options, actuator=actuator, control_period_ns=round(1e9 / RATE_HZ))
+
+
+def _imperfect(variant: Variant) -> float:
+    """Give the worst error on the way out with hysteresis, and drag and lag that are known."""
+    worst = 0.0
+    for drag_share, lag_s in product(DRAG_SHARES, LAGS_S):
+        plant, electrics = _plant(variant), Electrics()
+        # On a plant with electrics the brake's lag is its coil's.
+        plant = replace(
+            plant,
+            brake_drag_nm=drag_share * plant.brake_drag_nm,
+            brake_time_constant_s=lag_s,
+            electrics=replace(electrics, coil_inductance_h=lag_s * electrics.coil_resistance_ohm),
+            brake_hysteresis=BrakeHysteresis(half_width_nm=HYSTERESIS_SHARE * runs.BRAKE_NM),
+        )
+        worst = max(worst, _push(variant, WALL, plant).tracking_rms_out)
+    return worst
+
+
+def _exits(variant: Variant) -> list[Results]:
+    rows = []
+    for wall in CUT_WALLS:
+        options = runs.cut_options(runs.per_degree(wall), variant.law, plant=_plant(variant))
+        _, cut = runs.run_cut(_told(options, variant))
+        rows.append(
+            {
+                "wall_mnm_per_deg": wall,
+                "outcome": cut.outcome,
+                "exit_s": cut.exit_s,
+                "stuck_torque_nm": cut.stuck_torque_nm,
+            }
+        )
+    return rows
+
+
+def run(study: Study) -> Results:
+    """Measure every variant."""
+    rows = []
+    for variant in study.track(VARIANTS, "aims, on the plant with electrics"):
+        plant = _plant(variant)
+        push, soft = _push(variant, WALL, plant), _push(variant, SOFT_WALL, plant)
+        exits = _exits(variant)
+        times = [row["exit_s"] for row in exits]
+        rows.append(
+            {
+                "variant": variant.name,
+                "law": variant.law,
+                "tracking_out": push.tracking_rms_out,
+                "torque_gap_nm": push.torque_gap_nm,
+                "soft_torque_gap_nm": soft.torque_gap_nm,
+                "sensor_rms_nm": push.sensor_rms_nm,
+                "imperfect_tracking_out": _imperfect(variant),
+                "slowest_exit_s": None if None in times else max(times),
+                "exits": exits,
+                "jnds": push.jnds(),
+            }
+        )
+    step = perception.count_step_nm(runs.per_degree(WALL), COUNTS)
+    return {
+        "aims": AIMS,
+        "rows": rows,
+        "control_rate_hz": RATE_HZ,
+        "counts_per_rev": COUNTS,
+        "count_step_jnds": perception.torque_jnds(step),
+    }
+
+
+def table(results: Results) -> Table:
+    """Give the variants beside the aims, for the screen."""
+    shown = Table(box=None, pad_edge=False, header_style="bold")
+    shown.add_column("electrics,\n20 kHz, 32,768 counts", no_wrap=True)
+    for heading in (
+        "out", "gap\nmN·m", "soft gap\nmN·m", "sensor\nmN·m", "imper-\nfect", "exits\nms",
+        "out\nJND", "gap\nJND",
+    ):  # fmt: skip
+        shown.add_column(heading, justify="right")
+    for row in (*results["rows"], {"variant": "aim", **results["aims"]}):
+        felt = row.get("jnds")
+        slowest = row["slowest_exit_s"]
+        shown.add_row(
+            row["variant"],
+            f"{100 * row['tracking_out']:.2f} %",
+            *(
+                f"{1e3 * row[name]:.2f}"
+                for name in ("torque_gap_nm", "soft_torque_gap_nm", "sensor_rms_nm")
+            ),
+            f"{100 * row['imperfect_tracking_out']:.1f} %",
+            "stays" if slowest is None else f"{1e3 * slowest:.0f}",
+            *(f"{felt[name]:.2f}" if felt else "" for name in ("tracking_out", "torque_gap")),
+        )
+    return shown

@@ -1,0 +1,146 @@
+"""What the library shows: its symbols, their names, and whether they are as released."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.c import layouts
+from tests.c.calling import HEADER, TREE, N, run
+from tests.python.cpp_headers import read_sdk
+
+SDK = read_sdk()
+
+
+def test_library_shows_exactly_what_the_header_declares(library: Path) -> None:
+    shown = run("nm", "--dynamic", "--defined-only", "--with-symbol-versions", library).split("\n")
+    symbols = {line.split()[2] for line in shown if " T " in line}
+    assert {name.partition("@@")[2] for name in symbols} == {"TORSIO_0.1"}
+    assert {name.partition("@@")[0] for name in symbols} == set(HEADER.functions)
+    others = [line for line in shown if line and " T " not in line and " A TORSIO_" not in line]
+    assert others == []
+
+
+def test_library_names_its_interface(library: Path) -> None:
+    link = os.readlink(library)
+    chain = [library.name, link, os.readlink(library.parent / link)]
+    assert chain[:2] == ["libtorsio.so", "libtorsio.so.0.1"]
+    assert re.fullmatch(r"libtorsio\.so\.0\.1\.\d+", chain[2])
+    assert "[libtorsio.so.0.1]" in run("readelf", "--dynamic", library)
+
+
+RELEASED = TREE / "tests/c/released.h"
+CHANGED = (
+    "the C interface has changed{}. If it must be, run python -m tests.c.layouts > "
+    "tests/c/released.h, and raise the minor version before the next release"
+)
+
+
+def _hold_against(header: str, library: Path, folder: Path) -> tuple[int, str]:
+    """Hold the library against one that is compiled of another header, as libabigail sees both.
+
+    The number is 0 if they are the same, and has bit 4 or 8 if not.
+    """
+    script = TREE / "build/release/sdk/c/symbols.map"
+    (folder / "hollow.c").write_text(layouts.hollow(header), encoding="utf-8")
+    other = folder / "hollow.so"
+    run(
+        "gcc", "-g", "-shared", "-fPIC", "-fvisibility=hidden", f"-Wl,--version-script={script}",
+        "-Wl,-soname,libtorsio.so.0.1", folder / "hollow.c", "-o", other,
+    )  # fmt: skip
+    result = subprocess.run(
+        ("abidiff", other, library), stdout=subprocess.PIPE, text=True, check=False
+    )
+    assert not result.returncode & 3, result.stdout  # it could not do it
+    return result.returncode, result.stdout
+
+
+def test_library_is_as_the_programs_know_it(library: Path, tmp_path: Path) -> None:
+    """Functions, their parameters, and all members, in what the compilers wrote into both."""
+    header = RELEASED.read_text(encoding="utf-8")
+    code, told = _hold_against(header, library, tmp_path)
+    assert code == 0, CHANGED.format(f":\n{told}\nPrograms that were linked with it may break")
+    assert layouts.read(header).numbers == N, CHANGED.format(": other numbers have names")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("double stiffness_nm_per_rad;", "float stiffness_nm_per_rad;"),
+        ("double angle_rad;\n  int32_t side;", "int32_t side;\n  double angle_rad;"),
+        ("TORSIO_API torsio_result torsio_knob_arm(torsio_knob* knob);", ""),
+        (
+            "torsio_knob_sleep(torsio_knob* knob, double",
+            "torsio_knob_sleep(torsio_knob* knob, float",
+        ),
+    ],
+    ids=["type", "order", "function", "parameter"],
+)
+def test_other_interface_is_seen(library: Path, tmp_path: Path, old: str, new: str) -> None:
+    header = RELEASED.read_text(encoding="utf-8")
+    assert old in header
+    code, told = _hold_against(header.replace(old, new), library, tmp_path)
+    assert code & 12, told
+
+
+def test_compiler_lays_out_structures_as_the_second_reader_does(tmp_path: Path) -> None:
+    lines = ["#include <stdio.h>", "#include <torsio.h>", "int main(void) {"]
+    expected = []
+    for name, structure in HEADER.structures.items():
+        lines.append(f'printf("%zu\\n", sizeof({name}));')
+        expected.append(ctypes.sizeof(structure))
+        for field, *_ in structure._fields_:
+            lines.append(f'printf("%zu\\n", offsetof({name}, {field}));')
+            expected.append(getattr(structure, field).offset)
+    (tmp_path / "sizes.c").write_text("\n".join([*lines, "}"]))
+    run("gcc", "-std=c11", f"-I{layouts.HEADERS}", tmp_path / "sizes.c", "-o", tmp_path / "sizes")
+    assert [int(word) for word in run(tmp_path / "sizes").split()] == expected
+
+
+def test_all_members_of_the_cpp_classes_have_a_twin() -> None:
+    """Where the languages differ on purpose, a table says what C has instead."""
+    instead = {
+        "Knob.open": "torsio_knob_open",
+        "Knob.events": "torsio_knob_next_event",
+        "Knob.on_event": "torsio_knob_next_event",
+        "Knob.configure": "torsio_knob_set_control_config",
+        "Knob.update": "torsio_knob_set_control_config",
+        "Knob.emulator": "torsio_emulator_advance",
+        "Knob.Knob": "torsio_knob_open",
+        "Emulator.set_hand": "torsio_emulator_set_torque_hand",
+        "DeviceWatch.stop": "torsio_watch_free",
+        "DeviceWatch.is_stopped": "torsio_watch_next",
+    }
+    without = {
+        "Emulator.game",  # for the tests of drivers, in C++ and Python
+        "Emulator.inputs",  # for recordings, which are Python's
+        "Knob.tap",  # the same, and for pages that look on
+        "Knob.feature",  # the same
+    }
+    prefixes = {"Knob": "torsio_knob", "Emulator": "torsio_emulator", "DeviceWatch": "torsio_watch"}
+    for name, start in prefixes.items():
+        for member in SDK.scopes[name].functions:
+            own = f"{name}.{member}"
+            if own not in without and own not in instead:
+                assert f"{start}_{member}" in HEADER.functions, own
+    assert set(instead.values()) <= set(HEADER.functions)
+
+
+def test_names_of_results_are_those_of_the_header(lib: ctypes.CDLL) -> None:
+    for number in range(13):
+        name = lib.torsio_result_name(number).decode()
+        assert N[name] == number
+    assert lib.torsio_result_name(13) is None
+    assert lib.torsio_result_name(-1) is None
+    assert lib.torsio_state_name(-1) is None
+    assert lib.torsio_state_name(4) is None
+    version = re.search(
+        r"VERSION ([\d.]+)", (TREE / "CMakeLists.txt").read_text().split("project(torsio")[1]
+    )
+    assert version
+    assert lib.torsio_version().decode() == version[1]

@@ -1,0 +1,82 @@
+"""Programs in other languages, which call the installed C interface and feel the same wall."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.c.calling import TREE, run
+from tests.test_guides import examples
+
+STRICT = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic")
+FELT = """\
+the knob was pushed to 0.130 rad, into a wall at 0.1 rad,
+which pushed back with 43 mN m
+"""
+
+
+@pytest.fixture(scope="module")
+def flags(prefix: Path) -> list[str]:
+    """What a compiler needs, as pkg-config tells it."""
+    where = str(prefix / "lib/pkgconfig")
+    return run("pkg-config", "--cflags", "--libs", "torsio-c", PKG_CONFIG_PATH=where).split()
+
+
+def test_c_example_feels_the_wall(tmp_path: Path, prefix: Path, flags: list[str]) -> None:
+    program = tmp_path / "feel_a_wall"
+    run("gcc", *STRICT, TREE / "examples/c/feel_a_wall.c", "-o", program, *flags)
+    assert run(program, LD_LIBRARY_PATH=str(prefix / "lib")) == FELT
+
+
+def test_example_of_the_guide_prints_what_the_page_says(
+    tmp_path: Path, prefix: Path, flags: list[str]
+) -> None:
+    (example,) = examples("docs/c.md", "c")
+    (tmp_path / "guide.c").write_text(example.code)
+    program = tmp_path / "guide"
+    run("gcc", *STRICT, tmp_path / "guide.c", "-o", program, *flags)
+    assert run(program, LD_LIBRARY_PATH=str(prefix / "lib")) == example.output
+
+
+def test_csharp_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:
+    program = tmp_path / "FeelAWall.exe"
+    run("mcs", "-warnaserror", f"-out:{program}", TREE / "examples/csharp/FeelAWall.cs")
+    assert run("mono", program, LD_LIBRARY_PATH=str(prefix / "lib"), LC_ALL="C") == FELT
+
+
+def test_rust_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:
+    # The distribution's compiler, whatever else a user has installed.
+    rustc = "/usr/bin/rustc" if Path("/usr/bin/rustc").exists() else shutil.which("rustc")
+    assert rustc
+    listed = ("--allowlist-function", "torsio_.*", "--allowlist-type", "torsio_.*")
+    run(
+        "bindgen", *listed, "--allowlist-var", "TORSIO_.*", "-o", tmp_path / "torsio.rs",
+        prefix / "include/torsio.h",
+    )  # fmt: skip
+    program = tmp_path / "feel_a_wall"
+    source = TREE / "examples/rust/feel_a_wall.rs"
+    run(
+        rustc, "--edition", "2021", source, "-o", program, "-L", prefix / "lib", "-l", "torsio",
+        TORSIO_BINDINGS=str(tmp_path),
+    )  # fmt: skip
+    assert run(program, LD_LIBRARY_PATH=str(prefix / "lib")) == FELT
+
+
+def test_octave_example_feels_the_same(tmp_path: Path, prefix: Path, flags: list[str]) -> None:
+    folder = TREE / "examples/octave"
+    module = tmp_path / "torsio_mex.mex"
+    run("mkoctfile", "--mex", "-o", module, folder / "torsio_mex.c", *flags)
+    octave = ("octave-cli", "--norc", "--path", tmp_path)
+    where = {"LD_LIBRARY_PATH": str(prefix / "lib")}
+    assert run(*octave, folder / "feel_a_wall.m", **where) == FELT
+    wrong = (
+        ("torsio_mex('arm')", "knob is NULL"),
+        ("torsio_mex('open', 'nothing')", "nothing"),
+        ("torsio_mex('open', 'emulated'); torsio_mex('wall', 0, -1)", "stiffness_nm_per_rad"),
+        ("torsio_mex('dance')", "open, wall, push, arm, record or close"),
+    )
+    for calls, sentence in wrong:
+        told = run(*octave, "--eval", f"try, {calls}, catch e, disp(e.message), end", **where)
+        assert sentence in told
