@@ -1,33 +1,42 @@
 """Makes the documents a site, in ``build/site/html``: a folder that any host can serve.
 
 ``python -m tools.site``, or ``./dev site``. Sphinx makes the pages from ``docs/*.md``, the Python
-reference from the docstrings, and shows the C++ headers, which are that reference. On the first
-page is the studio's page, with the emulated knob in it.
+reference from the docstrings, and the C++ reference from the headers' comments. On the first page
+is the studio's page, with the emulated knob in it.
 """
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+from tools import cpp_reference
 
 TREE = Path(__file__).parent.parent
 BUILD = TREE / "build/site"
 SOURCE = BUILD / "source"
 HTML = BUILD / "html"
 PAGE = TREE / "build/studio/page"
-HEADERS = TREE / "sdk/include/torsio"
+DOXYGEN = BUILD / "doxygen"
 
-_GUIDES = ("studio", "python", "cpp", "games", "emulator", "usb", "hardware", "troubleshooting")
+_GUIDES = (
+    *("studio", "python", "cpp", "c", "testing", "games", "emulator", "usb", "hardware"),
+    *("calibration", "troubleshooting"),
+)
 _BACKGROUND = ("architecture", "theory", "protocol", "threads", "reliability", "security")
-_STUDIES = ("paper", "actuators", "design", "extremes", "fidelity")
+_STUDIES = ("paper", "actuators", "design", "extremes", "fidelity", "calibration")
 _MODULES = ("torsio", "torsio.emulator", "torsio.protocol", "torsio.telemetry", "torsio.studio")
 
 _CONFIGURATION = '''\
 """Of Sphinx; written by tools/site.py."""
 project = "Torsio"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "breathe"]
+breathe_default_project = "torsio"
+breathe_projects = {"torsio": "../doxygen/xml"}
+breathe_show_include = False
 myst_heading_anchors = 3
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
@@ -56,8 +65,8 @@ def _toctree(title: str, pages: tuple[str, ...]) -> str:
     return "\n".join(["```{toctree}", f":caption: {title}", ":maxdepth: 1", "", *pages, "```", ""])
 
 
-def _reference() -> None:
-    """Write the pages that name what Sphinx and the headers say themselves."""
+def _reference() -> list[str]:
+    """Write the pages that name what docstrings and headers say; give those of the headers."""
     folder = SOURCE / "reference"
     folder.mkdir()
     for module in _MODULES:
@@ -70,19 +79,14 @@ def _reference() -> None:
             f"{'   ' + options if module == 'torsio' else ''}\n```\n",
             encoding="utf-8",
         )
-    for header in sorted(HEADERS.glob("*.hpp")):
-        (folder / f"{header.stem}_hpp.md").write_text(
-            f"# torsio/{header.name}\n\n```cpp\n{header.read_text(encoding='utf-8')}```\n",
-            encoding="utf-8",
-        )
+    return cpp_reference.write_pages(cpp_reference.read_headers(DOXYGEN), folder)
 
 
 def write_source() -> None:
     """Gather what Sphinx reads."""
     shutil.rmtree(SOURCE, ignore_errors=True)
     shutil.copytree(TREE / "docs", SOURCE)
-    _reference()
-    headers = tuple(f"reference/{h.stem}_hpp" for h in sorted(HEADERS.glob("*.hpp")))
+    headers = tuple(f"reference/{name}" for name in _reference())
     trees = [
         _toctree("Guides", _GUIDES),
         _toctree("Python", tuple(f"reference/{module}" for module in _MODULES)),
@@ -92,10 +96,31 @@ def write_source() -> None:
     ]
     (SOURCE / "index.md").write_text(_FIRST + "\n".join(trees), encoding="utf-8")
     (SOURCE / "conf.py").write_text(_CONFIGURATION, encoding="utf-8")
-    # What lies outside the documents is named, as nothing can be followed there.
-    games = SOURCE / "games.md"
-    text = games.read_text(encoding="utf-8")
-    games.write_text(text.replace("](../examples/game)", "](games.md)"), encoding="utf-8")
+    for page in SOURCE.rglob("*.md"):
+        if "reference" not in page.parts:
+            _bring_along(page)
+
+
+def _bring_along(page: Path) -> None:
+    """Have a page's links out of the documents lead to copies of the files; to folders, nowhere."""
+    inside = page.relative_to(SOURCE)
+
+    def link(found: re.Match[str]) -> str:
+        words, target = found.groups()
+        file = (TREE / "docs" / inside.parent / target).resolve()
+        if file.is_relative_to(TREE / "docs") or not file.exists():
+            return found[0]  # what leads nowhere Sphinx tells
+        if file.is_dir():
+            return f"{words} (`{file.relative_to(TREE)}`)"
+        copy = SOURCE / "tree" / file.relative_to(TREE)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        # Another document would be a page that no list names.
+        copy = copy.with_suffix(".txt") if copy.suffix == ".md" else copy
+        shutil.copy2(file, copy)
+        return f"[{words}]({'../' * (len(inside.parts) - 1)}{copy.relative_to(SOURCE)})"
+
+    text = page.read_text(encoding="utf-8")
+    page.write_text(re.sub(r"\[([^\]]*)\]\((\.\./[^)#]+)\)", link, text), encoding="utf-8")
 
 
 def main() -> int:

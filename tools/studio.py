@@ -29,7 +29,10 @@ _FLAGS = (
     *("-ffp-contract=off", "-DNDEBUG", "-Wall", "-Wextra", "-Werror", "-Wno-missing-braces"),
 )
 # Of the page, those that need no browser.
-MODULES = ("codec", "conversion", "emulated_device", "lines", "samples")
+MODULES = (
+    *("codec", "conversion", "emulated_device", "energies", "knob", "lines", "reports"),
+    *("samples", "strip"),
+)
 
 
 def sources() -> list[Path]:

@@ -1,12 +1,13 @@
 // A knob that `torsio studio` holds for the page, over a WebSocket: a byte that says what, then the
 // report as it is, or several where the device speaks.
 
-import { Gone, Inbox, type Transport } from "./transport";
+import { Gone, Inbox, reportsIn, type Transport } from "./transport";
 
 /** First byte of every message; bindings/python/torsio/studio/bridge.py has the same. */
 const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6, HAVE = 7;
-
-const REPORT_BYTES = 64;
+const ANSWERS: readonly number[] = [GOT, STALLED, TAKEN];
+const NONSENSE =
+  "what is at the other end does not speak as `torsio studio` does; give page and package the same version of Torsio";
 
 export class BridgeTransport implements Transport {
   readonly title: string;
@@ -23,23 +24,24 @@ export class BridgeTransport implements Transport {
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       const bytes = new Uint8Array(event.data);
       if (bytes[0] === INPUT) this.#takeIn(bytes);
-      else this.#waiting.shift()?.resolve(bytes);
+      else if (ANSWERS.includes(bytes[0]!)) this.#waiting.shift()?.resolve(bytes);
+      else this.#end(NONSENSE);
     };
     socket.onclose = (event) => {
-      const why = event.reason || "the connection to `torsio studio` was cut; start it again";
-      this.#inbox.end(why);
-      for (const { reject } of this.#waiting.splice(0)) reject(new Gone(why));
+      this.#end(event.reason || "the connection to `torsio studio` was cut; start it again");
     };
   }
 
+  #end(why: string): void {
+    this.#inbox.end(why);
+    for (const { reject } of this.#waiting.splice(0)) reject(new Gone(why));
+    this.#socket.close();
+  }
+
   #takeIn(message: Uint8Array): void {
-    const reports: Uint8Array[] = [];
-    for (let at = 1; at < message.length; at += REPORT_BYTES) reports.push(message.slice(at, at + REPORT_BYTES));
-    this.#inbox.push(reports);
-    // After what waits to be done: no more comes than the page keeps up with.
-    setTimeout(() => {
-      if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(Uint8Array.of(HAVE));
-    });
+    this.#inbox.push(reportsIn(message.subarray(1)));
+    // No more comes than the page keeps up with.
+    if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(Uint8Array.of(HAVE));
   }
 
   /** @throws Error that says why the bridge did not let the page in */
@@ -49,8 +51,14 @@ export class BridgeTransport implements Transport {
     return new Promise((resolve, reject) => {
       // The first message is text: what is at the other end.
       socket.onmessage = (event: MessageEvent<string>) => {
-        const hello = JSON.parse(event.data) as { title: string; read_only: boolean };
-        resolve(new BridgeTransport(socket, hello.title, hello.read_only));
+        try {
+          const { title, read_only } = JSON.parse(event.data) as { title: string; read_only: boolean };
+          if (typeof title !== "string" || typeof read_only !== "boolean") throw new Error();
+          resolve(new BridgeTransport(socket, title, read_only));
+        } catch {
+          reject(new Error(NONSENSE));
+          socket.close();
+        }
       };
       socket.onclose = (event) =>
         reject(new Error(event.reason || "`torsio studio` does not answer, or refused the address: open the one that it printed"));

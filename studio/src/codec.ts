@@ -34,6 +34,19 @@ export function described(name: string): Report {
   return report;
 }
 
+/** Bytes of a field, all its elements together. */
+export function sizeOf(field: Field): number {
+  const one = field.fields ? field.fields.reduce((sum, inner) => sum + sizeOf(inner), 0) : field.wire ? SIZES[field.type!] : 0;
+  return one * (field.count ?? 1);
+}
+
+/** Where a field stands, if the first of them stands at `begin`. */
+export function offsetOf(fields: readonly Field[], wire: string, begin: number): number {
+  const index = fields.findIndex((field) => field.wire === wire);
+  if (index < 0) throw new Error(`there is no field ${wire}`);
+  return fields.slice(0, index).reduce((at, field) => at + sizeOf(field), begin);
+}
+
 export function nameOf(id: number): string | undefined {
   return BY_ID.get(id);
 }

@@ -5,6 +5,8 @@ import { byId } from "./page";
 
 const STEP_RAD = Math.PI / 90;
 const SCALE_LINES = 24;
+// Half a pixel at the rim.
+const VISIBLE_RAD = 5e-3;
 
 /** A line across the rim. */
 function line(angleRad: number, from: number, to: number, name: string): SVGElement {
@@ -28,8 +30,10 @@ export function showPlaces(scene: readonly Effect[]): void {
 
 export class Dial {
   #angle = 0;
+  #shown = 0;
   #target: number | undefined;
   readonly #dial = byId<SVGElement>("dial");
+  readonly #pointer = byId("pointer");
 
   /** @param hand is told where the hand means to be; undefined: it lets go */
   constructor(private readonly hand: (angle: number | undefined) => void) {
@@ -81,9 +85,15 @@ export class Dial {
 
   show(angle: number): void {
     this.#angle = angle;
+    if (Math.abs(angle - this.#shown) < VISIBLE_RAD) return;
+    this.#shown = angle;
     // Positive angles turn to the right, as one turns a knob up.
-    byId<SVGElement>("pointer").setAttribute("transform", `rotate(${(angle * 180) / Math.PI})`);
-    this.#dial.setAttribute("aria-valuenow", ((angle * 180) / Math.PI).toFixed(1));
+    this.#pointer.style.transform = `rotate(${angle}rad)`;
+  }
+
+  /** The same in words, for who does not see it. */
+  tell(): void {
+    this.#dial.setAttribute("aria-valuenow", ((this.#shown * 180) / Math.PI).toFixed(1));
   }
 
   #move(target: number): void {

@@ -33,8 +33,8 @@ export class EmulatedDevice {
   private constructor(private readonly wasm: Exports) {}
 
   /** @param controlPeriodNs 50,000 to 1,000,000 */
-  static async load(module: BufferSource, seed = 0, controlPeriodNs = 250_000): Promise<EmulatedDevice> {
-    const compiled = await WebAssembly.compile(module);
+  static async load(module: BufferSource | WebAssembly.Module, seed = 0, controlPeriodNs = 250_000): Promise<EmulatedDevice> {
+    const compiled = module instanceof WebAssembly.Module ? module : await WebAssembly.compile(module);
     // It asks nothing of an operating system; what its libraries import is never of use.
     const imports: WebAssembly.Imports = {};
     for (const { module, name } of WebAssembly.Module.imports(compiled)) {

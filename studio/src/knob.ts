@@ -1,19 +1,26 @@
 // A knob: its reports become states, answers and samples; the page's wishes become reports.
 
-import { decode, encode, MalformedReport, type Values } from "./codec";
+import { decode, encode, MalformedReport, REPORT_SIZE, type Values } from "./codec";
 import { fromWire, InvalidValue, sceneToWire, toWire, type Effect, type Given } from "./conversion";
 import { CONFIGURATIONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from "./reports";
 import { TelemetryDecoder, type Units } from "./samples";
 import type { Transport } from "./transport";
 
 const ANSWER_MS = 1000;
+// Of a feature report; a virtual machine that starts may take long.
+const FEATURE_MS = 5000;
+const LOOK_MS = 1000;
+// Looks without a sample: a page that was busy itself has had none either.
+const SILENT_LOOKS = 3;
+const CABLE = "try another cable and another port, without a hub";
 const EASY_RATE_HZ = 3600;
 // Their first fields are the sequence number, which is written in here.
 const SEQUENCE_AT = 1;
 
 /** Who keeps what travels. */
 export interface Keeper {
-  sample(row: readonly number[], tick: number, counts: number, flags: number): void;
+  /** The row is used again for the next one. */
+  sample(row: ArrayLike<number>, tick: number, counts: number, flags: number): void;
   report(newestTick: number, sent: boolean, bytes: Uint8Array): void;
 }
 
@@ -43,10 +50,14 @@ export class Knob {
   undecodable = 0;
   /** Round trips of commands, the newest last, in ms. */
   readonly roundTrips: number[] = [];
-  sampleRateHz = 0;
 
-  onSample: (row: number[]) => void = () => {};
+  /** Gets each sample; the row is used again for the next one. */
+  onSample: (row: ArrayLike<number>) => void = () => {};
+  /** Called when samples came, once for all that came together. */
+  onSamples: () => void = () => {};
   onChange: () => void = () => {};
+  /** Gets a sentence when the device says nothing, or nonsense; undefined: all is well again. */
+  onComplaint: (sentence: string | undefined) => void = () => {};
   onGone: (why: string) => void = () => {};
 
   readonly decoder: TelemetryDecoder;
@@ -58,6 +69,8 @@ export class Knob {
   #saidAlive = 0;
   #turn: Promise<unknown> = Promise.resolve();
   #newestTick = 0;
+  #looking: ReturnType<typeof setInterval> | undefined;
+  #flagBits = 0;
 
   private constructor(readonly transport: Transport, public identity: Identity) {
     this.decoder = new TelemetryDecoder(identity);
@@ -67,48 +80,85 @@ export class Knob {
   static async open(transport: Transport): Promise<Knob> {
     const knob = new Knob(transport, await identify(transport));
     void knob.#read();
-    await knob.refresh();
-    await knob.startTelemetry();
+    try {
+      await knob.#lookAgain();
+      await knob.startTelemetry();
+    } catch (error) {
+      clearInterval(knob.#keepAlive);
+      throw error;
+    }
+    knob.#watch();
     return knob;
   }
 
   async #read(): Promise<void> {
     try {
       for (;;) {
+        const { received } = this.decoder;
         for (const report of await this.transport.read()) this.#dispatch(report);
+        if (this.decoder.received !== received) this.onSamples();
         // Timers come late where much else happens.
         const late = performance.now() - this.#saidAlive > 1000 * this.#sayAliveS;
         if (late && this.state === "armed" && !this.transport.readOnly) this.#sayAlive();
       }
     } catch (error) {
-      clearInterval(this.#keepAlive);
+      this.#stopTimers();
       this.state = "disconnected";
       this.onGone((error as Error).message);
       this.onChange();
     }
   }
 
+  #stopTimers(): void {
+    clearInterval(this.#keepAlive);
+    clearInterval(this.#looking);
+  }
+
+  /** Complains of silence and of damage, once each, until it is over. */
+  #watch(): void {
+    let { received } = this.decoder, damaged = this.undecodable, silent = 0, complained = false;
+    this.#looking = setInterval(() => {
+      const fresh = this.decoder.received - received, bad = this.undecodable - damaged;
+      received = this.decoder.received;
+      damaged = this.undecodable;
+      silent = fresh || bad || this.transport.readOnly ? 0 : silent + 1;
+      if (bad) {
+        this.onComplaint(`${damaged} damaged reports came from the knob and were left out: ${CABLE}`);
+      } else if (silent >= SILENT_LOOKS) {
+        this.onComplaint(`the knob has sent nothing for ${silent} s: ${CABLE}, or connect again`);
+      } else if (complained) {
+        this.onComplaint(undefined);
+      }
+      complained = bad > 0 || silent >= SILENT_LOOKS;
+    }, LOOK_MS);
+  }
+
   #dispatch(bytes: Uint8Array): void {
-    let report: { name: string; values: Values };
     try {
-      report = decode(bytes);
+      if (bytes[0] === REPORTS.telemetry!.id) this.#takeSamples(bytes);
+      else this.#takeNews(bytes);
     } catch (error) {
       if (!(error instanceof MalformedReport)) throw error;
       ++this.undecodable;
-      return;
     }
-    const { name, values } = report;
-    if (name === "telemetry") {
-      const flags = Number(values.flags);
-      this.flags = FLAGS.filter(({ bit }) => flags & (1 << bit)).map((flag) => flag.name);
-      this.sampleRateHz = 1e9 / this.identity.controlPeriodNs / Number(values.decimation);
-      this.decoder.decode(values, (row, tick, counts) => {
-        this.#newestTick = tick;
-        this.keeper?.sample(row, tick, counts, flags);
-        this.onSample(row);
-      });
-      return;
-    }
+  }
+
+  #takeSamples(bytes: Uint8Array): void {
+    const { decoder } = this;
+    decoder.decode(bytes, this.#takeSample);
+    if (decoder.flags === this.#flagBits) return;
+    this.#flagBits = decoder.flags;
+    this.flags = FLAGS.filter(({ bit }) => decoder.flags & (1 << bit)).map((flag) => flag.name);
+  }
+
+  readonly #takeSample = (row: ArrayLike<number>, tick: number, counts: number): void => {
+    this.#newestTick = tick;
+    this.keeper?.sample(row, tick, counts, this.decoder.flags);
+    this.onSample(row);
+  };
+
+  #takeNews(bytes: Uint8Array): void {
+    const { name, values } = decode(bytes);
     this.#newestTick = Math.max(this.#newestTick, Number(values.tick ?? 0));
     this.keeper?.report(this.#newestTick, false, bytes);
     if (name === "acknowledgement") {
@@ -231,9 +281,13 @@ export class Knob {
     return { faults, values };
   }
 
-  /** Looks again at who the device is and how it is: after it was opened or configured. */
+  /** Looks again at who the device is and how it is: after it was configured. */
   async refresh(): Promise<void> {
     this.identity = await identify(this.transport);
+    await this.#lookAgain();
+  }
+
+  async #lookAgain(): Promise<void> {
     const { values } = await this.health();
     this.#watchdogS = Number((await feature(this.transport, "control_config")).watchdog_s);
     this.#enter(String(values.state), String(values.owner), Number(values.faults));
@@ -244,7 +298,6 @@ export class Knob {
   async startTelemetry(): Promise<void> {
     const controlHz = 1e9 / this.identity.controlPeriodNs;
     const decimation = Math.ceil(controlHz / EASY_RATE_HZ);
-    this.sampleRateHz = controlHz / decimation;
     const clock = await feature(this.transport, "clock");
     this.decoder.begin(this.identity, clock.position_counts as bigint);
     if (this.transport.readOnly) return;
@@ -274,9 +327,13 @@ export class Knob {
     await this.startTelemetry();
   }
 
+  get sampleRateHz(): number {
+    return this.decoder.decimation ? 1e9 / this.identity.controlPeriodNs / this.decoder.decimation : 0;
+  }
+
   async close(): Promise<void> {
     if (this.state === "armed" && !this.transport.readOnly) await this.command("disarm").catch(() => {});
-    clearInterval(this.#keepAlive);
+    this.#stopTimers();
     this.transport.close();
   }
 }
@@ -285,15 +342,44 @@ function namesOf(faults: number): string[] {
   return FAULTS.filter(({ bit }) => faults & (1 << bit)).map((fault) => fault.name);
 }
 
+/** A feature report of the right length. @throws Error that says what is wrong */
+async function ask(transport: Transport, name: string): Promise<Uint8Array> {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  const silence = new Promise<never>((_, reject) => {
+    timer = setTimeout(
+      () => reject(new Error(`the device did not give its ${name} report within ${FEATURE_MS / 1000} s: ${CABLE}`)),
+      FEATURE_MS,
+    );
+  });
+  try {
+    const report = await Promise.race([transport.getFeature(REPORTS[name]!.id), silence]);
+    if (!report) throw new Error(`the device does not give its ${name} report: is it a Torsio knob?`);
+    if (report.length !== REPORT_SIZE) {
+      throw new Error(`the device's ${name} report has ${report.length} bytes in place of ${REPORT_SIZE}: ${CABLE}`);
+    }
+    return report;
+  } finally {
+    clearTimeout(timer);
+  }
+}
+
+function understood(report: Uint8Array, wanted: string): Values {
+  try {
+    const { name, values } = decode(report);
+    if (name !== wanted) throw new Error(`the device gave its ${name} report in place of ${wanted}: ${CABLE}`);
+    return values;
+  } catch (error) {
+    if (!(error instanceof MalformedReport)) throw error;
+    throw new Error(`the device's ${wanted} report makes no sense (${error.message}): ${CABLE}`);
+  }
+}
+
 async function feature(transport: Transport, name: string): Promise<Values> {
-  const report = await transport.getFeature(REPORTS[name]!.id);
-  if (!report) throw new Error(`the device does not give its ${name} report`);
-  return decode(report).values;
+  return understood(await ask(transport, name), name);
 }
 
 async function identify(transport: Transport): Promise<Identity> {
-  const report = await transport.getFeature(REPORTS.identity!.id);
-  if (!report) throw new Error("the device does not say who it is; is it a Torsio knob?");
+  const report = await ask(transport, "identity");
   // These two are the same in every version, whatever comes behind them.
   const view = new DataView(report.buffer, report.byteOffset);
   if (view.getUint32(1, true) !== FINGERPRINT) {
@@ -302,7 +388,7 @@ async function identify(transport: Transport): Promise<Identity> {
         `0x${view.getUint32(1, true).toString(16)}) than this page: give both the same version of Torsio`,
     );
   }
-  const { values } = decode(report);
+  const values = understood(report, "identity");
   const serial = (values.serial as number[]).filter((c) => c > 0);
   return {
     serial: String.fromCharCode(...serial),

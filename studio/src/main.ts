@@ -1,31 +1,33 @@
 // The page: it connects to a knob, shows it, plays the scene on it, and disarms it with one key.
 
 import "./main.css";
+import { Ages } from "./ages";
 import { BridgeTransport } from "./bridge_transport";
 import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
 import { Dial, showPlaces } from "./dial";
+import { TRUTH } from "./emulated_device";
+import { EnergyReadouts } from "./energies";
 import { entryOf } from "./entries";
 import { FirstPower } from "./first_power";
 import { Games } from "./games";
 import { Knob } from "./knob";
-import { byId, element } from "./page";
+import { byId, element, show } from "./page";
 import { Plots } from "./plots";
 import { Recorder } from "./recorder";
 import { FAULTS, FLAGS } from "./reports";
-import { CHANNELS, Ring } from "./samples";
+import { CHANNELS } from "./samples";
 import { SceneEditor } from "./scene_editor";
 import type { Transport } from "./transport";
 import { hasWebHid, WebHidTransport } from "./webhid_transport";
 import { WasmTransport } from "./wasm_transport";
 
-const KEPT_SAMPLES = 60_000; // a quarter of a minute at the highest rate
-const TRUTH_WIDTH = 10;
-// Thirty pictures a second: more costs, and shows nothing more. Nobody reads numbers so fast.
-const PICTURE_MS = 30, NUMBERS_MS = 90;
+// For ./dev bench studio: the page's files are there.
+performance.mark("script");
 
-const samples = new Ring(1 + CHANNELS.length, KEPT_SAMPLES);
-const truth = new Ring(TRUTH_WIDTH, KEPT_SAMPLES);
+// Some 28 pictures a second at most: more cost, and show nothing more. Nobody reads numbers so fast.
+const PICTURE_MS = 28, NUMBERS_MS = 200;
+
 let knob: Knob | undefined;
 let emulated: WasmTransport | undefined;
 
@@ -64,6 +66,7 @@ const firstPower = new FirstPower(
   () => attempt(() => knob!.command("disarm")),
 );
 new Games(() => knob);
+new EnergyReadouts(() => knob);
 const calibrating: Calibrating = new Calibrating(
   () => (servesKnob() || calibrating.running ? serverAddress("calibration") : undefined),
   attempt,
@@ -71,7 +74,7 @@ const calibrating: Calibrating = new Calibrating(
   () => connect("bridge"),
 );
 const dial = new Dial((angle) => emulated?.hand(angle));
-const plots = new Plots(samples, truth);
+const plots = new Plots();
 
 function button(id: string): HTMLButtonElement {
   return byId<HTMLButtonElement>(id);
@@ -93,6 +96,7 @@ function showState(): void {
   calibrating.enable(canAct && state === "disarmed");
   recorder.enable(knob !== undefined && state !== "disconnected");
   document.body.classList.toggle("has-emulator", emulated !== undefined);
+  document.body.classList.toggle("only-watches", knob?.transport.readOnly === true);
   dial.enabled = emulated !== undefined;
   if (faulty && !knob!.faults.length) void knob!.health().then(showFaults);
   showFaults();
@@ -141,31 +145,33 @@ async function letGo(words: string): Promise<void> {
   await knob?.close();
   knob = undefined;
   emulated = undefined;
-  samples.clear();
-  truth.clear();
+  plots.clear();
   showState();
   byId("who").textContent = words;
 }
 
 async function connect(kind: string): Promise<void> {
   await letGo("connecting");
+  let transport: Transport | undefined;
   try {
-    const transport = await transportTo(kind);
-    if (transport instanceof WasmTransport) {
-      transport.onTruth = (rows) => {
-        for (let i = 0; i < rows.length; i += TRUTH_WIDTH) truth.push(rows.subarray(i, i + TRUTH_WIDTH));
-      };
-    }
+    transport = await transportTo(kind);
     knob = await Knob.open(transport);
   } catch (error) {
+    transport?.close();
     byId("who").textContent = "no knob";
     emulated = undefined;
     showState();
     throw error;
   }
+  ages.begin();
   knob.onSample = (row) => {
-    cameAt = performance.now();
-    samples.push(row);
+    newest = row;
+    ages.sample(row[0]!);
+    plots.push(row);
+  };
+  knob.onSamples = () => {
+    ages.came();
+    pictureSoon();
   };
   knob.onChange = showState;
   knob.onGone = (why) => {
@@ -179,14 +185,12 @@ async function connect(kind: string): Promise<void> {
     `${knob.transport.title}: serial number ${serial}, firmware ${firmware}, ${rate} kHz` +
     (knob.transport.readOnly ? "; only watching" : "");
   showState();
-  if (!knob.transport.readOnly) await knob.play(editor.scene);
-  await configurations.load();
-}
-
-function show(id: string, value: number, words: string): void {
-  const place = byId<HTMLDataElement>(id);
-  place.value = String(value);
-  if (place.textContent !== words) place.textContent = words;
+  knob.onComplaint = (sentence) => say(sentence ?? "");
+  try {
+    if (!knob.transport.readOnly) await knob.play(editor.scene);
+  } finally {
+    await configurations.load();
+  }
 }
 
 byId("flags").title = FLAGS.map((flag) => `${flag.name.replaceAll("_", " ")}: ${flag.doc}`).join("\n");
@@ -195,41 +199,45 @@ function torque(value: number): string {
   return `${(1e3 * value).toFixed(1)} mN·m`;
 }
 
-// When the newest sample came and when the last picture was made; and how old samples then were.
-let cameAt = 0, drewAt = 0, wroteAt = 0;
-const ages: number[] = [];
+let newest: ArrayLike<number> | undefined;
+let drewAt = 0, wroteAt = 0, isComing = false, pictures = 0;
+const ages = new Ages();
 
-function frame(now: number): void {
-  requestAnimationFrame(frame);
-  if (now - drewAt < PICTURE_MS || cameAt <= drewAt) return;
-  drewAt = now;
-  draw();
-  ages.push(performance.now() - cameAt);
-  if (ages.length > 300) ages.shift();
+/** Draws, but no sooner than the eye sees; without samples nothing runs. */
+function pictureSoon(): void {
+  if (isComing) return;
+  isComing = true;
+  const early = drewAt + PICTURE_MS - performance.now();
+  if (early <= 0) requestAnimationFrame(draw);
+  else setTimeout(() => requestAnimationFrame(draw), early);
 }
 
-function draw(): void {
-  const row = samples.last();
-  if (!row || !knob) return;
-  dial.show(row[1]!);
+function draw(now: number): void {
+  isComing = false;
+  drewAt = now;
+  if (!newest || !knob) return;
+  dial.show(newest[1]!);
   plots.draw();
-  if (drewAt - wroteAt < NUMBERS_MS) return;
-  wroteAt = drewAt;
-  write(knob, row);
+  ++pictures;
+  if (now - wroteAt >= NUMBERS_MS) {
+    wroteAt = now;
+    write(knob, newest);
+  }
+  ages.drawn();
 }
 
 /** The numbers beside the dial. */
-function write(knob: Knob, row: readonly number[]): void {
-  const [, angle, speed] = row as [number, number, number];
+function write(knob: Knob, row: ArrayLike<number>): void {
+  const angle = row[1]!, speed = row[2]!;
+  dial.tell();
   show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
   show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
   CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
   show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
   firstPower.look({ state: knob.state, faults: knob.faults, angleRad: angle, brakeCapacityNm: row[5]! });
-  const actual = truth.last();
-  if (actual) {
-    show("true_spring_torque_nm", actual[4]!, torque(actual[4]!));
-    show("true_hand_torque_nm", actual[8]!, torque(actual[8]!));
+  for (const name of ["spring_torque_nm", "hand_torque_nm"] as const) {
+    const actual = emulated?.truth[TRUTH.indexOf(name)];
+    if (actual !== undefined) show(`true_${name}`, actual, torque(actual));
   }
   const trips = [...knob.roundTrips].sort((a, b) => a - b);
   const median = trips[trips.length >> 1];
@@ -265,12 +273,12 @@ addEventListener("pagehide", () => void knob?.close());
 connection.value = new URLSearchParams(location.search).has("token") ? "bridge" : "wasm";
 showState();
 attempt(() => connect(connection.value));
-requestAnimationFrame(frame);
 // For ./dev bench studio.
 Object.assign(window, {
   studio: {
     samples: () => knob?.decoder.received ?? 0,
     lost: () => knob?.decoder.lost ?? 0,
-    latencyMs: () => [...ages].sort((a, b) => a - b)[ages.length >> 1],
+    pictures: () => pictures,
+    latencyMs: (part: number) => ages.part(part),
   },
 });

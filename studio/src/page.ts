@@ -22,6 +22,13 @@ export function byId<T extends Element = HTMLElement>(id: string): T {
   return found as unknown as T;
 }
 
+/** Shows a number, in words, in its place. */
+export function show(id: string, value: number, words: string): void {
+  const place = byId<HTMLDataElement>(id);
+  place.value = String(value);
+  if (place.textContent !== words) place.textContent = words;
+}
+
 /** A colour of the style sheet, which differs from dark to light. */
 export function colour(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();

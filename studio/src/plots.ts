@@ -2,37 +2,58 @@
 
 import uPlot from "uplot";
 import { byId, colour, element } from "./page";
-import type { Ring } from "./samples";
+import { Steps } from "./samples";
+import { type Line, Strip } from "./strip";
 
 const WINDOW_S = 5;
-// The second plot changes slowly: every second picture is enough.
-const OVER_ANGLE_EVERY = 2;
+// About a pixel each; what is drawn does not depend on how many samples come.
+const STEPS = 420;
+// What looks at all steps: every eighth picture is enough. The second plot changes slowly, and is drawn whole.
+const WHOLE_EVERY = 8;
 
-/** What is drawn over time: name, colour of the style sheet, dashes, and column of a sample. */
+/** What is drawn over time: name, colour of the style sheet, and dashes. */
 const CURVES = [
-  { name: "wanted", colour: "wanted", dash: [6, 4], column: 3 },
-  { name: "motor command", colour: "motor", dash: [], column: 4 },
-  { name: "brake capacity", colour: "brake", dash: [2, 3], column: 5 },
-  { name: "spring, sensed", colour: "spring", dash: [], column: 6 },
-  { name: "angle, on the right", colour: "angle", dash: [10, 3, 2, 3], column: 1 },
+  { name: "wanted", colour: "wanted", dash: [6, 4] },
+  { name: "motor command", colour: "motor", dash: [] },
+  { name: "brake capacity", colour: "brake", dash: [2, 3] },
+  { name: "spring, sensed", colour: "spring", dash: [] },
+  { name: "angle, on the right", colour: "angle", dash: [10, 3, 2, 3] },
 ] as const;
-const ANGLE = CURVES.length - 1;
+const WANTED = 0, ANGLE = CURVES.length - 1;
+// Scales of the plot over time, which share no curve: the least that they span, and whether 0 is always in.
+const SCALES = {
+  nm: { least: 20, hasZero: true, of: (i: number) => i !== ANGLE },
+  deg: { least: 5, hasZero: false, of: (i: number) => i === ANGLE },
+};
+// And one that is drawn over the angle only.
+const FELT = CURVES.length;
 
 type Palette = Record<string, string>;
 
 export class Plots {
+  // Axes and grid, which stand still until a range changes; over them the curves.
   #time: uPlot | undefined;
+  readonly #paper = element("canvas");
+  readonly #ranges = { nm: [-10, 10], deg: [-2.5, 2.5] };
   // To ask for a style is dear.
   #palette: Palette = {};
   #hidden = new Set<number>();
   #pictures = 0;
+  // The newest step when ranges were looked at.
+  #looked = 0;
   #over = { width: 0, height: 0 };
+  readonly #steps = new Steps(CURVES.length + 1, STEPS + 1, WINDOW_S / STEPS);
+  readonly #strip = new Strip(this.#steps, this.#paper.getContext("2d")!);
+  readonly #values = new Float64Array(CURVES.length + 1);
   readonly #canvas = byId<HTMLCanvasElement>("over-angle");
   readonly #place = byId("over-time");
 
-  constructor(private readonly samples: Ring, private readonly truth: Ring) {
+  constructor() {
     this.#build();
-    new ResizeObserver(() => this.#time?.setSize(this.#size())).observe(this.#place);
+    new ResizeObserver(() => {
+      this.#time?.setSize(this.#size());
+      this.#fit();
+    }).observe(this.#place);
     new ResizeObserver(() => this.#measure()).observe(this.#canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#build());
     byId("over-time-legend").append(...CURVES.map((curve, i) => this.#switch(curve.name, curve.colour, curve.dash, i)));
@@ -60,7 +81,7 @@ export class Plots {
       const shown = this.#hidden.delete(i);
       if (!shown) this.#hidden.add(i);
       button.setAttribute("aria-pressed", String(shown));
-      this.#time?.setSeries(i + 1, { show: shown });
+      this.#strip.renew();
     });
     return button;
   }
@@ -75,55 +96,114 @@ export class Plots {
       {
         ...this.#size(),
         cursor: { show: false },
-        scales: { x: { time: false }, nm: {}, deg: {} },
-        series: [
-          { label: "time" },
-          ...CURVES.map((curve, i) => ({
-            label: curve.name, scale: i === ANGLE ? "deg" : "nm", stroke: this.#palette[curve.colour]!, width: 1.5,
-            dash: [...curve.dash], points: { show: false }, show: !this.#hidden.has(i),
-          })),
-        ],
+        scales: { x: { time: false, range: [-WINDOW_S, 0] }, nm: { range: asGiven }, deg: { range: asGiven } },
+        // They have the ranges for their values, and draw nothing.
+        series: [{}, ...Object.keys(SCALES).map((scale) => ({ scale, paths: () => null, points: { show: false } }))],
         axes: [
-          { ...axis, label: "time, s", labelSize: 18, size: 34 },
+          { ...axis, label: "time, s before now", labelSize: 18, size: 34, values: (_, times) => times.map((time) => `${-time}`) },
           { ...axis, scale: "nm", label: "torque, mN·m", labelSize: 18, size: 52 },
           { ...axis, scale: "deg", side: 1, label: "angle, degrees", labelSize: 18, size: 52, grid: { show: false } },
         ],
         legend: { show: false },
       },
-      [[], ...CURVES.map(() => [])],
+      this.#data(),
       this.#place,
     );
+    Object.assign(this.#paper.style, { width: "100%", height: "100%" });
+    this.#time.over.append(this.#paper);
+    this.#fit();
+  }
+
+  #data(): uPlot.AlignedData {
+    return [[-WINDOW_S, 0], this.#ranges.nm, this.#ranges.deg];
+  }
+
+  /** The curves' canvas has the pixels of the place between the axes. */
+  #fit(): void {
+    const { width, height } = this.#time!.bbox;
+    this.#paper.width = Math.round(width);
+    this.#paper.height = Math.round(height);
+    this.#strip.renew();
+  }
+
+  /** Takes a sample: time in s, then `CHANNELS`. */
+  push(row: ArrayLike<number>): void {
+    const values = this.#values;
+    for (let i = 0; i < ANGLE; ++i) values[i] = 1e3 * row[i + 3]!;
+    values[ANGLE] = (180 / Math.PI) * row[1]!;
+    values[FELT] = values[1]! + values[3]!;
+    this.#steps.push(row[0]!, values, row[1]!);
+  }
+
+  clear(): void {
+    this.#steps.clear();
   }
 
   draw(): void {
-    const last = this.samples.last();
-    if (!last) return;
-    const pixels = Math.max(100, this.#time!.bbox.width / devicePixelRatio);
-    const data = this.samples.envelope(last[0]! - WINDOW_S, Infinity, pixels, CURVES.map((curve) => curve.column));
-    data.forEach((values, i) => {
-      const factor = i === 0 ? 1 : i === ANGLE + 1 ? 180 / Math.PI : 1e3;
-      for (let k = 0; k < values.length; ++k) values[k]! *= factor;
+    let others = false;
+    for (const name of ["nm", "deg"] as const) {
+      const range = this.#range(name);
+      others ||= range !== this.#ranges[name];
+      this.#ranges[name] = range;
+    }
+    this.#looked = this.#steps.newest;
+    if (others) {
+      this.#time!.setData(this.#data());
+      this.#strip.renew();
+    }
+    const lines = CURVES.flatMap(({ colour, dash }, curve): Line[] => {
+      const [low, high] = this.#ranges[curve === ANGLE ? "deg" : "nm"];
+      return this.#hidden.has(curve) ? [] : [{ curve, colour: this.#palette[colour]!, dash, low: low!, high: high! }];
     });
-    this.#time!.setData(data as uPlot.AlignedData);
-    if (++this.#pictures % OVER_ANGLE_EVERY === 0) this.#drawOverAngle();
+    this.#strip.draw(lines, Math.max(1, Math.round(devicePixelRatio)));
+    if (++this.#pictures % WHOLE_EVERY === 0) this.#drawOverAngle();
   }
 
-  /** Torque of the spring over the angle: what was felt; and what the scene wanted. */
+  /** What a scale shows: what it did while that fits, since a change costs a whole picture. */
+  #range(name: keyof typeof SCALES): number[] {
+    const held = this.#ranges[name];
+    // A range that has become too wide can wait for a later picture; what leaves it cannot.
+    if (this.#pictures % WHOLE_EVERY) {
+      const [low, high] = this.#extremes(name, this.#looked);
+      if (low >= held[0]! && high <= held[1]!) return held;
+    }
+    const [low, high] = this.#extremes(name, 0), span = Math.max(SCALES[name].least, high - low);
+    if (low > high || (low >= held[0]! && high <= held[1]! && held[1]! - held[0]! <= 3 * span)) return held;
+    const middle = (low + high) / 2, unit = 10 ** Math.floor(Math.log10(span)) / 2;
+    return [
+      Math.floor((Math.min(low, middle - span / 2) - 0.05 * span) / unit) * unit,
+      Math.ceil((Math.max(high, middle + span / 2) + 0.05 * span) / unit) * unit,
+    ];
+  }
+
+  /** The lowest and the highest value of a scale, from a step on. */
+  #extremes(name: keyof typeof SCALES, from: number): [number, number] {
+    const { hasZero, of } = SCALES[name];
+    let low = hasZero ? 0 : Infinity, high = hasZero ? 0 : -Infinity;
+    for (let curve = 0; curve < CURVES.length; ++curve) {
+      if (!of(curve) || this.#hidden.has(curve)) continue;
+      this.#steps.each(curve, from, (_, lowest, highest) => {
+        if (lowest < low) low = lowest;
+        if (highest > high) high = highest;
+      });
+    }
+    return [low, high];
+  }
+
+  /** Torque of motor and spring over the angle: what was felt; and what the scene wanted. */
   #drawOverAngle(): void {
-    const last = this.samples.last();
-    if (!last) return;
     const scale = devicePixelRatio;
     const { width, height } = this.#canvas;
     const context = this.#canvas.getContext("2d")!;
-    const first = this.samples.indexOf(last[0]! - WINDOW_S), end = this.samples.size;
-    const step = Math.max(1, Math.floor((end - first) / 4000));
-    let lowest = Infinity, highest = -Infinity, most = 0.02;
-    for (let i = first; i < end; i += step) {
-      const angle = this.samples.at(1, i);
-      lowest = Math.min(lowest, angle);
-      highest = Math.max(highest, angle);
-      most = Math.max(most, Math.abs(this.samples.at(3, i)), Math.abs(this.samples.at(4, i) + this.samples.at(6, i)));
+    let lowest = Infinity, highest = -Infinity, most = 20;
+    for (const curve of [WANTED, FELT]) {
+      this.#steps.overBeside(curve, (angle, torque) => {
+        lowest = Math.min(lowest, angle);
+        highest = Math.max(highest, angle);
+        most = Math.max(most, Math.abs(torque));
+      });
     }
+    if (lowest > highest) return;
     const room = Math.max(0.05, 0.05 * (highest - lowest));
     const x = (angle: number): number => ((angle - lowest + room) / (highest - lowest + 2 * room)) * width;
     const y = (torque: number): number => height / 2 - (torque / (1.1 * most)) * (height / 2);
@@ -136,23 +216,23 @@ export class Plots {
     context.moveTo(0, y(0));
     context.lineTo(width, y(0));
     context.stroke();
-    const line = (stroke: string, dash: number[], torque: (i: number) => number): void => {
+    const line = (stroke: string, dash: number[], curve: number): void => {
       context.strokeStyle = this.#palette[stroke]!;
       context.lineWidth = 1.5 * scale;
       context.setLineDash(dash.map((d) => d * scale));
       context.beginPath();
       let atX = NaN, atY = NaN;
-      for (let i = first; i < end; i += step) {
-        const nextX = x(this.samples.at(1, i)), nextY = y(torque(i));
+      this.#steps.overBeside(curve, (angle, torque) => {
+        const nextX = x(angle), nextY = y(torque);
         // What lies within a pixel of the last corner cannot be seen.
-        if (Math.abs(nextX - atX) < scale && Math.abs(nextY - atY) < scale) continue;
+        if (Math.abs(nextX - atX) < scale && Math.abs(nextY - atY) < scale) return;
         context.lineTo((atX = nextX), (atY = nextY));
-      }
+      });
       context.stroke();
       context.setLineDash([]);
     };
-    line("wanted", [6, 4], (i) => this.samples.at(3, i));
-    line("spring", [], (i) => this.samples.at(4, i) + this.samples.at(6, i));
+    line("wanted", [6, 4], WANTED);
+    line("spring", [], FELT);
     const degrees = (rad: number): string => `${((rad * 180) / Math.PI).toFixed(1)}°`;
     const ends = `angle ${degrees(lowest)} to ${degrees(highest)}`;
     const write = (text: string, atRight: boolean, below: number): void => {
@@ -162,10 +242,7 @@ export class Plots {
       context.fillText(text, left, below);
     };
     write(ends, true, height - 6 * scale);
-    write(`torque, ±${(1.1e3 * most).toFixed(0)} mN·m`, false, 16 * scale);
-    const true_ = this.truth.size ? ", true torque beside the number" : "";
-    const words = `torque over angle: wanted, and motor with spring${true_}`;
-    if (this.#canvas.getAttribute("aria-label") !== words) this.#canvas.setAttribute("aria-label", words);
+    write(`torque, ±${(1.1 * most).toFixed(0)} mN·m`, false, 16 * scale);
   }
 }
 
@@ -180,3 +257,5 @@ function sample(stroke: string, dash: readonly number[]): SVGElement {
   made.append(line);
   return made;
 }
+
+const asGiven: uPlot.Scale.Range = (_, low, high) => [low, high];

@@ -86,7 +86,10 @@ export class Recording implements Keeper {
     const encoder = new TextEncoder();
     for (const [topic, fields] of Object.entries(TOPICS) as [Topic, Record<string, string>][]) {
       const properties = Object.fromEntries(Object.entries(fields).map(([name, type]) => [name, { type }]));
-      const schema = { type: "object", title: `torsio.${topic}`, properties };
+      const schema = {
+        $schema: "https://json-schema.org/draft/2020-12/schema", title: `torsio.${topic}`, type: "object", properties,
+        required: Object.keys(properties),
+      };
       const schemaId = await this.#writer.registerSchema({
         name: `torsio.${topic}`, encoding: "jsonschema", data: encoder.encode(text(schema)),
       });
@@ -128,9 +131,9 @@ export class Recording implements Keeper {
     this.#add("events", nowNs(), { kind, ...values });
   }
 
-  sample(row: readonly number[], tick: number, counts: number, flags: number): void {
+  sample(row: ArrayLike<number>, tick: number, counts: number, flags: number): void {
     const [time_s, angle_rad, speed_rad_s, desired_torque_nm, motor_command_nm, brake_capacity_nm, spring_torque_nm] =
-      row;
+      Array.from(row);
     const deviceNs = BigInt(Math.round(1e9 * time_s!));
     // Device time is laid on the host's clock at the first sample.
     this.#hostMinusDeviceNs ??= nowNs() - deviceNs;

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 2002974727;
+export const FINGERPRINT: number = 3352833505;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -112,7 +112,7 @@ export const FAULTS: readonly Bit[] = [
   {
     "name": "encoder",
     "bit": 2,
-    "doc": "a jump that no knob can make",
+    "doc": "a jump that no knob can make, or a dead channel",
     "advice": "check the encoder's cable and supply, then clear the fault",
   },
   {
@@ -361,6 +361,23 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "updates", "kind": "whole", "doc": "reports that games sent since power-up", "wire": "updates", "type": "u32", "default": 0},
       {"name": "effects", "kind": "whole", "doc": "that exist", "wire": "effects", "type": "u8", "default": 0},
       {"name": "effect", "kind": "group", "doc": "", "wire": "effect", "fields": [{"name": "block", "kind": "whole", "doc": "number of its block, from 1; 0: the row is empty", "wire": "block", "type": "u8", "default": 0}, {"name": "kind", "kind": "choice", "doc": "what it is", "wire": "kind", "type": "u8", "enumeration": "GameEffectKind", "values": ["none", "constant", "ramp", "square", "sine", "triangle", "sawtooth_up", "sawtooth_down", "spring", "damper", "inertia", "friction"], "default": "none"}, {"name": "state", "kind": "choice", "doc": "whether it plays", "wire": "state", "type": "u8", "enumeration": "GameEffectState", "values": ["stopped", "playing", "set_aside"], "default": "stopped"}, {"name": "torque", "kind": "whole", "doc": "what it gives now, before the cap", "wire": "torque", "type": "i16", "unit": "torque_step_nm", "default": 0}, {"name": "updates", "kind": "whole", "doc": "reports about it since it was created", "wire": "updates", "type": "u32", "default": 0}, {"name": "silent_ms", "kind": "whole", "doc": "since the last of them; 65535 is longer", "wire": "silent_ms", "type": "u16", "unit": "ms", "default": 0}], "count": 3},
+    ],
+  },
+  "ledger": {
+    "id": 9,
+    "direction": "feature",
+    "title": "Ledger",
+    "doc": "What motor and shaft have done to the knob since the law began to count, in whole numbers that lose nothing; `energies()` makes joules of them. Read only.",
+    "notes": "",
+    "size": 37,
+    "fields": [
+      {"name": "tick", "kind": "whole", "doc": "of this moment", "wire": "tick", "type": "u64", "default": "0"},
+      {"name": "kept", "kind": "switch", "doc": "the law keeps it: `calibrated`", "wire": "kept", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
+      {"name": "motor", "kind": "whole", "doc": "given to the knob by the motor: its command in 2^-23 N m, times the counts it moved", "wire": "motor", "type": "i64", "default": "0"},
+      {"name": "spring_twice", "kind": "whole", "doc": "given to the knob by the shaft's spring, twice the same", "wire": "spring_twice", "type": "i64", "default": "0"},
+      {"name": "spring", "kind": "whole", "doc": "that spring's torque on the knob now", "wire": "spring", "type": "i32", "unit": "2^-23 N m", "default": 0},
+      {"name": "spring_stiffness_nm_per_rad", "kind": "whole", "doc": "of the shaft, by the configuration", "wire": "spring_stiffness_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
+      {"name": "bound_nm_per_rad", "kind": "whole", "doc": "the stiffest that is rendered now; 0 without a scene, or with a law that bounds nothing", "wire": "bound_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
     ],
   },
   "command": {

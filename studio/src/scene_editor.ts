@@ -2,6 +2,7 @@
 
 import { described } from "./codec";
 import type { Effect } from "./conversion";
+import { drawing } from "./drawing";
 import { form } from "./form";
 import { cppLines, pythonLines } from "./lines";
 import { byId, element, label } from "./page";
@@ -22,45 +23,6 @@ const EXAMPLES: Record<string, () => Effect> = {
   texture: () => ({ type: "texture", grains_per_turn: 120, torque_nm: 0.01 }),
   curve: () => ({ type: "curve", span_rad: 1, torque_nm: [0, 0.03, 0, -0.03, 0] }),
 };
-
-/** A curve drawn by hand: `points` torques along its span. */
-function drawing(effect: Effect, changed: () => void): HTMLElement {
-  const points = 33, most = 0.1;
-  const canvas = element("canvas", { width: 264, height: 96, class: "drawing" });
-  canvas.title = "draw the torque along the span: the middle is 0, top and bottom are 0.1 N m";
-  const paint = (): void => {
-    const context = canvas.getContext("2d")!;
-    const torques = effect.torque_nm as number[];
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    context.strokeStyle = getComputedStyle(canvas).color;
-    context.beginPath();
-    torques.forEach((torque, i) => {
-      const x = (i / (torques.length - 1)) * canvas.width;
-      context.lineTo(x, ((1 - torque / most) * canvas.height) / 2);
-    });
-    context.stroke();
-  };
-  const draw = (event: PointerEvent): void => {
-    if (!event.buttons) return;
-    const torques = effect.torque_nm as number[];
-    const shape = torques.length === points ? torques : Array<number>(points).fill(0);
-    const { left, top, width, height } = canvas.getBoundingClientRect();
-    const x = Math.round(((event.clientX - left) / width) * (points - 1));
-    if (x < 0 || x >= points) return;
-    const torque = most * (1 - (2 * (event.clientY - top)) / height);
-    shape[x] = Number(Math.max(-most, Math.min(most, torque)).toFixed(4));
-    effect.torque_nm = shape;
-    paint();
-    changed();
-  };
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    draw(event);
-  });
-  canvas.addEventListener("pointermove", draw);
-  requestAnimationFrame(paint);
-  return canvas;
-}
 
 export class SceneEditor {
   scene: Effect[] = [EXAMPLES.wall!()];
@@ -98,14 +60,20 @@ export class SceneEditor {
           this.scene.splice(i, 1);
           this.#build();
         });
-        const changed = (): void => this.#changed();
+        const changed = (): void => {
+          picture?.paint();
+          this.#changed();
+        };
+        const rows = form(fields, effect, changed);
+        const numbers = rows.querySelector<HTMLInputElement>("input[name=torque_nm]");
+        const picture = effect.type === "curve" ? drawing(effect, numbers!, changed) : undefined;
         const card = element(
           "section",
           { class: "effect", "aria-label": title },
           element("h3", { title: doc }, title, remove),
-          form(fields, effect, changed),
+          rows,
+          ...(picture ? [picture.canvas] : []),
         );
-        if (effect.type === "curve") card.append(drawing(effect, changed));
         return card;
       }),
     );

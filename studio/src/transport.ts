@@ -1,5 +1,7 @@
 // The way to a knob: four calls that move whole reports, whatever carries them.
 
+import { REPORT_SIZE } from "./codec";
+
 export interface Transport {
   /** What the page calls it. */
   readonly title: string;
@@ -18,6 +20,13 @@ export interface Transport {
 
 /** The device is not there any more; the text says what happened and what to do. */
 export class Gone extends Error {}
+
+/** Reports that stand one behind the other. */
+export function reportsIn(bytes: Uint8Array): Uint8Array[] {
+  const reports: Uint8Array[] = [];
+  for (let at = 0; at < bytes.length; at += REPORT_SIZE) reports.push(bytes.subarray(at, at + REPORT_SIZE));
+  return reports;
+}
 
 /** Input reports between the one who brings them and the one who reads. */
 export class Inbox {

@@ -1,10 +1,10 @@
 // A knob in the page: the emulated device in a worker, and the world round it.
 
-import { Inbox, type Transport } from "./transport";
+import { Gone, Inbox, reportsIn, type Transport } from "./transport";
 
 type Message<T> = T & { id: number };
 export type ToWorker =
-  | Message<{ kind: "start"; module: ArrayBuffer; seed: number }>
+  | Message<{ kind: "start"; module: WebAssembly.Module; seed: number }>
   | Message<{ kind: "write"; report: Uint8Array }>
   | Message<{ kind: "get"; report: number }>
   | Message<{ kind: "set"; report: Uint8Array }>
@@ -14,18 +14,31 @@ export type ToWorker =
   | Message<{ kind: "emergency stop"; pressed: boolean }>;
 export type FromWorker =
   | { kind: "answer"; id: number; result: unknown }
-  /** Rows of time in s and TRUTH, one a millisecond. */
-  | { kind: "time"; reports: Uint8Array[]; truth: Float64Array }
+  /** Reports one behind the other, and TRUTH at this moment. */
+  | { kind: "time"; reports: Uint8Array<ArrayBuffer>; truth: number[] }
   | { kind: "failed"; why: string };
+
+/** @throws Error that says what to do */
+async function compiled(address: URL): Promise<WebAssembly.Module> {
+  const answer = await fetch(address);
+  if (!answer.ok) throw new Error("knob.wasm is missing beside the page: build it with ./dev studio");
+  // As it comes in, where the host says what it is.
+  const isTold = answer.headers.get("content-type") === "application/wasm";
+  try {
+    return await (isTold ? WebAssembly.compileStreaming(answer) : WebAssembly.compile(await answer.arrayBuffer()));
+  } catch (error) {
+    throw new Error(`knob.wasm is damaged; build it again with ./dev studio (${(error as Error).message})`);
+  }
+}
 
 export class WasmTransport implements Transport {
   readonly title = "emulated knob, in this page";
-  /** Called with rows of time and truth. */
-  onTruth: (rows: Float64Array) => void = () => {};
+  /** Of this moment, as `TRUTH` names it. */
+  truth: readonly number[] = [];
 
   readonly #worker: Worker;
   readonly #inbox = new Inbox();
-  readonly #waiting = new Map<number, (result: unknown) => void>();
+  readonly #waiting = new Map<number, { resolve(result: unknown): void; reject(why: Error): void }>();
   #id = 0;
 
   private constructor(worker: Worker) {
@@ -35,21 +48,28 @@ export class WasmTransport implements Transport {
   }
 
   static async open(base: string | URL, seed = 1): Promise<WasmTransport> {
-    const answer = await fetch(new URL("knob.wasm", base));
-    if (!answer.ok) throw new Error("knob.wasm is missing beside the page: build it with ./dev studio");
-    const module = await answer.arrayBuffer();
-    const transport = new WasmTransport(new Worker(new URL("worker.js", base), { type: "module" }));
+    // The worker begins while the module is fetched and compiled.
+    const worker = new Worker(new URL("worker.js", base), { type: "module" });
+    const transport = new WasmTransport(worker);
+    let module: WebAssembly.Module;
+    try {
+      module = await compiled(new URL("knob.wasm", base));
+    } catch (error) {
+      worker.terminate();
+      throw error;
+    }
+    performance.mark("module");
     await transport.#ask({ kind: "start", module, seed } as ToWorker);
     return transport;
   }
 
   #take(message: FromWorker): void {
     if (message.kind === "answer") {
-      this.#waiting.get(message.id)?.(message.result);
+      this.#waiting.get(message.id)?.resolve(message.result);
       this.#waiting.delete(message.id);
     } else if (message.kind === "time") {
-      this.#inbox.push(message.reports);
-      this.onTruth(message.truth);
+      this.truth = message.truth;
+      this.#inbox.push(reportsIn(message.reports));
       // After the timers that are due: signs of life are on their way before time goes on.
       setTimeout(() => this.#send({ kind: "taken" }));
     } else {
@@ -58,7 +78,13 @@ export class WasmTransport implements Transport {
   }
 
   #fail(why: string): void {
-    this.#inbox.end(`the emulated knob broke: ${why}; load the page again`);
+    this.#end(`the emulated knob broke: ${why}; load the page again`);
+  }
+
+  #end(words: string): void {
+    this.#inbox.end(words);
+    for (const { reject } of this.#waiting.values()) reject(new Gone(words));
+    this.#waiting.clear();
   }
 
   #send(message: Omit<ToWorker, "id"> & object, id = 0): void {
@@ -69,7 +95,7 @@ export class WasmTransport implements Transport {
     this.#inbox.check();
     const id = ++this.#id;
     this.#send(message, id);
-    return new Promise((resolve) => this.#waiting.set(id, resolve));
+    return new Promise((resolve, reject) => this.#waiting.set(id, { resolve, reject }));
   }
 
   async write(report: Uint8Array): Promise<void> {
@@ -99,6 +125,6 @@ export class WasmTransport implements Transport {
 
   close(): void {
     this.#worker.terminate();
-    this.#inbox.end("the emulated knob was closed");
+    this.#end("the emulated knob was closed");
   }
 }

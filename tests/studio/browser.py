@@ -18,6 +18,7 @@ from typing import Any
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 PAGE = Path(__file__).parents[2] / "build/studio/page"
+AXE = Path(__file__).parents[2] / "studio/node_modules/axe-core/axe.min.js"
 # Chromium asks its maker's servers for many things, all of which would wait for nothing here.
 _OPTIONS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
@@ -141,3 +142,10 @@ def settled(page: Page, name: str, *, within: float, timeout_ms: float = 60_000)
         timeout=timeout_ms,
     )
     return number(page, name)
+
+
+def faults_of_access(page: Page) -> list[tuple[str, str]]:
+    """Have axe look at the page as it stands; gives rules that are broken, and where."""
+    page.add_script_tag(path=AXE)
+    found = page.evaluate("axe.run().then((found) => found.violations)")
+    return [(of["id"], node["html"]) for of in found for node in of["nodes"]]

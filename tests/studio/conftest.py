@@ -9,9 +9,10 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.studio.browser import PAGE, chromium, served
+from tools.kernels import GAMES_VARIABLE
 
 # With ./dev test games.
-collect_ignore = [] if "TORSIO_GAMES_TESTS" in os.environ else ["test_firefox.py"]
+collect_ignore = [] if GAMES_VARIABLE in os.environ else ["test_firefox.py"]
 
 # Longer than any loaded machine takes: nothing here is about time.
 expect.set_options(timeout=60_000)

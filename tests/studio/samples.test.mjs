@@ -4,8 +4,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { decode, encode } from "../../build/studio/modules/codec.js";
 import { sceneToWire } from "../../build/studio/modules/conversion.js";
-import { Ring, TelemetryDecoder } from "../../build/studio/modules/samples.js";
+import { Steps, TelemetryDecoder } from "../../build/studio/modules/samples.js";
 
 const UNITS = { controlPeriodNs: 250_000, countsPerRev: 8192, torqueStepNm: 1e-5, speedStepRadS: 0.01 };
 const LIMITS = { effects: 16, curvePoints: 1024, countsPerRev: 8192, controlPeriodNs: 250_000 };
@@ -15,16 +16,16 @@ function report(tick, base, offsets, decimation = 2) {
     offset_counts: offset, speed: 100, desired_torque: -5000, motor_command: -2500,
     brake_capacity: 2500, spring_torque: -2400,
   });
-  return {
+  return encode("telemetry", {
     axis_samples: offsets.length << 4, decimation, flags: 1, tick, base_counts: base,
     sample: [...offsets, 0, 0, 0, 0].slice(0, 4).map(sample),
-  };
+  });
 }
 
 test("a sample has its time, its angle and its torques in SI units", () => {
   const decoder = new TelemetryDecoder(UNITS);
   const rows = [];
-  decoder.decode(report(4000n, 2048, [0, 1024]), (row) => rows.push(row));
+  decoder.decode(report(4000n, 2048, [0, 1024]), (row) => rows.push([...row]));
   assert.equal(rows.length, 2);
   const [time, angle, speed, wanted] = rows[1];
   assert.ok(Math.abs(time - 1.0005) < 1e-12); // tick 4002 of 250 us
@@ -45,28 +46,96 @@ test("a position goes on where its 32 bits wrap", () => {
   assert.ok(Math.abs(counts - 3) < 1e-3);
 });
 
-test("what is missing between two reports is counted, and a damaged report does not divide by 0", () => {
+test("what is missing between two reports is counted", () => {
   const decoder = new TelemetryDecoder(UNITS);
   decoder.decode(report(0n, 0, [0, 0, 0, 0]), () => {});
   decoder.decode(report(8n, 0, [0, 0, 0, 0]), () => {});
   assert.equal(decoder.lost, 0);
   decoder.decode(report(24n, 0, [0, 0, 0, 0]), () => {}); // one report of four did not come
   assert.equal(decoder.lost, 4);
-  decoder.decode(report(32n, 0, [0], 0), () => {});
-  assert.equal(decoder.received, 13);
+  assert.equal(decoder.received, 12);
 });
 
-test("no peak is lost where there are more samples than pixels", () => {
-  const ring = new Ring(2, 5000);
-  for (let i = 0; i < 8000; ++i) ring.push([i, i === 6543 ? 7 : i === 6600 ? -9 : 0]);
-  assert.equal(ring.size, 5000);
-  const [times, values] = ring.envelope(3000, Infinity, 100, [1]);
-  assert.equal(times.length, 200);
-  assert.equal(Math.max(...values), 7);
-  assert.equal(Math.min(...values), -9);
-  assert.ok(times.every((time, i) => i === 0 || time >= times[i - 1]));
-  // And all as they are where there is room.
-  assert.deepEqual(ring.envelope(7998, Infinity, 100, [1]), [[7998, 7999], [0, 0]]);
+test("what a lying device sends is refused whole, and what follows counts again", () => {
+  const decoder = new TelemetryDecoder(UNITS);
+  const rows = [];
+  const take = (row) => rows.push([...row]);
+  decoder.decode(report(0n, 0, [0, 0, 0, 0]), take);
+  const many = report(8n, 0, [0]);
+  many[1] = 5 << 4;
+  const lies = [
+    many, // five samples, where four have room
+    report(8n, 0, []),
+    report(8n, 0, [0], 0), // would divide by 0
+    report(8n, 0, [0]).subarray(0, 63),
+    new Uint8Array(64),
+    new Uint8Array(64).fill(0xff),
+    report(2n ** 63n, 0, [0]),
+    report(2n ** 40n, 0, [0]),
+  ];
+  for (const lie of lies) assert.throws(() => decoder.decode(lie, take), { name: "Error", report: "telemetry" });
+  assert.throws(() => decoder.decode(report(8n, 0, [0]), take)); // which of the two was wrong?
+  decoder.decode(report(10n, 0, [0]), take);
+  assert.equal(rows.length, 5);
+  assert.equal(decoder.lost, 0);
+});
+
+test("samples of reports are those of the codec, whatever the bytes", () => {
+  const units = { controlPeriodNs: 1e9, countsPerRev: 2 * Math.PI, torqueStepNm: 1, speedStepRadS: 1 };
+  let seed = 1;
+  const byte = () => (seed = (seed * 48271) % 0x7fffffff) & 0xff;
+  for (let i = 0; i < 200; ++i) {
+    const bytes = Uint8Array.from({ length: 64 }, byte);
+    bytes[0] = 0x40;
+    bytes[1] = (1 + (i % 4)) << 4;
+    bytes[2] ||= 1;
+    bytes.fill(0, 8, 12); // a tick that is no lie
+    const { values } = decode(bytes);
+    const decoder = new TelemetryDecoder(units);
+    const rows = [];
+    decoder.decode(bytes, (row, tick, counts) => rows.push([...row, tick, counts]));
+    assert.equal(decoder.flags, values.flags);
+    assert.deepEqual(rows, values.sample.slice(0, 1 + (i % 4)).map((sample, k) => {
+      const tick = Number(values.tick) + k * values.decimation;
+      const counts = values.base_counts + sample.offset_counts;
+      const { speed, desired_torque, motor_command, brake_capacity, spring_torque } = sample;
+      const torques = [desired_torque, motor_command, brake_capacity, spring_torque];
+      return [1e-9 * tick * 1e9, (counts * 2 * Math.PI) / (2 * Math.PI), speed, ...torques, tick, counts];
+    }));
+  }
+});
+
+test("no peak is lost where there are more samples than steps, and it stands where it was", () => {
+  const steps = new Steps(2, 100, 10);
+  for (let i = 0; i < 2000; ++i) steps.push(i, [i === 1543 ? 7 : i === 1600 ? -9 : 0, i], 1e6 + i);
+  const seen = (curve) => {
+    const rows = [];
+    steps.each(curve, 0, (...row) => rows.push(row));
+    return rows;
+  };
+  const values = seen(0);
+  assert.deepEqual(values.map(([step]) => step), Array.from({ length: 100 }, (_, i) => 100 + i)); // the newest
+  assert.deepEqual(values[54], [154, 0, 7, false]);
+  assert.deepEqual(values[60].slice(0, 3), [160, -9, 0]);
+  for (const [step, low, high, falls] of seen(1)) assert.deepEqual([low, high, falls], [10 * step, 10 * step + 9, false]);
+  const corners = [];
+  steps.overBeside(0, (at, value) => value && corners.push([at, value]));
+  assert.deepEqual(corners, [[1e6 + 1543, 7], [1e6 + 1600, -9]]);
+});
+
+test("few samples are drawn as they are, and time that begins anew clears the curves", () => {
+  const steps = new Steps(1, 100, 0.01);
+  const seen = () => {
+    const values = [];
+    steps.each(0, 0, (_, low, high) => values.push(low, high));
+    return values;
+  };
+  for (const [time, value] of [[5, 1], [5.2, 2], [5.4, 3]]) steps.push(time, [value], 0);
+  assert.deepEqual(seen(), [1, 1, 2, 2, 3, 3]);
+  steps.push(0.5, [4], 0);
+  assert.deepEqual(seen(), [4, 4]);
+  steps.push(100, [5], 0);
+  assert.deepEqual(seen(), [5, 5]);
 });
 
 test("angles travel as turns and notches as cycles, points of curves before what reads them", () => {

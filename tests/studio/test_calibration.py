@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 import torsio
-from tests.studio.browser import bridge, opened, state_is
+from tests.studio.browser import bridge, faults_of_access, opened, state_is
 from torsio.studio.calibrating import calibrate_for
 
 STIFFNESS = torsio.PlantParams().shaft_stiffness_nm_per_rad
@@ -23,16 +23,24 @@ QUICK = {"do": "calibrate", "quick": True}
 def test_page_measures_shows_and_keeps_what_it_found_when_told(
     browser: Browser, tmp_path: Path
 ) -> None:
-    with bridge(XDG_DATA_HOME=str(tmp_path)) as address, opened(browser, address) as page:
+    window = {"viewport": {"width": 400, "height": 860}, "color_scheme": "dark"}
+    with (
+        bridge(XDG_DATA_HOME=str(tmp_path)) as address,
+        opened(browser, address, **window) as page,
+    ):
         state_is(page, "disarmed")
         page.locator("#calibration summary").click()
         expect(page.locator("#calibrate")).to_be_disabled()
+        assert faults_of_access(page) == []
         page.check("#calibrate-clear")
         page.check("#calibrate-quick")
         page.click("#calibrate")
         expect(page.locator("#calibration-keep")).to_be_visible()
         expect(page.locator("#calibration-steps .done")).to_have_count(3)
         expect(page.locator("#calibration-result canvas")).to_have_count(3)
+        for scheme in ("light", "dark"):
+            page.emulate_media(color_scheme=scheme)
+            assert faults_of_access(page) == []
         row = page.locator("#calibration-result tr", has_text="stiffness_nm_per_rad").first
         value, _, sigma = (row.locator("td").nth(1).text_content() or "").partition(" ± ")
         # Four standard uncertainties: one of 16,000 honest ones is further off.

@@ -7,8 +7,6 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import torsio
 from tests.python import wire
 from torsio import emulator, protocol
@@ -112,10 +110,7 @@ def test_device_in_webassembly_gives_the_native_bytes() -> None:
         for sample in wire.decode(report)[1]["sample"]
     ]
     assert min(samples) < -1000
-    truth = {"native": native.pop("truth"), "wasm": wasm.pop("truth")}
     assert wasm == native
-    # Another library of mathematics may round a last bit otherwise, which no encoder sees.
-    np.testing.assert_allclose(truth["wasm"], truth["native"], rtol=0, atol=1e-12)
 
 
 def test_device_in_webassembly_says_in_its_own_words_what_is_wrong() -> None:

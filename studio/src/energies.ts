@@ -1,0 +1,69 @@
+// What the law `calibrated` counts: energies of motor, shaft and brake, and the stiffest wall that it renders now.
+
+import type { Values } from "./codec";
+import type { Knob } from "./knob";
+import { show } from "./page";
+
+const LOOK_MS = 500;
+// Of a law that counts nothing one asks more seldom: it may be changed by another program.
+const IDLE_LOOKS = 4;
+// What the device counts torques in; as in firmware/core/ledger.hpp.
+const TORQUE_NM = 2 ** -23;
+
+export interface Energies {
+  /** Given to the knob by the motor. */
+  motorJ: number;
+  /** By motor and shaft together, which a hand feels. */
+  feltJ: number;
+  /** In the shaft's spring now. */
+  storedJ: number;
+  /** Taken by the brake. */
+  brakeJ: number;
+}
+
+/** The device's ledger in joules; motor = felt + stored + brake. */
+export function energiesOf(ledger: Values, countsPerRev: number): Energies {
+  const stepJ = (TORQUE_NM * 2 * Math.PI) / countsPerRev;
+  const springNm = TORQUE_NM * Number(ledger.spring), stiffness = Number(ledger.spring_stiffness_nm_per_rad);
+  const motorJ = Number(ledger.motor) * stepJ, springJ = (Number(ledger.spring_twice) / 2) * stepJ;
+  // Without a spring nothing is stored.
+  const storedJ = stiffness > 0 ? springNm ** 2 / (2 * stiffness) : 0;
+  return { motorJ, feltJ: motorJ + springJ, storedJ, brakeJ: -springJ - storedJ };
+}
+
+/** Shows them, if the law counts. */
+export class EnergyReadouts {
+  #idle = 0;
+
+  constructor(private readonly knob: () => Knob | undefined) {
+    setInterval(() => void this.#look(), LOOK_MS);
+  }
+
+  async #look(): Promise<void> {
+    const knob = this.knob();
+    if (!knob || knob.state === "disconnected") return this.#hide(true);
+    if (this.#idle > 0 && --this.#idle > 0) return;
+    try {
+      const ledger = await knob.read("ledger");
+      if (knob === this.knob()) this.#show(ledger, knob.identity.countsPerRev);
+    } catch {
+      // Whoever reads telemetry says that the knob is gone.
+    }
+  }
+
+  #show(ledger: Values, countsPerRev: number): void {
+    const isKept = ledger.kept === "on", bound = Number(ledger.bound_nm_per_rad);
+    this.#idle = isKept ? 0 : IDLE_LOOKS;
+    this.#hide(!isKept);
+    if (!isKept) return;
+    const energies = energiesOf(ledger, countsPerRev);
+    for (const [id, value] of [
+      ["motor_j", energies.motorJ], ["felt_j", energies.feltJ], ["stored_j", energies.storedJ], ["brake_j", energies.brakeJ],
+    ] as const) show(id, value, `${(1e3 * value).toFixed(2)} mJ`);
+    show("bound_nm_per_rad", bound, bound ? `${bound.toFixed(2)} N·m/rad` : "as asked");
+  }
+
+  #hide(isHidden: boolean): void {
+    document.body.classList.toggle("counts-energy", !isHidden);
+  }
+}

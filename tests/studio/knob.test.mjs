@@ -1,0 +1,130 @@
+// What a page says of a device that lies, speaks another protocol, or says nothing at all.
+
+import assert from "node:assert/strict";
+import { mock, test } from "node:test";
+
+import { encode } from "../../build/studio/modules/codec.js";
+import { Knob } from "../../build/studio/modules/knob.js";
+import { FINGERPRINT, REPORTS } from "../../build/studio/modules/reports.js";
+
+const NAMES = Object.fromEntries(Object.entries(REPORTS).map(([name, { id }]) => [id, name]));
+const AT_FINGERPRINT = 1;
+const gone = new Error("unplugged");
+
+/** A device that answers as one should, but for the features in `lies`. */
+class Device {
+  title = "liar";
+  closed = false;
+  #said = [];
+  #wake = () => {};
+
+  constructor(lies = {}) {
+    this.lies = lies;
+  }
+
+  async getFeature(id) {
+    const name = NAMES[id];
+    if (name in this.lies) return this.lies[name];
+    return encode(name, { ...(name === "identity" ? IDENTITY : {}), ...(name === "control_config" ? { watchdog_s: 0.25 } : {}) });
+  }
+
+  async write(report) {
+    const sequence = report[1] | (report[2] << 8);
+    if (report[0] === REPORTS.command.id && this.mute) return;
+    this.say(encode("acknowledgement", { sequence, report: report[0], status: 0, field: 255 }));
+  }
+
+  say(...reports) {
+    this.#said.push(...reports);
+    this.#wake();
+  }
+
+  async read() {
+    while (!this.#said.length) await new Promise((resolve) => (this.#wake = resolve));
+    if (this.#said.includes(gone)) throw gone;
+    return this.#said.splice(0);
+  }
+
+  close() {
+    this.closed = true;
+    this.say(gone);
+  }
+}
+
+const IDENTITY = {
+  fingerprint: FINGERPRINT, axes: 1, effects: 16, curve_points: 1024, control_period_ns: 250000, counts_per_rev: 8192, torque_step_nm: 1e-5, speed_step_rad_s: 0.01,
+};
+
+function identity(change) {
+  const bytes = encode("identity", IDENTITY);
+  change(new DataView(bytes.buffer));
+  return bytes;
+}
+
+async function refusal(lies) {
+  try {
+    (await Knob.open(new Device(lies))).close();
+  } catch (error) {
+    return error.message;
+  }
+  return "opened";
+}
+
+test("a device of another protocol is named with its version", async () => {
+  const other = identity((view) => {
+    view.setUint32(AT_FINGERPRINT, 0xdeadbeef, true);
+    view.setUint16(AT_FINGERPRINT + 4, 7, true);
+  });
+  assert.match(await refusal({ identity: other }), /another protocol \(version 7, fingerprint 0xdeadbeef\)/);
+});
+
+test("reports that cannot be are named, with what to try", async () => {
+  assert.match(await refusal({ identity: new Uint8Array(3) }), /identity report has 3 bytes in place of 64: try another cable/);
+  assert.match(await refusal({ identity: undefined }), /does not give its identity report: is it a Torsio knob/);
+  const garbage = identity((view) => new Uint8Array(view.buffer).fill(0xff, 27, 1 + REPORTS.identity.size));
+  assert.match(await refusal({ identity: garbage }), /identity report makes no sense \(identity: (out_of_range|not_finite)/);
+  assert.match(await refusal({ health: new Uint8Array(64) }), /health report makes no sense \(report: unknown_report/);
+  assert.match(await refusal({ health: encode("clock", {}) }), /gave its clock report in place of health/);
+  const limp = encode("control_config", {});
+  limp.fill(0xff, 1, 1 + REPORTS.control_config.size); // numbers that are none
+  assert.match(await refusal({ control_config: limp }), /control_config report makes no sense \(control_config: (not_finite|out_of_range)/);
+});
+
+test("a device that is silent from the beginning is not waited for for ever", async () => {
+  mock.timers.enable({ apis: ["setTimeout"] });
+  const words = refusal({ clock: new Promise(() => {}) });
+  for (let i = 0; i < 50; ++i) await Promise.resolve();
+  await new Promise((resolve) => setImmediate(resolve));
+  mock.timers.tick(5000);
+  assert.match(await words, /did not give its clock report within 5 s: try another cable/);
+  mock.timers.reset();
+});
+
+test("damage and silence are told while they last, and samples go on", async () => {
+  mock.timers.enable({ apis: ["setInterval"] });
+  const device = new Device();
+  const knob = await Knob.open(device);
+  const said = [], rows = [];
+  knob.onComplaint = (sentence) => said.push(sentence);
+  knob.onSample = (row) => rows.push([...row]);
+  const second = async (...reports) => {
+    if (reports.length) device.say(...reports);
+    await new Promise((resolve) => setImmediate(resolve));
+    mock.timers.tick(1000);
+  };
+  const sample = (tick) => encode("telemetry", { axis_samples: 16, decimation: 2, tick });
+  await second(sample(2n));
+  assert.deepEqual(said, []);
+  await second(new Uint8Array(64), new Uint8Array(5), encode("telemetry", { axis_samples: 16, decimation: 0 }), sample(4n));
+  assert.match(said.at(-1), /^3 damaged reports came from the knob and were left out: try another cable/);
+  await second(sample(6n));
+  assert.equal(said.at(-1), undefined);
+  assert.equal(rows.length, 3);
+  for (let i = 0; i < 3; ++i) await second();
+  assert.match(said.at(-1), /the knob has sent nothing for 3 s/);
+  await second(sample(8n));
+  assert.equal(said.at(-1), undefined);
+  assert.equal(said.length, 4);
+  mock.timers.reset();
+  await knob.close();
+});

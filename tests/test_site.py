@@ -1,0 +1,101 @@
+"""What Sphinx gets is whole: every document has its place, and no link leads out of the site."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from tools import cpp_reference, site
+
+TREE = Path(__file__).parent.parent
+# Not a lambda's brackets.
+LINK = re.compile(r"(?<!\[)\]\(((?!https?:|#)[^)#\s]+)")
+# A comment, and what it is of.
+PUBLIC = re.compile(
+    r"((?:^///.*\n)+)(?:class|struct|enum class|using) (?:TORSIO_EXPORT )?(\w+)", re.MULTILINE
+)
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give what Sphinx would read."""
+    folder = tmp_path_factory.mktemp("site") / "source"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(site, "SOURCE", folder)
+        patch.setattr(site, "DOXYGEN", folder.parent / "doxygen")
+        site.write_source()
+    return folder
+
+
+def test_every_document_has_its_place_in_the_lists(source: Path) -> None:
+    listed = set(re.findall(r"^(\S+)$", (source / "index.md").read_text(), re.MULTILINE))
+    documents = {
+        str(page.relative_to(TREE / "docs").with_suffix("")) for page in TREE.glob("docs/**/*.md")
+    }
+    assert documents - listed == set()
+
+
+def test_every_link_leads_to_something_in_the_site(source: Path) -> None:
+    pages = [page for page in source.rglob("*.md") if "reference" not in page.parts]
+    links = [(page, link) for page in pages for link in LINK.findall(page.read_text())]
+    assert len(links) > 50
+    lost = [
+        (page.name, link)
+        for page, link in links
+        if not (page.parent / link).resolve().is_relative_to(source)
+        or not (page.parent / link).exists()
+    ]
+    assert lost == []
+
+
+@pytest.fixture(scope="module")
+def doxygen(source: Path) -> Path:
+    """Give what Doxygen has found in the headers."""
+    return source.parent / "doxygen/xml"
+
+
+def test_reference_has_each_public_name_of_the_headers_with_its_sentence(
+    source: Path, doxygen: Path
+) -> None:
+    assert cpp_reference.missing() == set()
+    sentences = {entry.name: entry.sentence for entry in cpp_reference.entries(doxygen)}
+    wanted = []
+    for header in cpp_reference.HEADERS:
+        page = (source / f"reference/{header.stem}_hpp.rst").read_text().split()
+        for comment, name in PUBLIC.findall(re.sub("`|docs/", "", header.read_text())):
+            first, last = comment.split()[1], comment.split(".")[0].split()[-1]
+            wanted.append(name)
+            assert f"torsio::{name}" in page
+            sentence = sentences[f"torsio::{name}"].split(".")[0].split()
+            assert (sentence[0], sentence[-1]) == (first, last)
+    assert {"Knob", "Wall", "Error", "Law", "Effect", "PlantParams", "DeviceWatch"} <= {*wanted}
+    assert len(wanted) > 80
+
+
+def test_every_member_in_the_reference_has_a_sentence(doxygen: Path) -> None:
+    members = [
+        member
+        for file in doxygen.glob("*torsio*.xml")
+        for member in ElementTree.parse(file).getroot().iter("memberdef")
+        if member.get("prot") == "public" and not member.findtext("name", "").startswith("@")
+    ]
+    assert len(members) > 400
+    silent = [
+        member.findtext("definition", "")
+        for member in members
+        if re.match(r"(Throws|$)", cpp_reference.words_of(member))
+    ]
+    assert silent == []
+
+
+def test_a_public_member_without_a_sentence_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    header = tmp_path / "silent.hpp"
+    header.write_text("/// @file\n/// A.\n/// Has one.\nstruct Told {\n  int quiet;\n};\n")
+    monkeypatch.setattr(cpp_reference, "HEADERS", (header,))
+    with pytest.raises(RuntimeError, match=r"quiet .*is not documented"):
+        cpp_reference.read_headers(tmp_path / "out")
