@@ -146,7 +146,13 @@ def run_cases(cases: list[Case], report: Path) -> dict[str, str]:
     }
     if any(alone.values()):
         return alone
-    return {case.name: f"fails only with the others of its file:\n{together}" for case in cases}
+    told = report.read_text(encoding="utf-8", errors="replace") if report.exists() else ""
+    seen = "\n".join(
+        re.findall(r"<(?:Expression|Exception).*?</(?:Expression|Exception)>", told, re.S)
+    )
+    return {
+        case.name: f"fails only with the others of its file:\n{together}\n{seen}" for case in cases
+    }
 
 
 @functools.cache

@@ -5,7 +5,12 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+import pytest
 
 from tests.determinism import determinism
 from tests.determinism.determinism import Run
@@ -22,8 +27,17 @@ def test_lives_come_to_one_number_however_they_are_made_run_cut_and_stopped() ->
     optimised = program("release")
     runs = [Run("asan-ubsan", (str(program("asan-ubsan")), *size))]
     runs += determinism.runs_of(optimised, seconds=2, knobs=4, threads=(1, 3, 32))
-    numbers = {run.name: run.number() for run in runs}
+    with ThreadPoolExecutor() as pool:  # some only stand still
+        numbers = dict(zip([run.name for run in runs], pool.map(Run.number, runs), strict=True))
     assert len(set(numbers.values())) == 1, numbers
+
+
+def test_program_that_is_over_cannot_be_stopped_and_says_so() -> None:
+    for stop in (determinism.stop_by_signal, determinism.stop_by_debugger):
+        with subprocess.Popen(["true"]) as process:
+            os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+            with pytest.raises(determinism.OverTooSoon, match="program"):
+                stop(process.pid, 0.0)
 
 
 def test_other_lives_come_to_another_number() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tools import apt
-from tools.dev import building, cli, fresh, packages, running
+from tools.dev import building, cli, commands, environment, fresh, packages, running
 from tools.dev.requirements import requirements
 
 TREE = Path(__file__).parent.parent
@@ -108,6 +108,19 @@ PROJECT = {
         },
     },
 }
+
+
+def test_demo_ends_with_how_to_open_the_page(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(environment, "set_up", lambda *_, **__: None)
+    monkeypatch.setattr(building, "build_python", lambda *_: None)
+    monkeypatch.setattr(commands, "run", lambda *_: 0)
+    assert commands.demo([]) == 0
+    assert "./dev studio" in capfd.readouterr().out
+    # What a program reads stays JSON alone.
+    assert commands.demo(["--json"]) == 0
+    assert "./dev studio" not in capfd.readouterr().out
 
 
 def test_demo_requires_no_more_than_it_runs_with() -> None:

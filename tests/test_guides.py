@@ -98,7 +98,7 @@ def cpp_programs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-PYTHON_PAGES = ["README.md", "docs/python.md"]
+PYTHON_PAGES = ["README.md", "docs/python.md", "docs/studio.md", "docs/threads.md"]
 CPP_PAGES = ["README.md", "docs/cpp.md"]
 
 

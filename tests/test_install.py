@@ -56,8 +56,10 @@ def test_static_install_serves_find_package_and_pkg_config(
     assert {"share/doc/torsio/LICENSE", "share/doc/torsio/NOTICES.md"} <= files
     assert "lib/udev/rules.d/60-torsio.rules" in files
     # Installed headers must not need anything that was left behind.
-    for header in sorted((prefix / "include").rglob("*.hpp")):
-        _run("g++", "-std=c++20", "-fsyntax-only", "-I", prefix / "include", "-x", "c++", header)
+    include = prefix / "include"
+    names = sorted(path.relative_to(include) for path in include.rglob("*.hpp"))
+    (tmp_path / "all.cpp").write_text("".join(f'#include "{name}"\n' for name in names))
+    _run("g++", "-std=c++20", "-fsyntax-only", "-I", include, tmp_path / "all.cpp")
     assert "inside the wall" in _run(_build_user(tmp_path, prefix))
     assert "inside the wall" in _run(_compile_with_pkg_config(tmp_path, prefix, monkeypatch))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from firmware.protocol.definition import enumerations as e
-from torsio import doctor
+from torsio import doctor, documents
 
 TREE = Path(__file__).parent.parent
 PAGE = (TREE / "docs/troubleshooting.md").read_text(encoding="utf-8")
@@ -45,8 +45,33 @@ def test_links_within_the_page_lead_somewhere() -> None:
     assert set(re.findall(r"\]\(#([^)]+)\)", PAGE)) <= anchors
 
 
-def test_doctor_sends_people_to_the_entry() -> None:
+@pytest.mark.parametrize("name", sorted(WANTED["findings"] | WANTED["faults"]))
+def test_links_lead_to_an_entry_in_a_clone_and_on_a_site(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(documents, "source_folder", lambda: TREE)
+    page, _, anchor = documents.entry(name).partition("#")
+    assert page == (TREE / "docs/troubleshooting.md").as_uri()
+    assert anchor in ENTRIES
+    monkeypatch.setenv(documents.VARIABLE, "https://example.org/knob/")
+    page, _, anchor = documents.entry(name).partition("#")
+    assert page == "https://example.org/knob/troubleshooting.html"
+    # Sphinx has no underscores in the ids that it makes.
+    assert anchor.replace("-", "_") in ENTRIES
+    assert "_" not in anchor
+
+
+def test_without_clone_or_site_the_entry_is_named_within_the_project(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(documents, "source_folder", lambda: None)
+    assert documents.entry("usb") == "docs/troubleshooting.md#usb"
+
+
+def test_doctor_sends_people_to_the_entries_of_finding_and_faults() -> None:
     for name in WANTED["findings"]:
-        finding = doctor.Finding(name, False, "wrong", "mend it")
-        assert finding.more == f"docs/troubleshooting.md#{name}"
-    assert doctor.Finding("usb", True, "fine").more == ""
+        finding = doctor.Finding(name, False, "wrong", "mend it", faults=("over_speed",))
+        assert finding.more == documents.entry(name)
+        assert finding.links == [documents.entry("over_speed"), documents.entry(name)]
+    fine = doctor.Finding("usb", True, "fine")
+    assert (fine.more, fine.links) == ("", [])

@@ -100,6 +100,7 @@ RULES = (
     ),
     # Host units and wire units; bindings and studies have it too.
     Rule("sdk/conversion/stability.cpp", (*FIRMWARE[:3], "conversion")),
+    Rule("sdk/conversion/energies.cpp", ("protocol", "core/ledger.hpp", "conversion", "torsio")),
     Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),
     # What a forked child must know.
     Rule("sdk/src/process.cpp", ("sdk", "torsio"), third_party=r"pthread\.h"),
@@ -120,6 +121,7 @@ RULES = (
     Rule("sdk/c/include", ("torsio_base.h", "torsio_types.h"), third_party=r"std(bool|def|int)\.h"),
     Rule("sdk/c/src", ("torsio", "torsio.h", "torsio_types.h")),
     Rule("examples/c", ("torsio.h",), third_party=r"(torsio|stdio|stdbool)\.h"),
+    Rule("examples/octave", ("torsio.h",), third_party=r"(torsio|mex|stdlib|string)\.h"),
     Rule(
         "bindings/src",
         (*FIRMWARE, "conversion", "torsio"),

@@ -25,6 +25,12 @@ from pathlib import Path
 
 from tools import apt
 
+# Set in the environment for ./dev test games: what games there are to try on one kernel, in
+# minutes, and all tests of the game interface on kernels that are newer than any in use.
+GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
+# Set for ./dev test usb: each test on each kernel, unless it has a mark that says otherwise.
+# Otherwise one kernel runs what is not marked: what it is about lies above the kernel.
+EVERY_KERNEL_VARIABLE = "TORSIO_EVERY_KERNEL"
 # The generic kernels: those for clouds have no USB.
 DEBIAN = {"6.1": "linux-image-amd64", "6.12": "linux-image-6.12-amd64"}
 # How the names of the packages begin that a kernel is cut into.

@@ -27,12 +27,13 @@ INDIRECT: dict[str, tuple[str, ...]] = {
     # The board's rule for its wiring.
     r".*6device16check_consistent.*11BoardConfig.*": (r".*17find_pin_conflict.*",),
     # An interface of the device's, behind the class driver.
-    r".*(15control_request|8poll_hid|12transfer_end|13finish_output).*": (
+    r".*(15control_request|8poll_hid).*": (
         r".*11get_feature.*",
         r".*11set_feature.*",
         r".*7receive.*",
         r".*10next_input.*",
     ),
+    r".*13transfer_done.*": (r".*11input_taken.*",),
     # TinyUSB calls the functions of its class driver, and what is to come after a control transfer.
     r"tud_task_ext|tud_rhport_init|configuration_reset|usbd_control_xfer_cb": (
         r".*torsio3usb12_GLOBAL__N_1.*",

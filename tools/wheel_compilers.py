@@ -1,4 +1,4 @@
-"""Zig's compiler, as CMake calls it, for each kind of machine that there are wheels for.
+"""Zig's compiler, as CMake calls it, for each kind of machine that there are wheels for, and macOS.
 
 It comes from PyPI, brings the C library of 2014 that Linux's wheels are for and Windows's own one,
 and its C++ library goes inside what it makes.
@@ -15,11 +15,13 @@ from tools.wheel_commands import BUILD, run
 
 GLIBC = "2.17"  # of manylinux2014: every distribution since 2014
 UDEV = Path("/usr/include/libudev.h")
-# What the ends of the wheels' names mean to Zig.
+# What the ends of the wheels' names, and what else is compiled for, mean to Zig.
 TARGETS = {
     "x86_64": f"x86_64-linux-gnu.{GLIBC}",
     "aarch64": f"aarch64-linux-gnu.{GLIBC}",
     "win_amd64": "x86_64-windows-gnu",
+    "macos_arm64": "aarch64-macos",
+    "macos_x86_64": "x86_64-macos",
 }
 _WORDS = {"clang": "cc", "clang++": "c++", "ar": "ar", "ranlib": "ranlib", "windres": "rc"}
 
@@ -34,7 +36,13 @@ class Compilers:
     @property
     def is_windows(self) -> bool:
         """These make programs for Windows."""
-        return self.architecture == "win_amd64"
+        return "windows" in TARGETS[self.architecture]
+
+    @property
+    def system(self) -> str:
+        """What CMake calls the system that they make programs for."""
+        known = {"windows": "Windows", "macos": "Darwin", "linux": "Linux"}
+        return next(name for word, name in known.items() if word in TARGETS[self.architecture])
 
     @property
     def variables(self) -> dict[str, str]:
@@ -49,8 +57,8 @@ class Compilers:
         settings = {
             "CMAKE_AR": str(self.folder / "ar"),
             "CMAKE_RANLIB": str(self.folder / "ranlib"),
-            "CMAKE_SYSTEM_NAME": "Windows" if self.is_windows else "Linux",
-            "CMAKE_SYSTEM_PROCESSOR": "x86_64" if self.is_windows else self.architecture,
+            "CMAKE_SYSTEM_NAME": self.system,
+            "CMAKE_SYSTEM_PROCESSOR": TARGETS[self.architecture].split("-")[0],
             "CMAKE_C_FLAGS": include,
             "CMAKE_CXX_FLAGS": include,
             "CMAKE_SHARED_LINKER_FLAGS": library,
@@ -74,7 +82,7 @@ def compilers(folder: Path, architecture: str, python: Path) -> Compilers:
         (folder / name).write_text(f'#!/bin/sh\nexec "{python}" -m ziglang {words} "$@"\n')
         (folder / name).chmod(0o755)
     made = Compilers(architecture, folder)
-    if not made.is_windows:
+    if made.system == "Linux":
         shutil.copy(UDEV, folder / "include")
         functions = sorted(set(re.findall(r"\b(udev_\w+)\(", UDEV.read_text())))
         stub = folder / "udev.c"

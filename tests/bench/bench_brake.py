@@ -8,7 +8,8 @@ electrics, at 20 kHz with 32,768 counts. A line tells for one law and one way to
 - ``sensor_nm``: the error of the sensed torque, root of the mean square;
 - ``stable_nm_per_rad``: up to where a spring that catches the knob comes to rest, the worst of five
   speeds, in steps of 6 %; what is stiffer buzzes;
-- ``fall_ms``: how long the brake takes from 80 mN m to a tenth of it once it is told to let go.
+- ``fall_ms``: how long the brake takes from 80 mN m to a tenth of it once it is told to let go;
+- ``left_nm``: what is left of them then in a brake with hysteresis.
 
 A lag of 60 ms is the coil's own. A shorter one is made by overdriving it where it rises and
 reversing it where it falls, as far as the supply goes.
@@ -27,7 +28,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.bench.bench_stiffness import SPEEDS_RAD_S, islands, springs, stable_to
-from torsio import BoardConfig, Electrics, PlantParams, PrescribedMotion
+from torsio import BoardConfig, BrakeHysteresis, Electrics, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions, simulate, simulate_many
 from torsio.config import Law
 from torsio_studies.paper import runs
@@ -72,6 +73,19 @@ def fall_s(way: Way) -> float:
     return 50e-6 * float(np.argmax(held < 0.1 * held[0]))
 
 
+def left_nm(way: Way) -> float:
+    """What a brake with hysteresis still holds half a second after 80 mN m."""
+    plant = replace(PLANT, brake_hysteresis=BrakeHysteresis())
+    still = PrescribedMotion(angle_rad=[(0.0, 0.0)])
+    told = _told(LoopOptions(hand=still, control_period_ns=50_000), way)
+    loop = ClosedLoop(replace(told, plant=plant))
+    loop.hold_command(brake_command_nm=80e-3)
+    loop.run(duration_s=0.6, record_every=1000)
+    loop.hold_command()
+    held = loop.run(duration_s=0.6, record_every=1000)["brake_capacity_nm"]
+    return float(held[-1]) - PLANT.brake_drag_nm
+
+
 def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
     """Up to where springs come to rest at every speed, and what else does."""
     stiffness = springs(1.06)
@@ -107,6 +121,7 @@ def main() -> None:
                 "stable_nm_per_rad": round(stiffness, 1),
                 "islands": found,
                 "fall_ms": round(1e3 * fall_s(way), 1),
+                "left_nm": float(f"{left_nm(way):.2g}"),
             }
             print(json.dumps(line), flush=True)
 

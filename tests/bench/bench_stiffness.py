@@ -13,7 +13,7 @@ and for each loop what it is like: ``lag_us``, by which the torque trails a smal
 held; and ``off_nm_per_rad``, the first number at 32,768 counts with a winding whose resistance and
 inductance are a third off, the worst of four.
 
-With ``quick`` as argument it takes a coarse scan of one encoder.
+With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
 
 from __future__ import annotations
@@ -184,9 +184,10 @@ def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
 
 def main(arguments: list[str]) -> None:
     """Print a line for each loop and encoder, and one for each loop."""
-    quick = arguments == ["quick"]
+    quick = "quick" in arguments
+    boards = set(arguments) - {"quick"} or {loop.board for loop in LOOPS}
     stiffness = springs(1.2 if quick else 1.03)
-    for loop in LOOPS:
+    for loop in (loop for loop in LOOPS if loop.board in boards):
         known = {"loop": loop.name, "board": loop.board, "rate_hz": loop.rate_hz}
         for counts in (32768,) if quick else COUNTS:
             calm = rests(loop, counts, stiffness)

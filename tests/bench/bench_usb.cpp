@@ -2,6 +2,7 @@
 #include <sys/resource.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -60,18 +61,62 @@ void telemetry(const char* path, double rate_hz, double duration_s) {
               cpu_seconds() - cpu_begin);
 }
 
+/// Seconds of this computer's clock less the device's, and how far off that may be. The device
+/// tells the time of its last tick, in the middle of a round trip: of some answers the one counts
+/// that was back the soonest behind the tick that it tells of.
+struct ClockOffset {
+  double seconds = 0;
+  double error_s = 0;
+};
+ClockOffset offset_of(torsio::Knob& knob) {
+  ClockOffset best{1e18, 0.0};
+  for (int i = 0; i < 50; ++i) {
+    const double before = seconds_now();
+    const double device_s = knob.clock().time_s;
+    const double error_s = 0.5 * (seconds_now() - before);
+    const ClockOffset found{before + error_s - device_s, error_s};
+    if (found.seconds + found.error_s < best.seconds + best.error_s) best = found;
+  }
+  return best;
+}
+
+/// Prints how far off the ages may be and how many steps were late, then how old the newest sample
+/// is in each step of a loop, in seconds.
+void loop(const char* path, double rate_hz, double period_s, std::uint64_t steps) {
+  torsio::Knob knob = torsio::Knob::open(path, {.command_timeout_s = 5.0});
+  knob.start_telemetry(rate_hz, true);
+  (void)knob.latest();
+  const ClockOffset first = offset_of(knob);
+  std::vector<double> ages;
+  std::uint64_t late_steps = 0;
+  for (const torsio::Step step : knob.every(period_s)) {
+    const double newest_s = knob.latest().time_s;
+    ages.push_back(seconds_now() - first.seconds - newest_s);
+    late_steps = step.late_steps;
+    if (ages.size() == steps) break;
+  }
+  const ClockOffset last = offset_of(knob);
+  std::printf("%.9f\n%llu\n", first.error_s + std::abs(last.seconds - first.seconds),
+              static_cast<unsigned long long>(late_steps));
+  for (const double age_s : ages) std::printf("%.9f\n", age_s);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) {
+  const bool is_loop = argc > 1 && std::strcmp(argv[1], "loop") == 0;
+  if (argc != (is_loop ? 6 : 5)) {
     std::fputs(
-        "usage: bench_usb trips PATH WARM_UP TRIPS | bench_usb telemetry PATH RATE_HZ SECONDS\n",
+        "usage: bench_usb trips PATH WARM_UP TRIPS | bench_usb telemetry PATH RATE_HZ SECONDS | "
+        "bench_usb loop PATH RATE_HZ PERIOD_S STEPS\n",
         stderr);
     return 2;
   }
   try {
     if (std::strcmp(argv[1], "trips") == 0) {
       trips(argv[2], std::atoi(argv[3]), std::atoi(argv[4]));
+    } else if (is_loop) {
+      loop(argv[2], std::atof(argv[3]), std::atof(argv[4]), std::strtoull(argv[5], nullptr, 10));
     } else {
       telemetry(argv[2], std::atof(argv[3]), std::atof(argv[4]));
     }

@@ -3,18 +3,22 @@
 Round trips: a command that changes nothing (`disarm` of a disarmed knob) and its answer, by hidapi
 in C, by the SDK in C++ and by the Python package, in turns. Telemetry: at 4,000 samples a second,
 read in C++ and in Python; samples that are missing, and the CPU time of the whole reading process.
+Loops of a program's own, with prompt telemetry of each tick: how old the newest sample is.
 
 Without `--device` this boots a virtual machine and measures a virtual knob in its kernel. Time is
 counted in instructions there, 1 ns each, so that the figures do not depend on what else the
 computer does. With `--device PATH` it measures a knob that is plugged into this computer, by the
 clock; `--device virtual` plugs in a virtual one, which needs root and the module vhci_hcd.
 
-Keys: `benchmark` "usb"; `what` "round_trip" or "telemetry"; `client` "raw", "cpp" or "python";
-`kernel` its release; `time` "instructions" or "clock". A round trip has `median_ms`, `p99_ms`,
-`trips`, and but for raw `median_ratio` and `p99_ratio` to raw with `goal_median_ratio`. Telemetry
-has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing between those that were read),
-`samples_dropped` (by the knob, also between the last read and the end of the stream),
-`reader_cpu_s`, `reader_cpu_share` (CPU seconds a second) and `goal_samples_lost`.
+Keys: `benchmark` "usb"; `what` "round_trip", "telemetry" or "loop"; `client` "raw", "cpp" or
+"python"; `kernel` its release; `time` "instructions" or "clock". A round trip has `median_ms`,
+`p99_ms`, `trips`, and but for raw `median_ratio` and `p99_ratio` to raw with `goal_median_ratio`.
+Telemetry has `rate_hz`, `duration_s`, `samples`, `samples_lost` (missing between those that were
+read), `samples_dropped` (by the knob, also between the last read and the end of the stream),
+`reader_cpu_s`, `reader_cpu_share` (CPU seconds a second) and `goal_samples_lost`. A loop has
+`rate_hz` of its samples, `period_ms` of its steps, `steps`, `late_steps`, `age_median_ms`,
+`age_p99_ms`, `goal_age_p99_ms` (a frame and a tick), and `age_error_ms`, how far off the two clocks
+may be.
 """
 
 from __future__ import annotations
@@ -30,6 +34,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +52,8 @@ KERNEL = "6.12"
 LIMIT_S = 3600.0  # a busy host may take its time
 GOAL_MEDIAN_RATIO = {"cpp": 1.05, "python": 1.3}
 WARM_UP = 20
+# At 1 kHz all steps lie at one moment of their frames; the other goes through all.
+LOOP_PERIODS_S = (0.001, 0.00101)
 
 
 def _run(*command: object) -> str:
@@ -102,6 +109,78 @@ def python_telemetry(
     all_ticks = np.concatenate(ticks)
     missing = int(np.sum(np.diff(all_ticks.astype(np.int64)) // step - 1))
     return len(all_ticks), missing, elapsed_s, cpu_s
+
+
+@dataclass(frozen=True)
+class Ages:
+    """How old the newest sample was in each step of a loop.
+
+    Attributes
+    ----------
+    ages_s
+        By this computer's clock.
+    error_s
+        How far off that may be: the device has a clock of its own.
+    late_steps
+        That were left out.
+    """
+
+    ages_s: list[float]
+    error_s: float
+    late_steps: int
+
+
+def cpp_loop(programs: Path, path: str, rate_hz: float, period_s: float, steps: int) -> Ages:
+    """Run a loop in C++."""
+    words = _run(programs / "bench_usb", "loop", path, rate_hz, period_s, steps).split()
+    error_s, late, *ages = words
+    return Ages([float(age) for age in ages], float(error_s), int(late))
+
+
+def _offset(knob: torsio.Knob) -> tuple[float, float]:
+    """How far off the other may be, and seconds of this clock less the device's; as in C++."""
+    found = []
+    for _ in range(50):
+        before = time.perf_counter()
+        device_s = knob.clock().time_s
+        error_s = 0.5 * (time.perf_counter() - before)
+        found.append((error_s, before + error_s - device_s))
+    return min(found, key=sum)
+
+
+def python_loop(_: Path, path: str, rate_hz: float, period_s: float, steps: int) -> Ages:
+    """Run a loop in Python."""
+    ages_s: list[float] = []
+    with torsio.open(path, command_timeout_s=5.0) as knob:
+        knob.start_telemetry(rate_hz=rate_hz, prompt=True)
+        knob.latest()
+        error_s, offset_s = _offset(knob)
+        late_steps = 0
+        for step in knob.every(period_s):
+            late_steps = step.late_steps
+            newest_s = float(knob.latest()["time_s"])
+            ages_s.append(time.perf_counter() - offset_s - newest_s)
+            if len(ages_s) == steps:
+                break
+        error_s += abs(_offset(knob)[1] - offset_s)
+    return Ages(ages_s, error_s, late_steps)
+
+
+def loop_line(client: str, rate_hz: float, period_s: float, found: Ages) -> dict[str, Any]:
+    """Summarise a loop."""
+    return {
+        "benchmark": "usb",
+        "what": "loop",
+        "client": client,
+        "rate_hz": rate_hz,
+        "period_ms": round(1e3 * period_s, 3),
+        "steps": len(found.ages_s),
+        "late_steps": found.late_steps,
+        "age_median_ms": round(1e3 * statistics.median(found.ages_s), 3),
+        "age_p99_ms": round(1e3 * float(np.percentile(found.ages_s, 99)), 3),
+        "goal_age_p99_ms": round(1.0 + 1e3 / rate_hz, 3),
+        "age_error_ms": round(1e3 * found.error_s, 3),
+    }
 
 
 def round_trip_lines(times_s: dict[str, list[float]]) -> Iterator[dict[str, Any]]:
@@ -160,6 +239,12 @@ def measure(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
             "goal_samples_lost": 0,
             **where,
         }
+    with torsio.open(path) as knob:
+        control_rate_hz = knob.info.control_rate_hz
+    for client, loop in (("cpp", cpp_loop), ("python", python_loop)):
+        for period_s in LOOP_PERIODS_S:
+            found = loop(programs, path, control_rate_hz, period_s, arguments.steps)
+            yield loop_line(client, control_rate_hz, period_s, found) | where
 
 
 def _dropped(path: str) -> int:
@@ -206,6 +291,7 @@ def main() -> None:
     parser.add_argument("--trips", type=int, default=400, help="round trips in a turn")
     parser.add_argument("--rate-hz", type=float, default=4000.0, help="of telemetry")
     parser.add_argument("--seconds", type=float, default=60.0, help="of telemetry")
+    parser.add_argument("--steps", type=int, default=5000, help="of a loop")
     parser.add_argument("--programs", type=Path, default=TREE / "build/release/tests/bench")
     arguments = parser.parse_args()
     if arguments.device is None:

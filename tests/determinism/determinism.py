@@ -2,28 +2,35 @@
 
 ``./dev determinism`` builds ``life.cpp`` with gcc and clang, without and with full optimisation,
 for x86-64 and for aarch64 (which qemu runs), and runs it on 1 to 32 threads, with its time cut in
-several ways, many times faster than the clock, and through a stop of seconds. Every run must print
-the same number. It is not written down anywhere: a change of the plant or of a law changes it, and
-should.
+several ways, many times faster than the clock, and through stops of seconds, by a signal and by a
+debugger. Every run must print the same number. It is not written down anywhere: a change of the
+plant or of a law changes it, and should.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 TREE = Path(__file__).parent.parent.parent
 HERE = Path(__file__).parent
 BUILD = TREE / "build/determinism"
+STOPPED_S = 2.0
+
+
+class OverTooSoon(Exception):
+    """A program that was to be stopped has ended; says what to do."""
 
 
 class Missing(Exception):
@@ -98,22 +105,71 @@ def build(way: Way) -> Path:
     return folder / "torsio_life"
 
 
+def stop_by_signal(process: int, seconds: float) -> None:
+    """Stop a process as Ctrl-Z does, and let it go on."""
+    os.kill(process, signal.SIGSTOP)
+    if not os.WIFSTOPPED(os.waitpid(process, os.WUNTRACED)[1]):
+        raise OverTooSoon("the program was over before it could be stopped: let it live longer")
+    time.sleep(seconds)
+    os.kill(process, signal.SIGCONT)
+
+
+def stop_by_debugger(process: int, seconds: float) -> None:
+    """Stop each thread of a process as a debugger does that attaches to it, and let it go on."""
+    attach, detach, all_children = 16, 17, 0x40000000  # of ptrace(2) and wait(2)
+    ptrace = ctypes.CDLL(None, use_errno=True).ptrace
+    ptrace.argtypes = [ctypes.c_long, ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p]
+    threads = []
+    for thread in map(int, os.listdir(f"/proc/{process}/task")):
+        if ptrace(attach, thread, None, None) != 0:
+            why = os.strerror(ctypes.get_errno())
+            raise OverTooSoon(f"thread {thread} of the program cannot be attached to: {why}")
+        os.waitpid(thread, all_children)
+        threads.append(thread)
+    time.sleep(seconds)
+    for thread in threads:
+        ptrace(detach, thread, None, None)
+
+
 @dataclass(frozen=True)
 class Run:
-    """One run of the program: a name for people, and its command."""
+    """One run of the program.
+
+    Attributes
+    ----------
+    name
+        For people.
+    command
+        What is run.
+    stop
+        What stops it for a while in the middle; given the process and seconds.
+    """
 
     name: str
     command: tuple[str, ...]
-    stopped_s: float = 0.0
+    stop: Callable[[int, float], None] | None = None
 
     def number(self) -> str:
-        """Run it and return the number that it prints."""
+        """Run it and return the number that it prints.
+
+        Raises
+        ------
+        subprocess.CalledProcessError
+            If it does not end well.
+        OverTooSoon
+            If it cannot be stopped before its end.
+        """
+        # A busy machine may come back to this program when the other has long ended.
+        for delay_s in (0.02, 0.01, 0.002):
+            with suppress(OverTooSoon):
+                return self._number(delay_s)
+        return self._number(0.0)
+
+    def _number(self, delay_s: float) -> str:
         with subprocess.Popen(self.command, stdout=subprocess.PIPE, text=True) as process:
-            if self.stopped_s > 0.0:
-                time.sleep(0.03)
-                process.send_signal(signal.SIGSTOP)
-                time.sleep(self.stopped_s)
-                process.send_signal(signal.SIGCONT)
+            if self.stop is not None:
+                time.sleep(delay_s)
+                self.stop(process.pid, STOPPED_S)
             output = process.communicate()[0]
         if process.returncode != 0:
             raise subprocess.CalledProcessError(process.returncode, self.command)
@@ -127,9 +183,10 @@ def runs_of(program: Path, seconds: int, knobs: int, threads: Sequence[int]) -> 
     return [
         *(Run(f"{n} threads", (*base, "--threads", str(n))) for n in threads),
         *(Run(f"time cut by seed {n}", (*base, "--cut", str(n))) for n in (1, 2, 3)),
-        Run("stopped for 2 s", base, 2.0),
+        Run("stopped for 2 s", base, stop_by_signal),
+        Run("stopped for 2 s in a debugger", base, stop_by_debugger),
         Run("20 times faster than the clock", paced),
-        Run("20 times faster than the clock, stopped for 2 s", paced, 2.0),
+        Run("20 times faster than the clock, stopped for 2 s", paced, stop_by_signal),
     ]
 
 

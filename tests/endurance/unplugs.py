@@ -34,6 +34,7 @@ LATEST_IN_REQUEST_S = 5.0 + LATEST_S
 # Of memory for each unplug, and what the rest of the process may take meanwhile.
 MOST_BYTES = 1024
 SLACK_BYTES = 12 << 20
+TELL_EVERY = 20
 # Tell the guest how many.
 COUNT_VARIABLE, SEED_VARIABLE = "TORSIO_UNPLUGS", "TORSIO_UNPLUGS_SEED"
 
@@ -187,16 +188,36 @@ class Means:
 
     @staticmethod
     def now() -> Means:
-        """Count it, without what the allocator keeps for the next time."""
+        """Count this process's, without what the allocator keeps for the next time."""
         gc.collect()
         with suppress(OSError, AttributeError):  # another C library than GNU's
             ctypes.CDLL(None).malloc_trim(0)
-        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return Means.of("self")
+
+    @staticmethod
+    def of(process: int | str) -> Means:
+        """Count a process's."""
+        folder = Path(f"/proc/{process}")
+        pages = int((folder / "statm").read_text().split()[1])
         return Means(
-            len(os.listdir("/proc/self/task")),
-            len(os.listdir("/proc/self/fd")),
+            len(os.listdir(folder / "task")),
+            len(os.listdir(folder / "fd")),
             pages * os.sysconf("SC_PAGE_SIZE"),
         )
+
+    def faults(self, before: Means, unplugs: int) -> list[str]:
+        """Return what is left behind after so many unplugs."""
+        found = []
+        if self.threads > before.threads:
+            found.append(f"{self.threads - before.threads} threads are left")
+        if self.files > before.files:
+            found.append(f"{self.files - before.files} descriptors are left")
+        if self.memory - before.memory > SLACK_BYTES + MOST_BYTES * unplugs:
+            found.append(f"the process has grown by {self.memory - before.memory} bytes")
+        return found
+
+    def __str__(self) -> str:
+        return f"{self.threads} threads, {self.files} descriptors, {self.memory / 1e6:.1f} MB"
 
 
 @dataclass
@@ -238,6 +259,10 @@ class Trial:
         told: tuple[type[Exception], ...] = (torsio.Disconnected,)
         if STATES[self.state] is close_in_callback:
             told += (torsio.Closed,)
+        if self.latest_s > LATEST_S:
+            # Another thread's request holds the kernel, so that it does not say what has happened,
+            # and the device does not answer.
+            told += (torsio.Timeout,)
         if not isinstance(self.heard, told):
             return f"told by {self.heard!r}"
         return f"told after {self.late_s:.2f} s" if self.late_s > self.latest_s else ""
@@ -245,47 +270,69 @@ class Trial:
 
 @dataclass
 class Outcome:
-    """What came of many trials."""
+    """What came of many trials.
+
+    Attributes
+    ----------
+    latest_s, latest_in_request_s
+        From the plug to the exception, at most; the second where a feature report may be waited
+        for on a cable.
+    before, after
+        What the process has: once a fifth is done, and now.
+    """
 
     faults: list[str] = field(default_factory=list)
     states: Counter[str] = field(default_factory=Counter)
     latest_s: float = 0.0
-    grown_bytes: int = 0
+    latest_in_request_s: float = 0.0
+    before: Means | None = None
+    after: Means | None = None
+
+    def count(self, trial: Trial) -> None:
+        """Take a trial in."""
+        number = self.states.total()
+        self.states[trial.state] += 1
+        if trial.latest_s > LATEST_S:
+            self.latest_in_request_s = max(self.latest_in_request_s, trial.late_s)
+        else:
+            self.latest_s = max(self.latest_s, trial.late_s)
+        if fault := trial.fault():
+            self.faults.append(f"unplug {number}, {trial.state}, paced {trial.paced}: {fault}")
 
     def __str__(self) -> str:
+        in_request = f" ({1000 * self.latest_in_request_s:.0f} ms in a request)"
         return (
             f"{self.states.total()} unplugs in {len(self.states)} states, told within "
-            f"{1000 * self.latest_s:.0f} ms, memory {self.grown_bytes / 1e6:+.1f} MB, "
-            f"{len(self.faults)} faults"
+            f"{1000 * self.latest_s:.0f} ms{in_request if self.latest_in_request_s else ''}, "
+            f"before: {self.before}, after: {self.after}, {len(self.faults)} faults"
         )
 
 
-def pull(count: int, seed: int, source: Source = emulated) -> Outcome:
-    """Unplug so many times, each state as often as the others."""
+def pull(
+    count: int,
+    seed: int,
+    source: Source = emulated,
+    tell: Callable[[Outcome], object] = lambda _: None,
+) -> Outcome:
+    """Unplug so many times, each state as often as the others; tell of it now and then."""
     chance = random.Random(seed)
     outcome = Outcome()
     on_cable = source is not emulated
     states = [state for state in STATES if not (on_cable and state in EMULATED)]
     settled = count // 5
-    before = Means.now()
     for number, state in zip(range(count), itertools.cycle(states), strict=False):
         if number == settled:
-            before = Means.now()
+            outcome.before = Means.now()
         latest_s = LATEST_IN_REQUEST_S if on_cable and state in ASKING else LATEST_S
         trial = Trial(state, chance.random() < 0.7, chance.random() * 0.04, latest_s)
         trial.run(source)
-        outcome.states[state] += 1
-        outcome.latest_s = max(outcome.latest_s, trial.late_s)
-        if fault := trial.fault():
-            outcome.faults.append(f"unplug {number}, {state}, paced {trial.paced}: {fault}")
-    after = Means.now()
-    outcome.grown_bytes = after.memory - before.memory
-    if after.threads > before.threads:
-        outcome.faults.append(f"{after.threads - before.threads} threads are left")
-    if after.files > before.files:
-        outcome.faults.append(f"{after.files - before.files} descriptors are left")
-    if outcome.grown_bytes > SLACK_BYTES + MOST_BYTES * (count - settled):
-        outcome.faults.append(f"the process has grown by {outcome.grown_bytes} bytes")
+        outcome.count(trial)
+        if number % TELL_EVERY == 0 and number > settled:
+            outcome.after = Means.now()
+            tell(outcome)
+    if outcome.before is not None:
+        outcome.after = Means.now()
+        outcome.faults += outcome.after.faults(outcome.before, count - settled)
     return outcome
 
 
@@ -315,8 +362,11 @@ def in_guest(kernel: str, count: int, seed: int) -> int:
     problem = guests.run_guest(kernel, [test], variables, limit_s=600.0 + 20.0 * count)
     if not problem:
         problem = results.read_junit(guests.junit(kernel))[results.test_key(test)].problem
-    told = guests.share(kernel) / "unplugs"
-    print(problem or f"kernel {kernel}: {told.read_text(encoding='utf-8').strip()}")
+    if problem:
+        print(problem)
+    with suppress(FileNotFoundError):  # a guest that died early has not told anything
+        told = (guests.share(kernel) / "unplugs").read_text(encoding="utf-8")
+        print(f"kernel {kernel}: {told.strip()}")
     return 1 if problem else 0
 
 

@@ -79,7 +79,7 @@ void step(GameBench& bench, std::uint8_t what, std::span<const std::uint8_t> rep
       break;
     case 6:
       bench.turn(static_cast<std::int8_t>(first));
-      bench.tick(1 + first % 16);
+      bench.tick(1 + first % 8);
       break;
     default:
       if (first < 8) {

@@ -150,7 +150,7 @@ void step(Bench& bench, fuzz::Reader& input) {
       bench.ask_for(input.byte());
       break;
     case ticks:
-      bench.tick(1U + input.byte() % 32U);
+      bench.tick(1U + input.byte() % 16U);
       break;
     case turn:
       bench.inputs.encoder_count +=

@@ -56,8 +56,6 @@ class Mutant:
         Line of the list, for messages.
     equivalent
         Why no test can tell it from the original; empty if one must.
-    untested
-        Which test is still to be written; empty if there is one.
     """
 
     number: int
@@ -66,7 +64,6 @@ class Mutant:
     replacement: str
     where: str
     equivalent: str = ""
-    untested: str = ""
 
     @property
     def key(self) -> str:
@@ -86,7 +83,6 @@ class Replacement:
     text: str
     where: str
     equivalent: str = ""
-    untested: str = ""
 
 
 @dataclass
@@ -110,7 +106,7 @@ def read_list(path: Path) -> list[Place]:
     """Read one list.
 
     ``file NAME``, then ``-`` lines with what stands there, ``+`` lines with one mutant each, and
-    behind a mutant ``=`` why it is equivalent, or ``!`` which test is still to be written.
+    behind a mutant ``=`` why it is equivalent.
     """
     places: list[Place] = []
     file = ""
@@ -127,14 +123,11 @@ def read_list(path: Path) -> list[Place]:
                 places.append(Place(file, text, where))
         elif kind == "+" and places:
             places[-1].replacements.append(Replacement(text, where))
-        elif kind in "=!" and kind and places and places[-1].replacements:
+        elif kind == "=" and places and places[-1].replacements:
             mutant = places[-1].replacements[-1]
-            if kind == "=":
-                mutant.equivalent = f"{mutant.equivalent} {text}".strip()
-            else:
-                mutant.untested = f"{mutant.untested} {text}".strip()
+            mutant.equivalent = f"{mutant.equivalent} {text}".strip()
         elif line and kind != "#":
-            raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ', '! ' or '# '")
+            raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ' or '# '")
         last = kind
     for place in places:
         for text in (_marked(place)[1], *(one.text for one in place.replacements)):
@@ -164,7 +157,6 @@ def mutants_of(places: Iterable[Place]) -> list[Mutant]:
                 one.text,
                 one.where,
                 one.equivalent,
-                one.untested,
             )
             for n, one in enumerate(place.replacements)
         ]
@@ -443,13 +435,11 @@ def write_killers(killers: dict[str, str], mutants: Sequence[Mutant]) -> None:
 def verdict(mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> list[str]:
     """Return what is wrong: mutants that live, and equivalents that died after all."""
     living = {mutant.number for mutant in survivors}
-    wrong = [
-        f"lives: {m}" for m in mutants if m.number in living and not m.equivalent and not m.untested
-    ]
+    wrong = [f"lives: {m}" for m in mutants if m.number in living and not m.equivalent]
     wrong += [
-        f"died, though {m.where} calls it {'equivalent' if m.equivalent else 'untested'}: {m}"
+        f"died, though {m.where} calls it equivalent: {m}"
         for m in mutants
-        if m.number not in living and (m.equivalent or m.untested)
+        if m.number not in living and m.equivalent
     ]
     return wrong
 
@@ -490,11 +480,10 @@ def main(arguments: Sequence[str]) -> int:
     wrong = verdict(chosen, campaign.survivors)
     write_killers(campaign.killers, mutants)
     equivalent = sum(1 for mutant in chosen if mutant.equivalent)
-    untested = sum(1 for mutant in chosen if mutant.untested)
     print(*wrong, sep="\n")
     print(
         f"{len(chosen)} mutants, {len(chosen) - len(campaign.survivors)} killed, "
-        f"{equivalent} equivalent, {untested} without a test, "
+        f"{equivalent} equivalent, "
         f"{len(wrong)} wrong, {time.monotonic() - begin_s:.0f} s"
     )
     return 1 if wrong else 0

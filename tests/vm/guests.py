@@ -13,20 +13,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import MappingProxyType
 
+from tests.determinism.determinism import Run
 from tests.vm import results
 from tests.vm.machine import GuestFailed, Machine
-from tools.kernels import DEBIAN
+from tools.kernels import DEBIAN, EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 TREE = Path(__file__).parent.parent.parent
 KERNELS = TREE / "build/kernels"
 GUEST_VARIABLE = "TORSIO_GUEST"  # set inside a guest: the kernel's name
-# Set for ./dev test games: what games there are to try on one kernel, in minutes, and all tests of
-# the game interface on kernels that are newer than any in use, instead of all the others.
-GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
 NEWEST_KERNELS = TREE / "build/newest-kernels"
-# Set for ./dev test usb: each test on each kernel, unless it has a mark that says otherwise.
-# Otherwise one kernel runs what is not marked: what it is about lies above the kernel.
-EVERY_KERNEL_VARIABLE = "TORSIO_EVERY_KERNEL"
 # How collecting the guest's tests tells of them: this word, the kernel, the node id.
 TEST_LINE, ANY_KERNEL, EACH_KERNEL, WITH_GAMES = "guest-test", "any", "each", "games"
 # Many times what a guest takes of an idle processor without KVM, see docs/usb.md: a busy host may
@@ -39,6 +34,10 @@ PROGRAMS = (
     "build/release/emulator/usbip/torsio_virtual_knob "
     "build/asan-ubsan/tests/cpp/torsio_attached_tests"
 )
+# The lives of some knobs, and where a guest finds the number that they come to on the host.
+LIFE = TREE / "build/release/tests/determinism/torsio_life"
+LIFE_SIZE = (2, 2)  # seconds, knobs
+LIFE_NUMBER = Path("/torsio-share/number")
 _PLUGINS = "-p tests.vm.guest.plugin -p tests.vm.guest.over_usb -p no:cacheprovider"
 # To import those that are installed besides takes an emulated processor longer than all the rest.
 _NO_OTHER_PLUGINS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
@@ -136,6 +135,10 @@ def run_guest(
     junit(kernel).parent.mkdir(exist_ok=True)
     junit(kernel).unlink(missing_ok=True)
     (share(kernel) / "tests").write_text("".join(f"{test}\n" for test in tests))
+    if any("test_determinism" in test for test in tests):
+        seconds, knobs = map(str, LIFE_SIZE)
+        life = Run("host", (str(LIFE), "--seconds", seconds, "--knobs", knobs))
+        (share(kernel) / LIFE_NUMBER.name).write_text(life.number())
     folder = KERNELS if kernel in _fetched(KERNELS) else NEWEST_KERNELS
     machine = Machine(folder / kernel, share(kernel))
     try:

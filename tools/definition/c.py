@@ -24,6 +24,7 @@ TOLD = (
     "DeviceInfo",
     "Clock",
     "Health",
+    "Energies",
     "Limits",
     "GameStatus",
     "LinkStatistics",

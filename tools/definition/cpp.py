@@ -118,12 +118,14 @@ def wire_enumeration(of: Enumeration) -> str:
 def bits(of: Bits, *, with_names: bool = True) -> str:
     """Write named bits."""
     kind, names = _values([bit.name for bit in of.bits])
+    note = "//" if with_names else "///<"
     cpp_type = SCALARS[of.type][0]
     out = f"{comment(of.doc)}namespace {of.name} {{\n"
     if of.first:
-        out += f"inline constexpr {cpp_type} state_mask = {hex((1 << of.first) - 1)};\n"
+        mask = f"state_mask = {hex((1 << of.first) - 1)}"
+        out += f"inline constexpr {cpp_type} {mask};  {note} the state\n"
     for place, bit in enumerate(of.bits, of.first):
-        out += f"inline constexpr {cpp_type} {bit.name} = 1 << {place};  // {bit.doc}\n"
+        out += f"inline constexpr {cpp_type} {bit.name} = 1 << {place};  {note} {bit.doc}\n"
     if with_names:
         out += f"inline constexpr {kind} names{{{names}}};  // from bit {of.first} on\n"
     return out + f"}}  // namespace {of.name}\n\n"

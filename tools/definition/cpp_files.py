@@ -29,6 +29,7 @@ def sdk_scene() -> str:
     )
     body += "".join(map(cpp.host_enumeration, EFFECT_ENUMERATIONS))
     body += "".join(map(cpp.host_structure, (effects.TIMING, *effects.EFFECTS)))
+    body += "/// Any effect.\n"
     body += f"using Effect = std::variant<{variant}>;\n\n"
     body += cpp.comment(
         f"Up to {limits.MAX_EFFECTS.value} effects; their torques add up. The place in the list is the effect's identity: an "
@@ -117,11 +118,15 @@ def emulator_plant() -> str:
     """Write emulator/include/torsio/plant.hpp."""
     body = cpp.comment(KNOT)
     body += (
-        "struct Knot {\ndouble time_s;\ndouble value;\n};\nusing Profile = std::vector<Knot>;\n\n"
+        "struct Knot {\ndouble time_s;  ///< since the hand took over\n"
+        "double value;  ///< of the function then\n};\n\n"
+        "/// A piecewise-linear function of time: its corners in the order of their times.\n"
+        "using Profile = std::vector<Knot>;\n\n"
     )
     body += cpp.comment(plant.HAND_FUNCTION)
     body += "using HandFunction =\n    std::function<double(double time_s, double angle_rad, double speed_rad_s)>;\n\n"
     body += "".join(map(cpp.host_structure, plant.HANDS))
+    body += "/// Who holds an emulated knob.\n"
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
     body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)))

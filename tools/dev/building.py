@@ -254,7 +254,6 @@ def build_python(package: PythonPackage, tinyusb: str) -> None:
     with stamped(stamp, key):
         folder = _own(package.build)
         defines = {"TORSIO_WERROR": "ON", "TORSIO_TINYUSB_PATH": tinyusb, **package.settings}
-        defines["TORSIO_BUILD_C"] = "ON"  # which the preset of this folder has too
         settings = [f"--config-settings=build-dir={folder}"]
         settings += [
             f"--config-settings=cmake.define.{name}={value}" for name, value in defines.items()

@@ -91,6 +91,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "release": commands.release,
     "wheels": commands.wheels,
     "windows": commands.windows,
+    "macos": commands.macos,
     "udev": _udev,
     "generate": _generate,
     "fresh": _fresh,

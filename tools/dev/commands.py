@@ -27,6 +27,7 @@ from tools.dev.running import (
     succeeds,
     without_aslr,
 )
+from tools.kernels import EVERY_KERNEL_VARIABLE, GAMES_VARIABLE
 
 # Everything that is made in the tree.
 MADE = (
@@ -34,9 +35,6 @@ MADE = (
     *("studio/node_modules", "tests/board/node_modules"),
     *(".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 )
-# Chooses among the tests in virtual machines; see tests/vm/guests.py.
-GAMES_VARIABLE = "TORSIO_GAMES_TESTS"
-EVERY_KERNEL_VARIABLE = "TORSIO_EVERY_KERNEL"
 # Starting a second browser takes as long as all other tests of the page.
 FIREFOX_TEST = "tests/studio/test_firefox.py"
 _VENDOR, _PRODUCT = usb_ids.ids()
@@ -102,7 +100,7 @@ def test(arguments: Sequence[str]) -> int:
         # What comes over the network comes while other things are compiled.
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        more: tuple[str, ...] = ("firmware", "studio", "browser", "languages")
+        more: tuple[str, ...] = ("firmware", "studio", "browser", "languages", "documents")
         if only_usb:
             more = ("windows", "studio", "browser") if only_games else ()
         environment.set_up("tests", "machines", "game", *more)
@@ -139,7 +137,10 @@ def demo(arguments: Sequence[str]) -> int:
         # The virtual USB knob comes along where TinyUSB is there already.
         tinyusb = building.FirmwareSources(fetch=False).tinyusb
         building.build_python(building.TORSIO, tinyusb)
-    become(VENV / "bin/torsio", "demo", "wall", "--device", "emulated", *arguments)
+    status = run(VENV / "bin/torsio", "demo", "wall", "--device", "emulated", *arguments)
+    if status == 0 and "--json" not in arguments:
+        say("to turn this knob with the mouse, in a browser: ./dev studio")
+    return status
 
 
 def game(arguments: Sequence[str]) -> int:
@@ -164,7 +165,7 @@ def studio(arguments: Sequence[str]) -> int:
 def site() -> int:
     """Make the documents a site."""
     with lock():
-        environment.set_up("tests", "studio")
+        environment.set_up("tests", "studio", "documents")
         page = building.begin_npm("studio")
         building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
         building.build_studio(page)
@@ -193,7 +194,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     with_machines = (name == "usb" and "--device" not in rest) or (
         name == "games" and not {"--here", "--in-process"} & set(rest)
     )
-    on_boards = name in ("binary", "mcu")
+    on_boards = name in ("binary", "guards", "mcu")
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []
@@ -303,6 +304,13 @@ def windows(arguments: Sequence[str]) -> int:
     become(PYTHON, "-m", "tools.windows", *arguments)
 
 
+def macos(arguments: Sequence[str]) -> int:
+    """Compile for macOS; see ``tools/macos.py``."""
+    with lock():
+        environment.set_up("tests")
+    become(PYTHON, "-m", "tools.macos", *arguments)
+
+
 def wheels(arguments: Sequence[str]) -> int:
     """Build the wheels; see ``tools/wheels.py``."""
     with lock():
@@ -316,7 +324,7 @@ def release(arguments: Sequence[str]) -> int:
     """Build firmware and site, and put a release together; see ``tools/release.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up("tests", "firmware", "studio")
+        environment.set_up("tests", "firmware", "studio", "documents")
         page = building.begin_npm("studio")
         building.build_firmware(sources.require())
         building.build_python(building.TORSIO, sources.tinyusb)

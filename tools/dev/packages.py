@@ -95,13 +95,15 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("g++-aarch64-linux-gnu", _program("aarch64-linux-gnu-g++")),
             ("qemu-user", _program("qemu-aarch64")),
         ),
-        # Whose programs use the C interface in the tests.
+        # Whose programs use the C interface in the tests, and what compares it with the released.
         "languages": (
             ("mono-mcs", _program("mcs")),
             ("mono-runtime", _program("mono")),
             ("libmono-system-core4.0-cil", Path("/usr/lib/mono/4.5/System.Core.dll").exists),
             ("rustc", _program("rustc")),
             ("bindgen", _program("bindgen")),
+            ("octave-dev", _program("mkoctfile")),
+            ("abigail-tools", _program("abidiff")),
         ),
         "windows": (
             ("g++-mingw-w64-x86-64-posix", _program("x86_64-w64-mingw32-g++-posix")),
@@ -115,6 +117,8 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("qemu-user", _program("qemu-aarch64")),
         ),
         "game": (("libsdl2-dev", _library("sdl2")),),
+        # What reads the C++ headers for the site.
+        "documents": (("doxygen", _program("doxygen")),),
         "fresh": (("debootstrap", _file("/usr/sbin/debootstrap")),),
     }
 

@@ -11,6 +11,7 @@ from types import FrameType
 import pytest
 
 from tests.vm import guests, kernel_log
+from tools.kernels import EVERY_KERNEL_VARIABLE
 
 # Of one test, in the guest's time, which runs ahead while files are fetched from the host. One with
 # the mark "long" is ended by the machine's own limit alone.
@@ -42,6 +43,7 @@ class KernelLog:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "kernel(name): runs on this kernel only, of all there are")
+    config.addinivalue_line("markers", "rather(name): on this kernel, where one is enough")
     config.addinivalue_line("markers", "each_kernel: is about the kernel, runs on all there are")
     config.addinivalue_line("markers", "long: has a command of its own for its whole length")
     config.addinivalue_line("markers", "whole: one of many of a kind; runs with ./dev test usb")
@@ -56,9 +58,11 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """Tell the host which test is for which kernel; see `guests.guest_tests`."""
     if session.config.option.collectonly:
         for item in session.items:
-            if item.get_closest_marker("whole") and guests.EVERY_KERNEL_VARIABLE not in os.environ:
+            if item.get_closest_marker("whole") and EVERY_KERNEL_VARIABLE not in os.environ:
                 continue
             mark = item.get_closest_marker("kernel")
+            if EVERY_KERNEL_VARIABLE not in os.environ:
+                mark = mark or item.get_closest_marker("rather")
             kernel = mark.args[0] if mark else guests.ANY_KERNEL
             if item.get_closest_marker("each_kernel"):
                 kernel = guests.EACH_KERNEL

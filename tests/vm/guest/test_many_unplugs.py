@@ -11,6 +11,7 @@ import pytest
 
 import torsio
 from tests.endurance import unplugs
+from tests.endurance.unplugs import Means
 from tests.vm.guest.virtual_bus import VirtualKnob
 
 SHARE = Path("/torsio-share")
@@ -30,6 +31,13 @@ def test_many_unplugs_in_every_state(knob: VirtualKnob) -> None:
 
     count = int(os.environ.get(unplugs.COUNT_VARIABLE, str(len(unplugs.STATES) - 1)))
     seed = int(os.environ.get(unplugs.SEED_VARIABLE, "1"))
-    outcome = unplugs.pull(count, seed, on_cable)
-    (SHARE / "unplugs").write_text(f"{outcome}\n")
+    before = Means.of(knob.process.pid)
+
+    def tell(outcome: unplugs.Outcome) -> None:
+        own = f"the knob's program before: {before}, after: {Means.of(knob.process.pid)}"
+        (SHARE / "unplugs").write_text(f"{outcome}; {own}\n")
+
+    outcome = unplugs.pull(count, seed, on_cable, tell)
+    tell(outcome)
     assert outcome.faults == []
+    assert Means.of(knob.process.pid).faults(before, count) == []

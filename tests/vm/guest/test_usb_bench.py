@@ -21,6 +21,7 @@ def test_benchmark_measures_a_virtual_knob() -> None:
             trips=5,
             rate_hz=RATE_HZ,
             seconds=0.5,
+            steps=50,
         )
         lines = list(bench_usb.measure(arguments))
     assert [(line["what"], line["client"]) for line in lines] == [
@@ -29,11 +30,19 @@ def test_benchmark_measures_a_virtual_knob() -> None:
         ("round_trip", "python"),
         ("telemetry", "cpp"),
         ("telemetry", "python"),
+        ("loop", "cpp"),
+        ("loop", "cpp"),
+        ("loop", "python"),
+        ("loop", "python"),
     ]
     for line in lines[:3]:
         assert line["trips"] == 5
         # No report moves twice in a frame, so no answer is there in less than one.
         assert line["p99_ms"] > 1.0
-    for line in lines[3:]:
+    for line in lines[3:5]:
         assert line["samples"] > 0
         assert {"samples_lost", "samples_dropped", "reader_cpu_s"} <= set(line)
+    for line in lines[5:]:
+        assert line["steps"] == 50
+        # No sample is there before it was taken.
+        assert line["age_median_ms"] > -line["age_error_ms"]

@@ -6,13 +6,14 @@ import os
 import re
 import subprocess
 from pathlib import Path
+from typing import TextIO
 
 import pytest
 
 import torsio
 from tests.python import wire
-from tests.vm.guest.child import torsio_command
-from tests.vm.guest.virtual_bus import wait_for
+from tests.vm.guest.child import Child, become_nobody, torsio_command
+from tests.vm.guest.virtual_bus import CONTROLLER, VirtualBus, wait_for
 
 # Ubuntu has it among the tools of its kernels.
 FOLDERS = ["/usr/sbin", *map(str, Path("/usr/lib/linux-tools").glob("*"))]
@@ -62,3 +63,18 @@ def test_printed_command_plugs_the_knob_in_and_usbip_detach_takes_it_out() -> No
         "configured",
         "detached",
     ]
+
+
+@pytest.mark.kernel("6.12")
+def test_nobody_but_root_may_attach_a_knob(bus: VirtualBus) -> None:
+    knob = bus.plug()
+    knob.unplug()
+
+    def work(output: TextIO) -> None:
+        become_nobody()
+        try:
+            knob.plug(wait=False)  # the server gives it to whoever asks
+        except PermissionError as error:
+            output.write(f"{error.filename}: {error.strerror}")
+
+    assert Child(work).end() == f"{CONTROLLER}/attach: Permission denied"

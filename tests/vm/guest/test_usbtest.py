@@ -10,7 +10,7 @@ import torsio
 from tests.vm.guest.usbtest import Usbtest, loaded, lying_cable
 from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob
 
-pytestmark = [pytest.mark.kernels_own_tests, pytest.mark.kernel("6.1")]
+pytestmark = [pytest.mark.kernels_own_tests, pytest.mark.rather("6.1")]
 
 
 @pytest.fixture(autouse=True)

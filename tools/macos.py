@@ -1,0 +1,74 @@
+"""Compiles the device's code, emulated device, C++ library and C interface for macOS.
+
+``python -m tools.macos [ARCHITECTURE]...`` makes static libraries with Zig's compiler, by default
+for both kinds of processor. What links to Apple's IOKit, hidapi and so every program, is left out,
+and nothing was ever run on a Mac.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from tools.wheel_commands import TREE, Failed, run, say
+from tools.wheel_compilers import compilers
+
+BUILD = TREE / "build/macos"
+ARCHITECTURES = ("arm64", "x86_64")
+LIBRARIES = ("core", "device", "emulator", "conversion", "sdk")
+# Its declarations are all that the library is compiled with, and those are this system's.
+HIDAPI_HEADERS = "/usr/include/hidapi"
+HIDAPI = """\
+add_library(hidapi::darwin INTERFACE IMPORTED GLOBAL)
+target_include_directories(hidapi::darwin INTERFACE "{}")
+"""
+
+
+def build(architecture: str) -> None:
+    """Compile for one kind of processor."""
+    kind = f"macos_{architecture}"
+    tools = compilers(BUILD / f"tools-{architecture}", kind, Path(sys.executable))
+    folder = BUILD / architecture
+    declared = BUILD / "hidapi"
+    declared.mkdir(parents=True, exist_ok=True)
+    (declared / "hidapi-config.cmake").write_text(HIDAPI.format(HIDAPI_HEADERS), encoding="utf-8")
+    settings = {
+        **tools.settings,
+        "CMAKE_BUILD_TYPE": "Release",
+        "CMAKE_UNITY_BUILD": "ON",
+        # Whether it compiles is the question, not how fast it runs.
+        "CMAKE_CXX_FLAGS_RELEASE": "-O0 -DNDEBUG",
+        "CMAKE_OSX_SYSROOT": "/",
+        "TORSIO_BUILD_EXAMPLES": "OFF",
+        "TORSIO_BUILD_TESTS": "OFF",
+        "TORSIO_INSTALL": "OFF",
+        "hidapi_DIR": str(declared),
+    }
+    defines = [f"-D{name}={value}" for name, value in settings.items()]
+    run(f"macos-{architecture}", "cmake", "-S", TREE, "-B", folder, "-G", "Ninja", *defines,
+        **tools.variables)  # fmt: skip
+    interface = "sdk/c/CMakeFiles/torsio_c.dir/Unity/unity_0_cxx.cxx.o"
+    targets = [*(f"torsio_{name}" for name in LIBRARIES), interface]
+    run(f"macos-{architecture}", "cmake", "--build", folder, "--target", *targets)
+    say(f"{', '.join(LIBRARIES)} and the C interface compile for macOS on {architecture}")
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Compile for the kinds of processors that are asked for."""
+    unknown = [name for name in arguments if name not in ARCHITECTURES]
+    if unknown:
+        print(f"torsio: error: no {unknown[0]}; there are {' '.join(ARCHITECTURES)}")
+        return 2
+    try:
+        for architecture in arguments or ARCHITECTURES:
+            say(f"macOS on {architecture}: compiling")
+            build(architecture)
+    except Failed as error:
+        print(f"torsio: error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
