@@ -32,8 +32,7 @@ struct Completion {
 class HostController {
  public:
   static constexpr std::size_t kLongestTransfer = 65'536;
-  /// Frames after which a driver that asks for nothing is not late but has stopped listening. As
-  /// long as the world catches up with the clock, see Pacer.
+  /// Frames after which a driver that asks for nothing is not late but has stopped listening.
   static constexpr unsigned kMostLate = 20;
 
   explicit HostController(usb::UsbDevice& device) : device_(device) {}

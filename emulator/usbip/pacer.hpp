@@ -9,12 +9,15 @@ namespace torsio::emulator::usbip {
 
 /// Frames of 1 ms against a steady clock. Who is late catches up; who is later than kMostBehind,
 /// because the machine stalled or slept, lets the world slip behind the clock instead of racing.
+/// While it catches up, a driver on the same processor may not come to ask for anything. The ring
+/// of samples bears that: telemetry at its fastest fills it in 16 frames, of which half are left
+/// for the driver's own lateness.
 class Pacer {
  public:
   using Time = std::chrono::steady_clock::time_point;
   using Duration = std::chrono::steady_clock::duration;
   static constexpr Duration kFrame = std::chrono::milliseconds(1);
-  static constexpr Duration kMostBehind = std::chrono::milliseconds(20);
+  static constexpr Duration kMostBehind = std::chrono::milliseconds(8);
 
   explicit Pacer(Time now) : next_(now + kFrame) {}
 

@@ -1,12 +1,15 @@
-// How old the newest sample of a prompt report is when the host takes it: USB 2.0, 5.7.4, has the
-// host ask once in a frame, and what lies in the endpoint by then is what it gets.
+// When the host gets samples. How old the newest one of a prompt report is: USB 2.0, 5.7.4, has the
+// host ask once in a frame, and what lies in the endpoint by then is what it gets. And what becomes
+// of them on a machine that stalls.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
+#include "emulator/usbip/pacer.hpp"
 #include "protocol/axis_samples.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
@@ -118,4 +121,46 @@ TEST_CASE("whoever asks in the middle of a frame gets the clock of that moment")
   CHECK(ticks() == begin + 10);
   knob.advance();
   CHECK(ticks() == begin + 20);
+}
+
+TEST_CASE("a machine that stalls and a driver that is late lose no sample at 4,000 a second") {
+  using torsio::emulator::usbip::Pacer;
+  constexpr std::int64_t kFastestNs = 250'000;
+  torsio::emulator::usbip::UsbKnob knob{{.control_period_ns = kFastestNs, .serial = "RIG-1"}};
+  Client client{knob};
+  client.attach();
+  client.configure();
+  client.submit_in(1, 64);
+  client.submit_out(1, padded({0x12, 1, 0, 0, 1, 0}, 64));
+
+  Pacer pacer(Pacer::Time{});
+  std::uint64_t next_tick = 0;
+  int gaps = 0;
+  const auto listen = [&] {
+    while (const auto reply = client.reply()) {
+      if (reply->data.empty()) continue;
+      torsio::protocol::ReportBytes bytes{};
+      std::ranges::copy(reply->data, bytes.begin());
+      if (Telemetry report; torsio::protocol::decode(bytes, report).ok()) {
+        if (next_tick != 0 && report.tick != next_tick) ++gaps;
+        next_tick = report.tick + torsio::protocol::samples_of(report.axis_samples);
+      }
+      client.submit_in(1, 64);
+    }
+  };
+  const auto reach = [&](int ms, bool driver_runs) {
+    while (pacer.take(Pacer::Time{} + std::chrono::milliseconds(ms))) {
+      client.frame();
+      if (driver_runs) listen();
+    }
+  };
+  int now_ms = 0;
+  for (const int stall_ms : {9, 12, 15, 18, 21, 30}) {
+    for (int i = 0; i < 50; ++i) reach(++now_ms, true);
+    reach(now_ms += stall_ms, false);  // nothing ran, and the world catches up at once
+    for (int late = 0; late < 5; ++late) reach(++now_ms, false);
+    listen();
+  }
+  CHECK(next_tick > 4 * 6 * 50);
+  CHECK(gaps == 0);
 }
