@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import subprocess
 import sys
+from concurrent.futures import Future
 from pathlib import Path
 
 import pytest
@@ -113,7 +114,11 @@ PROJECT = {
 def test_demo_ends_with_how_to_open_the_page(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(environment, "set_up", lambda *_, **__: None)
+    done: Future[None] = Future()
+    done.set_result(None)
+    coming = environment.SetUp(done, done)
+    monkeypatch.setattr(environment, "begin", lambda *_, **__: coming)
+    monkeypatch.setattr(building, "build_preset", lambda *_: None)
     monkeypatch.setattr(building, "build_python", lambda *_: None)
     monkeypatch.setattr(commands, "run", lambda *_: 0)
     assert commands.demo([]) == 0

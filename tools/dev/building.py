@@ -28,6 +28,8 @@ from tools.dev.running import (
     without_aslr,
 )
 
+# Of the preset ``release``: what the Python package is linked with.
+LIBRARIES = ("torsio_sdk", "torsio_conversion", "torsio_emulator")
 PRESETS = ("dev", "release", "asan-ubsan", "tsan")
 BOARDS = tuple(boards.chips())
 PROCESSORS = ("m33", "m0plus", "host")

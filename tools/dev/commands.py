@@ -103,12 +103,15 @@ def test(arguments: Sequence[str]) -> int:
         more: tuple[str, ...] = ("firmware", "studio", "browser", "languages", "documents")
         if only_usb:
             more = ("windows", "studio", "browser") if only_games else ()
-        environment.set_up("tests", "machines", "game", *more)
+        coming = environment.begin("tests", "machines", "game", *more)
+        sources.require()
+        for preset in ("release", "asan-ubsan"):
+            building.build_preset(preset, sources.tinyusb)
+        coming.finish()
         board = None if only_usb else building.begin_npm("tests/board")
         page = building.begin_npm("studio") if only_games or not only_usb else None
-        sources.require()
-        for preset in ("release", "asan-ubsan") if only_usb else ("release", "asan-ubsan", "tsan"):
-            building.build_preset(preset, sources.tinyusb)
+        if not only_usb:
+            building.build_preset("tsan", sources.tinyusb)
         _build_packages(sources.tinyusb)
         if board is not None:
             building.build_firmware(sources.sdk)
@@ -133,9 +136,11 @@ def check(arguments: Sequence[str]) -> int:
 def demo(arguments: Sequence[str]) -> int:
     """Build what the demo needs, and nothing else, and run it."""
     with lock():
-        environment.set_up(python=environment.DEMO)
+        coming = environment.begin(python=environment.DEMO)
         # The virtual USB knob comes along where TinyUSB is there already.
         tinyusb = building.FirmwareSources(fetch=False).tinyusb
+        building.build_preset("release", tinyusb, "--target", *building.LIBRARIES)
+        coming.finish()
         building.build_python(building.TORSIO, tinyusb)
     status = run(VENV / "bin/torsio", "demo", "wall", "--device", "emulated", *arguments)
     if status == 0 and "--json" not in arguments:

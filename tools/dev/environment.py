@@ -7,9 +7,11 @@ import os
 import re
 import shutil
 import sys
+from concurrent.futures import Future
+from dataclasses import dataclass
 
 from tools.dev import packages, running
-from tools.dev.running import TREE, Failed, run_logged, say, stamp_is, stamped, succeeds
+from tools.dev.running import TREE, Failed, later, run_logged, say, stamp_is, stamped, succeeds
 
 VENV = TREE / ".venv"
 PYTHON = VENV / "bin/python"
@@ -17,6 +19,8 @@ PYTHON = VENV / "bin/python"
 MADE_WITH = VENV / ".python"
 # What the environment is filled with: a demo does not wait for what only tests and studies need.
 DEMO, ALL = "demo", "all"
+# Groups of system packages that CMake's presets are compiled with.
+COMPILING = ("base", "tests", "game")
 
 
 def pip_install(*arguments: str | os.PathLike[str]) -> list[str]:
@@ -59,27 +63,59 @@ def _fill(group: str) -> None:
         run_logged("pip", pip_install("--requirement", files[group], "--constraint", files["pins"]))
 
 
-def _have_recent_cmake() -> None:
+def _has_recent_cmake() -> bool:
     """Older distributions, such as Ubuntu 22.04, ship a CMake without the presets used here."""
     found = re.search(r"(\d+)\.(\d+)", running.output_of("cmake", "--version"))
-    if not found or (int(found[1]), int(found[2])) < (3, 25):
-        say("Python: installing a newer CMake")
-        run_logged("pip-cmake", pip_install("cmake==3.31.10"))
+    return found is None or (int(found[1]), int(found[2])) >= (3, 25)
 
 
-def set_up(*groups: str, python: str = ALL) -> None:
+@dataclass(frozen=True)
+class SetUp:
+    """What still comes, in the background, while C++ can be compiled already."""
+
+    system: Future[None]
+    python: Future[None]
+
+    def finish(self) -> None:
+        """Wait for all of it.
+
+        Raises
+        ------
+        Failed
+            If something cannot be had; says what to do.
+        """
+        self.python.result()
+        self.system.result()
+
+
+def begin(*groups: str, python: str = ALL) -> SetUp:
     """Install what is missing: system packages of these groups, and the environment.
 
-    The one comes from the distribution and the other from PyPI, so they come at the same time.
+    The one comes from the distribution and the other from PyPI, so they come at the same time; what
+    compiles the libraries and their tests comes first, and is there when this returns.
 
     Raises
     ------
     Failed
         If something cannot be had; says what to do.
     """
-    system = packages.begin_set_up(("base", *groups))
+    first = [name for name in ("base", *groups) if name in COMPILING]
+    compilers, system = packages.begin_set_up(first, groups)
     os.environ["PATH"] = f"{VENV / 'bin'}{os.pathsep}{os.environ.get('PATH', os.defpath)}"
-    _make()
-    _fill(python)
-    system.result()
-    _have_recent_cmake()
+
+    def fill() -> None:
+        _make()
+        _fill(python)
+
+    environment = later(fill)
+    compilers.result()
+    if not _has_recent_cmake():
+        environment.result()
+        say("Python: installing a newer CMake")
+        run_logged("pip-cmake", pip_install("cmake==3.31.10"))
+    return SetUp(system, environment)
+
+
+def set_up(*groups: str, python: str = ALL) -> None:
+    """Install what is missing, all of it; see ``begin``."""
+    begin(*groups, python=python).finish()

@@ -189,7 +189,7 @@ def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
     """
     if not re.fullmatch(r"[a-z][a-z0-9.-]*", suite):
         raise UsageError(f"'{suite}' is no suite; Debian's are called trixie, for example")
-    packages.begin_set_up(("fresh",)).result()
+    packages.begin_set_up(("fresh",))[0].result()
     as_root = become_root("a bare system is made by root", f"./dev fresh {suite}")
     try:
         archive = apt.system_archive()

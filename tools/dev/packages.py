@@ -129,7 +129,7 @@ def missing(wanted: Iterable[str]) -> list[str]:
     return [name for group in wanted for name, is_there in every[group] if not is_there()]
 
 
-def install(names: list[str], as_root: list[str], wanted: Iterable[str]) -> None:
+def install(names: list[str], as_root: list[str], wanted: Iterable[str], log: str) -> None:
     """Install packages with apt.
 
     Raises
@@ -137,34 +137,51 @@ def install(names: list[str], as_root: list[str], wanted: Iterable[str]) -> None
     Failed
         If apt fails, or what they should bring is still not there.
     """
+    if not names:
+        return
     options = ("-q", "-o", "Acquire::Retries=3", "-o", "DPkg::Lock::Timeout=300")
     command = [*as_root, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", *options]
     running.run_logged(
-        "apt",
+        log,
         [*command, "update"],
         [*command, "-y", "install", "--no-install-recommends", *names],
         attempts=3,
     )
     if left := missing(wanted):
-        raise Failed(f"still missing after apt-get: {' '.join(left)}; log: build/logs/apt.log")
+        raise Failed(f"still missing after apt-get: {' '.join(left)}; log: build/logs/{log}.log")
 
 
-def begin_set_up(wanted: Iterable[str]) -> Future[None]:
+def begin_set_up(
+    first: Iterable[str], then: Iterable[str] = ()
+) -> tuple[Future[None], Future[None]]:
     """Install what is missing, in the background.
+
+    Returns
+    -------
+    first, all
+        Done when the packages of the first groups are there, and when all are.
 
     Raises
     ------
     Failed
         If something is missing and cannot be installed here; says what to run by hand.
     """
-    wanted = tuple(wanted)
-    names = missing(wanted)
+    first, then = tuple(first), tuple(then)
+    at_once = missing(first)
+    rest = [name for name in missing(then) if name not in at_once]
+    names = [*at_once, *rest]
     if not names:
         say("system packages: up to date")
-        return later(lambda: None)
+        return later(lambda: None), later(lambda: None)
     line = f"apt-get install --no-install-recommends {' '.join(names)}"
     if shutil.which("apt-get") is None:
         raise Failed(f"missing, and this system has no apt-get; on Debian it would be: {line}")
     as_root = become_root("system packages are missing and need root", line)
     say(f"system packages: installing {' '.join(names)}")
-    return later(install, names, as_root, wanted)
+    begun = later(install, at_once, as_root, first, "apt")
+
+    def go_on() -> None:
+        begun.result()
+        install(rest, as_root, then, "apt-more")
+
+    return begun, later(go_on)
