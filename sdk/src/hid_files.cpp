@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "hid_transport.hpp"
+#include "hidraw_listing.hpp"
 #include "torsio/error.hpp"
 
 // Only hidapi's libusb backend has this; hidapi does not say otherwise which backend it is.
@@ -50,6 +51,11 @@ std::string permission_text(const std::string& path) {
 
 std::string hid_files_directory() {
   return hid_libusb_wrap_sys_device == nullptr ? "/dev" : std::string();
+}
+
+std::optional<std::vector<HidListing>> list_hid_files() {
+  if (hid_libusb_wrap_sys_device != nullptr) return std::nullopt;
+  return list_hidraw();
 }
 
 std::string permission_problem(const std::string& path) {

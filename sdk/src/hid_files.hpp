@@ -3,9 +3,17 @@
 /// hid_files_windows.cpp.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
+
+#include "hid_transport.hpp"
 
 namespace torsio {
+
+/// The knobs that the system's files tell of; nothing where there are no such files, and hidapi has
+/// to be asked.
+[[nodiscard]] std::optional<std::vector<HidListing>> list_hid_files();
 
 /// Keeps files from hidapi that are no HID devices. @throws DeviceNotFound
 void refuse_other_files(const std::string& path);

@@ -15,6 +15,8 @@ std::string permission_text(const std::string& path) {
 // No files tell of knobs that come and go.
 std::string hid_files_directory() { return {}; }
 
+std::optional<std::vector<HidListing>> list_hid_files() { return std::nullopt; }
+
 std::string permission_problem(const std::string&) { return {}; }
 
 }  // namespace torsio

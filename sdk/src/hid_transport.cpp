@@ -149,6 +149,7 @@ class HidTransport final : public Transport {
 }  // namespace
 
 std::vector<HidListing> list_hid() {
+  if (auto listed = list_hid_files()) return *std::move(listed);
   const std::lock_guard guard(hidapi_mutex());
   std::vector<HidListing> found;
   hid_device_info* const first = hid_enumerate(protocol::usb_vendor_id, protocol::usb_product_id);
