@@ -1,5 +1,6 @@
 // Pushes the emulated knob into a wall, from Rust. The declarations are bindgen's:
 //   bindgen --allowlist-item '(torsio|TORSIO).*' --no-layout-tests -o torsio.rs torsio.h
+// (where it misses stdbool.h: with `-- -idirafter $(gcc -print-file-name=include)` behind).
 //   rustc --edition 2021 feel_a_wall.rs -l torsio
 #[allow(dead_code, non_camel_case_types, non_upper_case_globals)]
 mod torsio {

@@ -51,9 +51,11 @@ def test_rust_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:
     rustc = "/usr/bin/rustc" if Path("/usr/bin/rustc").exists() else shutil.which("rustc")
     assert rustc
     listed = ("--allowlist-function", "torsio_.*", "--allowlist-type", "torsio_.*")
+    # bindgen brings Clang's library without its headers; GCC's stdbool.h serves as well.
+    headers = run("gcc", "-print-file-name=include").strip()
     run(
         "bindgen", *listed, "--allowlist-var", "TORSIO_.*", "-o", tmp_path / "torsio.rs",
-        prefix / "include/torsio.h",
+        prefix / "include/torsio.h", "--", "-idirafter", headers,
     )  # fmt: skip
     program = tmp_path / "feel_a_wall"
     source = TREE / "examples/rust/feel_a_wall.rs"
