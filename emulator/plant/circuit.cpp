@@ -72,13 +72,13 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
   const double nm_per_v = constant / winding_ohm;
   const double torque_nm = state.motor_torque_nm;
   if (shares.enabled) {
-    piece.drive.motor_torque_nm = shares.motor * supply_v_ * nm_per_v;
+    piece.drive.motor_target_nm = shares.motor * supply_v_ * nm_per_v;
   } else if (torque_nm == 0.0) {
     piece.drive.motor_connected = false;
   } else {
-    piece.drive.motor_torque_nm = -std::copysign(supply_v_, torque_nm) * nm_per_v;
+    piece.drive.motor_target_nm = -std::copysign(supply_v_, torque_nm) * nm_per_v;
     const double end_nm =
-        piece.drive.motor_torque_nm - constant * nm_per_v * state.knob_speed_rad_s();
+        piece.drive.motor_target_nm - constant * nm_per_v * state.knob_speed_rad_s();
     if (end_nm * torque_nm < 0.0) {
       const std::int64_t zero_ns =
           in_ns(zero_after_s(torque_nm, end_nm, electrics_.winding_inductance_h / winding_ohm));
@@ -92,12 +92,12 @@ Circuit::Piece Circuit::next_piece(const Plant& plant, const BridgeShares& share
   const double coil_nm_per_v = electrics_.coil_torque_constant_nm_per_a / coil_ohm;
   const double magnetic_nm = coil_torque_nm(plant);
   if (shares.enabled) {
-    piece.drive.brake_torque_nm = coil_sign_ * shares.brake * supply_v_ * coil_nm_per_v;
+    piece.drive.brake_target_nm = coil_sign_ * shares.brake * supply_v_ * coil_nm_per_v;
   } else if (magnetic_nm > 0.0) {
-    piece.drive.brake_torque_nm = -supply_v_ * coil_nm_per_v;
+    piece.drive.brake_target_nm = -supply_v_ * coil_nm_per_v;
   }
-  if (piece.drive.brake_torque_nm < 0.0) {
-    const std::int64_t zero_ns = in_ns(zero_after_s(magnetic_nm, piece.drive.brake_torque_nm,
+  if (piece.drive.brake_target_nm < 0.0) {
+    const std::int64_t zero_ns = in_ns(zero_after_s(magnetic_nm, piece.drive.brake_target_nm,
                                                     electrics_.coil_inductance_h / coil_ohm));
     if (zero_ns <= piece.duration_ns) {
       piece.motor_ends = piece.motor_ends && zero_ns == piece.duration_ns;
@@ -154,7 +154,7 @@ void Circuit::follow_coil(Plant& plant, const Piece& piece) {
       electrics_.coil_inductance_h / plant.params().electrics->coil_resistance_ohm;
   const double duration_s = 1e-9 * static_cast<double>(piece.duration_ns);
   coil_torque_nm_ +=
-      (coil_torque_nm_ - piece.drive.brake_torque_nm) * expm1_of(-duration_s / time_constant_s);
+      (coil_torque_nm_ - piece.drive.brake_target_nm) * expm1_of(-duration_s / time_constant_s);
   if (piece.coil_ends) coil_torque_nm_ = 0.0;
   const double play_nm = plant.params().brake_hysteresis->half_width_nm;
   PlantState state = plant.state();
@@ -165,7 +165,7 @@ void Circuit::follow_coil(Plant& plant, const Piece& piece) {
   state.brake_magnetic_nm = std::abs(iron_nm);
   state.brake_target_nm = state.brake_magnetic_nm;
   Plant::Drive drive = piece.drive;
-  drive.brake_torque_nm = state.brake_magnetic_nm;
+  drive.brake_target_nm = state.brake_magnetic_nm;
   plant.set_state(state);
   plant.set_drive(drive);
 }

@@ -119,9 +119,9 @@ void Plant::set_command(const Command& command) {
 
 void Plant::set_drive(const Drive& drive) {
   connected_ = drive.motor_connected;
-  inputs_.motor_command_nm = drive.motor_connected ? drive.motor_torque_nm : 0.0;
+  inputs_.motor_command_nm = drive.motor_connected ? drive.motor_target_nm : 0.0;
   if (!connected_) state_.motor_torque_nm = 0.0;
-  state_.brake_target_nm = drive.brake_torque_nm;
+  state_.brake_target_nm = drive.brake_target_nm;
   between_ = false;
 }
 

@@ -35,9 +35,9 @@ class Plant {
 
   /// What the bridges of a plant with electrics make of its actuators from now on.
   struct Drive {
-    double motor_torque_nm = 0.0;  ///< at which the motor's would settle at rest
+    double motor_target_nm = 0.0;  ///< at which the motor's would settle at rest
     bool motor_connected = true;   ///< false: the winding has no circuit, and no current
-    double brake_torque_nm = 0.0;  ///< where the brake's goes; below 0 it must not arrive
+    double brake_target_nm = 0.0;  ///< where the brake's goes; below 0 it must not arrive
   };
   /// In place of set_command().
   void set_drive(const Drive& drive);

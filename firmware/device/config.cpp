@@ -29,12 +29,12 @@ std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t count
 void hold_low(LoopConfig& loop) {
   core::PartitionParams& partition = loop.controller.partition;
   partition.motor_torque_max_nm =
-      core::smaller(partition.motor_torque_max_nm, protocol::unconfirmed_motor_torque_nm);
+      core::smaller(partition.motor_torque_max_nm, protocol::unconfirmed_motor_torque_max_nm);
   partition.brake_torque_max_nm =
-      core::smaller(partition.brake_torque_max_nm, protocol::unconfirmed_brake_torque_nm);
+      core::smaller(partition.brake_torque_max_nm, protocol::unconfirmed_brake_torque_max_nm);
   loop.passive_brake_nm =
-      core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_nm);
-  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_rad_s);
+      core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_max_nm);
+  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ namespace torsio::protocol {
 
 // What a real board gives at most until its parts are confirmed.
 // Enough to move the reference actuator against its friction, and nothing that hurts.
-inline constexpr float unconfirmed_motor_torque_nm = 0.015F;
-inline constexpr float unconfirmed_brake_torque_nm = 0.03F;
-inline constexpr float unconfirmed_speed_rad_s = 10;
+inline constexpr float unconfirmed_motor_torque_max_nm = 0.015F;
+inline constexpr float unconfirmed_brake_torque_max_nm = 0.03F;
+inline constexpr float unconfirmed_speed_limit_rad_s = 10;
 
 // A torque's way to zero when somebody disarms; the skin is most sensitive near 250 Hz, where the
 // spectrum of a line of this length has its first zero.

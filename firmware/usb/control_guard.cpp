@@ -1,3 +1,5 @@
+// Refuses control transfers that the USB stack would answer into its own memory.
+//
 // TinyUSB 0.18 does not look at the direction of the standard requests that read. A host that sends
 // GET_DESCRIPTOR, GET_STATUS ... with data *to* the device would have the stack write that data
 // where it meant to read its answer from: over a descriptor, or into a stack frame that is gone.

@@ -13,7 +13,7 @@ std::string permission_text(const std::string& path) {
          "again; or another program has the knob for itself";
 }
 
-// No files tell of knobs that come and go.
+// No files tell of arrivals and departures.
 std::string hid_files_directory() { return {}; }
 
 std::optional<std::vector<HidListing>> list_hid_files() { return std::nullopt; }

@@ -12,7 +12,7 @@ std::string permission_text(const std::string& path) {
          ": another program may have it for itself; close that, and plug the knob in again";
 }
 
-// No files tell of knobs that come and go.
+// No files tell of arrivals and departures.
 std::string hid_files_directory() { return {}; }
 
 std::optional<std::vector<HidListing>> list_hid_files() { return std::nullopt; }

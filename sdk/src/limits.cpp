@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "conversion/convert.hpp"
+
 namespace torsio {
 
 Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::ControlConfig& control,
@@ -11,9 +13,9 @@ Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::Contr
   float speed_rad_s = std::max(control.speed_limit_rad_s, 0.0F);
   const bool held_low = real && board.confirmed == protocol::Toggle::off;
   if (held_low) {
-    motor_nm = std::min(motor_nm, protocol::unconfirmed_motor_torque_nm);
-    brake_nm = std::min(brake_nm, protocol::unconfirmed_brake_torque_nm);
-    const float most_rad_s = protocol::unconfirmed_speed_rad_s;
+    motor_nm = std::min(motor_nm, protocol::unconfirmed_motor_torque_max_nm);
+    brake_nm = std::min(brake_nm, protocol::unconfirmed_brake_torque_max_nm);
+    const float most_rad_s = protocol::unconfirmed_speed_limit_rad_s;
     speed_rad_s = speed_rad_s > 0.0F ? std::min(speed_rad_s, most_rad_s) : most_rad_s;
   }
   float continuous_nm = motor_nm;
@@ -23,10 +25,10 @@ Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::Contr
     continuous_nm = std::min(motor_nm, nm_per_a * board.motor_current_continuous_a);
     brake_nm = std::min(brake_nm, board.brake_torque_constant_nm_per_a * board.brake_current_max_a);
   }
-  return {.motor_torque_nm = static_cast<double>(motor_nm),
-          .motor_torque_continuous_nm = static_cast<double>(continuous_nm),
-          .brake_torque_nm = static_cast<double>(brake_nm),
-          .speed_rad_s = static_cast<double>(speed_rad_s),
+  return {.motor_torque_max_nm = conversion::detail::widen(motor_nm),
+          .motor_torque_continuous_max_nm = conversion::detail::widen(continuous_nm),
+          .brake_torque_max_nm = conversion::detail::widen(brake_nm),
+          .speed_limit_rad_s = conversion::detail::widen(speed_rad_s),
           .held_low = held_low};
 }
 

@@ -1,3 +1,4 @@
+// Session: what the device sends, and what is known by it.
 #include <algorithm>
 #include <utility>
 

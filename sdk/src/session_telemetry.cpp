@@ -1,3 +1,4 @@
+// Session: streams of samples, and recordings.
 #include <algorithm>
 #include <string>
 

@@ -8,7 +8,7 @@ import { cppLines, pythonLines } from "./lines";
 import { byId, element, label } from "./page";
 import { EFFECTS } from "./reports";
 
-/** What a new effect is like, so that it can be felt at once. */
+/** What a new effect is like, so that it can be felt at once; one that is not here begins empty. */
 const EXAMPLES: Record<string, () => Effect> = {
   wall: () => ({ type: "wall", angle_rad: 0.3, stiffness_nm_per_rad: 1.4, damping_nm_s_per_rad: 0 }),
   spring: () => ({ type: "spring", stiffness_nm_per_rad: 0.1 }),
@@ -34,7 +34,7 @@ export class SceneEditor {
     const kinds = byId<HTMLSelectElement>("new-effect");
     kinds.append(...EFFECTS.map((name) => element("option", { value: name }, label(name))));
     byId("add-effect").addEventListener("click", () => {
-      this.scene.push(EXAMPLES[kinds.value]!());
+      this.scene.push(EXAMPLES[kinds.value]?.() ?? { type: kinds.value });
       this.#build();
     });
     for (const [button, lines] of [["copy-python", "python"], ["copy-cpp", "cpp"]] as const) {

@@ -564,10 +564,10 @@ typedef struct torsio_energies {
 TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
 typedef struct torsio_limits {
   uint32_t struct_size;
-  double motor_torque_nm;
-  double motor_torque_continuous_nm;
-  double brake_torque_nm;
-  double speed_rad_s;
+  double motor_torque_max_nm;
+  double motor_torque_continuous_max_nm;
+  double brake_torque_max_nm;
+  double speed_limit_rad_s;
   bool held_low;
 } torsio_limits;
 TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);

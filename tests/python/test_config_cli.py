@@ -85,8 +85,8 @@ def test_arm_says_how_much_there_is_at_most() -> None:
 
 def test_arm_says_what_a_board_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     low = torsio.Limits(
-        motor_torque_nm=0.015, motor_torque_continuous_nm=0.015, brake_torque_nm=0.03,
-        speed_rad_s=10.0, held_low=True,
+        motor_torque_max_nm=0.015, motor_torque_continuous_max_nm=0.015, brake_torque_max_nm=0.03,
+        speed_limit_rad_s=10.0, held_low=True,
     )  # fmt: skip
     monkeypatch.setattr(torsio.Knob, "limits", lambda _: low)
     monkeypatch.setattr(torsio.Knob, "_is_held_low", lambda _: True)

@@ -427,14 +427,14 @@ def test_restart_that_nobody_asked_for_is_told(facts: KnobFacts, cause: str) -> 
 
 def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: KnobFacts) -> None:
     low = torsio.Limits(
-        motor_torque_nm=0.015, motor_torque_continuous_nm=0.0125, brake_torque_nm=0.03,
-        speed_rad_s=10.0, held_low=True,
+        motor_torque_max_nm=0.015, motor_torque_continuous_max_nm=0.0125, brake_torque_max_nm=0.03,
+        speed_limit_rad_s=10.0, held_low=True,
     )  # fmt: skip
     finding = doctor_knob.check_parts(dataclasses.replace(facts, limits=low))
     assert not finding.ok
     assert "motor 15 mN m (12.5 for ever), brake 30 mN m, 10 rad/s" in finding.text
     assert "confirmed=on" in finding.advice
-    free = dataclasses.replace(facts.limits, speed_rad_s=0.0)
+    free = dataclasses.replace(facts.limits, speed_limit_rad_s=0.0)
     finding = doctor_knob.check_parts(dataclasses.replace(facts, limits=free))
     assert finding.ok
     assert "any speed" in finding.text

@@ -69,9 +69,9 @@ def wire_configuration() -> str:
     """Write firmware/protocol/configuration.hpp."""
     listed = configurations.CONFIGURATIONS
     numbers = (
-        limits.UNCONFIRMED_MOTOR_TORQUE_NM,
-        limits.UNCONFIRMED_BRAKE_TORQUE_NM,
-        limits.UNCONFIRMED_SPEED_RAD_S,
+        limits.UNCONFIRMED_MOTOR_TORQUE_MAX_NM,
+        limits.UNCONFIRMED_BRAKE_TORQUE_MAX_NM,
+        limits.UNCONFIRMED_SPEED_LIMIT_RAD_S,
     )
     body = "// What a real board gives at most until its parts are confirmed.\n"
     body += "".join(map(cpp.constant, numbers)) + "\n"

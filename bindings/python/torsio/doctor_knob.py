@@ -94,11 +94,11 @@ def check_start(facts: KnobFacts) -> Finding:
 
 def limits_text(limits: Limits) -> str:
     """Say what a knob gives at most."""
-    speed = f"{limits.speed_rad_s:g} rad/s" if limits.speed_rad_s else "any speed"
-    motor = f"{1e3 * limits.motor_torque_nm:.3g} mN m"
-    if limits.motor_torque_continuous_nm < limits.motor_torque_nm:
-        motor += f" ({1e3 * limits.motor_torque_continuous_nm:.3g} for ever)"
-    return f"motor {motor}, brake {1e3 * limits.brake_torque_nm:.3g} mN m, {speed}"
+    speed = f"{limits.speed_limit_rad_s:g} rad/s" if limits.speed_limit_rad_s else "any speed"
+    motor = f"{1e3 * limits.motor_torque_max_nm:.3g} mN m"
+    if limits.motor_torque_continuous_max_nm < limits.motor_torque_max_nm:
+        motor += f" ({1e3 * limits.motor_torque_continuous_max_nm:.3g} for ever)"
+    return f"motor {motor}, brake {1e3 * limits.brake_torque_max_nm:.3g} mN m, {speed}"
 
 
 def check_parts(facts: KnobFacts) -> Finding:

@@ -13,7 +13,7 @@ def held_low(limits: Limits) -> HeldLowWarning:
     """Say what a board gives whose parts nobody has confirmed, and how to confirm them."""
     return HeldLowWarning(
         f"nobody has confirmed the parts of this board, so it gives "
-        f"{1e3 * limits.motor_torque_nm:.3g} mN m and {limits.speed_rad_s:g} rad/s at "
+        f"{1e3 * limits.motor_torque_max_nm:.3g} mN m and {limits.speed_limit_rad_s:g} rad/s at "
         "most: set what motor, brake and encoder it has (docs/hardware.md, first power), "
         "calibrate, then knob.update(confirmed=True) and knob.save()"
     )

@@ -220,23 +220,23 @@ class Limits:
 
     Attributes
     ----------
-    motor_torque_nm
+    motor_torque_max_nm
         Of the motor, for seconds.
-    motor_torque_continuous_nm
+    motor_torque_continuous_max_nm
         The same for ever, as its winding stands it.
-    brake_torque_nm
+    brake_torque_max_nm
         Of the brake.
-    speed_rad_s
+    speed_limit_rad_s
         More is a fault; 0: no limit.
     held_low
         Nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
         board's configuration ends it.
     """
 
-    motor_torque_nm: float
-    motor_torque_continuous_nm: float
-    brake_torque_nm: float
-    speed_rad_s: float
+    motor_torque_max_nm: float
+    motor_torque_continuous_max_nm: float
+    brake_torque_max_nm: float
+    speed_limit_rad_s: float
     held_low: bool
 
 

@@ -15,12 +15,12 @@ SAMPLES_PER_REPORT = Constant("samples_per_report", 4, "std::uint8_t")
 GAME_EFFECTS_PER_REPORT = Constant("game_effects_per_report", 3, "std::uint8_t")
 PROTOCOL_VERSION = Constant("protocol_version", 1, "std::uint16_t")
 
-UNCONFIRMED_MOTOR_TORQUE_NM = Constant(
-    "unconfirmed_motor_torque_nm", 15e-3,
+UNCONFIRMED_MOTOR_TORQUE_MAX_NM = Constant(
+    "unconfirmed_motor_torque_max_nm", 15e-3,
     doc="enough to move the reference actuator against its friction, and nothing that hurts",
 )  # fmt: skip
-UNCONFIRMED_BRAKE_TORQUE_NM = Constant("unconfirmed_brake_torque_nm", 30e-3)
-UNCONFIRMED_SPEED_RAD_S = Constant("unconfirmed_speed_rad_s", 10.0)
+UNCONFIRMED_BRAKE_TORQUE_MAX_NM = Constant("unconfirmed_brake_torque_max_nm", 30e-3)
+UNCONFIRMED_SPEED_LIMIT_RAD_S = Constant("unconfirmed_speed_limit_rad_s", 10.0)
 
 LET_GO_S = Constant(
     "let_go_s", 4e-3,

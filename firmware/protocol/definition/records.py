@@ -96,10 +96,10 @@ LIMITS = Structure(
     "Limits",
     "The most that the device gives, by its configuration as it is now.",
     (
-        told("motor_torque_nm", "double", "of the motor, for seconds"),
-        told("motor_torque_continuous_nm", "double", "the same for ever, as its winding stands it"),
-        told("brake_torque_nm", "double", "of the brake"),
-        told("speed_rad_s", "double", "more is a fault; 0: no limit"),
+        told("motor_torque_max_nm", "double", "of the motor, for seconds"),
+        told("motor_torque_continuous_max_nm", "double", "the same for ever, as its winding stands it"),
+        told("brake_torque_max_nm", "double", "of the brake"),
+        told("speed_limit_rad_s", "double", "more is a fault; 0: no limit"),
         for_hosts(
             switch(
                 "held_low", e.TOGGLE,

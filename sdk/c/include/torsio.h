@@ -273,7 +273,7 @@ TORSIO_API torsio_result torsio_emulator_set_link_faults(torsio_knob* knob, doub
 TORSIO_API torsio_result torsio_emulator_cut_power_in_next_save(torsio_knob* knob,
                                                                 uint32_t after_bytes);
 
-// Knobs that come and go -------------------------------------------------------------------------
+// Knobs plugged in and pulled out ----------------------------------------------------------------
 
 /// Begins to watch for knobs. @param include_present report first those that are there already
 TORSIO_API torsio_result torsio_watch_new(bool include_present, torsio_watch** watch);

@@ -915,13 +915,13 @@ TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
 typedef struct torsio_limits {
   uint32_t struct_size;  ///< bytes of a torsio_limits
   /// of the motor, for seconds
-  double motor_torque_nm;
+  double motor_torque_max_nm;
   /// the same for ever, as its winding stands it
-  double motor_torque_continuous_nm;
+  double motor_torque_continuous_max_nm;
   /// of the brake
-  double brake_torque_nm;
+  double brake_torque_max_nm;
   /// more is a fault; 0: no limit
-  double speed_rad_s;
+  double speed_limit_rad_s;
   /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
   /// board's configuration ends it
   bool held_low;

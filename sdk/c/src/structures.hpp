@@ -755,10 +755,10 @@ inline torsio_energies to_c([[maybe_unused]] const Energies& from) {
 inline torsio_limits to_c([[maybe_unused]] const Limits& from) {
   torsio_limits to{};
   to.struct_size = sizeof(torsio_limits);
-  to.motor_torque_nm = from.motor_torque_nm;
-  to.motor_torque_continuous_nm = from.motor_torque_continuous_nm;
-  to.brake_torque_nm = from.brake_torque_nm;
-  to.speed_rad_s = from.speed_rad_s;
+  to.motor_torque_max_nm = from.motor_torque_max_nm;
+  to.motor_torque_continuous_max_nm = from.motor_torque_continuous_max_nm;
+  to.brake_torque_max_nm = from.brake_torque_max_nm;
+  to.speed_limit_rad_s = from.speed_limit_rad_s;
   to.held_low = from.held_low;
   return to;
 }

@@ -555,12 +555,13 @@ template <>
 struct Fields<Limits> {
   static constexpr std::string_view name = "Limits";
   static constexpr std::tuple list{
-      field("motor_torque_nm", &Limits::motor_torque_nm, "", -kNoLimit, kNoLimit,
+      field("motor_torque_max_nm", &Limits::motor_torque_max_nm, "", -kNoLimit, kNoLimit,
             "of the motor, for seconds"),
-      field("motor_torque_continuous_nm", &Limits::motor_torque_continuous_nm, "", -kNoLimit,
-            kNoLimit, "the same for ever, as its winding stands it"),
-      field("brake_torque_nm", &Limits::brake_torque_nm, "", -kNoLimit, kNoLimit, "of the brake"),
-      field("speed_rad_s", &Limits::speed_rad_s, "", -kNoLimit, kNoLimit,
+      field("motor_torque_continuous_max_nm", &Limits::motor_torque_continuous_max_nm, "",
+            -kNoLimit, kNoLimit, "the same for ever, as its winding stands it"),
+      field("brake_torque_max_nm", &Limits::brake_torque_max_nm, "", -kNoLimit, kNoLimit,
+            "of the brake"),
+      field("speed_limit_rad_s", &Limits::speed_limit_rad_s, "", -kNoLimit, kNoLimit,
             "more is a fault; 0: no limit"),
       field("held_low", &Limits::held_low, "", -kNoLimit, kNoLimit,
             "nobody has confirmed the parts of this real board, so it gives little; `confirmed` of "

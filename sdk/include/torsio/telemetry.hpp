@@ -170,10 +170,10 @@ struct Energies {
 
 /// The most that the device gives, by its configuration as it is now.
 struct Limits {
-  double motor_torque_nm = 0.0;             ///< of the motor, for seconds
-  double motor_torque_continuous_nm = 0.0;  ///< the same for ever, as its winding stands it
-  double brake_torque_nm = 0.0;             ///< of the brake
-  double speed_rad_s = 0.0;                 ///< more is a fault; 0: no limit
+  double motor_torque_max_nm = 0.0;             ///< of the motor, for seconds
+  double motor_torque_continuous_max_nm = 0.0;  ///< the same for ever, as its winding stands it
+  double brake_torque_max_nm = 0.0;             ///< of the brake
+  double speed_limit_rad_s = 0.0;               ///< more is a fault; 0: no limit
   /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
   /// board's configuration ends it
   bool held_low = false;

@@ -1,3 +1,4 @@
+// The transport whose other end is an emulated device in this process.
 #include <algorithm>
 #include <chrono>
 #include <memory>

@@ -105,9 +105,6 @@ ReportBytes report_from(const unsigned char* data, size_t length) {
 
 extern "C" {
 
-// By this the SDK knows a backend whose devices are not among the kernel's files.
-void* hid_libusb_wrap_sys_device(std::intptr_t, int) { return nullptr; }
-
 struct hid_device_info* hid_enumerate(unsigned short vendor_id, unsigned short product_id) {
   const std::lock_guard lock(bus().mutex);
   hid_device_info* first = nullptr;

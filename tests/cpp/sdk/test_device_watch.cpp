@@ -195,7 +195,7 @@ TEST_CASE("a watcher that leaves out what is there reports only what comes") {
   CHECK(next_text(watcher) == "-hidraw0");
 }
 
-#ifndef _WIN32  // which tells of no files that come and go
+#ifndef _WIN32  // where no files tell of arrivals
 TEST_CASE("a watcher reports a knob that is pulled and back before anybody looked") {
   FakeDev dev;
   dev.plug_in("hidraw0");

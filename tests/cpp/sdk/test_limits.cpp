@@ -44,10 +44,10 @@ bool same(const Limits& is, const Limits& wanted) {
   const auto near = [](double a, double b) {
     return a == doctest::Approx(b).scale(0.01).epsilon(1e-6);
   };
-  return near(is.motor_torque_nm, wanted.motor_torque_nm) &&
-         near(is.motor_torque_continuous_nm, wanted.motor_torque_continuous_nm) &&
-         near(is.brake_torque_nm, wanted.brake_torque_nm) &&
-         near(is.speed_rad_s, wanted.speed_rad_s) && is.held_low == wanted.held_low;
+  return near(is.motor_torque_max_nm, wanted.motor_torque_max_nm) &&
+         near(is.motor_torque_continuous_max_nm, wanted.motor_torque_continuous_max_nm) &&
+         near(is.brake_torque_max_nm, wanted.brake_torque_max_nm) &&
+         near(is.speed_limit_rad_s, wanted.speed_limit_rad_s) && is.held_low == wanted.held_low;
 }
 
 }  // namespace

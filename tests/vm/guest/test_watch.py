@@ -1,4 +1,4 @@
-"""Knobs that come and go, as a program is told of them."""
+"""Arrivals and departures of knobs, as a program is told of them."""
 
 from __future__ import annotations
 
