@@ -34,7 +34,8 @@ void hold_low(LoopConfig& loop) {
       core::smaller(partition.brake_torque_max_nm, protocol::unconfirmed_brake_torque_max_nm);
   loop.passive_brake_nm =
       core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_max_nm);
-  loop.speed_limit_rad_s = core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
+  loop.speed_limit_rad_s =
+      core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
 }
 
 }  // namespace

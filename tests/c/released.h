@@ -725,6 +725,7 @@ typedef struct torsio_emulator_options {
   const char* serial;
   const torsio_actuator_config* actuator;
   const torsio_control_config* control;
+  const torsio_board_config* board;
   const torsio_game_config* game;
   bool paced;
   bool log_truth;

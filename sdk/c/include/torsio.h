@@ -64,6 +64,7 @@ typedef struct torsio_emulator_options {
   /// Configuration at power-up; NULL: what the device has stored, or its defaults.
   const torsio_actuator_config* actuator;
   const torsio_control_config* control;  ///< the same
+  const torsio_board_config* board;      ///< the same
   const torsio_game_config* game;        ///< the same
   bool paced;                            ///< true: its time is the wall clock's
   bool log_truth;                        ///< keep what no sensor sees for torsio_emulator_truth()

@@ -37,6 +37,9 @@ torsio::EmulatorOptions options_of(const torsio_emulator_options& from) {
   if (from.control != nullptr) {
     to.control = from_c(need_sized(from.control, "control", "torsio_control_config"));
   }
+  if (from.board != nullptr) {
+    to.board = from_c(need_sized(from.board, "board", "torsio_board_config"));
+  }
   if (from.game != nullptr) {
     to.game = from_c(need_sized(from.game, "game", "torsio_game_config"));
   }
