@@ -9,9 +9,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <system_error>
+#include <thread>
 
 #include "hid_transport.hpp"
 #include "torsio/error.hpp"
@@ -49,13 +51,14 @@ void refuse_other_files(const std::string& path) {
 }
 
 // Whoever opens a hidraw device first waits for 50 ms in the kernel. One that is unplugged
-// meanwhile opens all the same, but does not answer. So the first is who can bear that, and hidapi,
-// which cannot, is the second, who does not wait.
+// meanwhile opens all the same, and is gone as soon as the kernel gets to it, which is a moment
+// later. So the first is who can bear that, and hidapi is the second, who does not wait.
 std::shared_ptr<const void> keep_open(const std::string& path) {
   if (!path.starts_with('/')) return nullptr;
   const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
   if (file < 0) return nullptr;  // hidapi says why
   const std::shared_ptr<const void> kept(nullptr, [file](const void*) { ::close(file); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
   int size = 0;
   if (::ioctl(file, HIDIOCGRDESCSIZE, &size) < 0) {
     throw DeviceNotFound("the knob at " + path + " is gone: it was unplugged while it was opened");
