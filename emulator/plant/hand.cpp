@@ -9,9 +9,6 @@
 namespace torsio::emulator {
 namespace {
 
-// Far beyond any hand, and far within what the plant can compute.
-constexpr double kMostSpeedRadS = 1e5;
-
 void require_path(const Profile& path, const char* field) {
   if (!path.is_continuous()) {
     throw std::invalid_argument(std::string("hand: ") + field +

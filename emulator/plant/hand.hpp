@@ -10,6 +10,9 @@
 
 namespace torsio::emulator {
 
+/// Along a path. Far beyond any hand, and far within what the plant can compute.
+inline constexpr double kMostSpeedRadS = 1e5;
+
 /// Nobody touches the knob.
 struct NoHand {};
 

@@ -79,6 +79,12 @@ std::string read_line(std::string_view line, Script& script) {
       return "is the third with the same time; a jump needs two";
     }
   }
+  if (!knots.empty() && !torque) {
+    const Profile way({knots.back(), {time_ns, *value}});
+    if (std::abs(way.slope_per_s(knots.back().time_ns)) > kMostSpeedRadS) {
+      return "is further from the line before it than 1e5 rad/s get in that time";
+    }
+  }
   script.knots.push_back({time_ns, *value});
   return {};
 }

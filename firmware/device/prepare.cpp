@@ -221,9 +221,11 @@ core::Excitation prepare(const protocol::Excitation& in, const Resolution& r) {
   const std::uint32_t begin = step(in.sine_begin_hz);
   const auto growth = static_cast<std::int64_t>(step(in.sine_end_hz)) - begin;
   out.sine_step_q64 = static_cast<std::uint64_t>(begin) << 32;
-  // A frequency that stands as it is divides nothing; any other is below half a turn in a tick.
+  // A frequency that stands as it is divides nothing. Phases count modulo a turn, and so does what
+  // grows by more than half a turn in a single tick.
   if (growth != 0 && out.duration_ticks != 0) {
-    out.sine_growth_q64 = growth * (std::int64_t{1} << 31) / out.duration_ticks * 2;
+    const std::int64_t half = growth * (std::int64_t{1} << 31) / out.duration_ticks;
+    out.sine_growth_q64 = static_cast<std::int64_t>(static_cast<std::uint64_t>(half) * 2);
   }
   out.servo_stiffness_nm_per_rad = in.stiffness_nm_per_rad;
   out.servo_damping_nm_s_per_rad = in.damping_nm_s_per_rad;

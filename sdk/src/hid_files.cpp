@@ -1,14 +1,19 @@
 // What a knob's path means to POSIX: a file, with a permission.
 #include "hid_files.hpp"
 
+#include <fcntl.h>
+#include <linux/hidraw.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <system_error>
+#include <thread>
 
 #include "hid_transport.hpp"
 #include "hidraw_listing.hpp"
@@ -28,8 +33,9 @@ constexpr const char* kUdevHint =
 
 }  // namespace
 
-// hidapi 0.13.1 frees memory that it never set when a file opens but is not a hidraw device, so
-// such files must not get there. Only hidapi's libusb backend has paths that name no file.
+// hidapi before 0.14 uses memory that it has freed when a file opens but does not answer as a
+// hidraw device, so such files must not get there. Only hidapi's libusb backend has paths that name
+// no file.
 void refuse_other_files(const std::string& path) {
   struct stat file{};
   if (!path.starts_with('/') || ::stat(path.c_str(), &file) != 0) return;
@@ -43,6 +49,22 @@ void refuse_other_files(const std::string& path) {
   }
   throw DeviceNotFound(path +
                        " is not a HID device; list_devices() and `torsio list` show what is there");
+}
+
+// Whoever opens a hidraw device first waits for 50 ms in the kernel. One that is unplugged
+// meanwhile opens all the same, and is gone as soon as the kernel gets to it, which is a moment
+// later. So the first is who can bear that, and hidapi is the second, who does not wait.
+std::shared_ptr<const void> keep_open(const std::string& path) {
+  if (!path.starts_with('/')) return nullptr;
+  const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (file < 0) return nullptr;  // hidapi says why
+  const std::shared_ptr<const void> kept(nullptr, [file](const void*) { ::close(file); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  int size = 0;
+  if (::ioctl(file, HIDIOCGRDESCSIZE, &size) < 0) {
+    throw DeviceNotFound("the knob at " + path + " is gone: it was unplugged while it was opened");
+  }
+  return kept;
 }
 
 std::string permission_text(const std::string& path) {

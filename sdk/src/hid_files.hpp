@@ -3,6 +3,7 @@
 /// hid_files_windows.cpp.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,10 @@ namespace torsio {
 
 /// Keeps files from hidapi that are no HID devices. @throws DeviceNotFound
 void refuse_other_files(const std::string& path);
+
+/// Keeps a knob's file open while hidapi opens it, as long as what it returns is kept.
+/// @throws DeviceNotFound if the knob has gone
+[[nodiscard]] std::shared_ptr<const void> keep_open(const std::string& path);
 
 /// What a user is told who may not open it.
 [[nodiscard]] std::string permission_text(const std::string& path);

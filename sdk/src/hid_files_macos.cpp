@@ -13,6 +13,8 @@ std::string permission_text(const std::string& path) {
          "again; or another program has the knob for itself";
 }
 
+std::shared_ptr<const void> keep_open(const std::string&) { return nullptr; }
+
 // No files tell of arrivals and departures.
 std::string hid_files_directory() { return {}; }
 

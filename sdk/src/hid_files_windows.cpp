@@ -12,6 +12,8 @@ std::string permission_text(const std::string& path) {
          ": another program may have it for itself; close that, and plug the knob in again";
 }
 
+std::shared_ptr<const void> keep_open(const std::string&) { return nullptr; }
+
 // No files tell of arrivals and departures.
 std::string hid_files_directory() { return {}; }
 

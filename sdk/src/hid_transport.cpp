@@ -165,7 +165,9 @@ std::vector<HidListing> list_hid() {
 }
 
 std::unique_ptr<Transport> open_hid(const std::string& path) {
-  refuse_other_files(path);  // before there is a lock file
+  // Both before there is a lock file.
+  refuse_other_files(path);
+  const auto kept = keep_open(path);
   return std::make_unique<HidTransport>(path);
 }
 

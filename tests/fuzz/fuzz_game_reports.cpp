@@ -7,8 +7,10 @@
 #include <span>
 
 #include "device/device.hpp"
+#include "device/game/codec.hpp"
 #include "fuzz.hpp"
 #include "protocol/codec.hpp"
+#include "reports.hpp"
 
 namespace {
 
@@ -22,6 +24,7 @@ class GameBench {
   GameBench() : device_({}, device::empty_slots()) {
     protocol::ControlConfig control;
     control.law = protocol::Law::motor_only;
+    control.passive_ramp_s = 0.01F;
     fuzz::require(device_.set_feature(protocol::encode(control)).ok(), "configured");
     tick(3);
     protocol::GameConfig game;
@@ -93,6 +96,37 @@ void step(GameBench& bench, std::uint8_t what, std::span<const std::uint8_t> rep
 
 }  // namespace
 
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  // A report of the right length about one of few effects, or some ticks.
+  fuzz::FieldMaker make(seed);
+  std::array<std::uint8_t, 2 + device::game::kLongestReport> piece{6, 1};
+  piece[2] = static_cast<std::uint8_t>(make.bits());
+  std::size_t length = 3;
+  std::size_t wanted = make.below(2 * std::tuple_size_v<device::game::PidReports>);
+  const auto take = [&]<class Report>() {
+    using Layout = device::game::PidLayout<Report>;
+    if (wanted-- != 0) return;
+    constexpr std::size_t kSize = device::game::size_of<Report>();
+    const bool is_feature = Layout::main == device::game::Main::feature;
+    const bool asks = is_feature && !std::is_same_v<Report, device::game::CreateEffect>;
+    piece[0] = asks ? 4 : (is_feature ? 3 : 0);
+    piece[1] = kSize;
+    piece[2] = Layout::id;
+    piece[3] = static_cast<std::uint8_t>(make.below(16));
+    for (std::size_t i = 2; i < kSize; ++i) {
+      constexpr std::array<std::uint8_t, 6> kOften{0x00, 0x01, 0x7F, 0x80, 0xFF, 0x02};
+      piece[2 + i] = make.below(3) == 0 ? static_cast<std::uint8_t>(make.bits())
+                                        : kOften[make.below(kOften.size())];
+    }
+    length = 2 + kSize;
+  };
+  [&]<std::size_t... index>(std::index_sequence<index...>) {
+    (take.operator()<std::tuple_element_t<index, device::game::PidReports>>(), ...);
+  }(std::make_index_sequence<std::tuple_size_v<device::game::PidReports>>{});
+  return fuzz::put(std::span(piece).first(length), std::span(data, max_size), size, make);
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   GameBench bench;
   std::span<const std::uint8_t> rest(data, size);
@@ -106,10 +140,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::array<std::uint8_t, 2> stop_all{0x1C, 3};
   bench.game().set_buttons(0);
   bench.game().receive(stop_all);
-  bench.tick(100);  // past every fade
+  bench.tick(15);  // past every fade
   fuzz::require(bench.torque_nm() == 0.0F, "no torque after stop all");
   bench.connect(false);
-  bench.tick(100);
+  bench.tick(15);
   fuzz::require(bench.state() != protocol::State::armed, "nobody there: not armed");
   return 0;
 }

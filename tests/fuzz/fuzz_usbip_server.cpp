@@ -7,6 +7,7 @@
 #include "emulator/usbip/session.hpp"
 #include "emulator/usbip/usb_knob.hpp"
 #include "fuzz.hpp"
+#include "usbip_messages.hpp"
 
 namespace {
 
@@ -21,6 +22,14 @@ constexpr std::array<std::uint8_t, 48> kAskDevice{
     0, 0, 0, 18, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x80, 6, 0, 1, 0, 0, 18, 0};
 
 }  // namespace
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
+                                               std::size_t max_size, unsigned seed) {
+  fuzz::FieldMaker make(seed);
+  // Imported, and in pieces of any size.
+  if (size == 0) data[size++] = static_cast<std::uint8_t>(0x80U | make.bits());
+  return 1 + fuzz::put(fuzz::message(make), std::span(data, max_size).subspan(1), size - 1, make);
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;

@@ -105,4 +105,13 @@ class FieldMaker {
   torsio::emulator::Random random_;
 };
 
+/// Puts a piece behind an input, or over a part of it. @returns how long the input is then
+inline std::size_t put(std::span<const std::uint8_t> piece, std::span<std::uint8_t> room,
+                       std::size_t size, FieldMaker& make) {
+  std::size_t at = make.below(4) == 0 ? make.below(size + 1) : size;
+  if (at + piece.size() > room.size()) at = make.below(room.size() - piece.size() + 1);
+  std::ranges::copy(piece, room.begin() + static_cast<std::ptrdiff_t>(at));
+  return std::max(size, at + piece.size());
+}
+
 }  // namespace fuzz

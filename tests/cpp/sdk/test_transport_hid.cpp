@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "device_lock.hpp"
+#include "hid_files.hpp"
 #include "sdk/errors.hpp"
 #include "sdk/fake_hidapi.hpp"
 #include "torsio/knob.hpp"
@@ -285,4 +286,12 @@ TEST_CASE("a fault of the device shows as its state and by name") {
   knob.sleep(0.02);
   knob.clear_fault();
   CHECK(knob.state() == State::disarmed);
+}
+
+TEST_CASE("a file that opens but does not answer as a knob never gets to hidapi") {
+  // As that of a knob does which is unplugged while it is opened.
+  CHECK_THROWS_AS((void)keep_open("/dev/null"), DeviceNotFound);
+  // What cannot be opened, and what is no file, is hidapi's to tell.
+  CHECK(keep_open("/no/such/file").use_count() == 0);
+  CHECK(keep_open("1-1:1.0").use_count() == 0);
 }

@@ -13,6 +13,7 @@
 #include "emulator/usbip/options.hpp"
 #include "emulator/usbip/pacer.hpp"
 #include "emulator/usbip/truth_log.hpp"
+#include "temporary_directory.hpp"
 
 using namespace torsio::emulator;
 using namespace torsio::emulator::usbip;
@@ -99,6 +100,10 @@ TEST_CASE("bad script is refused with its line") {
   CHECK(complaint("torque_nm\n1 0\n0 0\n") == "hand.txt:3: is earlier than the line before it");
   CHECK(complaint("torque_nm\n1 0\n1 1\n1 0\n").starts_with("hand.txt:4: is the third"));
   CHECK(complaint("angle_rad\n1 0\n1 1\n").starts_with("hand.txt:3: has the time of the line"));
+  CHECK(complaint("angle_rad\n0 0\n1e-3 99\n2e-3 -2\n").starts_with("hand.txt:4: is further"));
+  CHECK(complaint("motion_rad\n0 0\n1e-9 1.5\n2 0\n").starts_with("hand.txt:3: is further"));
+  CHECK(complaint("motion_rad\n0 0\n1 1e5\n1.001 99900\n").empty());
+  CHECK(complaint("torque_nm\n0 0\n1e-9 10\n").empty());
 }
 
 TEST_CASE("hand follows commands and refuses what is none") {
@@ -121,6 +126,21 @@ TEST_CASE("hand follows commands and refuses what is none") {
                            "angle 1 2", "still 1", "free now", "dance"}) {
     CHECK_FALSE(commands.follow(line));
   }
+}
+
+TEST_CASE("hand follows a script while the knob runs, and one that no hand can is refused") {
+  const torsio::test::TemporaryDirectory folder;
+  const std::string path = folder.path() + "/a script";
+  EmulatedDevice device({.hand = still_hand()});
+  device.advance(1'000'000);
+  HandCommands commands(device);
+  std::ofstream(path) << "motion_rad\n0 0\n0.1 0.5\n";
+  CHECK(commands.follow("script " + path));
+  device.advance(200'000'000);
+  CHECK(device.plant().state().knob_angle_rad() == doctest::Approx(0.5));
+  std::ofstream(path) << "motion_rad\n0 0\n1e-9 1.5\n";
+  CHECK_FALSE(commands.follow("script " + path));
+  CHECK_FALSE(commands.follow("script " + path + " that is not there"));
 }
 
 TEST_CASE("options are read in both ways of writing them") {

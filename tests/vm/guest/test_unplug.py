@@ -102,6 +102,27 @@ def test_knob_that_comes_back_is_opened_by_its_serial_number(bus: VirtualBus) ->
         assert opened.info.serial == "MINE"
 
 
+def test_knob_that_is_unplugged_while_it_is_opened_is_an_error(knob: VirtualKnob) -> None:
+    told = set()
+    # Whoever opens a hidraw device first waits for 50 ms in the kernel.
+    for step in range(16):
+        path = str(knob.hidraw)
+
+        def work(output: TextIO, path: str = path) -> None:
+            try:
+                torsio.open(path).close()
+            except torsio.Error as error:
+                output.write(type(error).__name__)
+
+        child = Child(work)
+        time.sleep(0.005 * step)
+        knob.unplug()
+        told.add(child.end())
+        knob.plug()
+    assert "DeviceNotFound" in told
+    assert told <= {"", "DeviceNotFound", "Disconnected", "Timeout"}
+
+
 def test_knob_that_was_unplugged_while_armed_disarms(knob: VirtualKnob) -> None:
     with torsio.open(knob.serial) as opened:
         opened.arm()
