@@ -9,9 +9,10 @@ A line tells for one current loop and one encoder
 - ``by_speed_nm_per_rad``: the first number for each speed alone;
 
 and for each loop what it is like: ``lag_us``, by which the torque trails a small step;
-``bandwidth_hz``, where 3 dB are lost; ``noise_nm``, the standard deviation of a torque that is
-held; and ``off_nm_per_rad``, the first number at 32,768 counts with a winding whose resistance and
-inductance are a third off, the worst of four.
+``bandwidth_hz``, where 3 dB are lost; ``full_rise_us``, in which a step to the motor's limit, for
+which the supply has too few volts, gets to nine tenths of it; ``noise_nm``, the standard deviation
+of a torque that is held; and ``off_nm_per_rad``, the first number at 32,768 counts with a winding
+whose resistance and inductance are a third off, the worst of four.
 
 With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
@@ -118,8 +119,8 @@ def islands(stiffness: Array, calm: Sequence[bool]) -> list[tuple[float, float]]
     return found[1:] if calm[0] else found
 
 
-def step_response(loop: Loop) -> tuple[Array, Array]:
-    """Time after a small step of the command, and the share of it that the torque has reached."""
+def step_response(loop: Loop, torque_nm: float = 5e-3) -> tuple[Array, Array]:
+    """Time after a step of the command, small or not, and the share that the torque has reached."""
     # The control period is that of the current loop, which is all that is looked at here.
     period_ns = 25_000 if loop.electrics == FAST else round(1e9 / loop.rate_hz)
     electrics = loop.electrics and replace(loop.electrics, sensor_noise_v=0.0, sensor_bits=24)
@@ -132,7 +133,7 @@ def step_response(loop: Loop) -> tuple[Array, Array]:
     )  # fmt: skip
     loop_.hold_command()
     loop_.run(duration_s=1e-3)
-    loop_.hold_command(motor_command_nm=5e-3)
+    loop_.hold_command(motor_command_nm=torque_nm)
     torque = loop_.run(duration_s=20e-3)["motor_torque_nm"]
     time_s = np.array([1e-9 * period_ns * i for i in range(len(torque))])
     return time_s, np.asarray(torque / torque[-1])
@@ -148,6 +149,14 @@ def bandwidth_hz(time_s: Array, response: Array) -> float:
     gain *= np.sinc(frequency * step)
     below = np.flatnonzero(gain < math.sqrt(0.5))
     return float(frequency[below[0]]) if len(below) else float(frequency[-1])
+
+
+def rise_s(loop: Loop) -> float:
+    """How long a step to the motor's limit takes to nine tenths of it."""
+    time_s, response = step_response(loop, loop.plant().motor_limit_nm)
+    above = int(np.flatnonzero(response >= 0.9)[0])
+    share = (0.9 - response[above - 1]) / (response[above] - response[above - 1]) if above else 1.0
+    return float(time_s[above] - (1 - share) * time_s[1])
 
 
 def noise_nm(loop: Loop) -> float:
@@ -206,6 +215,7 @@ def main(arguments: list[str]) -> None:
             **known,
             "lag_us": round(1e6 * float(lag_s), 1),
             "bandwidth_hz": round(bandwidth_hz(time_s, response)),
+            "full_rise_us": round(1e6 * rise_s(loop)),
             "noise_nm": float(f"{noise_nm(loop):.2g}"),
         }
         if loop.electrics and not quick:
