@@ -104,8 +104,10 @@ NUMBERS = {name: number for number, name in enumerate(GUARDS)}
 def _places() -> dict[str, list[tuple[Place, list[int]]]]:
     found: dict[tuple[str, str], tuple[Place, list[int]]] = {}
     for name, guard in GUARDS.items():
-        fresh = (Place(guard.file, guard.line, f"guard '{name}'"), [])
-        place, numbers = found.setdefault((guard.file, guard.line), fresh)
+        spot = (guard.file, guard.line)
+        if spot not in found:
+            found[spot] = (Place(guard.file, guard.line, f"guard '{name}'"), [])
+        place, numbers = found[spot]
         place.replacements.append(Replacement(guard.without, place.where))
         numbers.append(NUMBERS[name])
     of_file: dict[str, list[tuple[Place, list[int]]]] = {}
