@@ -11,8 +11,9 @@ A line tells for one current loop and one encoder
 and for each loop what it is like: ``lag_us``, by which the torque trails a small step;
 ``bandwidth_hz``, where 3 dB are lost; ``full_rise_us``, in which a step to the motor's limit, for
 which the supply has too few volts, gets to nine tenths of it; ``noise_nm``, the standard deviation
-of a torque that is held; and ``off_nm_per_rad``, the first number at 32,768 counts with a winding
-whose resistance and inductance are a third off, the worst of four.
+of a torque that is held; ``off_nm_per_rad``, the first number at 32,768 counts with a winding
+whose resistance and inductance are a third off, the worst of four; and ``off_bandwidth_hz``, the
+least and the most bandwidth of these four.
 
 With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
@@ -122,7 +123,8 @@ def islands(stiffness: Array, calm: Sequence[bool]) -> list[tuple[float, float]]
 def step_response(loop: Loop, torque_nm: float = 5e-3) -> tuple[Array, Array]:
     """Time after a step of the command, small or not, and the share that the torque has reached."""
     # The control period is that of the current loop, which is all that is looked at here.
-    period_ns = 25_000 if loop.electrics == FAST else round(1e9 / loop.rate_hz)
+    fast = loop.electrics is not None and loop.electrics.predictive
+    period_ns = 25_000 if fast else round(1e9 / loop.rate_hz)
     electrics = loop.electrics and replace(loop.electrics, sensor_noise_v=0.0, sensor_bits=24)
     quiet = replace(loop, electrics=electrics)
     loop_ = ClosedLoop(
@@ -173,22 +175,27 @@ def noise_nm(loop: Loop) -> float:
     return float(np.std(one.run(duration_s=0.5)["motor_torque_nm"]))
 
 
-def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
-    """The least stable stiffness with a winding that is not what the board takes it for."""
-    if loop.electrics is None:
-        return math.nan
-    config = loop.config or BoardConfig()
-    least = math.inf
-    for resistance, inductance in itertools.product((0.7, 1.3), repeat=2):
-        electrics = replace(
-            loop.electrics,
-            winding_resistance_ohm=2.5 * resistance,
-            winding_inductance_h=1.5e-3 * inductance,
+def wrong_windings(loop: Loop) -> list[Loop]:
+    """Give the same loop with windings that are not what the board takes them for."""
+    assert loop.electrics is not None
+    return [
+        replace(
+            loop,
+            config=loop.config or BoardConfig(),
+            electrics=replace(
+                loop.electrics,
+                winding_resistance_ohm=2.5 * resistance,
+                winding_inductance_h=1.5e-3 * inductance,
+            ),
         )
-        wrong = replace(loop, electrics=electrics, config=config)
-        calm = [all(row) for row in rests(wrong, 32768, stiffness)]
-        least = min(least, stable_to(stiffness, calm))
-    return least
+        for resistance, inductance in itertools.product((0.7, 1.3), repeat=2)
+    ]
+
+
+def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
+    """The least stable stiffness with one of these windings."""
+    calm = (rests(wrong, 32768, stiffness) for wrong in wrong_windings(loop))
+    return min(stable_to(stiffness, [all(row) for row in one]) for one in calm)
 
 
 def main(arguments: list[str]) -> None:
@@ -219,6 +226,8 @@ def main(arguments: list[str]) -> None:
             "noise_nm": float(f"{noise_nm(loop):.2g}"),
         }
         if loop.electrics and not quick:
+            bands = [bandwidth_hz(*step_response(wrong)) for wrong in wrong_windings(loop)]
+            line["off_bandwidth_hz"] = [round(min(bands)), round(max(bands))]
             line["off_nm_per_rad"] = round(off_nm_per_rad(loop, springs(1.06)), 1)
         print(json.dumps(line), flush=True)
 
