@@ -25,19 +25,20 @@ namespace {
 
 /// One of the four, and how a knob is asked for it.
 template <class Config>
-struct Kind {
+struct ConfigKind {
   std::string_view name;
   Config (Knob::*get)();
 };
 
-constexpr std::tuple kKinds{Kind<ActuatorConfig>{"actuator_config", &Knob::actuator_config},
-                            Kind<ControlConfig>{"control_config", &Knob::control_config},
-                            Kind<BoardConfig>{"board_config", &Knob::board_config},
-                            Kind<GameConfig>{"game_config", &Knob::game_config}};
+constexpr std::tuple kConfigKinds{
+    ConfigKind<ActuatorConfig>{"actuator_config", &Knob::actuator_config},
+    ConfigKind<ControlConfig>{"control_config", &Knob::control_config},
+    ConfigKind<BoardConfig>{"board_config", &Knob::board_config},
+    ConfigKind<GameConfig>{"game_config", &Knob::game_config}};
 
 // Writing --------------------------------------------------------------------------------------
 
-std::string number(double value) {
+std::string number_text(double value) {
   std::array<char, 32> text;
   char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
   std::string written(text.data(), end);
@@ -47,7 +48,7 @@ std::string number(double value) {
 }
 
 template <class T>
-std::string json(const T& value) {
+std::string value_text(const T& value) {
   if constexpr (std::is_same_v<T, bool>) {
     return value ? "true" : "false";
   } else if constexpr (std::is_enum_v<T>) {
@@ -55,17 +56,17 @@ std::string json(const T& value) {
   } else if constexpr (std::is_integral_v<T>) {
     return std::to_string(value);
   } else {
-    return number(value);
+    return number_text(value);
   }
 }
 
 template <class Config>
-std::string json_of(const Config& config) {
+std::string fields_text(const Config& config) {
   std::string text;
   std::apply(
       [&](const auto&... field) {
         ((text += (text.empty() ? "    \"" : ",\n    \"") + std::string(field.name) +
-                  "\": " + json(config.*field.member)),
+                  "\": " + value_text(config.*field.member)),
          ...);
       },
       Fields<Config>::list);
@@ -74,26 +75,26 @@ std::string json_of(const Config& config) {
 
 // Reading --------------------------------------------------------------------------------------
 
-using Scalar = std::variant<bool, double, std::string>;
+using ConfigScalar = std::variant<bool, double, std::string>;
 
-struct Member {
+struct ConfigMember {
   std::string name;
-  Scalar value;
+  ConfigScalar value;
 };
 
-struct Part {
+struct ConfigPart {
   std::string name;
-  std::vector<Member> members;
+  std::vector<ConfigMember> members;
 };
 
-class Reader {
+class ConfigReader {
  public:
-  explicit Reader(std::string_view text) : text_(text) {}
+  explicit ConfigReader(std::string_view text) : text_(text) {}
 
-  std::vector<Part> read() {
-    std::vector<Part> parts;
+  std::vector<ConfigPart> read() {
+    std::vector<ConfigPart> parts;
     each_member([&](std::string name) {
-      Part part{std::move(name), {}};
+      ConfigPart part{std::move(name), {}};
       each_member([&](std::string field) { part.members.push_back({std::move(field), scalar()}); });
       parts.push_back(std::move(part));
     });
@@ -142,7 +143,7 @@ class Reader {
     return found;
   }
 
-  Scalar scalar() {
+  ConfigScalar scalar() {
     if (take("true")) return true;
     if (take("false")) return false;
     if (!text_.empty() && text_.front() == '"') return word();
@@ -159,14 +160,14 @@ class Reader {
   std::string_view text_;
 };
 
-[[noreturn]] void fail(std::string_view name, std::string_view takes) {
+[[noreturn]] void must_take(std::string_view name, std::string_view takes) {
   throw InvalidArgument(std::string(name) + " takes " + std::string(takes));
 }
 
 template <class T>
-void assign(std::string_view name, const Scalar& given, T& value) {
+void assign_field(std::string_view name, const ConfigScalar& given, T& value) {
   if constexpr (std::is_same_v<T, bool>) {
-    if (!std::holds_alternative<bool>(given)) fail(name, "true or false");
+    if (!std::holds_alternative<bool>(given)) must_take(name, "true or false");
     value = std::get<bool>(given);
   } else if constexpr (std::is_enum_v<T>) {
     const auto& values = Names<T>::values;
@@ -177,17 +178,17 @@ void assign(std::string_view name, const Scalar& given, T& value) {
       for (const std::string_view each : values) {
         known += (known.empty() ? "one of " : ", ") + std::string(each);
       }
-      fail(name, known);
+      must_take(name, known);
     }
     value = static_cast<T>(found - values.begin());
   } else {
     const auto* number = std::get_if<double>(&given);
-    if (!number) fail(name, "a number");
+    if (!number) must_take(name, "a number");
     if constexpr (std::is_integral_v<T>) {
       // What is within, configure() knows; this keeps it what was written.
       if (std::trunc(*number) != *number || std::abs(*number) > 2147483647.0 ||
           (std::is_unsigned_v<T> && *number < 0.0)) {
-        fail(name, "a whole number");
+        must_take(name, "a whole number");
       }
     }
     value = static_cast<T>(*number);
@@ -195,13 +196,13 @@ void assign(std::string_view name, const Scalar& given, T& value) {
 }
 
 template <class Config>
-void assign_all(const Part& part, Config& config) {
-  for (const Member& member : part.members) {
+void assign_fields(const ConfigPart& part, Config& config) {
+  for (const ConfigMember& member : part.members) {
     bool known = false;
     std::apply(
         [&](const auto&... field) {
           ((field.name == member.name
-                ? (assign(field.name, member.value, config.*field.member), known = true)
+                ? (assign_field(field.name, member.value, config.*field.member), known = true)
                 : false),
            ...);
         },
@@ -217,28 +218,28 @@ std::string dump_config(Knob& knob) {
   std::apply(
       [&](const auto&... kind) {
         ((text += (text.empty() ? "{\n  \"" : ",\n  \"") + std::string(kind.name) + "\": {\n" +
-                  json_of((knob.*kind.get)()) + "\n  }"),
+                  fields_text((knob.*kind.get)()) + "\n  }"),
          ...);
       },
-      kKinds);
+      kConfigKinds);
   return text + "\n}\n";
 }
 
 void load_config(Knob& knob, std::string_view text) {
   std::vector<std::function<void()>> changes;
   std::vector<std::function<void()>> undo;
-  for (const Part& part : Reader(text).read()) {
+  for (const ConfigPart& part : ConfigReader(text).read()) {
     bool known = false;
     const auto prepare = [&](const auto& kind) {
       if (kind.name != part.name) return;
       known = true;
       const auto before = (knob.*kind.get)();
       auto after = before;
-      assign_all(part, after);
+      assign_fields(part, after);
       changes.emplace_back([&knob, after] { knob.configure(after); });
       undo.emplace_back([&knob, before] { knob.configure(before); });
     };
-    std::apply([&](const auto&... kind) { (prepare(kind), ...); }, kKinds);
+    std::apply([&](const auto&... kind) { (prepare(kind), ...); }, kConfigKinds);
     if (!known) throw InvalidArgument("there is no configuration '" + part.name + "'");
   }
   if (knob.health().owner != Owner::none) {

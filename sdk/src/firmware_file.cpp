@@ -36,7 +36,7 @@ constexpr std::uint32_t kLeadingAddress = 0x10FFFF00;
 constexpr std::string_view kMark("torsio firmware\0", 16);
 constexpr std::size_t kLabelBytes = 40;
 
-std::uint32_t word(std::string_view bytes, std::size_t at) {
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     value |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
@@ -44,7 +44,7 @@ std::uint32_t word(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-std::string hex(std::uint32_t value) {
+std::string hex_text(std::uint32_t value) {
   std::array<char, 11> text{};
   std::snprintf(text.data(), text.size(), "0x%08x", static_cast<unsigned>(value));
   return text.data();
@@ -60,20 +60,20 @@ struct Block {
 
 Block block_at(std::string_view file, std::size_t place) {
   const std::string_view bytes = file.substr(place * kBlockBytes, kBlockBytes);
-  if (word(bytes, 0) != kBegin || word(bytes, 4) != kBegin2 ||
-      word(bytes, kBlockBytes - 4) != kEnd) {
+  if (word_at(bytes, 0) != kBegin || word_at(bytes, 4) != kBegin2 ||
+      word_at(bytes, kBlockBytes - 4) != kEnd) {
     reject_file(
         (place == 0 ? "this is no UF2 file" : "block " + std::to_string(place) + " is damaged") +
         std::string(": its magic numbers are wrong"));
   }
   const Block block{place,
-                    word(bytes, 8),
-                    word(bytes, 12),
-                    word(bytes, 20),
-                    word(bytes, 24),
-                    word(bytes, 28),
+                    word_at(bytes, 8),
+                    word_at(bytes, 12),
+                    word_at(bytes, 20),
+                    word_at(bytes, 24),
+                    word_at(bytes, 28),
                     bytes.substr(kHeaderBytes, kPageBytes)};
-  if (word(bytes, 16) != kPageBytes || block.address % kPageBytes != 0) {
+  if (word_at(bytes, 16) != kPageBytes || block.address % kPageBytes != 0) {
     reject_file("block " + std::to_string(place) + " is not one page of 256 bytes");
   }
   return block;
@@ -85,7 +85,7 @@ std::string chip_of(const Block& block) {
   }
   if (block.family == kRp2040) return "rp2040";
   if (block.family == kRp2350) return "rp2350";
-  reject_file("it is of family " + hex(block.family) +
+  reject_file("it is of family " + hex_text(block.family) +
               ", not for an RP2040 or the Arm cores of an RP2350");
 }
 
@@ -114,8 +114,8 @@ std::string image_of(std::string_view file, std::string& chip) {
     }
     const auto address = static_cast<std::uint32_t>(kFlashBegin + number * kPageBytes);
     if ((block.flags & kNotFlash) != 0 || block.address != address || address >= kFlashEnd) {
-      reject_file("block " + std::to_string(place) + " goes to address " + hex(block.address) +
-                  ", where " + hex(address) + " comes next");
+      reject_file("block " + std::to_string(place) + " goes to address " + hex_text(block.address) +
+                  ", where " + hex_text(address) + " comes next");
     }
     image += block.payload;
   }
@@ -138,7 +138,7 @@ void find_label(std::string_view image, FirmwareFile& file) {
   for (const char letter : board) is_name = is_name && letter > ' ' && letter < 0x7F;
   if (!is_name) reject_file("what Torsio's firmware says of itself is damaged in it");
   file.board = board;
-  file.fingerprint = word(label, 16);
+  file.fingerprint = word_at(label, 16);
   for (std::size_t i = 0; i < 3; ++i) {
     file.version += (i == 0 ? "" : ".") + std::to_string(static_cast<unsigned char>(label[20 + i]));
   }

@@ -21,7 +21,7 @@ namespace torsio {
 namespace {
 
 namespace fs = std::filesystem;
-using SteadyClock = std::chrono::steady_clock;
+using RealClock = std::chrono::steady_clock;
 
 constexpr auto kLookEvery = std::chrono::milliseconds(200);
 constexpr auto kAskEvery = std::chrono::milliseconds(20);
@@ -85,9 +85,9 @@ std::vector<Drive> find_drives(const fs::path& root) {
 }
 
 /// One update, from a file that was read to the knob that runs it.
-class Update {
+class FirmwareUpdater {
  public:
-  Update(const fs::path& path, const UpdateOptions& options, const FirmwareHost& host)
+  FirmwareUpdater(const fs::path& path, const UpdateOptions& options, const FirmwareHost& host)
       : path_(path), options_(options), host_(host) {}
 
   FirmwareUpdate run(std::string_view selector) {
@@ -114,8 +114,8 @@ class Update {
 
   /// Lets real time pass until the next look.
   void pause() const {
-    const auto end = SteadyClock::now() + kLookEvery;
-    while (SteadyClock::now() < end) {
+    const auto end = RealClock::now() + kLookEvery;
+    while (RealClock::now() < end) {
       if (options_.interrupted && options_.interrupted()) {
         throw Interrupted(
             "the update was interrupted; a board that waits for firmware leaves its "
@@ -125,9 +125,9 @@ class Update {
     }
   }
 
-  SteadyClock::time_point deadline() const {
-    return SteadyClock::now() + std::chrono::duration_cast<SteadyClock::duration>(
-                                    std::chrono::duration<double>(options_.timeout_s));
+  RealClock::time_point deadline() const {
+    return RealClock::now() + std::chrono::duration_cast<RealClock::duration>(
+                                  std::chrono::duration<double>(options_.timeout_s));
   }
 
   std::string seconds() const {
@@ -231,7 +231,7 @@ class Update {
             "nothing was copied");
       }
       if (!drives.empty()) return drives.front();
-      if (SteadyClock::now() > end) throw Timeout(no_drive(wanted));
+      if (RealClock::now() > end) throw Timeout(no_drive(wanted));
     }
   }
 
@@ -280,7 +280,7 @@ class Update {
         if (is_it && device.problem.empty()) return device;
         if (is_it) problem = device.problem;
       }
-      if (SteadyClock::now() > end) break;
+      if (RealClock::now() > end) break;
     }
     throw Timeout("the firmware was copied, but no knob runs it after " + seconds() + ": " +
                   problem +
@@ -313,7 +313,7 @@ class Update {
 
 FirmwareUpdate update_firmware(const fs::path& path, std::string_view selector,
                                const UpdateOptions& options, const FirmwareHost& host) {
-  return Update(path, options, host).run(selector);
+  return FirmwareUpdater(path, options, host).run(selector);
 }
 
 FirmwareUpdate update_firmware(const fs::path& path, std::string_view selector,
