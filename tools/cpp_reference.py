@@ -20,7 +20,7 @@ HEADERS = tuple(
     for folder, name in (
         *((_SDK, name) for name in ("knob", "scene", "telemetry", "config", "error", "emulator")),
         (_PLANT, "plant"),
-        *((_SDK, name) for name in ("hotplug", "transport")),
+        *((_SDK, name) for name in ("config_file", "firmware", "hotplug", "transport")),
     )
 )
 _LEFT_OUT = {_SDK / "fields.hpp", _PLANT / "field.hpp", _PLANT / "plant_fields.hpp"}

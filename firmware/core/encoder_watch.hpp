@@ -1,10 +1,11 @@
 /// @file
-/// Notices an encoder of which one channel is dead. Its count goes one up and one down with each
-/// edge of the other, however far the knob turns, so a wall would push for ever.
+/// Notices an encoder that cannot be trusted.
 ///
-/// A sound encoder does that too, when the knob rests on the border of two counts and trembles. But
-/// what trembles by itself does so at random, and what a wall or a texture shakes, slowly. Only a
-/// turning knob makes many such changes that are both quick and even.
+/// One channel is dead: the count goes one up and one down with each edge of the other, however far
+/// the knob turns, so a wall would push for ever. A sound encoder does that too, when the knob
+/// rests on the border of two counts and trembles. But what trembles by itself does so at random,
+/// and what a wall or a texture shakes, slowly. Only a turning knob makes many such changes that
+/// are both quick and even.
 #pragma once
 
 #include <cstdint>
@@ -45,6 +46,32 @@ constexpr bool finds_dead_channel(EncoderWatch& watch, std::uint32_t longest_tic
   watch.ticks = 0;
   if (watch.flips < kFlipsOfDeadChannel) return false;
   watch.flips = 0;
+  return true;
+}
+
+// Each makes the count two steps wrong. A spark does that once, a loose plug again and again.
+inline constexpr std::uint32_t kMostLostSteps = 4;
+inline constexpr std::uint32_t kForgetLostNs = 1'000'000'000;
+
+struct LostSteps {
+  std::uint32_t steps = 0;
+  std::uint32_t ticks = 0;  // since the last one
+};
+
+/// One tick, of changes of both channels at once.
+/// @param forget_ticks without any, after which they do not count any more
+/// @param lost         there was one since the last tick
+/// @returns true when there have been so many that the plug must be loose; counting then begins
+///          anew
+constexpr bool finds_loose_plug(LostSteps& seen, std::uint32_t forget_ticks, bool lost) {
+  if (!lost) {
+    if (seen.ticks < forget_ticks) ++seen.ticks;
+    return false;
+  }
+  seen.steps = seen.ticks < forget_ticks ? seen.steps + 1 : 1;
+  seen.ticks = 0;
+  if (seen.steps < kMostLostSteps) return false;
+  seen.steps = 0;
   return true;
 }
 

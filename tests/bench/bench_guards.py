@@ -3,11 +3,18 @@
 ``./dev bench guards`` runs each board's real firmware in its emulated chip, has it push into a wall
 with all that its motor may, and then has one of the dangers of ``tests/board/dangers.py`` happen.
 A line tells after how long motor and brake were off, to 0.05 ms below 1 ms and to 0.25 ms above,
-and which fault is latched or which cause of a restart is told.
+and which fault is latched or which cause of a restart is told; and, of the same firmware with that
+guard switched off (``tests/board/unguarded.py``), how many amperes were in the motor when it had
+long been off with it.
 
-For the wires of the encoder the board is coupled to the plant: a hand leans on a wall with 50 mN m,
-the wires are cut, and the hand lets go. These lines also tell, to 4 ms, how far and how fast the
-knob turned until the outputs were off, and what it reached.
+For the encoder's wires and for wrong signs the board is coupled to the plant. A hand leans on a
+wall with 50 mN m, wires of the encoder are cut, and the hand lets go; or a hand touches a knob
+whose encoder or motor has the wrong sign, armed in the middle of a spring with the parts not
+confirmed. These lines also tell, to 4 ms, how far and how fast the knob turned until the outputs
+were off, and what it reached; and how fast without the guard, in 0.3 s.
+
+The last lines are of what ends in no fault: a winding that gets warm, a configuration of other
+firmware, a bridge that wakes up, a supply that was too low for a moment.
 
 Arguments are names of boards. It takes two minutes for each.
 """
@@ -17,46 +24,133 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.board import felt
-from tests.board.dangers import DANGERS, FAULTS, react
-from tests.board.pico import MODELS, choose, enumerated
+from tests.board.dangers import (
+    DANGERS,
+    arm_while_bridge_wakes,
+    endure,
+    forget_layout,
+    hold_warm,
+    named,
+    push,
+    react,
+)
+from tests.board.pico import MODELS, MS, choose, enumerated, rewired
+from tests.board.unguarded import image, take_away, unguarded
 from torsio.hands import NoHand
 
 LEAN_NM = 50e-3
 STIFFNESS = math.degrees(30e-3)
 A, B = 2, 3
+LONG_S = 0.3
+CUT_WIRES = (("encoder: one channel dead", [B], 0.6), ("encoder: cable off", [A, B], 0.6))
+CONTINUOUS_A = 0.2
 
 
 def _tell(board: str, danger: str, **line: Any) -> None:
     print(json.dumps({"board": board, "danger": danger, **line}), flush=True)
 
 
+def _cut(board: str, pins: list[int], within_s: float, without: Sequence[str]) -> felt.RunAway:
+    boot = unguarded if without else enumerated
+    with felt.binary(felt.plant_of(board), boot) as bench:
+        if without:
+            take_away(bench.board, *without)
+        felt.prepare(bench)
+        felt.lean(bench, STIFFNESS, LEAN_NM)
+        return felt.cut_encoder(bench, pins, NoHand(), within_s)
+
+
+def _swapped(board: str, part: str, law: str, without: Sequence[str]) -> felt.RunAway:
+    boot = unguarded if without else enumerated
+    with felt.binary(felt.plant_of(board), boot) as bench:
+        if without:
+            take_away(bench.board, *without)
+        felt.prepare(bench, law=law)
+        felt.turn_wrong_way(bench, part)
+        return felt.touch_spring(bench, LONG_S)
+
+
+def _run_aways(board: str) -> None:
+    found = [
+        (name, _cut(board, pins, within_s, ()),
+         _cut(board, pins, LONG_S, ("dead channel", "winding")))
+        for name, pins, within_s in CUT_WIRES
+    ]  # fmt: skip
+    found += [
+        (f"{part}'s sign wrong, law {law}", _swapped(board, part, law, ()),
+         _swapped(board, part, law, ("timid", "winding")))
+        for part in ("encoder", "motor")
+        for law in ("motor_only", "paper")
+    ]  # fmt: skip
+    for name, guarded, bare in found:
+        _tell(
+            board,
+            name,
+            off_ms=None if guarded.off_s is None else round(1e3 * guarded.off_s),
+            tells=named(guarded.faults),
+            moved_rad=round(guarded.moved_rad, 2),
+            fastest_rad_s=round(guarded.fastest_rad_s),
+            without_guard_rad_s=round(bare.fastest_rad_s),
+        )
+
+
+def _no_faults(board: str) -> None:
+    with rewired(motor_current_continuous_a=CONTINUOUS_A) as pico:
+        warm = [round(amperes, 2) for amperes in hold_warm(pico, 250)]
+    with rewired(image(), motor_current_continuous_a=CONTINUOUS_A) as pico:
+        take_away(pico, "heat")
+        bare = round(hold_warm(pico, 250)[-1], 2)
+    _tell(
+        board,
+        f"winding warm, {CONTINUOUS_A} A being allowed for ever",
+        amperes_after_ms={ms: warm[ms // 10 - 1] for ms in (50, 100, 150, 200, 250)},
+        without_guard_a=bare,
+    )
+    with enumerated() as pico:
+        found = {ms: named(arm_while_bridge_wakes(pico, ms)) for ms in (0.8, 1.3)}
+        _tell(board, "bridge says for so many ms of its waking that it does not work", tells=found)
+        assert pico.command("clear_fault") == "ok"
+        push(pico)
+        pico.do("power_cycle", **({"brown_out": True} if board == "pico2" else {}))
+        pico.enumerate()
+        told = pico.get("health")["reset_cause"]
+        _tell(board, "supply of the board too low for a moment", tells=told)
+        pico.set("board_config", motor_pin=18, confirmed="on")
+        pico.do("erase_time", ns=MS)
+        for _ in range(2):
+            assert pico.command("save") == "ok"
+        forget_layout(pico)
+        pico.power_cycle()
+        pico.enumerate()
+        config = pico.get("board_config")
+        kept = {name: config[name] for name in ("motor_pin", "confirmed")}
+        _tell(board, "configuration of other firmware", board_config=kept)
+
+
 def main(boards: list[str]) -> None:
     """Print the lines of each board."""
     for board in boards or MODELS:
         choose(board)
-        with enumerated() as pico:
+        with enumerated() as pico, unguarded() as bare:
             for danger in DANGERS:
                 passed_ms, told = react(pico, danger)
-                _tell(board, danger.name, off_ms=round(passed_ms, 2), tells=told)
-        for name, pins in (("encoder: one channel dead", [B]), ("encoder: cable off", [A, B])):
-            with felt.binary(felt.plant_of(board)) as bench:
-                felt.prepare(bench)
-                felt.lean(bench, STIFFNESS, LEAN_NM)
-                found = felt.cut_encoder(bench, pins, NoHand(), 0.6)
+                left = endure(bare, danger)
                 _tell(
                     board,
-                    name,
-                    off_ms=None if found.off_s is None else round(1e3 * found.off_s),
-                    tells=", ".join(n for i, n in enumerate(FAULTS) if found.faults >> i & 1),
-                    moved_rad=round(found.moved_rad, 2),
-                    fastest_rad_s=round(found.fastest_rad_s),
+                    danger.name,
+                    off_ms=round(passed_ms, 2),
+                    tells=told,
+                    without_guard_a=None if left is None else round(left.amperes, 1),
                 )
+        _run_aways(board)
+        _no_faults(board)
 
 
 if __name__ == "__main__":

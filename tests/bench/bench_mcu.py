@@ -61,7 +61,7 @@ if __name__ == "__main__":
                 "board": board,
                 "scene": "walls",
                 "effects": walls,
-                "instructions_per_tick": instructions[walls],
+                "instructions_per_tick": instructions.get(walls),
                 "flash_bytes": sizes.flash,
                 "ram_bytes": sizes.ram,
                 "tick_time_ns": _tick_time_ns(walls),

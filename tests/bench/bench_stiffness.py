@@ -9,9 +9,11 @@ A line tells for one current loop and one encoder
 - ``by_speed_nm_per_rad``: the first number for each speed alone;
 
 and for each loop what it is like: ``lag_us``, by which the torque trails a small step;
-``bandwidth_hz``, where 3 dB are lost; ``noise_nm``, the standard deviation of a torque that is
-held; and ``off_nm_per_rad``, the first number at 32,768 counts with a winding whose resistance and
-inductance are a third off, the worst of four.
+``bandwidth_hz``, where 3 dB are lost; ``full_rise_us``, in which a step to the motor's limit, for
+which the supply has too few volts, gets to nine tenths of it; ``noise_nm``, the standard deviation
+of a torque that is held; ``off_nm_per_rad``, the first number at 32,768 counts with a winding
+whose resistance and inductance are a third off, the worst of four; and ``off_bandwidth_hz``, the
+least and the most bandwidth of these four.
 
 With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
@@ -118,10 +120,11 @@ def islands(stiffness: Array, calm: Sequence[bool]) -> list[tuple[float, float]]
     return found[1:] if calm[0] else found
 
 
-def step_response(loop: Loop) -> tuple[Array, Array]:
-    """Time after a small step of the command, and the share of it that the torque has reached."""
+def step_response(loop: Loop, torque_nm: float = 5e-3) -> tuple[Array, Array]:
+    """Time after a step of the command, small or not, and the share that the torque has reached."""
     # The control period is that of the current loop, which is all that is looked at here.
-    period_ns = 25_000 if loop.electrics == FAST else round(1e9 / loop.rate_hz)
+    fast = loop.electrics is not None and loop.electrics.predictive
+    period_ns = 25_000 if fast else round(1e9 / loop.rate_hz)
     electrics = loop.electrics and replace(loop.electrics, sensor_noise_v=0.0, sensor_bits=24)
     quiet = replace(loop, electrics=electrics)
     loop_ = ClosedLoop(
@@ -132,7 +135,7 @@ def step_response(loop: Loop) -> tuple[Array, Array]:
     )  # fmt: skip
     loop_.hold_command()
     loop_.run(duration_s=1e-3)
-    loop_.hold_command(motor_command_nm=5e-3)
+    loop_.hold_command(motor_command_nm=torque_nm)
     torque = loop_.run(duration_s=20e-3)["motor_torque_nm"]
     time_s = np.array([1e-9 * period_ns * i for i in range(len(torque))])
     return time_s, np.asarray(torque / torque[-1])
@@ -150,6 +153,14 @@ def bandwidth_hz(time_s: Array, response: Array) -> float:
     return float(frequency[below[0]]) if len(below) else float(frequency[-1])
 
 
+def rise_s(loop: Loop) -> float:
+    """How long a step to the motor's limit takes to nine tenths of it."""
+    time_s, response = step_response(loop, loop.plant().motor_limit_nm)
+    above = int(np.flatnonzero(response >= 0.9)[0])
+    share = (0.9 - response[above - 1]) / (response[above] - response[above - 1]) if above else 1.0
+    return float(time_s[above] - (1 - share) * time_s[1])
+
+
 def noise_nm(loop: Loop) -> float:
     """Standard deviation of a torque of 40 mN m that is held."""
     one = ClosedLoop(
@@ -164,22 +175,27 @@ def noise_nm(loop: Loop) -> float:
     return float(np.std(one.run(duration_s=0.5)["motor_torque_nm"]))
 
 
-def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
-    """The least stable stiffness with a winding that is not what the board takes it for."""
-    if loop.electrics is None:
-        return math.nan
-    config = loop.config or BoardConfig()
-    least = math.inf
-    for resistance, inductance in itertools.product((0.7, 1.3), repeat=2):
-        electrics = replace(
-            loop.electrics,
-            winding_resistance_ohm=2.5 * resistance,
-            winding_inductance_h=1.5e-3 * inductance,
+def wrong_windings(loop: Loop) -> list[Loop]:
+    """Give the same loop with windings that are not what the board takes them for."""
+    assert loop.electrics is not None
+    return [
+        replace(
+            loop,
+            config=loop.config or BoardConfig(),
+            electrics=replace(
+                loop.electrics,
+                winding_resistance_ohm=2.5 * resistance,
+                winding_inductance_h=1.5e-3 * inductance,
+            ),
         )
-        wrong = replace(loop, electrics=electrics, config=config)
-        calm = [all(row) for row in rests(wrong, 32768, stiffness)]
-        least = min(least, stable_to(stiffness, calm))
-    return least
+        for resistance, inductance in itertools.product((0.7, 1.3), repeat=2)
+    ]
+
+
+def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
+    """The least stable stiffness with one of these windings."""
+    calm = (rests(wrong, 32768, stiffness) for wrong in wrong_windings(loop))
+    return min(stable_to(stiffness, [all(row) for row in one]) for one in calm)
 
 
 def main(arguments: list[str]) -> None:
@@ -206,9 +222,12 @@ def main(arguments: list[str]) -> None:
             **known,
             "lag_us": round(1e6 * float(lag_s), 1),
             "bandwidth_hz": round(bandwidth_hz(time_s, response)),
+            "full_rise_us": round(1e6 * rise_s(loop)),
             "noise_nm": float(f"{noise_nm(loop):.2g}"),
         }
         if loop.electrics and not quick:
+            bands = [bandwidth_hz(*step_response(wrong)) for wrong in wrong_windings(loop)]
+            line["off_bandwidth_hz"] = [round(min(bands)), round(max(bands))]
             line["off_nm_per_rad"] = round(off_nm_per_rad(loop, springs(1.06)), 1)
         print(json.dumps(line), flush=True)
 

@@ -11,7 +11,11 @@ from tests.board.pico import MODELS, EmulatedPico, enumerated
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "one_board: many cases of what all boards have in common")
+    for marker in (
+        "one_board: many cases of what all boards have in common",
+        "slow_chip: what only an RP2040 has too little time for",
+    ):
+        config.addinivalue_line("markers", marker)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -19,7 +23,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     left = [
         item
         for item in items
-        if item.get_closest_marker("one_board") and "pico2" in item.name.split("[")[-1]
+        if any(item.get_closest_marker(name) for name in ("one_board", "slow_chip"))
+        and "pico2" in item.name.split("[")[-1]
     ]
     if left:
         config.hook.pytest_deselected(items=left)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from tests.board.pico import EmulatedPico, confirm
+from tests.board.unguarded import start_without, take_away
 
 FAULTS = (
     *("emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"),
@@ -25,6 +28,8 @@ class Danger:
         What has happened, for a table.
     happen
         Makes it so, on a board that pushes with all its motor may.
+    guard
+        What stands against it, by its name in ``unguarded.GUARDS``.
     tells
         The fault that is latched, or the cause of the restart.
     within_ms
@@ -37,6 +42,7 @@ class Danger:
 
     name: str
     happen: Callable[[EmulatedPico], object]
+    guard: str
     tells: str
     within_ms: float | None
     mend: Callable[[EmulatedPico], object] = lambda board: board.do("motor")
@@ -63,32 +69,36 @@ def _end_stack(board: EmulatedPico) -> None:
 
 
 DANGERS = (
-    Danger("emergency stop pressed, or its wire cut", _pin(11, high=True), "emergency_stop", 0.3,
-           _pin(11, high=False)),
-    Danger("bridge reports a fault", _pin(12, high=False), "actuator", 0.3, _pin(12, high=True)),
-    Danger("3.2 A flow, the limit being 2", _motor(sensor_amperes=3.2), "actuator", 0.6),
-    Danger("current sensor dead", _motor(sensor_amperes=0.0), "winding", 10),
-    Danger("current sensor stuck at 1 A", _motor(sensor_amperes=1.0), "winding", 10),
-    Danger("current sensor stuck at -0.5 A", _motor(sensor_amperes=-0.5), "winding", 10),
-    Danger("current sensor shows half", _motor(voltsPerAmpere=0.1), "winding", 125,
-           _motor(voltsPerAmpere=0.2)),
-    Danger("current sensor shows twice", _motor(voltsPerAmpere=0.4), "winding", 125,
-           _motor(voltsPerAmpere=0.2)),
-    Danger("supply missing", _motor(supply=0), "winding", 10, _motor(supply=12)),
-    Danger("supply of a quarter", _motor(supply=3), "winding", 10, _motor(supply=12)),
-    Danger("supply of half", _motor(supply=6), "winding", 125, _motor(supply=12)),
-    Danger("supply of twice", _motor(supply=24), "winding", 125, _motor(supply=12)),
+    Danger("emergency stop pressed, or its wire cut", _pin(11, high=True),
+           "emergency stop", "emergency_stop", 0.3, _pin(11, high=False)),
+    Danger("bridge reports a fault", _pin(12, high=False),
+           "bridge's word", "actuator", 0.3, _pin(12, high=True)),
+    Danger("3.2 A flow, the limit being 2", _motor(sensor_amperes=3.2),
+           "over-current", "actuator", 0.6),
+    Danger("current sensor dead", _motor(sensor_amperes=0.0), "winding", "winding", 10),
+    Danger("current sensor stuck at 1 A", _motor(sensor_amperes=1.0), "winding", "winding", 10),
+    Danger("current sensor stuck at -0.5 A", _motor(sensor_amperes=-0.5), "winding", "winding", 10),
+    Danger("current sensor shows half", _motor(voltsPerAmpere=0.1),
+           "winding", "winding", 125, _motor(voltsPerAmpere=0.2)),
+    Danger("current sensor shows twice", _motor(voltsPerAmpere=0.4),
+           "winding", "winding", 125, _motor(voltsPerAmpere=0.2)),
+    Danger("supply missing", _motor(supply=0), "winding", "winding", 10, _motor(supply=12)),
+    Danger("supply of a quarter", _motor(supply=3), "winding", "winding", 10, _motor(supply=12)),
+    Danger("supply of half", _motor(supply=6), "winding", "winding", 125, _motor(supply=12)),
+    Danger("supply of twice", _motor(supply=24), "winding", "winding", 125, _motor(supply=12)),
     Danger("encoder jumps, 10 counts in a microsecond",
-           lambda board: board.turn(1200, period_us=0.1), "encoder", 0.3),
+           lambda board: board.turn(1200, period_us=0.1), "jumps", "encoder", 0.3),
+    Danger("encoder: both channels change at once, 4 times",
+           lambda board: board.slip(4, period_us=200), "loose plug", "encoder", 0.3),
     Danger("program hangs, interrupts on", lambda board: board.do("hang", masked=False),
-           "watchdog", None, restarts=True),
+           "watchdog", "watchdog", None, restarts=True),
     Danger("program hangs, interrupts off", lambda board: board.do("hang", masked=True),
-           "watchdog", None, restarts=True),
-    Danger("control interrupt stops", lambda board: board.do("stop_ticks"), "watchdog", None,
-           restarts=True),
-    Danger("hard fault of the processor", lambda board: board.do("hard_fault"), "hard_fault", 0.1,
-           restarts=True),
-    Danger("stack used up", _end_stack, "stack", 0.3, restarts=True),
+           "watchdog", "watchdog", None, restarts=True),
+    Danger("control interrupt stops", lambda board: board.do("stop_ticks"),
+           "ticks counted", "watchdog", None, restarts=True),
+    Danger("hard fault of the processor", lambda board: board.do("hard_fault"),
+           "power cut", "hard_fault", 0.1, restarts=True),
+    Danger("stack used up", _end_stack, "stack's mark", "stack", 0.3, restarts=True),
 )  # fmt: skip
 
 
@@ -112,6 +122,18 @@ def time_until_off_ms(board: EmulatedPico, within_ms: float) -> float:
     return passed_ms
 
 
+def settle(board: EmulatedPico, danger: Danger) -> None:
+    """Mend it, so that the board is as it was, disarmed."""
+    danger.mend(board)
+    if board.get("health")["state"] == "armed":
+        assert board.command("disarm") == "ok"
+    board.turn(-board.get("clock")["position_counts"], period_us=2)
+    board.run(1)
+    if board.get("health")["state"] == "fault":
+        assert board.command("clear_fault") == "ok"
+    assert board.get("health")["state"] == "disarmed"
+
+
 def react(board: EmulatedPico, danger: Danger) -> tuple[float, str]:
     """Have it happen to a board that pushes; tell after how many ms it is off, and what it says.
 
@@ -127,10 +149,80 @@ def react(board: EmulatedPico, danger: Danger) -> tuple[float, str]:
         return passed_ms, str(board.get("health")["reset_cause"])
     health = board.get("health")
     assert health["state"] == "fault"
-    danger.mend(board)
-    board.turn(-board.get("clock")["position_counts"], period_us=2)
-    board.run(1)
-    assert board.command("clear_fault") == "ok"
-    assert board.get("health")["state"] == "disarmed"
-    found = [name for n, name in enumerate(FAULTS) if health["faults"] >> n & 1]
-    return passed_ms, ", ".join(found)
+    settle(board, danger)
+    return passed_ms, named(health["faults"])
+
+
+def named(faults: int) -> str:
+    """Give the faults of a health report by name."""
+    return ", ".join(name for n, name in enumerate(FAULTS) if faults >> n & 1)
+
+
+def hold_warm(board: EmulatedPico, time_ms: float) -> list[float]:
+    """Push for so long with a host that is alive; give the current of every 10 ms."""
+    push(board)
+    found = []
+    for _ in range(round(time_ms / 10)):
+        board.post("command", op="keep_alive")
+        board.run(10)
+        found.append(abs(board.do("amperes")))
+    return found
+
+
+def forget_layout(board: EmulatedPico) -> None:
+    """Have what is saved be of firmware with other reports: its mark differs, and is whole."""
+    for slot in (0, 1):
+        at = board.model.slots_at + 4096 * slot
+        saved = bytearray.fromhex(board.do("flash", address=at, size=256))
+        saved[4] ^= 1
+        saved[252:] = struct.pack("<I", zlib.crc32(saved[:252]))
+        board.do("write_flash", address=at, data=saved.hex())
+
+
+def arm_while_bridge_wakes(board: EmulatedPico, waking_ms: float) -> int:
+    """Arm, and have the bridge say for so long from then on that it does not work.
+
+    Returns the faults that are latched a moment later.
+    """
+    board.post("command", op="arm")
+    for _ in range(100):
+        board.run(FINE_MS)
+        if board.motor() is not None:
+            break
+    board.do("pin", pin=12, high=False)
+    board.run(waking_ms)
+    board.do("pin", pin=12, high=True)
+    board.run(0.5)
+    board.acknowledgement()
+    return int(board.get("health")["faults"])
+
+
+@dataclass(frozen=True)
+class Left:
+    """What a board without a guard still does when its guard would have long switched off."""
+
+    motor_share: float
+    """Of the supply's voltage."""
+    amperes: float
+
+
+def endure(board: EmulatedPico, danger: Danger) -> Left | None:
+    """Have it happen to a board of ``unguarded.py`` without the guard, for longer than it may take.
+
+    It is mended and has its guard then. Returns None if everything was off, so that the guard was
+    not what it takes.
+    """
+    if danger.restarts:
+        start_without(board, danger.guard)
+    take_away(board, danger.guard)
+    push(board)
+    danger.happen(board)
+    board.run(1.2 * danger.limit_ms(board) + 1)
+    share = board.motor()
+    left = None if share is None else Left(share, abs(board.do("amperes")))
+    take_away(board)
+    if danger.restarts:
+        start_without(board)
+    else:
+        settle(board, danger)
+    return left

@@ -6,8 +6,8 @@ Everything that the board is told goes over its USB endpoints, and keep-alives a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -92,10 +92,12 @@ def plant_of(board: str, **changes: Any) -> PlantParams:
 
 
 @contextmanager
-def binary(params: PlantParams) -> Iterator[Bench]:
+def binary(
+    params: PlantParams, boot: Callable[[], AbstractContextManager[EmulatedPico]] = enumerated
+) -> Iterator[Bench]:
     """Give the chosen board's binary, coupled to a plant."""
     world = World(params)
-    with enumerated() as board:
+    with boot() as board:
         board.couple(world.pass_period)
         yield Bench(board, world)
 
@@ -229,7 +231,7 @@ def finish(bench: Bench, zero_s: float) -> Columns:
 
 @dataclass(frozen=True)
 class RunAway:
-    """What became of a knob that leaned on a wall when wires of its encoder were cut."""
+    """What became of a knob whose parts say other things than the truth."""
 
     off_s: float | None
     """When motor and brake went off; None: not at all."""
@@ -240,8 +242,42 @@ class RunAway:
 
 def cut_encoder(bench: Bench, pins: Sequence[int], hand: Hand, within_s: float) -> RunAway:
     """Cut wires of a leaning knob's encoder, and have another hand at it; of a binary only."""
-    begin_s, begin_rad = bench.place.time_s, bench.place.record()["angle_rad"][-1]
     bench.board.do("cut_wires", pins=list(pins))
+    return watch_run_away(bench, hand, within_s)
+
+
+def turn_wrong_way(bench: Bench, part: str) -> None:
+    """Swap the wires of the ``motor`` or of the ``encoder``; of a binary only."""
+    world = bench.place
+    assert isinstance(world, World)
+
+    def pass_period(motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
+        # The sensor sits between bridge and motor: it sees the current as the bridge does.
+        sign = -1 if part == "motor" else 1
+        amperes, edges = world.pass_period(sign * motor, brake, enabled)
+        return sign * amperes, edges if part == "motor" else [-time for time in edges]
+
+    bench.board.couple(pass_period)
+
+
+def touch_spring(bench: Bench, within_s: float) -> RunAway:
+    """Arm at the middle of a spring, as if for the first time, and touch the knob for 40 ms."""
+    board = bench.board
+    assert board.set("board_config", confirmed="off")["status"] == 0
+    middle = board.get("clock")["position_counts"] / bench.place.params.counts_per_rev
+    spring = {"deadband_rad": 0.0, "torque_limit_nm": 100.0, "stiffness_nm_per_rad": 2.0}
+    bench.play("spring", angle_turns_q32=round(middle * 2**32), **spring)
+    assert board.command("arm") == "ok"
+    bench.run(0.02)
+    zero = begin(bench)
+    touch = TorqueHand(torque_nm=[(zero, 0.0), (zero, 15e-3), (zero + 0.04, 15e-3),
+                                  (zero + 0.04, 0.0)])  # fmt: skip
+    return watch_run_away(bench, touch, within_s)
+
+
+def watch_run_away(bench: Bench, hand: Hand, within_s: float) -> RunAway:
+    """Have a hand at a knob until its outputs go off, or so long."""
+    begin_s, begin_rad = bench.place.time_s, bench.place.record()["angle_rad"][-1]
     bench.place.set_hand(hand)
     off_s = None
     while off_s is None and bench.place.time_s < begin_s + within_s:

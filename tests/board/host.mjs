@@ -77,6 +77,7 @@ const commands = {
     chip = new Chip({ rom: new Uint8Array(readFileSync(rom)), flash, serial: hex(serial) });
     return true;
   },
+  /** This chip does not tell a supply that was too low from one that was switched on. */
   power_cycle() {
     chip.powerUp();
     return true;
@@ -117,10 +118,10 @@ const commands = {
   high_share({ pins }) {
     return pins.map((pin) => chip.highShare(pin));
   },
-  /** Turns the encoder by so many edges, A leading B for positive ones. */
-  turn({ edges, period_ns, pin_a = 2 }) {
+  /** Turns the encoder by so many edges, A leading B for positive ones; with step 2 both at once. */
+  turn({ edges, period_ns, pin_a = 2, step = 1 }) {
     for (let n = 0; n < Math.abs(edges); ++n) {
-      chip.turn(Math.sign(edges), pin_a);
+      chip.turn(step * Math.sign(edges), pin_a);
       chip.runUntil(chip.ns + period_ns);
     }
     return true;
@@ -170,6 +171,10 @@ const commands = {
   },
   spoil_flash({ byte }) {
     chip.spoiltByte = byte;
+    return true;
+  },
+  write_flash({ address, data }) {
+    chip.flash.set(hex(data), address);
     return true;
   },
   flash({ address, size }) {

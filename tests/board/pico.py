@@ -143,8 +143,13 @@ class PowerCut(Exception):
 class EmulatedPico:
     """One board on the bench. Time passes only inside its methods."""
 
-    def __init__(self, make_bench: Callable[[Model], Commands] | None = None) -> None:
+    def __init__(
+        self,
+        make_bench: Callable[[Model], Commands] | None = None,
+        image: Path | None = None,
+    ) -> None:
         self.model = chosen
+        self._image = image or self.model.image
         self.bench = (make_bench or chips_bench)(self.model)
         self._sequence = 0
         self.telemetry: list[dict[str, Any]] = []
@@ -168,7 +173,7 @@ class EmulatedPico:
 
     def boot(self) -> None:
         """Power up with freshly flashed firmware."""
-        pages = uf2.check(self.model.image.read_bytes(), self.model.chip)
+        pages = uf2.check(self._image.read_bytes(), self.model.chip)
         image = {str(address - FLASH_BASE): page.hex() for address, page in pages.items()}
         self.do("boot", rom=str(ROM), image=image, serial=SERIAL.hex())
 
@@ -262,6 +267,11 @@ class EmulatedPico:
 
     def arm_at_wall(self, walls: int = 1, **values: Any) -> None:
         """Arm with a wall that begins at angle 0, or with so many of them."""
+        self.play_walls(walls, **values)
+        assert self.command("arm") == "ok"
+
+    def play_walls(self, walls: int, **values: Any) -> None:
+        """Commit so many walls that begin at angle 0."""
         wall = {
             "angle_turns_q32": 0,
             "side": "above",
@@ -271,7 +281,6 @@ class EmulatedPico:
         for slot in range(walls):
             assert self.send("wall", slot=slot, **wall | values)["status"] == 0
         assert self.send("commit", active=(1 << walls) - 1)["status"] == 0
-        assert self.command("arm") == "ok"
 
     def acknowledgement(self, reads: int = 400) -> dict[str, Any]:
         """Return the acknowledgement of the newest report; keep whatever else comes."""
@@ -306,6 +315,10 @@ class EmulatedPico:
     def turn(self, edges: int, period_us: float = 20) -> None:
         """Turn the encoder by so many edges."""
         self.do("turn", edges=edges, period_ns=period_us * 1000)
+
+    def slip(self, times: int, period_us: float = 20) -> None:
+        """Have both channels of the encoder change at once, so often."""
+        self.do("turn", edges=times, period_ns=period_us * 1000, step=2)
 
     def couple(self, world: World) -> None:
         """Have motor and encoder moved by a world from now on."""
@@ -365,9 +378,9 @@ def confirm(pico: EmulatedPico) -> None:
 
 
 @contextmanager
-def rewired(**board_config: Any) -> Iterator[EmulatedPico]:
+def rewired(image: Path | None = None, **board_config: Any) -> Iterator[EmulatedPico]:
     """Give a board that was started anew with another wiring, disarmed, and knows its host."""
-    with enumerated() as pico:
+    with enumerated(image) as pico:
         assert pico.set("board_config", **board_config)["status"] == 0
         pico.do("erase_time", ns=MS)
         assert pico.command("save") == "ok"
@@ -377,9 +390,9 @@ def rewired(**board_config: Any) -> Iterator[EmulatedPico]:
 
 
 @contextmanager
-def enumerated() -> Iterator[EmulatedPico]:
+def enumerated(image: Path | None = None) -> Iterator[EmulatedPico]:
     """Give a board that has booted and knows its host."""
-    with EmulatedPico() as pico:
+    with EmulatedPico(image=image) as pico:
         pico.boot()
         pico.enumerate()
         confirm(pico)

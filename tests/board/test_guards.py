@@ -1,13 +1,46 @@
-"""No part whose failure moves the knob: what each board does when one of its parts goes wrong."""
+"""No part whose failure moves the knob: what each board does when one of its parts goes wrong.
+
+And what would be if it did not: with firmware in which that guard is switched off.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import pytest
 
-from tests.board.dangers import DANGERS, Danger, push, react
-from tests.board.pico import EmulatedPico, enumerated
+from tests.board import felt
+from tests.board import pico as bench
+from tests.board.dangers import (
+    DANGERS,
+    Danger,
+    arm_while_bridge_wakes,
+    endure,
+    forget_layout,
+    hold_warm,
+    push,
+    react,
+)
+from tests.board.pico import MS, EmulatedPico, enumerated, rewired
+from tests.board.unguarded import GUARDS, image, mutated, start_without, take_away, unguarded
+from torsio.hands import NoHand
 
-OVER_SPEED, CURRENT_SENSOR = 1 << 1, 1 << 6
+OVER_SPEED, ENCODER, ACTUATOR, OVERRUN = 1 << 1, 1 << 2, 1 << 3, 1 << 4
+CURRENT_SENSOR, WINDING = 1 << 6, 1 << 7
+STIFFNESS = math.degrees(30e-3)
+
+
+@pytest.fixture(scope="module")
+def bare_pico(_model: None) -> Iterator[EmulatedPico]:
+    """Give many tests a board whose guards can be switched off."""
+    with unguarded() as board:
+        yield board
+
+
+def test_every_guard_is_where_it_is_said_to_be() -> None:
+    assert "torsio_mutant_is(0)" in mutated()[GUARDS["emergency stop"].file]
 
 
 @pytest.mark.parametrize("danger", DANGERS, ids=str)
@@ -20,6 +53,17 @@ def test_danger_cuts_the_power_and_is_told(lasting_pico: EmulatedPico, danger: D
     assert lasting_pico.motor()
     assert lasting_pico.command("disarm") == "ok"
     lasting_pico.turn(-lasting_pico.get("clock")["position_counts"], period_us=2)
+
+
+@pytest.mark.parametrize("danger", DANGERS, ids=str)
+def test_danger_keeps_the_power_on_without_its_guard(
+    bare_pico: EmulatedPico, danger: Danger
+) -> None:
+    left = endure(bare_pico, danger)
+    assert left is not None, "it is off: the guard is not what this takes"
+    if danger.name in ("current sensor dead", "current sensor stuck at -0.5 A"):
+        assert left.motor_share == -1
+        assert left.amperes == pytest.approx(12 / 2.5, rel=0.01)
 
 
 def test_current_sensor_with_a_wrong_zero_keeps_the_board_from_arming() -> None:
@@ -35,6 +79,17 @@ def test_current_sensor_with_a_wrong_zero_keeps_the_board_from_arming() -> None:
         pico.power_cycle()
         pico.enumerate()
         assert pico.command("arm") == "ok"
+
+
+def test_current_sensor_with_a_wrong_zero_may_arm_without_the_guard(
+    bare_pico: EmulatedPico,
+) -> None:
+    bare_pico.do("motor", zero=300)
+    start_without(bare_pico, "sensor's zero")
+    assert bare_pico.get("health")["faults"] == 0
+    assert bare_pico.command("arm") == "ok"
+    bare_pico.do("motor")
+    start_without(bare_pico)
 
 
 def test_trip_level_beyond_the_sensors_range_keeps_the_board_from_arming() -> None:
@@ -68,3 +123,147 @@ def test_board_whose_parts_nobody_has_confirmed_is_held_low() -> None:
         assert pico.command("arm") == "ok"
         pico.run(20)
         assert pico.do("amperes") == pytest.approx(-85e-3 / 0.05, abs=0.05)
+
+
+def test_unconfirmed_board_gives_all_it_has_without_the_guard(bare_pico: EmulatedPico) -> None:
+    take_away(bare_pico, "timid")
+    bare_pico.set("board_config", confirmed="off")
+    push(bare_pico)
+    assert bare_pico.do("amperes") == pytest.approx(-85e-3 / 0.05, abs=0.05)
+    bare_pico.turn(200, period_us=40)  # 19 rad/s
+    assert bare_pico.motor() is not None
+    start_without(bare_pico)
+
+
+@contextmanager
+def _with_wrong_sign(part: str, *without: str) -> Iterator[felt.Bench]:
+    boot = unguarded if without else enumerated
+    with felt.binary(felt.plant_of(bench.chosen.name), boot) as found:
+        if without:
+            take_away(found.board, *without)
+        # With the brake in it, a knob that is let go does not get fast enough.
+        felt.prepare(found, law="motor_only")
+        felt.turn_wrong_way(found, part)
+        yield found
+
+
+@pytest.mark.parametrize("part", ["encoder", "motor"])
+def test_wrong_sign_at_first_arming_ends_in_a_fault_and_not_in_a_run_away(part: str) -> None:
+    with _with_wrong_sign(part) as found:
+        run = felt.touch_spring(found, 0.3)
+        assert run.off_s is not None
+        assert run.faults == OVER_SPEED
+        # The limit is 10 rad/s; the speed estimate is some milliseconds late.
+        assert 10.0 <= run.fastest_rad_s < 11.0
+        assert run.moved_rad < 0.7
+        assert found.board.command("clear_fault") == "ok"
+
+
+def test_wrong_sign_runs_away_without_the_guard() -> None:
+    with _with_wrong_sign("encoder", "timid") as found:
+        run = felt.touch_spring(found, 0.3)
+        # What stops it then is that the motor turns the other way than the knob.
+        assert run.faults == WINDING
+        assert run.fastest_rad_s > 60.0
+
+
+def test_warm_winding_gets_less_and_less_until_the_continuous_current() -> None:
+    # I2t by hand: 1.7 A in a winding of 10 s warm it to what 0.2 A make in 138 ms. From three
+    # quarters of that on, after 104 ms, less is allowed.
+    with rewired(motor_current_continuous_a=0.2) as pico:
+        amperes = hold_warm(pico, 250)
+        assert amperes[8] == pytest.approx(1.7, abs=0.05)
+        assert amperes[13] < 1.2
+        assert amperes[-1] == pytest.approx(0.36, abs=0.05)
+        assert pico.get("health")["state"] == "armed"
+        # It is the winding that is warm, not the order: it stays so when armed anew.
+        assert pico.command("disarm") == "ok"
+        pico.turn(-pico.get("clock")["position_counts"], period_us=2)
+        assert hold_warm(pico, 10)[0] < 0.6
+
+
+def test_winding_is_overheated_without_the_guard() -> None:
+    with rewired(image(), motor_current_continuous_a=0.2) as pico:
+        take_away(pico, "heat")
+        assert hold_warm(pico, 200)[-1] == pytest.approx(1.7, abs=0.05)
+
+
+def test_stored_configuration_of_another_layout_is_not_believed() -> None:
+    with unguarded() as pico:
+        assert pico.set("board_config", supply_v=24, motor_pin=18)["status"] == 0
+        pico.do("erase_time", ns=MS)
+        for _ in range(2):
+            assert pico.command("save") == "ok"
+        forget_layout(pico)
+        pico.power_cycle()
+        pico.enumerate()
+        found = pico.get("board_config")
+        assert (found["supply_v"], found["motor_pin"], found["confirmed"]) == (12, 6, "off")
+        assert pico.get("health")["saves"] == 0
+        # Anybody may arm, and gets little.
+        pico.set("control_config", passive_ramp_s=0.005)
+        pico.arm_at_wall()
+        pico.turn(100, period_us=300)
+        pico.run(8)
+        assert pico.do("amperes") == pytest.approx(-15e-3 / 0.05, abs=0.03)
+        # Without the guard its bytes would be taken for what they are not, confirmation included.
+        start_without(pico, "layout")
+        found = pico.get("board_config")
+        assert (found["supply_v"], found["motor_pin"], found["confirmed"]) == (24, 18, "on")
+
+
+def test_supply_that_was_too_low_for_a_moment_is_told(lasting_pico: EmulatedPico) -> None:
+    push(lasting_pico)
+    # An RP2040 does not tell it from a supply that was switched on.
+    tells = lasting_pico.model.chip == "rp2350"
+    lasting_pico.do("power_cycle", **({"brown_out": True} if tells else {}))
+    assert lasting_pico.motor() is None
+    lasting_pico.enumerate()
+    health = lasting_pico.get("health")
+    assert health["reset_cause"] == ("brown_out" if tells else "power")
+    assert health["state"] == "disarmed"
+    assert lasting_pico.motor() is None
+
+
+def test_bridge_may_wake_up_for_a_millisecond_and_no_longer(bare_pico: EmulatedPico) -> None:
+    assert arm_while_bridge_wakes(bare_pico, 0.8) == 0
+    assert bare_pico.command("disarm") == "ok"
+    bare_pico.run(20)
+    assert arm_while_bridge_wakes(bare_pico, 1.3) == ACTUATOR
+    assert bare_pico.motor() is None
+    assert bare_pico.command("clear_fault") == "ok"
+    # Without the pause each arming is a false trip.
+    take_away(bare_pico, "bridge's waking")
+    assert arm_while_bridge_wakes(bare_pico, 0.8) == ACTUATOR
+    take_away(bare_pico)
+    assert bare_pico.command("clear_fault") == "ok"
+
+
+@pytest.mark.slow_chip
+def test_load_that_does_not_fit_starves_the_main_loop_without_the_guard() -> None:
+    with unguarded() as pico:
+        take_away(pico, "overrun")
+        pico.turn(60)
+        pico.play_walls(16, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=1e-4)
+        pico.post("command", op="arm")
+        pico.run(15)
+        # Nobody can tell it to stop, but for its watchdog.
+        assert pico.motor() is not None
+        with pytest.raises(AssertionError, match="no acknowledgement"):
+            pico.acknowledgement(reads=2)
+        pico.run(15)
+        assert pico.motor() is None
+        assert pico.status()["watchdog_resets"] == 1
+
+
+def test_encoder_s_guards_are_what_keeps_its_knob_from_running_away() -> None:
+    with felt.binary(felt.plant_of(bench.chosen.name), unguarded) as found:
+        take_away(found.board, "dead channel", "winding")
+        felt.prepare(found)
+        felt.lean(found, STIFFNESS, 50e-3)
+        one = felt.cut_encoder(found, [3], NoHand(), 0.1)
+        assert one.off_s is None
+        assert one.fastest_rad_s > 20.0
+        both = felt.cut_encoder(found, [2, 3], NoHand(), 0.25)
+        assert both.off_s is None
+        assert both.fastest_rad_s > 70.0

@@ -305,6 +305,22 @@ def build_firmware(sdk: str) -> None:
         run_logged(f"uf2-{board}", [PYTHON, "-m", "tools.uf2", f"{image}.elf", f"{image}.uf2"])
 
 
+def build_unguarded(sdk: str) -> None:
+    """Build firmware whose guards tests can switch off; see ``tests/board/unguarded.py``."""
+    run_logged("unguarded", [PYTHON, "-m", "tests.board.unguarded"])
+    for board in BOARDS:
+        folder = _build_apart(
+            f"firmware without guards ({board})",
+            f"unguarded/{board}",
+            "build/unguarded/tree/firmware/boards",
+            f"{sdk} {_cmake_version()}",
+            (f"-DTORSIO_BOARD={board}", f"-DPICO_SDK_PATH={sdk}", "-DTORSIO_WERROR=OFF"),
+        )
+        image = folder / f"torsio-{board}"
+        log = f"uf2-unguarded-{board}"
+        run_logged(log, [PYTHON, "-m", "tools.uf2", f"{image}.elf", f"{image}.uf2"])
+
+
 def build_emulated() -> None:
     """Build the programs for bare processors, and the boot ROM of the emulated board."""
     for processor in PROCESSORS:

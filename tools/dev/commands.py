@@ -115,6 +115,7 @@ def test(arguments: Sequence[str]) -> int:
         _build_packages(sources.tinyusb)
         if board is not None:
             building.build_firmware(sources.sdk)
+            building.build_unguarded(sources.sdk)
             building.build_emulated()
             board.result()
         if page is not None:
@@ -212,6 +213,8 @@ def _bench(name: str, *rest: str) -> NoReturn:
         if on_boards:
             board = building.begin_npm("tests/board")
             building.build_firmware(sources.require())
+            if name == "guards":
+                building.build_unguarded(sources.sdk)
             building.build_emulated()
             board.result()
         elif with_machines:

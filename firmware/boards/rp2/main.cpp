@@ -34,6 +34,7 @@ constexpr const Board& kBoard = TORSIO_BOARD::kBoard;
 constexpr std::uint32_t kControlPeriodUs = kBoard.control_period_ns / 1000;
 constexpr std::uint32_t kStepsPerTick = kBoard.control_period_ns / kBoard.power.current_period_ns;
 constexpr std::uint32_t kLongestFlipTicks = core::kLongestFlipNs / kBoard.control_period_ns;
+constexpr std::uint32_t kForgetLostTicks = core::kForgetLostNs / kBoard.control_period_ns;
 static_assert(kStepsPerTick * kBoard.power.current_period_ns == kBoard.control_period_ns);
 constexpr std::uint32_t kGoodbyeUs = 100'000;       // for the bootloader's acknowledgement
 constexpr std::uint32_t kSysTickMask = 0x00FFFFFF;  // counts down in 24 bits
@@ -75,6 +76,7 @@ LifeWatch life_watch{kBoard.power.predicts};
 
 device::TickInputs inputs;
 core::EncoderWatch encoder_watch;
+core::LostSteps lost_steps;
 std::uint8_t emergency_stop_pin;
 TickClock tick_clock{0, kControlPeriodUs};
 std::uint32_t cycles_to_ns_q16;
@@ -87,6 +89,9 @@ void on_tick() {
   inputs.encoder_count = encoder->read();
   inputs.emergency_stop = gpio_get(emergency_stop_pin);
   inputs.power_faults = power->find_faults();
+  if (core::finds_loose_plug(lost_steps, kForgetLostTicks, encoder->take_lost_step())) {
+    inputs.power_faults |= protocol::fault::encoder;
+  }
   if (core::finds_dead_channel(encoder_watch, kLongestFlipTicks, inputs.encoder_count) &&
       !the_device->shakes()) {
     inputs.power_faults |= protocol::fault::encoder;

@@ -9,6 +9,7 @@ namespace torsio::boards {
 namespace {
 
 constexpr std::uint32_t kMachine = 0;
+constexpr std::uint32_t kLostFlag = 0;  // quadrature.pio sets it
 
 // The counter starts a few counts before its wrap: what happens there happens to every knob on
 // every day, and not to one in a year.
@@ -45,6 +46,12 @@ std::uint32_t Quadrature::read() const {
     count = pio_sm_get_blocking(pio0, kMachine);
   }
   return count;
+}
+
+bool Quadrature::take_lost_step() {
+  if (!pio_interrupt_get(pio0, kLostFlag)) return false;
+  pio_interrupt_clear(pio0, kLostFlag);
+  return true;
 }
 
 }  // namespace torsio::boards

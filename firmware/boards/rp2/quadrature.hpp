@@ -14,6 +14,10 @@ class Quadrature {
 
   /// The count now, four an encoder line, up when A leads B. Wraps at 32 bits.
   std::uint32_t read() const;
+
+  /// Whether both channels have changed at once since the last call: what no knob does, and the
+  /// count misses.
+  bool take_lost_step();
 };
 
 }  // namespace torsio::boards

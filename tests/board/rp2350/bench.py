@@ -40,8 +40,8 @@ class Bench:
         self.chip = Chip(self._library, pages, bytes.fromhex(serial))
         return True
 
-    def do_power_cycle(self) -> bool:
-        self.chip.power_up()
+    def do_power_cycle(self, brown_out: bool = False) -> bool:
+        self.chip.power_up(brown_out=brown_out)
         return True
 
     def do_run(self, ns: float) -> float:
@@ -144,8 +144,8 @@ class Bench:
     def do_pin_functions(self, pins: list[int]) -> list[int]:
         return [self.chip.function(pin) for pin in pins]
 
-    def do_turn(self, edges: int, period_ns: float, pin_a: int = 2) -> bool:
-        step = 1 if edges > 0 else -1
+    def do_turn(self, edges: int, period_ns: float, pin_a: int = 2, step: int = 1) -> bool:
+        step = step if edges > 0 else -step
         for _ in range(abs(edges)):
             self.chip.turn(step, pin_a)
             self.chip.run_for(period_ns)
@@ -191,6 +191,11 @@ class Bench:
 
     def do_spoil_flash(self, byte: int) -> bool:
         self.chip.rom.spoilt_byte = byte
+        return True
+
+    def do_write_flash(self, address: int, data: str) -> bool:
+        content = bytes.fromhex(data)
+        self.chip.rom.flash[address : address + len(content)] = content
         return True
 
     def do_flash(self, address: int, size: int) -> str:

@@ -70,8 +70,11 @@ class Chip:
         self.core.left = self._tick_ends
         self.power_up()
 
-    def power_up(self, *, bitten: bool = False) -> None:
-        """Start from reset, by the watchdog or not; the flash, the world and its time stay."""
+    def power_up(self, *, bitten: bool = False, brown_out: bool = False) -> None:
+        """Start from reset, by the watchdog or not; the flash, the world and its time stay.
+
+        With ``brown_out`` the power was not away, but too low for a moment.
+        """
         kept = self._file(WATCHDOG) if bitten else {}
         self.registers = {}
         self.pwm_starts: list[int] = []
@@ -97,7 +100,8 @@ class Chip:
         self._file(RESETS)[0] = 0x1FFFFFFF
         self._file(WATCHDOG).update({at: kept[at] for at in SCRATCH if at in kept})
         self._file(WATCHDOG)[8] = int(bitten)
-        self._file(POWMAN)[0x2C] = 0 if bitten else 1 << 16  # power-on
+        power_on, too_low = 1 << 16, 1 << 17
+        self._file(POWMAN)[0x2C] = 0 if bitten else too_low if brown_out else power_on
         stack, entry = struct.unpack("<II", self.rom.flash[0:8])
         self.core.reset(stack, entry & ~1)
 

@@ -33,6 +33,7 @@ struct Machine {
   uint32_t top, bottom;  // where the program wraps
   uint32_t level;     // words in the queue
   uint32_t queue[4];
+  uint32_t flags;     // that the processor sees
   uint32_t unknown;   // an instruction that is not known here, else 0
   uint16_t memory[32];
 };
@@ -94,6 +95,10 @@ void execute(struct Machine* m, uint32_t code) {
       store(m, field, (code >> 3 & 3) == 1 ? ~value : value);
       break;
     }
+    case 6:  // irq, set and go on
+      if ((code & 0x78) != 0) m->unknown = code;
+      m->flags |= 1U << (code & 7);
+      break;
     case 7:  // set
       store(m, field, code & 31);
       break;

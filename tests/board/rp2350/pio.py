@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable
 
 QUEUE_SIZE = 4
+FLAGS = 0x30
 IDLE_LOOP = 7  # cycles of the encoder program from edge to edge: whole turns may be left out
 
 
@@ -16,12 +17,14 @@ class Machine(ctypes.Structure):
         *((name, ctypes.c_uint32) for name in ("pc", "x", "y", "isr", "osr", "pins")),
         *((name, ctypes.c_uint32) for name in ("top", "bottom", "level")),
         ("queue", ctypes.c_uint32 * QUEUE_SIZE),
+        ("flags", ctypes.c_uint32),
         ("unknown", ctypes.c_uint32),
         ("memory", ctypes.c_uint16 * 32),
     )
     y: int
     pins: int
     level: int
+    flags: int
 
 
 class Pio:
@@ -54,6 +57,8 @@ class Pio:
             return level << 4
         if offset == 0x20:
             return int(self._library.pop(self._pointer))
+        if offset == FLAGS:
+            return self._machine.flags
         return self._registers.get(offset, 0)
 
     def write(self, offset: int, value: int) -> None:
@@ -65,6 +70,8 @@ class Pio:
             if value >> 4 & 1:  # restart
                 machine.isr = 0
             self._registers[0] = value & 0xF
+        elif offset == FLAGS:
+            machine.flags &= ~value
         elif 0x48 <= offset < 0xC8:
             machine.memory[(offset - 0x48) // 4] = value & 0xFFFF
         elif offset == 0xCC:

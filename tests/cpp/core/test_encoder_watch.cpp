@@ -1,5 +1,5 @@
 // An encoder of which one channel is dead is told from a sound one by its counts alone: quick and
-// even changes up and down.
+// even changes up and down. One with a loose plug by changes of both channels at once.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -163,4 +163,33 @@ TEST_CASE("only changes to and fro between two counts count, quick, even, and on
     if (finds_dead_channel(watch, 4, n % 2 == 0 ? 1U : 0U)) ++told;
   }
   CHECK(told == 3);
+}
+
+TEST_CASE("four changes of both channels at once are a loose plug unless a second lies between") {
+  constexpr std::uint32_t kSecond = 10'000;
+  // Ticks without one before each; after which of them the plug is found loose.
+  const auto found_at = [](std::initializer_list<std::uint32_t> pauses) {
+    LostSteps seen;
+    int number = 0;
+    for (const std::uint32_t pause : pauses) {
+      for (std::uint32_t tick = 0; tick < pause; ++tick) {
+        CHECK_FALSE(finds_loose_plug(seen, kSecond, false));
+      }
+      ++number;
+      if (finds_loose_plug(seen, kSecond, true)) return number;
+    }
+    return -1;
+  };
+  CHECK(found_at({0, 0, 0, 0}) == 4);
+  CHECK(found_at({0, 0, 0}) == -1);
+  CHECK(found_at({500'000, 9'999, 9'999, 9'999}) == 4);
+  CHECK(found_at({0, 9'999, 9'999, 10'000, 9'999, 9'999, 9'999}) == 7);
+  CHECK(found_at({10'000, 10'000, 10'000, 10'000, 10'000, 10'000}) == -1);
+  // Once told it begins anew.
+  LostSteps seen;
+  int told = 0;
+  for (int n = 0; n < 11; ++n) {
+    if (finds_loose_plug(seen, kSecond, true)) ++told;
+  }
+  CHECK(told == 2);
 }

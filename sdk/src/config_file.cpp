@@ -1,0 +1,259 @@
+// A configuration as JSON: as much of it as there is in one, two objects deep, with plain names.
+#include "torsio/config_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "torsio/error.hpp"
+#include "torsio/fields.hpp"
+
+namespace torsio {
+namespace {
+
+/// One of the four, and how a knob is asked for it.
+template <class Config>
+struct ConfigKind {
+  std::string_view name;
+  Config (Knob::*get)();
+};
+
+constexpr std::tuple kConfigKinds{
+    ConfigKind<ActuatorConfig>{"actuator_config", &Knob::actuator_config},
+    ConfigKind<ControlConfig>{"control_config", &Knob::control_config},
+    ConfigKind<BoardConfig>{"board_config", &Knob::board_config},
+    ConfigKind<GameConfig>{"game_config", &Knob::game_config}};
+
+// Writing --------------------------------------------------------------------------------------
+
+std::string number_text(double value) {
+  std::array<char, 32> text;
+  char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  std::string written(text.data(), end);
+  // Also where it is whole it is no integer.
+  if (written.find_first_not_of("-0123456789") == std::string::npos) written += ".0";
+  return written;
+}
+
+template <class T>
+std::string value_text(const T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    return value ? "true" : "false";
+  } else if constexpr (std::is_enum_v<T>) {
+    return '"' + std::string(Names<T>::values[static_cast<std::size_t>(value)]) + '"';
+  } else if constexpr (std::is_integral_v<T>) {
+    return std::to_string(value);
+  } else {
+    return number_text(value);
+  }
+}
+
+template <class Config>
+std::string fields_text(const Config& config) {
+  std::string text;
+  std::apply(
+      [&](const auto&... field) {
+        ((text += (text.empty() ? "    \"" : ",\n    \"") + std::string(field.name) +
+                  "\": " + value_text(config.*field.member)),
+         ...);
+      },
+      Fields<Config>::list);
+  return text;
+}
+
+// Reading --------------------------------------------------------------------------------------
+
+using ConfigScalar = std::variant<bool, double, std::string>;
+
+struct ConfigMember {
+  std::string name;
+  ConfigScalar value;
+};
+
+struct ConfigPart {
+  std::string name;
+  std::vector<ConfigMember> members;
+};
+
+class ConfigReader {
+ public:
+  explicit ConfigReader(std::string_view text) : text_(text) {}
+
+  std::vector<ConfigPart> read() {
+    std::vector<ConfigPart> parts;
+    each_member([&](std::string name) {
+      ConfigPart part{std::move(name), {}};
+      each_member([&](std::string field) { part.members.push_back({std::move(field), scalar()}); });
+      parts.push_back(std::move(part));
+    });
+    skip();
+    if (!text_.empty()) fail();
+    return parts;
+  }
+
+ private:
+  [[noreturn]] static void fail() {
+    throw InvalidArgument("this is no text of dump_config() or `torsio config dump`");
+  }
+
+  void skip() { text_.remove_prefix(std::min(text_.find_first_not_of(" \t\r\n"), text_.size())); }
+
+  bool take(std::string_view word) {
+    skip();
+    if (!text_.starts_with(word)) return false;
+    text_.remove_prefix(word.size());
+    return true;
+  }
+
+  void expect(std::string_view word) {
+    if (!take(word)) fail();
+  }
+
+  /// An object: `read` reads the value of each name.
+  template <class Read>
+  void each_member(Read&& read) {
+    expect("{");
+    if (take("}")) return;
+    do {
+      std::string name = word();
+      expect(":");
+      read(std::move(name));
+    } while (take(","));
+    expect("}");
+  }
+
+  std::string word() {
+    expect("\"");
+    const std::size_t end = text_.find_first_of("\"\\\n");
+    if (end == std::string_view::npos || text_[end] != '"') fail();
+    std::string found(text_.substr(0, end));
+    text_.remove_prefix(end + 1);
+    return found;
+  }
+
+  ConfigScalar scalar() {
+    if (take("true")) return true;
+    if (take("false")) return false;
+    if (!text_.empty() && text_.front() == '"') return word();
+    // Not what from_chars() takes beside numbers: "inf" and "nan".
+    const std::size_t digit = text_.starts_with('-') ? 1 : 0;
+    if (text_.size() <= digit || text_[digit] < '0' || text_[digit] > '9') fail();
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text_.data(), text_.data() + text_.size(), value);
+    if (error != std::errc()) fail();
+    text_.remove_prefix(static_cast<std::size_t>(end - text_.data()));
+    return value;
+  }
+
+  std::string_view text_;
+};
+
+[[noreturn]] void must_take(std::string_view name, std::string_view takes) {
+  throw InvalidArgument(std::string(name) + " takes " + std::string(takes));
+}
+
+template <class T>
+void assign_field(std::string_view name, const ConfigScalar& given, T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    if (!std::holds_alternative<bool>(given)) must_take(name, "true or false");
+    value = std::get<bool>(given);
+  } else if constexpr (std::is_enum_v<T>) {
+    const auto& values = Names<T>::values;
+    const auto* word = std::get_if<std::string>(&given);
+    const auto found = word ? std::find(values.begin(), values.end(), *word) : values.end();
+    if (found == values.end()) {
+      std::string known;
+      for (const std::string_view each : values) {
+        known += (known.empty() ? "one of " : ", ") + std::string(each);
+      }
+      must_take(name, known);
+    }
+    value = static_cast<T>(found - values.begin());
+  } else {
+    const auto* number = std::get_if<double>(&given);
+    if (!number) must_take(name, "a number");
+    if constexpr (std::is_integral_v<T>) {
+      // What is within, configure() knows; this keeps it what was written.
+      if (std::trunc(*number) != *number || std::abs(*number) > 2147483647.0 ||
+          (std::is_unsigned_v<T> && *number < 0.0)) {
+        must_take(name, "a whole number");
+      }
+    }
+    value = static_cast<T>(*number);
+  }
+}
+
+template <class Config>
+void assign_fields(const ConfigPart& part, Config& config) {
+  for (const ConfigMember& member : part.members) {
+    bool known = false;
+    std::apply(
+        [&](const auto&... field) {
+          ((field.name == member.name
+                ? (assign_field(field.name, member.value, config.*field.member), known = true)
+                : false),
+           ...);
+        },
+        Fields<Config>::list);
+    if (!known) throw InvalidArgument(part.name + " has no field '" + member.name + "'");
+  }
+}
+
+}  // namespace
+
+std::string dump_config(Knob& knob) {
+  std::string text;
+  std::apply(
+      [&](const auto&... kind) {
+        ((text += (text.empty() ? "{\n  \"" : ",\n  \"") + std::string(kind.name) + "\": {\n" +
+                  fields_text((knob.*kind.get)()) + "\n  }"),
+         ...);
+      },
+      kConfigKinds);
+  return text + "\n}\n";
+}
+
+void load_config(Knob& knob, std::string_view text) {
+  std::vector<std::function<void()>> changes;
+  std::vector<std::function<void()>> undo;
+  for (const ConfigPart& part : ConfigReader(text).read()) {
+    bool known = false;
+    const auto prepare = [&](const auto& kind) {
+      if (kind.name != part.name) return;
+      known = true;
+      const auto before = (knob.*kind.get)();
+      auto after = before;
+      assign_fields(part, after);
+      changes.emplace_back([&knob, after] { knob.configure(after); });
+      undo.emplace_back([&knob, before] { knob.configure(before); });
+    };
+    std::apply([&](const auto&... kind) { (prepare(kind), ...); }, kConfigKinds);
+    if (!known) throw InvalidArgument("there is no configuration '" + part.name + "'");
+  }
+  if (knob.health().owner != Owner::none) {
+    throw Refused("somebody has the actuator: end it, and set it again", "not_disarmed", "command",
+                  "");
+  }
+  std::size_t done = 0;
+  try {
+    for (; done < changes.size(); ++done) changes[done]();
+  } catch (const Error&) {
+    while (done != 0) undo[--done]();
+    throw;
+  }
+  knob.save();
+}
+
+}  // namespace torsio

@@ -1,0 +1,166 @@
+// UF2 files (https://github.com/microsoft/uf2), which a boot loader takes like a memory stick:
+// blocks of 512 bytes with an address, a number and the family of the chip.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "torsio/error.hpp"
+#include "torsio/firmware.hpp"
+
+namespace torsio {
+namespace {
+
+constexpr std::size_t kBlockBytes = 512;
+constexpr std::size_t kPageBytes = 256;
+constexpr std::size_t kHeaderBytes = 32;
+constexpr std::uint32_t kBegin = 0x0A324655;
+constexpr std::uint32_t kBegin2 = 0x9E5D5157;
+constexpr std::uint32_t kEnd = 0x0AB16F30;
+constexpr std::uint32_t kNotFlash = 0x0001;
+constexpr std::uint32_t kHasFamily = 0x2000;
+constexpr std::uint32_t kFlashBegin = 0x10000000;
+constexpr std::uint32_t kFlashEnd = 0x11000000;
+constexpr std::uint32_t kRp2040 = 0xE48BFF56;
+constexpr std::uint32_t kRp2350 = 0xE48BFF59;
+// A block that files for the RP2350 begin with because of a bug of its first chips (erratum E10).
+constexpr std::uint32_t kLeadingFamily = 0xE48BFF57;
+constexpr std::uint32_t kLeadingAddress = 0x10FFFF00;
+
+// firmware/boards/rp2/firmware_label.hpp has the same.
+constexpr std::string_view kMark("torsio firmware\0", 16);
+constexpr std::size_t kLabelBytes = 40;
+
+std::uint32_t word_at(std::string_view bytes, std::size_t at) {
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    value |= std::uint32_t{static_cast<unsigned char>(bytes[at + i])} << (8 * i);
+  }
+  return value;
+}
+
+std::string hex_text(std::uint32_t value) {
+  std::array<char, 11> text{};
+  std::snprintf(text.data(), text.size(), "0x%08x", static_cast<unsigned>(value));
+  return text.data();
+}
+
+[[noreturn]] void reject_file(const std::string& why) { throw InvalidArgument(why); }
+
+struct Block {
+  std::size_t place;  // in the file, from 0
+  std::uint32_t flags, address, number, count, family;
+  std::string_view payload;
+};
+
+Block block_at(std::string_view file, std::size_t place) {
+  const std::string_view bytes = file.substr(place * kBlockBytes, kBlockBytes);
+  if (word_at(bytes, 0) != kBegin || word_at(bytes, 4) != kBegin2 ||
+      word_at(bytes, kBlockBytes - 4) != kEnd) {
+    reject_file(
+        (place == 0 ? "this is no UF2 file" : "block " + std::to_string(place) + " is damaged") +
+        std::string(": its magic numbers are wrong"));
+  }
+  const Block block{place,
+                    word_at(bytes, 8),
+                    word_at(bytes, 12),
+                    word_at(bytes, 20),
+                    word_at(bytes, 24),
+                    word_at(bytes, 28),
+                    bytes.substr(kHeaderBytes, kPageBytes)};
+  if (word_at(bytes, 16) != kPageBytes || block.address % kPageBytes != 0) {
+    reject_file("block " + std::to_string(place) + " is not one page of 256 bytes");
+  }
+  return block;
+}
+
+std::string chip_of(const Block& block) {
+  if ((block.flags & kHasFamily) == 0) {
+    reject_file("block " + std::to_string(block.place) + " does not say for which chip it is");
+  }
+  if (block.family == kRp2040) return "rp2040";
+  if (block.family == kRp2350) return "rp2350";
+  reject_file("it is of family " + hex_text(block.family) +
+              ", not for an RP2040 or the Arm cores of an RP2350");
+}
+
+/// What a file puts into the flash, without a gap from its begin on.
+std::string image_of(std::string_view file, std::string& chip) {
+  if (file.empty() || file.size() % kBlockBytes != 0) {
+    reject_file(
+        "it has " + std::to_string(file.size()) +
+        " bytes, which is no whole number of blocks of 512: it was cut off, or is no UF2 file");
+  }
+  const std::size_t blocks = file.size() / kBlockBytes;
+  const Block leading = block_at(file, 0);
+  const std::size_t first =
+      blocks > 1 && leading.family == kLeadingFamily && leading.address == kLeadingAddress ? 1 : 0;
+  chip = chip_of(block_at(file, first));
+  std::string image;
+  for (std::size_t place = first; place < blocks; ++place) {
+    const Block block = block_at(file, place);
+    const std::size_t number = place - first;
+    if (chip_of(block) != chip) reject_file("it mixes blocks for different chips");
+    if (block.number != number || block.count != blocks - first) {
+      reject_file("blocks are missing, doubled or out of order: block " + std::to_string(place) +
+                  " says that it is number " + std::to_string(block.number) + " of " +
+                  std::to_string(block.count) + ", where number " + std::to_string(number) +
+                  " of " + std::to_string(blocks - first) + " should be");
+    }
+    const auto address = static_cast<std::uint32_t>(kFlashBegin + number * kPageBytes);
+    if ((block.flags & kNotFlash) != 0 || block.address != address || address >= kFlashEnd) {
+      reject_file("block " + std::to_string(place) + " goes to address " + hex_text(block.address) +
+                  ", where " + hex_text(address) + " comes next");
+    }
+    image += block.payload;
+  }
+  return image;
+}
+
+/// What Torsio's firmware says of itself: a mark stands somewhere in its image.
+void find_label(std::string_view image, FirmwareFile& file) {
+  const std::size_t at = image.find(kMark);
+  if (at == std::string_view::npos) {
+    reject_file("it is not Torsio's firmware, or of a version before it said its name");
+  }
+  if (image.find(kMark, at + 1) != std::string_view::npos) {
+    reject_file("it has the mark of Torsio's firmware more than once");
+  }
+  const std::string_view label = image.substr(at, kLabelBytes);
+  const std::string_view name = label.substr(std::min<std::size_t>(24, label.size()));
+  const std::string_view board = name.substr(0, name.find('\0'));
+  bool is_name = label.size() == kLabelBytes;
+  for (const char letter : board) is_name = is_name && letter > ' ' && letter < 0x7F;
+  if (!is_name) reject_file("what Torsio's firmware says of itself is damaged in it");
+  file.board = board;
+  file.fingerprint = word_at(label, 16);
+  for (std::size_t i = 0; i < 3; ++i) {
+    file.version += (i == 0 ? "" : ".") + std::to_string(static_cast<unsigned char>(label[20 + i]));
+  }
+}
+
+}  // namespace
+
+FirmwareFile read_firmware(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw Error(path.string() + " cannot be read");
+  const std::string content{std::istreambuf_iterator<char>(stream),
+                            std::istreambuf_iterator<char>()};
+  if (stream.bad()) throw Error(path.string() + " cannot be read");
+  FirmwareFile file;
+  try {
+    const std::string image = image_of(content, file.chip);
+    find_label(image, file);
+    file.size = image.size();
+  } catch (const InvalidArgument& error) {
+    throw InvalidArgument(path.string() + ": " + error.what());
+  }
+  return file;
+}
+
+}  // namespace torsio

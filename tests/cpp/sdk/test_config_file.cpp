@@ -1,0 +1,94 @@
+// A knob's configuration as JSON, read by another library's parser and written by hand.
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "torsio/config_file.hpp"
+
+using namespace torsio;
+using nlohmann::json;
+
+TEST_CASE("a configuration is dumped with all its fields, as JSON") {
+  Knob knob = Knob::open("emulated");
+  knob.update([](ControlConfig& config) {
+    config.law = Law::calibrated;
+    config.motor_torque_cap_nm = 0.1 + 0.2;
+    config.autonomous = true;
+  });
+  knob.update([](BoardConfig& config) { config.current_bandwidth_hz = 1e5; });
+  const json found = json::parse(dump_config(knob));
+  CHECK(found.size() == 4);
+  CHECK(found.at("actuator_config").size() == 13);
+  CHECK(found.at("control_config").size() == 11);
+  CHECK(found.at("board_config").size() == 22);
+  CHECK(found.at("actuator_config").at("counts_per_rev").is_number_integer());
+  CHECK(found.at("actuator_config").at("counts_per_rev") == 8192);
+  CHECK(found.at("control_config").at("law") == "calibrated");
+  CHECK(found.at("control_config").at("autonomous") == true);
+  // As the device has it, which keeps single precision.
+  CHECK(found.at("control_config").at("motor_torque_cap_nm").get<double>() ==
+        knob.control_config().motor_torque_cap_nm);
+  CHECK(found.at("control_config").at("brake_torque_cap_nm").is_number_float());
+  CHECK(found.at("board_config").at("current_bandwidth_hz") == 1e5);
+  CHECK(found.at("game_config").at("dial_use") == "wheel");
+}
+
+TEST_CASE("what a text names is set and saved, and the rest stays") {
+  Knob knob = Knob::open("emulated:config-file");
+  knob.update([](ControlConfig& config) { config.beta = 0.25; });
+  load_config(knob, R"( {"control_config" : {"law":"compensated","watchdog_s":2e-1},
+    "board_config": {"confirmed": true, "light_pin": 22, "supply_v": 24},
+    "game_config": {} }
+  )");
+  CHECK(knob.control_config().law == Law::compensated);
+  CHECK(knob.control_config().watchdog_s == doctest::Approx(0.2));
+  CHECK(knob.control_config().beta == 0.25);
+  CHECK(knob.board_config().confirmed);
+  CHECK(knob.board_config().light_pin == 22);
+  CHECK(knob.board_config().supply_v == 24.0);
+  CHECK(knob.health().saves == 1);
+  // What one knob dumps another takes.
+  Knob other = Knob::open("emulated");
+  load_config(other, dump_config(knob));
+  CHECK(dump_config(other) == dump_config(knob));
+}
+
+TEST_CASE("a text that is none, or asks for what there is not, changes nothing") {
+  Knob knob = Knob::open("emulated");
+  const std::string before = dump_config(knob);
+  for (const char* text :
+       {"", "{", "[]", "{} {}", "null", "{\"control_config\": 1}", "{\"control_config\": {}",
+        "{\"control_config\": {\"beta\": }}", "{\"control_config\": {\"beta\": nan}}",
+        "{\"control_config\": {\"beta\": -}}", "{\"control_config\": {\"beta\": 0.5,}}",
+        "{\"control_config\": {\"be\\u0074a\": 0.5}}", "{\"control_config\": {beta: 0.5}}",
+        "{\"control_config\": {\"beta\": null}}", "{\"control_config\": {\"beta\": \"0.5"}) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH_AS(load_config(knob, text), doctest::Contains("this is no text of"),
+                         InvalidArgument);
+  }
+  const auto refused = [&](const char* text, const char* words) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH_AS(load_config(knob, text), doctest::Contains(words), InvalidArgument);
+  };
+  refused(R"({"controll_config": {}})", "there is no configuration 'controll_config'");
+  refused(R"({"control_config": {"bet": 1}})", "control_config has no field 'bet'");
+  refused(R"({"control_config": {"beta": true}})", "beta takes a number");
+  refused(R"({"control_config": {"autonomous": 1}})", "autonomous takes true or false");
+  refused(R"({"control_config": {"law": "papers"}})", "law takes one of paper, compensated");
+  refused(R"({"control_config": {"law": 1}})", "law takes one of");
+  refused(R"({"board_config": {"light_pin": 2.5}})", "light_pin takes a whole number");
+  refused(R"({"actuator_config": {"counts_per_rev": -4}})", "counts_per_rev takes a whole number");
+  refused(R"({"actuator_config": {"counts_per_rev": 1e12}})", "takes a whole number");
+  // The second of two is out of range: the first is taken back.
+  refused(R"({"control_config": {"beta": 0.75}, "board_config": {"supply_v": 100}})", "supply_v");
+  CHECK(dump_config(knob) == before);
+  CHECK(knob.health().saves == 0);
+}
+
+TEST_CASE("nothing is loaded while somebody has the actuator") {
+  Knob knob = Knob::open("emulated");
+  knob.arm();
+  CHECK_THROWS_AS(load_config(knob, R"({"control_config": {"beta": 0.75}})"), Refused);
+  CHECK(knob.control_config().beta == 0.5);
+}

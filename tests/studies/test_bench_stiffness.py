@@ -1,0 +1,22 @@
+"""What the bench of current loops measures, beside what the parts alone say."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tests.bench import bench_stiffness as bench
+
+
+def test_full_step_takes_what_supply_and_winding_need_and_the_period_until_the_voltage_acts() -> (
+    None
+):
+    # The whole of 12 V on 2.5 ohm and 1.5 mH, from 0 to nine tenths of 85 mN m at 0.05 N m/A.
+    amperes = 0.9 * 85e-3 / 0.05
+    winding_s = -1.5e-3 / 2.5 * math.log(1 - amperes * 2.5 / 12)
+    fast = next(loop for loop in bench.LOOPS if loop.electrics == bench.FAST)
+    assert bench.rise_s(fast) == pytest.approx(winding_s + 25e-6, rel=0.02)
+    # A loop that is a lag takes ln 10 of its time.
+    lag = next(loop for loop in bench.LOOPS if loop.motor_time_constant_s == 44e-6)
+    assert bench.rise_s(lag) == pytest.approx(44e-6 * math.log(10), rel=0.1)
