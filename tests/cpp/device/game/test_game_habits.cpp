@@ -178,7 +178,7 @@ TEST_CASE("habit: the negative saturation comes as a signed number, full as 0") 
     options.positive_saturation = positive;
     options.negative_saturation = negative;
     const int block = rig.play_condition(kSpring, options);
-    rig.tick(60);
+    rig.tick(600);  // springs come up in 50 ms
     std::array<double, 2> found{};
     for (double& side : found) {
       const int counts = &side == found.data() ? 10 : -10;
