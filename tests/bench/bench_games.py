@@ -100,11 +100,7 @@ class Bench:
         return time_s + self.offset_s, angle, torque
 
     def _offset_s(self) -> float:
-        """Return when the knob's time was 0.
-
-        It computes a frame's ticks at the frame's beginning, when it has what came before, and
-        then tells its time, which is that of the frame's end.
-        """
+        """Return when the knob's time was 0. It tells its time when a frame ends."""
         assert self.knob.process.stdout is not None
         file = self.knob.process.stdout.fileno()
         found: list[float] = []
@@ -114,7 +110,7 @@ class Bench:
             words = os.read(file, 1 << 16).decode().split()
             if len(words) == 7 and words[0] == "status":
                 found.append(now_s - float(words[1]))
-        return min(found) + FRAME_S
+        return min(found)
 
 
 @contextmanager
@@ -423,8 +419,9 @@ def revival_line(rate_hz: int, updates: int) -> Line:
         lost += back.size == 0
         if back.size:
             delays_ms.append(1e3 * float(time_s[here][back[0]] - begin_s))
-            # The log begins with a frame.
-            ticks.append(int(here.start + back[0]) % frame + 1)
+            # The log begins with a frame. A row is taken as its tick begins, and so shows what the
+            # ticks before it have commanded: arrived with one, it is at the motor by the next.
+            ticks.append(int(here.start + back[0]) % frame)
     return {
         "what": "revival",
         "p99_ms": round(float(np.percentile(delays_ms, 99)), 2),
@@ -438,7 +435,8 @@ def revival_line(rate_hz: int, updates: int) -> Line:
 def older_line(rate_hz: int, updates: int) -> Line:
     """Change an effect that is not the last one made."""
     levels = (8_000, 16_000, 24_000)
-    with bench(rate_hz) as running:
+    # Each value by itself, without the line that leads to it for a frame.
+    with bench(rate_hz, join_updates=False) as running:
         pad = running.pad
         number = pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(levels[0])))
         pad.play(number)

@@ -49,6 +49,20 @@ std::uint32_t phase_per_tick(std::uint16_t period_ms, std::uint32_t period_ns) {
   return static_cast<std::uint32_t>(((std::uint64_t{period_ns} << 32) + wave_ns / 2) / wave_ns);
 }
 
+/// Linux 7.2 and 7.3 take the negative saturation for a signed number. Of 0 to 0xFFFF what is above
+/// the half comes folded down, so that full comes as 0: a spring that pushes to one side only. What
+/// is exactly the fold of the positive saturation means the same as that one.
+std::uint16_t negative_saturation(const Block& block) {
+  const std::uint16_t positive = block.condition.positive_saturation;
+  const std::uint16_t negative = block.condition.negative_saturation;
+  if (!block.may_be_folded) return negative;
+  // Two numbers of the program come as the same level.
+  for (const int asked : {2 * positive + 1, 2 * positive + 2}) {
+    if (negative == (asked <= kFull ? asked : 2 * kFull + 1 - asked)) return positive;
+  }
+  return negative;
+}
+
 void prepare_condition(const Block& block, const GameScale& scale, PreparedEffect& effect) {
   const SetCondition& set = block.condition;
   float full = scale.half_range_rad;
@@ -83,7 +97,7 @@ void prepare_condition(const Block& block, const GameScale& scale, PreparedEffec
   condition.positive_gain = coefficient(set.positive_coefficient) * gain;
   condition.negative_gain = coefficient(set.negative_coefficient) * gain;
   condition.positive_limit_nm = level(set.positive_saturation) * scale.torque_nm;
-  condition.negative_limit_nm = level(set.negative_saturation) * scale.torque_nm;
+  condition.negative_limit_nm = level(negative_saturation(block)) * scale.torque_nm;
   if (effect.metric != Metric::slip) return;
 
   // Dry friction holds its torque at any speed; the coefficient is a share of the full torque.

@@ -20,7 +20,8 @@ struct Block {
   SetConstant constant;
   SetRamp ramp;
   bool has_envelope = false;
-  bool dirty = false;  // the interrupt does not know yet
+  bool may_be_folded = false;  // its negative saturation; see effect_block.cpp
+  bool dirty = false;          // the interrupt does not know yet
   ForceOrder::Play play = ForceOrder::Play::as_it_is;
   std::uint8_t loops = 1;
   std::uint64_t triggered_tick = 0;

@@ -12,6 +12,8 @@ namespace {
 constexpr std::uint16_t kBlockBytes = 64;
 // State reports, while something plays, in the time after which nobody is there to fetch them.
 constexpr std::uint64_t kHeartbeats = 5;
+// How Linux from 6.15 on begins, and nobody else: reset, reset, stop all, enable actuators.
+constexpr std::uint32_t kLinuxBegins = 0x04'04'03'01;
 
 // Lets what waits for the interrupt go on waiting, but not what would start or bring back.
 constexpr ForceOrder::Play without_start(ForceOrder::Play play) {
@@ -69,6 +71,7 @@ void PidEngine::receive(std::span<const std::uint8_t> report) {
   if (report.empty()) return;
   heard_ = true;
   ++updates_;
+  if (report[0] != PidLayout<DeviceControl>::id) controls_ = 0;
   const auto of_type = [](EffectType type) {
     return [type](const Block& block, const auto&) { return block.type == type; };
   };
@@ -162,6 +165,7 @@ void PidEngine::create(EffectType type) {
     touch(block);
     block.play = play;
     block.effect.gain = kFull;
+    block.may_be_folded = host_folds_;
     block_load_.block = static_cast<std::uint8_t>(i + 1);
     block_load_.status = static_cast<std::uint8_t>(LoadStatus::success);
     return;
@@ -210,6 +214,9 @@ void PidEngine::stop_all() {
 }
 
 void PidEngine::control(Control control) {
+  controls_ = controls_ << 8 | static_cast<std::uint32_t>(control);
+  if (control == Control::reset) host_folds_ = false;
+  if (controls_ == kLinuxBegins) host_folds_ = true;
   switch (control) {
     case Control::none:
       return;

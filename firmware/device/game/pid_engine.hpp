@@ -93,6 +93,9 @@ class PidEngine {
   std::array<Block, kBlocks> blocks_;
   BlockLoad block_load_;
 
+  std::uint32_t controls_ = 0;  // the last four device controls with no other report between them
+  bool host_folds_ = false;     // the negative saturation, maybe; see effect_block.cpp
+
   float gain_ = 1;
   bool paused_ = false;
   bool enabled_ = true;

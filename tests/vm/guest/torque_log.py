@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import torsio
-from tests.vm.guest.virtual_bus import VirtualBus, VirtualKnob, wait_for
+from tests.vm.guest.virtual_bus import Cable, VirtualBus, VirtualKnob, plain_cable, wait_for
 
 FULL_NM = 0.06  # what a full level gives here
 QUIET = 1e-4  # shares of full below this are none
@@ -28,11 +28,16 @@ def set_up(knob: VirtualKnob, **game: Any) -> None:
 
 
 def plug(
-    bus: VirtualBus, folder: Path, *, rate_hz: int = 1000, **game: Any
+    bus: VirtualBus,
+    folder: Path,
+    *,
+    rate_hz: int = 1000,
+    cable: Cable = plain_cable,
+    **game: Any,
 ) -> tuple[VirtualKnob, Path]:
     """Plug such a knob in, and return it with the file that it writes what it gives to."""
     log = folder / "log"
-    knob = bus.plug(rate_hz=rate_hz, options=["--status", "--log", str(log)])
+    knob = bus.plug(rate_hz=rate_hz, options=["--status", "--log", str(log)], cable=cable)
     set_up(knob, **game)
     return knob, log
 

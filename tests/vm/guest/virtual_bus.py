@@ -27,7 +27,7 @@ _T = TypeVar("_T")
 Cable = Callable[[socket.socket], socket.socket]
 
 
-def _plain_cable(connection: socket.socket) -> socket.socket:
+def plain_cable(connection: socket.socket) -> socket.socket:
     return connection
 
 
@@ -114,7 +114,7 @@ class VirtualKnob:
         found = wait_for("a hidraw device", lambda: list(self.interface.glob("*/hidraw/hidraw*")))
         return wait_for("a device file", lambda: _existing(Path("/dev") / found[0].name))
 
-    def plug(self, *, wait: bool = True, cable: Cable = _plain_cable) -> None:
+    def plug(self, *, wait: bool = True, cable: Cable = plain_cable) -> None:
         """Plug it in; return when the kernel has got to know it, or at once.
 
         A cable makes of the connection to the knob the one that the kernel gets.
@@ -207,7 +207,7 @@ class VirtualBus:
         hand: str = "pushes",
         options: Sequence[str] = (),
         wait: bool = True,
-        cable: Cable = _plain_cable,
+        cable: Cable = plain_cable,
     ) -> VirtualKnob:
         """Start a knob and plug it in."""
         knob = VirtualKnob(serial, rate_hz, hand, options)

@@ -1,7 +1,10 @@
 // What games and drivers do that the standard does not foresee, each with where it was seen,
 // against what must be felt. "hid-pidff" is Linux's drivers/hid/usbhid/hid-pidff.c.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "device/game/game_rig.hpp"
 
@@ -160,6 +163,57 @@ TEST_CASE("habit: reset twice, stop all, actuators on, whenever no effect is lef
     rig.tick(60);
     CHECK(share(rig) == 0.0);
   }
+}
+
+TEST_CASE("habit: the negative saturation comes as a signed number, full as 0") {
+  // hid-pidff of Linux 7.2 and 7.3, pidff_set_condition_report: right_saturation goes through
+  // pidff_set, left_saturation through pidff_set_signed, both are 16 bits without sign.
+  const auto right = [](std::int64_t asked) { return static_cast<int>(asked * 32767 / 0xFFFF); };
+  const auto left = [](std::uint16_t asked) {
+    const std::int64_t number = static_cast<std::int16_t>(asked);
+    return static_cast<int>(number < 0 ? -number * 32767 / 0x8000 : number * 32767 / 0x7FFF);
+  };
+  const auto sides = [](GameRig& rig, int positive, int negative) {
+    GameRig::ConditionOptions options;
+    options.positive_saturation = positive;
+    options.negative_saturation = negative;
+    const int block = rig.play_condition(kSpring, options);
+    rig.tick(600);  // springs come up in 50 ms
+    std::array<double, 2> found{};
+    for (double& side : found) {
+      const int counts = &side == found.data() ? 10 : -10;
+      rig.turn(counts, 300);
+      side = share(rig) * 32767;
+      rig.turn(-counts, 300);
+    }
+    rig.free(block);
+    rig.tick(60);
+    return found;
+  };
+  const auto change = [](protocol::GameConfig& config) { config.range_deg = 90; };
+  GameRig linux_7(100'000);
+  linux_7.configure(change);
+  for (const int asked : {0, 1, 2, 600, 0x3FFF, 0x7FFE, 0x7FFF, 0x8000, 0x8001, 0xC000, 0xFFFF}) {
+    for (const int what : {4, 4, 3, 1}) linux_7.control(what);
+    const int meant = right(asked);
+    const auto [plus, minus] = sides(linux_7, meant, left(static_cast<std::uint16_t>(asked)));
+    CHECK(std::abs(plus + meant) < 1);
+    CHECK(std::abs(minus - meant) < 1);
+  }
+  // Two sides that differ are as they come, and so is everything of other hosts.
+  for (const int what : {4, 4, 3, 1}) linux_7.control(what);
+  CHECK(std::abs(sides(linux_7, 32767, 8000)[1] - 8000) < 1);
+  GameRig other(100'000);
+  other.configure(change);
+  for (const std::vector<int>& begin :
+       {std::vector<int>{}, {4}, {4, 4}, {4, 4, 3}, {4, 3, 1}, {4, 4, 3, 1, 4}}) {
+    for (const int what : begin) other.control(what);
+    CHECK(std::abs(sides(other, 32767, 0)[1]) < 1);
+  }
+  for (const int what : {4, 4}) other.control(what);
+  other.gain(32767);
+  for (const int what : {3, 1}) other.control(what);
+  CHECK(std::abs(sides(other, 32767, 0)[1]) < 1);
 }
 
 TEST_CASE("habit: the device gain is set before the first effect is made") {

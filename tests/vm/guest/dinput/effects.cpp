@@ -3,8 +3,8 @@
 //     NAME KIND LENGTH_MS GAIN DIRECTION NUMBER...
 //
 // GAIN of 10000, DIRECTION 1 or -1 along X; what the numbers are depends on KIND, see below. Says
-// "played NAME" or what DirectInput has refused. Runs under Wine in the guests; see
-// test_game_wine.py.
+// "played NAME" or what DirectInput has refused. Releases an effect when it is over, unless started
+// with "keep". Runs under Wine in the guests; see test_game_wine.py.
 #define DIRECTINPUT_VERSION 0x0800
 #define INITGUID
 #include <dinput.h>
@@ -23,6 +23,7 @@ constexpr DWORD kPauseMs = 250;
 
 IDirectInput8W* input = nullptr;
 IDirectInputDevice8W* knob = nullptr;
+bool keeps = false;
 
 [[noreturn]] void fail(const char* what, HRESULT result) {
   std::printf("failed %s 0x%08lx\n", what, static_cast<unsigned long>(result));
@@ -108,14 +109,15 @@ void play(const std::string& line) {
   require("CreateEffect", knob->CreateEffect(*kind.guid, &effect, &made, nullptr));
   require("Start", made->Start(1, 0));
   Sleep(length_ms + kPauseMs);
-  made->Release();
+  if (!keeps) made->Release();
   std::printf("played %s\n", name.c_str());
   std::fflush(stdout);
 }
 
 }  // namespace
 
-int main() {
+int main(int count, char** words) {
+  keeps = count > 1 && std::string(words[1]) == "keep";
   const HINSTANCE program = GetModuleHandleW(nullptr);
   const HWND window = CreateWindowExW(0, L"Message", nullptr, 0, 0, 0, 0, 0, HWND_MESSAGE, nullptr,
                                       program, nullptr);
