@@ -44,7 +44,7 @@ typedef struct torsio_knob torsio_knob;            ///< an open knob
 typedef struct torsio_scene torsio_scene;          ///< effects that play together
 typedef struct torsio_recording torsio_recording;  ///< samples of a span of time
 typedef struct torsio_steps torsio_steps;          ///< steps at equal distances of time
-typedef struct torsio_watch torsio_watch;          ///< a look-out for knobs plugged in and pulled out
+typedef struct torsio_watch torsio_watch;  ///< a look-out for knobs plugged in and pulled out
 
 #ifdef __cplusplus
 }
