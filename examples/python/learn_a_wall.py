@@ -44,7 +44,7 @@ def earn(env: KnobVectorEnv, policies: np.ndarray, seed: int | None = None) -> n
         actions = np.clip(weighed @ policies, -1.0, 1.0).reshape(n * WALLS, 2)
         seen, reward, _, truncated, _ = env.step(actions)
         total += reward
-        ended = truncated.all()  # all at once
+        ended = bool(truncated.all())  # all at once
     earned: np.ndarray = total.reshape(n, WALLS).mean(axis=1)
     return earned
 
