@@ -1,7 +1,7 @@
-# Provides the imported target hidapi::hidraw, from hidapi's own CMake package where there is one
-# and from pkg-config elsewhere (Debian's and Ubuntu's packages ship only the latter). Either gives the
-# folder of hidapi.h itself, so <hidapi.h> is what is included. A project around this one links to the
-# target too, so it is visible everywhere.
+# Provides the target hidapi::hidraw, which stands for each system's own backend, from hidapi's own
+# CMake package where there is one and from pkg-config elsewhere (Debian's and Ubuntu's packages ship
+# only the latter). Either gives the folder of hidapi.h itself, so <hidapi.h> is what is included. A
+# project around this one links to the target too, so it is visible everywhere.
 # TORSIO_HIDAPI_SOURCE, a folder of hidapi's own sources, has them compiled in instead: for what is
 # handed out as one file.
 # Also installed, and used by torsioConfig.cmake.
@@ -32,9 +32,11 @@ endif()
 if(NOT TARGET hidapi::hidraw)
   find_package(hidapi CONFIG QUIET GLOBAL)
 endif()
-if(APPLE AND TARGET hidapi::darwin AND NOT TARGET hidapi::hidraw)
-  add_library(hidapi::hidraw ALIAS hidapi::darwin)
-endif()
+foreach(backend winapi darwin)  # as hidapi calls that of Windows and that of macOS
+  if(TARGET hidapi::${backend} AND NOT TARGET hidapi::hidraw)
+    add_library(hidapi::hidraw ALIAS hidapi::${backend})
+  endif()
+endforeach()
 if(NOT TARGET hidapi::hidraw)
   find_package(PkgConfig QUIET)
   if(PkgConfig_FOUND)
@@ -43,7 +45,8 @@ if(NOT TARGET hidapi::hidraw)
   if(NOT TARGET PkgConfig::TORSIO_HIDAPI)
     message(FATAL_ERROR
       "torsio needs hidapi (hidraw) and found neither its CMake package nor its pkg-config file.\n"
-      "On Debian and Ubuntu: apt-get install libhidapi-dev pkg-config")
+      "On Debian and Ubuntu: apt-get install libhidapi-dev pkg-config. Elsewhere name the folder that "
+      "it was installed to, in CMAKE_PREFIX_PATH, or that of its sources, in TORSIO_HIDAPI_SOURCE")
   endif()
   add_library(hidapi::hidraw INTERFACE IMPORTED GLOBAL)
   target_link_libraries(hidapi::hidraw INTERFACE PkgConfig::TORSIO_HIDAPI)

@@ -102,3 +102,49 @@ def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
     assert "CMAKE_BUILD_TYPE:STRING=\n" in cache
     _run("cmake", "--install", build, "--prefix", prefix)
     assert not _installed(prefix)
+
+
+# What hidapi's own CMake installs, as far as it matters here; the name of the target is its
+# backend's.
+HIDAPI_PACKAGE = """
+add_library(hidapi::include INTERFACE IMPORTED)
+set_target_properties(hidapi::include PROPERTIES
+  INTERFACE_INCLUDE_DIRECTORIES "${{CMAKE_CURRENT_LIST_DIR}}/../../../include/hidapi")
+add_library(hidapi::{0} INTERFACE IMPORTED)
+set_target_properties(hidapi::{0} PROPERTIES INTERFACE_LINK_LIBRARIES hidapi::include)
+"""
+HIDAPI_PKG_CONFIG = """
+Name: hidapi-hidraw
+Description: stands for hidapi
+Version: 0.14.0
+Cflags: -I${pcfiledir}/../../include/hidapi
+"""
+HIDAPI_USER = f"""
+cmake_minimum_required(VERSION 3.25)
+project(user LANGUAGES C)
+include("{TREE}/cmake/TorsioHidapi.cmake")
+add_executable(user user.c)
+target_link_libraries(user PRIVATE hidapi::hidraw)
+"""
+
+
+@pytest.mark.parametrize("kind", ["hidraw", "winapi", "darwin", "pkg-config"])
+def test_hidapi_is_found_in_a_prefix(tmp_path: Path, kind: str) -> None:
+    prefix, source = tmp_path / "prefix", tmp_path / "source"
+    files = {
+        prefix / "include/hidapi/hidapi.h": '#define WHICH "that of the prefix"\n',
+        source / "CMakeLists.txt": HIDAPI_USER,
+        source / "user.c": "#include <hidapi.h>\n#include <stdio.h>\n"
+        "int main(void) { return puts(WHICH) < 0; }\n",
+    }
+    if kind == "pkg-config":
+        files[prefix / "lib/pkgconfig/hidapi-hidraw.pc"] = HIDAPI_PKG_CONFIG
+    else:
+        files[prefix / "lib/cmake/hidapi/hidapi-config.cmake"] = HIDAPI_PACKAGE.format(kind)
+    for path, text in files.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    build = tmp_path / "build"
+    _run("cmake", "-S", source, "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={prefix}")
+    _run("cmake", "--build", build)
+    assert _run(build / "user") == "that of the prefix\n"

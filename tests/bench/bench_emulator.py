@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 TREE = Path(__file__).parents[2]
-GOAL_REALTIME_FACTOR = 500  # of the whole device at 10 kHz
+GOAL_REALTIME_FACTOR = 2000  # of the whole device at 10 kHz
 
 
 def measure(program: Path, seconds: float, repeats: int) -> list[dict[str, Any]]:

@@ -102,6 +102,36 @@ def test_compiler_lays_out_structures_as_the_second_reader_does(tmp_path: Path) 
     assert [int(word) for word in run(tmp_path / "sizes").split()] == expected
 
 
+WITHOUT = {
+    "Emulator.game",  # for the tests of drivers, in C++ and Python
+    "Emulator.inputs",  # for recordings, which are Python's
+    "Knob.tap",  # the same, and for pages that look on
+    "Knob.feature",  # the same
+}
+
+
+def test_guide_names_what_c_does_not_have() -> None:
+    """Functions, options, and what only they give or take."""
+    text = (TREE / "docs/c.md").read_text(encoding="utf-8")
+    _, _, section = text.partition("## What C does not have\n")
+    rows = re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)
+    told = {name for row in rows for name in re.findall(r"`(\S+)`", row)}
+    functions = {name for name in SDK.functions if f"torsio_{name}" not in HEADER.functions}
+    options = {
+        f"{name}::{field}"
+        for name, fields in {
+            "EmulatorOptions": HEADER.structures["torsio_emulator_options"]._fields_,
+            "OpenOptions": HEADER.structures["torsio_open_options"]._fields_,
+            "WatchOptions": [("include_present",)],  # the parameter of torsio_watch_new
+        }.items()
+        for field in SDK.scopes[name].members - {known for known, *_ in fields}
+    }
+    types = {"FeedbackHand", "Transport", "ReportTap", "LoggedReport", "DeviceInput", "GamePort"}
+    members = {name.replace(".", "::") for name in WITHOUT}
+    assert told == functions | options | types | members
+    assert types <= set(SDK.scopes)
+
+
 def test_all_members_of_the_cpp_classes_have_a_twin() -> None:
     """Where the languages differ on purpose, a table says what C has instead."""
     instead = {
@@ -116,17 +146,11 @@ def test_all_members_of_the_cpp_classes_have_a_twin() -> None:
         "DeviceWatch.stop": "torsio_watch_free",
         "DeviceWatch.is_stopped": "torsio_watch_next",
     }
-    without = {
-        "Emulator.game",  # for the tests of drivers, in C++ and Python
-        "Emulator.inputs",  # for recordings, which are Python's
-        "Knob.tap",  # the same, and for pages that look on
-        "Knob.feature",  # the same
-    }
     prefixes = {"Knob": "torsio_knob", "Emulator": "torsio_emulator", "DeviceWatch": "torsio_watch"}
     for name, start in prefixes.items():
         for member in SDK.scopes[name].functions:
             own = f"{name}.{member}"
-            if own not in without and own not in instead:
+            if own not in WITHOUT and own not in instead:
                 assert f"{start}_{member}" in HEADER.functions, own
     assert set(instead.values()) <= set(HEADER.functions)
 

@@ -61,6 +61,38 @@ def test_episodes_end_by_truncation_and_begin_with_the_next_step() -> None:
     assert not truncations.any()
 
 
+@pytest.mark.parametrize("redraw", [False, True])
+def test_next_episode_has_other_knobs_only_if_they_are_redrawn(redraw: bool) -> None:
+    def kept(env: KnobVectorEnv) -> list[bytes]:
+        """Give what the knobs of three episodes are, and the whole course of each."""
+        seen, _ = env.reset(seed=4)
+        told = []
+        for _ in range(3):
+            told.append(env.task.hidden["octave"].tobytes() + seen.tobytes())
+            for _ in range(env.task.steps):
+                seen, *_ = env.step(np.full((5, 2), 0.7, np.float32))
+                told[-1] += seen.tobytes()
+            seen, *_ = env.step(np.zeros((5, 2), np.float32))
+        return told
+
+    first, again = (kept(KnobVectorEnv(IdentifyShaft(), 5, redraw=redraw)) for _ in range(2))
+    assert first == again
+    assert len(set(first)) == (3 if redraw else 1)
+
+
+def test_gymnasiums_own_wrapper_counts_episodes_and_what_they_earn() -> None:
+    env = KnobVectorEnv(IdentifyShaft(), 4)
+    earned = episode(env, lambda seen: np.full((4, 2), 0.5))
+    wrapped = gymnasium.wrappers.vector.RecordEpisodeStatistics(KnobVectorEnv(IdentifyShaft(), 4))
+    wrapped.reset(seed=0)
+    # The step after the last one begins the second episode, which is a whole one too.
+    for _ in range(2 * env.task.steps + 1):
+        *_, info = wrapped.step(np.full((4, 2), 0.5))
+    assert wrapped.episode_count == 8
+    assert info["episode"]["l"].tolist() == [env.task.steps] * 4
+    assert info["episode"]["r"] == pytest.approx(earned, abs=1e-5)
+
+
 def test_step_before_reset_says_so() -> None:
     with pytest.raises(gymnasium.error.ResetNeeded):
         KnobVectorEnv(RenderWall(), 2).step(np.zeros((2, 2), np.float32))
