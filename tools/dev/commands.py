@@ -35,6 +35,8 @@ MADE = (
     *("studio/node_modules", "tests/board/node_modules"),
     *(".hypothesis", ".mypy_cache", ".pytest_cache", ".ruff_cache"),
 )
+# Tests wait about as long as they compute: for machines, browsers, knobs that keep to the clock.
+WORKERS = 2 * (os.cpu_count() or 1)
 # Starting a second browser takes as long as all other tests of the page.
 FIREFOX_TEST = "tests/studio/test_firefox.py"
 _VENDOR, _PRODUCT = usb_ids.ids()
@@ -124,7 +126,7 @@ def test(arguments: Sequence[str]) -> int:
         if only_games:
             building.build_windows_games()
     say("running the tests")
-    become(*without_aslr(PYTHON, "-m", "pytest", "-n", "2", *arguments))
+    become(*without_aslr(PYTHON, "-m", "pytest", "-n", str(WORKERS), *arguments))
 
 
 def check(arguments: Sequence[str]) -> int:
