@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import subprocess
 import sys
 from concurrent.futures import Future
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tools import apt
+from tools import apt, windows
 from tools.dev import building, cli, commands, environment, fresh, packages, running
 from tools.dev.requirements import requirements
 
@@ -23,6 +24,46 @@ def test_commands_are_those_that_the_help_tells() -> None:
         line.split()[0] for line in text.splitlines() if line.startswith("  ") and line[2] != " "
     ]
     assert set(told) == {"help", *cli.COMMANDS}
+
+
+def _named(text: str) -> set[str]:
+    """Return the commands that a text names and that are not there, with what they are given."""
+    named = re.findall(r"\./dev ([a-z]+)(?: ([a-z]+))?", text)
+    given = {
+        "bench": commands.benchmarks(),
+        "build": [*building.PRESETS, "python"],
+        "windows": [*windows.LAYERS],
+    }
+    return {
+        f"{name} {word}".strip()
+        for name, word in named
+        if name not in ("help", *cli.COMMANDS) or (word and word not in given.get(name, [word]))
+    }
+
+
+def test_commands_that_the_documents_name_are_there() -> None:
+    documents = [*TREE.glob("*.md"), *(TREE / "docs").rglob("*.md")]
+    assert len(documents) > 15
+    for document in documents:
+        # A sentence may go on behind a command, but not within its quotes.
+        text = document.read_text(encoding="utf-8")
+        quoted = re.findall(r"`(\./dev [^`]*)`", text) + re.findall(r"^ {4}(\./dev .*)", text, re.M)
+        assert _named("\n".join(quoted)) == set(), document.name
+    assert _named("./dev windoze") == {"windoze"}
+    assert _named("./dev bench nothing") == {"bench nothing"}
+
+
+def test_platform_table_names_a_command_for_all_that_is_not_tested_at_every_change() -> None:
+    text = (TREE / "README.md").read_text(encoding="utf-8")
+    _, _, section = text.partition("## On which systems\n")
+    rows = [line.strip("| ").split(" | ") for line in section.splitlines() if line[:2] == "| "]
+    assert [len(row) for row in rows] == [
+        len(rows[0]) + (number > 0) for number in range(len(rows))
+    ]
+    where = ("every change", "./dev ", "by hand", "docs/usb.md#windows-and-macos")
+    for name, *cells in rows[1:]:
+        for cell in cells:
+            assert cell == "-" or any(words in cell for words in where), name
 
 
 def test_commands_need_nothing_but_the_standard_library() -> None:

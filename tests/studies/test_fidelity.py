@@ -76,6 +76,19 @@ def test_study_fidelity_sets_every_method_beside_the_truth(tmp_path: Path) -> No
                 assert row["error"] < 1e-8
             if row["method"] in ("regularised", "mujoco_default"):
                 assert row["error"] > 1e-3
+    loops = {(row["parts"], row["control_rate_hz"]): row for row in results["closed_loop"]}
+    assert loops["all", 20_000]["error"] == 0.0  # what the others are held against
+    assert loops["all", 1_000]["error_rms"] > loops["all", 10_000]["error_rms"] > 0.0
+    for parts in ("without hardening", "without hysteresis", "without belt", "without cogging"):
+        assert loops[parts, 20_000]["error"] > 1e-3, parts
+    assert loops["none", 20_000]["error"] > 1e-2
+    first, *others = results["played"]
+    assert first["method"] == "torsio.batch"
+    assert first["error"] < 1e-8
+    assert [row["method"] for row in others] == ["mujoco.rollout"] * len(others)
+    assert [row["error"] for row in others] == sorted((r["error"] for r in others), reverse=True)
+    assert others[-1]["error"] < 0.05
+    assert all(row["knobs_in_real_time"] > 0 for row in (*loops.values(), *results["played"]))
     for summary in results["summary"]:
         assert summary["target_error"] == 1e-3
         assert summary["exact"]["error"] <= 1e-3

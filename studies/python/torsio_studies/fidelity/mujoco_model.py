@@ -153,7 +153,15 @@ def _hand_force(hand: HandTorque, times_s: Array) -> Array:
 
 
 class Simulation:
-    """One run in MuJoCo, ready to be made again and again."""
+    """One run in MuJoCo, ready to be made again and again.
+
+    Attributes
+    ----------
+    model
+        MuJoCo's own.
+    torque_nm
+        Of hand and motor on the knob, for each of MuJoCo's steps.
+    """
 
     def __init__(
         self,
@@ -176,27 +184,27 @@ class Simulation:
         mujoco = _mujoco()
         self._mujoco = mujoco
         self._steps = round(period_s / step_s)
-        self._model = mujoco.MjModel.from_xml_string(_xml(plant, hand, step_s, settings))
-        self._data = mujoco.MjData(self._model)
+        self.model = mujoco.MjModel.from_xml_string(_xml(plant, hand, step_s, settings))
+        self._data = mujoco.MjData(self.model)
         self._step = _step_address(mujoco)
         middle = (np.arange(len(motor_nm) * self._steps) + 0.5) * step_s
-        self._torque = _lagged(motor_nm, plant.motor_time_constant_s, self._steps, step_s)
-        self._torque += _hand_force(hand, middle.astype(np.float64))
+        self.torque_nm = _lagged(motor_nm, plant.motor_time_constant_s, self._steps, step_s)
+        self.torque_nm += _hand_force(hand, middle.astype(np.float64))
         self._friction = _lagged(brake_nm, plant.brake_time_constant_s, self._steps, step_s)
         self._friction += plant.brake_drag_nm
 
     def run(self) -> tuple[Array, float]:
         """Give angles of knob and brake at the periods' ends, shape (n, 2), and the CPU time."""
-        self._mujoco.mj_resetData(self._model, self._data)
+        self._mujoco.mj_resetData(self.model, self._data)
         begin = time.thread_time()
         angles = _studies.drive_foreign(
             step=self._step,
-            model=self._model._address,
+            model=self.model._address,
             data=self._data._address,
             torque=self._data.qfrc_applied.ctypes.data,
-            friction=self._model.dof_frictionloss.ctypes.data + 8,  # of the second joint
+            friction=self.model.dof_frictionloss.ctypes.data + 8,  # of the second joint
             angles=self._data.qpos.ctypes.data,
-            torque_nm=self._torque,
+            torque_nm=self.torque_nm,
             friction_nm=self._friction,
             steps_per_row=self._steps,
         )

@@ -28,6 +28,7 @@ from torsio.hands import Hand, ImpedanceHand, TorqueHand
 from torsio.plant import PlantParams
 from torsio.scenes import Wall
 from torsio_studies.common import Results, Study
+from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.figure import draw
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation, mujoco_version
 from torsio_studies.fidelity.truth import hand_torque, simulate_truth
@@ -165,6 +166,20 @@ def _own_rows(scenario: Scenario, steps_us: tuple[int, ...]) -> Iterator[dict[st
         yield _row(scenario, method, step_us / 1e6, angles, cpu_s)
 
 
+def _candidates(quick: bool) -> list[Settings]:
+    integrators = ["Euler", "implicitfast", "implicit", "RK4"]
+    solvers = [("Newton", 100), ("Newton", 3), ("CG", 100), ("PGS", 100)]
+    impedances = [0.95, 0.99, 0.999, 0.9999, 0.99999]
+    if quick:
+        integrators, solvers, impedances = ["Euler", "RK4"], [("Newton", 100)], [0.9999]
+    return [
+        Settings(integrator, solref, impedance, solver, iterations)
+        for integrator, solref, impedance, (solver, iterations) in itertools.product(
+            integrators, (2.0, 5.0, 20.0), impedances, solvers
+        )
+    ]
+
+
 class _MuJoCo:
     """All that is done with MuJoCo in one scenario."""
 
@@ -191,26 +206,13 @@ class _MuJoCo:
         name = "mujoco_default" if settings.is_default else "mujoco"
         return _row(self._scenario, name, step_us / 1e6, angles, cpu_s, settings=settings.as_text())
 
-    def candidates(self, quick: bool) -> list[Any]:
-        integrators = ["Euler", "implicitfast", "implicit", "RK4"]
-        solvers = [("Newton", 100), ("Newton", 3), ("CG", 100), ("PGS", 100)]
-        impedances = [0.95, 0.99, 0.999, 0.9999, 0.99999]
-        if quick:
-            integrators, solvers, impedances = ["Euler", "RK4"], [("Newton", 100)], [0.9999]
-        return [
-            Settings(integrator, solref, impedance, solver, iterations)
-            for integrator, solref, impedance, (solver, iterations) in itertools.product(
-                integrators, (2.0, 5.0, 20.0), impedances, solvers
-            )
-        ]
-
     def rows(self, study: Study, steps_us: tuple[int, ...]) -> Iterator[dict[str, Any]]:
         """Search at one step, then take the best settings of the search to every step."""
         label = f"scenario {self._scenario.number}: MuJoCo"
         search_us = 200 if study.quick else 100
         tried = [
             (self.row(settings, search_us, repeat=False), settings)
-            for settings in study.track(self.candidates(study.quick), f"{label}, search")
+            for settings in study.track(_candidates(study.quick), f"{label}, search")
         ]
         # The best of each integrator goes on: which one wins depends on the step.
         finalists: dict[str, Any] = {}
@@ -263,7 +265,7 @@ def _summary(scenario: Scenario, rows: list[dict[str, Any]], mujoco: _MuJoCo) ->
     # Once more, both warm and in turns for equally long, so that what else the machine does meets
     # both alike; the best turn of each counts.
     step_us = round(1e6 * other["step_s"])
-    settings = next(one for one in mujoco.candidates(False) if one.as_text() == other["settings"])
+    settings = next(one for one in _candidates(False) if one.as_text() == other["settings"])
     simulation = mujoco.simulation(settings, step_us)
     plant = Plant(hand=scenario.hand, step_ns=round(1e9 * exact["step_s"]))
     _, other_once_s = simulation.run()
@@ -296,9 +298,24 @@ def run(study: Study) -> Results:
         mujoco = _MuJoCo(scenario)
         rows += mujoco.rows(study, mujoco_steps_us)
         summaries.append(_summary(scenario, rows, mujoco))
+    together = _together(study, summaries[0])
     with study.figure("pareto", size=(13.5, 7.0)) as figure:
         draw(figure, rows, summaries)
-    return {"mujoco": version, "rows": rows, "summary": summaries}
+    return {"mujoco": version, "rows": rows, "summary": summaries, **together}
+
+
+def _together(study: Study, summary: dict[str, Any]) -> Results:
+    """Many knobs at once, with the hand of scenario 2 and MuJoCo's best settings there."""
+    _, hand, duration_s = _hands(study.quick)[2]
+    assert isinstance(hand, ImpedanceHand)
+    known = {one.as_text(): one for one in _candidates(False)}
+    best = str((summary["mujoco"] or {}).get("settings"))
+    settings = known.get(best, Settings("Euler", 2.0, 0.9999))
+    knobs = 16 if study.quick else 256
+    steps_us = batch.QUICK_MUJOCO_STEPS_US if study.quick else batch.MUJOCO_STEPS_US
+    closed = batch.closed_loop_rows(hand, duration_s, knobs=max(2, knobs // 16))
+    played = batch.played_rows(hand, duration_s, settings, knobs=knobs, steps_us=steps_us)
+    return {"closed_loop": closed, "played": played}
 
 
 def show(results: Results, console: Console) -> None:
@@ -319,6 +336,7 @@ def show(results: Results, console: Console) -> None:
                 f"{row['error']:.1e}",
                 f"{summary[f'{key}_realtime_factor']:,.0f}",
             )
+    _show_together(results, console)
     console.print(f"\nFastest at an error of at most {TARGET_ERROR:g}, on one core:")
     console.print(table, highlight=False)
     for summary in results["summary"]:
@@ -328,3 +346,31 @@ def show(results: Results, console: Console) -> None:
                 f"{summary['ratio']:,.0f} times as fast as MuJoCo.",
                 highlight=False,
             )
+
+
+def _show_together(results: Results, console: Console) -> None:
+    loops = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("parts", "control rate", "error", "RMS", "knobs in real time"):
+        loops.add_column(column, justify="left" if column == "parts" else "right")
+    for row in results["closed_loop"]:
+        loops.add_row(
+            row["parts"],
+            f"{row['control_rate_hz'] / 1e3:g} kHz",
+            f"{row['error']:.1e}",
+            f"{row['error_rms']:.1e}",
+            f"{row['knobs_in_real_time']:,.0f}",
+        )
+    console.print("\nMany knobs in closed loop, on one core; the error is of what is felt:")
+    console.print(loops, highlight=False)
+    played = Table(box=None, pad_edge=False, header_style="bold")
+    for column in ("commands played by", "step", "error", "knobs in real time"):
+        played.add_column(column, justify="left" if column == "commands played by" else "right")
+    for row in results["played"]:
+        played.add_row(
+            row["method"],
+            f"{1e6 * row['step_s']:.0f} µs",
+            f"{row['error']:.1e}",
+            f"{row['knobs_in_real_time']:,.0f}",
+        )
+    console.print()
+    console.print(played, highlight=False)
