@@ -17,6 +17,11 @@
 
 namespace torsio::bindings {
 
+/// A value as messages show it: short, in one line, whatever it is.
+inline std::string shown(const pybind11::handle& value) {
+  return pybind11::module_::import("torsio.checks").attr("show")(value).cast<std::string>();
+}
+
 class Attributes {
  public:
   /// @param wanted the class that it should be of, for the message if it is not
@@ -32,7 +37,7 @@ class Attributes {
     if (value != nullptr) return pybind11::reinterpret_steal<pybind11::object>(value);
     if (PyErr_ExceptionMatches(PyExc_AttributeError) == 0) throw pybind11::error_already_set();
     PyErr_Clear();
-    throw pybind11::type_error(repr(source_) + " is no " + std::string(wanted_) + ": it has no " +
+    throw pybind11::type_error(shown(source_) + " is no " + std::string(wanted_) + ": it has no " +
                                name);
   }
 
@@ -54,7 +59,7 @@ class Attributes {
     const long long wide = PyLong_AsLongLongAndOverflow(whole.ptr(), &overflow);
     if (overflow != 0 || !std::in_range<T>(wide)) {
       refuse(name, "must be from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
-                       std::to_string(std::numeric_limits<T>::max()) + ", is " + repr(value));
+                       std::to_string(std::numeric_limits<T>::max()) + ", is " + shown(value));
     }
     return static_cast<T>(wide);
   }
@@ -62,31 +67,30 @@ class Attributes {
   [[nodiscard]] bool boolean(const char* name) const {
     const pybind11::object value = get(name);
     const int truth = PyObject_IsTrue(value.ptr());
-    if (truth < 0) throw pybind11::error_already_set();
+    if (truth < 0) refuse_type(name, "True or False", value);
     return truth != 0;
   }
 
   [[nodiscard]] std::string text(const char* name) const {
     const pybind11::object value = get(name);
-    if (!pybind11::isinstance<pybind11::str>(value)) refuse_type(name, "a string", value);
-    return value.cast<std::string>();
+    const auto text = utf8(value);
+    if (!text) refuse_type(name, "a string of valid characters", value);
+    return std::string(*text);
   }
 
   /// An enumeration that counts from 0, given by the name of its value.
   template <class Enum, std::size_t N>
   [[nodiscard]] Enum choice(const char* name, const std::array<std::string_view, N>& names) const {
     const pybind11::object value = get(name);
-    if (pybind11::isinstance<pybind11::str>(value)) {
-      const auto text = value.cast<std::string_view>();
-      for (std::size_t i = 0; i < N; ++i) {
-        if (names[i] == text) return static_cast<Enum>(i);
-      }
+    const auto text = utf8(value);
+    for (std::size_t i = 0; i < N; ++i) {
+      if (text == names[i]) return static_cast<Enum>(i);
     }
     std::string allowed;
     for (const std::string_view known : names) {
       allowed += (allowed.empty() ? "'" : ", '") + std::string(known) + "'";
     }
-    refuse(name, "must be one of " + allowed + ", is " + repr(value));
+    refuse(name, "must be one of " + allowed + ", is " + shown(value));
   }
 
   [[noreturn]] void refuse(const char* name, const std::string& why) const {
@@ -97,7 +101,7 @@ class Attributes {
                                 const pybind11::handle& value) const {
     PyErr_Clear();
     throw pybind11::type_error(class_name() + "." + name + " must be " + wanted + ", is " +
-                               repr(value));
+                               shown(value));
   }
 
   [[nodiscard]] double as_number(const pybind11::handle& value, const char* name) const {
@@ -112,11 +116,14 @@ class Attributes {
   }
 
  private:
-  static std::string repr(const pybind11::handle& value) {
-    const auto text = pybind11::reinterpret_steal<pybind11::object>(PyObject_Repr(value.ptr()));
-    if (text) return text.cast<std::string>();
-    PyErr_Clear();  // Python does not write numbers of thousands of digits
-    return "something that cannot be shown";
+  /// None of what is no string, or has surrogates, which UTF-8 has not. Valid as long as the value.
+  static std::optional<std::string_view> utf8(const pybind11::handle& value) {
+    if (!pybind11::isinstance<pybind11::str>(value)) return std::nullopt;
+    Py_ssize_t size = 0;
+    const char* const text = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
+    if (text != nullptr) return std::string_view(text, static_cast<std::size_t>(size));
+    PyErr_Clear();
+    return std::nullopt;
   }
 
   pybind11::handle source_;

@@ -84,14 +84,12 @@ std::string line_of(const py::error_already_set& error) {
   return line;
 }
 
-std::string text_of(const py::handle& source) { return py::repr(source).cast<std::string>(); }
-
 }  // namespace
 
 Effect effect_from_python(const py::handle& source) {
   const std::size_t found = effect_classes().find(source);
   if (found < effect_classes().count) return effect_classes().convert(source, found);
-  throw py::type_error("not an effect: " + text_of(source) +
+  throw py::type_error("not an effect: " + shown(source) +
                        " (see torsio.scenes for those that there are)");
 }
 
@@ -142,7 +140,7 @@ Hand hand_from_python(const py::handle& source) {
   if (source.is_none()) return NoHand{};
   const std::size_t found = hand_classes().find(source);
   if (found < hand_classes().count) return hand_classes().convert(source, found);
-  throw py::type_error("not a hand: " + text_of(source) +
+  throw py::type_error("not a hand: " + shown(source) +
                        " (see torsio.hands for those that there are)");
 }
 

@@ -176,7 +176,8 @@ void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz
 }
 
 /// A Python function that C++ may call from any thread and destroy there. What it raises is shown
-/// as Python shows what nobody can catch, and the next event is told all the same.
+/// as Python shows what nobody can catch, and the next event is told all the same; Ctrl-C goes on
+/// to the main thread.
 std::function<void(const Event&)> callback_from_python(const py::object& source) {
   if (source.is_none()) return {};
   const std::shared_ptr<py::object> callback(new py::object(source), [](py::object* object) {
@@ -188,7 +189,11 @@ std::function<void(const Event&)> callback_from_python(const py::object& source)
     try {
       (*callback)(to_python(event));
     } catch (py::error_already_set& error) {
-      error.discard_as_unraisable(*callback);
+      if (error.matches(PyExc_KeyboardInterrupt)) {
+        PyErr_SetInterrupt();  // Ctrl-C is for the program, whose main thread gets it next
+      } else {
+        error.discard_as_unraisable(*callback);
+      }
     }
   };
 }

@@ -101,7 +101,7 @@ void from_python(T& value, const py::handle& source, const std::string& path) {
     }
   } else if constexpr (Enumeration<T>) {
     const auto& names = protocol::Enumerators<T>::names;
-    const auto name = py::str(source).cast<std::string>();
+    const std::string name = py::bytes(py::str(source).attr("encode")("utf-8", "backslashreplace"));
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (names[i] == name) {
         value = static_cast<T>(i);

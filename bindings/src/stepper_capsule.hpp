@@ -35,8 +35,8 @@ inline emulator::MakeStepper stepper_from_python(const pybind11::object& source)
   if (source.is_none()) return emulator::make_exact_stepper;
   if (!PyCapsule_CheckExact(source.ptr())) {
     throw pybind11::type_error(
-        "stepper must be a capsule of another extension module or None, is " +
-        pybind11::repr(source).cast<std::string>());
+        std::string("stepper must be a capsule of another extension module or None, is of class ") +
+        Py_TYPE(source.ptr())->tp_name);
   }
   if (PyCapsule_IsValid(source.ptr(), stepper_capsule_name()) == 0) {
     throw pybind11::value_error(

@@ -58,7 +58,9 @@ void EventFeed::set_callback(Callback callback) {
   }
 }
 
-/// @returns false if there was nothing to tell
+/// @returns false if there was nothing to tell; and, with the lock open, in a child that the
+/// callback
+///          forked, which has none of the other threads
 bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
   if (closed || events.empty() || callback == nullptr) return false;
   const Event event = std::move(events.front());
@@ -72,6 +74,7 @@ bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
   } catch (...) {
     thrown = std::current_exception();
   }
+  if (!process.is_this()) return false;
   lock.lock();
   if (thrown && callback == call) {
     failure = thrown;
@@ -89,7 +92,9 @@ bool EventFeed::Telling::tell_one(std::unique_lock<std::mutex>& lock) {
 void EventFeed::Telling::run() {
   std::unique_lock lock(mutex);
   while (!closed) {
-    if (!tell_one(lock)) news.wait(lock, [&] { return closed || !events.empty(); });
+    if (tell_one(lock)) continue;
+    if (!lock.owns_lock()) return;  // a forked child ends with its only thread
+    news.wait(lock, [&] { return closed || !events.empty(); });
   }
 }
 

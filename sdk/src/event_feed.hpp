@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "process.hpp"
 #include "torsio/telemetry.hpp"
 
 namespace torsio {
@@ -59,6 +60,7 @@ class EventFeed {
     std::shared_ptr<const Callback> callback;
     std::exception_ptr failure;
     bool closed = false;
+    const MakersProcess process;
 
     bool tell_one(std::unique_lock<std::mutex>& lock);
     void run();

@@ -9,10 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import torsio
-from torsio import Constant, PrescribedMotion, TorqueHand, Wall
+from torsio import Constant, PrescribedMotion, TorqueHand, Wall, batch
 
 LONG = 10**5000  # Python does not even print it
 
@@ -66,6 +67,42 @@ def test_parts_of_a_knob_of_the_wrong_kind_are_refused() -> None:
     for options in wrong:
         with pytest.raises(TypeError):
             torsio.open("emulated", emulator=options()).close()
+
+
+SEVERAL = np.array([1.0, 2.0])
+HALF = "\ud800"  # no UTF-8 has it
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda knob: knob.play(LONG), "not an effect: very long"),
+        (lambda knob: knob.play([LONG]), "not an effect: very long"),
+        (lambda knob: knob.configure(LONG), "not a configuration: very long"),
+        (lambda knob: knob.on_event(LONG), "callback must be .*, is very long"),
+        (lambda knob: knob.emulator.set_hand(LONG), "not a hand: very long"),
+        (lambda knob: knob.emulator.game.write(LONG), "report must be bytes, is very long"),
+        (lambda knob: torsio.watch(LONG), "callback must be .*, is very long"),
+        (lambda knob: batch.Knobs(1, actions=LONG), "actions is very long"),
+        (lambda knob: TorqueHand(torque_nm=[(0, 0, LONG)]), "torque_nm.* is too large"),
+        (lambda knob: knob.play(Wall(stiffness_nm_per_rad=1.0, side=HALF)), r"side .*ud800"),
+        (lambda knob: knob.update(law=HALF), r"law must be one of .*ud800"),
+        (lambda knob: knob.wait_for(HALF), "state"),
+        (lambda knob: torsio.open(HALF), "selector"),
+        (lambda knob: torsio.EmulatorOptions(serial=HALF), "serial"),
+        (lambda knob: knob.update(encoder_reversed=SEVERAL), "encoder_reversed must be True or"),
+    ],
+)
+def test_value_that_cannot_be_shown_is_told_all_the_same(
+    call: Callable[[torsio.Knob], object], words: str
+) -> None:
+    with (
+        torsio.open("emulated") as knob,
+        pytest.raises((torsio.InvalidArgument, TypeError), match=words) as caught,
+    ):
+        call(knob)
+    assert "\n" not in str(caught.value)
+    str(caught.value).encode()
 
 
 @pytest.mark.parametrize("arguments", [("demo", "wall"), ("list",), ("info",)])

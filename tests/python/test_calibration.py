@@ -58,10 +58,11 @@ def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_fold
     assert [drift.name for drift in calibration.drifts(back, found[0])] == ["coulomb_nm"]
 
 
-def test_damaged_file_is_named(data_folder: Path) -> None:
+@pytest.mark.parametrize("content", ['{"quantities": 3}', "[" * 100_000], ids=["three", "deep"])
+def test_damaged_file_is_named(data_folder: Path, content: str) -> None:
     path = data_folder / "torsio/calibration/X1.json"
     path.parent.mkdir(parents=True)
-    path.write_text('{"quantities": 3}')
+    path.write_text(content)
     with pytest.raises(torsio.Error, match=r"X1\.json cannot be read: move it away"):
         calibration.kept("X1")
     assert calibration.kept("X2") is None

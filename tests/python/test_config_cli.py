@@ -62,7 +62,9 @@ def test_what_a_knob_does_not_take_is_told_and_changes_nothing(
 
 
 @pytest.mark.parametrize(
-    "content", ["no json", "[]", '{"beta": 1}', '{"x": {}}', '{"control_config": {"y": 1}}']
+    "content",
+    ["no json", "[]", '{"beta": 1}', '{"x": {}}', '{"control_config": {"y": 1}}', "[" * 100_000],
+    ids=lambda content: content[:20],
 )
 def test_file_that_is_no_dump_changes_nothing(tmp_path: Path, content: str) -> None:
     file = tmp_path / "bad.json"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import resource
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -82,3 +84,20 @@ def test_demo_on_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
 def test_map_on_a_full_disk_leaves_none(tmp_path: Path) -> None:
     says_so("stability", "--quick", "--picture", str(tmp_path / "map.png"))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("arguments", ["--help", "--version", "config dump", "doctor --json"])
+@pytest.mark.parametrize(("where", "words"), [(">/dev/full", "No space left"), (">&-", "closed")])
+def test_standard_output_that_takes_nothing_is_told(arguments: str, where: str, words: str) -> None:
+    device = "" if arguments.startswith("--") else "--device emulated"
+    result = subprocess.run(
+        ["sh", "-c", f'"{sys.executable}" -m torsio {arguments} {device} {where}'],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert result.returncode == 1, result.stderr
+    (line,) = [line for line in result.stderr.splitlines() if not line.startswith("knob ")]
+    assert line.startswith("torsio: error: ")
+    assert words in line

@@ -126,6 +126,26 @@ print(os.waitstatus_to_exitcode(status), knob.health().state)
     assert result.stdout.split() == ["False", "True", "forked", "50", "3", "armed"], result.stderr
 
 
+def test_child_that_an_event_callback_forks_ends() -> None:
+    result = run(
+        """
+told = threading.Event()
+children = []
+def fork(event):
+    if not children:
+        children.append(os.fork())
+        told.set()
+knob = torsio.open("emulated", emulator=paced)
+knob.on_event(fork)
+knob.arm()
+told.wait()
+_, status = os.waitpid(children[0], 0)
+print(os.waitstatus_to_exitcode(status), knob.health().state)
+"""
+    )
+    assert result.stdout.split() == ["0", "armed"], result.stderr
+
+
 def test_interrupted_recording_has_its_samples() -> None:
     result = run(
         """

@@ -59,3 +59,25 @@ def test_interrupt_ends_call_at_once(call: str) -> None:
     assert process.returncode == -signal.SIGINT
     # Closing disarms, a few milliseconds of real time; the rest is the interpreter's end.
     assert elapsed < 3.0
+
+
+IN_CALLBACK = """
+import os, signal, torsio
+knob = torsio.open("emulated")
+def interrupt(event):
+    knob.on_event(None)
+    os.kill(os.getpid(), signal.SIGINT)
+knob.on_event(interrupt)
+try:
+    knob.arm()
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_interrupt_in_an_event_callback_goes_on_to_the_program() -> None:
+    result = subprocess.run(
+        [sys.executable, "-c", IN_CALLBACK], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert result.stdout == "interrupted\n", result.stderr
+    assert result.stderr == ""

@@ -260,3 +260,27 @@ def test_commands_record_replay_and_report(tmp_path: Path) -> None:
         assert "library" in json.loads(archive.read("versions.json"))
         for name in ("doctor.json", "versions.json"):
             assert str(Path.home()) not in archive.read(name).decode()
+
+
+@pytest.mark.parametrize(
+    ("there", "instead"),
+    [
+        (b"control_rate_hz", b"control_rate_hx"),
+        (b"ActuatorConfig", b"ActuatorConfix"),
+        (b'{"motor_torque_max_nm', b'{"motor_torque_max_nx'),
+        (b"1000.0", b"[1000]"),
+    ],
+)
+def test_damage_where_the_device_is_described_is_one_error(
+    tmp_path: Path, there: bytes, instead: bytes
+) -> None:
+    file = tmp_path / "damaged.mcap"
+    with torsio.open("emulated") as knob, knob.record_to(file):
+        knob.start_telemetry()
+        knob.sleep(0.1)
+    content = file.read_bytes()
+    assert there in content
+    assert torsio.replay(file).identical
+    file.write_bytes(content.replace(there, instead))
+    with pytest.raises(torsio.Error, match="the recording is damaged"):
+        torsio.replay(file)

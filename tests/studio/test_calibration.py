@@ -18,6 +18,7 @@ from torsio.studio.calibrating import calibrate_for
 
 STIFFNESS = torsio.PlantParams().shaft_stiffness_nm_per_rad
 QUICK = {"do": "calibrate", "quick": True}
+DEEP = "[" * 100_000
 
 
 def test_page_measures_shows_and_keeps_what_it_found_when_told(
@@ -68,7 +69,8 @@ class _Page:
         self._left = asyncio.Event()
 
     async def receive_text(self) -> str:
-        return json.dumps(self._sayings.pop(0))
+        saying = self._sayings.pop(0)
+        return DEEP if saying is DEEP else json.dumps(saying)
 
     async def receive(self) -> dict[str, Any]:
         await self._left.wait()
@@ -112,9 +114,10 @@ def test_page_that_goes_stops_the_knob_and_leaves_it_as_it_was(knob: torsio.Knob
     assert (knob.actuator_config(), knob.control_config()) == before
 
 
-def test_nothing_is_kept_without_a_yes(knob: torsio.Knob, tmp_path: Path) -> None:
+@pytest.mark.parametrize("answer", [{"do": "leave"}, [], DEEP], ids=["leave", "list", "deep"])
+def test_nothing_is_kept_without_a_yes(knob: torsio.Knob, tmp_path: Path, answer: Any) -> None:
     before = knob.actuator_config()
-    told = _calibrated(knob, QUICK, {"do": "leave"})
+    told = _calibrated(knob, QUICK, answer)
     assert [said["kind"] for said in told] == ["step", "step", "step", "found"]
     assert told[-1]["changes"]
     assert knob.actuator_config() == before
@@ -128,6 +131,6 @@ def test_knob_that_is_held_is_refused_with_the_reason(knob: torsio.Knob) -> None
     assert "signs: " in told[-1]["why"]
 
 
-@pytest.mark.parametrize("saying", [{"do": "keep"}, [], "calibrate", None])
+@pytest.mark.parametrize("saying", [{"do": "keep"}, [], "calibrate", None, DEEP], ids=lambda _: "")
 def test_nonsense_measures_nothing(knob: torsio.Knob, saying: Any) -> None:
     assert [said["kind"] for said in _calibrated(knob, saying)] == ["refused"]

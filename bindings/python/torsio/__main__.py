@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 
 from torsio.extras import how_to_install
@@ -10,6 +11,8 @@ from torsio.extras import how_to_install
 
 def main() -> None:
     """Run the command line, or say what it lacks."""
+    if sys.stdout is None:
+        sys.exit("torsio: error: standard output is closed; to throw it away, use >/dev/null")
     for stream in (sys.stdout, sys.stderr):
         # Where the system's letters are few, a question mark stands for the others.
         if isinstance(stream, io.TextIOWrapper):
@@ -24,7 +27,18 @@ def main() -> None:
             f"torsio: error: the command line needs the Python package {error.name}; install what "
             f"it needs with: {how_to_install('cli')}"
         )
-    app(prog_name="torsio")
+    status: str | int | None = 0
+    try:
+        try:
+            app(prog_name="torsio")
+        except SystemExit as end:
+            status = end.code
+        sys.stdout.flush()
+    except OSError as error:
+        # Python would try again at its end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = status or f"torsio: error: standard output: {error.strerror}"
+    sys.exit(status)
 
 
 if __name__ == "__main__":

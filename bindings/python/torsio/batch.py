@@ -83,7 +83,7 @@ class Knobs:
         n = checks.whole("n", n, 1, _MOST)
         if actions not in get_args(Actions):
             allowed = ", ".join(map(repr, get_args(Actions)))
-            raise InvalidArgument(f"actions is {actions!r}, allowed are {allowed}")
+            raise InvalidArgument(f"actions is {checks.show(actions)}, allowed are {allowed}")
         each = [options] if isinstance(options, LoopOptions) else options
         each = [LoopOptions()] if each is None else list(each)
         if isinstance(options, LoopOptions) or options is None:

@@ -14,6 +14,15 @@ import numpy as np
 from torsio.errors import InvalidArgument
 
 
+def show(value: Any) -> str:
+    """Write any value for a message: short, in one line, and in letters that can be sent on."""
+    try:
+        shown = " ".join(reprlib.repr(value).split())
+    except ValueError:  # Python does not write numbers of thousands of digits
+        return "very long"
+    return shown.encode(errors="backslashreplace").decode()
+
+
 def number(name: str, value: Any, lowest: float = -math.inf, highest: float = math.inf) -> float:
     """Give a number of any kind as a float, if it lies in the range.
 
@@ -25,9 +34,9 @@ def number(name: str, value: Any, lowest: float = -math.inf, highest: float = ma
                 raise TypeError
             value = float(value)
         except (TypeError, ValueError):
-            raise TypeError(f"{name} must be a number, is {_show(value)}") from None
+            raise TypeError(f"{name} must be a number, is {show(value)}") from None
         except OverflowError:
-            raise InvalidArgument(f"{name} is too large for a number: {_show(value)}") from None
+            raise InvalidArgument(f"{name} is too large for a number: {show(value)}") from None
     if (lowest, highest) != (-math.inf, math.inf) and not lowest <= value <= highest:
         raise InvalidArgument(f"{name} is {value:g}, allowed are {lowest:g} to {highest:g}")
     return float(value)
@@ -61,7 +70,7 @@ def each(name: str, values: Any, wanted: str) -> Iterator[Any]:
             raise TypeError
         return iter(values)
     except TypeError:
-        raise TypeError(f"{name} must be {wanted}, is {_show(values)}") from None
+        raise TypeError(f"{name} must be {wanted}, is {show(values)}") from None
 
 
 def knots(name: str, profile: Any) -> tuple[tuple[float, float], ...]:
@@ -72,7 +81,9 @@ def knots(name: str, profile: Any) -> tuple[tuple[float, float], ...]:
     for knot in each(name, profile, "a number or knots (time_s, value)"):
         values = numbers(f"{name}, a profile's knot,", knot)
         if len(values) != 2:
-            raise InvalidArgument(f"{name}: a profile's knot must be (time_s, value), is {knot!r}")
+            raise InvalidArgument(
+                f"{name}: a profile's knot must be (time_s, value), is {show(knot)}"
+            )
         pairs.append((values[0], values[1]))
     return tuple(pairs)
 
@@ -82,27 +93,31 @@ def whole(name: str, value: Any, lowest: int, highest: int) -> int:
     try:
         number = operator.index(value)
     except TypeError:
-        raise TypeError(f"{name} must be a whole number, is {_show(value)}") from None
+        raise TypeError(f"{name} must be a whole number, is {show(value)}") from None
     if not lowest <= number <= highest:
-        raise InvalidArgument(f"{name} is {_show(number)}, allowed are {lowest} to {highest}")
+        raise InvalidArgument(f"{name} is {show(number)}, allowed are {lowest} to {highest}")
     return number
 
 
 def kind(name: str, value: Any, types: type | tuple[type, ...], wanted: str) -> None:
     """Ask for an instance of a class."""
     if not isinstance(value, types):
-        raise TypeError(f"{name} must be {wanted}, is {_show(value)}")
+        raise TypeError(f"{name} must be {wanted}, is {show(value)}")
 
 
 def function(name: str, value: Any) -> None:
     """Ask for something that can be called."""
     if not callable(value):
-        raise TypeError(f"{name} must be a function, is {_show(value)}")
+        raise TypeError(f"{name} must be a function, is {show(value)}")
 
 
 def text(name: str, value: Any) -> str:
     """Ask for a string."""
     kind(name, value, str, "a string")
+    try:
+        str(value).encode()
+    except UnicodeEncodeError:
+        raise InvalidArgument(f"{name} has no valid characters: {show(value)}") from None
     return str(value)
 
 
@@ -110,10 +125,3 @@ def flag(name: str, value: Any) -> bool:
     """Ask for True or False."""
     kind(name, value, (bool, np.bool_), "True or False")
     return bool(value)
-
-
-def _show(value: Any) -> str:
-    try:
-        return " ".join(reprlib.repr(value).split())
-    except ValueError:  # Python does not write numbers of thousands of digits
-        return "very long"

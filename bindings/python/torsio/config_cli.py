@@ -100,7 +100,7 @@ def load(knob: Knob, path: Path) -> None:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
+    except (ValueError, RecursionError):
         content = None
     if not isinstance(content, dict) or not all(
         isinstance(part, dict) for part in content.values()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from torsio.checks import show
 from torsio.records import Event
 
 __all__ = ["tell"]
@@ -15,5 +16,5 @@ def tell(callback: Callable[[Event], object] | None) -> Callable[[dict[str, Any]
     if callback is None:
         return None
     if not callable(callback):
-        raise TypeError(f"callback must be a function of an event or None, is {callback!r}")
+        raise TypeError(f"callback must be a function of an event or None, is {show(callback)}")
     return lambda event: callback(Event(**event))

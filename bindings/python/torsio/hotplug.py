@@ -154,7 +154,7 @@ def watch(
         Names the argument.
     """
     if callback is not None and not callable(callback):
-        raise TypeError(f"callback must be a function of an event, is {callback!r}")
+        raise TypeError(f"callback must be a function of an event, is {checks.show(callback)}")
     return DeviceWatch(
         callback,
         _LONGEST_S if timeout_s is None else checks.number("timeout_s", timeout_s, 0.0, _LONGEST_S),

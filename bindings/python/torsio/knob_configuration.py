@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from difflib import get_close_matches
 from typing import Any, Final, TypeAlias
 
-from torsio import _torsio
+from torsio import _torsio, checks
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.knob_recording import KnobRecording
 from torsio.records import StableStiffness
@@ -65,7 +65,7 @@ class KnobConfiguration:
             Unless disarmed.
         """
         if type(config) not in _CONFIGS:
-            raise TypeError(f"not a configuration: {config!r}")
+            raise TypeError(f"not a configuration: {checks.show(config)}")
         self._recording.note("configure", config=config)
         self._stable = None
         getattr(self._knob, f"configure_{_CONFIGS[type(config)]}")(config)

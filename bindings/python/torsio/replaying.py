@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from torsio import protocol
+from torsio import checks, protocol
 from torsio._torsio.emulator import ReplayedDevice
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import DeviceInput
@@ -121,13 +121,18 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
     if len(recorded.telemetry) == 0:
         raise Error("the recording has no telemetry, so there is nothing to compare a replay with")
     wanted = _by_report(changes)
-    behind = 0
-    inputs: Iterable[DeviceInput] = recorded.inputs
-    if not recorded.inputs:
-        made = from_telemetry(recorded)
-        inputs, behind = made.inputs, made.ticks_behind
-    answers, samples = _run(inputs, wanted, recorded, behind)
-    return _compare(recorded, samples, answers)
+    try:
+        behind = 0
+        inputs: Iterable[DeviceInput] = recorded.inputs
+        if not recorded.inputs:
+            made = from_telemetry(recorded)
+            inputs, behind = made.inputs, made.ticks_behind
+        answers, samples = _run(inputs, wanted, recorded, behind)
+        return _compare(recorded, samples, answers)
+    except Error:
+        raise
+    except Exception as error:  # as in load(), damage raises whatever it likes
+        raise Error(f"the recording is damaged ({type(error).__name__}: {error})") from error
 
 
 def _by_report(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -140,7 +145,7 @@ def _by_report(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         try:
             protocol.decode(protocol.encode(owner, {name: on_wire}))
         except (MalformedReport, ValueError, TypeError) as error:
-            raise InvalidArgument(f"{path} is {value!r}: {error}") from None
+            raise InvalidArgument(f"{path} is {checks.show(value)}: {error}") from None
     return wanted
 
 

@@ -46,7 +46,7 @@ def kept(serial: str) -> dict[str, Any] | None:
             raise ValueError
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise Error(f"{path} cannot be read: move it away, and calibrate again") from None
     return dict(found)
 

@@ -65,17 +65,22 @@ def _keep(knob: Knob, found: calibration.Calibration) -> Path:
     return calibration.keep(found)
 
 
+async def _asked(socket: WebSocket) -> dict[str, Any]:
+    """Receive what the page asks for: nothing, if it is no JSON object."""
+    try:
+        asked = json.loads(await socket.receive_text())
+    except (ValueError, KeyError, RecursionError):
+        return {}
+    return asked if isinstance(asked, dict) else {}
+
+
 async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> None:
     """Open the knob, measure it as the page asks, and close it; the page may go at any moment.
 
     Without the page's `keep` nothing is changed.
     """
-    try:
-        asked = json.loads(await socket.receive_text())
-        quick = asked.get("quick") is True and asked.get("do") == "calibrate"
-        if asked.get("do") != "calibrate":
-            raise ValueError
-    except (ValueError, KeyError, AttributeError):
+    asked = await _asked(socket)
+    if asked.get("do") != "calibrate":
         await socket.send_json(
             {"kind": "refused", "why": "a page asked for what is no calibration"}
         )
@@ -86,9 +91,9 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
         await socket.send_json({"kind": "refused", "why": str(error)})
         return
     try:
-        found = await _measure(socket, knob, quick=quick)
+        found = await _measure(socket, knob, quick=asked.get("quick") is True)
         await socket.send_json(await asyncio.to_thread(described, knob, found))
-        if json.loads(await socket.receive_text()).get("do") == "keep":
+        if (await _asked(socket)).get("do") == "keep":
             path = await asyncio.to_thread(_keep, knob, found)
             await socket.send_json({"kind": "kept", "path": str(path)})
     except (calibration.Refusal, Error) as error:
