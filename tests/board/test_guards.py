@@ -154,6 +154,18 @@ def test_unconfirmed_board_gives_all_it_has_without_the_guard(bare_pico: Emulate
     start_without(bare_pico)
 
 
+def test_supply_of_twice_is_told_by_a_motor_that_holds_enough_and_not_before() -> None:
+    # 30 mN m by hand: their share of 12 V, of 24 V through the coil's 40 ohm.
+    usual_a = 30e-3 / 0.44
+    found = felt.press_with_supply(bench.chosen.name, 24, confirmed=False)
+    assert (found.off_s, found.faults) == (None, 0)
+    assert found.coil_a == pytest.approx(2 * usual_a, rel=0.02)
+    found = felt.press_with_supply(bench.chosen.name, 24, confirmed=True)
+    assert found.off_s is not None
+    assert found.faults == WINDING
+    assert found.coil_a == 0
+
+
 @contextmanager
 def _with_wrong_sign(part: str, *without: str) -> Iterator[felt.Bench]:
     boot = unguarded if without else enumerated
