@@ -265,7 +265,7 @@ struct Enumerators<Status> {
 namespace fault {
 inline constexpr std::uint16_t emergency_stop = 1 << 0;  // the input is open or pressed
 inline constexpr std::uint16_t over_speed = 1 << 1;      // faster than speed_limit_rad_s
-inline constexpr std::uint16_t encoder = 1 << 2;  // a jump that no knob can make, or a dead channel
+inline constexpr std::uint16_t encoder = 1 << 2;   // a jump, a dead channel, or two changes at once
 inline constexpr std::uint16_t actuator = 1 << 3;  // the power stage reports an error
 inline constexpr std::uint16_t overrun = 1 << 4;   // ticks were missed or took too long
 inline constexpr std::uint16_t numeric = 1 << 5;   // the control law gave no finite torque

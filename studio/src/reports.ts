@@ -112,7 +112,7 @@ export const FAULTS: readonly Bit[] = [
   {
     "name": "encoder",
     "bit": 2,
-    "doc": "a jump that no knob can make, or a dead channel",
+    "doc": "a jump, a dead channel, or two changes at once",
     "advice": "check the encoder's cable and supply, then clear the fault",
   },
   {

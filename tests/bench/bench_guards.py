@@ -13,8 +13,12 @@ whose encoder or motor has the wrong sign, armed in the middle of a spring with 
 confirmed. These lines also tell, to 4 ms, how far and how fast the knob turned until the outputs
 were off, and what it reached; and how fast without the guard, in 0.3 s.
 
-The last lines are of what ends in no fault: a winding that gets warm, a configuration of other
-firmware, a bridge that wakes up, a supply that was too low for a moment.
+For a supply of twice, coupled as well, the knob is pressed into the wall; these lines tell the
+brake's coil's current too.
+
+The last lines are of what keeps a board from arming or from much, and of what ends in no fault: a
+current sensor's zero and range, parts that nobody has confirmed, a winding that gets warm, a
+configuration of other firmware, a bridge that wakes up, a supply that was too low for a moment.
 
 Arguments are names of boards. It takes two minutes for each.
 """
@@ -101,6 +105,54 @@ def _run_aways(board: str) -> None:
         )
 
 
+def _supplies(board: str) -> None:
+    for name, supply_v, confirmed in (
+        ("parts not confirmed, supply right", 12, False),
+        ("parts not confirmed, supply of twice", 24, False),
+        ("parts confirmed, 30 mN m of motor, supply of twice", 24, True),
+    ):
+        found = felt.press_with_supply(board, supply_v, confirmed=confirmed)
+        _tell(
+            board,
+            name,
+            off_ms=None if found.off_s is None else round(1e3 * found.off_s),
+            tells=named(found.faults),
+            coil_a=round(found.coil_a, 3),
+        )
+
+
+def _before_arming(board: str) -> None:
+    def line(danger: str, steps: int, **changes: float) -> None:
+        found = []
+        for firmware, guards in ((None, ()), (image(), ("sensor's zero",))):
+            with rewired(firmware, **changes) as pico:
+                pico.do("motor", zero=steps)
+                pico.power_cycle()
+                if guards:
+                    take_away(pico, *guards)
+                pico.enumerate()
+                found.append((named(pico.get("health")["faults"]), pico.command("arm")))
+        (tells, arming), (_, bare) = found
+        _tell(board, danger, tells=tells, arming=arming, without_guard_arming=bare)
+
+    line("current sensor's zero at 300 steps of 4096", 300)
+    line("trip level beyond the current sensor's range", 2048, current_sense_v_per_a=1.0)
+
+
+def _not_confirmed(board: str) -> None:
+    found = []
+    for firmware in (None, image()):
+        with enumerated(firmware) as pico:
+            if firmware:
+                take_away(pico, "timid")
+            assert pico.set("board_config", confirmed="off")["status"] == 0
+            pico.arm_at_wall(stiffness_nm_per_rad=20.0)
+            pico.turn(60, period_us=500)  # slower than what stops it
+            pico.run(10)
+            found.append(round(abs(pico.do("amperes")), 1))
+    _tell(board, "parts not confirmed", motor_a=found[0], without_guard_a=found[1])
+
+
 def _no_faults(board: str) -> None:
     with rewired(motor_current_continuous_a=CONTINUOUS_A) as pico:
         warm = [round(amperes, 2) for amperes in hold_warm(pico, 250)]
@@ -150,6 +202,9 @@ def main(boards: list[str]) -> None:
                     without_guard_a=None if left is None else round(left.amperes, 1),
                 )
         _run_aways(board)
+        _supplies(board)
+        _before_arming(board)
+        _not_confirmed(board)
         _no_faults(board)
 
 

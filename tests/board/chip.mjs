@@ -185,15 +185,29 @@ export class Chip {
 
   // Ways to go wrong ----------------------------------------------------------------------------
 
-  /** The main loop gets on no more; interrupts do, unless they are masked as well. */
-  hang({ masked }) {
+  /**
+   * The main loop gets on no more; interrupts do, unless they are masked as well.
+   * Or a control interrupt does not, so long after it has begun.
+   */
+  hang({ masked = false, inside_us: insideUs = null }) {
     const { core, sramView } = this.mcu;
     this.runUntil(this.ns + 1e6, () => core.IPSR === 0);
+    if (insideUs !== null) this.runIntoTick(1e3 * insideUs);
     const loop = 0x20040800; // the other core's stack
     sramView.setUint16(loop - 0x20000000, 0xe7fe, true); // b .
     core.PC = loop;
     core.PM = masked;
     core.waiting = false;
+  }
+
+  runIntoTick(ns) {
+    const { core } = this.mcu;
+    let since = this.ns;
+    const isThere = () => {
+      if (core.IPSR !== TICK_EXCEPTION) since = this.ns;
+      return this.ns - since >= ns && core.IPSR === TICK_EXCEPTION;
+    };
+    if (!this.runUntil(this.ns + 10e6, isThere)) throw new Error('no control interrupt takes so long');
   }
 
   /** No tick comes any more; the main loop is woken by other things, and often. */

@@ -94,6 +94,8 @@ DANGERS = (
            "watchdog", "watchdog", None, restarts=True),
     Danger("program hangs, interrupts off", lambda board: board.do("hang", masked=True),
            "watchdog", "watchdog", None, restarts=True),
+    Danger("control interrupt hangs", lambda board: board.do("hang", inside_us=2),
+           "watchdog", "watchdog", None, restarts=True),
     Danger("control interrupt stops", lambda board: board.do("stop_ticks"),
            "ticks counted", "watchdog", None, restarts=True),
     Danger("hard fault of the processor", lambda board: board.do("hard_fault"),

@@ -17,7 +17,7 @@ from tests.board.pico import MS, EmulatedPico, confirm, enumerated
 from tests.board.twin import Twin
 from tests.board.world import World
 from torsio.emulator import Plant
-from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.hands import Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.plant import Electrics, PlantParams
 from torsio_studies.paper.runs import (
     RELEASE_SPEED_RAD_S,
@@ -292,6 +292,53 @@ def watch_run_away(bench: Bench, hand: Hand, within_s: float) -> RunAway:
         fastest_rad_s=float(np.max(np.abs(rows["speed_rad_s"][since]))),
         faults=bench.board.get("health")["faults"],
     )
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """What a knob that was pressed into a wall came to."""
+
+    off_s: float | None
+    """When motor and brake went off; None: not at all."""
+    coil_a: float
+    """The most that was in the brake's coil."""
+    faults: int
+
+
+def press(bench: Bench, depth_rad: float, within_s: float) -> Pressed:
+    """Move a knob so deep into a wall of 30 mN m a degree in 0.1 s, and hold it; of a binary only.
+
+    Its parts are confirmed or not, as they were.
+    """
+    world = bench.place
+    assert isinstance(world, World)
+    wall(bench, math.degrees(30e-3))
+    zero = begin(bench)
+    path = [(0.0, 0.0), (zero, 0.0), (zero + 0.1, WALL_RAD + depth_rad)]
+    world.set_hand(PrescribedMotion(angle_rad=path))
+    coil_a, off_s, begin_s = 0.0, None, world.time_s
+    while off_s is None and world.time_s < begin_s + within_s:
+        bench.run(READ_MS / 1e3)
+        coil_a = max(coil_a, abs(world.circuit.electrics.coil_current_a))
+        if bench.board.motor() is None:
+            off_s = world.time_s - begin_s
+    return Pressed(off_s, coil_a, bench.board.get("health")["faults"])
+
+
+def press_with_supply(board: str, supply_v: float, *, confirmed: bool) -> Pressed:
+    """Press a knob whose supply is configured as 12 V.
+
+    With parts that nobody has confirmed both drives give all they may then, else the motor
+    30 mN m and the brake nothing.
+    """
+    plant = plant_of(board)
+    assert plant.electrics is not None
+    plant = replace(plant, electrics=replace(plant.electrics, supply_v=supply_v))
+    with binary(plant) as bench:
+        prepare(bench, law="motor_only" if confirmed else "paper")
+        told = bench.board.set("board_config", confirmed="on" if confirmed else "off")
+        assert told["status"] == 0
+        return press(bench, math.radians(1 if confirmed else 5), 0.4)
 
 
 @dataclass(frozen=True)

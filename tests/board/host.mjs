@@ -202,8 +202,8 @@ const commands = {
       pc: chip.mcu.core.PC,
     };
   },
-  hang({ masked }) {
-    chip.hang({ masked });
+  hang(how) {
+    chip.hang(how);
     return true;
   },
   stop_ticks() {

@@ -22,8 +22,9 @@ from tests.board.dangers import (
     hold_warm,
     push,
     react,
+    time_until_off_ms,
 )
-from tests.board.pico import MS, EmulatedPico, enumerated, rewired
+from tests.board.pico import MS, EmulatedPico, confirm, enumerated, rewired
 from tests.board.unguarded import GUARDS, image, mutated, start_without, take_away, unguarded
 from torsio.hands import NoHand
 
@@ -53,6 +54,24 @@ def test_danger_cuts_the_power_and_is_told(lasting_pico: EmulatedPico, danger: D
     assert lasting_pico.motor()
     assert lasting_pico.command("disarm") == "ok"
     lasting_pico.turn(-lasting_pico.get("clock")["position_counts"], period_us=2)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.4, 0.6])
+def test_control_interrupt_that_hangs_anywhere_in_its_tick_is_cut(
+    lasting_pico: EmulatedPico, share: float
+) -> None:
+    push(lasting_pico)
+    tick_us = 1e-3 * lasting_pico.get("health")["tick_time_max_ns"]
+    before = lasting_pico.status()["watchdog_resets"]
+    # The longest tick was longer than one that only pushes.
+    lasting_pico.do("hang", inside_us=share * tick_us)
+    passed_ms = time_until_off_ms(lasting_pico, lasting_pico.model.watchdog_ms + 5)
+    assert passed_ms <= lasting_pico.model.watchdog_ms + 0.5
+    assert lasting_pico.status()["watchdog_resets"] == before + 1
+    lasting_pico.run(lasting_pico.model.watchdog_ms + 2)
+    lasting_pico.enumerate()
+    confirm(lasting_pico)
+    assert lasting_pico.get("health")["reset_cause"] == "watchdog"
 
 
 @pytest.mark.parametrize("danger", DANGERS, ids=str)
@@ -133,6 +152,18 @@ def test_unconfirmed_board_gives_all_it_has_without_the_guard(bare_pico: Emulate
     bare_pico.turn(200, period_us=40)  # 19 rad/s
     assert bare_pico.motor() is not None
     start_without(bare_pico)
+
+
+def test_supply_of_twice_is_told_by_a_motor_that_holds_enough_and_not_before() -> None:
+    # 30 mN m by hand: their share of 12 V, of 24 V through the coil's 40 ohm.
+    usual_a = 30e-3 / 0.44
+    found = felt.press_with_supply(bench.chosen.name, 24, confirmed=False)
+    assert (found.off_s, found.faults) == (None, 0)
+    assert found.coil_a == pytest.approx(2 * usual_a, rel=0.02)
+    found = felt.press_with_supply(bench.chosen.name, 24, confirmed=True)
+    assert found.off_s is not None
+    assert found.faults == WINDING
+    assert found.coil_a == 0
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -96,6 +97,16 @@ def test_arm_says_what_a_board_is_missing(monkeypatch: pytest.MonkeyPatch) -> No
         shown = run("arm", "--seconds", "0")
     assert "confirmed=on" in shown
     assert "torsio calibrate" in shown
+
+
+def test_arm_says_that_a_real_board_has_no_speed_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    run("config", "set", "speed_limit_rad_s=0")
+    assert "missing" not in run("arm", "--seconds", "0")
+    with torsio.open(DEVICE[1]) as knob:
+        monkeypatch.setattr(torsio.Knob, "info", dataclasses.replace(knob.info, board="pico2"))
+    assert "speed_limit_rad_s=40" in run("arm", "--seconds", "0")
+    run("config", "set", "speed_limit_rad_s=12")
+    assert "missing" not in run("arm", "--seconds", "0")
 
 
 def test_arm_that_a_fault_ends_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

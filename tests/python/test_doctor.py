@@ -434,10 +434,28 @@ def test_board_whose_parts_are_not_confirmed_is_told_how_to_confirm_them(facts: 
     assert not finding.ok
     assert "motor 15 mN m (12.5 for ever), brake 30 mN m, 10 rad/s" in finding.text
     assert "confirmed=on" in finding.advice
-    free = dataclasses.replace(facts.limits, speed_limit_rad_s=0.0)
-    finding = doctor_knob.check_parts(dataclasses.replace(facts, limits=free))
+
+
+def test_real_board_without_a_speed_limit_is_told_to_set_one(facts: KnobFacts) -> None:
+    free = dataclasses.replace(facts.limits, speed_limit_rad_s=0.0, held_low=False)
+    emulated = dataclasses.replace(facts, limits=free)
+    assert emulated.info.board == "emulated"
+    finding = doctor_knob.check_parts(emulated)
     assert finding.ok
     assert "any speed" in finding.text
+    board = dataclasses.replace(facts.info, board="pico2")
+    finding = doctor_knob.check_parts(dataclasses.replace(emulated, info=board))
+    assert not finding.ok
+    assert "any speed" in finding.text
+    assert "speed_limit_rad_s=" in finding.advice
+    limited = dataclasses.replace(free, speed_limit_rad_s=40.0)
+    assert doctor_knob.check_parts(dataclasses.replace(facts, info=board, limits=limited)).ok
+
+
+def test_every_way_in_which_an_encoder_fails_is_told(facts: KnobFacts) -> None:
+    finding = doctor_knob.check_state(with_health(facts, state="fault", faults=("encoder",)))
+    for words in ("jumped", "dead", "both", "plug"):
+        assert words in finding.text
 
 
 # Windows, of which only this much can be played here ------------------------------------------

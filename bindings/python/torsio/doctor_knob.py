@@ -11,22 +11,29 @@ from torsio.findings import Finding
 from torsio.records import Limits
 from torsio.statuses import FAULT_ADVICE
 
-__all__ = ["HOW_TO_CONFIRM", "KNOB_CHECKS", "limits_text"]
+__all__ = ["KNOB_CHECKS", "limits_text", "missing"]
 
 # Crystals are good to 100 ppm; twice that is no crystal's error any more.
 _DRIFT_LIMIT_PPM = 200.0
 # USB takes 1 to 3 ms for a command and its answer.
 _SLOW_ROUND_TRIP_S = 10e-3
 
-HOW_TO_CONFIRM = (
+_HOW_TO_CONFIRM = (
     "set the values of motor, brake and encoder (docs/hardware.md, first power), run `torsio "
     "calibrate`, then `torsio config set confirmed=on`"
+)
+_HOW_TO_LIMIT = (
+    "set a speed that your hand never gives the knob, as in `torsio config set "
+    "speed_limit_rad_s=40`: without one nothing stops a knob that runs away"
 )
 
 _FAULTS_FOUND = {
     "emergency_stop": "the emergency stop is pressed or not connected",
     "over_speed": "the knob turned faster than its limit",
-    "encoder": "the encoder's count jumped further than a knob can turn",
+    "encoder": (
+        "the encoder's count jumped further than a knob can turn, one of its channels is dead, or "
+        "both changed at once, as with a loose plug"
+    ),
     "actuator": "the power stage reported an error",
     "current_sensor": (
         "the motor's current sensor does not rest where it can see enough to either side"
@@ -101,19 +108,24 @@ def limits_text(limits: Limits) -> str:
     return f"motor {motor}, brake {1e3 * limits.brake_torque_max_nm:.3g} mN m, {speed}"
 
 
+def missing(board: str, limits: Limits) -> tuple[str, str] | None:
+    """Say what a knob still lacks and what to do about it; None: nothing."""
+    if limits.held_low:
+        return "nobody has confirmed the parts of this board, so it gives little", _HOW_TO_CONFIRM
+    if board != "emulated" and limits.speed_limit_rad_s == 0:
+        return "this board has no speed limit", _HOW_TO_LIMIT
+    return None
+
+
 def check_parts(facts: KnobFacts) -> Finding:
-    """Look whether the board is held low until its parts are confirmed."""
+    """Look whether the parts are confirmed, and what the board gives at most."""
     values = asdict(facts.limits)
-    most = limits_text(facts.limits)
-    if not facts.limits.held_low:
-        return Finding("parts", True, f"it gives at most: {most}", values=values)
-    return Finding(
-        "parts",
-        False,
-        f"nobody has confirmed the parts of this board, so it gives little: {most}",
-        HOW_TO_CONFIRM,
-        values,
-    )
+    most = f"it gives at most: {limits_text(facts.limits)}"
+    lacks = missing(facts.info.board, facts.limits)
+    if lacks is None:
+        return Finding("parts", True, most, values=values)
+    what, advice = lacks
+    return Finding("parts", False, f"{what}; {most}", advice, values)
 
 
 def check_clock(facts: KnobFacts) -> Finding:

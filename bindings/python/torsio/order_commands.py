@@ -10,7 +10,7 @@ import typer
 
 import torsio
 from torsio.command import Device, opened, out, plainly
-from torsio.doctor_knob import HOW_TO_CONFIRM, limits_text
+from torsio.doctor_knob import limits_text, missing
 
 __all__ = ["add_to"]
 
@@ -29,9 +29,9 @@ def arm_command(
     with opened(device, out) as knob:
         limits = knob.limits()
         out.print(f"at most  {limits_text(limits)}", highlight=False, soft_wrap=True)
-        if limits.held_low:
+        if lacks := missing(knob.info.board, limits):
             out.print(
-                f"missing  nobody has confirmed its parts: {HOW_TO_CONFIRM}",
+                f"missing  {': '.join(lacks)}",
                 highlight=False,
                 markup=False,
                 soft_wrap=True,

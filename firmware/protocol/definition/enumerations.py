@@ -223,7 +223,7 @@ FAULT = Bits(
         ),
         Value(
             "encoder",
-            "a jump that no knob can make, or a dead channel",
+            "a jump, a dead channel, or two changes at once",
             "check the encoder's cable and supply, then clear the fault",
         ),
         Value(

@@ -193,7 +193,7 @@ enum {
 enum {
   TORSIO_FAULT_EMERGENCY_STOP = 1 << 0,  ///< the input is open or pressed
   TORSIO_FAULT_OVER_SPEED = 1 << 1,      ///< faster than speed_limit_rad_s
-  TORSIO_FAULT_ENCODER = 1 << 2,         ///< a jump that no knob can make, or a dead channel
+  TORSIO_FAULT_ENCODER = 1 << 2,         ///< a jump, a dead channel, or two changes at once
   TORSIO_FAULT_ACTUATOR = 1 << 3,        ///< the power stage reports an error
   TORSIO_FAULT_OVERRUN = 1 << 4,         ///< ticks were missed or took too long
   TORSIO_FAULT_NUMERIC = 1 << 5,         ///< the control law gave no finite torque

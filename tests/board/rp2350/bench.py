@@ -210,8 +210,8 @@ class Bench:
 
     # Ways to go wrong ---------------------------------------------------------------------------
 
-    def do_hang(self, masked: bool) -> bool:
-        self.chip.hang(masked=masked)
+    def do_hang(self, masked: bool = False, inside_us: float | None = None) -> bool:
+        self.chip.hang(masked=masked, inside_us=inside_us)
         return True
 
     def do_stop_ticks(self) -> bool:

@@ -187,14 +187,29 @@ class Chip:
 
     # Ways to go wrong ---------------------------------------------------------------------------
 
-    def hang(self, *, masked: bool) -> None:
-        """Let the main loop get on no more; interrupts do, unless they are masked as well."""
+    def hang(self, *, masked: bool = False, inside_us: float | None = None) -> None:
+        """Let the main loop get on no more; interrupts do, unless they are masked as well.
+
+        Or a control interrupt, so long after it has begun.
+        """
         self.run_for(1e6, lambda: not self.core.active)
+        if inside_us is not None:
+            self._run_into_tick(1e3 * inside_us)
         uc = self.core.uc
         uc.mem_write(LOOP, struct.pack("<H", 0xE7FE))
         uc.reg_write(arm_const.UC_ARM_REG_PC, LOOP | 1)
         uc.reg_write(arm_const.UC_ARM_REG_PRIMASK, int(masked))
         self.core.sleeping = False
+
+    def _run_into_tick(self, ns: float) -> None:
+        since = self.now
+        for _ in range(100_000):
+            self.run_for(100)
+            if self.core.ipsr != 16 + PWM_LINE:
+                since = self.now
+            elif self.now - since >= ns * HZ / 1e9:
+                return
+        raise AssertionError("no control interrupt takes so long")
 
     def stop_ticks(self) -> None:
         """No tick comes any more; the main loop is woken by other things, and often."""
