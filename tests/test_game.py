@@ -15,11 +15,11 @@ import pytest
 TREE = Path(__file__).parent.parent
 PROGRAM = TREE / "build/asan-ubsan/examples/game/lockpick"
 SECONDS = 60
-# No display, and no joystick of whoever runs the tests.
-ENVIRONMENT = os.environ | {"SDL_VIDEODRIVER": "dummy", "SDL_JOYSTICK_DEVICE": ""}
+# No joystick of whoever runs the tests.
+ENVIRONMENT = os.environ | {"SDL_JOYSTICK_DEVICE": ""}
 
 
-def _run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+def _run(*arguments: str | Path, display: str = "dummy") -> subprocess.CompletedProcess[str]:
     if not PROGRAM.exists():
         pytest.fail(f"{PROGRAM.relative_to(TREE)} is not built; run ./dev test", pytrace=False)
     return subprocess.run(
@@ -28,7 +28,7 @@ def _run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
         text=True,
         check=False,
         timeout=SECONDS,
-        env=ENVIRONMENT,
+        env=ENVIRONMENT | {"SDL_VIDEODRIVER": display},
     )
 
 
@@ -106,7 +106,6 @@ def test_what_cannot_be_done_is_said_in_one_line(tmp_path: Path) -> None:
     nowhere = str(tmp_path / "no such folder" / "file")
     for arguments, words in (
         (("--headless", "--joystick", "200"), "there is no joystick 200"),
-        ((), "nobody would see the game: SDL has found only its 'dummy' display"),
         (("--headless", "--frames", "1", "--screenshot", nowhere), "cannot write"),
         (("--headless", "--frames", "1", "--report", nowhere), "cannot write"),
     ):
@@ -115,6 +114,14 @@ def test_what_cannot_be_done_is_said_in_one_line(tmp_path: Path) -> None:
         assert result.stderr.startswith("lockpick: ")
         assert words in result.stderr
         assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("display", ["dummy", "offscreen"])
+def test_a_display_that_nobody_sees_is_refused(display: str) -> None:
+    result = _run(display=display)
+    assert result.returncode == 1
+    assert f"nobody would see the game: SDL has found only its '{display}' display" in result.stderr
+    assert result.stderr.count("\n") == 1
 
 
 def test_help_names_every_option_and_list_runs_without_a_display() -> None:

@@ -25,6 +25,8 @@ grow, and `last_wins`, whether an update after the flood is what plays.
 
 `what` "frames", a sine of 1 Hz and half of full torque that a game sends as a constant force, one
 value in each of `frames_hz` frames a second; `joined` as the device does by default, or held.
+In process also `sent`, the reports of a frame in their order, 1 ms apart: "level"; "level start",
+as games do that play with each update; "level envelope effect", as Wine's DirectInput does.
 `late_ms` behind the curve where it fits best, `ripple_share` the largest distance from it there and
 `rms_share` the mean, `step_share` the largest change in a tick, `overshoot_share` beyond what was
 sent, all as shares of full torque; `updates`.
@@ -361,7 +363,7 @@ def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
     return about | found
 
 
-def frames_in_process_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
+def frames_in_process_line(rate_hz: int, frames_hz: int, sent: str, *, joined: bool) -> Line:
     """Do the same without USB, driver and machine: what the device itself makes of a curve."""
     duration_s = 3.0
     count = round(duration_s * frames_hz)
@@ -382,14 +384,26 @@ def frames_in_process_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Lin
         torque: list[Floats] = []
         ticks = 0
         for index in range(count):
-            game.constant(block, round(32767 * float(_curve(np.array(index / frames_hz)))))
+            level = round(32767 * float(_curve(np.array(index / frames_hz))))
             until = round((index + 1) / frames_hz * rate_hz)
+            for number, report in enumerate(sent.split()):
+                if number != 0:
+                    knob.emulator.advance(1e-3)
+                    ticks += round(1e-3 * rate_hz)
+                if report == "level":
+                    game.constant(block, level)
+                elif report == "envelope":
+                    game.envelope(block)
+                elif report == "effect":
+                    game.effect(block, CONSTANT)
+                else:
+                    game.play(block)
             knob.emulator.advance((until - ticks) / rate_hz)
             ticks = until
             torque.append(np.array(knob.emulator.truth()["motor_torque_nm"]) / FULL_NM)
     found = _frames_measures(np.arange(ticks) / rate_hz, np.concatenate(torque)[:ticks])
-    about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "updates": count}
-    return about | found
+    about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "sent": sent}
+    return about | {"updates": count} | found
 
 
 def revival_line(rate_hz: int, updates: int) -> Line:
@@ -482,7 +496,8 @@ def measure_in_process(rate_hz: int) -> Iterator[Line]:
     about = {"benchmark": "games", "time": "virtual", "control_rate_hz": rate_hz}
     for frames_hz in FRAMES_HZ:
         for joined in (False, True):
-            yield about | frames_in_process_line(rate_hz, frames_hz, joined=joined)
+            for sent in ("level", "level start", "level envelope effect"):
+                yield about | frames_in_process_line(rate_hz, frames_hz, sent, joined=joined)
 
 
 def measure(arguments: argparse.Namespace) -> Iterator[Line]:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
 from collections.abc import Iterator
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
+from torsio import games_cli
 from torsio.cli import app
 from torsio.games import GameMonitor
 
@@ -37,10 +40,16 @@ class Game:
         answer = self.port.get_feature(0x22)
         assert answer is not None
         block = answer[1]
+        self.effect(block, kind)
+        return block
+
+    def effect(self, block: int, kind: int) -> None:
         self.port.write(
             struct.pack("<BBBHHHHBBHH", 0x11, block, kind, 0xFFFF, 0, 0, 32767, 0, 2, 24575, 0)
         )
-        return block
+
+    def envelope(self, block: int) -> None:
+        self.port.write(struct.pack("<BBHHHH", 0x12, block, 0, 0, 0, 0))
 
     def constant(self, block: int, level: int) -> None:
         self.port.write(struct.pack("<BBh", 0x15, block, level))
@@ -131,6 +140,34 @@ def test_command_shows_one_moment_without_a_terminal() -> None:
     result = CliRunner().invoke(app, ["games", "--device", "emulated"])
     assert result.exit_code == 0, result.output
     assert "actuator: nobody" in result.stdout
+
+
+def test_view_in_a_terminal_follows_what_games_do(knob: torsio.Knob) -> None:
+    game = Game(knob)
+    block = game.create(CONSTANT)
+    game.constant(block, 16384)
+    game.play(block)
+    out = Console(file=io.StringIO(), force_terminal=True, width=100)
+    games_cli.show(knob, out, seconds=0.6)
+    assert isinstance(out.file, io.StringIO)
+    shown = out.file.getvalue()
+    assert shown.count("actuator: a game") >= 2  # drawn again, in place
+    assert "playing" in shown
+    assert "\x1b[" in shown
+
+
+@pytest.mark.parametrize("who", ["a game", "the SDK"])
+def test_settings_are_refused_while_somebody_has_the_actuator(knob: torsio.Knob, who: str) -> None:
+    before = knob.game_config()
+    if who == "a game":
+        game = Game(knob)
+        game.play(game.create(CONSTANT))
+        knob.sleep(0.05)
+    else:
+        knob.arm()
+    with pytest.raises(torsio.Refused, match="has the actuator: end it"):
+        games_cli.change(knob, {"range_deg": 270.0})
+    assert knob.game_config() == before
 
 
 def test_settings_are_kept_on_the_knob() -> None:

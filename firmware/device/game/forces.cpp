@@ -111,29 +111,39 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
       if (order->paused && !paused_) paused_at_ = tick;
       if (!order->paused && paused_) pauses_ += tick - paused_at_;
       paused_ = order->paused;
-      enabled_ = order->enabled;
       gain_ = order->gain;
-      changed_ = true;
-      if (!enabled_) {
-        release(params.release_ticks);
-        forget();  // the game's own will
-      }
+      changed_ = changed_ || active_ != 0;
+      started = enable(order->enabled, may_play, time(tick)) || started;
     } else if (order->kind == ForceOrder::Kind::stop_all) {
       gently_ = active_ != 0;
       stop_all();
     } else if (order->kind == ForceOrder::Kind::set_all_aside) {
       set_all_aside();
     } else {
-      started = execute(*order, may_play && enabled_, time(tick)) || started;
+      started = execute(*order, may_play, time(tick)) || started;
     }
     orders_.pop();
   }
   return started;
 }
 
+/// Without actuators effects go on unheard.
+bool Forces::enable(bool enabled, bool may_play, std::uint64_t now) {
+  if (enabled == enabled_) return false;
+  enabled_ = enabled;
+  if (!enabled) release(release_ticks_);
+  bool heard = false;
+  for (std::uint8_t block = 0; enabled && may_play && block < kBlocks; ++block) {
+    heard = go_on(block, now) || heard;
+  }
+  return heard;
+}
+
 bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) {
   const bool plays = play_[order.block].loops_left != 0;
-  const bool joined = order.play == ForceOrder::Play::go_on && plays && join(order, now);
+  const bool restarts = order.play == ForceOrder::Play::start && goes_on(order);
+  const bool updates = order.play == ForceOrder::Play::go_on && plays;
+  const bool joined = (updates || restarts) && join(order, now);
   effect_[order.block] = order.effect;
   switch (order.play) {
     case ForceOrder::Play::as_it_is:
@@ -141,10 +151,10 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
       break;
     case ForceOrder::Play::go_on:
       changed_ = changed_ || (plays && !joined);
-      return may_play && go_on(order.block, now);
+      return may_play && enabled_ && go_on(order.block, now);
     case ForceOrder::Play::start:
-      if (may_play) start(order, now);
-      return may_play;
+      if (may_play) start(order, now, restarts, joined);
+      return may_play && enabled_;
     case ForceOrder::Play::stop:
       stop(order.block);
       set_loops_aside(order.block, 0);
@@ -154,6 +164,14 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
       break;
   }
   return false;
+}
+
+/// A start changes nothing of what is heard but the time: games send one with each update.
+bool Forces::goes_on(const ForceOrder& order) const {
+  const Playing& play = play_[order.block];
+  const PreparedEffect& effect = order.effect;
+  return play.loops_left != 0 && play.sounding && is_steady(effect) && effect.delay_ticks == 0 &&
+         effect.timed.attack_ticks == 0;
 }
 
 /// Joins an update to the one before it by a line that is a frame long, so half a frame late.
@@ -167,26 +185,30 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
     play.updated = now;
     play.frame_ticks = 0;
     play.change_nm = 0.0F;
+    play.change_before_nm = 0.0F;
     play.late_nm = 0.0F;
     return false;
   }
   const auto frame = static_cast<std::uint32_t>(gap);
-  if (4 * frame < play.frame_ticks) {
-    play.frame_ticks -=
-        play.frame_ticks / 16 + 1;  // another report of the same update, most likely
-  } else {
+  if (2 * frame >= play.frame_ticks) {  // else another report of the same update
     play.updated = now;
     play.frame_ticks = play.frame_ticks == 0 ? frame : (3 * play.frame_ticks + frame) / 4;
+    play.change_before_nm = play.change_nm;
+    play.change_nm = 0.0F;
   }
-  const std::uint64_t elapsed = now - play.start;
-  const auto value_nm = [elapsed](const PreparedEffect& effect) {
+  const auto value_nm = [](const PreparedEffect& effect, std::uint64_t elapsed) {
     return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
   };
-  const float change_nm = value_nm(order.effect) - value_nm(old);
+  const std::uint64_t elapsed = now - play.start;
+  const std::uint64_t elapsed_then = order.play == ForceOrder::Play::start ? 0 : elapsed;
+  const float change_nm = value_nm(order.effect, elapsed_then) - value_nm(old, elapsed);
+  if (change_nm == 0.0F) return true;
+  play.change_nm += change_nm;
   float usual_nm = kHitShare * cap_nm_;
-  if (change_nm * play.change_nm > 0.0F) usual_nm += core::absolute(play.change_nm);
-  play.change_nm = change_nm;
-  if (core::absolute(change_nm) > usual_nm || play.frame_ticks == 0) {
+  if (play.change_nm * play.change_before_nm > 0.0F) {
+    usual_nm += core::absolute(play.change_before_nm);
+  }
+  if (core::absolute(play.change_nm) > usual_nm || play.frame_ticks == 0) {
     play.late_nm = 0.0F;
     return false;
   }
@@ -195,8 +217,22 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
   return true;
 }
 
-void Forces::start(const ForceOrder& order, std::uint64_t now) {
+/// @param restarts it goes on as it was, but its time begins anew
+void Forces::start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined) {
   Playing& play = play_[order.block];
+  const std::uint8_t loops = order.loops == 0 ? std::uint8_t{1} : order.loops;
+  if (restarts) {
+    play.start = now;
+    play.loops_left = loops;
+    changed_ = changed_ || !joined;
+    return;
+  }
+  if (!enabled_) {
+    play = {};
+    play.start = now;
+    set_loops_aside(order.block, loops);
+    return;
+  }
   std::uint32_t soft_left = play.soft_left;  // who starts it again and again wants to feel it
   if (play.loops_left == 0) {
     order_[active_++] = order.block;
@@ -207,7 +243,7 @@ void Forces::start(const ForceOrder& order, std::uint64_t now) {
   play = {};
   play.soft_left = soft_left;
   play.start = now;
-  play.loops_left = order.loops == 0 ? std::uint8_t{1} : order.loops;
+  play.loops_left = loops;
   changed_ = true;
   gently_ = false;
   raise_walls();

@@ -159,13 +159,16 @@ class Forces final : public core::ForceSource {
     // Joining updates.
     std::uint64_t updated = 0;      // when the last one came, in the games' time; 0: none has
     std::uint32_t frame_ticks = 0;  // from one to the next; 0: not known yet
-    float change_nm = 0;            // of the last one
-    float late_nm = 0;              // what is still missing of it, with the sign of what was before
+    float change_nm = 0;            // of this frame
+    float change_before_nm = 0;     // of the frame before it
+    float late_nm = 0;              // what is still missing, with the sign of what was before
     float late_step_nm = 0;
   };
 
+  bool enable(bool enabled, bool may_play, std::uint64_t now);
   bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
-  void start(const ForceOrder& order, std::uint64_t now);
+  void start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined);
+  bool goes_on(const ForceOrder& order) const;
   bool go_on(std::uint8_t block, std::uint64_t now);
   bool join(const ForceOrder& order, std::uint64_t now);
   void stop(std::uint8_t block);

@@ -252,6 +252,14 @@ void PidEngine::control(Control control) {
 // Orders -------------------------------------------------------------------------------------
 
 void PidEngine::send_orders() {
+  // Before the settings: actuators that come on do not bring back what has ended.
+  if (stop_all_dirty_ || all_aside_dirty_) {
+    ForceOrder order;
+    order.kind = stop_all_dirty_ ? ForceOrder::Kind::stop_all : ForceOrder::Kind::set_all_aside;
+    if (!forces_.give(order)) return;
+    stop_all_dirty_ = false;
+    all_aside_dirty_ = false;
+  }
   if (settings_dirty_) {
     ForceOrder order;
     order.kind = ForceOrder::Kind::settings;
@@ -260,13 +268,6 @@ void PidEngine::send_orders() {
     order.enabled = enabled_;
     if (!forces_.give(order)) return;
     settings_dirty_ = false;
-  }
-  if (stop_all_dirty_ || all_aside_dirty_) {
-    ForceOrder order;
-    order.kind = stop_all_dirty_ ? ForceOrder::Kind::stop_all : ForceOrder::Kind::set_all_aside;
-    if (!forces_.give(order)) return;
-    stop_all_dirty_ = false;
-    all_aside_dirty_ = false;
   }
   if (!blocks_dirty_) return;
   for (std::uint8_t n = 0; n < kBlocks; ++n) {
@@ -320,9 +321,11 @@ bool PidEngine::plays_any() const {
 }
 
 /// A game that hangs must not pull for ever. What answers to the hand only may stay: a game that
-/// wants a spring says so once.
+/// wants a spring says so once. In a pause, or at no gain, nothing pulls, and the report that ends
+/// it is a sign of life.
 void PidEngine::watch_silence() {
   if (scale_.silence_ticks == 0 || now_.tick - heard_tick_ <= scale_.silence_ticks) return;
+  if (paused_ || gain_ == 0.0F) return;
   if (!plays_any()) return;
   for (std::size_t i = 0; i < kBlocks; ++i) {
     Block& block = blocks_[i];

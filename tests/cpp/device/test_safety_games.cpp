@@ -11,6 +11,18 @@ using protocol::Owner;
 using protocol::State;
 using protocol::Status;
 
+TEST_CASE("a wave that is started again is there once") {
+  GameRig rig;
+  const int block = rig.create(kSquare);
+  rig.set_effect(block);
+  rig.periodic(block, 8000, 0, 0, 1000);
+  for (int n = 0; n < 3; ++n) {
+    rig.start(block);
+    rig.tick(5);
+  }
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 8000 / 32767));
+}
+
 TEST_CASE("an effect that is started again is there once") {
   GameRig rig;
   const int block = rig.play_constant(8192);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import replace
 from pathlib import Path
 
@@ -125,6 +126,32 @@ def test_playing_effect_is_changed_scaled_stopped_and_erased(
     _, _, torque = read_log(bus, log)
     expected = [0, 8000, 16000, -24000, 32767, 32767 / 2, 0, 32767, 0, 32767, 0]
     assert np.abs(np.array(held(torque)) - 0.75 * np.array(expected) / 32767).max() < 1e-3
+
+
+def test_forty_effects_are_erased_in_any_order(bus: VirtualBus, tmp_path: Path) -> None:
+    # As ffcfstress and games that make an effect for each sound of their engine leave them.
+    knob, log = plug(bus, tmp_path)
+    pad = Gamepad(knob)
+    order = random.Random(1)
+    expected = [0]
+    for _ in range(2):
+        levels = order.sample(range(400, 801), 40)
+        playing = {
+            pad.upload(Effect(gamepad.CONSTANT, gamepad.constant(level))): level for level in levels
+        }
+        for number in playing:
+            pad.play(number)
+        let_pass(knob, 0.2)
+        expected.append(sum(levels))
+        for _ in range(4):
+            for number in order.sample(sorted(playing), 10):
+                pad.erase(number)
+                del playing[number]
+            let_pass(knob, 0.2)
+            expected.append(sum(playing.values()))
+    pad.close()
+    _, _, torque = read_log(bus, log)
+    assert np.array(held(torque)) == pytest.approx(np.array(expected) / 32767, abs=1e-3)
 
 
 # Values at their extremes --------------------------------------------------------------------

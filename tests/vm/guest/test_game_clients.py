@@ -167,6 +167,7 @@ def test_flood_of_updates_is_late_by_no_more_than_linux_keeps(
 
 
 def test_killed_game_leaves_no_force(bus: VirtualBus, tmp_path: Path) -> None:
+    # Linux closes what a killed process had open: evdev_release, input_ff_flush.
     knob, log = plug(bus, tmp_path)
     ready, done = os.pipe()
     game = os.fork()
@@ -185,10 +186,16 @@ def test_killed_game_leaves_no_force(bus: VirtualBus, tmp_path: Path) -> None:
         wait_for("the game to let go", lambda: opened.health().owner == "none")
         assert opened.state == "disarmed"
     again = Gamepad(knob)  # all forty are free again
-    assert len({again.upload(push(1)) for _ in range(40)}) == 40
+    numbers = [again.upload(push(16000)) for _ in range(40)]
+    assert len(set(numbers)) == 40
+    again.play(numbers[0])
+    let_pass(knob, 0.2)
     again.close()
     time_s, _, torque = read_log(bus, log)
-    assert fall_s(time_s, torque) <= 4e-3  # blend_s and two ticks
+    died = np.flatnonzero(torque > 0.99)[-1] + np.searchsorted(time_s, time_s[0] + 0.1)
+    assert fall_s(time_s[:died], torque[:died]) <= 4e-3  # blend_s and two ticks
+    felt = np.array([0, 32767, 0, 16000, 0]) / 32767
+    assert np.array(held(torque))[:5] == pytest.approx(felt, abs=1e-3)
 
 
 @pytest.mark.pulls_cable

@@ -14,6 +14,9 @@ namespace {
 constexpr int kTicksPerMs = 10;
 constexpr double kPi = 3.14159265358979;
 
+/// What an update is made of: a report each, in a frame of the bus each.
+enum class Part : std::uint8_t { level, effect, envelope, start };
+
 /// A constant force at 10 kHz, updated by a game with a frame of so many ms.
 struct Frames : GameRig {
   explicit Frames(double frame_ms, bool joined = true) : GameRig(100'000), frame_ms_(frame_ms) {
@@ -26,14 +29,15 @@ struct Frames : GameRig {
 
   /// One frame. The report arrives within a millisecond of when it is sent, as on the bus.
   /// @returns torque of each of its ticks, as a share of full
-  std::vector<double> frame(double share) {
-    constant(block, static_cast<int>(std::lround(share * 32767)));
+  std::vector<double> frame(double share, const std::vector<Part>& parts = {Part::level}) {
     ++frames_;
     const auto end = std::lround(std::ceil(frames_ * frame_ms_) * kTicksPerMs);
     std::vector<double> found;
-    for (const float nm : torques(static_cast<int>(end - at_))) {
-      found.push_back(static_cast<double>(nm) / static_cast<double>(kFullNm));
+    for (const Part part : parts) {
+      if (!found.empty() || part != parts.front()) play(found, kTicksPerMs);
+      send(part, static_cast<int>(std::lround(share * 32767)));
     }
+    play(found, static_cast<int>(end - at_) - static_cast<int>(found.size()));
     at_ = end;
     return found;
   }
@@ -41,6 +45,24 @@ struct Frames : GameRig {
   int block = 0;
 
  private:
+  void send(Part part, int level) {
+    switch (part) {
+      case Part::level:
+        return constant(block, level);
+      case Part::effect:
+        return set_effect(block);
+      case Part::envelope:
+        return envelope(block, 0, 0, 0, 0);
+      case Part::start:
+        return start(block);
+    }
+  }
+  void play(std::vector<double>& found, int ticks) {
+    for (const float nm : torques(ticks)) {
+      found.push_back(static_cast<double>(nm) / static_cast<double>(kFullNm));
+    }
+  }
+
   double frame_ms_;
   int frames_ = 0;
   long at_ = 0;
@@ -54,13 +76,14 @@ struct Ripple {
 };
 
 /// Plays a sine as a game does, and looks at the second of its seconds.
-Ripple play_wave(double frame_ms, bool joined, double late_ms) {
+Ripple play_wave(double frame_ms, bool joined, double late_ms,
+                 const std::vector<Part>& parts = {Part::level}) {
   Frames rig(frame_ms, joined);
   Ripple ripple;
   double last = 0;
   double time_s = 0;
   for (int n = 0; n * frame_ms < 2000; ++n) {
-    for (const double share : rig.frame(wave(n * frame_ms * 1e-3))) {
+    for (const double share : rig.frame(wave(n * frame_ms * 1e-3), parts)) {
       time_s += 1e-4;
       if (time_s > 1) {
         ripple.step = std::max(ripple.step, std::abs(share - last));
@@ -128,20 +151,64 @@ TEST_CASE("without joining an update is held from the next tick on") {
   }
 }
 
-TEST_CASE("a change of several reports counts as one frame") {
-  Frames rig(1e3 / 60);
-  double last = 0;
+TEST_CASE("a change of several reports counts as one frame, and a start of what plays is no end") {
+  using enum Part;
+  // Wine's DirectInput: level, envelope, effect; with DIEP_START a start behind them. Linux's
+  // driver: effect, then level. SDL's rumble: the effect anew, and a start.
+  for (const std::vector<Part>& parts : {std::vector{effect, level},
+                                         {level, start},
+                                         {level, effect},
+                                         {level, envelope, effect},
+                                         {level, effect, start},
+                                         {effect, level, start},
+                                         {effect, envelope, level}}) {
+    CAPTURE(parts.size());
+    CAPTURE(static_cast<int>(parts.back()));
+    for (const double rate_hz : {60.0, 120.0}) {
+      CAPTURE(rate_hz);
+      const double frame_ms = 1e3 / rate_hz;
+      const double level_ms = static_cast<double>(std::ranges::find(parts, level) - parts.begin());
+      const Ripple held = play_wave(frame_ms, false, 0, parts);
+      const Ripple joined = play_wave(frame_ms, true, frame_ms + level_ms, parts);
+      const double slope_per_s = 0.5 * 2 * kPi * 1.5;
+      CHECK(joined.step < 0.15 * held.step);
+      CHECK(joined.error < 0.003 + slope_per_s * 1.1e-3);
+    }
+  }
+}
+
+TEST_CASE("a start of what plays with an attack or a delay begins anew") {
+  for (const bool delayed : {false, true}) {
+    Frames rig(20);
+    rig.frame(0.05);
+    rig.frame(0.06);
+    EffectOptions options;
+    options.delay_ms = delayed ? 5 : 0;
+    rig.set_effect(rig.block, options);
+    if (!delayed) rig.envelope(rig.block, 0, 5, 0, 0);
+    rig.start(rig.block);
+    const std::vector<float> found = rig.torques(60 * kTicksPerMs);
+    CHECK(found[2] < 0.02F * GameRig::kFullNm);
+    CHECK(found[51] == about(0.06 * 0.08));
+  }
+}
+
+TEST_CASE("a game that becomes faster is joined in its new frames") {
+  Frames slow(20);
+  for (int n = 0; n < 20; ++n) slow.frame(0.005 * n);
+  // A line of 0.4 in 400 ms, told in every 2 ms: no notch of a tenth of a frame's change and more.
+  double last = 0.1;
   double step = 0;
-  for (int n = 0; n < 120; ++n) {
-    rig.set_effect(rig.block);  // and the next millisecond brings the level
-    const float now = rig.torques(kTicksPerMs).back();
-    CHECK(std::isfinite(now));
-    for (const double share : rig.frame(n / 120.0)) {
-      if (n > 20) step = std::max(step, std::abs(share - last));
+  for (int n = 1; n <= 200; ++n) {
+    slow.constant(slow.block, static_cast<int>(std::lround((0.1 + 0.002 * n) * 32767)));
+    for (const float nm : slow.torques(2 * kTicksPerMs)) {
+      const double share = static_cast<double>(nm) / static_cast<double>(GameRig::kFullNm);
+      if (n > 100) step = std::max(step, std::abs(share - last));
+      if (n > 100) CHECK(share > 0.1 + 0.002 * (n - 2) - 1e-4);
       last = share;
     }
   }
-  CHECK(step < 0.3 / 120);
+  CHECK(step < 1.1 * 0.002 / (2 * kTicksPerMs));
 }
 
 TEST_CASE("the waves' own edges are not touched by updates") {

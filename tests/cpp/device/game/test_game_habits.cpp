@@ -119,7 +119,8 @@ TEST_CASE("habit: an envelope is taken away by one of zeros") {
 }
 
 TEST_CASE("habit: created once and played for an hour") {
-  // What racing games do. An update, once a second here, is a sign of life.
+  // What DIEFFECT's duration of INFINITE and SDL_HAPTIC_INFINITY are for; no report that names a
+  // game was found. An update, once a second here, is a sign of life.
   GameRig rig;
   const int constant = rig.play_constant(8000);
   const int wave = rig.create(kSquare);
@@ -267,7 +268,7 @@ TEST_CASE("habit: device gain to 0 in a menu and back, effects are still there")
   rig.play_constant(20000);
   rig.tick(5);
   rig.gain(0);
-  rig.tick(3000);
+  rig.tick(120'000);
   CHECK(share(rig) == 0.0);
   rig.gain(32767);
   rig.tick(5);
@@ -318,15 +319,34 @@ TEST_CASE("habit: alt-tab: the device is closed and opened, and effects are made
 TEST_CASE("habit: a pause menu pauses the device, for minutes, and the game goes on") {
   // DISFFC_PAUSE and DISFFC_CONTINUE.
   GameRig rig;
-  const int block = rig.play_constant(20000);
+  rig.play_constant(20000);
   rig.tick(5);
   rig.control(5);
-  rig.tick(9000);
+  rig.tick(120'000);
   CHECK(share(rig) == 0.0);
+  CHECK(rig.owner() == protocol::Owner::game);
   rig.control(6);
-  rig.constant(block, 10000);
-  rig.tick(45);
-  CHECK(share(rig) == Approx(10000 / 32767.0).scale(0).epsilon(1e-3));
+  rig.tick(5);
+  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
+  // A program that hangs behind its menu has its force for as long as any other.
+  rig.tick(9900);
+  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
+  rig.tick(200);
+  CHECK(share(rig) == 0.0);
+}
+
+TEST_CASE("habit: actuators off in a menu, for minutes, and on again") {
+  // DISFFC_SETACTUATORSOFF: "effects continue to play but are ignored", muted rather than paused.
+  GameRig rig;
+  rig.play_constant(20000);
+  rig.tick(5);
+  rig.control(2);
+  rig.tick(120'000);
+  CHECK(share(rig) == 0.0);
+  CHECK(rig.owner() == protocol::Owner::none);
+  rig.control(1);
+  rig.tick(5);
+  CHECK(share(rig) == Approx(20000 / 32767.0).scale(0).epsilon(1e-3));
 }
 
 TEST_CASE("habit: an endless effect is updated and never started again") {

@@ -274,11 +274,17 @@ TEST_CASE("when the bus is lost a game's force fades in the configured time") {
   CHECK(rig.state() == State::disarmed);
 }
 
-TEST_CASE("disable actuators fades the force, and nothing plays until they are enabled") {
+TEST_CASE("actuators off fade the force, effects go on unheard, and actuators on bring it back") {
   GameRig rig;
-  const int block = rig.play_constant(32767);
+  rig.play_constant(8192);
+  EffectOptions options;
+  options.duration_ms = 500;
+  rig.play_constant(16384, options);
+  options.duration_ms = 150;
+  rig.play_constant(8191, options);
   rig.tick(10);
   rig.control(2);
+  rig.gain(32767);  // what is said meanwhile does not hasten it
   float last = rig.outputs.motor_command_nm;
   for (int i = 0; i < 60; ++i) {
     rig.tick();
@@ -287,13 +293,66 @@ TEST_CASE("disable actuators fades the force, and nothing plays until they are e
   }
   CHECK(last == 0.0F);
   CHECK(rig.state() == State::disarmed);
-  rig.start(block);
-  rig.tick(10);
+  rig.tick(30);
+  options.duration_ms = 300;
+  const int begun = rig.play_constant(-4096, options);  // 100 ms after the others
+  rig.tick(100);
+  rig.constant(begun, -2048);
+  rig.tick(100);
+  CHECK(rig.state() == State::disarmed);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  rig.control(1);
+  const auto full = [](int level) { return about(0.08 * level / 32767); };
+  rig.tick(2);  // at 302 ms one is over
+  CHECK(rig.owner() == Owner::game);
+  CHECK(rig.outputs.motor_command_nm == full(8192 + 16384 - 2048));
+  rig.tick(90);
+  CHECK(rig.outputs.motor_command_nm == full(8192 + 16384 - 2048));
+  rig.tick(30);
+  CHECK(rig.outputs.motor_command_nm == full(8192 + 16384));
+  rig.tick(100);
+  CHECK(rig.outputs.motor_command_nm == full(8192));
+}
+
+TEST_CASE("what is started while the actuators are off is felt when they are on") {
+  GameRig rig;
+  rig.control(2);
+  const int block = rig.play_constant(16384);
+  rig.tick(100);
   CHECK(rig.state() == State::disarmed);
   rig.control(1);
-  rig.start(block);
+  rig.tick(2);
+  CHECK(rig.owner() == Owner::game);
+  CHECK(rig.outputs.motor_command_nm == about(0.08 * 16384 / 32767));
+  rig.stop(block);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
+TEST_CASE("actuators off, and reset as drivers begin: nothing moves, nothing comes back") {
+  GameRig rig;
+  rig.play_constant(32767);
   rig.tick(10);
-  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+  rig.control(2);
+  rig.tick(100);
+  for (const int control : {4, 4, 3, 1}) {
+    rig.control(control);
+    for (int i = 0; i < 20; ++i) {
+      rig.tick();
+      CHECK(rig.state() == State::disarmed);
+      CHECK(rig.outputs.motor_command_nm == 0.0F);
+    }
+  }
+}
+
+TEST_CASE("actuators that are on are not turned on: what silence has ended stays") {
+  GameRig rig;
+  rig.configure([](protocol::GameConfig& config) { config.silence_s = 0.5F; });
+  rig.play_constant(32767);
+  rig.tick(600);
+  rig.control(1);
+  rig.tick(20);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
 TEST_CASE("a fault silences the game, and clearing it does not bring the force back") {

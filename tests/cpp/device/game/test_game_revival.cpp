@@ -75,7 +75,8 @@ TEST_CASE("what the game has ended stays ended, also after the device had ended 
         rig.control(3);  // stop all
         break;
       case 2:
-        rig.control(2);  // actuators off, and on
+        rig.control(2);  // between actuators off and on
+        rig.stop(rig.block);
         rig.control(1);
         break;
       case 3:
@@ -151,6 +152,7 @@ TEST_CASE("an update does not undo the SDK's stop of a game, nor a fault") {
 }
 
 TEST_CASE("an update brings a force back after the bus was suspended") {
+  // As a computer that sleeps does (USB 2.0, 7.1.7).
   GameRig rig;
   const int block = rig.play_constant(32767);
   rig.tick(40);
@@ -215,6 +217,39 @@ TEST_CASE("a game whose device nobody has open any more loses its forces in half
   CHECK(rig.outputs.motor_command_nm == 0.0F);
   rig.tick(1010);
   CHECK(rig.owner() == Owner::none);
+}
+
+TEST_CASE("a game that dies in its pause menu leaves no force for the next one") {
+  GameRig rig;
+  rig.play_constant(32767);
+  live(rig, 100);
+  rig.control(5);
+  live(rig, 20'000);
+  CHECK(rig.owner() == Owner::game);
+  rig.tick(1700);  // nobody fetches reports
+  CHECK(rig.owner() == Owner::none);
+  rig.control(6);
+  live(rig, 20);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
+TEST_CASE("actuators that come on take nothing from the SDK, and an update follows it") {
+  GameRig rig;
+  const int block = rig.play_constant(32767);
+  rig.tick(40);
+  rig.control(2);
+  rig.tick(100);
+  REQUIRE(rig.command(Op::arm) == protocol::Status::ok);
+  rig.control(1);
+  rig.tick(60);
+  CHECK(rig.owner() == Owner::sdk);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+  REQUIRE(rig.command(Op::disarm) == protocol::Status::ok);
+  rig.tick(20);
+  CHECK(rig.owner() == Owner::none);
+  rig.constant(block, kHalf);
+  rig.tick(2);
+  CHECK(rig.outputs.motor_command_nm == kHalfNm);
 }
 
 TEST_CASE("a silent game that has the device open keeps its force until the silence is over") {
