@@ -15,7 +15,7 @@ import pytest
 import torsio
 from torsio import Constant, PrescribedMotion, TorqueHand, Wall, batch
 
-LONG = 10**5000  # Python does not even print it
+LONG: Any = 10**5000  # Python does not even print it
 
 
 def forced(effect: Constant, name: str, value: object) -> Constant:
@@ -70,7 +70,7 @@ def test_parts_of_a_knob_of_the_wrong_kind_are_refused() -> None:
 
 
 SEVERAL = np.array([1.0, 2.0])
-HALF = "\ud800"  # no UTF-8 has it
+HALF: Any = "\ud800"  # no UTF-8 has it
 
 
 @pytest.mark.parametrize(
