@@ -121,7 +121,11 @@ def write_pages(xml: Path, folder: Path) -> list[str]:
     """Write a page for each header; gives their names, in order."""
     every = entries(xml)
     for header in HEADERS:
-        about = ElementTree.parse(xml / f"{header.stem}_8hpp.xml").getroot().find("compounddef")
+        about = (
+            ElementTree.parse(xml / f"{header.stem.replace('_', '__')}_8hpp.xml")
+            .getroot()
+            .find("compounddef")
+        )
         assert about is not None
         title = f"torsio/{header.name}"
         text = [title, "=" * len(title), "", _PRINTED.sub("", words_of(about)), ""]

@@ -179,22 +179,15 @@ bool Forces::goes_on(const ForceOrder& order) const {
 bool Forces::join(const ForceOrder& order, std::uint64_t now) {
   Playing& play = play_[order.block];
   const PreparedEffect& old = effect_[order.block];
-  const std::uint64_t gap = now - play.updated;
-  if (play.updated == 0 || gap > frame_max_ticks_ || !play.sounding || !is_steady(old) ||
-      !is_steady(order.effect)) {
+  const bool first = play.heard == 0 || now - play.heard > frame_max_ticks_;
+  play.heard = now;
+  if (first || !play.sounding || !is_steady(old) || !is_steady(order.effect)) {
     play.updated = now;
     play.frame_ticks = 0;
     play.change_nm = 0.0F;
     play.change_before_nm = 0.0F;
     play.late_nm = 0.0F;
     return false;
-  }
-  const auto frame = static_cast<std::uint32_t>(gap);
-  if (2 * frame >= play.frame_ticks) {  // else another report of the same update
-    play.updated = now;
-    play.frame_ticks = play.frame_ticks == 0 ? frame : (3 * play.frame_ticks + frame) / 4;
-    play.change_before_nm = play.change_nm;
-    play.change_nm = 0.0F;
   }
   const auto value_nm = [](const PreparedEffect& effect, std::uint64_t elapsed) {
     return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks);
@@ -203,6 +196,17 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
   const std::uint64_t elapsed_then = order.play == ForceOrder::Play::start ? 0 : elapsed;
   const float change_nm = value_nm(order.effect, elapsed_then) - value_nm(old, elapsed);
   if (change_nm == 0.0F) return true;
+  const std::uint64_t gap = now - play.updated;
+  if (2 * gap >= play.frame_ticks) {  // else another report of the same update
+    const bool held = gap > frame_max_ticks_;
+    play.updated = now;
+    play.change_before_nm = held ? 0.0F : play.change_nm;
+    play.change_nm = 0.0F;
+    const auto frame = static_cast<std::uint32_t>(gap);
+    if (!held) {
+      play.frame_ticks = play.frame_ticks == 0 ? frame : (3 * play.frame_ticks + frame) / 4;
+    }
+  }
   play.change_nm += change_nm;
   float usual_nm = kHitShare * cap_nm_;
   if (play.change_nm * play.change_before_nm > 0.0F) {

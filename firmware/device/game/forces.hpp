@@ -157,8 +157,9 @@ class Forces final : public core::ForceSource {
     std::uint32_t soft_left = 0;   // ticks until a spring is all there
     float slip_rad = 0;
     // Joining updates.
-    std::uint64_t updated = 0;      // when the last one came, in the games' time; 0: none has
-    std::uint32_t frame_ticks = 0;  // from one to the next; 0: not known yet
+    std::uint64_t heard = 0;        // when the last one came, in the games' time; 0: none has
+    std::uint64_t updated = 0;      // when the last one came that changed something
+    std::uint32_t frame_ticks = 0;  // from one of these to the next; 0: not known yet
     float change_nm = 0;            // of this frame
     float change_before_nm = 0;     // of the frame before it
     float late_nm = 0;              // what is still missing, with the sign of what was before

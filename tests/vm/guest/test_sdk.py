@@ -55,6 +55,9 @@ NOT_OVER_USB = {
     ),
     "truth fits telemetry tick by tick": _WORLD,
     "truth without a log is an error that says how to get one": _WORLD,
+    "telemetry at 4,000 samples a second loses none, and has room for a dozen answers": (
+        "leaves a driver three frames to be late in, and that of USB/IP may be later"
+    ),
     "calls of several threads on a paced knob all get their answers": (
         "gives the world hands without end, each a file here; attached/test_threads.cpp does not"
     ),

@@ -164,7 +164,7 @@ TEST_CASE("a change of several reports counts as one frame, and a start of what 
                                          {effect, envelope, level}}) {
     CAPTURE(parts.size());
     CAPTURE(static_cast<int>(parts.back()));
-    for (const double rate_hz : {60.0, 120.0}) {
+    for (const double rate_hz : {60.0, 120.0, 250.0}) {
       CAPTURE(rate_hz);
       const double frame_ms = 1e3 / rate_hz;
       const double level_ms = static_cast<double>(std::ranges::find(parts, level) - parts.begin());
