@@ -1,5 +1,7 @@
 #include "device/game/forces.hpp"
 
+#include <utility>
+
 #include "core/math.hpp"
 
 namespace torsio::device::game {
@@ -119,6 +121,7 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
       stop_all();
     } else if (order->kind == ForceOrder::Kind::set_all_aside) {
       set_all_aside();
+      for (Playing& play : play_) play.muted = false;
     } else {
       started = execute(*order, may_play, time(tick)) || started;
     }
@@ -131,9 +134,14 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
 bool Forces::enable(bool enabled, bool may_play, std::uint64_t now) {
   if (enabled == enabled_) return false;
   enabled_ = enabled;
-  if (!enabled) release(release_ticks_);
+  if (!enabled) {
+    for (std::uint8_t i = 0; i < active_; ++i) play_[order_[i]].muted = true;
+    release(release_ticks_);
+    return false;
+  }
   bool heard = false;
-  for (std::uint8_t block = 0; enabled && may_play && block < kBlocks; ++block) {
+  for (std::uint8_t block = 0; block < kBlocks; ++block) {
+    if (!std::exchange(play_[block].muted, false) || !may_play) continue;
     heard = go_on(block, now) || heard;
   }
   return heard;
@@ -234,6 +242,7 @@ void Forces::start(const ForceOrder& order, std::uint64_t now, bool restarts, bo
   if (!enabled_) {
     play = {};
     play.start = now;
+    play.muted = true;
     set_loops_aside(order.block, loops);
     return;
   }

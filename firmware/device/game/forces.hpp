@@ -153,6 +153,7 @@ class Forces final : public core::ForceSource {
     std::uint64_t start = 0;       // in the games' time
     std::uint8_t loops_left = 0;   // 0: does not play
     std::uint8_t loops_aside = 0;  // what it had left when it was set aside
+    bool muted = false;            // set aside because the actuators are off
     bool sounding = false;         // past its delay
     std::uint32_t soft_left = 0;   // ticks until a spring is all there
     float slip_rad = 0;

@@ -303,7 +303,7 @@ void PidEngine::service(const Moment& now) {
 }
 
 void PidEngine::disconnect() {
-  set_all_aside();
+  leave_all();
   joystick_sent_ = false;
   state_due_ = true;
   offered_ = false;
@@ -316,8 +316,21 @@ void PidEngine::set_all_aside() {
   all_aside_dirty_ = true;
 }
 
+/// Of a game that is gone: what it has silenced is the next one's to be heard.
+void PidEngine::leave_all() {
+  set_all_aside();
+  settings_dirty_ = settings_dirty_ || paused_ || !enabled_;
+  paused_ = false;
+  enabled_ = true;
+}
+
 bool PidEngine::plays_any() const {
   return (forces_.playing_blocks(0) | forces_.playing_blocks(1)) != 0;
+}
+
+/// Plays, or is silent until the actuators are on.
+bool PidEngine::holds_any() const {
+  return plays_any() || (!enabled_ && (forces_.blocks_aside(0) | forces_.blocks_aside(1)) != 0);
 }
 
 /// A game that hangs must not pull for ever. What answers to the hand only may stay: a game that
@@ -341,8 +354,8 @@ void PidEngine::watch_silence() {
 /// or not. While something plays there is one to fetch in each heartbeat; if none is fetched any
 /// more, the program that began it is gone. One that never fetched any is a driver of its own.
 void PidEngine::watch_reader() {
-  if (!reader_ || now_.tick - asked_tick_ <= scale_.abandoned_ticks || !plays_any()) return;
-  set_all_aside();
+  if (!reader_ || now_.tick - asked_tick_ <= scale_.abandoned_ticks || !holds_any()) return;
+  leave_all();
   reader_ = false;
 }
 
@@ -500,7 +513,7 @@ std::size_t PidEngine::next_state(std::span<std::uint8_t> report) {
     return send(state, report);
   }
   const bool heartbeat =
-      plays_any() && now_.tick - state_tick_ >= scale_.abandoned_ticks / kHeartbeats;
+      holds_any() && now_.tick - state_tick_ >= scale_.abandoned_ticks / kHeartbeats;
   if (state.status == status_sent_ && !state_due_ && !heartbeat) return 0;
   return send(state, report);
 }

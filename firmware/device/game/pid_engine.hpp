@@ -81,7 +81,9 @@ class PidEngine {
   std::int16_t axis() const;
   std::uint8_t status() const;
   bool plays(std::size_t index) const;
+  void leave_all();
   bool plays_any() const;
+  bool holds_any() const;
   bool is_aside(std::size_t index) const;
   std::uint16_t pool_available() const;
 

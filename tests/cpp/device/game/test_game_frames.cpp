@@ -211,6 +211,26 @@ TEST_CASE("a game that becomes faster is joined in its new frames") {
   CHECK(step < 1.1 * 0.002 / (2 * kTicksPerMs));
 }
 
+TEST_CASE("two changes of one update are joined as one, over the frame of the game") {
+  Frames rig(20);
+  for (int n = 0; n < 20; ++n) rig.frame(0.005 * n);
+  double last = 0;
+  double step = 0;
+  const auto pass = [&](double share, int ms) {
+    rig.constant(rig.block, static_cast<int>(std::lround(share * 32767)));
+    for (const float nm : rig.torques(ms * kTicksPerMs)) {
+      const double now = static_cast<double>(nm) / static_cast<double>(GameRig::kFullNm);
+      if (last != 0) step = std::max(step, std::abs(now - last));
+      last = now;
+    }
+  };
+  for (int n = 20; n < 60; ++n) {
+    pass(0.005 * n - 0.0025, 1);
+    pass(0.005 * n, 19);
+  }
+  CHECK(step < 1.3 * 0.005 / (20 * kTicksPerMs));
+}
+
 TEST_CASE("the waves' own edges are not touched by updates") {
   GameRig rig(100'000);
   const int block = rig.create(kSquare);

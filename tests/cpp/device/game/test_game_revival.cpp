@@ -233,6 +233,50 @@ TEST_CASE("a game that dies in its pause menu leaves no force for the next one")
   CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
+TEST_CASE("actuators that come on bring back no force of a game that is gone") {
+  for (const bool is_muted : {true, false}) {
+    CAPTURE(is_muted);
+    GameRig rig;
+    rig.play_constant(32767);
+    live(rig, 100);
+    if (is_muted) rig.control(2);
+    live(rig, 100);
+    rig.tick(2700);  // nobody fetches reports
+    CHECK(rig.owner() == Owner::none);
+    rig.control(2);
+    live(rig, 100);
+    rig.control(1);
+    live(rig, 100);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
+  }
+}
+
+TEST_CASE("a pause, and actuators that are off, end with the game that wanted them") {
+  for (const int silence : {2, 5}) {
+    CAPTURE(silence);
+    GameRig rig;
+    rig.play_constant(32767);
+    live(rig, 100);
+    rig.control(silence);
+    live(rig, 100);
+    rig.tick(2700);  // nobody fetches reports
+    rig.play_constant(16384);
+    live(rig, 100);
+    CHECK(rig.outputs.motor_command_nm == Approx(0.04).epsilon(0.001));
+  }
+}
+
+TEST_CASE("a game that has its actuators off and listens is not gone") {
+  GameRig rig;
+  rig.play_constant(32767);
+  live(rig, 100);
+  rig.control(2);
+  live(rig, 20'000);
+  rig.control(1);
+  live(rig, 100);
+  CHECK(rig.outputs.motor_command_nm == Approx(0.08));
+}
+
 TEST_CASE("actuators that come on take nothing from the SDK, and an update follows it") {
   GameRig rig;
   const int block = rig.play_constant(32767);
