@@ -108,6 +108,7 @@ function showFaults(): void {
   const now = (knob?.faults ?? []).join();
   if (now === faultsShown) return;
   faultsShown = now;
+  lookAtFirstPower();
   byId("faults").replaceChildren(
     ...(knob?.faults ?? []).map((name) => {
       const fault = FAULTS.find((f) => f.name === name);
@@ -226,6 +227,12 @@ function draw(now: number): void {
   ages.drawn();
 }
 
+/** With the numbers, and with every change of the faults: one may come and go between two pictures. */
+function lookAtFirstPower(): void {
+  if (!newest || !knob) return;
+  firstPower.look({ state: knob.state, faults: knob.faults, angleRad: newest[1]!, brakeCapacityNm: newest[5]! });
+}
+
 /** The numbers beside the dial. */
 function write(knob: Knob, row: ArrayLike<number>): void {
   const angle = row[1]!, speed = row[2]!;
@@ -234,7 +241,7 @@ function write(knob: Knob, row: ArrayLike<number>): void {
   show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
   CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
   show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
-  firstPower.look({ state: knob.state, faults: knob.faults, angleRad: angle, brakeCapacityNm: row[5]! });
+  lookAtFirstPower();
   for (const name of ["spring_torque_nm", "hand_torque_nm"] as const) {
     const actual = emulated?.truth[TRUTH.indexOf(name)];
     if (actual !== undefined) show(`true_${name}`, actual, torque(actual));

@@ -348,6 +348,27 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     assert replayed.largest_differences()["desired_torque_nm"] <= STEP_NM
 
 
+# The emergency stop pressed, released and its fault cleared while nothing is drawn.
+PRESSED_BETWEEN_TWO_PICTURES = """async () => {
+  const draw = requestAnimationFrame, waiting = [];
+  window.requestAnimationFrame = (picture) => waiting.push(picture);
+  const there = (id) => document.getElementById(id);
+  const becomes = (when) => new Promise((resolve) => {
+    const look = () => (when() ? resolve() : setTimeout(look, 1));
+    look();
+  });
+  there("emergency-stop").click();
+  await becomes(() => there("faults").children.length);
+  const told = there("faults").textContent;
+  there("emergency-stop").click();
+  there("clear-fault").click();
+  await becomes(() => there("state").value === "disarmed");
+  window.requestAnimationFrame = draw;
+  waiting.forEach((picture) => draw(picture));
+  return told;
+}"""
+
+
 def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         state_is(page, "disarmed")
@@ -364,11 +385,7 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
             page.keyboard.press("PageUp")
         expect(done[1]).to_be_checked()
         page.keyboard.press("Backspace")
-        page.click("#emergency-stop")
-        state_is(page, "fault")
-        expect(page.locator("#faults li")).to_contain_text("close its contact to ground")
-        page.click("#emergency-stop")
-        page.click("#clear-fault")
+        assert "close its contact to ground" in page.evaluate(PRESSED_BETWEEN_TWO_PICTURES)
         expect(done[2]).to_be_checked()
         # Nobody holds the knob: the push turns it, and then the page disarms.
         expect(done[3]).not_to_be_checked()
