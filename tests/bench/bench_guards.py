@@ -39,13 +39,13 @@ from tests.board.dangers import (
     DANGERS,
     arm_while_bridge_wakes,
     endure,
-    forget_layout,
     hold_warm,
     named,
     push,
     react,
+    start_with_other_layout,
 )
-from tests.board.pico import MODELS, MS, choose, enumerated, rewired
+from tests.board.pico import MODELS, choose, enumerated, rewired
 from tests.board.unguarded import image, take_away, unguarded
 from torsio.hands import NoHand
 
@@ -175,12 +175,7 @@ def _no_faults(board: str) -> None:
         told = pico.get("health")["reset_cause"]
         _tell(board, "supply of the board too low for a moment", tells=told)
         pico.set("board_config", motor_pin=18, confirmed="on")
-        pico.do("erase_time", ns=MS)
-        for _ in range(2):
-            assert pico.command("save") == "ok"
-        forget_layout(pico)
-        pico.power_cycle()
-        pico.enumerate()
+        start_with_other_layout(pico)
         config = pico.get("board_config")
         kept = {name: config[name] for name in ("motor_pin", "confirmed")}
         _tell(board, "configuration of other firmware", board_config=kept)

@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tests.board.pico import EmulatedPico, confirm
+from tests.board.pico import MS, EmulatedPico, confirm
 from tests.board.unguarded import start_without, take_away
 
 FAULTS = (
@@ -171,14 +171,19 @@ def hold_warm(board: EmulatedPico, time_ms: float) -> list[float]:
     return found
 
 
-def forget_layout(board: EmulatedPico) -> None:
-    """Have what is saved be of firmware with other reports: its mark differs, and is whole."""
+def start_with_other_layout(board: EmulatedPico) -> None:
+    """Save, and start with that being of firmware with other reports: its mark differs."""
+    board.do("erase_time", ns=MS)
+    for _ in range(2):
+        assert board.command("save") == "ok"
     for slot in (0, 1):
         at = board.model.slots_at + 4096 * slot
         saved = bytearray.fromhex(board.do("flash", address=at, size=256))
         saved[4] ^= 1
         saved[252:] = struct.pack("<I", zlib.crc32(saved[:252]))
         board.do("write_flash", address=at, data=saved.hex())
+    board.power_cycle()
+    board.enumerate()
 
 
 def arm_while_bridge_wakes(board: EmulatedPico, waking_ms: float) -> int:

@@ -18,13 +18,13 @@ from tests.board.dangers import (
     Danger,
     arm_while_bridge_wakes,
     endure,
-    forget_layout,
     hold_warm,
     push,
     react,
+    start_with_other_layout,
     time_until_off_ms,
 )
-from tests.board.pico import MS, EmulatedPico, confirm, enumerated, rewired
+from tests.board.pico import EmulatedPico, confirm, enumerated, rewired
 from tests.board.unguarded import GUARDS, image, mutated, start_without, take_away, unguarded
 from torsio.hands import NoHand
 
@@ -222,12 +222,7 @@ def test_winding_is_overheated_without_the_guard() -> None:
 def test_stored_configuration_of_another_layout_is_not_believed() -> None:
     with unguarded() as pico:
         assert pico.set("board_config", supply_v=24, motor_pin=18)["status"] == 0
-        pico.do("erase_time", ns=MS)
-        for _ in range(2):
-            assert pico.command("save") == "ok"
-        forget_layout(pico)
-        pico.power_cycle()
-        pico.enumerate()
+        start_with_other_layout(pico)
         found = pico.get("board_config")
         assert (found["supply_v"], found["motor_pin"], found["confirmed"]) == (12, 6, "off")
         assert pico.get("health")["saves"] == 0

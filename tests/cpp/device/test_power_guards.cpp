@@ -72,6 +72,17 @@ struct Motor {
   std::function<double(const Motor&)> sensor;
 };
 
+/// What the supply makes of the winding is told after a tenth of a second, and over with the
+/// torque.
+void check_found_out(Motor& motor, double torque_nm) {
+  const double found_s = motor.push(torque_nm, 1.0);
+  CHECK(found_s > 0.08);
+  CHECK(found_s < 0.13);
+  CHECK(motor.logic.find_faults(false) == fault::winding);
+  motor.run(0.0, 1e-3);
+  CHECK(motor.logic.find_faults(false) == 0);
+}
+
 }  // namespace
 
 TEST_CASE("a sound motor is believed at every torque and speed, with values that are a third off") {
@@ -166,12 +177,7 @@ TEST_CASE("a supply of twice the configured voltage is found out once the motor 
       CAPTURE(torque_nm);
       Motor motor(board);
       motor.supply = 24.0;
-      const double found_s = motor.push(torque_nm, 1.0);
-      CHECK(found_s > 0.08);
-      CHECK(found_s < 0.13);
-      CHECK(motor.logic.find_faults(false) == fault::winding);
-      motor.run(0.0, 1e-3);
-      CHECK(motor.logic.find_faults(false) == 0);
+      check_found_out(motor, torque_nm);
     }
     // Where little flows, or the motor makes much of the voltage, nothing is said of it.
     Motor idle(board);
@@ -206,12 +212,7 @@ TEST_CASE("a supply of half the configured voltage is found out once the motor w
         Motor motor(board);
         motor.supply = 6.0;
         motor.ohm *= warmth;
-        const double found_s = motor.push(torque_nm, 1.0);
-        CHECK(found_s > 0.08);
-        CHECK(found_s < 0.13);
-        CHECK(motor.logic.find_faults(false) == fault::winding);
-        motor.run(0.0, 1e-3);
-        CHECK(motor.logic.find_faults(false) == 0);
+        check_found_out(motor, torque_nm);
       }
     }
     // A motor that is turned makes 0.05 V s of its own, which asks for no current: 0.6 A at 30
