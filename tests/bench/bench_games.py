@@ -60,13 +60,11 @@ import numpy as np
 
 TREE = Path(__file__).parents[2]
 sys.path.insert(0, str(TREE))  # this file is also run as a program
-import torsio  # noqa: E402
+from tests.bench import game_frames  # noqa: E402
 from tests.bench.bench_usb import measure_in_virtual_machine  # noqa: E402
-from tests.python.test_games import CONSTANT, Game  # noqa: E402
 from tests.vm.guest import effect_forms, gamepad  # noqa: E402
 from tests.vm.guest.gamepad import Effect, Gamepad  # noqa: E402
 from tests.vm.guest.torque_log import (  # noqa: E402
-    FULL_NM,
     Floats,
     let_pass,
     pieces,
@@ -307,33 +305,6 @@ def flood_line(rate_hz: int, asked_per_s: float, duration_s: float) -> Line:
 
 # A game's frames -----------------------------------------------------------------------------
 
-CURVE = 0.5  # of full torque
-FRAMES_HZ = (60, 120, 360)
-
-
-def _curve(time_s: Floats) -> Floats:
-    found: Floats = CURVE * np.sin(2 * np.pi * time_s)
-    return found
-
-
-def _frames_measures(time_s: Floats, torque: Floats) -> Line:
-    """Compare with the curve, of which the first second is not counted."""
-    counted = time_s > 1
-
-    def error(late_s: float) -> Floats:
-        found: Floats = (torque - _curve(time_s - late_s))[counted]
-        return found
-
-    late_s = min(np.arange(0, 0.05, 1e-4), key=lambda late: float(np.mean(error(float(late)) ** 2)))
-    left = error(float(late_s))
-    return {
-        "late_ms": round(1e3 * float(late_s), 2),
-        "ripple_share": round(float(np.abs(left).max()), 5),
-        "rms_share": round(float(np.sqrt(np.mean(left**2))), 5),
-        "step_share": round(float(np.abs(np.diff(torque[counted])).max()), 5),
-        "overshoot_share": round(max(float(np.abs(torque).max()) - CURVE, 0.0), 5),
-    }
-
 
 def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
     """Send a curve as a game does, a value in each frame."""
@@ -343,7 +314,7 @@ def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
         pad = running.pad
 
         def state(index: int, number: int) -> Effect:
-            level = round(32767 * float(_curve(np.array(index / frames_hz))))
+            level = round(32767 * float(game_frames.curve(np.array(index / frames_hz))))
             return Effect(gamepad.CONSTANT, gamepad.constant(level), number=number)
 
         number = pad.upload(state(0, -1))
@@ -358,52 +329,9 @@ def frames_line(rate_hz: int, frames_hz: int, *, joined: bool) -> Line:
         let_pass(running.knob, 0.2)
         time_s, _, torque = running.end()
     sent = slice(*np.searchsorted(time_s, (begin_s, begin_s + duration_s)))
-    found = _frames_measures(time_s[sent] - begin_s, torque[sent])
+    found = game_frames.measures(time_s[sent] - begin_s, torque[sent])
     about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "updates": count}
     return about | found
-
-
-def frames_in_process_line(rate_hz: int, frames_hz: int, sent: str, *, joined: bool) -> Line:
-    """Do the same without USB, driver and machine: what the device itself makes of a curve."""
-    duration_s = 3.0
-    count = round(duration_s * frames_hz)
-    options = torsio.EmulatorOptions(
-        control_rate_hz=rate_hz,
-        control=torsio.ControlConfig(law="motor_only"),
-        game=torsio.GameConfig(join_updates=joined, torque_max_nm=FULL_NM),
-        log_truth=True,
-    )
-    with torsio.open("emulated", emulator=options) as knob:
-        knob.emulator.set_hand(torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, 0.0)]))
-        game = Game(knob)
-        block = game.create(CONSTANT)
-        game.constant(block, 0)
-        game.play(block)
-        knob.emulator.advance(0.2)
-        knob.emulator.truth()
-        torque: list[Floats] = []
-        ticks = 0
-        for index in range(count):
-            level = round(32767 * float(_curve(np.array(index / frames_hz))))
-            until = round((index + 1) / frames_hz * rate_hz)
-            for number, report in enumerate(sent.split()):
-                if number != 0:
-                    knob.emulator.advance(1e-3)
-                    ticks += round(1e-3 * rate_hz)
-                if report == "level":
-                    game.constant(block, level)
-                elif report == "envelope":
-                    game.envelope(block)
-                elif report == "effect":
-                    game.effect(block, CONSTANT)
-                else:
-                    game.play(block)
-            knob.emulator.advance((until - ticks) / rate_hz)
-            ticks = until
-            torque.append(np.array(knob.emulator.truth()["motor_torque_nm"]) / FULL_NM)
-    found = _frames_measures(np.arange(ticks) / rate_hz, np.concatenate(torque)[:ticks])
-    about: Line = {"what": "frames", "frames_hz": frames_hz, "joined": joined, "sent": sent}
-    return about | {"updates": count} | found
 
 
 def revival_line(rate_hz: int, updates: int) -> Line:
@@ -491,15 +419,6 @@ def older_line(rate_hz: int, updates: int) -> Line:
 # ---------------------------------------------------------------------------------------------
 
 
-def measure_in_process(rate_hz: int) -> Iterator[Line]:
-    """Measure the filter between updates alone, in seconds, by the virtual clock."""
-    about = {"benchmark": "games", "time": "virtual", "control_rate_hz": rate_hz}
-    for frames_hz in FRAMES_HZ:
-        for joined in (False, True):
-            for sent in ("level", "level start", "level envelope effect"):
-                yield about | frames_in_process_line(rate_hz, frames_hz, sent, joined=joined)
-
-
 def measure(arguments: argparse.Namespace) -> Iterator[Line]:
     """Measure on this computer."""
     rate_hz = arguments.rate_hz
@@ -518,7 +437,7 @@ def measure(arguments: argparse.Namespace) -> Iterator[Line]:
         for effect in ("spring", "damper", "friction", "inertia"):
             yield about | condition_line(effect, rate_hz)
     if "frames" in arguments.what:
-        for frames_hz in FRAMES_HZ:
+        for frames_hz in game_frames.FRAMES_HZ:
             for joined in (False, True):
                 yield about | frames_line(rate_hz, frames_hz, joined=joined)
     if "revival" in arguments.what:
@@ -546,7 +465,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     if arguments.in_process:
-        for line in measure_in_process(arguments.rate_hz):
+        for line in game_frames.measure_in_process(arguments.rate_hz):
             print(json.dumps(line), flush=True)
         return
     if arguments.here:

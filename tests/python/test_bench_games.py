@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.bench import bench_games
+from tests.bench import bench_games, game_frames
 from tests.vm.guest import effect_forms
 
 
@@ -37,14 +37,12 @@ def test_every_kind_of_effect_is_played() -> None:
 
 def test_frames_are_compared_with_the_curve_that_they_are_of() -> None:
     time_s = np.arange(0.0, 3.0, 1e-4, dtype=np.float64)
-    late = bench_games._frames_measures(time_s, 0.5 * np.sin(2 * np.pi * (time_s - 0.012)))
+    late = game_frames.measures(time_s, 0.5 * np.sin(2 * np.pi * (time_s - 0.012)))
     assert late["late_ms"] == pytest.approx(12.0)
     assert late["ripple_share"] < 1e-4
     assert late["overshoot_share"] == 0
     # Held for a frame of 20 ms: 10 ms late in the mean, and up to half a frame's change off.
-    held = bench_games._frames_measures(
-        time_s, 0.5 * np.sin(2 * np.pi * np.floor(time_s * 50) / 50)
-    )
+    held = game_frames.measures(time_s, 0.5 * np.sin(2 * np.pi * np.floor(time_s * 50) / 50))
     assert held["late_ms"] == pytest.approx(10.0, abs=0.2)
     assert held["step_share"] == pytest.approx(0.5 * 2 * np.pi * 0.02, rel=0.02)
     assert held["ripple_share"] == pytest.approx(0.5 * 2 * np.pi * 0.01, rel=0.05)

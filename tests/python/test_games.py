@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import struct
 from collections.abc import Iterator
 
 import pytest
@@ -12,12 +11,12 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import torsio
+from tests.python.game import CONSTANT, SPRING, Game
 from torsio import games_cli
 from torsio.cli import app
 from torsio.games import GameMonitor
 
 FULL_NM = 0.08
-CONSTANT, SPRING = 1, 8
 
 
 @pytest.fixture
@@ -26,39 +25,6 @@ def knob() -> Iterator[torsio.Knob]:
         opened.configure(torsio.ControlConfig(law="motor_only"))
         opened.configure(torsio.GameConfig(torque_max_nm=FULL_NM, blend_s=0))
         yield opened
-
-
-class Game:
-    """A game on the emulated knob; reports as docs/games.md tabulates them."""
-
-    def __init__(self, knob: torsio.Knob) -> None:
-        self.port = knob.emulator.game
-        self.knob = knob
-
-    def create(self, kind: int) -> int:
-        assert self.port.set_feature(struct.pack("<BBH", 0x21, kind, 0))
-        answer = self.port.get_feature(0x22)
-        assert answer is not None
-        block = answer[1]
-        self.effect(block, kind)
-        return block
-
-    def effect(self, block: int, kind: int) -> None:
-        self.port.write(
-            struct.pack("<BBBHHHHBBHH", 0x11, block, kind, 0xFFFF, 0, 0, 32767, 0, 2, 24575, 0)
-        )
-
-    def envelope(self, block: int) -> None:
-        self.port.write(struct.pack("<BBHHHH", 0x12, block, 0, 0, 0, 0))
-
-    def constant(self, block: int, level: int) -> None:
-        self.port.write(struct.pack("<BBh", 0x15, block, level))
-
-    def play(self, block: int) -> None:
-        self.port.write(struct.pack("<BBBB", 0x1A, block, 1, 1))
-
-    def stop(self, block: int) -> None:
-        self.port.write(struct.pack("<BBBB", 0x1A, block, 3, 0))
 
 
 def test_a_knob_without_a_game_has_no_effects(knob: torsio.Knob) -> None:

@@ -15,7 +15,7 @@ from websockets.typing import Origin
 import torsio
 import torsio.studio
 from tests.python import wire
-from tests.python.test_games import CONSTANT, Game
+from tests.python.game import CONSTANT, Game
 from tests.studio.browser import PAGE, number, opened, state_is
 from torsio.studio.watching import Watch
 
