@@ -65,6 +65,11 @@ class Game:
         self._process.stdin.flush()
         self.hear(f"played {name}")
 
+    def kill(self) -> None:
+        """Let it die as a game that crashes does."""
+        self._process.kill()
+        self._process.communicate()
+
     def end(self) -> None:
         assert self._process.stdin is not None
         self._process.stdin.close()

@@ -18,12 +18,14 @@ from tests.vm.guest import effect_forms, sdl, sdl3
 from tests.vm.guest.direct_input import (
     DIRECT_INPUT,
     FOLDER,
+    HALF,
     LENGTH_MS,
     LENGTH_S,
     PLAYED,
     PREFIX,
     PUSHED,
     SATURATED,
+    Game,
     acquired,
     case,
     environment,
@@ -31,7 +33,7 @@ from tests.vm.guest.direct_input import (
     wave,
 )
 from tests.vm.guest.effect_forms import Case
-from tests.vm.guest.torque_log import Floats, let_pass, pieces, plug, read_log, turn
+from tests.vm.guest.torque_log import Floats, held, let_pass, pieces, plug, read_log, turn
 from tests.vm.guest.virtual_bus import VirtualBus
 
 pytestmark = [pytest.mark.kernel("6.1"), pytest.mark.games, pytest.mark.usefixtures("udev")]
@@ -113,6 +115,39 @@ def test_each_effect_of_direct_input_is_felt_as_it_was_made(
     expected = 0.5 * SPEED_RAD_S / SPEED_FULL_RAD_S
     assert abs(steady(found, damper)) == pytest.approx(expected, rel=0.05)
     assert abs(steady(found, friction)) == pytest.approx(0.5, rel=0.05)
+
+
+@pytest.mark.parametrize("way", ["wine", "wine_over_evdev"])
+def test_playing_effect_follows_its_updates_and_ends_with_the_game(
+    bus: VirtualBus, tmp_path: Path, request: pytest.FixtureRequest, way: str
+) -> None:
+    request.getfixturevalue(way)
+    knob, log = plug(bus, tmp_path, range_deg=90)
+    with acquired(*DIRECT_INPUT) as game:
+        game.play("levels", f"follow 200 {HALF} -2500 0 10000 -{HALF} 1000")
+    # Nobody has stopped it but the game's end.
+    let_pass(knob, 0.5)
+    _, _, torque = read_log(bus, log)
+    expected = [0, -0.5, 0.25, 0, -1, 0.5, -0.1, 0]
+    assert held(torque) == pytest.approx(expected, abs=2e-3)
+
+
+@pytest.mark.parametrize("way", ["wine", "wine_over_evdev"])
+def test_force_of_a_game_that_is_killed_ends(
+    bus: VirtualBus, tmp_path: Path, request: pytest.FixtureRequest, way: str
+) -> None:
+    request.getfixturevalue(way)
+    knob, log = plug(bus, tmp_path, range_deg=90)
+    game = Game(*DIRECT_INPUT)
+    game.hear("acquired")
+    game.play("push", f"follow 100 {HALF}")
+    game.kill()
+    let_pass(knob, 15)
+    time_s, _, torque = read_log(bus, log)
+    ((when_s, what),) = pieces(time_s, torque, 0.1)
+    assert float(what.min()) == pytest.approx(-0.5, abs=2e-3)
+    # Long before the silence of 10 s after which the knob would let go by itself.
+    assert time_s[-1] - when_s[-1] > 8
 
 
 def play_and_look(

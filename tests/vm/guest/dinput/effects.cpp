@@ -2,9 +2,13 @@
 //
 //     NAME KIND LENGTH_MS GAIN DIRECTION NUMBER...
 //
-// GAIN of 10000, DIRECTION 1 or -1 along X; what the numbers are depends on KIND, see below. Says
-// "played NAME" or what DirectInput has refused. Releases an effect when it is over, unless started
-// with "keep". Runs under Wine in the guests; see test_game_wine.py.
+// GAIN of 10000, DIRECTION 1 or -1 along X; what the numbers are depends on KIND, see below. Or
+//
+//     NAME follow EACH_MS LEVEL...
+//
+// which is a constant force without end whose level is updated while it plays, and which is left
+// playing. Says "played NAME" or what DirectInput has refused. Releases an effect when it is over,
+// unless started with "keep". Runs under Wine in the guests; see test_game_wine.py.
 #define DIRECTINPUT_VERSION 0x0800
 #define INITGUID
 #include <dinput.h>
@@ -59,16 +63,60 @@ const std::map<std::string, Kind> kKinds{
     {"friction", {&GUID_Friction, Kind::Parameters::condition}},
 };
 
-void play(const std::string& line) {
-  std::istringstream words(line);
-  std::string name;
-  std::string kind_name;
+std::vector<LONG> rest_of(std::istringstream& words) {
+  std::vector<LONG> numbers;
+  for (LONG one = 0; words >> one;) numbers.push_back(one);
+  return numbers;
+}
+
+/// Along X; what kind it is comes in addition.
+struct Effect : DIEFFECT {
+  DWORD axis = DIJOFS_X;
+  LONG direction;
+
+  Effect(DWORD duration_us, DWORD gain, LONG along) : DIEFFECT{}, direction(along) {
+    dwSize = sizeof(DIEFFECT);
+    dwFlags = DIEFF_CARTESIAN | DIEFF_OBJECTOFFSETS;
+    dwDuration = duration_us;
+    dwGain = gain;
+    dwTriggerButton = DIEB_NOTRIGGER;
+    cAxes = 1;
+    rgdwAxes = &axis;
+    rglDirection = &direction;
+  }
+  Effect(const Effect&) = delete;
+  Effect& operator=(const Effect&) = delete;
+};
+
+IDirectInputEffect* started(const GUID& kind, const DIEFFECT& effect) {
+  IDirectInputEffect* made = nullptr;
+  require("CreateEffect", knob->CreateEffect(kind, &effect, &made, nullptr));
+  require("Start", made->Start(1, 0));
+  return made;
+}
+
+void follow(std::istringstream& words) {
+  DWORD each_ms = 0;
+  words >> each_ms;
+  const std::vector<LONG> levels = rest_of(words);
+  DICONSTANTFORCE constant{levels.at(0)};
+  Effect effect(INFINITE, DI_FFNOMINALMAX, 1);
+  effect.cbTypeSpecificParams = sizeof constant;
+  effect.lpvTypeSpecificParams = &constant;
+  IDirectInputEffect* const made = started(GUID_ConstantForce, effect);
+  for (const LONG level : levels) {
+    constant.lMagnitude = level;
+    require("SetParameters", made->SetParameters(&effect, DIEP_TYPESPECIFICPARAMS));
+    Sleep(each_ms);
+  }
+}
+
+void play(std::istringstream& words, const std::string& kind_name) {
   DWORD length_ms = 0;
   DWORD gain = 0;
   LONG direction = 0;
-  words >> name >> kind_name >> length_ms >> gain >> direction;
-  std::vector<LONG> n;
-  for (LONG one = 0; words >> one;) n.push_back(one);
+  words >> length_ms >> gain >> direction;
+  std::vector<LONG> n = rest_of(words);
   n.resize(4);
   const Kind& kind = kKinds.at(kind_name);
 
@@ -77,16 +125,7 @@ void play(const std::string& line) {
   DIPERIODIC periodic{static_cast<DWORD>(n[0]), n[1], static_cast<DWORD>(n[2]),
                       static_cast<DWORD>(n[3])};
   DICONDITION condition{n[0], n[1], n[1], static_cast<DWORD>(n[2]), static_cast<DWORD>(n[2]), 0};
-  DWORD axis = DIJOFS_X;
-  DIEFFECT effect{};
-  effect.dwSize = sizeof effect;
-  effect.dwFlags = DIEFF_CARTESIAN | DIEFF_OBJECTOFFSETS;
-  effect.dwDuration = length_ms * 1000;
-  effect.dwGain = gain;
-  effect.dwTriggerButton = DIEB_NOTRIGGER;
-  effect.cAxes = 1;
-  effect.rgdwAxes = &axis;
-  effect.rglDirection = &direction;
+  Effect effect(length_ms * 1000, gain, direction);
   const auto give = [&](auto& parameters) {
     effect.cbTypeSpecificParams = sizeof parameters;
     effect.lpvTypeSpecificParams = &parameters;
@@ -105,11 +144,21 @@ void play(const std::string& line) {
       give(condition);
       break;
   }
-  IDirectInputEffect* made = nullptr;
-  require("CreateEffect", knob->CreateEffect(*kind.guid, &effect, &made, nullptr));
-  require("Start", made->Start(1, 0));
+  IDirectInputEffect* const made = started(*kind.guid, effect);
   Sleep(length_ms + kPauseMs);
   if (!keeps) made->Release();
+}
+
+void obey(const std::string& line) {
+  std::istringstream words(line);
+  std::string name;
+  std::string kind;
+  words >> name >> kind;
+  if (kind == "follow") {
+    follow(words);
+  } else {
+    play(words, kind);
+  }
   std::printf("played %s\n", name.c_str());
   std::fflush(stdout);
 }
@@ -133,7 +182,7 @@ int main(int count, char** words) {
   std::printf("acquired\n");
   std::fflush(stdout);
   for (std::string line; std::getline(std::cin, line);) {
-    if (!line.empty()) play(line);
+    if (!line.empty()) obey(line);
   }
   knob->Unacquire();
   knob->Release();
