@@ -286,6 +286,13 @@ def _build_apart(title: str, name: str, source: str, key: str, settings: Sequenc
     return folder
 
 
+def _board_settings(board: str, sdk: str, *, is_first: bool = False) -> tuple[str, ...]:
+    settings = (f"-DTORSIO_BOARD={board}", f"-DPICO_SDK_PATH={sdk}")
+    # The assembler of the chips' I/O programs is compiled with the first board, for all.
+    pioasm = BUILD / "firmware" / BOARDS[0] / "pioasm-install/pioasm"
+    return settings if is_first else (*settings, f"-Dpioasm_DIR={pioasm}")
+
+
 def build_firmware(sdk: str) -> None:
     """Build every board's firmware: ELF file, map and image."""
     for file in (BUILD / "firmware").glob("torsio-*"):  # a board may be gone
@@ -297,7 +304,7 @@ def build_firmware(sdk: str) -> None:
             f"firmware/{board}",
             "firmware/boards",
             f"{sdk} {compiler} {_cmake_version()}",
-            (f"-DTORSIO_BOARD={board}", f"-DPICO_SDK_PATH={sdk}"),
+            _board_settings(board, sdk, is_first=board == BOARDS[0]),
         )
         for suffix in ("elf", "map"):
             shutil.copy2(folder / f"torsio-{board}.{suffix}", BUILD / "firmware")
@@ -314,7 +321,7 @@ def build_unguarded(sdk: str) -> None:
             f"unguarded/{board}",
             "build/unguarded/tree/firmware/boards",
             f"{sdk} {_cmake_version()}",
-            (f"-DTORSIO_BOARD={board}", f"-DPICO_SDK_PATH={sdk}", "-DTORSIO_WERROR=OFF"),
+            (*_board_settings(board, sdk), "-DTORSIO_WERROR=OFF"),
         )
         image = folder / f"torsio-{board}"
         log = f"uf2-unguarded-{board}"
