@@ -257,7 +257,9 @@ core::ForceSource* ControlLoop::serve_game() {
       game_idle_ticks_ = 0;
     } else if (!game.fading() &&
                (!game.enabled() || ++game_idle_ticks_ >= game_params_.idle_ticks)) {
-      set_state(State::disarmed);
+      // A wall at an end may hold the knob still.
+      game.release(game_params_.release_ticks);
+      if (!game.fading()) set_state(State::disarmed);
     }
   }
   return game.stay_awake(owner_ == Owner::game) ? &game : nullptr;
@@ -281,7 +283,10 @@ core::ForceSource* ControlLoop::serve_dial() {
 Status ControlLoop::clear_fault() {
   if (causes_ != 0) return Status::fault_persists;
   faults_ = 0;
-  if (state_ == State::fault) set_state(State::disarmed);
+  if (state_ == State::fault) {
+    game.forget();  // what was started meanwhile
+    set_state(State::disarmed);
+  }
   return Status::ok;
 }
 

@@ -41,7 +41,7 @@ void Session::close(bool disarm_first) noexcept {
   const Unasked unasked(*this);
   if (disarm_first) {
     try {
-      if (state() == State::armed) say(protocol::Command{0, 0, protocol::Op::disarm});
+      if (drives()) say(protocol::Command{0, 0, protocol::Op::disarm});
     } catch (...) {  // NOLINT(bugprone-empty-catch): the device's watchdog does it then
     }
   }

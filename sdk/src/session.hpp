@@ -114,6 +114,8 @@ class Session {
   // What is known of the device ------------------------------------------------------------------
 
   [[nodiscard]] State state();
+  /// Armed, and by nobody else: neither by a game nor by the dial.
+  [[nodiscard]] bool drives();
   /// Takes over what a health report says.
   void note(const protocol::Health& health);
   [[nodiscard]] LinkStatistics statistics() const;

@@ -190,6 +190,12 @@ State Session::state() {
   return state_;
 }
 
+bool Session::drives() {
+  if (state() != State::armed) return false;
+  const std::lock_guard lock(mutex_);
+  return owner_ == Owner::sdk;
+}
+
 void Session::note(const protocol::Health& health) {
   const std::lock_guard lock(mutex_);
   if (!lost_.empty()) return;

@@ -332,7 +332,9 @@ export class Knob {
   }
 
   async close(): Promise<void> {
-    if (this.state === "armed" && !this.transport.readOnly) await this.command("disarm").catch(() => {});
+    // A game or a dial that is looked at keeps the actuator.
+    const ours = this.state === "armed" && this.owner === "sdk" && !this.transport.readOnly;
+    if (ours) await this.command("disarm").catch(() => {});
     this.#stopTimers();
     this.transport.close();
   }

@@ -9,6 +9,8 @@ namespace {
 
 constexpr std::size_t at(Metric metric) { return static_cast<std::size_t>(metric); }
 
+std::uint8_t loops_of(const ForceOrder& order) { return order.loops == 0 ? 1 : order.loops; }
+
 /// Amplitude of a timed force: attack and fade are lines that end at the peak. Where they overlap
 /// their distances from the peak add up, so that nothing jumps.
 float amplitude_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks) {
@@ -26,11 +28,14 @@ float amplitude_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t
   return level_nm > 0.0F ? level_nm : 0.0F;
 }
 
-float timed_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks) {
+/// @param wave_ticks that the wave was on its way before
+float timed_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks,
+               std::uint32_t wave_ticks = 0) {
   const auto ticks = static_cast<std::uint32_t>(elapsed);  // an endless wave's phase wraps with it
   float shape = 0.0F;
   if (force.periodic) {
-    shape = core::waveform_value(force.waveform, force.start_phase + force.phase_per_tick * ticks);
+    const std::uint32_t phase = force.start_phase + force.phase_per_tick * (ticks + wave_ticks);
+    shape = core::waveform_value(force.waveform, phase);
   } else {
     shape = force.start;
     if (force.slope_per_tick != 0.0F) shape += force.slope_per_tick * static_cast<float>(ticks);
@@ -78,8 +83,13 @@ bool is_steady(const PreparedEffect& effect) {
          !(effect.timed.periodic && effect.timed.peak_nm != 0.0F);
 }
 
-// A change of more than this share of the cap beyond the one before it is a hit, and passes.
-constexpr float kHitShare = 0.1F;
+bool is_same_wave(const PreparedEffect& one, const PreparedEffect& other) {
+  const TimedForce& a = one.timed;
+  const TimedForce& b = other.timed;
+  return one.metric == Metric::time && other.metric == Metric::time && a.periodic && b.periodic &&
+         a.waveform == b.waveform && a.phase_per_tick == b.phase_per_tick &&
+         a.start_phase == b.start_phase;
+}
 
 }  // namespace
 
@@ -105,6 +115,7 @@ bool Forces::take_orders(const ForceParams& params, bool may_play, std::uint64_t
   release_ticks_ = params.release_ticks;
   soft_ticks_ = params.soft_ticks;
   frame_max_ticks_ = params.frame_max_ticks;
+  hit_nm_ = params.hit_nm;
   // No more than the ring holds: the main loop cannot make a tick longer than that.
   for (std::uint32_t n = 0; n < 4; ++n) {
     const ForceOrder* order = orders_.front();
@@ -152,7 +163,9 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
   const bool restarts = order.play == ForceOrder::Play::start && goes_on(order);
   const bool updates = order.play == ForceOrder::Play::go_on && plays;
   const bool joined = (updates || restarts) && join(order, now);
+  const std::uint32_t wave_ticks = plays ? wave_so_far(order, now) : 0;
   effect_[order.block] = order.effect;
+  if (order.play == ForceOrder::Play::start) play_[order.block].wave_ticks = wave_ticks;
   switch (order.play) {
     case ForceOrder::Play::as_it_is:
       changed_ = changed_ || plays;
@@ -161,8 +174,12 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
       changed_ = changed_ || (plays && !joined);
       return may_play && enabled_ && go_on(order.block, now);
     case ForceOrder::Play::start:
-      if (may_play) start(order, now, restarts, joined);
-      return may_play && enabled_;
+      if (!enabled_ || !(may_play || plays)) {
+        start_unheard(order, now);
+        return false;
+      }
+      start(order, now, restarts, joined);
+      return may_play;
     case ForceOrder::Play::stop:
       stop(order.block);
       set_loops_aside(order.block, 0);
@@ -180,6 +197,15 @@ bool Forces::goes_on(const ForceOrder& order) const {
   const PreparedEffect& effect = order.effect;
   return play.loops_left != 0 && play.sounding && is_steady(effect) && effect.delay_ticks == 0 &&
          effect.timed.attack_ticks == 0;
+}
+
+/// Games that start a wave with every frame want to feel it, and not its beginning again and again.
+std::uint32_t Forces::wave_so_far(const ForceOrder& order, std::uint64_t now) const {
+  const Playing& play = play_[order.block];
+  const std::uint64_t since = now - play.start;
+  if (!play.sounding || since > frame_max_ticks_) return 0;
+  if (!is_same_wave(effect_[order.block], order.effect)) return 0;
+  return play.wave_ticks + static_cast<std::uint32_t>(since);
 }
 
 /// Joins an update to the one before it by a line that is a frame long, so half a frame late.
@@ -216,7 +242,7 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
     }
   }
   play.change_nm += change_nm;
-  float usual_nm = kHitShare * cap_nm_;
+  float usual_nm = hit_nm_;
   if (play.change_nm * play.change_before_nm > 0.0F) {
     usual_nm += core::absolute(play.change_before_nm);
   }
@@ -232,18 +258,11 @@ bool Forces::join(const ForceOrder& order, std::uint64_t now) {
 /// @param restarts it goes on as it was, but its time begins anew
 void Forces::start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined) {
   Playing& play = play_[order.block];
-  const std::uint8_t loops = order.loops == 0 ? std::uint8_t{1} : order.loops;
+  const std::uint8_t loops = loops_of(order);
   if (restarts) {
     play.start = now;
     play.loops_left = loops;
     changed_ = changed_ || !joined;
-    return;
-  }
-  if (!enabled_) {
-    play = {};
-    play.start = now;
-    play.muted = true;
-    set_loops_aside(order.block, loops);
     return;
   }
   std::uint32_t soft_left = play.soft_left;  // who starts it again and again wants to feel it
@@ -253,13 +272,24 @@ void Forces::start(const ForceOrder& order, std::uint64_t now, bool restarts, bo
     soft_left = soft_ticks_;
   }
   set_loops_aside(order.block, 0);
+  const std::uint32_t wave_ticks = play.wave_ticks;
   play = {};
+  play.wave_ticks = wave_ticks;
   play.soft_left = soft_left;
   play.start = now;
   play.loops_left = loops;
   changed_ = true;
   gently_ = false;
   raise_walls();
+}
+
+/// Nothing may play now, or is to be heard; games that have started an effect only update it.
+void Forces::start_unheard(const ForceOrder& order, std::uint64_t now) {
+  Playing& play = play_[order.block];
+  play = {};
+  play.start = now;
+  play.muted = !enabled_;
+  set_loops_aside(order.block, loops_of(order));
 }
 
 /// Brings back what the device has ended. Its time has gone on meanwhile.
@@ -419,7 +449,8 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
       if (play.late_nm != 0.0F) {
         play.late_nm -= core::clamp_symmetric(play.late_nm, play.late_step_nm);
       }
-      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks) + play.late_nm;
+      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks, play.wave_ticks) +
+             play.late_nm;
     case Metric::angle: {
       // The hand may be anywhere when a game begins to centre.
       float gain = effect.gain;
@@ -458,6 +489,10 @@ float Forces::torque_nm(const core::Motion& motion, const core::Resolution& reso
       } else {
         ++i;
       }
+    }
+  } else {
+    for (std::uint8_t i = 0; i < active_; ++i) {
+      block_nm_[order_[i]].store(0.0F, std::memory_order_relaxed);
     }
   }
   sum_nm = core::clamp_symmetric(sum_nm * gain_, cap_nm_);

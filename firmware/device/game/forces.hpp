@@ -97,6 +97,7 @@ struct ForceParams {
   std::uint32_t idle_ticks = 1;       // with nothing to play, after which the actuator is let go
   std::uint32_t soft_ticks = 1;       // in which a spring that begins comes up
   std::uint32_t frame_max_ticks = 0;  // longest time between updates that are joined; 0: none are
+  float hit_nm = 0;  // a change of more than this beyond the one before it is a hit, and passes
 };
 
 class Forces final : public core::ForceSource {
@@ -153,9 +154,10 @@ class Forces final : public core::ForceSource {
     std::uint64_t start = 0;       // in the games' time
     std::uint8_t loops_left = 0;   // 0: does not play
     std::uint8_t loops_aside = 0;  // what it had left when it was set aside
-    bool muted = false;            // set aside because the actuators are off
+    bool muted = false;            // set aside because the actuators are off: comes back with them
     bool sounding = false;         // past its delay
     std::uint32_t soft_left = 0;   // ticks until a spring is all there
+    std::uint32_t wave_ticks = 0;  // that a wave was on its way before it was started again
     float slip_rad = 0;
     // Joining updates.
     std::uint64_t heard = 0;        // when the last one came, in the games' time; 0: none has
@@ -170,7 +172,9 @@ class Forces final : public core::ForceSource {
   bool enable(bool enabled, bool may_play, std::uint64_t now);
   bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
   void start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined);
+  void start_unheard(const ForceOrder& order, std::uint64_t now);
   bool goes_on(const ForceOrder& order) const;
+  std::uint32_t wave_so_far(const ForceOrder& order, std::uint64_t now) const;
   bool go_on(std::uint8_t block, std::uint64_t now);
   bool join(const ForceOrder& order, std::uint64_t now);
   void stop(std::uint8_t block);
@@ -205,6 +209,7 @@ class Forces final : public core::ForceSource {
   float end_stiffness_ = 0;
   std::uint32_t soft_ticks_ = 1;
   std::uint32_t frame_max_ticks_ = 0;
+  float hit_nm_ = 0;
   StableLimits most_;
   std::array<float, kMetrics> share_{1, 1, 1, 1, 1};
   float gain_ = 1;

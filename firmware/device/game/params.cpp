@@ -10,8 +10,10 @@ namespace {
 constexpr float kIdleS = 1.0F;
 // An open device is read every few milliseconds, by the kernel; a busy host may skip some.
 constexpr float kAbandonedS = 0.5F;
-// A game at 30 Hz, and a millisecond for its frame on the bus.
-constexpr float kFrameMaxS = 0.035F;
+// A game at 30 Hz that is late by a third of its frame.
+constexpr float kFrameMaxS = 0.045F;
+// Of what the player has left of full torque.
+constexpr float kHitShare = 0.1F;
 
 }  // namespace
 
@@ -53,6 +55,7 @@ ForceParams make_force_params(const Config& config, std::uint32_t period_ns,
   params.soft_ticks = params.release_ticks;
   if (config.game.join_updates == protocol::Toggle::on) {
     params.frame_max_ticks = core::round_to_u32(kFrameMaxS / period_s);
+    params.hit_nm = kHitShare * config.game.gain * params.torque_max_nm;
   }
   params.idle_ticks = at_least_one(core::round_to_u32(kIdleS / period_s));
   return params;

@@ -1,5 +1,7 @@
 #include "device/game/pid_engine.hpp"
 
+#include <utility>
+
 #include "device/game/codec.hpp"
 
 namespace torsio::device::game {
@@ -38,6 +40,7 @@ void PidEngine::touch(Block& block) {
 void PidEngine::count(Block& block) {
   ++block.updates;
   block.updated_tick = now_.tick;
+  abandoned_ = false;
 }
 
 Block* PidEngine::find(std::uint8_t index) {
@@ -161,6 +164,11 @@ void PidEngine::create(EffectType type) {
     block.may_be_folded = host_folds_;
     block_load_.block = static_cast<std::uint8_t>(i + 1);
     block_load_.status = static_cast<std::uint8_t>(LoadStatus::success);
+    return;
+  }
+  if (std::exchange(abandoned_, false)) {
+    for (std::uint8_t index = 1; index <= kBlocks; ++index) free_block(index);
+    create(type);
     return;
   }
   block_load_.status = static_cast<std::uint8_t>(LoadStatus::full);
@@ -312,9 +320,10 @@ void PidEngine::set_all_aside() {
 /// Of a game that is gone: what it has silenced is the next one's to be heard.
 void PidEngine::leave_all() {
   set_all_aside();
-  settings_dirty_ = settings_dirty_ || paused_ || !enabled_;
+  settings_dirty_ = settings_dirty_ || paused_ || !enabled_ || gain_ == 0.0F;
   paused_ = false;
   enabled_ = true;
+  if (gain_ == 0.0F) gain_ = 1.0F;
 }
 
 bool PidEngine::plays_any() const {
@@ -350,6 +359,7 @@ void PidEngine::watch_reader() {
   if (!reader_ || now_.tick - asked_tick_ <= scale_.abandoned_ticks || !holds_any()) return;
   leave_all();
   reader_ = false;
+  abandoned_ = true;
 }
 
 bool PidEngine::triggers(const Block& block, std::uint8_t buttons) {
@@ -367,6 +377,7 @@ void PidEngine::watch_triggers() {
     if (triggers(block, fresh)) {
       play(block, 1);
       block.triggered_tick = now_.tick;
+      heard_tick_ = now_.tick;  // the player is there
     }
     const std::uint16_t interval_ms = block.effect.trigger_repeat_ms;
     if (interval_ms == 0 || interval_ms == kEndless) continue;

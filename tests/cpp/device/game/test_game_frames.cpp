@@ -19,9 +19,11 @@ enum class Part : std::uint8_t { level, effect, envelope, start };
 
 /// A constant force at 10 kHz, updated by a game with a frame of so many ms.
 struct Frames : GameRig {
-  explicit Frames(double frame_ms, bool joined = true) : GameRig(100'000), frame_ms_(frame_ms) {
-    configure([joined](protocol::GameConfig& config) {
+  explicit Frames(double frame_ms, bool joined = true, float gain = 1)
+      : GameRig(100'000), frame_ms_(frame_ms) {
+    configure([&](protocol::GameConfig& config) {
       config.join_updates = joined ? protocol::Toggle::on : protocol::Toggle::off;
+      config.gain = gain;
     });
     block = play_constant(0);
     tick(20 * kTicksPerMs);
@@ -136,6 +138,35 @@ TEST_CASE("a hit passes at once in the middle of a curve, and so does its end") 
   CHECK(hit[1] == Approx(before + 0.4).scale(0).epsilon(1e-3));
   const std::vector<double> after = rig.frame(before);
   CHECK(after[1] == Approx(before).scale(0).epsilon(1e-3));
+}
+
+TEST_CASE("a hit is one also for a player who has turned the forces down") {
+  for (const float gain : {1.0F, 0.3F, 0.1F}) {
+    CAPTURE(gain);
+    Frames rig(1e3 / 60, true, gain);
+    for (int n = 0; n < 30; ++n) rig.frame(0.01 * (n % 2));
+    CHECK(rig.frame(0.3)[1] == Approx(0.3 * static_cast<double>(gain)).scale(0).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a game at 30 Hz is joined, though its frames come early and late") {
+  const auto largest_step = [](bool joined) {
+    Frames rig(1e3 / 60, joined);
+    double largest = 0;
+    float last = 0;
+    int at_ms = 0;
+    for (int n = 0; at_ms < 3000; ++n) {
+      rig.constant(rig.block, static_cast<int>(std::lround(32767 * wave(1e-3 * at_ms))));
+      const int frame_ms = 33 + 3 * (n % 3 - 1);
+      at_ms += frame_ms;
+      for (const float nm : rig.torques(frame_ms * kTicksPerMs)) {
+        if (at_ms > 1000) largest = std::max(largest, static_cast<double>(std::abs(nm - last)));
+        last = nm;
+      }
+    }
+    return largest;
+  };
+  CHECK(largest_step(true) < 0.1 * largest_step(false));
 }
 
 TEST_CASE("the first update after a pause passes at once") {
@@ -319,6 +350,34 @@ TEST_CASE("walls at the ends of the axis hold while a game has the actuator, and
   rig.stop(block);
   rig.tick(100);
   CHECK(rig.outputs.motor_command_nm > 0.05F);
-  rig.tick(10'100);  // it lets go of the actuator
+  rig.tick(10'700);  // it lets go of the actuator, in 50 ms
   CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
+TEST_CASE("walls that hold the knob when a game has ended let go along a line") {
+  for (const int how : {0, 1, 2}) {
+    CAPTURE(how);
+    GameRig rig(100'000);
+    rig.configure([](protocol::GameConfig& config) {
+      config.range_deg = 60;
+      config.end_stiffness_nm_per_rad = 8;
+    });
+    rig.turn(5, 180);
+    const int block = rig.play_constant(1000);
+    rig.tick(1000);
+    if (how == 0) rig.stop(block);
+    if (how == 1) rig.control(3);
+    if (how == 2) rig.control(4);
+    rig.tick(5000);  // what the game gave is gone
+    float last = rig.outputs.motor_command_nm;
+    REQUIRE(last < -0.07F);
+    float step = 0;
+    for (const float nm : rig.torques(10'000)) {
+      step = std::max(step, std::abs(nm - last));
+      last = nm;
+    }
+    CHECK(last == 0.0F);
+    CHECK(rig.owner() == protocol::Owner::none);
+    CHECK(step <= 1.01F * 0.08F / 500);  // 50 ms
+  }
 }

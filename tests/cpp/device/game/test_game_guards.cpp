@@ -323,3 +323,14 @@ TEST_CASE("a direction out of its range changes nothing") {
     CHECK(rig.outputs.motor_command_nm == before);
   }
 }
+
+TEST_CASE("the monitor tells that nothing is given in a pause") {
+  GameRig rig;
+  rig.play_constant(16384);
+  rig.tick(5);
+  CHECK(rig.get<protocol::GameMonitor>().effect[0].torque != 0);
+  rig.control(5);
+  rig.tick(5);
+  CHECK(rig.get<protocol::GameMonitor>().effect[0].torque == 0);
+  CHECK(rig.get<protocol::GameMonitor>().torque == 0);
+}
