@@ -96,6 +96,24 @@ class KnobConfiguration:
         current = config(**getattr(self._knob, f"{_CONFIGS[config]}_config")())
         self.configure(replace(current, **changes))
 
+    def _dump_config(self) -> str:
+        return self._knob.dump_config()
+
+    def _load_config(self, text: str) -> None:
+        self._stable = None
+        self._knob.load_config(text)
+        if self._recording.is_under_way:
+            for config in self._all_configs():
+                self._recording.note("configure", config=config)
+
+    def _all_configs(self) -> tuple[Config, ...]:
+        return (
+            self.actuator_config(),
+            self.control_config(),
+            self.board_config(),
+            self.game_config(),
+        )
+
     def save(self) -> None:
         """Keep the configuration over power-off. Returns when it is safe."""
         self._knob.save()
