@@ -24,10 +24,11 @@ from scipy.stats import spearmanr
 
 from torsio.errors import InvalidArgument
 from torsio_studies.actuators import trials
-from torsio_studies.common import StudyError, execute
+from torsio_studies.common import StudyError
 from torsio_studies.design import devices, figure, study
 from torsio_studies.design.devices import SPACE, Batch, Design
 from torsio_studies.design.store import Store
+from torsio_studies.execution import execute
 from torsio_studies.paper import runs as paper_runs
 
 DEVICES = 8

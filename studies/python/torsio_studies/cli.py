@@ -46,7 +46,7 @@ class DesignLaw(str, Enum):
 def run(name: str, as_json: bool, out: Path, quick: bool, settings: dict[str, Any]) -> None:
     """Run a study, and turn what can go wrong into one sentence and an exit status."""
     # Only here: it takes a second that other commands need not wait for.
-    from torsio_studies.common import execute
+    from torsio_studies.execution import execute
 
     json_file = out / f"{name}.json"
     console = Console(stderr=as_json)
