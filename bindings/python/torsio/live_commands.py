@@ -18,6 +18,7 @@ from torsio.command import Device, choose, err, opened, out, plainly
 from torsio.documents import entry
 from torsio.extras import how_to_install
 from torsio.statuses import FAULT_ADVICE
+from torsio.studio.page import page_folder
 
 __all__ = ["add_to", "monitor_table"]
 
@@ -112,7 +113,6 @@ def studio_command(
             f"the studio needs the Python package {error.name}; install what it needs with: "
             f"{how_to_install('studio')}"
         ) from None
-    from torsio.studio.page import page_folder
 
     def ready(address: str) -> None:
         print(f"studio  {address}", flush=True)
