@@ -246,12 +246,13 @@ class FirmwareUpdater {
       }
       if (!drives.empty()) return drives.front();
       const std::string hint = mount_hint(wanted);
-      if (since_s(begin) > options_.timeout_s)
-        throw Timeout(hint.empty() ? no_drive(wanted) : hint);
       if (!hinted && !hint.empty() &&
           since_s(begin) > std::min(kPatienceS, options_.timeout_s / 2.0)) {
         hinted = true;
         say(hint);
+      }
+      if (since_s(begin) > options_.timeout_s) {
+        throw Timeout(hint.empty() ? no_drive(wanted) : hint);
       }
     }
   }
