@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import importlib.metadata
 import re
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -80,3 +82,42 @@ def test_no_duration_is_measured_by_a_clock_that_somebody_may_set() -> None:
         if settable.search(file.read_text(encoding="utf-8"))
     ]
     assert found == []
+
+
+# What may be imported inside a function; CONTRIBUTING.md says why.
+LATE = {
+    # Optional packages, and those of our modules that cannot do without one ...
+    *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow"),
+    *("mujoco", "mujoco.rollout", "distributed"),
+    *("torsio.cli", "torsio.studio.server", "torsio.studio.watching"),
+    *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.stability_figure"),
+    # ... and what the other commands need not wait for.
+    *("torsio_studies.execution", "f'torsio_studies.{name}.study'"),
+}
+
+
+def _imported_in_functions(file: Path) -> Iterator[str]:
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    functions = [
+        node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    ]
+    for node in (inner for function in functions for inner in ast.walk(function)):
+        match node:
+            case ast.Import(names):
+                yield from (name.name for name in names)
+            case ast.ImportFrom(module=str(module)):
+                yield module
+            case ast.Call(func=ast.Attribute(attr="import_module"), args=[ast.Constant(str(name))]):
+                yield name
+            case ast.Call(func=ast.Attribute(attr="import_module"), args=[name]):
+                yield ast.unparse(name)
+
+
+def test_imports_stand_at_the_top_but_for_optional_packages_and_slow_starts() -> None:
+    found = {
+        module
+        for folder in ("bindings/python", "studies/python")
+        for file in (TREE / folder).rglob("*.py")
+        for module in _imported_in_functions(file)
+    }
+    assert found == LATE

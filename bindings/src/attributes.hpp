@@ -22,6 +22,12 @@ inline std::string shown(const pybind11::handle& value) {
   return pybind11::module_::import("torsio.checks").attr("show")(value).cast<std::string>();
 }
 
+/// A message as Python has it, also where it names a file whose name is no text.
+inline pybind11::str to_text(std::string_view message) {
+  return pybind11::reinterpret_steal<pybind11::str>(PyUnicode_DecodeUTF8(
+      message.data(), static_cast<Py_ssize_t>(message.size()), "surrogateescape"));
+}
+
 class Attributes {
  public:
   /// @param wanted the class that it should be of, for the message if it is not

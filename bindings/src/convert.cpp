@@ -113,14 +113,17 @@ Profile profile_from_python(const py::handle& source) {
   return profile;
 }
 
+std::shared_ptr<py::object> keep(const py::object& source) {
+  return {new py::object(source), [](py::object* object) {
+            const Locked locked;
+            delete object;
+          }};
+}
+
 bool is_in_hand() { return in_hand; }
 
 HandFunction hand_function_from_python(const py::object& source) {
-  const std::shared_ptr<py::object> function(new py::object(source), [](py::object* object) {
-    const Locked locked;
-    delete object;
-  });
-  return [function](double time_s, double angle_rad, double speed_rad_s) {
+  return [function = keep(source)](double time_s, double angle_rad, double speed_rad_s) {
     const Locked locked;
     in_hand = true;
     const std::shared_ptr<void> left(nullptr, [](void*) { in_hand = false; });

@@ -42,6 +42,9 @@ inline constexpr bool is_list<std::vector<T>> = true;
 
 Profile profile_from_python(const pybind11::handle& source);
 
+/// An object that C++ may destroy on any thread, and use there with the interpreter's lock.
+std::shared_ptr<pybind11::object> keep(const pybind11::object& source);
+
 /// A Python function that C++ may call from any thread and destroy there.
 HandFunction hand_function_from_python(const pybind11::object& source);
 
@@ -104,6 +107,8 @@ pybind11::object to_python(const T& value) {
         },
         Fields<T>::list);
     return dict;
+  } else if constexpr (is_optional<T>) {
+    return value ? to_python(*value) : pybind11::none();
   } else if constexpr (Named<T>) {
     return pybind11::cast(Names<T>::values[static_cast<std::size_t>(value)]);
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {

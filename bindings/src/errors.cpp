@@ -4,7 +4,9 @@
 
 #include <exception>
 #include <stdexcept>
+#include <string_view>
 
+#include "attributes.hpp"
 #include "module.hpp"
 #include "torsio/error.hpp"
 
@@ -14,9 +16,9 @@ namespace torsio::bindings {
 namespace {
 
 template <class... Arguments>
-void raise(const char* class_name, const Arguments&... arguments) {
+void raise(const char* class_name, std::string_view message, const Arguments&... arguments) {
   const py::object type = py::module_::import("torsio.errors").attr(class_name);
-  PyErr_SetObject(type.ptr(), type(arguments...).ptr());
+  PyErr_SetObject(type.ptr(), type(to_text(message), arguments...).ptr());
 }
 
 void translate(std::exception_ptr pointer) {

@@ -71,6 +71,12 @@ Locked::Locked() {
   gate.entered();
 }
 
+bool check_signals() {
+  const Locked locked;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  return false;
+}
+
 void watch_interpreter() {
   const auto end = [] {
     PyThreadState* state = PyEval_SaveThread();

@@ -34,6 +34,10 @@ class Locked {
   PyGILState_STATE state_;
 };
 
+/// For `interrupted`: runs Python's signal handlers, and never says so itself.
+/// @throws what they raise (KeyboardInterrupt), which ends the waiting call
+bool check_signals();
+
 /// Has the interpreter say when it begins to end.
 void watch_interpreter();
 

@@ -25,6 +25,7 @@
 #include "interpreter.hpp"
 #include "module.hpp"
 #include "protocol/codec.hpp"
+#include "torsio/config_file.hpp"
 
 namespace py = pybind11;
 using py::arg;
@@ -41,13 +42,6 @@ State state_from_name(const std::string& name) {
                           name + "'");
   }
   return static_cast<State>(found - names.begin());
-}
-
-/// Runs Python's signal handlers; what they raise (KeyboardInterrupt) ends the waiting call.
-bool check_signals() {
-  const Locked locked;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  return false;
 }
 
 /// Closing waits for the device, so the lock must be free whichever way the knob goes.
@@ -180,11 +174,7 @@ void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz
 /// to the main thread.
 std::function<void(const Event&)> callback_from_python(const py::object& source) {
   if (source.is_none()) return {};
-  const std::shared_ptr<py::object> callback(new py::object(source), [](py::object* object) {
-    const Locked locked;
-    delete object;
-  });
-  return [callback](const Event& event) {
+  return [callback = keep(source)](const Event& event) {
     const Locked locked;
     try {
       (*callback)(to_python(event));
@@ -355,6 +345,10 @@ void bind_orders(py::class_<PyKnob>& knob) {
   knob.def("zero", [](const PyKnob& self) { self->zero(); }, Release());
   knob.def("relax", [](const PyKnob& self) { self->relax(); }, Release());
   knob.def("clear_fault", [](const PyKnob& self) { self->clear_fault(); }, Release());
+  knob.def("dump_config", [](const PyKnob& self) { return dump_config(*self); }, Release());
+  knob.def(
+      "load_config", [](const PyKnob& self, const std::string& text) { load_config(*self, text); },
+      Release());
   knob.def("save", [](const PyKnob& self) { self->save(); }, Release());
   knob.def("load_defaults", [](const PyKnob& self) { self->load_defaults(); }, Release());
   knob.def("play", &play);
@@ -468,12 +462,6 @@ void bind_knob(py::module_& module) {
   });
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
-  module.def("start_bootloader", [](const std::string& selector) {
-    OpenOptions options;
-    options.interrupted = &check_signals;
-    const Unlocked unlocked;
-    start_bootloader(selector, options);
-  });
   knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
   knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
   knob.def_property_readonly(

@@ -12,6 +12,7 @@ PYBIND11_MODULE(_torsio, module) {
   bind_scene(module);
   bind_emulator(module);
   bind_knob(module);
+  bind_firmware(module);
   bind_watch(module);
   bind_transport(module);
 }

@@ -14,6 +14,7 @@ void bind_emulator(pybind11::module_& module);
 void bind_closed_loop(pybind11::module_& emulator);
 void bind_batch(pybind11::module_& emulator);
 void bind_knob(pybind11::module_& module);
+void bind_firmware(pybind11::module_& module);
 void bind_watch(pybind11::module_& module);
 void bind_transport(pybind11::module_& module);
 

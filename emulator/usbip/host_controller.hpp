@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "emulator/usbip/bus.hpp"
-#include "emulator/usbip/wire.hpp"
+#include "emulator/usbip/messages.hpp"
 #include "usb/usb_device.hpp"
 
 namespace torsio::emulator::usbip {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "emulator/usbip/host_controller.hpp"
-#include "emulator/usbip/wire.hpp"
+#include "emulator/usbip/messages.hpp"
 
 namespace torsio::emulator::usbip {
 

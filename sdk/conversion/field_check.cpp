@@ -8,14 +8,16 @@
 
 namespace torsio {
 
-std::string number_text(double value) {
+std::string number_text(double value, int digits) {
   if (std::isnan(value)) return "not a number";
   if (std::isinf(value)) return value > 0 ? "infinite" : "minus infinite";
-  std::array<char, 32> text{};
-  const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 7)
-          .ptr;
-  return {text.data(), end};
+  std::array<char, 32> text;
+  char* const begin = text.data();
+  char* const limit = begin + text.size();
+  return {begin,
+          (digits == 0 ? std::to_chars(begin, limit, value)
+                       : std::to_chars(begin, limit, value, std::chars_format::general, digits))
+              .ptr};
 }
 
 float narrow(double value) {

@@ -14,7 +14,8 @@
 namespace torsio {
 
 /// "1.5", without zeros at the end; "not a number", "infinite".
-std::string number_text(double value);
+/// @param digits the most that count; 0: as many as make it this very number again
+std::string number_text(double value, int digits = 7);
 
 /// Double to the float that travels; what no float can hold becomes infinite and is then refused.
 float narrow(double value);

@@ -2,7 +2,6 @@
 #include "torsio/config_file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -17,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "conversion/field_check.hpp"
 #include "torsio/error.hpp"
 #include "torsio/fields.hpp"
 
@@ -38,15 +38,6 @@ constexpr std::tuple kConfigKinds{
 
 // Writing --------------------------------------------------------------------------------------
 
-std::string number_text(double value) {
-  std::array<char, 32> text;
-  char* end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  std::string written(text.data(), end);
-  // Also where it is whole it is no integer.
-  if (written.find_first_not_of("-0123456789") == std::string::npos) written += ".0";
-  return written;
-}
-
 template <class T>
 std::string value_text(const T& value) {
   if constexpr (std::is_same_v<T, bool>) {
@@ -56,7 +47,10 @@ std::string value_text(const T& value) {
   } else if constexpr (std::is_integral_v<T>) {
     return std::to_string(value);
   } else {
-    return number_text(value);
+    std::string text = number_text(value, 0);
+    // Also where it is whole it is no integer.
+    if (text.find_first_not_of("-0123456789") == std::string::npos) text += ".0";
+    return text;
   }
 }
 

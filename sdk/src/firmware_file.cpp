@@ -1,17 +1,20 @@
 // UF2 files (https://github.com/microsoft/uf2), which a boot loader takes like a memory stick:
 // blocks of 512 bytes with an address, a number and the family of the chip.
+#include "firmware_file.hpp"
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
+#include <system_error>
 
+#include "path_text.hpp"
+#include "protocol_names.hpp"
 #include "torsio/error.hpp"
-#include "torsio/firmware.hpp"
 
 namespace torsio {
 namespace {
@@ -44,12 +47,6 @@ std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-std::string hex_text(std::uint32_t value) {
-  std::array<char, 11> text{};
-  std::snprintf(text.data(), text.size(), "0x%08x", static_cast<unsigned>(value));
-  return text.data();
-}
-
 [[noreturn]] void reject_file(const std::string& why) { throw InvalidArgument(why); }
 
 struct Block {
@@ -79,14 +76,30 @@ Block block_at(std::string_view file, std::size_t place) {
   return block;
 }
 
+/// Whom the format's other families are for.
+std::string_view other_family(std::uint32_t family) {
+  switch (family) {
+    case kLeadingFamily:
+      return "no chip in particular";
+    case 0xE48BFF58:
+      return "data of an RP2350";
+    case 0xE48BFF5A:
+      return "an RP2350's RISC-V cores";
+    case 0xE48BFF5B:
+      return "an RP2350 without security";
+    default:
+      return "another chip";
+  }
+}
+
 std::string chip_of(const Block& block) {
   if ((block.flags & kHasFamily) == 0) {
     reject_file("block " + std::to_string(block.place) + " does not say for which chip it is");
   }
   if (block.family == kRp2040) return "rp2040";
   if (block.family == kRp2350) return "rp2350";
-  reject_file("it is of family " + hex_text(block.family) +
-              ", not for an RP2040 or the Arm cores of an RP2350");
+  reject_file("it is for " + std::string(other_family(block.family)) + " (family " +
+              hex32(block.family) + "), not for an RP2040 or the Arm cores of an RP2350");
 }
 
 /// What a file puts into the flash, without a gap from its begin on.
@@ -114,8 +127,8 @@ std::string image_of(std::string_view file, std::string& chip) {
     }
     const auto address = static_cast<std::uint32_t>(kFlashBegin + number * kPageBytes);
     if ((block.flags & kNotFlash) != 0 || block.address != address || address >= kFlashEnd) {
-      reject_file("block " + std::to_string(place) + " goes to address " + hex_text(block.address) +
-                  ", where " + hex_text(address) + " comes next");
+      reject_file("block " + std::to_string(place) + " goes to address " + hex32(block.address) +
+                  ", where " + hex32(address) + " comes next");
     }
     image += block.payload;
   }
@@ -146,21 +159,37 @@ void find_label(std::string_view image, FirmwareFile& file) {
 
 }  // namespace
 
-FirmwareFile read_firmware(const std::filesystem::path& path) {
+std::string system_reason() {
+  return errno == 0 ? "" : ": " + std::generic_category().message(errno);
+}
+
+std::string file_content(const std::filesystem::path& path) {
+  errno = 0;
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw Error(path.string() + " cannot be read");
-  const std::string content{std::istreambuf_iterator<char>(stream),
-                            std::istreambuf_iterator<char>()};
-  if (stream.bad()) throw Error(path.string() + " cannot be read");
-  FirmwareFile file;
+  std::string content;
+  std::array<char, 65536> part;
+  do {
+    stream.read(part.data(), part.size());
+    content.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+  } while (stream);
+  if (!stream.eof()) throw Error(path_text(path) + " cannot be read" + system_reason());
+  return content;
+}
+
+FirmwareFile firmware_in(const std::filesystem::path& path, std::string_view content) {
+  FirmwareFile file{.path = path};
   try {
     const std::string image = image_of(content, file.chip);
     find_label(image, file);
     file.size = image.size();
   } catch (const InvalidArgument& error) {
-    throw InvalidArgument(path.string() + ": " + error.what());
+    throw InvalidArgument(path_text(path) + ": " + error.what());
   }
   return file;
+}
+
+FirmwareFile read_firmware(const std::filesystem::path& path) {
+  return firmware_in(path, file_content(path));
 }
 
 }  // namespace torsio

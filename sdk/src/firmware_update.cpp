@@ -1,10 +1,11 @@
-#include "firmware_update.hpp"
-
+// The way of new firmware onto a knob: a board that waits for some is a drive, and what is copied
+// there runs.
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,10 +13,16 @@
 #include <utility>
 #include <vector>
 
+#include "conversion/field_check.hpp"
 #include "file_sync.hpp"
+#include "firmware_file.hpp"
+#include "path_text.hpp"
 #include "protocol/registry.hpp"
+#include "protocol_names.hpp"
 #include "torsio/config_file.hpp"
 #include "torsio/error.hpp"
+#include "torsio/firmware.hpp"
+#include "torsio/knob.hpp"
 
 namespace torsio {
 namespace {
@@ -25,6 +32,9 @@ using RealClock = std::chrono::steady_clock;
 
 constexpr auto kLookEvery = std::chrono::milliseconds(200);
 constexpr auto kAskEvery = std::chrono::milliseconds(20);
+// Desktops mount a drive by themselves within a second or two.
+constexpr double kPatienceS = 4.0;
+constexpr double kLongestTimeoutS = 86400.0;
 constexpr std::size_t kChunkBytes = 65536;
 constexpr const char* kInfo = "INFO_UF2.TXT";
 
@@ -68,15 +78,57 @@ std::string unescaped(std::string_view text) {
   return result;
 }
 
-std::vector<Drive> find_drives(const fs::path& root) {
-  std::ifstream mounts(root / "proc/mounts");
+/// "a, b".
+template <class Items, class Text>
+std::string listed(const Items& items, Text&& text) {
+  std::string list;
+  for (const auto& item : items) list += (list.empty() ? "" : ", ") + text(item);
+  return list;
+}
+
+/// What an update needs of the computer, with its own where nobody has brought another.
+class Host {
+ public:
+  explicit Host(const UpdateOptions& options)
+      : host_(options.host), open_{.interrupted = options.interrupted} {}
+
+  /// None of them emulated.
+  [[nodiscard]] std::vector<ListedDevice> devices() const {
+    std::vector<ListedDevice> devices = host_.list ? host_.list() : list_devices();
+    std::erase_if(devices, [](const ListedDevice& one) { return one.transport == "emulated"; });
+    return devices;
+  }
+
+  [[nodiscard]] ExaminedKnob examine(const std::string& path) const {
+    if (host_.examine) return host_.examine(path);
+    Knob knob = Knob::open(path, open_);
+    return {knob.info(), knob.health().owner, dump_config(knob)};
+  }
+
+  void start_bootloader(const std::string& path) const {
+    if (host_.start_bootloader) return host_.start_bootloader(path);
+    torsio::start_bootloader(path, open_);
+  }
+
+  /// A file of the system's, by its usual name.
+  [[nodiscard]] fs::path file(const fs::path& name) const {
+    return host_.root / name.relative_path();
+  }
+
+ private:
+  const FirmwareHost& host_;
+  OpenOptions open_;
+};
+
+std::vector<Drive> find_drives(const Host& host) {
+  std::ifstream mounts(host.file("/proc/mounts"));
   std::vector<Drive> found;
   for (std::string line; std::getline(mounts, line);) {
     const std::size_t first = line.find(' ');
     if (first == std::string::npos || !line.starts_with("/dev/")) continue;
     const std::string folder =
         unescaped(std::string_view(line).substr(first + 1, line.find(' ', first + 1) - first - 1));
-    const auto drive = drive_in(root / fs::path(folder).relative_path());
+    const auto drive = drive_in(host.file(folder));
     if (drive && (drive->board_id == "RPI-RP2" || drive->board_id == "RP2350")) {
       found.push_back(*drive);
     }
@@ -84,27 +136,69 @@ std::vector<Drive> find_drives(const fs::path& root) {
   return found;
 }
 
-/// One update, from a file that was read to the knob that runs it.
+std::optional<ListedDevice> meant_device(std::string_view selector, const Host& host) {
+  std::vector<ListedDevice> devices = host.devices();
+  std::erase_if(devices, [&](const ListedDevice& one) {
+    return !selector.empty() && selector != one.path && selector != one.serial;
+  });
+  if (devices.size() > 1) {
+    throw DeviceNotFound("more than one knob is meant; name one: " +
+                         listed(devices, [](const ListedDevice& one) { return one.path; }));
+  }
+  if (devices.empty() && !selector.empty()) {
+    throw DeviceNotFound("there is no knob with path or serial number '" + std::string(selector) +
+                         "'");
+  }
+  return devices.empty() ? std::nullopt : std::optional(devices.front());
+}
+
+void check_fingerprint(const FirmwareFile& file) {
+  if (file.fingerprint == protocol::fingerprint()) return;
+  throw InvalidArgument(path_text(file.path) + ": firmware " + file.version +
+                        " has the protocol fingerprint " + hex32(file.fingerprint) +
+                        ", this library " + hex32(protocol::fingerprint()) +
+                        ": it could not talk to the knob; take firmware and library of the same "
+                        "release");
+}
+
+void check_board(const FirmwareFile& file, const std::string& board) {
+  if (board == "emulated") {
+    throw InvalidArgument("a virtual knob has no firmware of its own: it is the library's");
+  }
+  if (!board.empty() && board != file.board) {
+    throw InvalidArgument(path_text(file.path) + " is firmware for board " + file.board +
+                          ", and the knob is a " + board + ": take torsio-" + board + ".uf2");
+  }
+}
+
+/// A plan that is being carried out.
 class FirmwareUpdater {
  public:
-  FirmwareUpdater(const fs::path& path, const UpdateOptions& options, const FirmwareHost& host)
-      : path_(path), options_(options), host_(host) {}
+  explicit FirmwareUpdater(const FirmwarePlan& plan)
+      : plan_(plan), options_(plan.options), host_(plan.options) {}
 
-  FirmwareUpdate run(std::string_view selector) {
-    prepare(selector);
+  FirmwareUpdate run() const {
+    if (!(options_.timeout_s > 0.0 && options_.timeout_s <= kLongestTimeoutS)) {
+      throw InvalidArgument("timeout_s is " + number_text(options_.timeout_s) +
+                            ", allowed are above 0 to " + number_text(kLongestTimeoutS) + " s");
+    }
+    const std::string content = file_content(plan_.file.path);
+    if (firmware_in(plan_.file.path, content) != plan_.file) {
+      throw InvalidArgument(path_text(plan_.file.path) +
+                            " is another file than the one that was looked at: nothing was done");
+    }
     std::vector<std::string> old;
-    for (const ListedDevice& device : real_devices()) old.push_back(device.serial);
-    if (device_) {
+    for (const ListedDevice& device : host_.devices()) old.push_back(device.serial);
+    if (plan_.device) {
       say("disarming, and starting the boot loader");
-      host_.start_bootloader(device_->path);
+      host_.start_bootloader(plan_.device->path);
     }
     say("waiting for the boot loader's drive");
     const Drive drive = wait_for_drive();
-    say("copying " + std::to_string(done_.file.size / 1024) + " KiB to " + drive.folder.string());
-    copy_to(drive);
+    say("copying " + std::to_string(plan_.file.size / 1024) + " KiB to " + path_text(drive.folder));
+    copy_to(drive, content);
     say("waiting for the knob");
-    look_at(wait_for_knob(old));
-    return std::move(done_);
+    return look_at(wait_for_knob(old));
   }
 
  private:
@@ -125,146 +219,82 @@ class FirmwareUpdater {
     }
   }
 
-  RealClock::time_point deadline() const {
-    return RealClock::now() + std::chrono::duration_cast<RealClock::duration>(
-                                  std::chrono::duration<double>(options_.timeout_s));
-  }
-
-  std::string seconds() const {
-    std::string text = std::to_string(options_.timeout_s);
-    return text.substr(0, text.find('.') + 2) + " s";
-  }
-
-  std::vector<ListedDevice> real_devices() const {
-    std::vector<ListedDevice> devices = host_.list();
-    std::erase_if(devices, [](const ListedDevice& one) { return one.transport == "emulated"; });
-    return devices;
-  }
-
-  /// Looks at file and knob. Changes nothing.
-  void prepare(std::string_view selector) {
-    if (selector.substr(0, selector.find(':')) == "emulated") {
-      throw InvalidArgument("an emulated knob has no firmware of its own: it is the library's");
-    }
-    if (!(options_.timeout_s > 0.0 && options_.timeout_s <= 86400.0)) {
-      throw InvalidArgument("timeout_s is above 0 and at most 86400");
-    }
-    done_.file = read_firmware(path_);
-    if (done_.file.fingerprint != protocol::fingerprint()) {
-      throw InvalidArgument(path_.string() + ": firmware " + done_.file.version +
-                            " is of another release than this library, which could not talk to "
-                            "the knob; take firmware and library of the same release");
-    }
-    if (options_.drive.empty() && !fs::exists(host_.root / "proc/mounts")) {
-      throw InvalidArgument("this system does not tell where drives are: give `drive`");
-    }
-    const std::vector<Drive> waiting = find_drives(host_.root);
-    device_ = meant(selector);
-    if (!device_) {
-      if (waiting.empty() && (options_.drive.empty() || !drive_in(options_.drive))) {
-        throw DeviceNotFound(
-            "no knob is plugged in, and no board waits in its boot loader; hold the board's "
-            "BOOTSEL button while you plug it in");
-      }
-      return;
-    }
-    if (!waiting.empty() && options_.drive.empty()) {
-      throw Error("another board waits in its boot loader already, at " +
-                  waiting.front().folder.string() +
-                  ": unplug it, or name the drive of the one that is meant");
-    }
-    std::string board = device_->board;
-    try {
-      Knob knob = host_.open(device_->path);
-      if (knob.health().owner == Owner::game) {
-        throw DeviceBusy("a game has the knob: end it first; nothing was changed");
-      }
-      done_.before = knob.info();
-      done_.configuration = dump_config(knob);
-      board = done_.before->board;
-    } catch (const ProtocolMismatch&) {
-      // Of another release: it cannot be asked, and its configuration will be lost.
-    }
-    if (board == "emulated") {
-      throw InvalidArgument("a virtual knob has no firmware of its own: it is the library's");
-    }
-    if (!board.empty() && board != done_.file.board) {
-      throw InvalidArgument(path_.string() + " is firmware for board " + done_.file.board +
-                            ", and the knob is a " + board + ": take torsio-" + board + ".uf2");
-    }
-  }
-
-  std::optional<ListedDevice> meant(std::string_view selector) const {
-    std::vector<ListedDevice> devices = real_devices();
-    std::erase_if(devices, [&](const ListedDevice& one) {
-      return !selector.empty() && selector != one.path && selector != one.serial;
-    });
-    if (devices.size() > 1) {
-      throw DeviceNotFound("more than one knob is meant; name one by its path or serial number");
-    }
-    if (devices.empty() && !selector.empty()) {
-      throw DeviceNotFound("there is no knob with path or serial number '" + std::string(selector) +
-                           "'");
-    }
-    return devices.empty() ? std::nullopt : std::optional(devices.front());
+  static double since_s(RealClock::time_point begin) {
+    return std::chrono::duration<double>(RealClock::now() - begin).count();
   }
 
   Drive wait_for_drive() const {
-    const std::string wanted = board_id_of(done_.file.chip);
-    const auto end = deadline();
-    for (;; pause()) {
+    const std::string wanted = board_id_of(plan_.file.chip);
+    const auto begin = RealClock::now();
+    for (bool hinted = false;; pause()) {
       std::vector<Drive> drives;
       if (options_.drive.empty()) {
-        drives = find_drives(host_.root);
+        drives = find_drives(host_);
       } else if (auto drive = drive_in(options_.drive)) {
         if (drive->board_id != wanted) {
-          throw InvalidArgument(drive->folder.string() + " is the drive of an " + drive->board_id +
-                                ", and " + path_.string() + " is for an " + wanted +
-                                ": nothing was copied");
+          throw InvalidArgument(path_text(drive->folder) + " is the drive of an " +
+                                drive->board_id + ", and " + path_text(plan_.file.path) +
+                                " is for an " + wanted + ": nothing was copied");
         }
         drives.push_back(*drive);
       }
       std::erase_if(drives, [&](const Drive& one) { return one.board_id != wanted; });
       if (drives.size() > 1) {
-        throw Error(
-            "more than one board waits in its boot loader; name the drive that is meant, "
-            "nothing was copied");
+        throw Error("more than one board waits in its boot loader: " +
+                    listed(drives, [](const Drive& one) { return path_text(one.folder); }) +
+                    "; name the drive that is meant, nothing was copied");
       }
       if (!drives.empty()) return drives.front();
-      if (RealClock::now() > end) throw Timeout(no_drive(wanted));
+      const std::string hint = mount_hint(wanted);
+      if (!hinted && !hint.empty() &&
+          since_s(begin) > std::min(kPatienceS, options_.timeout_s / 2.0)) {
+        hinted = true;
+        say(hint);
+      }
+      if (since_s(begin) > options_.timeout_s) {
+        throw Timeout(hint.empty() ? no_drive(wanted) : hint);
+      }
     }
   }
 
-  std::string no_drive(const std::string& board_id) const {
+  /// How a drive that is there but not mounted is mounted; empty if there is none.
+  std::string mount_hint(const std::string& board_id) const {
     const std::string node = "/dev/disk/by-label/" + board_id;
-    if (options_.drive.empty() && fs::exists(host_.root / fs::path(node).relative_path())) {
-      return "the boot loader's drive " + node + " is there but not mounted; mount it with " +
-             "`udisksctl mount -b " + node + "`, or `sudo mount -o umask=0 " + node + " /mnt`";
+    std::error_code ignored;
+    // The link need not lead anywhere below another root.
+    if (!options_.drive.empty() || !fs::exists(fs::symlink_status(host_.file(node), ignored))) {
+      return {};
     }
-    return (options_.drive.empty() ? "a drive " + board_id : options_.drive.string()) + " with " +
-           kInfo + " did not appear within " + seconds() +
+    return "the boot loader's drive " + node + " is there but not mounted; mount it with " +
+           "`udisksctl mount -b " + node + "`, or `sudo mount -o umask=0 " + node + " /mnt`";
+  }
+
+  std::string timeout_text() const { return number_text(options_.timeout_s) + " s"; }
+
+  std::string no_drive(const std::string& board_id) const {
+    return (options_.drive.empty() ? "a drive " + board_id : path_text(options_.drive)) + " with " +
+           kInfo + " did not appear within " + timeout_text() +
            "; the board waits for firmware: copy the file onto its drive, or unplug it and plug it "
            "in again, which leaves the old one";
   }
 
   /// To where it runs as soon as it is whole.
-  void copy_to(const Drive& drive) const {
-    std::ifstream from(path_, std::ios::binary);
-    const std::string content{std::istreambuf_iterator<char>(from),
-                              std::istreambuf_iterator<char>()};
+  void copy_to(const Drive& drive, std::string_view content) const {
     const fs::path target = drive.folder / "torsio.uf2";
+    errno = 0;
     std::ofstream to(target, std::ios::binary | std::ios::trunc);
     std::size_t written = 0;
     while (to && written < content.size()) {
-      const std::size_t size = std::min(kChunkBytes, content.size() - written);
-      to.write(content.data() + written, static_cast<std::streamsize>(size));
+      const std::string_view part = content.substr(written, kChunkBytes);
+      to.write(part.data(), static_cast<std::streamsize>(part.size()));
       to.flush();
-      if (to) written += size;
+      if (to) written += part.size();
     }
     // The board starts anew at the last block, and takes its drive away.
     if (written < content.size()) {
-      throw Error("copying to " + drive.folder.string() + " failed; the board still waits: copy " +
-                  path_.string() + " there by hand, or try again");
+      throw Error("copying to " + path_text(drive.folder) + " failed" + system_reason() +
+                  "; the board still waits: copy " + path_text(plan_.file.path) +
+                  " there by hand, or try again");
     }
     to.close();
     sync_file(target);
@@ -272,58 +302,99 @@ class FirmwareUpdater {
 
   ListedDevice wait_for_knob(const std::vector<std::string>& old) const {
     std::string problem = "it has not come back";
-    const auto end = deadline();
-    for (;; pause()) {
-      for (const ListedDevice& device : real_devices()) {
-        const bool is_it = device_ ? device.serial == device_->serial
-                                   : std::ranges::find(old, device.serial) == old.end();
+    for (const auto begin = RealClock::now();; pause()) {
+      for (const ListedDevice& device : host_.devices()) {
+        const bool is_it = plan_.device ? device.serial == plan_.device->serial
+                                        : std::ranges::find(old, device.serial) == old.end();
         if (is_it && device.problem.empty()) return device;
         if (is_it) problem = device.problem;
       }
-      if (RealClock::now() > end) break;
+      if (since_s(begin) > options_.timeout_s) break;
     }
-    throw Timeout("the firmware was copied, but no knob runs it after " + seconds() + ": " +
+    throw Timeout("the firmware was copied, but no knob runs it after " + timeout_text() + ": " +
                   problem +
                   "; plug it in again, or load the firmware once more with the board's "
                   "BOOTSEL button held");
   }
 
   /// At what runs now.
-  void look_at(const ListedDevice& device) {
-    Knob knob = host_.open(device.path);
-    done_.after = knob.info();
-    const FirmwareFile& file = done_.file;
-    if (done_.after.board != file.board || done_.after.firmware_version != file.version ||
-        done_.after.fingerprint != file.fingerprint) {
-      throw Error("the knob runs firmware " + done_.after.firmware_version + " of board " +
-                  done_.after.board + ", not " + file.version + " of board " + file.board +
+  FirmwareUpdate look_at(const ListedDevice& device) const {
+    const auto [after, owner, configuration] = host_.examine(device.path);
+    const FirmwareFile& file = plan_.file;
+    if (after.board != file.board || after.firmware_version != file.version ||
+        after.fingerprint != file.fingerprint) {
+      throw Error("the knob runs firmware " + after.firmware_version + " of board " + after.board +
+                  ", not " + file.version + " of board " + file.board +
                   ": it was not taken; try again");
     }
-    if (done_.before) done_.kept = dump_config(knob) == done_.configuration;
+    FirmwareUpdate done{file, plan_.before, after, {}, plan_.configuration};
+    if (done.before) done.kept = configuration == done.configuration;
+    return done;
   }
 
-  const fs::path& path_;
+  const FirmwarePlan& plan_;
   const UpdateOptions& options_;
-  const FirmwareHost& host_;
-  std::optional<ListedDevice> device_;
-  FirmwareUpdate done_;
+  Host host_;
 };
 
 }  // namespace
 
-FirmwareUpdate update_firmware(const fs::path& path, std::string_view selector,
-                               const UpdateOptions& options, const FirmwareHost& host) {
-  return FirmwareUpdater(path, options, host).run(selector);
+std::string FirmwarePlan::text() const {
+  std::string who = "the board that waits in its boot loader (whatever it has)";
+  if (device) {
+    who = "the knob " + (device->serial.empty() ? device->path : device->serial) + " (" +
+          (before ? "board " + before->board + ", firmware " + before->firmware_version
+                  : "whose firmware is of another release") +
+          ")";
+  }
+  return who + " gets firmware " + file.version + " for board " + file.board;
 }
+
+FirmwarePlan prepare_update(const fs::path& path, std::string_view selector,
+                            const UpdateOptions& options) {
+  if (selector.substr(0, selector.find(':')) == "emulated") {
+    throw InvalidArgument("an emulated knob has no firmware of its own: it is the library's");
+  }
+  FirmwarePlan plan{.file = read_firmware(path), .options = options};
+  check_fingerprint(plan.file);
+  const Host host(options);
+  if (options.drive.empty() && !fs::exists(host.file("/proc/mounts"))) {
+    throw InvalidArgument("this system does not tell where drives are: give `drive`");
+  }
+  const std::vector<Drive> waiting = find_drives(host);
+  plan.device = meant_device(selector, host);
+  if (!plan.device) {
+    if (waiting.empty() && (options.drive.empty() || !drive_in(options.drive))) {
+      throw DeviceNotFound(
+          "no knob is plugged in, and no board waits in its boot loader; hold the board's "
+          "BOOTSEL button while you plug it in");
+    }
+    return plan;
+  }
+  if (!waiting.empty() && options.drive.empty()) {
+    throw Error("another board waits in its boot loader already, at " +
+                path_text(waiting.front().folder) +
+                ": unplug it, or name the drive of the one that is meant");
+  }
+  try {
+    ExaminedKnob knob = host.examine(plan.device->path);
+    if (knob.owner == Owner::game) {
+      throw DeviceBusy("a game has the knob: end it first; nothing was changed");
+    }
+    plan.before = std::move(knob.info);
+    plan.configuration = std::move(knob.configuration);
+  } catch (const ProtocolMismatch&) {
+    // Of another release: it cannot be asked, and its configuration will be lost.
+  }
+  check_board(plan.file, plan.before ? plan.before->board : plan.device->board);
+  return plan;
+}
+
+FirmwareUpdate carry_out(const FirmwarePlan& plan) { return FirmwareUpdater(plan).run(); }
 
 FirmwareUpdate update_firmware(const fs::path& path, std::string_view selector,
                                const UpdateOptions& options) {
-  const OpenOptions open{.interrupted = options.interrupted};
-  const FirmwareHost host{
-      .list = list_devices,
-      .open = [&](const std::string& device) { return Knob::open(device, open); },
-      .start_bootloader = [&](const std::string& device) { start_bootloader(device, open); }};
-  return update_firmware(path, selector, options, host);
+  return carry_out(prepare_update(path, selector, options));
 }
 
 }  // namespace torsio

@@ -5,10 +5,12 @@ from __future__ import annotations
 import dataclasses
 import os
 import shutil
+import signal
 import struct
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +102,21 @@ def test_file_says_for_which_board_it_is(tmp_path: Path) -> None:
     ).output  # fmt: skip
 
 
+def test_file_whose_name_is_no_text_is_told(tmp_path: Path) -> None:
+    file = tmp_path / os.fsdecode(b"b\xfcro.uf2")
+    file.write_bytes(b"")
+    with pytest.raises(torsio.InvalidArgument) as told:
+        firmware.read(file)
+    assert str(told.value).startswith(f"{file}: it has 0 bytes")
+
+
+def test_what_cannot_be_read_is_told_with_its_reason(tmp_path: Path) -> None:
+    with pytest.raises(torsio.Error, match=r"none\.uf2 cannot be read: No such file"):
+        firmware.read(tmp_path / "none.uf2")
+    with pytest.raises(torsio.Error, match="cannot be read: Is a directory"):
+        firmware.read(tmp_path)
+
+
 def test_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["firmware", "show", str(tmp_path / "none.uf2")])
     assert result.exit_code == 1
@@ -119,10 +136,11 @@ class StandIn:
         self.board_id, self.problem = "RP2350", ""
         self.error: Exception | None = None
         self.plugged, self.returns, self.mounts, self.takes = True, True, True, True
-        self.owner = "none"
-        self.loses_configuration = False
+        self.owner: Any = "none"
+        self.other_release = False
+        self.loses_configuration, self.twin = False, False
         self.started: list[str] = []
-        self._knob = torsio.open("emulated")
+        self.knob = torsio.open("emulated")
         (root / "proc").mkdir()
         (root / "proc/mounts").write_text("proc /proc proc rw 0 0\n", encoding="ascii")
 
@@ -136,34 +154,22 @@ class StandIn:
             path="/dev/hidraw7", serial=self.serial, product="Torsio knob", board=self.board,
             transport="hid", problem=self.problem,
         )  # fmt: skip
-        return [mine, *emulated]
+        twins = [dataclasses.replace(mine, path="/dev/hidraw8")] if self.twin else []
+        return [mine, *twins, *emulated]
 
-    def open(self, path: str) -> Any:
+    def examine(self, path: str) -> firmware.ExaminedKnob | None:
         assert path == "/dev/hidraw7"
         if self.error is not None:
             raise self.error
-        return self
-
-    def __enter__(self) -> StandIn:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._knob, name)
-
-    @property
-    def info(self) -> torsio.DeviceInfo:
-        return dataclasses.replace(
-            self._knob.info, board=self.board, firmware_version=self.version, serial=self.serial
+        if self.other_release:
+            return None
+        info = dataclasses.replace(
+            self.knob.info, board=self.board, firmware_version=self.version, serial=self.serial
         )
+        return firmware.ExaminedKnob(info, self.owner, torsio.dump_config(self.knob))
 
-    def health(self) -> torsio.Health:
-        return dataclasses.replace(self._knob.health(), owner=self.owner)  # type: ignore[arg-type]
-
-    def start_bootloader(self, selector: str = "") -> None:
-        self.started.append(selector)
+    def start_bootloader(self, path: str) -> None:
+        self.started.append(path)
         self.plugged = False
         self.appear()
 
@@ -200,9 +206,9 @@ class StandIn:
             at = data.index(b"torsio firmware") - 32  # in the third block, behind its header
             at += 32
             self.version = ".".join(map(str, data[at + 20 : at + 23]))
-        self.error = None
+        self.other_release = False
         if self.loses_configuration:
-            self._knob.load_defaults()
+            self.knob.load_defaults()
         self.plugged = self.returns
 
 
@@ -210,11 +216,9 @@ class StandIn:
 def board(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIn]:
     (tmp_path / "system").mkdir()
     board = StandIn(tmp_path / "system")
-    for name in ("list_devices", "open", "start_bootloader"):
-        monkeypatch.setattr(firmware, name, getattr(board, name))
     monkeypatch.chdir(tmp_path)
     yield board
-    board._knob.close()
+    board.knob.close()
 
 
 @pytest.fixture
@@ -225,14 +229,12 @@ def file(tmp_path: Path) -> Path:
 
 
 def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> firmware.Updated:
-    plan = firmware.prepare(file, selector, root=board.root, drive=options.pop("drive", None))
-    return firmware.carry_out(
-        plan, root=board.root, timeout_s=options.pop("timeout_s", 10.0), **options
-    )
+    plan = firmware.prepare(file, selector, drive=options.pop("drive", None), host=board)
+    return firmware.carry_out(plan, timeout_s=options.pop("timeout_s", 10.0), **options)
 
 
 def test_update_disarms_copies_and_sees_the_new_version_run(board: StandIn, file: Path) -> None:
-    board._knob.update(beta=0.25)
+    board.knob.update(beta=0.25)
     steps: list[str] = []
     done = do(board, file, board.serial, say=steps.append)
     assert done.before is not None
@@ -244,23 +246,23 @@ def test_update_disarms_copies_and_sees_the_new_version_run(board: StandIn, file
 
 
 def test_configuration_that_is_not_kept_is_handed_back(board: StandIn, file: Path) -> None:
-    board._knob.update(beta=0.25)
+    board.knob.update(beta=0.25)
     board.loses_configuration = True
     done = do(board, file)
     assert done.kept is False
-    assert done.configuration is not None
-    assert done.configuration["control_config"]["beta"] == 0.25
+    torsio.load_config(board.knob, done.configuration)
+    assert board.knob.control_config().beta == 0.25
 
 
 def test_knob_of_another_release_is_updated_and_its_owner_warned(
     board: StandIn, file: Path
 ) -> None:
-    board.error = torsio.ProtocolMismatch("of another release")
-    plan = firmware.prepare(file, root=board.root)
+    board.other_release = True
+    plan = firmware.prepare(file, host=board)
     assert plan.loses_configuration
     assert "of another release" in str(plan)
-    done = firmware.carry_out(plan, root=board.root, timeout_s=10.0)
-    assert (done.before, done.kept) == (None, None)
+    done = firmware.carry_out(plan, timeout_s=10.0)
+    assert (done.before, done.kept, done.configuration) == (None, None, "")
 
 
 def test_board_that_waits_already_gets_its_first_firmware(board: StandIn, file: Path) -> None:
@@ -294,10 +296,7 @@ def test_drive_of_another_chip_gets_nothing(board: StandIn, file: Path) -> None:
     with pytest.raises(torsio.Timeout, match="a drive RP2350"):
         do(board, file, timeout_s=0.3)
     with pytest.raises(torsio.InvalidArgument, match="nothing was copied"):
-        firmware.carry_out(
-            dataclasses.replace(firmware.prepare(file, drive=board.mount, root=board.root)),
-            root=board.root,
-        )
+        do(board, file, drive=board.mount)
     assert not (board.mount / "torsio.uf2").exists()
 
 
@@ -313,43 +312,83 @@ def test_knob_that_still_runs_the_old_firmware_is_told(board: StandIn, file: Pat
         do(board, file)
 
 
-def test_disk_that_is_full_is_told(
-    board: StandIn, file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    class Full:
-        def __enter__(self) -> Full:
-            return self
+def test_disk_that_is_full_is_told(board: StandIn, file: Path) -> None:
+    def say(step: str) -> None:
+        if step.startswith("copying"):
+            (board.mount / "torsio.uf2").symlink_to("/dev/full")
 
-        def __exit__(self, *_: object) -> None:
-            pass
-
-        def write(self, _: bytes) -> int:
-            raise OSError(28, os.strerror(28))
-
-    plan = firmware.prepare(file, root=board.root)
-    real = Path.open
-    monkeypatch.setattr(
-        Path,
-        "open",
-        lambda path, *a, **k: (
-            Full() if path.name == "torsio.uf2" and "wb" in a else real(path, *a, **k)
-        ),
-    )
     with pytest.raises(torsio.Error, match=r"No space left.*still waits"):
-        firmware.carry_out(plan, root=board.root, timeout_s=10.0)
+        do(board, file, say=say)
+
+
+def test_two_drives_are_not_guessed_between(board: StandIn, file: Path) -> None:
+    board.plugged = False
+    board.appear()
+    shutil.copytree(board.mount, board.root / "media/you")
+    mounts = board.root / "proc/mounts"
+    mounts.write_text(mounts.read_text() + "/dev/sdb1 /media/you vfat rw 0 0\n")
+    with pytest.raises(torsio.Error, match=r"more than one board waits.*my knob, .*/media/you;"):
+        do(board, file)
+    assert not (board.mount / "torsio.uf2").exists()
+
+
+def test_file_that_changes_after_consent_is_not_copied(board: StandIn, file: Path) -> None:
+    plan = firmware.prepare(file, host=board)
+    file.write_bytes(image(version=(0, 9, 8)))
+    with pytest.raises(torsio.InvalidArgument, match="another file"):
+        firmware.carry_out(plan)
+    assert board.started == []
+
+
+@pytest.mark.parametrize("timeout_s", [0.0, -1.0, float("nan"), float("inf")])
+def test_timeout_that_is_none_is_refused_first(
+    board: StandIn, file: Path, timeout_s: float
+) -> None:
+    with pytest.raises(torsio.InvalidArgument, match=r"timeout_s is .*, allowed are above 0"):
+        do(board, file, timeout_s=timeout_s)
+    assert board.started == []
+
+
+def test_what_is_raised_while_it_tells_its_steps_ends_it(board: StandIn, file: Path) -> None:
+    def say(step: str) -> None:
+        if "waiting" in step:
+            raise KeyError(step)
+
+    with pytest.raises(KeyError, match="drive"):
+        do(board, file, say=say)
+
+
+def test_interrupt_ends_the_wait(board: StandIn, file: Path) -> None:
+    board.mounts, board.board_id = False, "none"
+
+    def say(step: str) -> None:
+        if "waiting" in step:
+            threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+    with pytest.raises(KeyboardInterrupt):
+        do(board, file, timeout_s=60.0, say=say)
 
 
 REFUSALS: dict[str, tuple[dict[str, Any], bytes, str, str]] = {
     "another board": ({"board": "pico"}, image(), "", "take torsio-pico.uf2"),
-    "another release": ({}, image(fingerprint=OURS ^ 1), "", "same release"),
+    "another release": (
+        {}, image(fingerprint=OURS ^ 1), "",
+        f"0x{OURS ^ 1:08x}, this library 0x{OURS:08x}: .*same release",
+    ),
     "virtual knob": ({"board": "emulated"}, image(), "", "no firmware of its own"),
     "a game": ({"owner": "game"}, image(), "", "a game has the knob"),
     "another program": (
         {"error": torsio.DeviceBusy("somebody has opened it")}, image(), "", "opened it",
     ),
+    "too many knobs": (
+        {"twin": True}, image(), "", "name one: /dev/hidraw7, /dev/hidraw8",
+    ),
     "no such knob": ({}, image(), "TS-1", "there is no knob"),
     "emulated": ({}, image(), "emulated", "no firmware of its own"),
     "named emulated": ({}, image(), "emulated:x", "no firmware of its own"),
+    "a board that cannot be asked": (
+        {"other_release": True, "board": "pico"}, image(), "", "take torsio-pico.uf2",
+    ),
     "nothing plugged in": ({"plugged": False}, image(), "", "BOOTSEL"),
     "not whole": ({}, image()[:-512], "", "missing"),
 }  # fmt: skip
@@ -378,16 +417,12 @@ def test_second_board_in_its_boot_loader_is_not_guessed_about(board: StandIn, fi
 def test_command_asks_first_and_tells_what_it_did(
     board: StandIn, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real_prepare, real_carry_out = firmware.prepare, firmware.carry_out
-    monkeypatch.setattr(firmware, "prepare", lambda *a, **k: real_prepare(*a, **k, root=board.root))
-    monkeypatch.setattr(
-        firmware, "carry_out", lambda *a, **k: real_carry_out(*a, **k, root=board.root)
-    )
+    monkeypatch.setattr(firmware, "prepare", partial(firmware.prepare, host=board))
     asked = CliRunner().invoke(app, ["firmware", "update", str(file)])
     assert asked.exit_code == 1
     assert "--yes" in asked.output
     assert board.started == []
-    board._knob.update(beta=0.25)
+    board.knob.update(beta=0.25)
     board.loses_configuration = True
     done = CliRunner().invoke(app, ["firmware", "update", str(file), "--yes"])
     assert done.exit_code == 0, done.output

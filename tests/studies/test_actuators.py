@@ -22,7 +22,8 @@ from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.actuators import trials
 from torsio_studies.actuators.trials import ACTUATORS, NM_PER_RAD
-from torsio_studies.common import StudyError, execute
+from torsio_studies.common import StudyError
+from torsio_studies.execution import execute
 from torsio_studies.paper import runs as paper_runs
 
 MOTOR_NM, BRAKE_NM, DRAG_NM = 85e-3, 110e-3, 2e-3

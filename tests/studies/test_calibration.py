@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torsio_studies import common
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.knobs import QUANTITIES, hidden_knob, measure, truth_of
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
+from torsio_studies.execution import execute
 
 KNOBS = 4
 
@@ -80,13 +80,13 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(calibration_study, "evaluate_batch", instead)
     monkeypatch.setattr(calibration_study, "SABOTAGES", ())
     settings = {"workers": 1, "knobs": 8}
-    first = common.execute(
+    first = execute(
         "calibration", out=tmp_path, json_file=tmp_path / "calibration.json", settings=settings
     )
     assert sorted(asked) == list(range(1000, 1008))
     next(iter((tmp_path / "calibration").glob("*.parquet"))).unlink()
     asked.clear()
-    again = common.execute("calibration", out=tmp_path, settings=settings)
+    again = execute("calibration", out=tmp_path, settings=settings)
     assert len(asked) == 4
     assert again["rows"] == first["rows"]
     assert json.loads((tmp_path / "calibration.json").read_text())["rows"][0]["coverage"] == 1.0

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from torsio.cli import app
 from torsio_studies import STUDIES, common
 from torsio_studies.common import StudyError
+from torsio_studies.execution import execute
 from torsio_studies.paper import study as paper
 
 
@@ -43,7 +44,7 @@ def test_a_damaged_or_foreign_file_is_left_alone(tmp_path: Path, content: str, w
     file = tmp_path / "paper.json"
     file.write_text(content)
     with pytest.raises(StudyError, match=why):
-        common.execute("paper", json_file=file, quick=True)
+        execute("paper", json_file=file, quick=True)
     assert file.read_text() == content
 
 
@@ -70,7 +71,7 @@ def test_a_folder_that_cannot_be_made_gives_a_clear_error() -> None:
 
 def test_an_unknown_study_is_an_error_that_lists_those_there_are() -> None:
     with pytest.raises(StudyError, match=r"nonsense.*extremes.*paper"):
-        common.execute("nonsense")
+        execute("nonsense")
 
 
 def test_every_study_has_its_command_and_its_page() -> None:

@@ -21,13 +21,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
+from typer.testing import CliRunner
 
+from torsio.cli import app
 from torsio.errors import InvalidArgument
 from torsio_studies.actuators import trials
-from torsio_studies.common import StudyError, execute
+from torsio_studies.common import StudyError
 from torsio_studies.design import devices, figure, study
 from torsio_studies.design.devices import SPACE, Batch, Design
 from torsio_studies.design.store import Store
+from torsio_studies.execution import execute
 from torsio_studies.paper import runs as paper_runs
 
 DEVICES = 8
@@ -372,3 +375,9 @@ def test_files_that_may_not_grow_end_the_study_with_one_sentence_and_keep_what_i
 def test_too_small_a_sample_is_refused() -> None:
     with pytest.raises(StudyError, match="at least 8 devices"):
         execute("design", settings={"devices": 3})
+
+
+def test_command_takes_the_laws_whose_springs_can_swing() -> None:
+    refused = CliRunner().invoke(app, ["study", "design", "--law", "calibrated"])
+    assert refused.exit_code == 2
+    assert "is not one of paper, compensated" in " ".join(refused.output.split())

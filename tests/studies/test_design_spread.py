@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from torsio_studies.common import StudyError, execute
+from torsio_studies.common import StudyError
 from torsio_studies.design import devices, spread
 from torsio_studies.design.devices import Batch, Design
 from torsio_studies.design.store import Store
+from torsio_studies.execution import execute
 
 DEVICES = 8
 # Light devices, so that the tests are quick.

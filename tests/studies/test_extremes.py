@@ -14,7 +14,7 @@ import pytest
 from rich.console import Console
 
 from torsio import closed_loop, config, hands, protocol, scenes
-from torsio_studies import common
+from torsio_studies.execution import execute
 from torsio_studies.extremes import dynamics, not_finite, study
 from torsio_studies.paper import runs
 
@@ -38,7 +38,7 @@ EXTREMES = {
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     out: Path = tmp_path_factory.mktemp("out")
-    return common.execute("extremes", out=out, json_file=out / "extremes.json", quick=True)
+    return execute("extremes", out=out, json_file=out / "extremes.json", quick=True)
 
 
 def test_every_extreme_holds_with_its_guard(results: dict[str, Any]) -> None:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import torsio
 from tests.python.plant_oracle import OraclePlant, OracleRun
 from torsio_studies import common
+from torsio_studies.execution import execute
 from torsio_studies.steppers import Method, make_plant
 
 MS = 1_000_000
@@ -60,9 +61,7 @@ def test_cheaper_methods_err_as_their_order_says_and_smoothed_friction_never_get
 
 
 def test_study_fidelity_sets_every_method_beside_the_truth(tmp_path: Path) -> None:
-    results = common.execute(
-        "fidelity", json_file=tmp_path / "fidelity.json", out=tmp_path, quick=True
-    )
+    results = execute("fidelity", json_file=tmp_path / "fidelity.json", out=tmp_path, quick=True)
     assert results == common.load(tmp_path / "fidelity.json", "fidelity")
     assert (tmp_path / "fidelity_pareto.png").stat().st_size > 20_000
     rows = results["rows"]

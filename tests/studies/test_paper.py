@@ -15,7 +15,7 @@ import pytest
 from torsio.closed_loop import simulate, simulate_many
 from torsio.config import Law
 from torsio.plant import BrakeHysteresis, PlantParams
-from torsio_studies import common
+from torsio_studies.execution import execute
 from torsio_studies.paper import runs
 from torsio_studies.paper import statements as paper_statements
 
@@ -220,7 +220,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def results(folder: Path) -> dict[str, Any]:
-    return common.execute("paper", out=folder, json_file=folder / "paper.json", quick=True)
+    return execute("paper", out=folder, json_file=folder / "paper.json", quick=True)
 
 
 def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str, Any]) -> None:

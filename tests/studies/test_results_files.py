@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from torsio_studies import common
+from torsio_studies.execution import execute
 
 
 @pytest.mark.parametrize(
@@ -31,4 +32,4 @@ def test_study_without_a_package_says_which(monkeypatch: pytest.MonkeyPatch) -> 
     with pytest.raises(
         common.StudyError, match="needs the Python package scipy: pip install scipy"
     ):
-        common.execute("fidelity")
+        execute("fidelity")

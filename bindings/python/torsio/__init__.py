@@ -16,6 +16,7 @@ from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, scenes, telemetry
 from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config_file import dump_config, load_config
 from torsio.emulated_knob import DeviceInput, Emulator, EmulatorOptions
 from torsio.errors import (
     Closed,
@@ -132,9 +133,11 @@ __all__ = [
     "TorqueHand",
     "__version__",
     "core",
+    "dump_config",
     "emulator",
     "list_devices",
     "load",
+    "load_config",
     "open",
     "start_bootloader",
     "protocol",

@@ -6,7 +6,7 @@ import io
 import os
 import sys
 
-from torsio.extras import how_to_install
+from torsio.extras import lacking
 
 
 def main() -> None:
@@ -20,13 +20,7 @@ def main() -> None:
     try:
         from torsio.cli import app
     except ModuleNotFoundError as error:
-        # What lacks inside a library is not for an extra to bring.
-        if error.name not in ("rich", "typer"):
-            raise
-        sys.exit(
-            f"torsio: error: the command line needs the Python package {error.name}; install what "
-            f"it needs with: {how_to_install('cli')}"
-        )
+        sys.exit(f"torsio: error: {lacking('the command line', 'cli', error)}")
     status: str | int | None = 0
     try:
         try:

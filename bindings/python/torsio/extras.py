@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from importlib.metadata import distribution
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
-__all__ = ["how_to_install", "source_folder"]
+__all__ = ["how_to_install", "lacking", "source_folder"]
 
 # What the system's own shell takes as one word.
 _QUOTE = '"' if sys.platform == "win32" else "'"
@@ -23,14 +24,28 @@ def source_folder() -> Path | None:
     return folder if url.scheme == "file" and folder.is_dir() else None
 
 
+def _requirements(extra: str) -> list[str]:
+    """Give what an extra would bring, as pip takes it."""
+    return [
+        requirement.partition(";")[0].strip()
+        for requirement in distribution("torsio").requires or []
+        if f"extra == {extra!r}" in requirement.replace('"', "'")
+    ]
+
+
 def how_to_install(extra: str) -> str:
     """Give the command that installs an extra of this package, from where the package came."""
     if folder := source_folder():
         return f"pip install {_QUOTE}{folder}[{extra}]{_QUOTE}"
     # Without the source tree, or once it has gone: what the extra would bring, by name.
-    wanted = [
-        f"{_QUOTE}{requirement.partition(';')[0].strip()}{_QUOTE}"
-        for requirement in distribution("torsio").requires or []
-        if f"extra == {extra!r}" in requirement.replace('"', "'")
-    ]
-    return " ".join(["pip install", *wanted])
+    return " ".join(["pip install", *(f"{_QUOTE}{one}{_QUOTE}" for one in _requirements(extra))])
+
+
+def lacking(what: str, extra: str, error: ModuleNotFoundError) -> str:
+    """Say which package of an extra `what` needs; what lacks inside a library is raised again."""
+    if error.name not in (re.split(r"[^\w-]", one)[0] for one in _requirements(extra)):
+        raise error
+    return (
+        f"{what} needs the Python package {error.name}; install what it needs with: "
+        f"{how_to_install(extra)}"
+    )

@@ -8,39 +8,28 @@ A board that waits for firmware is a drive with a file INFO_UF2.TXT; what is cop
 
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, Protocol
 
-from torsio import checks, config_cli, protocol, uf2
-from torsio._torsio import start_bootloader as _start_bootloader
-from torsio.boot_drives import Drive, Say, copy, drive_in, find_drives, wait_for_drive
-from torsio.errors import (
-    DeviceBusy,
-    DeviceNotFound,
-    Error,
-    InvalidArgument,
-    ProtocolMismatch,
-    Timeout,
-)
-from torsio.opening import list_devices, open
+from torsio import _torsio, checks
 from torsio.records import DeviceInfo, ListedDevice
 
 __all__ = [
-    "Drive",
+    "ExaminedKnob",
     "FirmwareFile",
+    "Host",
     "Plan",
     "Updated",
     "carry_out",
-    "find_drives",
     "prepare",
     "read",
     "start_bootloader",
     "update",
 ]
 
-_LOOK_EVERY_S = 0.2
+Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
@@ -60,6 +49,32 @@ class FirmwareFile:
 
 
 @dataclass(frozen=True)
+class ExaminedKnob:
+    """What an update asks a knob before and after."""
+
+    info: DeviceInfo
+    owner: Literal["none", "sdk", "game", "dial"]
+    configuration: str
+    """As `torsio.dump_config` gives it."""
+
+
+class Host(Protocol):
+    """Where an update finds knobs and drives, in a test."""
+
+    root: Path
+    """Of the system's files."""
+
+    def list_devices(self) -> list[ListedDevice]:
+        """List the knobs that are plugged in."""
+
+    def examine(self, path: str) -> ExaminedKnob | None:
+        """Ask a knob; None if it is of another release."""
+
+    def start_bootloader(self, path: str) -> None:
+        """Have a knob wait for firmware."""
+
+
+@dataclass(frozen=True)
 class Plan:
     """What an update would do: made by `prepare`, done by `carry_out`."""
 
@@ -68,25 +83,18 @@ class Plan:
     """None: a board that waits in its boot loader already."""
     before: DeviceInfo | None
     """None if it cannot be asked: it is of another release, or waits already."""
-    configuration: dict[str, Any] | None
-    """As `torsio config dump` has it; None likewise."""
-    drive: Path | None
-    """Where the boot loader's drive was said to be."""
+    configuration: str
+    """As `torsio.dump_config` gives it; empty likewise."""
+    _plan: _torsio.FirmwarePlan = field(repr=False, compare=False)
 
     @property
     def loses_configuration(self) -> bool:
         """The knob is of another release, whose configuration the new firmware cannot read."""
-        return self.device is not None and self.before is None
+        return self._plan.loses_configuration
 
     def __str__(self) -> str:
         """Say what it would do."""
-        who = "the board that waits in its boot loader"
-        if self.device is not None:
-            who = f"the knob {self.device.serial or self.device.path}"
-        now = "whose firmware is of another release" if self.device else "whatever it has"
-        if self.before is not None:
-            now = f"board {self.before.board}, firmware {self.before.firmware_version}"
-        return f"{who} ({now}) gets firmware {self.file.version} for board {self.file.board}"
+        return self._plan.text
 
 
 @dataclass(frozen=True)
@@ -99,8 +107,8 @@ class Updated:
     kept: bool | None
     """The configuration is the one of before, which what was not saved does not outlive; None if
     that could not be asked."""
-    configuration: dict[str, Any] | None
-    """The one of before, for `torsio config load`."""
+    configuration: str
+    """The one of before, for `torsio.load_config`; empty likewise."""
 
 
 def start_bootloader(selector: str = "") -> None:
@@ -115,7 +123,7 @@ def start_bootloader(selector: str = "") -> None:
         It has no boot loader, as an emulated one.
     DeviceNotFound, PermissionDenied, DeviceBusy, Timeout
     """
-    _start_bootloader(checks.text("selector", selector))
+    _torsio.start_bootloader(checks.text("selector", selector))
 
 
 def read(path: str | Path) -> FirmwareFile:
@@ -125,44 +133,14 @@ def read(path: str | Path) -> FirmwareFile:
     ------
     InvalidArgument
         Says in a sentence why no knob could run it.
-    OSError
+    Error
         It cannot be read.
     """
-    path = Path(path)
-    try:
-        image = uf2.read(path.read_bytes())
-        label = uf2.find_label(image)
-    except uf2.FormatError as error:
-        raise InvalidArgument(f"{path}: {error}") from None
-    size = len(image.data)
-    return FirmwareFile(path, image.chip, label.board, label.version, label.fingerprint, size)
+    return FirmwareFile(**_torsio.read_firmware(path))
 
 
-def _real_devices() -> list[ListedDevice]:
-    return [device for device in list_devices() if device.transport != "emulated"]
-
-
-def _meant(selector: str, devices: list[ListedDevice]) -> ListedDevice | None:
-    meant = [
-        device for device in devices if not selector or selector in (device.path, device.serial)
-    ]
-    if len(meant) > 1:
-        raise DeviceNotFound(
-            "more than one knob is meant; name one: " + ", ".join(device.path for device in meant)
-        )
-    if selector and not meant:
-        raise DeviceNotFound(f"there is no knob with path or serial number {selector!r}")
-    return meant[0] if meant else None
-
-
-def _examine(device: ListedDevice) -> tuple[DeviceInfo | None, dict[str, Any] | None]:
-    try:
-        with open(device.path) as knob:
-            if knob.health().owner == "game":
-                raise DeviceBusy("a game has the knob: end it first; nothing was changed")
-            return knob.info, config_cli.dump(knob)
-    except ProtocolMismatch:
-        return None, None
+def _info(told: dict[str, Any] | None) -> DeviceInfo | None:
+    return None if told is None else DeviceInfo(**told)
 
 
 def prepare(
@@ -170,7 +148,7 @@ def prepare(
     selector: str = "",
     *,
     drive: str | Path | None = None,
-    root: Path = Path("/"),
+    host: Host | None = None,
 ) -> Plan:
     """Look at file and knob, and say what an update would do. Changes nothing.
 
@@ -184,8 +162,8 @@ def prepare(
     drive
         Folder in which the boot loader's drive will be, where it cannot be found: anywhere but on
         Linux.
-    root
-        Of the system's files, for tests.
+    host
+        In place of this computer, for tests.
 
     Raises
     ------
@@ -194,66 +172,14 @@ def prepare(
         library, which could not talk to the knob any more.
     DeviceBusy
         Another program or a game has the knob.
-    DeviceNotFound, PermissionDenied, Error, OSError
+    DeviceNotFound, PermissionDenied, Error
     """
-    if selector.split(":")[0] == "emulated":
-        raise InvalidArgument("an emulated knob has no firmware of its own: it is the library's")
-    file = read(path)
-    if file.fingerprint != protocol.fingerprint():
-        raise InvalidArgument(
-            f"{path}: firmware {file.version} has the protocol fingerprint "
-            f"0x{file.fingerprint:08x}, this library 0x{protocol.fingerprint():08x}: it could not "
-            "talk to the knob; take firmware and library of the same release"
-        )
-    folder = Path(drive) if drive is not None else None
-    if folder is None and not (root / "proc/mounts").exists():
-        raise InvalidArgument("this system does not tell where drives are: give `drive`")
-    waiting = [each.folder for each in find_drives(root)]
-    device = _meant(selector, _real_devices())
-    if device is None:
-        if not waiting and not (folder and drive_in(folder)):
-            raise DeviceNotFound(
-                "no knob is plugged in, and no board waits in its boot loader; hold the board's "
-                "BOOTSEL button while you plug it in"
-            )
-        return Plan(file, None, None, None, folder)
-    if waiting and folder is None:
-        raise Error(
-            f"another board waits in its boot loader already, at {waiting[0]}: unplug it, or name "
-            "the drive of the one that is meant"
-        )
-    before, configuration = _examine(device)
-    board = before.board if before else device.board
-    if board == "emulated":
-        raise InvalidArgument("a virtual knob has no firmware of its own: it is the library's")
-    if board and board != file.board:
-        raise InvalidArgument(
-            f"{path} is firmware for board {file.board}, and the knob is a {board}: take "
-            f"torsio-{board}.uf2"
-        )
-    return Plan(file, device, before, configuration, folder)
+    plan = _torsio.prepare_update(path, checks.text("selector", selector), drive, host)
+    device = None if plan.device is None else ListedDevice(**plan.device)
+    return Plan(FirmwareFile(**plan.file), device, _info(plan.before), plan.configuration, plan)
 
 
-def _wait_for_knob(plan: Plan, old: set[str], timeout_s: float) -> ListedDevice:
-    end_s = time.monotonic() + timeout_s
-    problem = "it has not come back"
-    while time.monotonic() < end_s:
-        for device in _real_devices():
-            is_it = device.serial == plan.device.serial if plan.device else device.serial not in old
-            if is_it and not device.problem:
-                return device
-            if is_it:
-                problem = device.problem
-        time.sleep(_LOOK_EVERY_S)
-    raise Timeout(
-        f"the firmware was copied, but no knob runs it after {timeout_s:g} s: {problem}; plug it "
-        "in again, or load the firmware once more with the board's BOOTSEL button held"
-    )
-
-
-def carry_out(
-    plan: Plan, *, timeout_s: float = 60.0, say: Say = lambda _: None, root: Path = Path("/")
-) -> Updated:
+def carry_out(plan: Plan, *, timeout_s: float = 60.0, say: Say = lambda _: None) -> Updated:
     """Do what `prepare` has planned: disarm, boot loader, copy, wait, and look what runs.
 
     Parameters
@@ -272,28 +198,12 @@ def carry_out(
     Refused, DeviceBusy, Disconnected
         The knob would not go into its boot loader; nothing was changed.
     """
-    old = {device.serial for device in _real_devices()}
-    if plan.device is not None:
-        say("disarming, and starting the boot loader")
-        start_bootloader(plan.device.path)
-    say("waiting for the boot loader's drive")
-    drive = wait_for_drive(plan.file.path, plan.file.chip, plan.drive, root, timeout_s, say)
-    say(f"copying {plan.file.size // 1024} KiB to {drive.folder}")
-    copy(plan.file.path, drive)
-    say("waiting for the knob")
-    device = _wait_for_knob(plan, old, timeout_s)
-    with open(device.path) as knob:
-        after = knob.info
-        configuration = config_cli.dump(knob)
-    wanted = (plan.file.board, plan.file.version, plan.file.fingerprint)
-    runs = (after.board, after.firmware_version, after.fingerprint)
-    if runs != wanted:
-        raise Error(
-            f"the knob runs firmware {after.firmware_version} of board {after.board}, not "
-            f"{plan.file.version} of board {plan.file.board}: it was not taken; try again"
-        )
-    kept = None if plan.configuration is None else configuration == plan.configuration
-    return Updated(plan.file, plan.before, after, kept, plan.configuration)
+    checks.kind("plan", plan, Plan, "a plan of torsio.firmware.prepare")
+    checks.function("say", say)
+    done = _torsio.carry_out(plan._plan, checks.number("timeout_s", timeout_s), say)
+    return Updated(
+        plan.file, plan.before, DeviceInfo(**done["after"]), done["kept"], done["configuration"]
+    )
 
 
 def update(

@@ -84,9 +84,9 @@ def update_command(
     )
     if done.kept:
         _line(out, "its configuration is as before")
-    elif done.configuration is not None:
+    elif done.kept is not None:
         kept = Path(f"torsio-{done.after.serial}.json")
-        kept.write_text(json.dumps(done.configuration, indent=2) + "\n", encoding="utf-8")
+        kept.write_text(done.configuration, encoding="utf-8")
         _line(
             out,
             "its configuration is the saved one; what was set and not saved is in "

@@ -363,10 +363,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
             If the file cannot be written.
         """
         self._recording.refuse_if_under_way()
-        configs = (
-            self.actuator_config(), self.control_config(), self.board_config(), self.game_config()
-        )  # fmt: skip
-        recording = self._recording.begin(path, self.info, configs)
+        recording = self._recording.begin(path, self.info, self._all_configs())
         try:
             self.start_telemetry()
         except BaseException:

@@ -11,19 +11,21 @@ from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.knob_recording import KnobRecording
 from torsio.records import StableStiffness
 
-__all__ = ["Config", "KnobConfiguration"]
+__all__ = ["CONFIGS", "Config", "KnobConfiguration"]
 
 Config: TypeAlias = ActuatorConfig | BoardConfig | ControlConfig | GameConfig
 
-_CONFIGS: Final[dict[type[Config], str]] = {
-    ActuatorConfig: "actuator",
-    ControlConfig: "control",
-    BoardConfig: "board",
-    GameConfig: "game",
+CONFIGS: Final[dict[str, type[Config]]] = {
+    "actuator": ActuatorConfig,
+    "control": ControlConfig,
+    "board": BoardConfig,
+    "game": GameConfig,
 }
+"""All there are; the report of one is called NAME_config."""
 
-_CONFIG_OF: Final = {field.name: config for config in _CONFIGS for field in fields(config)}
-assert len(_CONFIG_OF) == sum(len(fields(c)) for c in _CONFIGS), "a name has two meanings"
+_NAMES: Final = {config: name for name, config in CONFIGS.items()}
+_CONFIG_OF: Final = {field.name: config for config in _NAMES for field in fields(config)}
+assert len(_CONFIG_OF) == sum(len(fields(c)) for c in _NAMES), "a name has two meanings"
 
 
 class KnobConfiguration:
@@ -64,11 +66,11 @@ class KnobConfiguration:
         Refused
             Unless disarmed.
         """
-        if type(config) not in _CONFIGS:
+        if type(config) not in _NAMES:
             raise TypeError(f"not a configuration: {checks.show(config)}")
         self._recording.note("configure", config=config)
         self._stable = None
-        getattr(self._knob, f"configure_{_CONFIGS[type(config)]}")(config)
+        getattr(self._knob, f"configure_{_NAMES[type(config)]}")(config)
 
     def update(self, **changes: Any) -> None:
         """Change fields of a configuration while disarmed, and keep the rest.
@@ -93,8 +95,23 @@ class KnobConfiguration:
             places = " and ".join(f"{name} of {kind.__name__}" for kind, name in configs.items())
             raise TypeError(f"update() changes one configuration at a time, not {places}")
         config = next(iter(configs))
-        current = config(**getattr(self._knob, f"{_CONFIGS[config]}_config")())
+        current = config(**getattr(self._knob, f"{_NAMES[config]}_config")())
         self.configure(replace(current, **changes))
+
+    def _dump_config(self) -> str:
+        return self._knob.dump_config()
+
+    def _load_config(self, text: str) -> None:
+        self._stable = None
+        self._knob.load_config(text)
+        if self._recording.is_under_way:
+            for config in self._all_configs():
+                self._recording.note("configure", config=config)
+
+    def _all_configs(self) -> tuple[Config, ...]:
+        return tuple(
+            config(**getattr(self._knob, f"{name}_config")()) for name, config in CONFIGS.items()
+        )
 
     def save(self) -> None:
         """Keep the configuration over power-off. Returns when it is safe."""

@@ -16,8 +16,9 @@ from rich.text import Text
 import torsio
 from torsio.command import Device, choose, err, opened, out, plainly
 from torsio.documents import entry
-from torsio.extras import how_to_install
+from torsio.extras import lacking
 from torsio.statuses import FAULT_ADVICE
+from torsio.studio.page import page_folder
 
 __all__ = ["add_to", "monitor_table"]
 
@@ -106,13 +107,7 @@ def studio_command(
     try:
         from torsio.studio.server import serve
     except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn", "websockets"):
-            raise
-        raise torsio.Error(
-            f"the studio needs the Python package {error.name}; install what it needs with: "
-            f"{how_to_install('studio')}"
-        ) from None
-    from torsio.studio.page import page_folder
+        raise torsio.Error(lacking("the studio", "studio", error)) from None
 
     def ready(address: str) -> None:
         print(f"studio  {address}", flush=True)

@@ -14,9 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, protocol
-from torsio.config import LET_GO_S, ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import LET_GO_S, ActuatorConfig
 from torsio.emulated_knob import DeviceInput
 from torsio.errors import Error, MalformedReport
+from torsio.knob_configuration import CONFIGS
 from torsio.recording import Recorded
 from torsio.telemetry import FLAG_STATE_MASK
 
@@ -73,19 +74,15 @@ def _inputs(
     recorded: Recorded, before: npt.NDArray[np.int64], behind: int
 ) -> Iterator[DeviceInput]:
     kept = recorded.metadata["configuration"]
-    actuator = ActuatorConfig(**kept["ActuatorConfig"])
     yield DeviceInput(0, "power", b"\1")
-    for content in (
-        _torsio.Knob.encode_actuator(actuator),
-        _torsio.Knob.encode_control(ControlConfig(**kept["ControlConfig"])),
-        _torsio.Knob.encode_board(BoardConfig(**kept["BoardConfig"])),
-        _torsio.Knob.encode_game(GameConfig(**kept["GameConfig"])),
-    ):
-        yield DeviceInput(0, "feature", content)
+    for name, config in CONFIGS.items():
+        encode = getattr(_torsio.Knob, f"encode_{name}")
+        yield DeviceInput(0, "feature", encode(config(**kept[config.__name__])))
     ticks = recorded.telemetry["tick"].astype(np.int64) - behind
     every = np.arange(ticks[0], ticks[-1] + 1)
     between = np.interp(every, ticks, recorded.telemetry["position_counts"])
     counts = np.append(before, np.rint(between).astype(np.int64))
+    actuator = ActuatorConfig(**kept["ActuatorConfig"])
     counts *= -1 if actuator.encoder_reversed else 1
     wire = (counts % (1 << actuator.counter_bits)).astype("<u4")
     done = 0

@@ -13,10 +13,9 @@ from rich.table import Table
 import torsio
 from torsio import bug_report
 from torsio.command import Device, choose, complain, err, is_emulated, opened, out, plainly
+from torsio.knob_configuration import CONFIGS
 
 __all__ = ["add_to"]
-
-_CONFIGS = (torsio.ActuatorConfig, torsio.ControlConfig, torsio.BoardConfig, torsio.GameConfig)
 
 
 def record_command(
@@ -59,7 +58,9 @@ def export_command(
 
 def _changes(given: list[str]) -> dict[str, Any]:
     """Read NAME=VALUE by the kind of the field."""
-    kinds = {field.name: type(field.default) for config in _CONFIGS for field in fields(config)}
+    kinds = {
+        field.name: type(field.default) for config in CONFIGS.values() for field in fields(config)
+    }
     changes: dict[str, Any] = {}
     for pair in given:
         name, equals, text = pair.partition("=")

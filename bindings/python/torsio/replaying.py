@@ -15,21 +15,15 @@ import numpy as np
 
 from torsio import checks, protocol
 from torsio._torsio.emulator import ReplayedDevice
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
 from torsio.emulated_knob import DeviceInput
 from torsio.errors import Error, InvalidArgument, MalformedReport
+from torsio.knob_configuration import CONFIGS
 from torsio.recorded_inputs import from_telemetry
 from torsio.recording import Recorded, load
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
 __all__ = ["Replayed", "replay"]
 
-_CONFIGS: Final = {
-    "actuator_config": ActuatorConfig,
-    "control_config": ControlConfig,
-    "board_config": BoardConfig,
-    "game_config": GameConfig,
-}
 _TICKS_TO_SAVE: Final = 16
 # What can be changed of effects: the fields that travel as they are.
 _EFFECT_FIELDS: Final = {
@@ -153,9 +147,9 @@ def _place(path: str) -> tuple[str, str]:
     """Find the report and the field that a change is about."""
     effect, dot, name = path.rpartition(".")
     if not dot:
-        for report, config in _CONFIGS.items():
+        for part, config in CONFIGS.items():
             if name in {field.name for field in fields(config)}:
-                return report, name
+                return f"{part}_config", name
         raise InvalidArgument(f"there is no field {name} in the device's configuration")
     known = _EFFECT_FIELDS.get(effect)
     if known is None:
@@ -220,7 +214,7 @@ def _run(
 def _store(device: ReplayedDevice, wanted: Mapping[str, Mapping[str, Any]]) -> None:
     """Save changes in a life before the recorded one, so that they are there from its start."""
     device.take("power", b"\1")
-    for name in wanted.keys() & _CONFIGS.keys():
+    for name in wanted.keys() & {f"{part}_config" for part in CONFIGS}:
         content = device.get_feature(_IDS[name])
         assert content is not None
         device.take("feature", _changed(content, wanted))

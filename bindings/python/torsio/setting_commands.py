@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import math
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from torsio import config_cli, games_cli
+from torsio import games_cli
 from torsio.command import AsJson, Device, err, opened, out, plainly, print_json, value_text
+from torsio.config_file import dump_config, load_config
+from torsio.errors import InvalidArgument
+from torsio.knob import Knob
 
 __all__ = ["add_to"]
 
@@ -99,14 +105,46 @@ def games_set_command(
         out.print(f"{name}  {value_text(name, getattr(config, name))}", highlight=False)
 
 
+def _fields(knob: Knob, names: list[str]) -> dict[str, tuple[str, Any]]:
+    """Give the configurations and the values of some fields, or all."""
+    fields = {
+        name: (part, value)
+        for part, values in json.loads(dump_config(knob)).items()
+        for name, value in values.items()
+    }
+    if unknown := [name for name in names if name not in fields]:
+        raise InvalidArgument(
+            f"no configuration has a field {unknown[0]!r}; `torsio config get` shows all"
+        )
+    return {name: fields[name] for name in names} if names else fields
+
+
+def _show_fields(knob: Knob, names: list[str]) -> None:
+    for name, (_, value) in _fields(knob, names).items():
+        out.print(f"{name}  {value_text(name, value)}", highlight=False)
+
+
+def _value(name: str, text: str, now: Any) -> Any:
+    """Read a value of the kind that the field has now."""
+    try:
+        if isinstance(now, bool):
+            return {"on": True, "true": True, "off": False, "false": False}[text.lower()]
+        value = type(now)(text)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError
+    except (KeyError, ValueError):
+        wanted = {bool: "on or off", int: "a whole number", float: "a number"}[type(now)]
+        raise InvalidArgument(f"{name} takes {wanted}, not {text!r}") from None
+    return value
+
+
 def config_get_command(
     names: Annotated[list[str] | None, typer.Argument(metavar="[FIELD]...")] = None,
     device: Device = "",
 ) -> None:
     """Show fields of the configuration, one a line; all unless some are named."""
     with opened(device, err) as knob:
-        for name, value in config_cli.get(knob, names or []).items():
-            out.print(f"{name}  {value_text(name, value)}", highlight=False)
+        _show_fields(knob, names or [])
 
 
 def config_set_command(
@@ -114,21 +152,35 @@ def config_set_command(
     device: Device = "",
 ) -> None:
     """Set fields, and keep them on the knob. Wiring takes effect at its next start."""
+    pairs = [assignment.partition("=") for assignment in assignments]
+    for name, equals, _ in pairs:
+        if not equals:
+            raise InvalidArgument(f"{name!r} is not of the form NAME=VALUE")
     with opened(device, err) as knob:
-        for name, value in config_cli.set_fields(knob, assignments).items():
-            out.print(f"{name}  {value_text(name, value)}", highlight=False)
+        now = _fields(knob, [name for name, _, _ in pairs])
+        changes: dict[str, dict[str, Any]] = {}
+        for name, _, text in pairs:
+            part, value = now[name]
+            changes.setdefault(part, {})[name] = _value(name, text, value)
+        load_config(knob, json.dumps(changes))
+        _show_fields(knob, list(now))
 
 
 def config_dump_command(device: Device = "") -> None:
     """Print the whole configuration as JSON, for `load`."""
     with opened(device, err) as knob:
-        print_json(config_cli.dump(knob))
+        sys.stdout.write(dump_config(knob))
 
 
 def config_load_command(file: Path, device: Device = "") -> None:
     """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
+    # What is no UTF-8 is no name of a field either, and told as that.
+    text = file.read_text(encoding="utf-8", errors="replace")
     with opened(device, err) as knob:
-        config_cli.load(knob, file)
+        try:
+            load_config(knob, text)
+        except InvalidArgument as error:
+            raise InvalidArgument(f"{file}: {error}") from None
 
 
 def add_to(app: typer.Typer) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from torsio.demos.wall_figure import BLACK, BLUE, ORANGE, STYLE, TEXT
 from torsio.records import StableStiffness
@@ -22,10 +25,6 @@ def save_figure(
     path: Path,
 ) -> None:
     """Draw where the knob came to rest and where it swung, and the boundary that theory gives."""
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     damping, stiffness = np.meshgrid(
         1e3 * found.damping_nm_s_per_rad, found.stiffness_nm_per_rad, indexing="xy"
     )

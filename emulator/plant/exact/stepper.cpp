@@ -44,7 +44,6 @@ class ExactStepper final : public Stepper {
  private:
   using C = Chain<kShafts>;
   using Vector = typename C::Vector;
-  static constexpr std::size_t kFrictions = kShafts > 1 ? 2 : 1;
 
   struct Outcome {
     double elapsed_s;

@@ -11,7 +11,7 @@
 
 namespace torsio::boards {
 
-/// Stands somewhere in the image; the mark finds it. bindings/python/torsio/uf2.py reads it.
+/// Stands somewhere in the image; the mark finds it. sdk/src/firmware_file.cpp reads it.
 struct FirmwareLabel {
   std::array<char, 16> mark{};  // "torsio firmware"
   std::uint32_t fingerprint = 0;

@@ -18,7 +18,6 @@ inline constexpr std::size_t kMouseReportSize = 8;
 inline constexpr std::size_t kShortReportSize = 2;  // of the other two
 inline constexpr std::uint8_t kWheelFine = 0x01;    // bits of the resolution report
 inline constexpr std::uint8_t kPanFine = 0x04;
-inline constexpr std::uint8_t kResolutionBits = 0x0F;
 inline constexpr std::uint8_t kLouder = 0x01;  // bits of the volume report
 inline constexpr std::uint8_t kQuieter = 0x02;
 inline constexpr std::int32_t kUnits = 120;  // of a detent, where the resolution is fine

@@ -4,32 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import importlib
 import json
 import math
 import os
 import tempfile
 import textwrap
-import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final, Literal, Protocol, TypeVar, cast
+from typing import Any, Final, Literal, TypeVar, cast
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskProgressColumn,
-    TextColumn,
-    TimeElapsedColumn,
-)
+from rich.progress import Progress
 
 from torsio.demos.wall_figure import (
     BLACK,
@@ -43,7 +33,6 @@ from torsio.demos.wall_figure import (
     WALL_FILL,
 )
 from torsio.errors import Error
-from torsio_studies import STUDIES
 
 __all__ = [
     "BLACK",
@@ -61,10 +50,11 @@ __all__ = [
     "StudyError",
     "caption",
     "check_replaceable",
-    "execute",
     "headline",
     "label",
     "load",
+    "make_folder",
+    "plain",
     "save",
     "write_atomically",
 ]
@@ -80,11 +70,6 @@ SCHEMA: Final = 1
 
 class StudyError(Error):
     """A study cannot be run, or its results cannot be read or written."""
-
-
-class _Module(Protocol):
-    def run(self, study: Study) -> Results: ...
-    def show(self, results: Results, console: Console) -> None: ...
 
 
 @dataclass
@@ -200,69 +185,10 @@ def label(
     )
 
 
-def execute(
-    name: str,
-    *,
-    json_file: Path | None = None,
-    out: Path | None = None,
-    quick: bool = False,
-    console: Console | None = None,
-    settings: dict[str, Any] | None = None,
-) -> Results:
-    """Run a study: progress, figures into `out`, results into `json_file`.
-
-    Raises
-    ------
-    StudyError
-        If there is no such study, a package that it needs is missing, or something cannot be
-        written; earlier results are kept.
-    """
-    if name not in STUDIES:
-        raise StudyError(f"there is no study {name!r}; there are {', '.join(sorted(STUDIES))}")
-    if json_file is not None:
-        check_replaceable(json_file, name)
-    if out is not None:
-        with _explained(out):
-            out.mkdir(parents=True, exist_ok=True)
-    try:
-        module = cast(_Module, importlib.import_module(f"torsio_studies.{name}.study"))
-    except ModuleNotFoundError as error:
-        package = (error.name or "").partition(".")[0]
-        if package in ("", "torsio", "torsio_studies"):
-            raise  # ours, and not the user's to install
-        raise StudyError(
-            f"the study {name} needs the Python package {package}: pip install {package}"
-        ) from None
-    begin = time.perf_counter()
-    study = Study(name, out, quick, settings or {})
-    with contextlib.ExitStack() as stack:
-        if console is not None:
-            columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-            progress = Progress(*columns, TimeElapsedColumn(), console=console)
-            study.progress = stack.enter_context(progress)
-        own = module.run(study)
-    results: Results = {
-        "schema": SCHEMA,
-        "study": name,
-        "torsio": version("torsio"),
-        "quick": quick,
-        "seconds": round(time.perf_counter() - begin, 3),
-        "figures": study.figures,
-        **own,
-    }
-    results = cast(Results, _plain(results))
-    if json_file is not None:
-        save(results, json_file)
-    if console is not None:
-        module.show(results, console)
-    return results
-
-
 def save(results: Results, path: Path) -> None:
     """Write results as JSON, whole or not at all."""
-    text = json.dumps(_plain(results), indent=2, allow_nan=False) + "\n"
-    with _explained(path.parent):
-        path.parent.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(plain(results), indent=2, allow_nan=False) + "\n"
+    make_folder(path.parent)
     write_atomically(path, lambda partial: partial.write_text(text, encoding="utf-8"))
 
 
@@ -305,6 +231,18 @@ def check_replaceable(path: Path, name: str) -> None:
         raise StudyError(f"{error}; it is left alone: move it away or give another name") from None
 
 
+def make_folder(path: Path) -> None:
+    """Make a folder, unless it is there.
+
+    Raises
+    ------
+    StudyError
+        If that fails.
+    """
+    with _explained(path):
+        path.mkdir(parents=True, exist_ok=True)
+
+
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a file beside `path`, and put it in the place of `path` when it is whole.
 
@@ -343,16 +281,16 @@ def _umask() -> int:
     return mask
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Give what JSON knows: plain numbers and lists, and null for what is not finite."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, np.generic):
-        return _plain(value.item())
+        return plain(value.item())
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

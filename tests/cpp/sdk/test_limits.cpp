@@ -2,43 +2,13 @@
 // board.
 #include <doctest/doctest.h>
 
-#include <cstdint>
-#include <memory>
-#include <utility>
-
-#include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
+#include "sdk/wrapped_transport.hpp"
 #include "torsio/knob.hpp"
 
 using namespace torsio;
 
 namespace {
-
-/// An emulated device that says that it is a real board.
-class Board final : public Transport {
- public:
-  void close() noexcept override { inner_->close(); }
-  bool write(const ReportBytes& report) override { return inner_->write(report); }
-  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
-    return inner_->read(report, timeout);
-  }
-  bool get_feature(std::uint8_t id, ReportBytes& report) override {
-    if (!inner_->get_feature(id, report)) return false;
-    protocol::Identity identity;
-    if (id != protocol::Layout<protocol::Identity>::id) return true;
-    REQUIRE(protocol::decode(report, identity).ok());
-    identity.board = 2;
-    report = protocol::encode(identity);
-    return true;
-  }
-  bool set_feature(const ReportBytes& report) override { return inner_->set_feature(report); }
-  bool time_is_virtual() const override { return inner_->time_is_virtual(); }
-  std::int64_t now_ns() const override { return inner_->now_ns(); }
-  void advance_to(std::int64_t time_ns) override { inner_->advance_to(time_ns); }
-
- private:
-  std::unique_ptr<Transport> inner_ = open_transport("emulated");
-};
 
 bool same(const Limits& is, const Limits& wanted) {
   const auto near = [](double a, double b) {
@@ -64,7 +34,8 @@ TEST_CASE("an emulated knob gives what actuator and caps let it") {
 }
 
 TEST_CASE("a board is held low until its parts are confirmed, and then by its currents too") {
-  Knob knob = Knob::open(std::make_unique<Board>());
+  Knob knob = Knob::open(test::emulated_with<protocol::Identity>(
+      [](protocol::Identity& identity) { identity.board = 2; }));
   CHECK(same(knob.limits(), {0.015, 0.015, 0.03, 10.0, true}));
   knob.update([](ControlConfig& control) {
     control.motor_torque_cap_nm = 0.01;

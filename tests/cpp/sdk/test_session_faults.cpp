@@ -5,15 +5,14 @@
 #include <chrono>
 #include <csignal>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "protocol/codec.hpp"
 #include "protocol/reports.hpp"
+#include "sdk/wrapped_transport.hpp"
 #include "torsio/knob.hpp"
 
 #ifndef _WIN32
@@ -40,43 +39,10 @@ bool is_whole(const std::vector<TelemetrySample>& samples, std::uint64_t ticks) 
   return samples.size() == ticks;
 }
 
-/// A transport that lets an emulated one answer, and lies in what it is told to.
-class Liar final : public Transport {
- public:
-  explicit Liar(std::unique_ptr<Transport> inner) : inner_(std::move(inner)) {}
-
-  void close() noexcept override { inner_->close(); }
-  bool write(const ReportBytes& report) override { return inner_->write(report); }
-  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
-    return inner_->read(report, timeout);
-  }
-  bool get_feature(std::uint8_t id, ReportBytes& report) override {
-    if (!inner_->get_feature(id, report)) return false;
-    if (lie) lie(report);
-    return true;
-  }
-  bool set_feature(const ReportBytes& report) override { return inner_->set_feature(report); }
-  bool time_is_virtual() const override { return inner_->time_is_virtual(); }
-  std::int64_t now_ns() const override { return inner_->now_ns(); }
-  void advance_to(std::int64_t time_ns) override { inner_->advance_to(time_ns); }
-
-  std::function<void(ReportBytes&)> lie;
-
- private:
-  std::unique_ptr<Transport> inner_;
-};
-
+/// Over a device that lies in one of its answers.
 template <class Report, class Change>
 void open_with(Change change) {
-  auto liar = std::make_unique<Liar>(open_transport("emulated"));
-  liar->lie = [&](ReportBytes& bytes) {
-    Report report;
-    if (bytes[0] != protocol::Layout<Report>::id) return;
-    REQUIRE(protocol::decode(bytes, report).ok());
-    change(report);
-    bytes = protocol::encode(report);
-  };
-  Knob knob = Knob::open(std::move(liar));
+  Knob knob = Knob::open(test::emulated_with<Report>(change));
   (void)knob.clock();
   (void)knob.record(0.01);
 }
@@ -242,14 +208,8 @@ TEST_CASE("an identity that no device can have is refused") {
 }
 
 TEST_CASE("a serial number that is no text is shown as question marks") {
-  auto liar = std::make_unique<Liar>(open_transport("emulated"));
-  liar->lie = [](ReportBytes& bytes) {
-    protocol::Identity identity;
-    if (!protocol::decode(bytes, identity).ok() || bytes[0] != 0x01) return;
-    identity.serial = {0xFF, 'a', 0x01, 0x80};
-    bytes = protocol::encode(identity);
-  };
-  const Knob knob = Knob::open(std::move(liar));
+  const Knob knob = Knob::open(test::emulated_with<protocol::Identity>(
+      [](auto& identity) { identity.serial = {0xFF, 'a', 0x01, 0x80}; }));
   CHECK(knob.info().serial == "?a??");
 }
 

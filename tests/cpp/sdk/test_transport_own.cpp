@@ -18,43 +18,24 @@
 #include <vector>
 
 #include "sdk/errors.hpp"
+#include "sdk/wrapped_transport.hpp"
 #include "torsio/knob.hpp"
 #include "torsio/transport.hpp"
 
 using namespace torsio;
 using test::contains;
 using test::message_of;
+using test::WrappedTransport;
 
 namespace {
 
-/// Passes everything on to another transport.
-class Wrapper : public Transport {
- public:
-  explicit Wrapper(std::unique_ptr<Transport> inner) : inner_(std::move(inner)) {}
-  void close() noexcept override { inner_->close(); }
-  bool write(const ReportBytes& report) override { return inner_->write(report); }
-  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
-    return inner_->read(report, timeout);
-  }
-  bool get_feature(std::uint8_t id, ReportBytes& report) override {
-    return inner_->get_feature(id, report);
-  }
-  bool set_feature(const ReportBytes& report) override { return inner_->set_feature(report); }
-  bool time_is_virtual() const override { return inner_->time_is_virtual(); }
-  std::int64_t now_ns() const override { return inner_->now_ns(); }
-  void advance_to(std::int64_t time_ns) override { inner_->advance_to(time_ns); }
-
- private:
-  std::unique_ptr<Transport> inner_;
-};
-
-class Recorder final : public Wrapper {
+class Recorder final : public WrappedTransport {
  public:
   Recorder(std::unique_ptr<Transport> inner, std::vector<ReportBytes>& sent)
-      : Wrapper(std::move(inner)), sent_(sent) {}
+      : WrappedTransport(std::move(inner)), sent_(sent) {}
   bool write(const ReportBytes& report) override {
     sent_.push_back(report);
-    return Wrapper::write(report);
+    return WrappedTransport::write(report);
   }
 
  private:
@@ -62,13 +43,13 @@ class Recorder final : public Wrapper {
 };
 
 /// Fails in its own way, once it is told to.
-class Failing final : public Wrapper {
+class Failing final : public WrappedTransport {
  public:
   Failing(std::unique_ptr<Transport> inner, const std::atomic<bool>& fails)
-      : Wrapper(std::move(inner)), fails_(fails) {}
+      : WrappedTransport(std::move(inner)), fails_(fails) {}
   bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
     if (fails_) throw std::runtime_error("the carrier pigeon is lost");
-    return Wrapper::read(report, timeout);
+    return WrappedTransport::read(report, timeout);
   }
 
  private:
@@ -226,7 +207,7 @@ TEST_CASE("a knob over a transport that wraps another one plays just the same") 
 }
 
 TEST_CASE("a knob over the user's transport says so, and knows no world and no path") {
-  const Knob knob = Knob::open(std::make_unique<Wrapper>(open_transport("emulated")));
+  const Knob knob = Knob::open(std::make_unique<WrappedTransport>(open_transport("emulated")));
   CHECK_FALSE(knob.is_emulated());
   CHECK_THROWS_AS((void)knob.emulator(), Error);
   CHECK(knob.info().transport == "own");
@@ -242,7 +223,7 @@ TEST_CASE("no transport is an InvalidArgument") {
 
 TEST_CASE("emulator options are not for a transport that is there already") {
   const auto open = [] {
-    (void)Knob::open(std::make_unique<Wrapper>(open_transport("emulated")), pushed_knob());
+    (void)Knob::open(std::make_unique<WrappedTransport>(open_transport("emulated")), pushed_knob());
   };
   CHECK(contains(message_of<InvalidArgument>(open), "open_transport()"));
 }

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from torsio.calibration.procedure import Calibration
 from torsio.demos.wall_figure import BLUE, GREY, ORANGE, STYLE, TEXT
@@ -18,10 +21,6 @@ _MOST_POINTS = 6000
 
 def save_figure(calibration: Calibration, path: Path) -> None:
     """Draw each step's data with its model above, and the residuals below, as PNG."""
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     fits = calibration.fits
     rows = (len(fits) + 1) // 2
     with mpl.rc_context(STYLE):

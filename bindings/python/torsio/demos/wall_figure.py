@@ -6,6 +6,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -41,8 +42,6 @@ STYLE: dict[str, Any] = {
 
 def save_figure(visit: WallVisit, measures: WallMeasures, path: Path) -> None:
     """Draw the four panels and write them as PNG."""
-    import matplotlib as mpl
-
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(13.5, 10.4), dpi=150, facecolor="white")
         FigureCanvasAgg(figure)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torsio.errors import Error
-from torsio.extras import how_to_install
+from torsio.extras import lacking
 from torsio.studio.page import page_folder
 
 if TYPE_CHECKING:
@@ -48,12 +48,7 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
     try:
         from torsio.studio.watching import Watch
     except ModuleNotFoundError as error:
-        if error.name not in ("starlette", "uvicorn", "websockets"):
-            raise
-        raise Error(
-            f"the studio needs the Python package {error.name}; install what it needs with: "
-            f"{how_to_install('studio')}"
-        ) from None
+        raise Error(lacking("the studio", "studio", error)) from None
     folder = page_folder() if page is None else Path(page)
     if not (folder / "index.html").exists():
         raise Error(f"the page is not in {str(folder)!r}: name the folder that ./dev studio builds")

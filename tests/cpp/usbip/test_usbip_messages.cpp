@@ -2,7 +2,7 @@
 #include <doctest/doctest.h>
 
 #include "client.hpp"
-#include "emulator/usbip/wire.hpp"
+#include "emulator/usbip/messages.hpp"
 
 using namespace torsio::emulator::usbip;
 using usbip_test::text;

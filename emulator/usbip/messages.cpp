@@ -1,4 +1,4 @@
-#include "emulator/usbip/wire.hpp"
+#include "emulator/usbip/messages.hpp"
 
 #include <algorithm>
 
