@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { mock, test } from "node:test";
 
-import { encode } from "../../build/studio/modules/codec.js";
+import { decode, encode } from "../../build/studio/modules/codec.js";
 import { Knob } from "../../build/studio/modules/knob.js";
 import { FINGERPRINT, REPORTS } from "../../build/studio/modules/reports.js";
 
@@ -15,6 +15,7 @@ const gone = new Error("unplugged");
 class Device {
   title = "liar";
   closed = false;
+  ops = [];
   #said = [];
   #wake = () => {};
 
@@ -31,6 +32,7 @@ class Device {
   async write(report) {
     const sequence = report[1] | (report[2] << 8);
     if (report[0] === REPORTS.command.id && this.mute) return;
+    if (report[0] === REPORTS.command.id) this.ops.push(decode(report).values.op);
     this.say(encode("acknowledgement", { sequence, report: report[0], status: 0, field: 255 }));
   }
 
@@ -127,4 +129,13 @@ test("damage and silence are told while they last, and samples go on", async () 
   assert.equal(said.length, 4);
   mock.timers.reset();
   await knob.close();
+});
+
+test("closing disarms what the page has armed, and neither a game nor the dial", async () => {
+  for (const owner of ["sdk", "game", "dial"]) {
+    const device = new Device({ health: encode("health", { state: "armed", owner }) });
+    await (await Knob.open(device)).close();
+    assert.equal(device.closed, true);
+    assert.equal(device.ops.includes("disarm"), owner === "sdk", owner);
+  }
 });

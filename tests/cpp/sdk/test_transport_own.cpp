@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "protocol/reports.hpp"
 #include "sdk/errors.hpp"
 #include "sdk/wrapped_transport.hpp"
 #include "torsio/knob.hpp"
@@ -204,6 +205,25 @@ TEST_CASE("a knob over a transport that wraps another one plays just the same") 
   CHECK(sent.front()[0] == 0x10);
   CHECK(sent.front()[4] == 1);
   CHECK(std::ranges::any_of(sent, [](const ReportBytes& report) { return report[0] == 0x20; }));
+}
+
+TEST_CASE("who closes a knob disarms it, unless a game or the dial has it") {
+  for (const Owner owner : {Owner::sdk, Owner::game, Owner::dial}) {
+    CAPTURE(static_cast<int>(owner));
+    std::vector<ReportBytes> sent;
+    auto inner = test::emulated_with<protocol::Health>([owner](protocol::Health& health) {
+      health.state = protocol::State::armed;
+      health.owner = static_cast<protocol::Owner>(owner);
+    });
+    Knob knob = Knob::open(std::make_unique<Recorder>(std::move(inner), sent));
+    REQUIRE(knob.state() == State::armed);
+    knob.close();
+    // docs/protocol.md: command (0x10) with disarm (2).
+    const auto disarms = [](const ReportBytes& report) {
+      return report[0] == 0x10 && report[4] == 2;
+    };
+    CHECK(std::ranges::any_of(sent, disarms) == (owner == Owner::sdk));
+  }
 }
 
 TEST_CASE("a knob over the user's transport says so, and knows no world and no path") {
