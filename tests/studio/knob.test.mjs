@@ -16,6 +16,7 @@ class Device {
   title = "liar";
   closed = false;
   ops = [];
+  held = {}; // state and owner, as acknowledgements tell them
   #said = [];
   #wake = () => {};
 
@@ -33,7 +34,7 @@ class Device {
     const sequence = report[1] | (report[2] << 8);
     if (report[0] === REPORTS.command.id && this.mute) return;
     if (report[0] === REPORTS.command.id) this.ops.push(decode(report).values.op);
-    this.say(encode("acknowledgement", { sequence, report: report[0], status: 0, field: 255 }));
+    this.say(encode("acknowledgement", { ...this.held, sequence, report: report[0], status: 0, field: 255 }));
   }
 
   say(...reports) {
@@ -134,6 +135,7 @@ test("damage and silence are told while they last, and samples go on", async () 
 test("closing disarms what the page has armed, and neither a game nor the dial", async () => {
   for (const owner of ["sdk", "game", "dial"]) {
     const device = new Device({ health: encode("health", { state: "armed", owner }) });
+    device.held = { state: "armed", owner };
     await (await Knob.open(device)).close();
     assert.equal(device.closed, true);
     assert.equal(device.ops.includes("disarm"), owner === "sdk", owner);
