@@ -67,7 +67,8 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
-/// The spring's torque, of one who knows the brake, and what the motor may take up of it.
+/// The spring's torque, of one who knows the brake, and what the motor may take up of it. Inlined,
+/// as the next: a call would cost every tick its registers.
 /// @returns the latter
 [[gnu::always_inline]] inline float sense_known_brake(ControllerState& state,
                                                       const ControllerParams& params,
