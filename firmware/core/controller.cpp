@@ -67,25 +67,43 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
+/// The spring's torque, of one who knows the brake, and what the motor may take up of it. Inlined,
+/// as the next: a call would cost every tick its registers.
+/// @returns the latter
+[[gnu::always_inline]] inline float sense_known_brake(ControllerState& state,
+                                                      const ControllerParams& params,
+                                                      float delta_rad) {
+  const float capacity_nm = model_real_brake(state.brake, params.brake, state.brake_command_nm);
+  const float spring_nm = sense_driven_spring(
+      state.sensor, params.brake_side, params.spring_stiffness_nm_per_rad, delta_rad, capacity_nm);
+  return clamp_number(spring_nm, capacity_nm + params.brake_side.countered_nm);
+}
+
+[[gnu::always_inline]] inline float sense_brake(ControllerState& state,
+                                                const ControllerParams& params, float delta_rad) {
+  const float capacity_nm = model_brake(state.brake, params.brake, state.brake_command_nm);
+  return sense_spring(state.sensor, params.spring_stiffness_nm_per_rad, delta_rad, capacity_nm);
+}
+
 }  // namespace
 
 ControllerOutputs control(ControllerState& state, const ControllerParams& params,
                           const ControllerInputs& in) {
   ControllerOutputs out;
   out.motion = track_motion(state.motion, params.motion, in.encoder_count);
-  const float capacity_nm = model_brake(state.brake, params.brake, state.brake_command_nm);
-  out.brake_capacity_nm = state.brake.capacity_nm;
-  out.spring_torque_nm = sense_spring(state.sensor, params.spring_stiffness_nm_per_rad,
-                                      out.motion.delta_rad, capacity_nm);
 
   const Resolution& resolution = params.motion.resolution;
   float desired_nm = 0.0F;
   if (in.scene != nullptr) {
     desired_nm = evaluate_scene(*in.scene, state.scene, out.motion, resolution, state.tick);
   }
+  // The sensor comes after the scene, which has no need of it: one branch for all that is rare.
+  float spring_nm = 0.0F;
   Shares shares;
-  bool excited = false;
+  bool shared = false;  // already, past the law
   if (in.overlay != nullptr) [[unlikely]] {
+    spring_nm = in.overlay->ledger ? sense_known_brake(state, params, out.motion.delta_rad)
+                                   : sense_brake(state, params, out.motion.delta_rad);
     if (in.overlay->only_bounds) {
       desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
     } else {
@@ -97,14 +115,23 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
       if (in.overlay->excitation != nullptr) {
         shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
         desired_nm = shares.motor_command_nm;
-        excited = true;
+        shared = true;
       }
     }
+    if (desired_nm == 0.0F && in.overlay->bounds && !shared) {
+      shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
+                                               state.brake.coil_nm, out.motion.speed_rad_s);
+      shared = true;
+    }
+  } else {
+    spring_nm = sense_brake(state, params, out.motion.delta_rad);
   }
+  out.brake_capacity_nm = state.brake.capacity_nm;
+  out.spring_torque_nm = state.sensor.spring_torque_nm;
   out.numeric_error = !is_finite(desired_nm);
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
-  if (!excited) shares = partition(params.partition, out.desired_torque_nm, out.spring_torque_nm);
+  if (!shared) shares = partition(params.partition, out.desired_torque_nm, spring_nm);
   out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
   out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;

@@ -1,10 +1,10 @@
 /// @file
 /// One control tick, from the encoder's count to the commands of motor and brake:
 ///
-///     count -> motion -> brake model -> soft sensor -> scene -> partition -> limits
+///     count -> motion -> scene -> brake model -> soft sensor -> partition -> limits
 ///
-/// The brake model comes first in time: it says what the brake can hold *now*, after it has
-/// followed the last command for one period.
+/// The brake model says what the brake can hold *now*, after it has followed the last command for
+/// one period.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,9 @@ struct ControllerParams {
   float spring_stiffness_nm_per_rad = 2.873F;
   PartitionParams partition;
   LimitParams limits;
-  BoundParams bound;  // of the law calibrated
+  BoundParams bound;  // of the law calibrated, as the next
+  BrakeSideParams brake_side;
+  AssistParams assist;
 };
 
 struct ControllerState {
@@ -51,7 +53,7 @@ struct Overlay {
   ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
   ExcitationState* excitation = nullptr;  // instead of all that, and of the law
   bool bounds = false;                    // the law calibrated: nothing that would buzz
-  bool ledger = false;                    // the same law, whether or not something plays
+  bool ledger = false;       // the same law, whether or not something plays; it knows the brake
   bool only_bounds = false;  // nothing of the above but these two, nothing in the scene plays in
                              // time, and the bound knows of no change but the knob's
 };

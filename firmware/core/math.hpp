@@ -34,6 +34,12 @@ constexpr float larger(float a, float b) {
   return a < b ? b : a;
 }
 
+/// The same of the smaller.
+constexpr float smaller_number(float a, float b) {
+  if constexpr (kHasNumberMinMax) return __builtin_fminf(a, b);
+  return smaller(a, b);
+}
+
 /// @param limit >= 0
 /// @returns value held within [-limit, limit]
 constexpr float clamp_symmetric(float value, float limit) {

@@ -17,16 +17,17 @@ struct LawTraits {
   bool counts_drag = false;  // the sensor takes the drag of a brake without current into account
   bool brakes = true;        // the brake carries its share
   bool bounds = false;       // nothing buzzes: core/stiffness_bound.hpp
+  bool knows_brake = false;  // its inertia, hysteresis and lags, and that it lets go late
 };
 
 /// In the order of Law. Not every law counts the drag: with the paper's the drag's help is what
 /// keeps the motor from overcompensating (docs/theory.md).
 inline constexpr std::array kLaws{
-    LawTraits{},                                     // paper
-    LawTraits{.counts_drag = true},                  // compensated
-    LawTraits{},                                     // parallel
-    LawTraits{.brakes = false},                      // motor_only
-    LawTraits{.counts_drag = true, .bounds = true},  // calibrated
+    LawTraits{},                                                          // paper
+    LawTraits{.counts_drag = true},                                       // compensated
+    LawTraits{},                                                          // parallel
+    LawTraits{.brakes = false},                                           // motor_only
+    LawTraits{.counts_drag = true, .bounds = true, .knows_brake = true},  // calibrated
 };
 constexpr const LawTraits& traits(Law law) { return kLaws[static_cast<std::size_t>(law)]; }
 
@@ -82,6 +83,30 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
     brake_saturated = true;
   }
   return {motor_nm, brake_nm, motor_saturated, brake_saturated};
+}
+
+/// How the law calibrated takes off friction where the scene asks for nothing.
+struct AssistParams {
+  float most_nm = 0;
+  float nm_s_per_rad = 0;  // until that is reached
+};
+
+/// Never more than three quarters of the friction: what moves loses energy, however late or wrong
+/// its speed is known, and what rests goes on resting.
+/// @param full_rad_s the speed from which on all of it is given, > 0
+constexpr AssistParams make_assist_params(float wanted_nm, float friction_nm, float full_rad_s) {
+  const float most_nm = smaller(wanted_nm, 0.75F * friction_nm);
+  return {most_nm, most_nm / full_rad_s};
+}
+
+/// What the law calibrated has the motor do where the scene asks for nothing: cancel the spring as
+/// far as the brake still holds it by a current that goes on in its coil, so that a knob leaves a
+/// stiff wall and is not drawn back, and help along what turns.
+/// @param coil_nm what the brake is made to hold by its current, >= 0
+constexpr float share_free_air(const PartitionParams& params, const AssistParams& assist,
+                               float spring_nm, float coil_nm, float speed_rad_s) {
+  const float along_nm = clamp_number(assist.nm_s_per_rad * speed_rad_s, assist.most_nm);
+  return clamp_number(along_nm - clamp_number(spring_nm, coil_nm), params.motor_torque_max_nm);
 }
 
 }  // namespace torsio::core

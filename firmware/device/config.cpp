@@ -38,6 +38,19 @@ void hold_low(LoopConfig& loop) {
       core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
 }
 
+core::BrakeParams make_brake_params(const ActuatorConfig& actuator, core::Law law, float period_s) {
+  const float drag_nm = core::traits(law).counts_drag ? actuator.brake_drag_nm : 0.0F;
+  float floor_nm = actuator.brake_torque_min_nm;
+  // A floor above a drag that is known is a torque that the brake does not hold.
+  if (core::traits(law).knows_brake && drag_nm > 0.0F) floor_nm = core::smaller(floor_nm, drag_nm);
+  core::BrakeParams params =
+      core::make_brake_params(actuator.brake_time_constant_s, period_s, floor_nm, drag_nm);
+  const float release_s = actuator.brake_release_time_constant_s;
+  if (release_s > 0.0F) params.release_decay = core::decay_of(release_s, period_s);
+  params.play_nm = actuator.brake_hysteresis_nm;
+  return params;
+}
+
 }  // namespace
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool moves_parts) {
@@ -54,13 +67,19 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
   loop.controller.motion = core::make_motion_params(
       resolution, actuator.counter_bits, actuator.encoder_reversed == protocol::Toggle::on,
       control.speed_bandwidth_hz);
-  loop.controller.brake = core::make_brake_params(
-      actuator.brake_time_constant_s, period_s, actuator.brake_torque_min_nm,
-      core::traits(law).counts_drag ? actuator.brake_drag_nm : 0.0F);
+  loop.controller.brake = make_brake_params(actuator, law, period_s);
+  loop.controller.brake_side = core::make_brake_side_params(actuator.brake_inertia_kg_m2,
+                                                            actuator.spring_stiffness_nm_per_rad,
+                                                            period_s, actuator.knob_coulomb_nm);
   loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
   loop.controller.partition = {law, control.beta, motor_max_nm(config), brake_max_nm};
   loop.controller.bound = core::make_bound_params(
       core::stable_stiffness(parts(actuator, control, resolution)), resolution);
+  // No slower than what one count looks like.
+  const float full_rad_s =
+      core::larger(0.1F, core::kTwoPi * control.speed_bandwidth_hz * resolution.rad_per_count);
+  loop.controller.assist = core::make_assist_params(
+      control.free_assist_nm, actuator.knob_coulomb_nm + actuator.brake_drag_nm, full_rad_s);
   loop.controller.limits = {control.motor_slew_nm_per_s * period_s};
   loop.watchdog_ticks = control.autonomous == protocol::Toggle::on
                             ? 0

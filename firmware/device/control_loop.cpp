@@ -213,6 +213,9 @@ Status ControlLoop::execute(const Order& order) {
       game_params_ = *order.game;
       dial_.configure(*order.detents);
       controller_.bound = {};
+      // Only a law that knows the brake keeps these up.
+      controller_.sensor.slipped_nm = 0.0F;
+      controller_.brake.coil_nm = controller_.brake.capacity_nm;
       controller_.ledger = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
       if (order.clears_scene) scene_ = nullptr;

@@ -44,6 +44,9 @@ struct ActuatorConfig {
   float knob_coulomb_nm = 0.006F;
   float knob_viscous_nm_s_per_rad = 2.6e-5F;
   float motor_time_constant_s = 1e-4F;
+  float brake_inertia_kg_m2 = 4e-5F;
+  float brake_hysteresis_nm = 0;
+  float brake_release_time_constant_s = 0;
 };
 template <>
 struct Layout<ActuatorConfig> {
@@ -81,6 +84,13 @@ struct Layout<ActuatorConfig> {
              0, max_damping_nm_s_per_rad, "viscous friction of motor and knob"),
       number("motor_time_constant_s", &ActuatorConfig::motor_time_constant_s, "s", 0, 1,
              "from command to torque"),
+      number(
+          "brake_inertia_kg_m2", &ActuatorConfig::brake_inertia_kg_m2, "kg m^2", 0, 1,
+          "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's"),
+      number("brake_hysteresis_nm", &ActuatorConfig::brake_hysteresis_nm, "N m", 0, max_torque_nm,
+             "half the width of the loop of the brake's torque over its command"),
+      number("brake_release_time_constant_s", &ActuatorConfig::brake_release_time_constant_s, "s",
+             0, 100, "where the brake lets go; 0: as `brake_time_constant_s`"),
   };
 };
 
@@ -99,6 +109,7 @@ struct ControlConfig {
   float passive_ramp_s = 0.05F;
   float passive_brake_nm = 0;
   Toggle autonomous = Toggle::off;
+  float free_assist_nm = 0;
 };
 template <>
 struct Layout<ControlConfig> {
@@ -131,6 +142,9 @@ struct Layout<ControlConfig> {
       number("passive_brake_nm", &ControlConfig::passive_brake_nm, "N m", 0, max_torque_nm,
              "the brake's torque on that way; 0 releases it"),
       choice("autonomous", &ControlConfig::autonomous, "on: no watchdog, plays on without a host"),
+      number("free_assist_nm", &ControlConfig::free_assist_nm, "N m", 0, max_torque_nm,
+             "what the motor takes off the friction where the scene asks for nothing, at most "
+             "three quarters of all that is configured; the law calibrated's"),
   };
 };
 
@@ -286,8 +300,8 @@ struct Layout<GameConfig> {
 };
 
 // The sizes as literals: a change of the wire must be seen in a diff.
-static_assert(wire_size<ActuatorConfig>() == 49);
-static_assert(wire_size<ControlConfig>() == 41);
+static_assert(wire_size<ActuatorConfig>() == 61);
+static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 61);
 static_assert(wire_size<GameConfig>() == 48);
 

@@ -18,6 +18,11 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   config.knob_coulomb_nm = plant.knob_coulomb_nm;
   config.knob_viscous_nm_s_per_rad = plant.knob_viscous_nm_s_per_rad;
   config.motor_time_constant_s = plant.motor_time_constant_s;
+  config.brake_inertia_kg_m2 = plant.brake_inertia_kg_m2;
+  if (plant.brake_hysteresis) {
+    // What is out of its range the plant refuses by its own name.
+    config.brake_hysteresis_nm = std::max(plant.brake_hysteresis->half_width_nm, 0.0);
+  }
   if (plant.electrics) {
     config.brake_time_constant_s =
         plant.electrics->coil_inductance_h / plant.electrics->coil_resistance_ohm;

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 3352833505;
+export const FINGERPRINT: number = 1856523071;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -241,7 +241,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "ActuatorConfig",
     "doc": "The actuator as built. The defaults are those of the reference actuator.",
     "notes": "Set only while disarmed; another encoder empties the scene.",
-    "size": 49,
+    "size": 61,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
@@ -258,6 +258,9 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "knob_coulomb_nm", "kind": "number", "doc": "dry friction of motor and knob", "wire": "knob_coulomb_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.006, "shown": true},
       {"name": "knob_viscous_nm_s_per_rad", "kind": "number", "doc": "viscous friction of motor and knob", "wire": "knob_viscous_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 2.6e-05, "shown": true},
       {"name": "motor_time_constant_s", "kind": "number", "doc": "from command to torque", "wire": "motor_time_constant_s", "type": "f32", "low": 0.0, "high": 1.0, "unit": "s", "default": 0.0001, "shown": true},
+      {"name": "brake_inertia_kg_m2", "kind": "number", "doc": "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's", "wire": "brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1.0, "unit": "kg m^2", "default": 4e-05, "shown": true},
+      {"name": "brake_hysteresis_nm", "kind": "number", "doc": "half the width of the loop of the brake's torque over its command", "wire": "brake_hysteresis_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "brake_release_time_constant_s", "kind": "number", "doc": "where the brake lets go; 0: as `brake_time_constant_s`", "wire": "brake_release_time_constant_s", "type": "f32", "low": 0.0, "high": 100.0, "unit": "s", "default": 0.0, "shown": true},
     ],
   },
   "control_config": {
@@ -266,7 +269,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "ControlConfig",
     "doc": "How the device controls, and what it does when the host goes silent.",
     "notes": "Set only while disarmed.",
-    "size": 41,
+    "size": 45,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
@@ -281,6 +284,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "passive_ramp_s", "kind": "number", "doc": "the motor's way to zero when the host is lost", "wire": "passive_ramp_s", "type": "f32", "low": 0.0, "high": 10.0, "unit": "s", "default": 0.05, "shown": true},
       {"name": "passive_brake_nm", "kind": "number", "doc": "the brake's torque on that way; 0 releases it", "wire": "passive_brake_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "autonomous", "kind": "switch", "doc": "on: no watchdog, plays on without a host", "wire": "autonomous", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
+      {"name": "free_assist_nm", "kind": "number", "doc": "what the motor takes off the friction where the scene asks for nothing, at most three quarters of all that is configured; the law calibrated's", "wire": "free_assist_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
     ],
   },
   "board_config": {

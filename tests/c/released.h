@@ -334,6 +334,9 @@ typedef struct torsio_actuator_config {
   double knob_coulomb_nm;
   double knob_viscous_nm_s_per_rad;
   double motor_time_constant_s;
+  double brake_inertia_kg_m2;
+  double brake_hysteresis_nm;
+  double brake_release_time_constant_s;
 } torsio_actuator_config;
 TORSIO_API torsio_result torsio_actuator_config_init(torsio_actuator_config* structure);
 typedef struct torsio_control_config {
@@ -349,6 +352,7 @@ typedef struct torsio_control_config {
   double passive_ramp_s;
   double passive_brake_nm;
   bool autonomous;
+  double free_assist_nm;
 } torsio_control_config;
 TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* structure);
 typedef struct torsio_board_config {

@@ -101,6 +101,9 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "knob_coulomb_nm": 2.0**-7,
             "knob_viscous_nm_s_per_rad": 2.0**-15,
             "motor_time_constant_s": 2.0**-13,
+            "brake_inertia_kg_m2": 2.0**-16,
+            "brake_hysteresis_nm": 2.0**-8,
+            "brake_release_time_constant_s": 2.0**-6,
         },
     ),
     (
@@ -119,6 +122,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "passive_ramp_s": 0.015625,
             "passive_brake_nm": 0.0078125,
             "autonomous": "on",
+            "free_assist_nm": 2.0**-9,
         },
     ),
     (

@@ -187,6 +187,77 @@ class PaperLaw:
         return motor, self.brake_command
 
 
+class CalibratedLaw:
+    """The law that knows what turns with the brake, its hysteresis and its two lags.
+
+    The brake's side is a mass that slides or sticks, followed in short steps from the knob's angle:
+    where the product has one equation for the end of a tick, this goes through the tick.
+    """
+
+    step_s = 2.5e-6
+
+    def __init__(
+        self,
+        actuator: Actuator,
+        *,
+        beta: float,
+        period: float,
+        hysteresis: float = 0.0,
+        release_lag: float | None = None,
+    ) -> None:
+        self.actuator = actuator
+        self.beta = beta
+        self.period = period
+        self.hysteresis = hysteresis
+        self.release_lag = actuator.brake_lag if release_lag is None else release_lag
+        self.brake_command = 0.0
+        self.coil = 0.0
+        self.brake = 0.0
+        self.twist = 0.0
+        self.slide = 0.0  # speed of the brake's side
+
+    def _follow_brake(self) -> float:
+        lag = self.actuator.brake_lag if self.brake_command > self.coil else self.release_lag
+        self.coil += (self.brake_command - self.coil) * -math.expm1(-self.period / lag)
+        # The iron stays where it is as long as it is within the loop.
+        if self.brake < self.coil - self.hysteresis:
+            self.brake = self.coil - self.hysteresis
+        if self.brake > self.coil + self.hysteresis:
+            self.brake = self.coil + self.hysteresis
+        return max(self.brake + self.actuator.brake_drag, self.actuator.brake_floor)
+
+    def _follow_spring(self, delta_angle: float, holds: float) -> float:
+        steps = math.ceil(self.period / self.step_s)
+        p, step = self.actuator, self.period / steps
+        for _ in range(steps):
+            self.twist += delta_angle / steps
+            drive = p.stiffness * self.twist
+            if self.slide == 0.0 and abs(drive) <= holds:
+                continue
+            way = math.copysign(1.0, self.slide if self.slide != 0.0 else drive)
+            faster = self.slide + step * (drive - way * holds) / p.brake_inertia
+            self.slide = faster if faster * way > 0.0 else 0.0
+            self.twist -= step * self.slide
+        return -p.stiffness * self.twist
+
+    def step(self, delta_angle: float, desired: float) -> tuple[float, float]:
+        """Take the knob's motion and the wanted torque; give motor torque and brake command."""
+        p = self.actuator
+        holds = self._follow_brake()
+        self.spring = self._follow_spring(delta_angle, holds)
+        helps = desired * self.spring >= 0
+        # Half of the knob's friction is what the motor may do about the inertia.
+        most = holds + 0.5 * p.knob_coulomb
+        countered = min(max(self.spring, -most), most)
+        if desired == 0:
+            # Against what the brake's current still holds, and no more.
+            motor, self.brake_command = -min(max(countered, -self.coil), self.coil), 0.0
+        else:
+            motor = desired - countered
+            self.brake_command = min(self.beta * abs(desired), p.brake_max) if helps else 0.0
+        return min(max(motor, -p.motor_max), p.motor_max), self.brake_command
+
+
 def wall_torque(angle: float, *, surface: float, stiffness: float) -> float:
     """Torque of a wall that is solid above its surface."""
     return -stiffness * max(angle - surface, 0.0)

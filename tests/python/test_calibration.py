@@ -26,7 +26,13 @@ def data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture(scope="module")
 def found() -> tuple[calibration.Calibration, torsio.ActuatorConfig, torsio.ActuatorConfig]:
     """Calibrate a knob that is not what its device believes."""
-    plant = torsio.PlantParams(knob_coulomb_nm=9e-3, shaft_stiffness_nm_per_rad=2.0)
+    plant = torsio.PlantParams(
+        knob_coulomb_nm=9e-3,
+        shaft_stiffness_nm_per_rad=2.0,
+        brake_inertia_kg_m2=6e-5,
+        brake_time_constant_s=40e-3,
+        brake_hysteresis=torsio.BrakeHysteresis(half_width_nm=8e-3),
+    )
     options = torsio.EmulatorOptions(
         seed=3, control_rate_hz=10_000.0, plant=plant, actuator=torsio.ActuatorConfig()
     )
@@ -43,6 +49,10 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     assert after == before
     assert result.actuator.spring_stiffness_nm_per_rad == pytest.approx(2.0, rel=0.01)
     assert result.actuator.knob_coulomb_nm == pytest.approx(9e-3, rel=0.03)
+    assert result.actuator.brake_inertia_kg_m2 == pytest.approx(6e-5, rel=0.03)
+    assert result.actuator.brake_hysteresis_nm == pytest.approx(8e-3, rel=0.01)
+    assert result.actuator.brake_time_constant_s == pytest.approx(40e-3, rel=0.01)
+    assert result.actuator.brake_release_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.counts_per_rev == before.counts_per_rev
     assert result.seconds < 90.0
 

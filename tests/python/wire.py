@@ -77,14 +77,15 @@ REPORTS = {
             "f brake_torque_min_nm, f brake_drag_nm, f brake_time_constant_s, "
             "f spring_stiffness_nm_per_rad, I counts_per_rev, B counter_bits, B encoder_reversed, "
             "f knob_inertia_kg_m2, f knob_coulomb_nm, f knob_viscous_nm_s_per_rad, "
-            "f motor_time_constant_s",
+            "f motor_time_constant_s, f brake_inertia_kg_m2, f brake_hysteresis_nm, "
+            "f brake_release_time_constant_s",
         ),
         _report(
             "control_config",
             0x05,
             "H sequence, B axis, B law, f beta, f speed_bandwidth_hz, f motor_torque_cap_nm, "
             "f brake_torque_cap_nm, f motor_slew_nm_per_s, f speed_limit_rad_s, f watchdog_s, "
-            "f passive_ramp_s, f passive_brake_nm, B autonomous",
+            "f passive_ramp_s, f passive_brake_nm, B autonomous, f free_assist_nm",
         ),
         _report(
             "board_config",

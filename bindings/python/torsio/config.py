@@ -64,6 +64,13 @@ class ActuatorConfig:
         Viscous friction of motor and knob; 0 to 1000.
     motor_time_constant_s
         From command to torque; 0 to 1.
+    brake_inertia_kg_m2
+        Of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to
+        1.
+    brake_hysteresis_nm
+        Half the width of the loop of the brake's torque over its command; 0 to 100.
+    brake_release_time_constant_s
+        Where the brake lets go; 0: as `brake_time_constant_s`; 0 to 100.
     """
 
     _: KW_ONLY
@@ -80,6 +87,9 @@ class ActuatorConfig:
     knob_coulomb_nm: float = 0.006
     knob_viscous_nm_s_per_rad: float = 2.6e-05
     motor_time_constant_s: float = 0.0001
+    brake_inertia_kg_m2: float = 4e-05
+    brake_hysteresis_nm: float = 0.0
+    brake_release_time_constant_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -112,6 +122,9 @@ class ControlConfig:
         The brake's torque on that way; 0 releases it; 0 to 100.
     autonomous
         True: no watchdog, plays on without a host.
+    free_assist_nm
+        What the motor takes off the friction where the scene asks for nothing, at most three
+        quarters of all that is configured; the law calibrated's; 0 to 100.
     """
 
     _: KW_ONLY
@@ -126,6 +139,7 @@ class ControlConfig:
     passive_ramp_s: float = 0.05
     passive_brake_nm: float = 0.0
     autonomous: bool = False
+    free_assist_nm: float = 0.0
 
 
 @dataclass(frozen=True)

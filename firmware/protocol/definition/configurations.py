@@ -52,6 +52,19 @@ ACTUATOR_CONFIG = _configuration(
         "viscous friction of motor and knob", default=2.6e-5,
     ),
     number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=0.1e-3),
+    number(
+        "brake_inertia_kg_m2", "kg m^2", 0.0, 1.0,
+        "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's",
+        default=4e-5,
+    ),
+    torque(
+        "brake_hysteresis_nm", "half the width of the loop of the brake's torque over its command",
+        default=0.0,
+    ),
+    number(
+        "brake_release_time_constant_s", "s", 0.0, 100.0,
+        "where the brake lets go; 0: as `brake_time_constant_s`",
+    ),
 )  # fmt: skip
 
 CONTROL_CONFIG = _configuration(
@@ -82,6 +95,12 @@ CONTROL_CONFIG = _configuration(
         "passive_brake_nm", "the brake's torque on that way; 0 releases it", default=0.0
     ),
     switch("autonomous", e.TOGGLE, "on: no watchdog, plays on without a host"),
+    torque(
+        "free_assist_nm",
+        "what the motor takes off the friction where the scene asks for nothing, at most three quarters "
+        "of all that is configured; the law calibrated's",
+        default=0.0,
+    ),
 )  # fmt: skip
 
 BOARD_CONFIG = _configuration(

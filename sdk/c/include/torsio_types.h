@@ -468,6 +468,13 @@ typedef struct torsio_actuator_config {
   double knob_viscous_nm_s_per_rad;
   /// from command to torque; 0 to 1; at first 0.0001
   double motor_time_constant_s;
+  /// of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to 1;
+  /// at first 4e-05
+  double brake_inertia_kg_m2;
+  /// half the width of the loop of the brake's torque over its command; 0 to 100
+  double brake_hysteresis_nm;
+  /// where the brake lets go; 0: as `brake_time_constant_s`; 0 to 100
+  double brake_release_time_constant_s;
 } torsio_actuator_config;
 TORSIO_API torsio_result torsio_actuator_config_init(torsio_actuator_config* structure);
 
@@ -496,6 +503,9 @@ typedef struct torsio_control_config {
   double passive_brake_nm;
   /// true: no watchdog, plays on without a host
   bool autonomous;
+  /// what the motor takes off the friction where the scene asks for nothing, at most three quarters
+  /// of all that is configured; the law calibrated's; 0 to 100
+  double free_assist_nm;
 } torsio_control_config;
 TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* structure);
 

@@ -178,6 +178,9 @@ inline ActuatorConfig from_c(const torsio_actuator_config& from) {
   to.knob_coulomb_nm = from.knob_coulomb_nm;
   to.knob_viscous_nm_s_per_rad = from.knob_viscous_nm_s_per_rad;
   to.motor_time_constant_s = from.motor_time_constant_s;
+  to.brake_inertia_kg_m2 = from.brake_inertia_kg_m2;
+  to.brake_hysteresis_nm = from.brake_hysteresis_nm;
+  to.brake_release_time_constant_s = from.brake_release_time_constant_s;
   return to;
 }
 inline ControlConfig from_c(const torsio_control_config& from) {
@@ -193,6 +196,7 @@ inline ControlConfig from_c(const torsio_control_config& from) {
   to.passive_ramp_s = from.passive_ramp_s;
   to.passive_brake_nm = from.passive_brake_nm;
   to.autonomous = flag(from.autonomous);
+  to.free_assist_nm = from.free_assist_nm;
   return to;
 }
 inline BoardConfig from_c(const torsio_board_config& from) {
@@ -506,6 +510,9 @@ inline torsio_actuator_config to_c([[maybe_unused]] const ActuatorConfig& from) 
   to.knob_coulomb_nm = from.knob_coulomb_nm;
   to.knob_viscous_nm_s_per_rad = from.knob_viscous_nm_s_per_rad;
   to.motor_time_constant_s = from.motor_time_constant_s;
+  to.brake_inertia_kg_m2 = from.brake_inertia_kg_m2;
+  to.brake_hysteresis_nm = from.brake_hysteresis_nm;
+  to.brake_release_time_constant_s = from.brake_release_time_constant_s;
   return to;
 }
 inline torsio_control_config to_c([[maybe_unused]] const ControlConfig& from) {
@@ -522,6 +529,7 @@ inline torsio_control_config to_c([[maybe_unused]] const ControlConfig& from) {
   to.passive_ramp_s = from.passive_ramp_s;
   to.passive_brake_nm = from.passive_brake_nm;
   to.autonomous = from.autonomous;
+  to.free_assist_nm = from.free_assist_nm;
   return to;
 }
 inline torsio_board_config to_c([[maybe_unused]] const BoardConfig& from) {

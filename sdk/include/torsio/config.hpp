@@ -49,6 +49,12 @@ struct ActuatorConfig {
   double knob_coulomb_nm = 0.006;             ///< dry friction of motor and knob; 0 to 100
   double knob_viscous_nm_s_per_rad = 2.6e-5;  ///< viscous friction of motor and knob; 0 to 1000
   double motor_time_constant_s = 1e-4;        ///< from command to torque; 0 to 1
+  /// of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to 1
+  double brake_inertia_kg_m2 = 4e-5;
+  /// half the width of the loop of the brake's torque over its command; 0 to 100
+  double brake_hysteresis_nm = 0.0;
+  /// where the brake lets go; 0: as `brake_time_constant_s`; 0 to 100
+  double brake_release_time_constant_s = 0.0;
 };
 
 /// How the device controls, and what it does when the host goes silent. Set only while disarmed.
@@ -65,6 +71,9 @@ struct ControlConfig {
   double passive_ramp_s = 0.05;    ///< the motor's way to zero when the host is lost; 0 to 10
   double passive_brake_nm = 0.0;   ///< the brake's torque on that way; 0 releases it; 0 to 100
   bool autonomous = false;         ///< true: no watchdog, plays on without a host
+  /// what the motor takes off the friction where the scene asks for nothing, at most three quarters
+  /// of all that is configured; the law calibrated's; 0 to 100
+  double free_assist_nm = 0.0;
 };
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A

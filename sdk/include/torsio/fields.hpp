@@ -311,6 +311,12 @@ struct Fields<ActuatorConfig> {
             0.0, 1000.0, "viscous friction of motor and knob"),
       field("motor_time_constant_s", &ActuatorConfig::motor_time_constant_s, "s", 0.0, 1.0,
             "from command to torque"),
+      field("brake_inertia_kg_m2", &ActuatorConfig::brake_inertia_kg_m2, "kg m^2", 0.0, 1.0,
+            "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's"),
+      field("brake_hysteresis_nm", &ActuatorConfig::brake_hysteresis_nm, "N m", 0.0, 100.0,
+            "half the width of the loop of the brake's torque over its command"),
+      field("brake_release_time_constant_s", &ActuatorConfig::brake_release_time_constant_s, "s",
+            0.0, 100.0, "where the brake lets go; 0: as `brake_time_constant_s`"),
   };
 };
 template <>
@@ -338,6 +344,9 @@ struct Fields<ControlConfig> {
             "the brake's torque on that way; 0 releases it"),
       field("autonomous", &ControlConfig::autonomous, "", -kNoLimit, kNoLimit,
             "on: no watchdog, plays on without a host"),
+      field("free_assist_nm", &ControlConfig::free_assist_nm, "N m", 0.0, 100.0,
+            "what the motor takes off the friction where the scene asks for nothing, at most three "
+            "quarters of all that is configured; the law calibrated's"),
   };
 };
 template <>

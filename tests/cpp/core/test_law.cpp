@@ -69,6 +69,129 @@ TEST_CASE("a released brake's model ends at exactly zero") {
   CHECK(state.capacity_nm == 0.0F);
 }
 
+TEST_CASE("while the brake holds, what turns with it changes nothing") {
+  const core::BrakeSideParams side = core::make_brake_side_params(4e-5F, 2.873F, 50e-6F, 6e-3F);
+  core::SoftSensorState plain;
+  core::SoftSensorState driven;
+  for (int i = 0; i < 200; ++i) {
+    const float delta_rad = i < 120 ? 2e-4F : -3e-4F;
+    const float expected_nm = core::sense_spring(plain, 2.873F, delta_rad, 0.1F);
+    CHECK(core::sense_driven_spring(driven, side, 2.873F, delta_rad, 0.1F) == expected_nm);
+  }
+}
+
+// A mass on a spring: what is left of a twist after a time is its cosine. The method damps it by
+// half a period's angle, 3e-4 here.
+TEST_CASE("behind a brake that holds nothing the spring swings at its own frequency") {
+  constexpr double kPeriodS = 2e-6;
+  const double rate = std::sqrt(2.873 / 4e-5);
+  const core::BrakeSideParams side = core::make_brake_side_params(4e-5F, 2.873F, 2e-6F, 6e-3F);
+  core::SoftSensorState state;
+  (void)core::sense_driven_spring(state, side, 2.873F, -0.01F, 1.0F);
+  REQUIRE(state.spring_torque_nm == Approx(0.02873));
+  for (int i = 1; i <= 20'000; ++i) {
+    const float spring_nm = core::sense_driven_spring(state, side, 2.873F, 0.0F, 0.0F);
+    CHECK(spring_nm ==
+          Approx(0.02873 * std::cos(rate * kPeriodS * i)).scale(0.02873).epsilon(0.01));
+  }
+}
+
+TEST_CASE(
+    "a brake's side that is driven ever faster takes its inertia's torque beyond the brake's") {
+  const core::BrakeSideParams side = core::make_brake_side_params(4e-5F, 2.873F, 1e-3F, 6e-3F);
+  core::SoftSensorState state;
+  float spring_nm = 0;
+  // 100 rad/s^2, and at 1 kHz the method's own damping ends the swing.
+  for (int i = 1; i <= 2000; ++i) {
+    spring_nm =
+        core::sense_driven_spring(state, side, 2.873F, 1e-4F * static_cast<float>(i), 0.01F);
+  }
+  CHECK(spring_nm == Approx(-(0.01 + 100.0 * 4e-5)).epsilon(0.01));
+}
+
+TEST_CASE("without inertia behind the brake, or without a spring, the bound is the brake's") {
+  for (const auto& side : {core::make_brake_side_params(0.0F, 2.873F, 1e-3F, 6e-3F),
+                           core::make_brake_side_params(4e-5F, 0.0F, 1e-3F, 6e-3F)}) {
+    core::SoftSensorState plain;
+    core::SoftSensorState driven;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> way(-5e-3F, 5e-3F);
+    std::uniform_real_distribution<float> holds(0.0F, 0.1F);
+    for (int i = 0; i < 10'000; ++i) {
+      const float delta_rad = way(random);
+      const float capacity_nm = holds(random);
+      const float expected_nm = core::sense_spring(plain, 2.873F, delta_rad, capacity_nm);
+      CHECK(core::sense_driven_spring(driven, side, 2.873F, delta_rad, capacity_nm) ==
+            Approx(expected_nm).scale(0.1).epsilon(1e-6));
+    }
+  }
+}
+
+TEST_CASE(
+    "a brake with neither hysteresis nor a lag of its own on release is the plain one, to the "
+    "bit") {
+  const core::BrakeParams params = core::make_brake_params(0.06F, 1e-3F, 3.3e-3F, 2e-3F);
+  core::BrakeState plain;
+  core::BrakeState real;
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> command(0.0F, 0.1F);
+  float held_nm = 0;
+  for (int i = 0; i < 10'000; ++i) {
+    if (i % 50 == 0) held_nm = i % 150 == 0 ? 0.0F : command(random);
+    const float expected_nm = core::model_brake(plain, params, held_nm);
+    CHECK(core::model_real_brake(real, params, held_nm) == expected_nm);
+    CHECK(real.capacity_nm == plain.capacity_nm);
+  }
+}
+
+TEST_CASE("a brake rises and lets go with lags of their own") {
+  core::BrakeParams params = core::make_brake_params(0.06F, 1e-3F, 0.0F, 0.0F);
+  params.release_decay = core::decay_of(0.02F, 1e-3F);
+  core::BrakeState state;
+  for (int i = 1; i <= 60; ++i) (void)core::model_real_brake(state, params, 0.1F);
+  const double risen_nm = 0.1 * (1.0 - std::exp(-1.0));
+  CHECK(state.capacity_nm == Approx(risen_nm).epsilon(1e-4));
+  for (int i = 1; i <= 40; ++i) (void)core::model_real_brake(state, params, 0.0F);
+  CHECK(state.capacity_nm == Approx(risen_nm * std::exp(-2.0)).epsilon(1e-4));
+}
+
+// By hand: up, the torque trails the command by half the loop's width; down, it leads by as much.
+TEST_CASE("hysteresis is a loop of torque over command, and leaves half its width") {
+  core::BrakeParams params = core::make_brake_params(0.0F, 1e-3F, 0.0F, 2e-3F);
+  params.play_nm = 0.01F;
+  core::BrakeState state;
+  const struct {
+    float command_nm;
+    double held_nm;
+  } way[] = {{0.005F, 0.0}, {0.03F, 0.02},   {0.06F, 0.05}, {0.05F, 0.05}, {0.03F, 0.04},
+             {0.04F, 0.04}, {0.055F, 0.045}, {0.0F, 0.01},  {0.0F, 0.01}};
+  for (const auto& step : way) {
+    CAPTURE(step.command_nm);
+    CHECK(core::model_real_brake(state, params, step.command_nm) ==
+          Approx(step.held_nm + 2e-3).scale(0).epsilon(1e-5));
+    CHECK(state.capacity_nm == Approx(step.held_nm).scale(0.05).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("outside a wall the motor cancels what the brake's current still holds, and no more") {
+  const core::PartitionParams params{core::Law::calibrated, 0.5F, 0.085F, 0.110F};
+  CHECK(core::share_free_air(params, {}, 0.03F, 0.05F, 5.0F) == -0.03F);
+  CHECK(core::share_free_air(params, {}, -0.03F, 0.02F, -5.0F) == 0.02F);
+  CHECK(core::share_free_air(params, {}, 0.03F, 0.0F, 5.0F) == 0.0F);
+  CHECK(core::share_free_air(params, {}, 0.2F, 0.11F, 5.0F) == -0.085F);
+}
+
+TEST_CASE("what helps along in free air grows with the speed, and stays below the friction") {
+  const core::PartitionParams params{core::Law::calibrated, 0.5F, 0.085F, 0.110F};
+  const core::AssistParams assist = core::make_assist_params(4e-3F, 8e-3F, 0.1F);
+  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 0.0F) == 0.0F);
+  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 0.05F) == Approx(2e-3));
+  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, -0.05F) == Approx(-2e-3));
+  CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 50.0F) == Approx(4e-3));
+  CHECK(core::share_free_air(params, assist, 1e-3F, 0.01F, 50.0F) == Approx(3e-3));
+  CHECK(core::make_assist_params(1.0F, 8e-3F, 0.1F).most_nm == Approx(6e-3));
+}
+
 namespace {
 
 core::Shares share(core::Law law, float desired, float spring, float beta = 0.5F) {
@@ -119,8 +242,8 @@ TEST_CASE("parallel law ignores the sensor; motor_only ignores the brake") {
 }
 
 TEST_CASE("no law moves the knob in free space") {
-  for (const core::Law law :
-       {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
+  for (const core::Law law : {core::Law::paper, core::Law::compensated, core::Law::parallel,
+                              core::Law::motor_only, core::Law::calibrated}) {
     const core::Shares free = share(law, 0.0F, -0.0033F);
     CHECK(free.motor_command_nm == 0.0F);
     CHECK(free.brake_command_nm == 0.0F);

@@ -210,7 +210,11 @@ def _put_together(
             knob_inertia,
             _difference("brake_inertia_kg_m2", inertia, knob_inertia, "of pulleys and brake"),
         ]
-        proposed = replace(proposed, knob_inertia_kg_m2=shaft.knob_inertia.value)
+        proposed = replace(
+            proposed,
+            knob_inertia_kg_m2=knob_inertia.value,
+            brake_inertia_kg_m2=max(inertia.value - knob_inertia.value, 0.0),
+        )
     if brake is not None:
         # The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
         passing = (SLOW_RAD_S * free.periods_per_rev) ** 2 * _flexible_s2(free, shaft)
@@ -219,8 +223,12 @@ def _put_together(
         )
         cogging = replace(free.cogging, standard_uncertainty=cogging_sigma)
         found += [cogging, brake.gain, brake.hysteresis, brake.rise, brake.release]
-        lag_s = math.sqrt(brake.rise.value * brake.release.value)
-        proposed = replace(proposed, brake_time_constant_s=lag_s)
+        proposed = replace(
+            proposed,
+            brake_time_constant_s=brake.rise.value,
+            brake_release_time_constant_s=brake.release.value,
+            brake_hysteresis_nm=max(brake.hysteresis.value, 0.0),
+        )
     done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
     quantities = {of.name: of if of.name in done else _honest(of) for of in found}
     proposed = replace(proposed, brake_drag_nm=max(quantities["brake_drag_nm"].value, 0.0))

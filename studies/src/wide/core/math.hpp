@@ -16,6 +16,7 @@ constexpr bool is_finite(double value) {
 
 constexpr double absolute(double value) { return value < 0.0 ? -value : value; }
 constexpr double smaller(double a, double b) { return b < a ? b : a; }
+constexpr double smaller_number(double a, double b) { return smaller(a, b); }
 constexpr double larger(double a, double b) { return a < b ? b : a; }
 
 constexpr double clamp_symmetric(double value, double limit) {
