@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +27,7 @@ __all__ = [
     "out",
     "plainly",
     "print_json",
+    "value_of",
     "value_text",
 ]
 
@@ -131,3 +133,17 @@ def value_text(key: str, value: Any) -> str:
     if isinstance(value, tuple | list):
         return ", ".join(value) or "none"
     return str(value)
+
+
+def value_of(name: str, text: str, kind: type) -> Any:
+    """Read the value of a field, of the kind that the field has."""
+    try:
+        if kind is bool:
+            return {"on": True, "true": True, "off": False, "false": False}[text.lower()]
+        value = kind(text)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError
+    except (KeyError, ValueError):
+        wanted = {bool: "on or off", int: "a whole number", float: "a number"}[kind]
+        raise torsio.InvalidArgument(f"{name} takes {wanted}, not {text!r}") from None
+    return value

@@ -12,7 +12,17 @@ from rich.table import Table
 
 import torsio
 from torsio import bug_report
-from torsio.command import Device, choose, complain, err, is_emulated, opened, out, plainly
+from torsio.command import (
+    Device,
+    choose,
+    complain,
+    err,
+    is_emulated,
+    opened,
+    out,
+    plainly,
+    value_of,
+)
 from torsio.knob_configuration import CONFIGS
 
 __all__ = ["add_to"]
@@ -69,19 +79,8 @@ def _changes(given: list[str]) -> dict[str, Any]:
                 f"--set takes NAME=VALUE, a field of the configuration, or one of an effect as in "
                 f"wall.stiffness_nm_per_rad, not {pair!r}; `torsio config get` shows the fields"
             )
-        try:
-            changes[name] = _value(kinds.get(name, float), text)
-        except (TypeError, ValueError):
-            raise torsio.Error(f"{name} cannot be {text!r}") from None
+        changes[name] = value_of(name, text, kinds.get(name, float))
     return changes
-
-
-def _value(kind: type, text: str) -> Any:
-    if kind is bool:
-        if text not in ("on", "off"):
-            raise ValueError
-        return text == "on"
-    return kind(text)
 
 
 def replay_command(

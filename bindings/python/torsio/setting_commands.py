@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -11,7 +10,17 @@ from typing import Annotated, Any
 import typer
 
 from torsio import games_cli
-from torsio.command import AsJson, Device, err, opened, out, plainly, print_json, value_text
+from torsio.command import (
+    AsJson,
+    Device,
+    err,
+    opened,
+    out,
+    plainly,
+    print_json,
+    value_of,
+    value_text,
+)
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
@@ -124,20 +133,6 @@ def _show_fields(knob: Knob, names: list[str]) -> None:
         out.print(f"{name}  {value_text(name, value)}", highlight=False)
 
 
-def _value(name: str, text: str, now: Any) -> Any:
-    """Read a value of the kind that the field has now."""
-    try:
-        if isinstance(now, bool):
-            return {"on": True, "true": True, "off": False, "false": False}[text.lower()]
-        value = type(now)(text)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ValueError
-    except (KeyError, ValueError):
-        wanted = {bool: "on or off", int: "a whole number", float: "a number"}[type(now)]
-        raise InvalidArgument(f"{name} takes {wanted}, not {text!r}") from None
-    return value
-
-
 def config_get_command(
     names: Annotated[list[str] | None, typer.Argument(metavar="[FIELD]...")] = None,
     device: Device = "",
@@ -161,7 +156,7 @@ def config_set_command(
         changes: dict[str, dict[str, Any]] = {}
         for name, _, text in pairs:
             part, value = now[name]
-            changes.setdefault(part, {})[name] = _value(name, text, value)
+            changes.setdefault(part, {})[name] = value_of(name, text, type(value))
         load_config(knob, json.dumps(changes))
         _show_fields(knob, list(now))
 
