@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 constexpr auto kAskEvery = 10ms;
 // How long a waiting thread in virtual time stands aside for others when it asks.
 constexpr auto kStandAside = 20us;
-constexpr std::int64_t kLastWordsNs = 250'000'000;
+constexpr std::int64_t kLastWordsNs = 1'000'000'000;
 
 }  // namespace
 
