@@ -83,14 +83,6 @@ bool is_steady(const PreparedEffect& effect) {
          !(effect.timed.periodic && effect.timed.peak_nm != 0.0F);
 }
 
-bool is_same_wave(const PreparedEffect& one, const PreparedEffect& other) {
-  const TimedForce& a = one.timed;
-  const TimedForce& b = other.timed;
-  return one.metric == Metric::time && other.metric == Metric::time && a.periodic && b.periodic &&
-         a.waveform == b.waveform && a.phase_per_tick == b.phase_per_tick &&
-         a.start_phase == b.start_phase;
-}
-
 }  // namespace
 
 bool Forces::give(const ForceOrder& order) {
@@ -163,7 +155,7 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
   const bool restarts = order.play == ForceOrder::Play::start && goes_on(order);
   const bool updates = order.play == ForceOrder::Play::go_on && plays;
   const bool joined = (updates || restarts) && join(order, now);
-  const std::uint32_t wave_ticks = plays ? wave_so_far(order, now) : 0;
+  const std::uint32_t wave_ticks = plays ? wave_so_far(play_[order.block], now) : 0;
   effect_[order.block] = order.effect;
   if (order.play == ForceOrder::Play::start) play_[order.block].wave_ticks = wave_ticks;
   switch (order.play) {
@@ -179,7 +171,7 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
         return false;
       }
       start(order, now, restarts, joined);
-      return may_play;
+      return true;
     case ForceOrder::Play::stop:
       stop(order.block);
       set_loops_aside(order.block, 0);
@@ -200,11 +192,9 @@ bool Forces::goes_on(const ForceOrder& order) const {
 }
 
 /// Games that start a wave with every frame want to feel it, and not its beginning again and again.
-std::uint32_t Forces::wave_so_far(const ForceOrder& order, std::uint64_t now) const {
-  const Playing& play = play_[order.block];
+std::uint32_t Forces::wave_so_far(const Playing& play, std::uint64_t now) const {
   const std::uint64_t since = now - play.start;
   if (!play.sounding || since > frame_max_ticks_) return 0;
-  if (!is_same_wave(effect_[order.block], order.effect)) return 0;
   return play.wave_ticks + static_cast<std::uint32_t>(since);
 }
 
@@ -288,7 +278,7 @@ void Forces::start_unheard(const ForceOrder& order, std::uint64_t now) {
   Playing& play = play_[order.block];
   play = {};
   play.start = now;
-  play.muted = !enabled_;
+  play.muted = true;
   set_loops_aside(order.block, loops_of(order));
 }
 

@@ -154,7 +154,7 @@ class Forces final : public core::ForceSource {
     std::uint64_t start = 0;       // in the games' time
     std::uint8_t loops_left = 0;   // 0: does not play
     std::uint8_t loops_aside = 0;  // what it had left when it was set aside
-    bool muted = false;            // set aside because the actuators are off: comes back with them
+    bool muted = false;            // not heard: comes back when the game turns its actuators on
     bool sounding = false;         // past its delay
     std::uint32_t soft_left = 0;   // ticks until a spring is all there
     std::uint32_t wave_ticks = 0;  // that a wave was on its way before it was started again
@@ -169,12 +169,12 @@ class Forces final : public core::ForceSource {
     float late_step_nm = 0;
   };
 
+  std::uint32_t wave_so_far(const Playing& play, std::uint64_t now) const;
   bool enable(bool enabled, bool may_play, std::uint64_t now);
   bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
   void start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined);
   void start_unheard(const ForceOrder& order, std::uint64_t now);
   bool goes_on(const ForceOrder& order) const;
-  std::uint32_t wave_so_far(const ForceOrder& order, std::uint64_t now) const;
   bool go_on(std::uint8_t block, std::uint64_t now);
   bool join(const ForceOrder& order, std::uint64_t now);
   void stop(std::uint8_t block);

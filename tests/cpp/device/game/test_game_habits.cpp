@@ -80,6 +80,12 @@ TEST_CASE("habit: a wave is uploaded and played in each frame") {
     rig.tick(1000);  // for longer than a frame: who starts it now wants its beginning
     play();
     CHECK(rig.torques(2)[1] == Approx(0.04 * step).scale(0.04).epsilon(0.02));
+    rig.tick(1000);
+    options.delay_ms = 20;
+    play();
+    rig.tick(100);
+    play();  // before it is heard
+    CHECK(rig.torques(202)[201] == Approx(0.04 * step).scale(0.04).epsilon(0.02));
   }
 }
 

@@ -416,6 +416,7 @@ TEST_CASE("a gain of nothing ends with the game that wanted it, another one stay
     rig.play_constant(kHalf);
     live(rig, 100);
     rig.gain(gain);
+    if (gain != 0) rig.control(5);
     live(rig, 100);
     rig.tick(1000);  // dead
     rig.play_constant(kHalf);
