@@ -15,10 +15,10 @@ from tools import boards, firmware_report, stack_bound, uf2
 BUDGET = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
 MARGIN = 1.10
 # The goal for a wall on the product, by the major version of GCC from which on it holds. GCC 14
-# takes 253: it makes four ldrd in a tick where GCC 12 makes ten, and two conditional loads where
-# that selects a float with one vsel. The switches that shorten its control law,
-# -fno-thread-jumps and -fno-schedule-insns, do not shorten the tick.
-MOST_INSTRUCTIONS = {0: 250, 14: 254}
+# took 6 more than GCC 12's 247: it makes four ldrd in a tick where that makes ten, and two
+# conditional loads where that selects a float with one vsel. The switches that shorten its control
+# law, -fno-thread-jumps and -fno-schedule-insns, do not shorten the tick.
+MOST_INSTRUCTIONS = {0: 250, 14: 257}
 CHIPS = boards.chips()
 RAM_BYTES = {"rp2040": 264 * 1024, "rp2350": 520 * 1024}
 
