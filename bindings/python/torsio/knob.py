@@ -81,7 +81,10 @@ class Knob(KnobConfiguration, KnobTelemetry):
         return f"<torsio.Knob {self._path!r} {state}>"
 
     def close(self) -> None:
-        """Disarm, unless told to be autonomous, and let go. Closing twice is fine."""
+        """Disarm, unless told to be autonomous or not armed by the SDK, and let go.
+
+        Closing twice is fine.
+        """
         self._recording.close()
         self._knob.close()
         self._told = None

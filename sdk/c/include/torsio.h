@@ -101,7 +101,8 @@ TORSIO_API torsio_result torsio_knob_open(const char* selector, const torsio_ope
 /// @param selector path or serial number; "": the only real device
 TORSIO_API torsio_result torsio_start_bootloader(const char* selector);
 
-/// Disarms, unless the device was told to be autonomous, and lets go of it. NULL is ignored.
+/// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator, and
+/// lets go of it. NULL is ignored.
 TORSIO_API void torsio_knob_close(torsio_knob* knob);
 /// Closes and frees. NULL is ignored.
 TORSIO_API void torsio_knob_free(torsio_knob* knob);
