@@ -133,8 +133,8 @@ class TORSIO_EXPORT Knob {
   Knob& operator=(Knob&&) noexcept;  ///< the same; what it had is closed first
   ~Knob();                           ///< as close()
 
-  /// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator, and
-  /// lets go of it. May be called twice.
+  /// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator,
+  /// and lets go of it. May be called twice.
   void close() noexcept;
   [[nodiscard]] bool is_open() const noexcept;  ///< false from close() on
 
