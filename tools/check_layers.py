@@ -17,7 +17,7 @@ from pathlib import Path
 FREE_STD = frozenset(
     {
         *("array", "bit", "compare", "concepts", "cstddef", "cstdint", "limits", "numbers"),
-        *("optional", "span", "string_view", "tuple", "type_traits", "utility", "variant"),
+        *("new", "optional", "span", "string_view", "tuple", "type_traits", "utility", "variant"),
     }
 )
 DEVICE_STD = FREE_STD | {"algorithm", "atomic", "cstring", "initializer_list"}

@@ -1,6 +1,7 @@
 #include "device/device.hpp"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "device/prepare.hpp"
@@ -247,7 +248,9 @@ Order Device::configure(const Config& config) {
   // A scene is prepared for one encoder.
   const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
-  loop_config_ = make_loop_config(config_, board_.control_period_ns, board_.moves_parts);
+  // In its place: a copy on the way there would be the deepest that the stack holds.
+  new (&loop_config_)
+      LoopConfig(make_loop_config(config_, board_.control_period_ns, board_.moves_parts));
   game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
   detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);

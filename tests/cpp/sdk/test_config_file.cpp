@@ -20,8 +20,8 @@ TEST_CASE("a configuration is dumped with all its fields, as JSON") {
   knob.update([](BoardConfig& config) { config.current_bandwidth_hz = 1e5; });
   const json found = json::parse(dump_config(knob));
   CHECK(found.size() == 4);
-  CHECK(found.at("actuator_config").size() == 13);
-  CHECK(found.at("control_config").size() == 11);
+  CHECK(found.at("actuator_config").size() == 16);
+  CHECK(found.at("control_config").size() == 12);
   CHECK(found.at("board_config").size() == 22);
   CHECK(found.at("actuator_config").at("counts_per_rev").is_number_integer());
   CHECK(found.at("actuator_config").at("counts_per_rev") == 8192);
