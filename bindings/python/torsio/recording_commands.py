@@ -108,6 +108,12 @@ def replay_command(
         f"{len(replayed.recorded)} samples and {replayed.answers} answers, from the {source}",
         highlight=False,
     )
+    if recorded.inputs and not replayed.from_inputs:
+        err.print(
+            "torsio: its inputs do not begin at power-up, because an earlier recording of the same "
+            "knob has those, so they cannot be run again",
+            highlight=False,
+        )
     if replayed.identical:
         out.print("the same, to the bit", highlight=False)
         return
