@@ -231,6 +231,11 @@ class Recorded:
     reports: list[LoggedReport] = field(default_factory=list)
     inputs: list[DeviceInput] = field(default_factory=list)
 
+    @property
+    def has_all_inputs(self) -> bool:
+        """They begin at power-up, so they can be run again."""
+        return bool(self.inputs) and self.inputs[0].kind == "stored"
+
     def save(self, path: str | Path) -> None:
         """Write the telemetry as a table: Parquet or CSV, by the ending of the path's name.
 

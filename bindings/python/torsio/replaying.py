@@ -107,8 +107,8 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
         If a change is no field, or out of its range.
     """
     recorded = recording if isinstance(recording, Recorded) else load(recording)
-    if recorded.inputs and recorded.inputs[0].kind != "stored":
-        recorded = replace(recorded, inputs=[])  # not from the power-up on: no use
+    if not recorded.has_all_inputs:
+        recorded = replace(recorded, inputs=[])
     versions = recorded.metadata["versions"]
     if versions.get("fingerprint") != protocol.fingerprint():
         raise Error(
