@@ -148,15 +148,21 @@ class Knob::Impl {
   /// The configuration has changed: units may be others, and the scene may be gone.
   void look_again() {
     const auto identity = session.get<protocol::Identity>();
+    bool had_other_counts = false;
     {
       const std::lock_guard lock(mutex_);
+      had_other_counts = identity_.counts_per_rev != identity.counts_per_rev;
       identity_ = identity;
       info_.counts_per_rev = identity.counts_per_rev;
       info_.torque_step_nm = static_cast<double>(identity.torque_step_nm);
     }
     session.set_identity(identity);
     note(session.get<protocol::ControlConfig>());
-    player.forget();
+    if (had_other_counts) {
+      player.forget_playing();
+    } else {
+      player.forget();
+    }
   }
 
   void close() noexcept { session.close(!autonomous_); }
@@ -218,7 +224,7 @@ StableStiffness Knob::stable_stiffness() {
 }
 std::optional<Disarm> Knob::last_disarm() const { return impl().session.last_disarm(); }
 std::shared_ptr<ReportTap> Knob::tap(bool with_telemetry) {
-  return impl().session.tap(with_telemetry);
+  return impl().player.tap(with_telemetry);
 }
 ReportBytes Knob::feature(std::uint8_t report_id) { return impl().session.get_feature(report_id); }
 LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
@@ -309,7 +315,7 @@ void Knob::save() { impl().session.command(protocol::Op::save); }
 
 void Knob::stop() {
   impl().session.command(protocol::Op::stop);
-  impl().player.forget();
+  impl().player.forget_playing();
 }
 
 void Knob::zero() {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 #include "protocol/reports.hpp"
 #include "torsio/error.hpp"
@@ -40,19 +41,45 @@ void ScenePlayer::play(const conversion::EncodedScene& scene) {
   }
 
   const auto active = static_cast<std::uint16_t>((1U << scene.slots.size()) - 1U);
+  const protocol::Commit commit{0, 0, active};
+  // Without an answer nobody knows which of the two plays.
+  std::vector<protocol::ReportBytes> before = std::exchange(playing_, {});
   try {
-    session_.request(protocol::Commit{0, 0, active});
+    playing_from_tick_ = session_.request(commit).tick;
   } catch (const Refused&) {
+    playing_ = std::move(before);
     forget_locked();  // the device has lost something: the next scene is written whole
     throw;
   }
   for (std::size_t i = 0; i < scene.pieces.size(); ++i) pieces_.at(i) = scene.pieces[i];
   for (std::size_t i = 0; i < scene.slots.size(); ++i) slots_.at(i) = scene.slots[i].report;
+  playing_ = scene.pieces;
+  for (const conversion::EncodedScene::Slot& slot : scene.slots) playing_.push_back(slot.report);
+  playing_.push_back(protocol::encode(commit));
 }
 
 void ScenePlayer::forget() {
   const std::lock_guard lock(mutex_);
   forget_locked();
+}
+
+void ScenePlayer::forget_playing() {
+  const std::lock_guard lock(mutex_);
+  forget_locked();
+  playing_.clear();
+}
+
+std::shared_ptr<ReportTap> ScenePlayer::tap(bool with_telemetry) {
+  const std::lock_guard lock(mutex_);  // a scene is in it, or is still to travel
+  std::vector<LoggedReport> begin;
+  // The device takes one in a tick.
+  std::uint64_t ticks_before = playing_.size();
+  for (const protocol::ReportBytes& report : playing_) {
+    begin.push_back(
+        {playing_from_tick_ - std::min(playing_from_tick_, ticks_before), true, report});
+    --ticks_before;
+  }
+  return session_.tap(with_telemetry, std::move(begin));
 }
 
 void ScenePlayer::forget_locked() {

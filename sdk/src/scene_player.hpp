@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -24,8 +26,13 @@ class ScenePlayer {
   /// @throws Refused, and as Session::exchange() does; what plays goes on then
   void play(const conversion::EncodedScene& scene);
 
-  /// The device may have lost its scene: the next play() writes everything.
+  /// The device may have lost what was written: the next play() writes everything.
   void forget();
+  /// The same, and no scene plays any more.
+  void forget_playing();
+
+  /// See Knob::tap().
+  [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
 
  private:
   static constexpr std::size_t kPieces =
@@ -38,6 +45,8 @@ class ScenePlayer {
   std::mutex mutex_;
   std::array<std::optional<protocol::ReportBytes>, protocol::max_effects> slots_;
   std::array<std::optional<protocol::ReportBytes>, kPieces> pieces_;
+  std::vector<protocol::ReportBytes> playing_;  // all of the scene, and its commit
+  std::uint64_t playing_from_tick_ = 0;
 };
 
 }  // namespace torsio

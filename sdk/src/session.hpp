@@ -65,9 +65,11 @@ class Session {
 
   /// Sends one report and waits. @throws Refused, and as exchange() does
   template <class Report>
-  void request(const Report& report) {
+  protocol::Acknowledgement request(const Report& report) {
     std::array<protocol::ReportBytes, 1> bytes{protocol::encode(report)};
-    throw_if_refused(exchange(bytes).front());
+    const protocol::Acknowledgement answer = exchange(bytes).front();
+    throw_if_refused(answer);
+    return answer;
   }
 
   /// Sends a report that only an armed device takes and does not wait for an acknowledgement.
@@ -103,8 +105,9 @@ class Session {
   void sleep_until(std::int64_t time_ns);
   [[nodiscard]] std::int64_t now_ns() const { return transport_->now_ns(); }
 
-  /// See Knob::tap().
-  [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
+  /// See Knob::tap(). @param begin what it has already
+  [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry,
+                                               std::vector<LoggedReport> begin);
   /// Reads a feature report as it is. @throws as get() does
   protocol::ReportBytes get_feature(std::uint8_t id);
 

@@ -60,7 +60,8 @@ void Session::send_while_armed(protocol::ReportBytes report) {
 
 class Session::Tap final : public ReportTap {
  public:
-  explicit Tap(bool with_telemetry) : with_telemetry_(with_telemetry) {}
+  Tap(bool with_telemetry, std::vector<LoggedReport> begin)
+      : with_telemetry_(with_telemetry), reports_(std::move(begin)) {}
 
   void add(const LoggedReport& report) {
     const bool is_telemetry = report.bytes[0] == protocol::Layout<protocol::Telemetry>::id;
@@ -80,8 +81,8 @@ class Session::Tap final : public ReportTap {
   std::vector<LoggedReport> reports_;
 };
 
-std::shared_ptr<ReportTap> Session::tap(bool with_telemetry) {
-  auto tap = std::make_shared<Tap>(with_telemetry);
+std::shared_ptr<ReportTap> Session::tap(bool with_telemetry, std::vector<LoggedReport> begin) {
+  auto tap = std::make_shared<Tap>(with_telemetry, std::move(begin));
   const std::lock_guard lock(mutex_);
   taps_.push_back(tap);
   return tap;

@@ -86,3 +86,41 @@ def test_report_without_a_knob_says_so(tmp_path: Path) -> None:
     assert "no knob could be recorded" in done.stderr
     with zipfile.ZipFile(file) as archive:
         assert not json.loads(archive.read("doctor.json"))[0]["ok"]
+
+
+def test_report_is_a_zip_and_no_recording(tmp_path: Path) -> None:
+    recording = tmp_path / "x.mcap"
+    with torsio.open("emulated") as knob, knob.record_to(recording):
+        knob.sleep(0.1)
+    content = recording.read_bytes()
+    for more in ((), ("--recording", recording)):
+        done = _report(recording, "--device", "emulated", *more)
+        assert done.returncode == 1
+        assert "a report's name ends in .zip" in done.stderr
+        assert recording.read_bytes() == content
+
+
+def test_report_where_none_can_be_names_the_place_as_it_was_given(tmp_path: Path) -> None:
+    file = tmp_path / "none" / "report.zip"
+    done = _report(file, "--device", "/dev/hidraw999")
+    assert done.returncode == 1
+    assert str(file) in done.stderr.replace("\n", "")
+    assert ".part" not in done.stderr
+
+
+def test_who_has_neither_name_nor_folder_is_impersonal_as_they_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As in a container, which runs under a number that nobody has."""
+
+    def nobody(number: int) -> None:
+        raise KeyError(f"getpwuid(): uid not found: {number}")
+
+    monkeypatch.setattr("pwd.getpwuid", nobody)
+    for name in ("LOGNAME", "USER", "LNAME", "USERNAME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    assert bug_report._impersonal("/etc/fstab") == "/etc/fstab"
+    monkeypatch.setenv("HOME", "/")
+    assert bug_report._impersonal("/etc/fstab") == "/etc/fstab"
+    monkeypatch.setenv("HOME", "/home/somebody")
+    assert bug_report._impersonal("/home/somebody/knob") == "~/knob"

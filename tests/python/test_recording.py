@@ -16,10 +16,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import Writer
 from pyarrow import parquet
+from rich.console import Console
 
 import torsio
 from tests.recordings import check_recording, counts_in_foxglove
+from torsio.live_commands import monitor_table
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
@@ -176,6 +179,40 @@ def test_what_is_no_recording_is_named(tmp_path: Path) -> None:
         torsio.load(tmp_path / "none.mcap")
 
 
+@pytest.mark.parametrize("tick", [-1, 2**64, "a", None, [1]])
+def test_sample_that_cannot_be_one_is_damage(tmp_path: Path, tick: object) -> None:
+    file = tmp_path / "x.mcap"
+    sample = dict.fromkeys(torsio.TELEMETRY_DTYPE.names or (), 0)
+    with file.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("telemetry", "jsonschema", b"{}")
+        channel = writer.register_channel("telemetry", "json", schema)
+        writer.add_metadata("versions", {})
+        writer.add_message(channel, 0, json.dumps({**sample, "tick": tick}).encode(), 0)
+        writer.finish()
+    with pytest.raises(torsio.Error, match=r"x\.mcap' is damaged: a sample is none"):
+        torsio.load(file)
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+def test_place_where_no_table_can_be_is_named_as_it_was_given(
+    knob: torsio.Knob, tmp_path: Path, ending: str
+) -> None:
+    file = tmp_path / "x.mcap"
+    with knob.record_to(file):
+        knob.sleep(0.1)
+    table, folder = tmp_path / "none" / f"x.{ending}", tmp_path / f"folder.{ending}"
+    folder.mkdir()
+    for place, why in ((table, "No such file or directory"), (folder, "Is a directory")):
+        done = _torsio("export", file, place)
+        assert done.returncode == 1
+        assert done.stderr.startswith("torsio: error: ")
+        assert why in done.stderr
+        assert str(place) in done.stderr.replace("\n", "")
+        assert ".part" not in done.stderr
+
+
 def test_file_that_cannot_be_made_leaves_the_knob_as_it_was(
     knob: torsio.Knob, tmp_path: Path
 ) -> None:
@@ -200,3 +237,11 @@ def test_monitor_shows_state_torques_and_losses() -> None:
     assert done.returncode == 0, done.stderr
     for word in ("disarmed", "0.00 deg", "torque wanted", "0.0 mN·m", "0 lost"):
         assert word in done.stdout
+
+
+def test_monitor_says_that_a_wall_is_rendered_as_it_was_asked(knob: torsio.Knob) -> None:
+    knob.update(law="calibrated")
+    shown = io.StringIO()
+    Console(file=shown, width=120).print(monitor_table(knob, knob.record(0.1)))
+    line = next(line for line in shown.getvalue().splitlines() if "stiffest now" in line)
+    assert line.split(maxsplit=2)[2].strip() == "as asked"

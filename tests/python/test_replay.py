@@ -10,6 +10,7 @@ import json
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -189,6 +190,214 @@ def test_counts_in_the_telemetry_are_enough_for_a_replay(tmp_path: Path) -> None
     assert replayed.first_difference == ""
     assert len(replayed.replayed) > 5000
     assert torsio.replay(recorded, law="motor_only").first_difference != ""
+
+
+def _turned(*angles: tuple[float, float], **more: object) -> torsio.EmulatorOptions:
+    """Give a knob that is held and turned along (time, angle)."""
+    return torsio.EmulatorOptions(hand=torsio.PrescribedMotion(angle_rad=[(0, 0), *angles]), **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("begin_rad", [0.05, -0.5, 30.0])
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_recording_may_begin_anywhere(tmp_path: Path, begin_rad: float, is_reversed: bool) -> None:
+    file = tmp_path / "x.mcap"
+    wall = replace(WALL, angle_rad=begin_rad + 0.1)
+    sign = -1 if is_reversed else 1
+    options = _turned(
+        (1.0, sign * begin_rad),
+        (4.0, sign * begin_rad),
+        (4.5, sign * (begin_rad + 0.4)),
+        actuator=torsio.ActuatorConfig(encoder_reversed=is_reversed),
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.sleep(2.5)
+        with knob.record_to(file):
+            knob.start_telemetry(1000.0)
+            knob.play(wall)
+            knob.arm()
+            knob.sleep(2.5)
+    replayed = torsio.replay(file)
+    assert replayed.first_difference == ""
+    assert abs(replayed.recorded["desired_torque_nm"]).max() > 0.1
+
+
+def test_zero_in_a_recording_is_no_turn(tmp_path: Path) -> None:
+    """Also while it turns, and twice."""
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated", emulator=_turned((0.5, 0.5), (2.0, 0.5), (4.0, 1.9))) as knob:
+        knob.sleep(1.9)
+        with knob.record_to(file):
+            knob.start_telemetry(1000.0)
+            knob.sleep(0.6)
+            knob.zero()
+            knob.sleep(0.5)
+            knob.zero()
+            knob.play(WALL)
+            knob.arm()
+            knob.sleep(1.2)
+    replayed = torsio.replay(file)
+    assert replayed.first_difference == ""
+    # Each time it was 0.3 rad away from the zero; see the hand.
+    jumps_rad = np.diff(replayed.recorded["angle_rad"])
+    assert (jumps_rad < -0.3).sum() == 2
+    assert replayed.recorded["motor_command_nm"].min() < -0.02
+
+
+def test_zero_between_samples_loses_no_count(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated", emulator=_turned((0.5, 0.5), (1.0, 0.5), (3.0, 1.9))) as knob:
+        knob.sleep(0.9)
+        with knob.record_to(file):
+            knob.start_telemetry(125.0)
+            knob.sleep(0.6)
+            knob.zero()
+            knob.sleep(1.0)
+    replayed = torsio.replay(file)
+    assert replayed.largest_differences()["position_counts"] == 0
+
+
+def test_zero_before_the_first_sample(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated", emulator=_turned((1.0, 0.5), (2.0, 2.5))) as knob:
+        knob.sleep(1.5)
+        with knob.record_to(file):
+            knob.zero()
+            knob.start_telemetry(1000.0)  # which forgets the samples before
+            knob.sleep(0.4)
+    replayed = torsio.replay(file)
+    assert replayed.recorded["position_counts"][0] > 0
+    assert replayed.largest_differences()["position_counts"] == 0
+
+
+SCENE = [
+    WALL,
+    torsio.Curve(angle_rad=-1.0, span_rad=2.0, torque_nm=list(np.linspace(-0.02, 0.02, 300))),
+    torsio.Periodic(amplitude_nm=0.01, frequency_hz=3.7),
+    *(torsio.Constant(torque_nm=0.001) for _ in range(13)),
+]
+"""As many effects as there may be, and points of several reports."""
+
+
+def test_scene_that_plays_already_is_in_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated", emulator=_turned((4.0, 0.0), (4.5, 0.3))) as knob:
+        knob.sleep(0.1)
+        knob.play(torsio.Detents(torque_nm=0.02, per_turn=24))  # is in it no more
+        knob.play(SCENE)
+        knob.update(law="compensated")  # leaves the scene as it is
+        knob.sleep(3.3)
+        with knob.record_to(file):
+            knob.start_telemetry(1000.0)
+            knob.arm()
+            knob.sleep(1.5)
+    recorded = torsio.load(file)
+    names = [torsio.protocol.decode(content)[0] for _, _, content in recorded.reports]
+    assert names[: names.index("commit")].count("constant") == 13
+    assert "detents" not in names
+    replayed = torsio.replay(recorded)
+    assert replayed.first_difference == ""
+    assert replayed.recorded["desired_torque_nm"].min() < -0.2
+
+    # One that was played too long ago to be simulated from there on begins later.
+    monkeypatch.setattr("torsio.recorded_inputs._LONGEST_REST_S", 1.0)
+    replayed = torsio.replay(recorded)
+    difference_nm = abs(
+        replayed.recorded["desired_torque_nm"] - replayed.replayed["desired_torque_nm"]
+    )
+    assert 0 < difference_nm.max() < 0.0201  # all that the sine can be off
+
+    # One that this program does not know of cannot be there, and the difference says so.
+    of_another = replace(
+        recorded, reports=[r for r in recorded.reports if r[2] not in _scene(recorded)]
+    )
+    assert torsio.replay(of_another).first_difference.endswith(
+        "; a scene that an earlier program has left in the knob is not in the recording"
+    )
+
+
+def _scene(recorded: torsio.recording.Recorded) -> set[bytes]:
+    commit = next(i for i, (_, _, content) in enumerate(recorded.reports)
+                  if torsio.protocol.decode(content)[0] == "commit")  # fmt: skip
+    return {content for _, _, content in recorded.reports[: commit + 1]}
+
+
+@pytest.mark.parametrize("empty", [torsio.Knob.stop, lambda knob: knob.update(counts_per_rev=4096)])
+def test_scene_that_plays_no_more_is_not_in_the_recording(
+    tmp_path: Path, empty: Callable[[torsio.Knob], None]
+) -> None:
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated") as knob:
+        knob.play(WALL)
+        empty(knob)
+        with knob.record_to(file):
+            knob.arm()
+            knob.sleep(0.2)
+    names = [torsio.protocol.decode(c)[0] for _, _, c in torsio.load(file).reports]
+    assert "wall" not in names
+    assert "commit" not in names
+
+
+def test_second_recording_of_a_knob_is_replayed_from_its_counts(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    options = _turned((1.5, 0.0), (2.0, 0.3), log_inputs=True)
+    with torsio.open("emulated", emulator=options) as knob:
+        with knob.record_to(tmp_path / "first.mcap"):
+            knob.sleep(0.5)
+        with knob.record_to(file):
+            knob.start_telemetry(1000.0)
+            knob.play(WALL)
+            knob.arm()
+            knob.sleep(2.0)
+    assert torsio.replay(tmp_path / "first.mcap").from_inputs
+    replayed = torsio.replay(file)
+    assert not replayed.from_inputs
+    assert replayed.first_difference == ""
+    assert replayed.recorded["desired_torque_nm"].min() < -0.1
+    done = _torsio("replay", file)
+    assert done.returncode == 0, done.stderr
+    assert "its inputs do not begin at power-up" in done.stderr
+    assert "from the counts in the telemetry" in done.stdout
+
+
+def test_keep_alives_that_pile_up_are_no_damage(tmp_path: Path) -> None:
+    """As of a computer that reads nothing for a while; and nobody knows when the last ones came."""
+    file = tmp_path / "x.mcap"
+    options = _turned((1.0, 0.0), (1.5, 0.3))
+    with torsio.open("emulated", emulator=options) as knob, knob.record_to(file):
+        knob.start_telemetry(1000.0)
+        knob.play(WALL)
+        knob.arm()
+        knob.sleep(2.0)
+    recorded = torsio.load(file)
+    keep_alive = torsio.protocol.encode("command", {"op": "keep_alive"})
+    piled: list[tuple[int, bool, bytes]] = []
+    for row in recorded.reports:
+        piled += [row] * (20 if row[2] == keep_alive else 1)
+    end = int(recorded.telemetry["tick"][-1])
+    piled += [(end, True, keep_alive)] * 20
+    assert len(piled) > len(recorded.reports) + 100
+    replayed = torsio.replay(replace(recorded, reports=piled))
+    assert replayed.first_difference == ""
+    assert replayed.recorded["desired_torque_nm"].min() < -0.1
+
+
+def test_who_streams_no_telemetry_keeps_the_knob_alive_all_the_same(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    options = _turned((3.0, 0.0), (3.5, 0.3))
+    with torsio.open("emulated", emulator=options) as knob, knob.record_to(file):
+        knob.start_telemetry(1000.0)
+        knob.play(WALL)
+        knob.arm()
+        knob.stop_telemetry()
+        knob.sleep(2.0)
+        knob.start_telemetry(1000.0)
+        knob.sleep(1.5)
+    replayed = torsio.replay(file)
+    assert replayed.first_difference == ""
+    assert np.diff(replayed.recorded["tick"]).max() > 1900
+    assert replayed.recorded["desired_torque_nm"].min() < -0.1
 
 
 def test_recording_that_begins_armed_cannot_be_replayed_without_inputs(tmp_path: Path) -> None:

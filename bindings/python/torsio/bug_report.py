@@ -48,11 +48,24 @@ def _versions() -> dict[str, Any]:
     }
 
 
+def _who() -> tuple[str, str]:
+    """Give the user's folder and name; a container may have none."""
+    try:
+        user = getpass.getuser()
+    except (ImportError, KeyError, OSError):
+        user = ""
+    try:
+        return str(Path.home()), user
+    except RuntimeError:
+        return "", user
+
+
 def _impersonal(text: str) -> str:
     """Leave out where the user lives, and what user and computer are called."""
-    text = text.replace(str(Path.home()), "~")
-    names = {getpass.getuser(): "USER", platform.node(): "HOST"}
-    for name, word in names.items():
+    home, user = _who()
+    if len(home) > 1:
+        text = text.replace(home, "~")
+    for name, word in {user: "USER", platform.node(): "HOST"}.items():
         if len(name) > 1 and name != "root":
             text = re.sub(rf"\b{re.escape(name)}\b", word, text)
     # The links of findings lead to the documents of this computer.
@@ -70,7 +83,7 @@ def collect(
     selector
         As for `torsio.open`; empty is all knobs that are plugged in, of which none is recorded.
     file
-        To be made or overwritten.
+        To be made or overwritten; its name ends in ``.zip``.
     recording
         One that was made when it happened; None records now, if a knob can be opened.
     duration_s
@@ -79,10 +92,12 @@ def collect(
     Raises
     ------
     torsio.Error
-        If the recording is none.
+        If the recording is none, or the file's name ends otherwise.
     OSError
         If the file cannot be written.
     """
+    if file.suffix != ".zip":
+        raise Error(f"a report's name ends in .zip, and {str(file)!r} does not")
     if recording is not None:
         torsio.load(recording)  # or it is no use to anybody
     reports = [report.as_dict() for report in doctor.diagnose(selector)]

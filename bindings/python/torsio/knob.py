@@ -346,7 +346,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
 
         Telemetry is started if it does not run. The program goes on as before: what it reads is
         written as it is read, and what it does not read when it sleeps or the recording ends; such
-        samples are then not to be read any more. Everything asked of the knob is written too.
+        samples are then not to be read any more. Everything asked of the knob is written too, and
+        first the scene that plays, if it was played here.
 
         Parameters
         ----------

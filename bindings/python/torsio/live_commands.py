@@ -69,7 +69,8 @@ def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> Render
         table.add_row(
             "energy", "", ", ".join(f"{name} {1e3 * value:+.2f} mJ" for name, value in told)
         )
-        table.add_row("stiffest now", f"{energies.bound_nm_per_rad:.1f} N·m/rad", "")
+        bound = energies.bound_nm_per_rad
+        table.add_row("stiffest now", f"{bound:.1f} N·m/rad" if bound else "as asked", "")
     table.add_row("samples", f"{statistics.samples_received}", f"{statistics.samples_lost} lost")
     table.add_row("longest tick", f"{1e6 * health.tick_time_max_s:.1f} us", "")
     return table

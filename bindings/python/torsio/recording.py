@@ -209,10 +209,11 @@ class Recorded:
         What the device told of itself: changes of state, faults, silence.
     reports
         That were sent, and acknowledgements and events that came, in order: the tick of the newest
-        thing known then, whether it was sent, and the bytes.
+        thing known then, whether it was sent, and the bytes. First come those of the scene that
+        played already, if the same program had played it.
     inputs
-        What entered the device from its power-up on, if it was an emulated one that was opened with
-        ``EmulatorOptions(log_inputs=True)``.
+        What entered the device from its power-up on, or from the end of an earlier recording, if it
+        was an emulated one that was opened with ``EmulatorOptions(log_inputs=True)``.
     samples_lost
         That never arrived.
     metadata
@@ -229,6 +230,11 @@ class Recorded:
     device_events: list[dict[str, Any]] = field(default_factory=list)
     reports: list[LoggedReport] = field(default_factory=list)
     inputs: list[DeviceInput] = field(default_factory=list)
+
+    @property
+    def has_all_inputs(self) -> bool:
+        """They begin at power-up, so they can be run again."""
+        return bool(self.inputs) and self.inputs[0].kind == "stored"
 
     def save(self, path: str | Path) -> None:
         """Write the telemetry as a table: Parquet or CSV, by the ending of the path's name.
@@ -269,7 +275,7 @@ def load(path: str | Path) -> Recorded:
     FileNotFoundError
         If there is no such file.
     torsio.Error
-        If it is no recording of Torsio.
+        If it is no recording of Torsio, or has samples that none can be.
     """
     try:
         from mcap.records import Channel, Footer, Message, Metadata
@@ -312,5 +318,8 @@ def load(path: str | Path) -> Recorded:
                 whole = True
     if "versions" not in metadata:
         raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
-    samples = np.array(rows, TELEMETRY_DTYPE)
+    try:
+        samples = np.array(rows, TELEMETRY_DTYPE)
+    except (OverflowError, TypeError, ValueError) as error:
+        raise Error(f"{str(path)!r} is damaged: a sample is none ({error})") from error
     return Recorded(samples, events, lost, metadata, whole, told, reports, inputs)

@@ -101,6 +101,12 @@ def replay_command(
     """
     recorded = torsio.load(file)
     wanted = _changes(changes or [])
+    if recorded.inputs and not recorded.has_all_inputs:
+        err.print(
+            "torsio: its inputs do not begin at power-up, because an earlier recording of the same "
+            "knob has those: it is replayed from the counts in the telemetry",
+            highlight=False,
+        )
     replayed = torsio.replay(recorded, **wanted)
     source = "inputs of the emulated device" if replayed.from_inputs else "counts in the telemetry"
     out.print(

@@ -7,7 +7,7 @@ configuration, the first difference is told. See docs/studio.md.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -53,7 +53,8 @@ class Replayed:
         Telemetry of the same ticks, of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
     from_inputs
         True: run on the very inputs of an emulated device. False: on the counts in the telemetry
-        and the reports sent, as from hardware; between samples the knob is taken to turn evenly.
+        and the reports sent, as from hardware, or where the inputs do not begin at power-up;
+        between samples the knob is taken to turn evenly.
     answers
         Acknowledgements and events that were compared.
     first_difference
@@ -106,6 +107,8 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
         If a change is no field, or out of its range.
     """
     recorded = recording if isinstance(recording, Recorded) else load(recording)
+    if not recorded.has_all_inputs:
+        recorded = replace(recorded, inputs=[])
     versions = recorded.metadata["versions"]
     if versions.get("fingerprint") != protocol.fingerprint():
         raise Error(
@@ -291,7 +294,13 @@ def _compare(
     first = min(found, key=lambda one: one[0], default=None)
     rate = recorded.metadata["info"]["control_rate_hz"]
     text = "" if first is None else f"tick {first[0]} ({first[0] / rate:.4f} s): {first[1]}"
+    if text and not recorded.inputs and not _has_scene(recorded):
+        text += "; a scene that an earlier program has left in the knob is not in the recording"
     return Replayed(before, after, bool(recorded.inputs), compared, text)
+
+
+def _has_scene(recorded: Recorded) -> bool:
+    return any(sent and content[0] == _IDS["commit"] for _, sent, content in recorded.reports)
 
 
 def _compare_answers(told: list[bytes], answers: list[bytes]) -> tuple[int, tuple[int, str] | None]:

@@ -163,7 +163,8 @@ class TORSIO_EXPORT Knob {
   /// the knob may swing for ever in a spring or wall, at full torque, unless the law is
   /// `calibrated`. docs/theory.md, "Stability".
   [[nodiscard]] StableStiffness stable_stiffness();
-  /// Copies of the reports that travel from now on, until nobody has it any more.
+  /// Copies of the reports that travel from now on, until nobody has it any more; before them, as
+  /// sent, those of the scene that plays, if this library has played it.
   [[nodiscard]] std::shared_ptr<ReportTap> tap(bool with_telemetry);
   /// A feature report as it is; docs/protocol.md has them. @throws Error if the device stalls
   [[nodiscard]] ReportBytes feature(std::uint8_t report_id);

@@ -426,6 +426,43 @@ TEST_CASE("play sends only what changed") {
   CHECK(reports_for({wall, push}) == 3);
 }
 
+TEST_CASE("a tap begins with the scene that plays, whatever of it was sent when") {
+  Knob knob = Knob::open("emulated");
+  const auto begin_of_tap = [&] {
+    std::vector<std::uint8_t> ids;
+    std::uint64_t tick = 0;
+    for (const LoggedReport& report : knob.tap(false)->take()) {
+      CHECK(report.sent);
+      CHECK(report.tick > tick);  // the device takes one in a tick
+      tick = report.tick;
+      ids.push_back(report.bytes[0]);
+    }
+    return ids;
+  };
+  const auto ids = []<class... Reports>(Reports...) {
+    return std::vector<std::uint8_t>{protocol::Layout<Reports>::id...};
+  };
+  const Wall wall{.stiffness_nm_per_rad = 1};
+  const auto wall_alone = ids(protocol::Wall{}, protocol::Commit{});
+  CHECK(begin_of_tap().empty());
+  knob.sleep(0.1);
+  knob.play(Scene{wall, Curve{.torque_nm = {0.0, 0.01}}});
+  CHECK(begin_of_tap() ==
+        ids(protocol::CurvePoints{}, protocol::Wall{}, protocol::Curve{}, protocol::Commit{}));
+  knob.play(wall);
+  CHECK(begin_of_tap() == wall_alone);
+  knob.update([](ControlConfig& control) { control.beta = 0.5; });
+  CHECK(begin_of_tap() == wall_alone);
+  CHECK_THROWS_AS(knob.play(Scene(17, wall)), InvalidArgument);
+  CHECK(begin_of_tap() == wall_alone);
+  // The scene is gone where the device has dropped it.
+  knob.update([](ActuatorConfig& actuator) { actuator.counts_per_rev = 4096; });
+  CHECK(begin_of_tap().empty());
+  knob.play(wall);
+  knob.stop();
+  CHECK(begin_of_tap().empty());
+}
+
 TEST_CASE("an effect that stays in its place goes on playing, a changed one starts anew") {
   Knob knob = Knob::open("emulated");
   ControlConfig config = knob.control_config();
