@@ -193,7 +193,8 @@ class StandIn:
         copied = self.mount / "torsio.uf2"
         data = b""
         for _ in range(2000):
-            data = copied.read_bytes() if copied.exists() else b""
+            # Not of /dev/full, which has no end.
+            data = copied.read_bytes() if copied.is_file() else b""
             if data and len(data) == 512 * (1 + struct.unpack_from("<I", data, 512 + COUNT)[0]):
                 break
             time.sleep(0.005)
