@@ -6,10 +6,10 @@ import { CONFIGURATIONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from ".
 import { TelemetryDecoder, type Units } from "./samples";
 import type { Transport } from "./transport";
 
-const ANSWER_MS = 1000;
-// Of a feature report; a virtual machine that starts may take long.
-const FEATURE_MS = 5000;
 const LOOK_MS = 1000;
+// Looks without an answer, of which a machine that is busy needs some.
+const ANSWER_LOOKS = 5;
+const IN_TIME = `within ${(ANSWER_LOOKS * LOOK_MS) / 1000} s`;
 // Looks without a sample: a page that was busy itself has had none either.
 const SILENT_LOOKS = 3;
 const CABLE = "try another cable and another port, without a hub";
@@ -210,12 +210,12 @@ export class Knob {
     new DataView(report.buffer).setUint16(SEQUENCE_AT, sequence, true);
     const begin = performance.now();
     return new Promise<Values>((resolve, reject) => {
-      const timer = setTimeout(() => {
+      const answered = whenSilent(() => {
         this.#answers.delete(sequence);
-        reject(new Error("the device did not answer within a second; unplug it and plug it in again if that goes on"));
-      }, ANSWER_MS);
+        reject(new Error(`the device did not answer ${IN_TIME}; unplug it and plug it in again if that goes on`));
+      });
       this.#answers.set(sequence, (answer) => {
-        clearTimeout(timer);
+        answered();
         this.#answers.delete(sequence);
         this.roundTrips.push(performance.now() - begin);
         if (this.roundTrips.length > 100) this.roundTrips.shift();
@@ -344,14 +344,26 @@ function namesOf(faults: number): string[] {
   return FAULTS.filter(({ bit }) => faults & (1 << bit)).map((fault) => fault.name);
 }
 
+/**
+ * Calls when no answer came for too long. Looks are counted and not time: a page that stood still has had no answer
+ * either.
+ * @returns to be called when it came
+ */
+function whenSilent(call: () => void): () => void {
+  let looks = 0;
+  const timer = setInterval(() => {
+    if (++looks < ANSWER_LOOKS) return;
+    clearInterval(timer);
+    call();
+  }, LOOK_MS);
+  return () => clearInterval(timer);
+}
+
 /** A feature report of the right length. @throws Error that says what is wrong */
 async function ask(transport: Transport, name: string): Promise<Uint8Array> {
-  let timer: ReturnType<typeof setTimeout> | undefined;
+  let given = (): void => {};
   const silence = new Promise<never>((_, reject) => {
-    timer = setTimeout(
-      () => reject(new Error(`the device did not give its ${name} report within ${FEATURE_MS / 1000} s: ${CABLE}`)),
-      FEATURE_MS,
-    );
+    given = whenSilent(() => reject(new Error(`the device did not give its ${name} report ${IN_TIME}: ${CABLE}`)));
   });
   try {
     const report = await Promise.race([transport.getFeature(REPORTS[name]!.id), silence]);
@@ -361,7 +373,7 @@ async function ask(transport: Transport, name: string): Promise<Uint8Array> {
     }
     return report;
   } finally {
-    clearTimeout(timer);
+    given();
   }
 }
 

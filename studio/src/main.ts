@@ -201,7 +201,7 @@ function torque(value: number): string {
 }
 
 let newest: ArrayLike<number> | undefined;
-let drewAt = 0, wroteAt = 0, isComing = false, pictures = 0;
+let drewAt = 0, wroteAt = 0, isComing = false, pictures = 0, written = 0;
 const ages = new Ages();
 
 /** Draws, but no sooner than the eye sees; without samples nothing runs. */
@@ -236,6 +236,7 @@ function lookAtFirstPower(): void {
 /** The numbers beside the dial. */
 function write(knob: Knob, row: ArrayLike<number>): void {
   const angle = row[1]!, speed = row[2]!;
+  written = knob.decoder.received;
   dial.tell();
   show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
   show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
@@ -255,7 +256,12 @@ function write(knob: Knob, row: ArrayLike<number>): void {
 
 const connection = byId<HTMLSelectElement>("connection");
 button("connect").addEventListener("click", () => attempt(() => connect(connection.value)));
-button("arm").addEventListener("click", () => attempt(() => knob!.command("arm")));
+button("arm").addEventListener("click", () =>
+  attempt(async () => {
+    await recorder.ready();
+    await knob!.command("arm");
+  }),
+);
 button("disarm").addEventListener("click", () => attempt(() => knob!.command("disarm")));
 button("clear-fault").addEventListener("click", () => attempt(() => knob!.command("clear_fault")));
 button("zero").addEventListener("click", () => attempt(() => knob!.command("zero")));
@@ -280,10 +286,12 @@ addEventListener("pagehide", () => void knob?.close());
 connection.value = new URLSearchParams(location.search).has("token") ? "bridge" : "wasm";
 showState();
 attempt(() => connect(connection.value));
-// For ./dev bench studio.
+// For ./dev bench studio and the tests.
 Object.assign(window, {
   studio: {
     samples: () => knob?.decoder.received ?? 0,
+    /** Samples until the one whose numbers are shown. */
+    written: () => written,
     lost: () => knob?.decoder.lost ?? 0,
     pictures: () => pictures,
     latencyMs: (part: number) => ages.part(part),

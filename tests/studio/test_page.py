@@ -20,7 +20,9 @@ from tests.recordings import check_recording, counts_in_foxglove
 from tests.studio.browser import (
     drag_to,
     faults_of_access,
+    news,
     number,
+    numbers,
     opened,
     settled,
     state_is,
@@ -41,27 +43,40 @@ def _armed(page: Page) -> None:
     state_is(page, "armed")
 
 
+def _shared(wanted_nm: float, sensed_nm: float) -> tuple[float, float]:
+    """What motor and brake are given: (3) and (4) of docs/theory.md, half of it to the brake."""
+    helps = wanted_nm * sensed_nm >= 0
+    return (wanted_nm - sensed_nm, abs(wanted_nm) / 2) if helps else (wanted_nm, 0.0)
+
+
 def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         state_is(page, "disarmed")
         assert number(page, "desired_torque_nm") == 0.0
         _armed(page)
         drag_to(page, 0.4)
-        angle = settled(page, "angle_rad", within=1e-4)
+        settled(page, "angle_rad", within=1e-4)
+        # Slowly into it: what the wall threw back may have wound the spring the other way.
+        for _ in range(3):
+            page.keyboard.press("ArrowRight")
+            settled(page, "angle_rad", within=1e-4)
+        names = ("angle_rad", "desired_torque_nm", "motor_command_nm", "brake_capacity_nm")
+        angle, wanted, motor, brake, sensed, spring, hand = numbers(
+            page, *names, "spring_torque_nm", "true_spring_torque_nm", "true_hand_torque_nm"
+        )
         assert angle > WALL_RAD
-        wanted = number(page, "desired_torque_nm")
         assert wanted == pytest.approx(-STIFFNESS * (angle - WALL_RAD), abs=STEP_NM)
         # At rest the hand, the motor and the spring are in balance but for dry friction.
-        spring, hand = (number(page, f"true_{of}_torque_nm") for of in ("spring", "hand"))
-        motor = number(page, "motor_command_nm")
         assert abs(hand + motor + spring) <= COULOMB_NM + FLOAT
-        # The printed law: motor and sensed spring make what is wanted.
-        sensed = number(page, "spring_torque_nm")
-        assert motor + sensed == pytest.approx(wanted, abs=2e-5)
-        # The sensor knows the brake only down to its floor.
-        assert sensed == pytest.approx(spring, abs=torsio.ActuatorConfig().brake_torque_min_nm)
-        # Half of it is the brake's, which holds no less.
-        assert number(page, "brake_capacity_nm") == pytest.approx(-wanted / 2, rel=0.05)
+        # The spring carries what the hand presses, as far as the sensor sees it: the brake has a
+        # drag of which it does not know, and is known only down to its floor.
+        assert sensed < 0
+        known = torsio.ActuatorConfig()
+        blind = known.brake_torque_min_nm + known.brake_drag_nm
+        assert sensed == pytest.approx(spring, abs=blind)
+        expected_motor, expected_brake = _shared(wanted, sensed)
+        assert motor == pytest.approx(expected_motor, abs=2e-5)
+        assert brake == pytest.approx(expected_brake, rel=0.05)
 
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
@@ -83,10 +98,17 @@ def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
         page.fill("#effects input[name=stiffness_nm_per_rad]", "0.05")
         # A spring of 0.05 N m/rad to 0.5 rad, at angle 0: friction holds the knob there or short of
         # the rest angle, and the law holds wherever that is.
+        page.wait_for_function(
+            """() => {
+              const value = (name) => Number(document.getElementById(name).value);
+              const wanted = 0.05 * (0.5 - value("angle_rad"));
+              return Math.abs(value("desired_torque_nm") - wanted) <= 2e-5;
+            }"""
+        )
         settled(page, "desired_torque_nm", within=1e-6)
         expect(page.locator("#message")).to_be_hidden()
-        angle = number(page, "angle_rad")
-        assert number(page, "desired_torque_nm") == pytest.approx(0.05 * (0.5 - angle), abs=2e-5)
+        angle, wanted = numbers(page, "angle_rad", "desired_torque_nm")
+        assert wanted == pytest.approx(0.05 * (0.5 - angle), abs=2e-5)
 
         page.fill("#effects input[name=stiffness_nm_per_rad]", "-1")
         expect(page.locator("#message")).to_have_text(
@@ -214,18 +236,14 @@ def test_law_that_counts_energy_shows_what_became_of_it(browser: Browser, site: 
         _armed(page)
         page.evaluate("scrollTo(0, 0)")  # back to the dial
         drag_to(page, 0.4)
-        settled(page, "angle_rad", within=1e-4)
-        page.wait_for_function("Number(document.getElementById('felt_j').value) < -5e-4")
-        # At rest the count stands still: what is read at once belongs together.
-        settled(page, "felt_j", within=1e-9)
-        motor, felt, stored, brake = (
-            number(page, f"{of}_j") for of in ("motor", "felt", "stored", "brake")
-        )
-        assert motor == pytest.approx(felt + stored + brake, abs=1e-12)
-        # What the wall took from the hand, and friction on the way to it.
-        deep_rad = number(page, "angle_rad") - WALL_RAD
+        deep_rad = settled(page, "angle_rad", within=1e-4) - WALL_RAD
         assert deep_rad > 0.0
-        assert -felt >= 0.5 * STIFFNESS * deep_rad**2 - STEP_NM * deep_rad
+        # What the wall took from the hand, and friction on the way to it. Energies are asked for
+        # now and then, so at rest they may be told a moment later.
+        taken = 0.5 * STIFFNESS * deep_rad**2 - STEP_NM * deep_rad
+        page.wait_for_function(f"-Number(document.getElementById('felt_j').value) >= {taken}")
+        motor, felt, stored, brake = numbers(page, "motor_j", "felt_j", "stored_j", "brake_j")
+        assert motor == pytest.approx(felt + stored + brake, abs=1e-12)
         assert number(page, "bound_nm_per_rad") >= STIFFNESS
 
 
@@ -313,7 +331,7 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
         expect(page.locator("#record")).to_have_text("stop recording")
         _armed(page)
         drag_to(page, 0.4)
-        settled(page, "angle_rad", within=1e-4)
+        rest = settled(page, "angle_rad", within=1e-4)
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
         page.mouse.up()
@@ -333,8 +351,12 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     counts_per_rev = recorded.metadata["info"]["counts_per_rev"]
     turned = samples["position_counts"] * 2 * math.pi / counts_per_rev
     np.testing.assert_allclose(samples["angle_rad"], turned, rtol=1e-12)
-    inside = samples["angle_rad"] > WALL_RAD + 0.01
-    assert samples["desired_torque_nm"][inside].min() < -0.05
+    # Where the page showed it at rest, the wall is in the file as its law has it.
+    resting = np.abs(samples["angle_rad"] - rest) < 1e-4
+    assert rest > WALL_RAD
+    assert np.median(samples["desired_torque_nm"][resting]) == pytest.approx(
+        -STIFFNESS * (rest - WALL_RAD), abs=STEP_NM
+    )
     assert torsio.ControlConfig(**recorded.metadata["configuration"]["ControlConfig"])
     assert [event["kind"] for event in recorded.events] == ["play"]
     assert "armed" in {event["state"] for event in recorded.device_events} | {
@@ -392,7 +414,8 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
         page.click("#first-power-steps li:nth-child(4) button")
         expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
         assert page.locator("#state").get_attribute("value") == "disarmed"
-        _armed(page)
+        # It may be over before anybody sees the knob armed.
+        page.click("#arm")
         expect(done[3]).to_be_checked()
         state_is(page, "disarmed")
         page.click("#first-power-steps li:nth-child(5) button")
@@ -400,6 +423,10 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
         page.wait_for_selector("#control_config")
         _armed(page)
         page.focus("#dial")
-        while not done[4].is_checked():
+        for _ in range(100):
+            if done[4].is_checked():
+                break
             page.keyboard.press("PageUp")
+            news(page)
+        expect(done[4]).to_be_checked()
         expect(page.locator("#message")).to_be_hidden()
