@@ -178,7 +178,8 @@ export class FirstPower {
     const at = this.#boxes.findIndex((box) => !box.checked);
     const found = this.#steps[at]?.look?.(seen);
     if (found === undefined) return;
-    this.#hints[at]!.textContent = typeof found === "string" ? found : "";
+    const words = typeof found === "string" ? found : "", hint = this.#hints[at]!;
+    if (hint.textContent !== words) hint.textContent = words;
     if (found !== true) return;
     this.#boxes[at]!.checked = true;
     this.#travel.begin();

@@ -68,6 +68,8 @@ export class Knob {
   #watchdogS = 0.25;
   #saidAlive = 0;
   #turn: Promise<unknown> = Promise.resolve();
+  #disarms = 0;
+  #disarming = false;
   #newestTick = 0;
   #looking: ReturnType<typeof setInterval> | undefined;
   #flagBits = 0;
@@ -99,7 +101,7 @@ export class Knob {
         if (this.decoder.received !== received) this.onSamples();
         // Timers come late where much else happens.
         const late = performance.now() - this.#saidAlive > 1000 * this.#sayAliveS;
-        if (late && this.state === "armed" && !this.transport.readOnly) this.#sayAlive();
+        if (late && this.#keepsAlive) this.#sayAlive();
       }
     } catch (error) {
       this.#stopTimers();
@@ -175,11 +177,15 @@ export class Knob {
     this.state = state;
     this.owner = owner;
     clearInterval(this.#keepAlive);
-    if (state === "armed" && !this.transport.readOnly) {
+    if (this.#keepsAlive) {
       this.#keepAlive = setInterval(() => this.#sayAlive(), 1000 * this.#sayAliveS);
       this.#sayAlive();
     }
     this.onChange();
+  }
+
+  get #keepsAlive(): boolean {
+    return this.state === "armed" && !this.#disarming && !this.transport.readOnly;
   }
 
   get #sayAliveS(): number {
@@ -234,6 +240,26 @@ export class Knob {
 
   command(op: string): Promise<void> {
     return this.#inTurn(() => this.#exchange([encode("command", { op })]));
+  }
+
+  /** Arms when `ready` has come, but not if it was disarmed since this was called. */
+  async arm(ready: Promise<unknown> = Promise.resolve()): Promise<void> {
+    const disarms = this.#disarms;
+    await ready;
+    await this.#inTurn(async () => {
+      if (disarms !== this.#disarms) return;
+      this.#disarming = false;
+      await this.#exchange([encode("command", { op: "arm" })]);
+    });
+  }
+
+  /** Passes all that waits its turn. If it is lost, the device's watchdog sees a host that is silent. */
+  async disarm(): Promise<void> {
+    ++this.#disarms;
+    this.#disarming = true;
+    clearInterval(this.#keepAlive);
+    await this.#exchange([encode("command", { op: "disarm" })]);
+    this.#disarming = false;
   }
 
   /** Plays a scene in place of the one before. Only what has changed is sent. */
@@ -334,7 +360,7 @@ export class Knob {
   async close(): Promise<void> {
     // A game or a dial that is looked at keeps the actuator.
     const ours = this.state === "armed" && this.owner === "sdk" && !this.transport.readOnly;
-    if (ours) await this.command("disarm").catch(() => {});
+    if (ours) await this.disarm().catch(() => {});
     this.#stopTimers();
     this.transport.close();
   }

@@ -5,6 +5,7 @@ import { Ages } from "./ages";
 import { BridgeTransport } from "./bridge_transport";
 import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
+import type { Effect } from "./conversion";
 import { Dial, showPlaces } from "./dial";
 import { TRUTH } from "./emulated_device";
 import { EnergyReadouts } from "./energies";
@@ -30,11 +31,28 @@ const PICTURE_MS = 28, NUMBERS_MS = 200;
 
 let knob: Knob | undefined;
 let emulated: WasmTransport | undefined;
+// Whether the knob has the scene that is shown.
+let isPlayed = false;
 
 function say(message: string): void {
   const place = byId("message");
   place.textContent = message;
   place.hidden = message === "";
+}
+
+/** Whether this page may tell the knob what to do. */
+function drives(): boolean {
+  return knob !== undefined && !knob.transport.readOnly && knob.state !== "disconnected";
+}
+
+async function play(scene: Effect[]): Promise<void> {
+  isPlayed = false;
+  await knob!.play(scene);
+  isPlayed = true;
+}
+
+async function disarm(): Promise<void> {
+  if (drives()) await knob!.disarm();
 }
 
 /** Does something with the knob; what goes wrong is told in a sentence. */
@@ -47,13 +65,14 @@ function attempt(act: () => Promise<unknown>): void {
 
 const editor = new SceneEditor((scene) => {
   showPlaces(scene);
-  if (knob && !knob.transport.readOnly) {
+  if (drives()) {
     attempt(async () => {
-      await knob!.play(scene);
+      await play(scene);
       recorder.note("play", { scene });
     });
   }
 });
+showPlaces(editor.scene);
 const configurations = new Configurations(() => knob, attempt);
 const recorder = new Recorder(() => knob, () => editor.scene, attempt);
 const firstPower = new FirstPower(
@@ -63,7 +82,7 @@ const firstPower = new FirstPower(
     editor.take(scene);
     void configurations.load();
   },
-  () => attempt(() => knob!.command("disarm")),
+  () => attempt(disarm),
 );
 new Games(() => knob);
 new EnergyReadouts(() => knob);
@@ -86,7 +105,7 @@ function showState(): void {
   const place = byId<HTMLDataElement>("state");
   place.value = state;
   place.textContent = knob?.owner === "game" ? `${state}, by a game` : state;
-  const canAct = knob !== undefined && !knob.transport.readOnly && state !== "disconnected";
+  const canAct = drives();
   button("arm").disabled = !canAct || state !== "disarmed";
   button("disarm").disabled = !canAct || state !== "armed";
   button("clear-fault").disabled = !canAct || !faulty;
@@ -104,11 +123,11 @@ function showState(): void {
 
 let faultsShown = "";
 function showFaults(): void {
+  lookAtFirstPower();
   // A reader's unfolded entry stays as it is.
   const now = (knob?.faults ?? []).join();
   if (now === faultsShown) return;
   faultsShown = now;
-  lookAtFirstPower();
   byId("faults").replaceChildren(
     ...(knob?.faults ?? []).map((name) => {
       const fault = FAULTS.find((f) => f.name === name);
@@ -164,6 +183,7 @@ async function connect(kind: string): Promise<void> {
     showState();
     throw error;
   }
+  isPlayed = false;
   ages.begin();
   knob.onSample = (row) => {
     newest = row;
@@ -172,6 +192,8 @@ async function connect(kind: string): Promise<void> {
   };
   knob.onSamples = () => {
     ages.came();
+    // A tab that is hidden draws nothing.
+    lookAtFirstPower();
     pictureSoon();
   };
   knob.onChange = showState;
@@ -188,7 +210,11 @@ async function connect(kind: string): Promise<void> {
   showState();
   knob.onComplaint = (sentence) => say(sentence ?? "");
   try {
-    if (!knob.transport.readOnly) await knob.play(editor.scene);
+    if (knob.state === "armed" && drives()) {
+      say("the knob is armed: what plays on it stays until the scene is edited here, or it is armed anew");
+    } else if (drives()) {
+      await play(editor.scene);
+    }
   } finally {
     await configurations.load();
   }
@@ -227,7 +253,7 @@ function draw(now: number): void {
   ages.drawn();
 }
 
-/** With the numbers, and with every change of the faults: one may come and go between two pictures. */
+/** With every sample and every change of the state: a fault may come and go between two pictures. */
 function lookAtFirstPower(): void {
   if (!newest || !knob) return;
   firstPower.look({ state: knob.state, faults: knob.faults, angleRad: newest[1]!, brakeCapacityNm: newest[5]! });
@@ -242,7 +268,6 @@ function write(knob: Knob, row: ArrayLike<number>): void {
   show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
   CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
   show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
-  lookAtFirstPower();
   for (const name of ["spring_torque_nm", "hand_torque_nm"] as const) {
     const actual = emulated?.truth[TRUTH.indexOf(name)];
     if (actual !== undefined) show(`true_${name}`, actual, torque(actual));
@@ -257,12 +282,9 @@ function write(knob: Knob, row: ArrayLike<number>): void {
 const connection = byId<HTMLSelectElement>("connection");
 button("connect").addEventListener("click", () => attempt(() => connect(connection.value)));
 button("arm").addEventListener("click", () =>
-  attempt(async () => {
-    await recorder.ready();
-    await knob!.command("arm");
-  }),
+  attempt(() => knob!.arm(Promise.all([recorder.ready(), isPlayed || play(editor.scene)]))),
 );
-button("disarm").addEventListener("click", () => attempt(() => knob!.command("disarm")));
+button("disarm").addEventListener("click", () => attempt(disarm));
 button("clear-fault").addEventListener("click", () => attempt(() => knob!.command("clear_fault")));
 button("zero").addEventListener("click", () => attempt(() => knob!.command("zero")));
 button("emergency-stop").addEventListener("click", (event) => {
@@ -274,10 +296,10 @@ button("emergency-stop").addEventListener("click", (event) => {
 addEventListener(
   "keydown",
   (event) => {
-    const canDisarm = knob?.state === "armed" && !knob.transport.readOnly;
     if (event.key !== "Escape") return;
     calibrating.stop();
-    if (canDisarm) attempt(() => knob!.command("disarm"));
+    // Whatever the page knows of it: an arm may be on its way.
+    attempt(disarm);
   },
   { capture: true },
 );

@@ -146,6 +146,39 @@ test("damage and silence are told while they last, and samples go on", async () 
   await knob.close();
 });
 
+/** What is due without time passing has happened then. */
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+
+test("disarming waits for nothing, and keeps the device's watchdog awake no longer", async () => {
+  mock.timers.enable({ apis: ["setInterval"] });
+  const device = new Device({ health: encode("health", { state: "armed", owner: "sdk" }) });
+  device.held = { state: "armed", owner: "sdk" };
+  const knob = await Knob.open(device);
+  // From now on nothing is answered: a scene waits for it, and an arm for the scene.
+  const answer = device.say.bind(device);
+  device.say = () => {};
+  const scene = assert.rejects(knob.play([]), /did not answer/);
+  const arm = knob.arm();
+  await settled();
+  device.ops = [];
+  const disarmed = assert.rejects(knob.disarm(), /did not answer/);
+  assert.deepEqual(device.ops, ["disarm"]);
+  // What was on its way says that it is armed still.
+  answer(encode("acknowledgement", { state: "armed", owner: "sdk", sequence: 999 }));
+  for (let i = 0; i < 6; ++i) {
+    await settled();
+    mock.timers.tick(1000);
+  }
+  await Promise.all([scene, arm, disarmed]);
+  // No sign of life, and no arm that had to wait came behind it.
+  assert.deepEqual(device.ops, ["disarm"]);
+  device.say = answer;
+  await knob.arm();
+  assert.deepEqual(device.ops.slice(0, 3), ["disarm", "arm", "keep_alive"]);
+  mock.timers.reset();
+  await knob.close();
+});
+
 test("closing disarms what the page has armed, and neither a game nor the dial", async () => {
   for (const owner of ["sdk", "game", "dial"]) {
     const device = new Device({ health: encode("health", { state: "armed", owner }) });

@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, WebSocketRoute, expect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
@@ -30,6 +30,7 @@ from tests.studio.browser import (
 from torsio.studio.bridge import KEPT_REPORTS, Waiting
 
 WRITE, INPUT, GET, GOT, HAVE = 0, 1, 2, 4, 7
+COMMIT = 0x11
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +89,41 @@ def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: 
         wanted = 0.3 * (0.2 - angle)
         step_nm = 0.3 * 2 * 2 * math.pi / 8192
         assert number(page, "desired_torque_nm") == pytest.approx(wanted, abs=step_nm)
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+
+
+def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address: str) -> None:
+    sent: list[bytes] = []
+
+    def connect_armed(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def pass_on(message: str | bytes) -> None:
+            assert isinstance(message, bytes)
+            sent.append(message)
+            server.send(message)
+
+        # Before the page's first word.
+        arm = wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"})
+        server.send(bytes([WRITE]) + arm)
+        route.on_message(pass_on)
+
+    with opened(browser, address) as page:
+        state_is(page, "disarmed")
+        be_patient(page)
+    with opened(browser, "about:blank") as page:
+        page.route_web_socket("**/knob?*", connect_armed)
+        page.goto(address)
+        state_is(page, "armed")
+        expect(page.locator("#message")).to_contain_text("what plays on it stays")
+        assert not [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        # Armed anew it plays what the page shows.
+        page.click("#arm")
+        state_is(page, "armed")
+        assert [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 import torsio
 from tests.recordings import check_recording, counts_in_foxglove
@@ -84,6 +84,20 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
         page.mouse.up()
         expect(page.locator("#message")).to_be_hidden()
         expect(page.locator("#link")).to_contain_text("0 lost")
+
+
+def test_key_disarms_a_knob_that_is_about_to_be_armed(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        # Both keys before the page knows of either's answer.
+        page.evaluate(
+            """() => {
+              document.getElementById("arm").click();
+              dispatchEvent(new KeyboardEvent("keydown", { key: "Escape" }));
+            }"""
+        )
+        news(page, 2000)
+        state_is(page, "disarmed")
 
 
 def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
@@ -370,6 +384,20 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     assert replayed.largest_differences()["desired_torque_nm"] <= STEP_NM
 
 
+def _step(page: Page, title: str) -> Locator:
+    """A step of first power."""
+    label = page.get_by_text(title, exact=True)
+    return page.locator("#first-power-steps li").filter(has=label)
+
+
+def _tick_off_until(page: Page, title: str) -> None:
+    """Tick off, as a person may, what comes before a step."""
+    for box in page.locator("#first-power-steps li").all():
+        if box.locator("label").text_content() == title:
+            return
+        box.locator("input").check()
+
+
 # The emergency stop pressed, released and its fault cleared while nothing is drawn.
 PRESSED_BETWEEN_TWO_PICTURES = """async () => {
   const draw = requestAnimationFrame, waiting = [];
@@ -389,6 +417,20 @@ PRESSED_BETWEEN_TWO_PICTURES = """async () => {
   waiting.forEach((picture) => draw(picture));
   return told;
 }"""
+
+
+def test_first_power_stops_the_motor_in_a_tab_that_is_hidden(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#first-power summary")
+        _tick_off_until(page, "Motor")
+        page.get_by_role("button", name="take the push as scene").click()
+        expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
+        # Of which the browser draws no picture any more.
+        page.evaluate("window.requestAnimationFrame = () => 0")
+        page.click("#arm")
+        expect(_step(page, "Motor").locator("input")).to_be_checked()
+        state_is(page, "disarmed")
 
 
 def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, site: str) -> None:
