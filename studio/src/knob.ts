@@ -17,6 +17,8 @@ const EASY_RATE_HZ = 3600;
 // Their first fields are the sequence number, which is written in here.
 const SEQUENCE_AT = 1;
 
+const CONFIGURATION_IDS = new Set(CONFIGURATIONS.map((name) => REPORTS[name]!.id));
+
 /** Who keeps what travels. */
 export interface Keeper {
   /** The row is used again for the next one. */
@@ -59,6 +61,8 @@ export class Knob {
   /** Gets a sentence when the device says nothing, or nonsense; undefined: all is well again. */
   onComplaint: (sentence: string | undefined) => void = () => {};
   onGone: (why: string) => void = () => {};
+  /** Called when another program has configured the knob that this page looks at. */
+  onConfigured: () => void = () => {};
 
   readonly decoder: TelemetryDecoder;
   readonly #answers = new Map<number, (answer: Values) => void>();
@@ -123,9 +127,11 @@ export class Knob {
       const fresh = this.decoder.received - received, bad = this.undecodable - damaged;
       received = this.decoder.received;
       damaged = this.undecodable;
-      silent = fresh || bad || this.transport.readOnly ? 0 : silent + 1;
+      silent = fresh || bad || (this.transport.readOnly && received) ? 0 : silent + 1;
       if (bad) {
         this.onComplaint(`${damaged} damaged reports came from the knob and were left out: ${CABLE}`);
+      } else if (silent >= SILENT_LOOKS && this.transport.readOnly) {
+        this.onComplaint("the program takes no telemetry from its knob, so there is nothing to draw: start_telemetry() in it");
       } else if (silent >= SILENT_LOOKS) {
         this.onComplaint(`the knob has sent nothing for ${silent} s: ${CABLE}, or connect again`);
       } else if (complained) {
@@ -166,6 +172,8 @@ export class Knob {
     if (name === "acknowledgement") {
       this.#enter(String(values.state), String(values.owner));
       this.#answers.get(Number(values.sequence))?.(values);
+      // Only who looks on is told of what others configure.
+      if (this.transport.readOnly && CONFIGURATION_IDS.has(Number(values.report))) void this.#lookAnew();
     } else if (name === "event") {
       this.#enter(String(values.state), String(values.owner), Number(values.faults));
     }
@@ -311,6 +319,17 @@ export class Knob {
   async refresh(): Promise<void> {
     this.identity = await identify(this.transport);
     await this.#lookAgain();
+  }
+
+  /** Units and all else that a configuration has changed. */
+  async #lookAnew(): Promise<void> {
+    try {
+      await this.refresh();
+      await this.startTelemetry();
+      this.onConfigured();
+    } catch {
+      // Whoever reads telemetry says that the knob is gone.
+    }
   }
 
   async #lookAgain(): Promise<void> {

@@ -28,6 +28,8 @@ performance.mark("script");
 
 // Some 28 pictures a second at most: more cost, and show nothing more. Nobody reads numbers so fast.
 const PICTURE_MS = 28, NUMBERS_MS = 200;
+// What telemetry has room for.
+const MOST_STEPS = 32767;
 
 let knob: Knob | undefined;
 let emulated: WasmTransport | undefined;
@@ -80,7 +82,7 @@ const firstPower = new FirstPower(
   attempt,
   (scene) => {
     editor.take(scene);
-    void configurations.load();
+    void configurations.load([]);
   },
   () => attempt(disarm),
 );
@@ -150,10 +152,10 @@ function serverAddress(name: string): URL {
   return address;
 }
 
-async function transportTo(kind: string): Promise<Transport> {
+async function transportTo(kind: string, hadOne: boolean): Promise<Transport> {
   if (kind === "wasm") return (emulated = await WasmTransport.open(location.href));
   if (kind === "bridge") return BridgeTransport.open(serverAddress("knob"));
-  if (hasWebHid()) return WebHidTransport.open();
+  if (hasWebHid()) return WebHidTransport.open(hadOne);
   throw new Error("this browser has no WebHID: take Chromium or Edge, or start `torsio studio`");
 }
 
@@ -165,16 +167,28 @@ async function letGo(words: string): Promise<void> {
   await knob?.close();
   knob = undefined;
   emulated = undefined;
+  newest = undefined;
   plots.clear();
+  // What it said last is nobody's now.
+  for (const place of document.querySelectorAll<HTMLDataElement>("#readouts data")) show(place.id, NaN, "");
+  byId("link").textContent = "";
   showState();
   byId("who").textContent = words;
 }
 
-async function connect(kind: string): Promise<void> {
+let connecting: Promise<void> | undefined;
+
+/** Only one at a time: who clicks twice wants one knob. */
+function connect(kind: string): Promise<void> {
+  return (connecting ??= connectTo(kind).finally(() => (connecting = undefined)));
+}
+
+async function connectTo(kind: string): Promise<void> {
+  const hadOne = knob?.transport instanceof WebHidTransport && knob.state !== "disconnected";
   await letGo("connecting");
   let transport: Transport | undefined;
   try {
-    transport = await transportTo(kind);
+    transport = await transportTo(kind, hadOne);
     knob = await Knob.open(transport);
   } catch (error) {
     transport?.close();
@@ -209,6 +223,7 @@ async function connect(kind: string): Promise<void> {
     (knob.transport.readOnly ? "; only watching" : "");
   showState();
   knob.onComplaint = (sentence) => say(sentence ?? "");
+  knob.onConfigured = () => attempt(() => configurations.load());
   try {
     if (knob.state === "armed" && drives()) {
       say("the knob is armed: what plays on it stays until the scene is edited here, or it is armed anew");
@@ -224,6 +239,12 @@ byId("flags").title = FLAGS.map((flag) => `${flag.name.replaceAll("_", " ")}: ${
 
 function torque(value: number): string {
   return `${(1e3 * value).toFixed(1)} mN·m`;
+}
+
+/** A torque of telemetry, where the largest number stands for all that is larger. */
+function sampledTorque(value: number): string {
+  const isMost = Math.abs(value) >= MOST_STEPS * (knob?.identity.torqueStepNm ?? Infinity);
+  return isMost ? `beyond ${torque(value)}` : torque(value);
 }
 
 let newest: ArrayLike<number> | undefined;
@@ -266,7 +287,7 @@ function write(knob: Knob, row: ArrayLike<number>): void {
   dial.tell();
   show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
   show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
-  CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
+  CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, sampledTorque(row[i + 3]!)));
   show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
   for (const name of ["spring_torque_nm", "hand_torque_nm"] as const) {
     const actual = emulated?.truth[TRUTH.indexOf(name)];

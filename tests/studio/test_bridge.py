@@ -235,3 +235,16 @@ def test_port_in_use_is_named(address: str) -> None:
     )
     assert done.returncode == 1
     assert f"port {port} of this machine is in use" in done.stderr
+
+
+def test_page_that_is_not_there_is_named() -> None:
+    done = subprocess.run(
+        [*PROGRAM, "studio", "--device", "emulated", "--page", "/nowhere"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "the page is not in '/nowhere'" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -183,6 +183,45 @@ def test_curve_is_drawn_as_its_numbers_say_by_keys_too(browser: Browser, site: s
         assert "[0, -0.026, -0.002]" in (page.locator("#python").text_content() or "")
 
 
+def test_torque_beyond_telemetry_is_named_so(browser: Browser, site: str) -> None:
+    """A sample has room for 32,767 steps of 10 uN m."""
+    with opened(browser, site) as page:
+        _armed(page)
+        page.get_by_role("button", name="remove Wall").click()
+        page.select_option("#new-effect", "constant")
+        page.click("#add-effect")
+        page.fill("#effects input[name=torque_nm]", "0.3")
+        expect(page.locator("#desired_torque_nm")).to_have_text("300.0 mN·m")
+        page.fill("#effects input[name=torque_nm]", "-0.4")
+        expect(page.locator("#desired_torque_nm")).to_have_text("beyond -327.7 mN·m")
+
+
+def test_double_click_connects_one_knob(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.dblclick("#connect")
+        state_is(page, "disarmed")
+        expect(page.locator("#who")).to_contain_text("serial number")
+        news(page)
+        assert len(page.workers) == 1
+
+
+def test_connection_that_fails_leaves_nothing_of_the_knob_before(
+    browser: Browser, site: str
+) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        expect(page.locator("#link")).to_contain_text("samples/s")
+        page.select_option("#connection", "bridge")
+        page.click("#connect")
+        expect(page.locator("#message")).to_contain_text("`torsio studio` does not answer")
+        expect(page.locator("#who")).to_have_text("no knob")
+        expect(page.locator("#state")).to_have_text("not connected")
+        assert page.locator("#readouts").inner_text().split("\n")[-1] == "link"
+        expect(page.locator("#angle_rad")).to_be_empty()
+        expect(page.locator("#link")).to_be_empty()
+
+
 def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         _armed(page)
@@ -233,9 +272,25 @@ def test_configuration_is_checked_applied_compared_and_kept_in_a_file(
         assert configs["game_config"].items() >= wanted.items()
         expect(page.locator("#message")).to_be_empty()
 
-        saved.write_text('{"control_config": {"betta": 1}}')
+        for content, said in (
+            ('{"control_config": {"betta": 1}}', "control_config.betta"),
+            ("null", "the file is no configuration"),
+            ("5", "the file is no configuration"),
+            ("[]", "the file is no configuration"),
+            ('{"control_config": null}', "the file's control_config is no configuration"),
+            ('{"control_config": 5}', "the file's control_config is no configuration"),
+        ):
+            saved.write_text(content)
+            page.set_input_files("#import-configuration", saved)
+            expect(page.locator("#message")).to_contain_text(said)
+
+        # What is applied on one card leaves alone what was edited on another.
+        saved.write_text('{"control_config": {"beta": 0.75}, "game_config": {"gain": 0.25}}')
         page.set_input_files("#import-configuration", saved)
-        expect(page.locator("#message")).to_contain_text("control_config.betta")
+        expect(games.locator(".differences")).to_have_text("gain: 0.5 in the knob, 0.25 here")
+        page.locator("#control_config button.apply").click()
+        expect(page.locator("#control_config .differences")).to_be_empty()
+        expect(games.locator(".differences")).to_have_text("gain: 0.5 in the knob, 0.25 here")
 
 
 def test_law_that_counts_energy_shows_what_became_of_it(browser: Browser, site: str) -> None:
@@ -291,12 +346,24 @@ def test_axe_finds_no_fault_with_everything_unfolded(browser: Browser, site: str
         page.click("#emergency-stop")
         state_is(page, "fault")
         page.evaluate("for (const d of document.querySelectorAll('details')) d.open = true")
-        for width in (1280, 400):
+        for width in (1280, 400, 320):
             page.set_viewport_size({"width": width, "height": 860})
+            # Room for some letters of the ways to a knob.
+            assert page.evaluate("document.getElementById('connection').clientWidth") > 100
             for scheme in ("light", "dark"):
                 page.emulate_media(color_scheme=scheme)
                 assert faults_of_access(page) == [], (scheme, width)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def _udev_line() -> str:
+    rules = (TREE / "sdk/60-torsio.rules").read_text(encoding="utf-8")
+    return next(line for line in rules.splitlines() if '"hidraw"' in line)
+
+
+def _usb_ids() -> dict[str, int]:
+    found = re.findall(r'ATTRS{id(?:Vendor|Product)}=="([0-9a-f]{4})"', _udev_line())
+    return dict(zip(("VENDOR_ID", "PRODUCT_ID"), (int(id, 16) for id in found), strict=True))
 
 
 # A browser whose knob the system keeps from it, as Chromium has it.
@@ -310,19 +377,55 @@ Object.defineProperty(navigator, "hid", { value: { getDevices: async () => [knob
 
 
 def test_page_that_may_not_open_the_knob_shows_the_udev_line(browser: Browser, site: str) -> None:
-    rules = (TREE / "sdk/60-torsio.rules").read_text(encoding="utf-8")
-    line = next(line for line in rules.splitlines() if '"hidraw"' in line)
-    vendor_id, product_id = re.findall(r'ATTRS{id(?:Vendor|Product)}=="([0-9a-f]{4})"', line)
-    ids = {"VENDOR_ID": int(vendor_id, 16), "PRODUCT_ID": int(product_id, 16)}
     page = browser.new_page()
-    page.add_init_script(REFUSED.replace("IDS", json.dumps(ids)))
+    page.add_init_script(REFUSED.replace("IDS", json.dumps(_usb_ids())))
     page.goto(site)
     state_is(page, "disarmed")
     page.select_option("#connection", "webhid")
     page.click("#connect")
-    expect(page.locator("#message")).to_contain_text(line)
+    expect(page.locator("#message")).to_contain_text(_udev_line())
     expect(page.locator("#message")).to_contain_text("Failed to open the device")
     page.close()
+
+
+# A browser with knobs that it was allowed; the dialogue offers the second.
+TWO_KNOBS = """
+const { VENDOR_ID: vendorId, PRODUCT_ID: productId } = IDS;
+const made = (productName) => ({
+  vendorId, productId, productName, collections: [{ usagePage: 0xff00 }], opened: false,
+  open: () => Promise.reject(new Error(`opened ${productName}`)),
+});
+const knobs = [made("first"), made("second")];
+window.allowed = knobs;
+const hid = { getDevices: async () => allowed, requestDevice: async () => [knobs[1]] };
+Object.defineProperty(navigator, "hid", { value: hid });
+"""
+
+
+def test_one_of_two_allowed_knobs_is_chosen_in_the_dialogue(browser: Browser, site: str) -> None:
+    page = browser.new_page()
+    page.add_init_script(TWO_KNOBS.replace("IDS", json.dumps(_usb_ids())))
+    page.goto(site)
+    state_is(page, "disarmed")
+    page.select_option("#connection", "webhid")
+    page.click("#connect")
+    expect(page.locator("#message")).to_contain_text("opened second")
+    # Where only one can be meant nobody is asked.
+    page.evaluate("allowed.pop()")
+    page.click("#connect")
+    expect(page.locator("#message")).to_contain_text("opened first")
+    page.close()
+
+
+def test_pointer_is_seen_where_the_user_has_forced_the_colours(browser: Browser, site: str) -> None:
+    with opened(browser, site, forced_colors="active") as page:
+        state_is(page, "disarmed")
+        drawn, behind = page.evaluate(
+            """["pointer", "knob"].map((id) =>
+              getComputedStyle(document.getElementById(id)).backgroundColor)"""
+        )
+        body = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert drawn not in (behind, body)
 
 
 def test_page_without_its_module_says_how_to_build_it(browser: Browser, site: str) -> None:
@@ -341,9 +444,10 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     file = tmp_path / "page.mcap"
     with opened(browser, site) as page:
         state_is(page, "disarmed")
-        page.click("#record")
+        # At once: the page arms when the file has all that a replay needs.
+        page.evaluate("for (const id of ['record', 'arm']) document.getElementById(id).click()")
+        state_is(page, "armed")
         expect(page.locator("#record")).to_have_text("stop recording")
-        _armed(page)
         drag_to(page, 0.4)
         rest = settled(page, "angle_rad", within=1e-4)
         page.keyboard.press("Escape")
