@@ -528,7 +528,7 @@ def test_first_power_stops_the_motor_in_a_tab_that_is_hidden(browser: Browser, s
         state_is(page, "disarmed")
         page.click("#first-power summary")
         _tick_off_until(page, "Motor")
-        page.get_by_role("button", name="take the push as scene").click()
+        _step(page, "Motor").locator("button").click()
         expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
         # Of which the browser draws no picture any more.
         page.evaluate("window.requestAnimationFrame = () => 0")
@@ -541,38 +541,51 @@ def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, s
     with opened(browser, site) as page:
         state_is(page, "disarmed")
         page.click("#first-power summary")
-        done = [page.locator(f"#step-{i}") for i in range(9)]
-        expect(done[0]).to_be_checked()
+        # Those of docs/hardware.md, in its order, and then calibration.
+        titles = page.locator("#first-power-steps label").all_text_contents()
+        assert titles == [
+            *("Link", "Encoder", "Supply", "Emergency stop", "Motor", "PWM", "Brake"),
+            *("Silence", "Confirm", "A soft wall", "Calibrate"),
+        ]
+        done = {title: _step(page, title).locator("input") for title in titles}
+        expect(done["Link"]).to_be_checked()
         # Turned by hand, backwards first.
-        expect(page.locator("#first-power-steps li").nth(1)).to_contain_text("of 360")
+        expect(_step(page, "Encoder")).to_contain_text("of 360")
         page.focus("#dial")
         for _ in range(4):
             page.keyboard.press("PageDown")
-        expect(page.locator("#first-power-steps li").nth(1)).to_contain_text("counts backwards")
+        expect(_step(page, "Encoder")).to_contain_text("counts backwards")
         for _ in range(24):
             page.keyboard.press("PageUp")
-        expect(done[1]).to_be_checked()
+        expect(done["Encoder"]).to_be_checked()
+        # What needs a meter it cannot see.
+        done["Supply"].check()
         page.keyboard.press("Backspace")
         assert "close its contact to ground" in page.evaluate(PRESSED_BETWEEN_TWO_PICTURES)
-        expect(done[2]).to_be_checked()
+        expect(done["Emergency stop"]).to_be_checked()
         # Nobody holds the knob: the push turns it, and then the page disarms.
-        expect(done[3]).not_to_be_checked()
-        page.click("#first-power-steps li:nth-child(4) button")
+        expect(done["Motor"]).not_to_be_checked()
+        _step(page, "Motor").locator("button").click()
         expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
+        caps = {"motor_torque_cap_nm": 0.015, "brake_torque_cap_nm": 0.015, "speed_limit_rad_s": 10}
+        for name, value in caps.items():
+            expect(page.locator(f"#control_config input[name={name}]")).to_have_value(str(value))
         assert page.locator("#state").get_attribute("value") == "disarmed"
         # It may be over before anybody sees the knob armed.
         page.click("#arm")
-        expect(done[3]).to_be_checked()
+        expect(done["Motor"]).to_be_checked()
         state_is(page, "disarmed")
-        page.click("#first-power-steps li:nth-child(5) button")
+        done["PWM"].check()
+        _step(page, "Brake").locator("button").click()
         expect(page.locator("#python")).to_contain_text("torsio.Friction(torque_nm=0.01)")
         page.wait_for_selector("#control_config")
         _armed(page)
         page.focus("#dial")
         for _ in range(100):
-            if done[4].is_checked():
+            if done["Brake"].is_checked():
                 break
-            page.keyboard.press("PageUp")
+            # In small steps: more than 10 rad/s are a fault now.
+            page.keyboard.press("ArrowRight")
             news(page)
-        expect(done[4]).to_be_checked()
+        expect(done["Brake"]).to_be_checked()
         expect(page.locator("#message")).to_be_hidden()
