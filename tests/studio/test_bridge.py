@@ -27,9 +27,10 @@ from tests.studio.browser import (
     settled,
     state_is,
 )
+from torsio import protocol
 from torsio.studio.bridge import KEPT_REPORTS, Waiting
 
-WRITE, INPUT, GET, GOT, HAVE = 0, 1, 2, 4, 7
+WRITE, INPUT, GET, SET, GOT, TAKEN, HAVE = 0, 1, 2, 3, 4, 6, 7
 COMMIT = 0x11
 
 
@@ -99,19 +100,23 @@ def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address
     def connect_armed(route: WebSocketRoute) -> None:
         server = route.connect_to_server()
 
-        def pass_on(message: str | bytes) -> None:
+        def to_server(message: str | bytes) -> None:
             assert isinstance(message, bytes)
             sent.append(message)
             server.send(message)
 
-        # Before the page's first word.
+        def to_page(message: str | bytes) -> None:
+            if message != bytes([TAKEN]):  # of what it did not ask
+                route.send(message)
+
+        # Before the page's first word; the knob waits a minute for the next one.
+        patient = protocol.encode("control_config", {"sequence": 6, "watchdog_s": 60.0})
+        server.send(bytes([SET]) + patient)
         arm = wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"})
         server.send(bytes([WRITE]) + arm)
-        route.on_message(pass_on)
+        route.on_message(to_server)
+        server.on_message(to_page)
 
-    with opened(browser, address) as page:
-        state_is(page, "disarmed")
-        be_patient(page)
     with opened(browser, "about:blank") as page:
         page.route_web_socket("**/knob?*", connect_armed)
         page.goto(address)
