@@ -9,6 +9,10 @@ import { CONFIGURATIONS } from "./reports";
 
 type Attempt = (act: () => Promise<unknown>) => void;
 
+function isObject(value: unknown): boolean {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
+}
+
 export class Configurations {
   /** As the knob has them. */
   #known: Record<string, Given> = {};
@@ -32,13 +36,15 @@ export class Configurations {
     for (const apply of document.querySelectorAll<HTMLButtonElement>(".apply")) apply.disabled = !can;
   }
 
-  /** Asks the knob, and shows what it says. */
-  async load(): Promise<void> {
+  /** Asks the knob, and shows what it says; in those that are not `fresh` what the user has edited stays. */
+  async load(fresh: readonly string[] = CONFIGURATIONS): Promise<void> {
     const knob = this.knob();
     if (!knob) return;
     for (const name of CONFIGURATIONS) {
-      this.#known[name] = await knob.config(name);
-      this.#shown[name] = { ...this.#known[name] };
+      const before = this.#known[name], shown = this.#shown[name], now = await knob.config(name);
+      this.#known[name] = now;
+      const edited = !before || !shown || fresh.includes(name) ? [] : Object.keys(now).filter((f) => shown[f] !== before[f]);
+      this.#shown[name] = { ...now, ...Object.fromEntries(edited.map((field) => [field, shown![field]])) };
     }
     this.#build();
   }
@@ -56,7 +62,7 @@ export class Configurations {
         apply.addEventListener("click", () =>
           this.attempt(async () => {
             await this.knob()?.configure(name, this.#shown[name]!);
-            await this.load();
+            await this.load([name]);
           }),
         );
         const card = element(
@@ -95,8 +101,10 @@ export class Configurations {
     } catch {
       throw new Error("the file is no configuration: it is not JSON");
     }
+    if (!isObject(read)) throw new Error("the file is no configuration: it has no fields");
     for (const [name, config] of Object.entries(read)) {
       if (!CONFIGURATIONS.includes(name)) throw new Error(`the file has ${name}, which is no configuration`);
+      if (!isObject(config)) throw new Error(`the file's ${name} is no configuration: it has no fields`);
       for (const field of Object.keys(config)) {
         if (!described(name).fields.some((f) => f.shown && f.name === field)) {
           throw new Error(`the file has ${name}.${field}, which is no field of it`);

@@ -1,7 +1,7 @@
 // First power on a bench, as steps that the page follows: what it can see it ticks off by itself.
 // docs/hardware.md has the same steps with what to measure at each.
 
-import type { Effect } from "./conversion";
+import type { Effect, Given } from "./conversion";
 import type { Knob } from "./knob";
 import { byId, element } from "./page";
 
@@ -9,6 +9,8 @@ const NEARLY_A_TURN_RAD = 0.95 * 2 * Math.PI;
 const CLEARLY_RAD = 0.5;
 const PUSH = 1.3; // times the friction
 const DRAG_NM = 0.01;
+// For the time after `confirmed`, when no others hold any more.
+const CAPS = { motor_torque_cap_nm: 0.015, brake_torque_cap_nm: 0.015, speed_limit_rad_s: 10 };
 
 /** What the page sees at one moment. */
 export interface Seen {
@@ -24,6 +26,11 @@ interface Step {
   act?: { label: string; scene(knob: Knob): Promise<Effect[]> };
   /** Looks once more. @returns true: done; text: what one should know */
   look?(seen: Seen): boolean | string;
+}
+
+/** Sets the caps that first power begins with, and what else a step needs. */
+async function beCareful(knob: Knob, more: Given = {}): Promise<void> {
+  await knob.configure("control_config", { ...(await knob.config("control_config")), ...CAPS, ...more });
 }
 
 /** How far the knob has turned since a step's watch began. */
@@ -59,8 +66,15 @@ function steps(travel: Travel): Step[] {
       },
     },
     {
+      title: "Supply",
+      text: "Supply on, before anything is armed: measure its volts with a meter. They are supply_v of the board's " +
+        "configuration, or do not go on: a board that is held low does not notice 24 V in place of 12. Disarmed: the " +
+        "enable line and all four bridge inputs at 0 V, no current beyond the bridges' own, the current sensor's " +
+        "output at its zero. Tick this off yourself.",
+    },
+    {
       title: "Emergency stop",
-      text: "Supply on. Press the emergency stop, release it, and clear the fault.",
+      text: "Press the emergency stop, release it, and clear the fault.",
       look: ({ state, faults }) => {
         stopped ||= faults.includes("emergency_stop");
         return stopped && (state === "disarmed" || "Pressed: now release it and clear the fault.");
@@ -68,11 +82,14 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Motor",
-      text: "A push of a little more than the friction; the knob must turn to larger angles. If the current grows " +
-        "to its limit instead, swap the current sensor's two wires.",
+      text: "A push of a little more than the friction, with caps of 15 mN·m and at most 10 rad/s, which the knob " +
+        "keeps; it must turn to larger angles. If the current grows to its limit instead, swap the current sensor's " +
+        "two wires.",
       act: {
-        label: "take the push as scene",
+        label: "take the caps, and the push as scene",
         scene: async (knob) => {
+          await beCareful(knob);
+          await knob.command("save");
           const parts = await knob.config("actuator_config");
           const friction = Number(parts.knob_coulomb_nm) + Number(parts.brake_drag_nm);
           // The sensor may take the shaft for wound by as much as its floor, and the motor gives so much less.
@@ -91,12 +108,18 @@ function steps(travel: Travel): Step[] {
       },
     },
     {
+      title: "PWM",
+      text: "40 kHz on the motor's inputs: with torque 0 both are high, with torque one of them is low for its share " +
+        "of the time. Tick this off yourself.",
+    },
+    {
       title: "Brake",
-      text: "A friction of 10 mN·m with the law parallel, so that the brake makes it: the knob drags.",
+      text: "A friction of 10 mN·m with the law parallel, so that the brake makes it: its coil gets torque / constant * " +
+        "resistance volts, and the knob drags.",
       act: {
-        label: "take friction as scene, and the law",
+        label: "take the caps and the law, and friction as scene",
         scene: async (knob) => {
-          await knob.configure("control_config", { ...(await knob.config("control_config")), law: "parallel" });
+          await beCareful(knob, { law: "parallel" });
           return [{ type: "friction", torque_nm: DRAG_NM }];
         },
       },
@@ -105,12 +128,14 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Silence",
-      text: "While it is armed pull the USB plug: motor and brake let go at once. Tick this off yourself.",
+      text: "While it is armed pull the USB plug: motor and brake let go at once. Plug it in, arm, and close this " +
+        "page: they do the same. Tick this off yourself.",
     },
     {
       title: "Confirm",
-      text: "Turn on confirmed in the board's configuration, with speed_limit_rad_s low in that of control; apply and " +
-        "keep both. Then raise the caps step by step.",
+      text: "Turn on confirmed in the board's configuration, with the speed limit on in that of control; apply and keep " +
+        "both. Raise the motor's cap first, and hold the knob against 30 mN·m of the motor for a second: half or twice " +
+        "the supply is told now. Only then raise the brake's cap, step by step.",
     },
     {
       title: "A soft wall",
@@ -178,7 +203,8 @@ export class FirstPower {
     const at = this.#boxes.findIndex((box) => !box.checked);
     const found = this.#steps[at]?.look?.(seen);
     if (found === undefined) return;
-    this.#hints[at]!.textContent = typeof found === "string" ? found : "";
+    const words = typeof found === "string" ? found : "", hint = this.#hints[at]!;
+    if (hint.textContent !== words) hint.textContent = words;
     if (found !== true) return;
     this.#boxes[at]!.checked = true;
     this.#travel.begin();

@@ -6,16 +6,18 @@ import { CONFIGURATIONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from ".
 import { TelemetryDecoder, type Units } from "./samples";
 import type { Transport } from "./transport";
 
-const ANSWER_MS = 1000;
-// Of a feature report; a virtual machine that starts may take long.
-const FEATURE_MS = 5000;
 const LOOK_MS = 1000;
+// Looks without an answer, of which a machine that is busy needs some.
+const ANSWER_LOOKS = 5;
+const IN_TIME = `within ${(ANSWER_LOOKS * LOOK_MS) / 1000} s`;
 // Looks without a sample: a page that was busy itself has had none either.
 const SILENT_LOOKS = 3;
 const CABLE = "try another cable and another port, without a hub";
 const EASY_RATE_HZ = 3600;
 // Their first fields are the sequence number, which is written in here.
 const SEQUENCE_AT = 1;
+
+const CONFIGURATION_IDS = new Set(CONFIGURATIONS.map((name) => REPORTS[name]!.id));
 
 /** Who keeps what travels. */
 export interface Keeper {
@@ -59,6 +61,8 @@ export class Knob {
   /** Gets a sentence when the device says nothing, or nonsense; undefined: all is well again. */
   onComplaint: (sentence: string | undefined) => void = () => {};
   onGone: (why: string) => void = () => {};
+  /** Called when another program has configured the knob that this page looks at. */
+  onConfigured: () => void = () => {};
 
   readonly decoder: TelemetryDecoder;
   readonly #answers = new Map<number, (answer: Values) => void>();
@@ -68,6 +72,8 @@ export class Knob {
   #watchdogS = 0.25;
   #saidAlive = 0;
   #turn: Promise<unknown> = Promise.resolve();
+  #disarms = 0;
+  #disarming = false;
   #newestTick = 0;
   #looking: ReturnType<typeof setInterval> | undefined;
   #flagBits = 0;
@@ -99,7 +105,7 @@ export class Knob {
         if (this.decoder.received !== received) this.onSamples();
         // Timers come late where much else happens.
         const late = performance.now() - this.#saidAlive > 1000 * this.#sayAliveS;
-        if (late && this.state === "armed" && !this.transport.readOnly) this.#sayAlive();
+        if (late && this.#keepsAlive) this.#sayAlive();
       }
     } catch (error) {
       this.#stopTimers();
@@ -121,9 +127,11 @@ export class Knob {
       const fresh = this.decoder.received - received, bad = this.undecodable - damaged;
       received = this.decoder.received;
       damaged = this.undecodable;
-      silent = fresh || bad || this.transport.readOnly ? 0 : silent + 1;
+      silent = fresh || bad || (this.transport.readOnly && received) ? 0 : silent + 1;
       if (bad) {
         this.onComplaint(`${damaged} damaged reports came from the knob and were left out: ${CABLE}`);
+      } else if (silent >= SILENT_LOOKS && this.transport.readOnly) {
+        this.onComplaint("the program takes no telemetry from its knob, so there is nothing to draw: start_telemetry() in it");
       } else if (silent >= SILENT_LOOKS) {
         this.onComplaint(`the knob has sent nothing for ${silent} s: ${CABLE}, or connect again`);
       } else if (complained) {
@@ -164,6 +172,8 @@ export class Knob {
     if (name === "acknowledgement") {
       this.#enter(String(values.state), String(values.owner));
       this.#answers.get(Number(values.sequence))?.(values);
+      // Only who looks on is told of what others configure.
+      if (this.transport.readOnly && CONFIGURATION_IDS.has(Number(values.report))) void this.#lookAnew();
     } else if (name === "event") {
       this.#enter(String(values.state), String(values.owner), Number(values.faults));
     }
@@ -175,11 +185,15 @@ export class Knob {
     this.state = state;
     this.owner = owner;
     clearInterval(this.#keepAlive);
-    if (state === "armed" && !this.transport.readOnly) {
+    if (this.#keepsAlive) {
       this.#keepAlive = setInterval(() => this.#sayAlive(), 1000 * this.#sayAliveS);
       this.#sayAlive();
     }
     this.onChange();
+  }
+
+  get #keepsAlive(): boolean {
+    return this.state === "armed" && !this.#disarming && !this.transport.readOnly;
   }
 
   get #sayAliveS(): number {
@@ -210,12 +224,12 @@ export class Knob {
     new DataView(report.buffer).setUint16(SEQUENCE_AT, sequence, true);
     const begin = performance.now();
     return new Promise<Values>((resolve, reject) => {
-      const timer = setTimeout(() => {
+      const answered = whenSilent(() => {
         this.#answers.delete(sequence);
-        reject(new Error("the device did not answer within a second; unplug it and plug it in again if that goes on"));
-      }, ANSWER_MS);
+        reject(new Error(`the device did not answer ${IN_TIME}; unplug it and plug it in again if that goes on`));
+      });
       this.#answers.set(sequence, (answer) => {
-        clearTimeout(timer);
+        answered();
         this.#answers.delete(sequence);
         this.roundTrips.push(performance.now() - begin);
         if (this.roundTrips.length > 100) this.roundTrips.shift();
@@ -234,6 +248,26 @@ export class Knob {
 
   command(op: string): Promise<void> {
     return this.#inTurn(() => this.#exchange([encode("command", { op })]));
+  }
+
+  /** Arms when `ready` has come, but not if it was disarmed since this was called. */
+  async arm(ready: Promise<unknown> = Promise.resolve()): Promise<void> {
+    const disarms = this.#disarms;
+    await ready;
+    await this.#inTurn(async () => {
+      if (disarms !== this.#disarms) return;
+      this.#disarming = false;
+      await this.#exchange([encode("command", { op: "arm" })]);
+    });
+  }
+
+  /** Passes all that waits its turn. If it is lost, the device's watchdog sees a host that is silent. */
+  async disarm(): Promise<void> {
+    ++this.#disarms;
+    this.#disarming = true;
+    clearInterval(this.#keepAlive);
+    await this.#exchange([encode("command", { op: "disarm" })]);
+    this.#disarming = false;
   }
 
   /** Plays a scene in place of the one before. Only what has changed is sent. */
@@ -287,6 +321,17 @@ export class Knob {
     await this.#lookAgain();
   }
 
+  /** Units and all else that a configuration has changed. */
+  async #lookAnew(): Promise<void> {
+    try {
+      await this.refresh();
+      await this.startTelemetry();
+      this.onConfigured();
+    } catch {
+      // Whoever reads telemetry says that the knob is gone.
+    }
+  }
+
   async #lookAgain(): Promise<void> {
     const { values } = await this.health();
     this.#watchdogS = Number((await feature(this.transport, "control_config")).watchdog_s);
@@ -334,7 +379,7 @@ export class Knob {
   async close(): Promise<void> {
     // A game or a dial that is looked at keeps the actuator.
     const ours = this.state === "armed" && this.owner === "sdk" && !this.transport.readOnly;
-    if (ours) await this.command("disarm").catch(() => {});
+    if (ours) await this.disarm().catch(() => {});
     this.#stopTimers();
     this.transport.close();
   }
@@ -344,14 +389,26 @@ function namesOf(faults: number): string[] {
   return FAULTS.filter(({ bit }) => faults & (1 << bit)).map((fault) => fault.name);
 }
 
+/**
+ * Calls when no answer came for too long. Looks are counted and not time: a page that stood still has had no answer
+ * either.
+ * @returns to be called when it came
+ */
+function whenSilent(call: () => void): () => void {
+  let looks = 0;
+  const timer = setInterval(() => {
+    if (++looks < ANSWER_LOOKS) return;
+    clearInterval(timer);
+    call();
+  }, LOOK_MS);
+  return () => clearInterval(timer);
+}
+
 /** A feature report of the right length. @throws Error that says what is wrong */
 async function ask(transport: Transport, name: string): Promise<Uint8Array> {
-  let timer: ReturnType<typeof setTimeout> | undefined;
+  let given = (): void => {};
   const silence = new Promise<never>((_, reject) => {
-    timer = setTimeout(
-      () => reject(new Error(`the device did not give its ${name} report within ${FEATURE_MS / 1000} s: ${CABLE}`)),
-      FEATURE_MS,
-    );
+    given = whenSilent(() => reject(new Error(`the device did not give its ${name} report ${IN_TIME}: ${CABLE}`)));
   });
   try {
     const report = await Promise.race([transport.getFeature(REPORTS[name]!.id), silence]);
@@ -361,7 +418,7 @@ async function ask(transport: Transport, name: string): Promise<Uint8Array> {
     }
     return report;
   } finally {
-    clearTimeout(timer);
+    given();
   }
 }
 

@@ -62,6 +62,8 @@ export function cppLines(scene: readonly Effect[]): string {
     const { title, fields } = described(e.type);
     return `torsio::${title}{${cppFields(fields, e)}}`;
   });
+  // Two empty braces could be an effect too.
+  if (!effects.length) return "knob.play(torsio::Scene{});\n";
   if (effects.length === 1) return `knob.play(${effects[0]});\n`;
   return `knob.play({\n${effects.map((e) => `    ${e},\n`).join("")}});\n`;
 }

@@ -5,6 +5,7 @@ import { Ages } from "./ages";
 import { BridgeTransport } from "./bridge_transport";
 import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
+import type { Effect } from "./conversion";
 import { Dial, showPlaces } from "./dial";
 import { TRUTH } from "./emulated_device";
 import { EnergyReadouts } from "./energies";
@@ -27,14 +28,33 @@ performance.mark("script");
 
 // Some 28 pictures a second at most: more cost, and show nothing more. Nobody reads numbers so fast.
 const PICTURE_MS = 28, NUMBERS_MS = 200;
+// What telemetry has room for.
+const MOST_STEPS = 32767;
 
 let knob: Knob | undefined;
 let emulated: WasmTransport | undefined;
+// Whether the knob has the scene that is shown.
+let isPlayed = false;
 
 function say(message: string): void {
   const place = byId("message");
   place.textContent = message;
   place.hidden = message === "";
+}
+
+/** Whether this page may tell the knob what to do. */
+function drives(): boolean {
+  return knob !== undefined && !knob.transport.readOnly && knob.state !== "disconnected";
+}
+
+async function play(scene: Effect[]): Promise<void> {
+  isPlayed = false;
+  await knob!.play(scene);
+  isPlayed = true;
+}
+
+async function disarm(): Promise<void> {
+  if (drives()) await knob!.disarm();
 }
 
 /** Does something with the knob; what goes wrong is told in a sentence. */
@@ -47,13 +67,14 @@ function attempt(act: () => Promise<unknown>): void {
 
 const editor = new SceneEditor((scene) => {
   showPlaces(scene);
-  if (knob && !knob.transport.readOnly) {
+  if (drives()) {
     attempt(async () => {
-      await knob!.play(scene);
+      await play(scene);
       recorder.note("play", { scene });
     });
   }
 });
+showPlaces(editor.scene);
 const configurations = new Configurations(() => knob, attempt);
 const recorder = new Recorder(() => knob, () => editor.scene, attempt);
 const firstPower = new FirstPower(
@@ -61,9 +82,9 @@ const firstPower = new FirstPower(
   attempt,
   (scene) => {
     editor.take(scene);
-    void configurations.load();
+    void configurations.load([]);
   },
-  () => attempt(() => knob!.command("disarm")),
+  () => attempt(disarm),
 );
 new Games(() => knob);
 new EnergyReadouts(() => knob);
@@ -86,7 +107,7 @@ function showState(): void {
   const place = byId<HTMLDataElement>("state");
   place.value = state;
   place.textContent = knob?.owner === "game" ? `${state}, by a game` : state;
-  const canAct = knob !== undefined && !knob.transport.readOnly && state !== "disconnected";
+  const canAct = drives();
   button("arm").disabled = !canAct || state !== "disarmed";
   button("disarm").disabled = !canAct || state !== "armed";
   button("clear-fault").disabled = !canAct || !faulty;
@@ -104,11 +125,11 @@ function showState(): void {
 
 let faultsShown = "";
 function showFaults(): void {
+  lookAtFirstPower();
   // A reader's unfolded entry stays as it is.
   const now = (knob?.faults ?? []).join();
   if (now === faultsShown) return;
   faultsShown = now;
-  lookAtFirstPower();
   byId("faults").replaceChildren(
     ...(knob?.faults ?? []).map((name) => {
       const fault = FAULTS.find((f) => f.name === name);
@@ -131,10 +152,10 @@ function serverAddress(name: string): URL {
   return address;
 }
 
-async function transportTo(kind: string): Promise<Transport> {
+async function transportTo(kind: string, hadOne: boolean): Promise<Transport> {
   if (kind === "wasm") return (emulated = await WasmTransport.open(location.href));
   if (kind === "bridge") return BridgeTransport.open(serverAddress("knob"));
-  if (hasWebHid()) return WebHidTransport.open();
+  if (hasWebHid()) return WebHidTransport.open(hadOne);
   throw new Error("this browser has no WebHID: take Chromium or Edge, or start `torsio studio`");
 }
 
@@ -146,16 +167,28 @@ async function letGo(words: string): Promise<void> {
   await knob?.close();
   knob = undefined;
   emulated = undefined;
+  newest = undefined;
   plots.clear();
+  // What it said last is nobody's now.
+  for (const place of document.querySelectorAll<HTMLDataElement>("#readouts data")) show(place.id, NaN, "");
+  byId("link").textContent = "";
   showState();
   byId("who").textContent = words;
 }
 
-async function connect(kind: string): Promise<void> {
+let connecting: Promise<void> | undefined;
+
+/** Only one at a time: who clicks twice wants one knob. */
+function connect(kind: string): Promise<void> {
+  return (connecting ??= connectTo(kind).finally(() => (connecting = undefined)));
+}
+
+async function connectTo(kind: string): Promise<void> {
+  const hadOne = knob?.transport instanceof WebHidTransport && knob.state !== "disconnected";
   await letGo("connecting");
   let transport: Transport | undefined;
   try {
-    transport = await transportTo(kind);
+    transport = await transportTo(kind, hadOne);
     knob = await Knob.open(transport);
   } catch (error) {
     transport?.close();
@@ -164,6 +197,7 @@ async function connect(kind: string): Promise<void> {
     showState();
     throw error;
   }
+  isPlayed = false;
   ages.begin();
   knob.onSample = (row) => {
     newest = row;
@@ -172,6 +206,8 @@ async function connect(kind: string): Promise<void> {
   };
   knob.onSamples = () => {
     ages.came();
+    // A tab that is hidden draws nothing.
+    lookAtFirstPower();
     pictureSoon();
   };
   knob.onChange = showState;
@@ -187,8 +223,13 @@ async function connect(kind: string): Promise<void> {
     (knob.transport.readOnly ? "; only watching" : "");
   showState();
   knob.onComplaint = (sentence) => say(sentence ?? "");
+  knob.onConfigured = () => attempt(() => configurations.load());
   try {
-    if (!knob.transport.readOnly) await knob.play(editor.scene);
+    if (knob.state === "armed" && drives()) {
+      say("the knob is armed: what plays on it stays until the scene is edited here, or it is armed anew");
+    } else if (drives()) {
+      await play(editor.scene);
+    }
   } finally {
     await configurations.load();
   }
@@ -200,8 +241,14 @@ function torque(value: number): string {
   return `${(1e3 * value).toFixed(1)} mN·m`;
 }
 
+/** A torque of telemetry, where the largest number stands for all that is larger. */
+function sampledTorque(value: number): string {
+  const isMost = Math.abs(value) >= MOST_STEPS * (knob?.identity.torqueStepNm ?? Infinity);
+  return isMost ? `beyond ${torque(value)}` : torque(value);
+}
+
 let newest: ArrayLike<number> | undefined;
-let drewAt = 0, wroteAt = 0, isComing = false, pictures = 0;
+let drewAt = 0, wroteAt = 0, isComing = false, pictures = 0, written = 0;
 const ages = new Ages();
 
 /** Draws, but no sooner than the eye sees; without samples nothing runs. */
@@ -227,7 +274,7 @@ function draw(now: number): void {
   ages.drawn();
 }
 
-/** With the numbers, and with every change of the faults: one may come and go between two pictures. */
+/** With every sample and every change of the state: a fault may come and go between two pictures. */
 function lookAtFirstPower(): void {
   if (!newest || !knob) return;
   firstPower.look({ state: knob.state, faults: knob.faults, angleRad: newest[1]!, brakeCapacityNm: newest[5]! });
@@ -236,12 +283,12 @@ function lookAtFirstPower(): void {
 /** The numbers beside the dial. */
 function write(knob: Knob, row: ArrayLike<number>): void {
   const angle = row[1]!, speed = row[2]!;
+  written = knob.decoder.received;
   dial.tell();
   show("angle_rad", angle, `${((180 / Math.PI) * angle).toFixed(2)}°`);
   show("speed_rad_s", speed, `${speed.toFixed(2)} rad/s`);
-  CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, torque(row[i + 3]!)));
+  CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, sampledTorque(row[i + 3]!)));
   show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
-  lookAtFirstPower();
   for (const name of ["spring_torque_nm", "hand_torque_nm"] as const) {
     const actual = emulated?.truth[TRUTH.indexOf(name)];
     if (actual !== undefined) show(`true_${name}`, actual, torque(actual));
@@ -255,8 +302,10 @@ function write(knob: Knob, row: ArrayLike<number>): void {
 
 const connection = byId<HTMLSelectElement>("connection");
 button("connect").addEventListener("click", () => attempt(() => connect(connection.value)));
-button("arm").addEventListener("click", () => attempt(() => knob!.command("arm")));
-button("disarm").addEventListener("click", () => attempt(() => knob!.command("disarm")));
+button("arm").addEventListener("click", () =>
+  attempt(() => knob!.arm(Promise.all([recorder.ready(), isPlayed || play(editor.scene)]))),
+);
+button("disarm").addEventListener("click", () => attempt(disarm));
 button("clear-fault").addEventListener("click", () => attempt(() => knob!.command("clear_fault")));
 button("zero").addEventListener("click", () => attempt(() => knob!.command("zero")));
 button("emergency-stop").addEventListener("click", (event) => {
@@ -268,10 +317,10 @@ button("emergency-stop").addEventListener("click", (event) => {
 addEventListener(
   "keydown",
   (event) => {
-    const canDisarm = knob?.state === "armed" && !knob.transport.readOnly;
     if (event.key !== "Escape") return;
     calibrating.stop();
-    if (canDisarm) attempt(() => knob!.command("disarm"));
+    // Whatever the page knows of it: an arm may be on its way.
+    attempt(disarm);
   },
   { capture: true },
 );
@@ -280,10 +329,12 @@ addEventListener("pagehide", () => void knob?.close());
 connection.value = new URLSearchParams(location.search).has("token") ? "bridge" : "wasm";
 showState();
 attempt(() => connect(connection.value));
-// For ./dev bench studio.
+// For ./dev bench studio and the tests.
 Object.assign(window, {
   studio: {
     samples: () => knob?.decoder.received ?? 0,
+    /** Samples until the one whose numbers are shown. */
+    written: () => written,
     lost: () => knob?.decoder.lost ?? 0,
     pictures: () => pictures,
     latencyMs: (part: number) => ages.part(part),

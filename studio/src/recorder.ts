@@ -11,6 +11,7 @@ export class Recorder {
   readonly #button = byId<HTMLButtonElement>("record");
   readonly #place = byId("recording");
   #recording: Recording | undefined;
+  #beginning: Promise<void> | undefined;
   #timer: ReturnType<typeof setInterval> | undefined;
 
   constructor(
@@ -18,7 +19,9 @@ export class Recorder {
     private readonly scene: () => readonly Effect[],
     attempt: (act: () => Promise<unknown>) => void,
   ) {
-    this.#button.addEventListener("click", () => attempt(() => (this.#recording ? this.end() : this.#begin())));
+    this.#button.addEventListener("click", () =>
+      attempt(() => (this.#recording ? this.end() : (this.#beginning = this.#begin()))),
+    );
     addEventListener("beforeunload", (event) => {
       if (this.#recording) event.preventDefault();
     });
@@ -28,18 +31,28 @@ export class Recorder {
     this.#button.disabled = !can && !this.#recording;
   }
 
+  /** Resolves when a recording that begins has all that a replay needs: who arms waits for it. */
+  async ready(): Promise<void> {
+    await this.#beginning?.catch(() => {});
+  }
+
   async #begin(): Promise<void> {
     const knob = this.knob();
     if (!knob) return;
-    this.#recording = await Recording.begin(knob);
-    this.#show();
-    this.#timer = setInterval(() => this.#show(), LOOK_MS);
-    // With all that plays from the beginning on, so that the file can be replayed.
-    await knob.startTelemetry();
-    if (knob.transport.readOnly) return;
-    knob.forgetScene();
-    await knob.play(this.scene());
-    this.note("play", { scene: this.scene() });
+    this.#button.inert = true;
+    try {
+      this.#recording = await Recording.begin(knob);
+      // With all that plays from the beginning on, so that the file can be replayed.
+      await knob.startTelemetry();
+      if (knob.transport.readOnly) return;
+      knob.forgetScene();
+      await knob.play(this.scene());
+      this.note("play", { scene: this.scene() });
+    } finally {
+      this.#button.inert = false;
+      this.#show();
+      this.#timer = setInterval(() => this.#show(), LOOK_MS);
+    }
   }
 
   /** Writes an event of the user's, if a recording is under way. */

@@ -43,6 +43,8 @@ export class SceneEditor {
       });
     }
     this.#build();
+    // That it is there is no edit.
+    clearTimeout(this.#timer);
   }
 
   /** Shows another scene, and plays it. */

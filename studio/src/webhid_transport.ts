@@ -35,15 +35,20 @@ export class WebHidTransport implements Transport {
     navigator.hid.addEventListener("disconnect", this.#gone);
   }
 
-  /** Asks the user which knob; needs a click. @throws Error that says what to do */
-  static async open(): Promise<WebHidTransport> {
+  /**
+   * Asks the user which knob, unless only one can be meant; needs a click.
+   * @param another there was one until now, and another may be wanted
+   * @throws Error that says what to do
+   */
+  static async open(another: boolean): Promise<WebHidTransport> {
     const own = (device: HIDDevice): boolean =>
       device.vendorId === USB.vendorId &&
       device.productId === USB.productId &&
       device.collections.some((c) => (c.usagePage ?? 0) >= CONTROL_USAGE_PAGE);
     const allowed = (await navigator.hid.getDevices()).filter(own);
-    const device =
-      allowed[0] ?? (await navigator.hid.requestDevice({ filters: [USB] })).filter(own)[0];
+    const device = allowed.length === 1 && !another
+      ? allowed[0]
+      : (await navigator.hid.requestDevice({ filters: [USB] })).filter(own)[0];
     if (!device) throw new Error("no knob was chosen");
     try {
       if (!device.opened) await device.open();

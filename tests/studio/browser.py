@@ -19,6 +19,8 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 PAGE = Path(__file__).parents[2] / "build/studio/page"
 AXE = Path(__file__).parents[2] / "studio/node_modules/axe-core/axe.min.js"
+# More than what is on its way when a hand moves, and a few of the slowest readout.
+STILL_SAMPLES = 800
 # Chromium asks its maker's servers for many things, all of which would wait for nothing here.
 _OPTIONS = (
     *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
@@ -124,23 +126,38 @@ def be_patient(page: Page) -> None:
     expect(page.locator("#control_config .differences")).to_be_empty()
 
 
+def numbers(page: Page, *names: str) -> list[float]:
+    """Return readouts of one moment, in SI units."""
+    read = "(names) => names.map((name) => Number(document.getElementById(name).value))"
+    return list(page.evaluate(read, names))
+
+
+def news(page: Page, samples: int = 100) -> None:
+    """Wait until the numbers shown are of a later moment."""
+    written = page.evaluate("window.studio.written()")
+    page.wait_for_function(f"window.studio.written() > {written + samples}")
+
+
 def settled(page: Page, name: str, *, within: float, timeout_ms: float = 60_000) -> float:
-    """Wait until a readout stands still, and return it."""
+    """Wait until a readout of the samples stands still, and return it."""
+    # As news goes and not time: what comes late does not look like what stands still.
     page.wait_for_function(
-        """([name, within]) => {
-          const read = () => Number(document.getElementById(name).value);
-          const now = performance.now();
-          const state = (window.settling ??= {});
+        f"""([name, within]) => {{
+          const value = Number(document.getElementById(name).value);
+          const written = window.studio.written();
+          const state = (window.settling ??= {{}});
           const kept = state[name];
-          if (!kept || Math.abs(read() - kept.value) > within) {
-            state[name] = { value: read(), since: now };
+          if (!kept || Math.abs(value - kept.value) > within || written < kept.since) {{
+            state[name] = {{ value, since: written }};
             return false;
-          }
-          return now - kept.since > 400;
-        }""",
+          }}
+          return written - kept.since > {STILL_SAMPLES};
+        }}""",
         arg=[name, within],
         timeout=timeout_ms,
     )
+    # The next time counts anew.
+    page.evaluate("window.settling = {}")
     return number(page, name)
 
 

@@ -94,13 +94,27 @@ test("reports that cannot be are named, with what to try", async () => {
 });
 
 test("a device that is silent from the beginning is not waited for for ever", async () => {
-  mock.timers.enable({ apis: ["setTimeout"] });
+  mock.timers.enable({ apis: ["setInterval"] });
   const words = refusal({ clock: new Promise(() => {}) });
   for (let i = 0; i < 50; ++i) await Promise.resolve();
   await new Promise((resolve) => setImmediate(resolve));
   mock.timers.tick(5000);
   assert.match(await words, /did not give its clock report within 5 s: try another cable/);
   mock.timers.reset();
+});
+
+test("a page that stood still itself does not complain of an answer that is there", async () => {
+  const device = new Device();
+  const knob = await Knob.open(device);
+  const answer = device.say.bind(device);
+  // The answer has come, and nobody has the time to look at it; timers that are due are first then.
+  device.say = (...reports) => {
+    setImmediate(() => setImmediate(() => answer(...reports)));
+    Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, 5500);
+  };
+  await knob.command("arm");
+  device.say = answer;
+  await knob.close();
 });
 
 test("damage and silence are told while they last, and samples go on", async () => {
@@ -128,6 +142,39 @@ test("damage and silence are told while they last, and samples go on", async () 
   await second(sample(8n));
   assert.equal(said.at(-1), undefined);
   assert.equal(said.length, 4);
+  mock.timers.reset();
+  await knob.close();
+});
+
+/** What is due without time passing has happened then. */
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+
+test("disarming waits for nothing, and keeps the device's watchdog awake no longer", async () => {
+  mock.timers.enable({ apis: ["setInterval"] });
+  const device = new Device({ health: encode("health", { state: "armed", owner: "sdk" }) });
+  device.held = { state: "armed", owner: "sdk" };
+  const knob = await Knob.open(device);
+  // From now on nothing is answered: a scene waits for it, and an arm for the scene.
+  const answer = device.say.bind(device);
+  device.say = () => {};
+  const scene = assert.rejects(knob.play([]), /did not answer/);
+  const arm = knob.arm();
+  await settled();
+  device.ops = [];
+  const disarmed = assert.rejects(knob.disarm(), /did not answer/);
+  assert.deepEqual(device.ops, ["disarm"]);
+  // What was on its way says that it is armed still.
+  answer(encode("acknowledgement", { state: "armed", owner: "sdk", sequence: 999 }));
+  for (let i = 0; i < 6; ++i) {
+    await settled();
+    mock.timers.tick(1000);
+  }
+  await Promise.all([scene, arm, disarmed]);
+  // No sign of life, and no arm that had to wait came behind it.
+  assert.deepEqual(device.ops, ["disarm"]);
+  device.say = answer;
+  await knob.arm();
+  assert.deepEqual(device.ops.slice(0, 3), ["disarm", "arm", "keep_alive"]);
   mock.timers.reset();
   await knob.close();
 });

@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, WebSocketRoute, expect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
@@ -27,9 +27,11 @@ from tests.studio.browser import (
     settled,
     state_is,
 )
+from torsio import protocol
 from torsio.studio.bridge import KEPT_REPORTS, Waiting
 
-WRITE, INPUT, GET, GOT, HAVE = 0, 1, 2, 4, 7
+WRITE, INPUT, GET, SET, GOT, TAKEN, HAVE = 0, 1, 2, 3, 4, 6, 7
+COMMIT = 0x11
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +90,45 @@ def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: 
         wanted = 0.3 * (0.2 - angle)
         step_nm = 0.3 * 2 * 2 * math.pi / 8192
         assert number(page, "desired_torque_nm") == pytest.approx(wanted, abs=step_nm)
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+
+
+def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address: str) -> None:
+    sent: list[bytes] = []
+
+    def connect_armed(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def to_server(message: str | bytes) -> None:
+            assert isinstance(message, bytes)
+            sent.append(message)
+            server.send(message)
+
+        def to_page(message: str | bytes) -> None:
+            if message != bytes([TAKEN]):  # of what it did not ask
+                route.send(message)
+
+        # Before the page's first word; the knob waits a minute for the next one.
+        patient = protocol.encode("control_config", {"sequence": 6, "watchdog_s": 60.0})
+        server.send(bytes([SET]) + patient)
+        arm = wire.encode("command", {"sequence": 7, "axis": 0, "op": "arm"})
+        server.send(bytes([WRITE]) + arm)
+        route.on_message(to_server)
+        server.on_message(to_page)
+
+    with opened(browser, "about:blank") as page:
+        page.route_web_socket("**/knob?*", connect_armed)
+        page.goto(address)
+        state_is(page, "armed")
+        expect(page.locator("#message")).to_contain_text("what plays on it stays")
+        assert not [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]
+        page.keyboard.press("Escape")
+        state_is(page, "disarmed")
+        # Armed anew it plays what the page shows.
+        page.click("#arm")
+        state_is(page, "armed")
+        assert [message for message in sent if message[:2] == bytes([WRITE, COMMIT])]
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
 
@@ -199,3 +240,16 @@ def test_port_in_use_is_named(address: str) -> None:
     )
     assert done.returncode == 1
     assert f"port {port} of this machine is in use" in done.stderr
+
+
+def test_page_that_is_not_there_is_named() -> None:
+    done = subprocess.run(
+        [*PROGRAM, "studio", "--device", "emulated", "--page", "/nowhere"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert "the page is not in '/nowhere'" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -16,7 +16,7 @@ import torsio
 import torsio.studio
 from tests.python import wire
 from tests.python.game import CONSTANT, Game
-from tests.studio.browser import PAGE, number, opened, state_is
+from tests.studio.browser import PAGE, opened, settled, state_is
 from torsio.studio.watching import Watch
 
 WRITE, INPUT, GET, SET, GOT, STALLED, HAVE = 0, 1, 2, 3, 4, 5, 7
@@ -122,7 +122,8 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
         state_is(page, "armed")
         # The wall pushes the knob, which nobody holds, to its surface.
         page.wait_for_function("Number(document.getElementById('angle_rad').value) < -0.05")
-        assert number(page, "angle_rad") == pytest.approx(knob.position_rad(), abs=0.05)
+        angle = settled(page, "angle_rad", within=1e-4)
+        assert angle == pytest.approx(knob.position_rad(), abs=1e-3)
         for name in ("arm", "disarm", "zero", "save"):
             assert page.locator(f"#{name}").is_disabled()
         # The key that disarms is for those who drive.
@@ -147,6 +148,24 @@ def test_page_shows_and_cannot_drive_and_sees_what_a_game_plays(
         assert effect.torque_nm != 0
         knob.close()
         expect(page.locator("#message")).to_contain_text("closed its knob")
+
+
+def test_page_sees_what_the_program_configures(
+    browser: Browser, knob: torsio.Knob, watch: Watch
+) -> None:
+    with opened(browser, watch.address) as page:
+        expect(page.locator("#message")).to_contain_text("takes no telemetry from its knob")
+        knob.start_telemetry(500.0)
+        expect(page.locator("#message")).to_be_hidden()
+        assert knob.emulator is not None
+        turned = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 0.5)])
+        knob.update(counts_per_rev=4096)
+        counts = page.locator("#actuator_config input[name=counts_per_rev]")
+        expect(counts).to_have_value("4096")
+        knob.emulator.set_hand(turned)
+        page.wait_for_function("Number(document.getElementById('angle_rad').value) > 0.3")
+        angle = settled(page, "angle_rad", within=1e-4)
+        assert angle == pytest.approx(knob.position_rad(), abs=2e-3)
 
 
 def test_watch_that_is_closed_ends_its_pages_and_leaves_the_knob(knob: torsio.Knob) -> None:

@@ -113,7 +113,7 @@ def studio_command(
     def ready(address: str) -> None:
         print(f"studio  {address}", flush=True)
 
-    serve(choose(device), page_folder() if page is None else page, port, ready)
+    serve(choose(device), page_folder(page), port, ready)
 
 
 def add_to(app: typer.Typer) -> None:

@@ -49,7 +49,4 @@ def watch(knob: Knob, *, page: str | Path | None = None, port: int = 0) -> Watch
         from torsio.studio.watching import Watch
     except ModuleNotFoundError as error:
         raise Error(lacking("the studio", "studio", error)) from None
-    folder = page_folder() if page is None else Path(page)
-    if not (folder / "index.html").exists():
-        raise Error(f"the page is not in {str(folder)!r}: name the folder that ./dev studio builds")
-    return Watch(knob, folder, port)
+    return Watch(knob, page_folder(page), port)

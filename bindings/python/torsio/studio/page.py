@@ -12,14 +12,19 @@ __all__ = ["page_folder"]
 _INSTALLED = Path(__file__).parent / "page"
 
 
-def page_folder() -> Path:
-    """Return the folder of the built page: in the package, or in the tree it was built from.
+def page_folder(named: str | Path | None = None) -> Path:
+    """Return the folder of the built page: as it is named, in the package, or in the source tree.
 
     Raises
     ------
     torsio.Error
         If it has not been built.
     """
+    if named is not None:
+        folder = Path(named)
+        if (folder / "index.html").exists():
+            return folder
+        raise Error(f"the page is not in {str(folder)!r}: name the folder that ./dev studio builds")
     tree = source_folder()
     for folder in (_INSTALLED, *([tree / "build/studio/page"] if tree else [])):
         if (folder / "index.html").exists():
