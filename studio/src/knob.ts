@@ -61,6 +61,8 @@ export class Knob {
   /** Gets a sentence when the device says nothing, or nonsense; undefined: all is well again. */
   onComplaint: (sentence: string | undefined) => void = () => {};
   onGone: (why: string) => void = () => {};
+  /** Called when the device may have dropped its scene, with a configuration of this page. */
+  onForgotten: () => void = () => {};
   /** Called when another program has configured the knob that this page looks at. */
   onConfigured: () => void = () => {};
 
@@ -367,6 +369,7 @@ export class Knob {
       }
       throwIfRefused(await answer);
       this.#written.clear();
+      this.onForgotten();
     });
     await this.refresh();
     await this.startTelemetry();

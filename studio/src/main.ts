@@ -223,6 +223,9 @@ async function connectTo(kind: string): Promise<void> {
     (knob.transport.readOnly ? "; only watching" : "");
   showState();
   knob.onComplaint = (sentence) => say(sentence ?? "");
+  knob.onForgotten = () => {
+    isPlayed = false;
+  };
   knob.onConfigured = () => attempt(() => configurations.load());
   try {
     if (knob.state === "armed" && drives()) {

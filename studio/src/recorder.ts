@@ -44,14 +44,15 @@ export class Recorder {
       this.#recording = await Recording.begin(knob);
       // With all that plays from the beginning on, so that the file can be replayed.
       await knob.startTelemetry();
-      if (knob.transport.readOnly) return;
+      // What plays on a knob that somebody has armed stays.
+      if (knob.transport.readOnly || knob.state === "armed") return;
       knob.forgetScene();
       await knob.play(this.scene());
       this.note("play", { scene: this.scene() });
     } finally {
       this.#button.inert = false;
       this.#show();
-      this.#timer = setInterval(() => this.#show(), LOOK_MS);
+      if (this.#recording) this.#timer = setInterval(() => this.#show(), LOOK_MS);
     }
   }
 

@@ -221,6 +221,24 @@ def test_assisted_knob_comes_to_rest_and_stays(push_nm: float, seconds: float, c
         assert np.ptp(rows["angle_rad"]) > 1.5 * np.ptp(free["angle_rad"])
 
 
+@pytest.mark.parametrize(("counts", "bandwidth_hz"), [(8192, 400), (65536, 100), (65536, 400)])
+@pytest.mark.parametrize(("coulomb_nm", "drag_nm"), [(2e-3, 4e-3), (2e-3, 10e-3), (1e-3, 6e-3)])
+def test_assisted_knob_does_not_swing_where_most_friction_is_behind_the_shaft(
+    coulomb_nm: float, drag_nm: float, counts: int, bandwidth_hz: float
+) -> None:
+    for push_nm in (0.02, 0.1):
+        options = in_free_air(1.0, let_go(push_nm, 0.1), counts=counts)
+        parts = {"knob_coulomb_nm": coulomb_nm, "brake_drag_nm": drag_nm}
+        options = replace(
+            options,
+            plant=replace(options.plant, **parts),
+            actuator=replace(options.actuator, **parts),
+            control=replace(options.control, speed_bandwidth_hz=bandwidth_hz),
+        )
+        rows = simulate(options, duration_s=6.0)
+        assert np.ptp(rows["angle_rad"][rows["time_s"] > 5.5]) == 0.0
+
+
 @pytest.mark.parametrize("speed_rad_s", [0.2, 1.0, 5.0])
 def test_assistance_leaves_less_to_be_felt(speed_rad_s: float) -> None:
     hand = ImpedanceHand(

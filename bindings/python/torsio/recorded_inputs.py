@@ -183,6 +183,8 @@ def _sent(recorded: Recorded) -> Iterator[tuple[int, bytes]]:
 
     Soon after it was sent: those between two things that the device said, evenly.
     """
+    if not recorded.reports:
+        return
     newest = [tick for tick, _ in groupby(tick for tick, _, _ in recorded.reports)]
     ends = [*newest[1:], int(recorded.telemetry["tick"][-1])]
     together = groupby(recorded.reports, key=lambda row: row[0])

@@ -28,13 +28,13 @@ float amplitude_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t
   return level_nm > 0.0F ? level_nm : 0.0F;
 }
 
-/// @param wave_ticks that the wave was on its way before
+/// @param wave_phase that the wave has come to before
 float timed_nm(const TimedForce& force, std::uint64_t elapsed, std::uint32_t duration_ticks,
-               std::uint32_t wave_ticks = 0) {
+               std::uint32_t wave_phase = 0) {
   const auto ticks = static_cast<std::uint32_t>(elapsed);  // an endless wave's phase wraps with it
   float shape = 0.0F;
   if (force.periodic) {
-    const std::uint32_t phase = force.start_phase + force.phase_per_tick * (ticks + wave_ticks);
+    const std::uint32_t phase = force.start_phase + force.phase_per_tick * ticks + wave_phase;
     shape = core::waveform_value(force.waveform, phase);
   } else {
     shape = force.start;
@@ -155,9 +155,16 @@ bool Forces::execute(const ForceOrder& order, bool may_play, std::uint64_t now) 
   const bool restarts = order.play == ForceOrder::Play::start && goes_on(order);
   const bool updates = order.play == ForceOrder::Play::go_on && plays;
   const bool joined = (updates || restarts) && join(order, now);
-  const std::uint32_t wave_ticks = plays ? wave_so_far(play_[order.block], now) : 0;
+  const std::uint32_t wave_phase = plays ? wave_so_far(order.block, now) : 0;
+  Playing& play = play_[order.block];
+  if (order.play == ForceOrder::Play::start) {
+    play.wave_phase = wave_phase;
+  } else if (play.sounding) {  // another period goes on from where the wave is
+    play.wave_phase +=
+        (effect_[order.block].timed.phase_per_tick - order.effect.timed.phase_per_tick) *
+        static_cast<std::uint32_t>(now - play.start);
+  }
   effect_[order.block] = order.effect;
-  if (order.play == ForceOrder::Play::start) play_[order.block].wave_ticks = wave_ticks;
   switch (order.play) {
     case ForceOrder::Play::as_it_is:
       changed_ = changed_ || plays;
@@ -192,10 +199,11 @@ bool Forces::goes_on(const ForceOrder& order) const {
 }
 
 /// Games that start a wave with every frame want to feel it, and not its beginning again and again.
-std::uint32_t Forces::wave_so_far(const Playing& play, std::uint64_t now) const {
+std::uint32_t Forces::wave_so_far(std::uint8_t block, std::uint64_t now) const {
+  const Playing& play = play_[block];
   const std::uint64_t since = now - play.start;
   if (!play.sounding || since > frame_max_ticks_) return 0;
-  return play.wave_ticks + static_cast<std::uint32_t>(since);
+  return play.wave_phase + effect_[block].timed.phase_per_tick * static_cast<std::uint32_t>(since);
 }
 
 /// Joins an update to the one before it by a line that is a frame long, so half a frame late.
@@ -262,9 +270,9 @@ void Forces::start(const ForceOrder& order, std::uint64_t now, bool restarts, bo
     soft_left = soft_ticks_;
   }
   set_loops_aside(order.block, 0);
-  const std::uint32_t wave_ticks = play.wave_ticks;
+  const std::uint32_t wave_phase = play.wave_phase;
   play = {};
-  play.wave_ticks = wave_ticks;
+  play.wave_phase = wave_phase;
   play.soft_left = soft_left;
   play.start = now;
   play.loops_left = loops;
@@ -439,7 +447,7 @@ float Forces::evaluate(std::uint8_t block, const core::Motion& motion, float per
       if (play.late_nm != 0.0F) {
         play.late_nm -= core::clamp_symmetric(play.late_nm, play.late_step_nm);
       }
-      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks, play.wave_ticks) +
+      return effect.gain * timed_nm(effect.timed, elapsed, effect.duration_ticks, play.wave_phase) +
              play.late_nm;
     case Metric::angle: {
       // The hand may be anywhere when a game begins to centre.

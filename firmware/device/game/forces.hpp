@@ -157,7 +157,7 @@ class Forces final : public core::ForceSource {
     bool muted = false;            // not heard: comes back when the game turns its actuators on
     bool sounding = false;         // past its delay
     std::uint32_t soft_left = 0;   // ticks until a spring is all there
-    std::uint32_t wave_ticks = 0;  // that a wave was on its way before it was started again
+    std::uint32_t wave_phase = 0;  // that a wave had come to when it was started again
     float slip_rad = 0;
     // Joining updates.
     std::uint64_t heard = 0;        // when the last one came, in the games' time; 0: none has
@@ -169,7 +169,7 @@ class Forces final : public core::ForceSource {
     float late_step_nm = 0;
   };
 
-  std::uint32_t wave_so_far(const Playing& play, std::uint64_t now) const;
+  std::uint32_t wave_so_far(std::uint8_t block, std::uint64_t now) const;
   bool enable(bool enabled, bool may_play, std::uint64_t now);
   bool execute(const ForceOrder& order, bool may_play, std::uint64_t now);
   void start(const ForceOrder& order, std::uint64_t now, bool restarts, bool joined);

@@ -1,7 +1,5 @@
 #include "device/game/pid_engine.hpp"
 
-#include <utility>
-
 #include "device/game/codec.hpp"
 
 namespace torsio::device::game {
@@ -40,7 +38,8 @@ void PidEngine::touch(Block& block) {
 void PidEngine::count(Block& block) {
   ++block.updates;
   block.updated_tick = now_.tick;
-  abandoned_ = false;
+  if (!block.abandoned) return;
+  for (Block& other : blocks_) other.abandoned = false;  // who made them is there after all
 }
 
 Block* PidEngine::find(std::uint8_t index) {
@@ -166,11 +165,14 @@ void PidEngine::create(EffectType type) {
     block_load_.status = static_cast<std::uint8_t>(LoadStatus::success);
     return;
   }
-  if (std::exchange(abandoned_, false)) {
-    for (std::uint8_t index = 1; index <= kBlocks; ++index) free_block(index);
-    create(type);
-    return;
+  bool freed = false;
+  for (std::uint8_t i = 0; i < kBlocks; ++i) {
+    if (!blocks_[i].abandoned) continue;
+    free_block(static_cast<std::uint8_t>(i + 1));
+    blocks_[i].abandoned = false;
+    freed = true;
   }
+  if (freed) return create(type);
   block_load_.status = static_cast<std::uint8_t>(LoadStatus::full);
 }
 
@@ -359,7 +361,7 @@ void PidEngine::watch_reader() {
   if (!reader_ || now_.tick - asked_tick_ <= scale_.abandoned_ticks || !holds_any()) return;
   leave_all();
   reader_ = false;
-  abandoned_ = true;
+  for (Block& block : blocks_) block.abandoned = block.type != EffectType::none;
 }
 
 bool PidEngine::triggers(const Block& block, std::uint8_t buttons) {

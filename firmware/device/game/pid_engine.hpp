@@ -116,9 +116,8 @@ class PidEngine {
   bool heard_ = false;
   std::uint64_t asked_tick_ = 0;  // for an input report
   bool asked_ = false;
-  bool offered_ = false;    // a report waits to be fetched
-  bool reader_ = false;     // somebody fetches them
-  bool abandoned_ = false;  // whoever made the blocks is gone
+  bool offered_ = false;  // a report waits to be fetched
+  bool reader_ = false;   // somebody fetches them
 
   Joystick joystick_;
   bool joystick_sent_ = false;

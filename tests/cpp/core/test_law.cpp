@@ -183,13 +183,14 @@ TEST_CASE("outside a wall the motor cancels what the brake's current still holds
 
 TEST_CASE("what helps along in free air grows with the speed, and stays below the friction") {
   const core::PartitionParams params{core::Law::calibrated, 0.5F, 0.085F, 0.110F};
-  const core::AssistParams assist = core::make_assist_params(4e-3F, 8e-3F, 0.1F);
+  const core::AssistParams assist = core::make_assist_params(4e-3F, 6e-3F, 2e-3F, 0.1F);
   CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 0.0F) == 0.0F);
   CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 0.05F) == Approx(2e-3));
   CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, -0.05F) == Approx(-2e-3));
   CHECK(core::share_free_air(params, assist, 2e-3F, 0.0F, 50.0F) == Approx(4e-3));
   CHECK(core::share_free_air(params, assist, 1e-3F, 0.01F, 50.0F) == Approx(3e-3));
-  CHECK(core::make_assist_params(1.0F, 8e-3F, 0.1F).most_nm == Approx(6e-3));
+  CHECK(core::make_assist_params(1.0F, 6.5e-3F, 1.5e-3F, 0.1F).most_nm == Approx(6e-3));
+  CHECK(core::make_assist_params(1.0F, 2e-3F, 10e-3F, 0.1F).most_nm == Approx(2e-3));
 }
 
 namespace {

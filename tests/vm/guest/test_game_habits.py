@@ -136,6 +136,7 @@ def test_update_brings_back_what_the_sdk_has_interrupted(bus: VirtualBus, tmp_pa
         assert (effect.kind, effect.state) == ("constant", "playing")
         assert effect.torque_nm == pytest.approx(FULL_NM * 24000 / 32767, rel=1e-3)
     pad.close()
+    let_pass(knob, 0.1)
     _, _, torque = read_log(bus, log)
     assert np.array(held(torque)) == pytest.approx(
         np.array([0, 16000, 0, 24000, 0]) / 32767, abs=1e-3

@@ -77,6 +77,15 @@ TEST_CASE("habit: a wave is uploaded and played in each frame") {
         CHECK(static_cast<double>(nm) == Approx(expected).scale(0.04).epsilon(0.02));
       }
     }
+    // One that changes its period from frame to frame goes on from where it is.
+    double phase = step * (ticks - 1);
+    rig.periodic(block, 16384, 0, 0, 2 * period_ms);
+    rig.start(block);
+    for (const float nm : rig.torques(100)) {
+      phase += step / 2;
+      CHECK(static_cast<double>(nm) == Approx(0.04 * std::sin(phase)).scale(0.04).epsilon(0.03));
+    }
+    rig.periodic(block, 16384, 0, 0, period_ms);
     rig.tick(1000);  // for longer than a frame: who starts it now wants its beginning
     play();
     CHECK(rig.torques(2)[1] == Approx(0.04 * step).scale(0.04).epsilon(0.02));

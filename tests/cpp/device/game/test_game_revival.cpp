@@ -444,6 +444,24 @@ TEST_CASE("the effects of a program that is gone take no place from the next one
   CHECK(block == 1);
 }
 
+TEST_CASE("the next program's effects are not taken for those of the one that is gone") {
+  for (const int left : {38, 39}) {
+    CAPTURE(left);
+    GameRig rig;
+    for (int n = 0; n < left; ++n) rig.play_constant(400);
+    live(rig, 100);
+    rig.tick(1000);  // dead
+    const int own = left == 39 ? rig.create(kConstant) : rig.play_constant(kHalf);
+    for (int n = 0; n < 39; ++n) REQUIRE(rig.load(kConstant)[1] == 1);
+    CHECK(rig.load(kConstant)[1] == 2);
+    rig.set_effect(own);
+    rig.constant(own, kHalf);
+    rig.start(own);
+    live(rig, 20);
+    CHECK(rig.outputs.motor_command_nm == kHalfNm);
+  }
+}
+
 TEST_CASE("a program that goes on after it was taken for gone keeps its effects") {
   GameRig rig;
   int last = 0;
