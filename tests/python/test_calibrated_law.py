@@ -228,11 +228,11 @@ def test_assisted_knob_does_not_swing_where_most_friction_is_behind_the_shaft(
 ) -> None:
     for push_nm in (0.02, 0.1):
         options = in_free_air(1.0, let_go(push_nm, 0.1), counts=counts)
-        parts = {"knob_coulomb_nm": coulomb_nm, "brake_drag_nm": drag_nm}
+        plant = replace(options.plant, knob_coulomb_nm=coulomb_nm, brake_drag_nm=drag_nm)
         options = replace(
             options,
-            plant=replace(options.plant, **parts),
-            actuator=replace(options.actuator, **parts),
+            plant=plant,
+            actuator=actuator_of(plant),
             control=replace(options.control, speed_bandwidth_hz=bandwidth_hz),
         )
         rows = simulate(options, duration_s=6.0)
