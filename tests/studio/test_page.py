@@ -376,13 +376,19 @@ Object.defineProperty(navigator, "hid", { value: { getDevices: async () => [knob
 """
 
 
-def test_page_that_may_not_open_the_knob_shows_the_udev_line(browser: Browser, site: str) -> None:
+def _connected_over_webhid(browser: Browser, site: str, knobs: str) -> Page:
+    """Open the page in a browser with these knobs, and press connect."""
     page = browser.new_page()
-    page.add_init_script(REFUSED.replace("IDS", json.dumps(_usb_ids())))
+    page.add_init_script(knobs.replace("IDS", json.dumps(_usb_ids())))
     page.goto(site)
     state_is(page, "disarmed")
     page.select_option("#connection", "webhid")
     page.click("#connect")
+    return page
+
+
+def test_page_that_may_not_open_the_knob_shows_the_udev_line(browser: Browser, site: str) -> None:
+    page = _connected_over_webhid(browser, site, REFUSED)
     expect(page.locator("#message")).to_contain_text(_udev_line())
     expect(page.locator("#message")).to_contain_text("Failed to open the device")
     page.close()
@@ -403,12 +409,7 @@ Object.defineProperty(navigator, "hid", { value: hid });
 
 
 def test_one_of_two_allowed_knobs_is_chosen_in_the_dialogue(browser: Browser, site: str) -> None:
-    page = browser.new_page()
-    page.add_init_script(TWO_KNOBS.replace("IDS", json.dumps(_usb_ids())))
-    page.goto(site)
-    state_is(page, "disarmed")
-    page.select_option("#connection", "webhid")
-    page.click("#connect")
+    page = _connected_over_webhid(browser, site, TWO_KNOBS)
     expect(page.locator("#message")).to_contain_text("opened second")
     # Where only one can be meant nobody is asked.
     page.evaluate("allowed.pop()")
