@@ -59,8 +59,19 @@ export class Chip {
     this.worldAt = 0; // the next PWM period
     this.edges = []; // of the encoder: when, and which way
     this.phase = 2;
+    this.places = new Map(); // by address
+    this.passed = [];
+    this.seen = {};
     this.clock = new Clock();
     this.powerUp();
+  }
+
+  /** Notes that the program is at a place: registers, and memory that one pointed to at a place. */
+  note({ name, pointer, size = 0 }) {
+    const registers = Array.from(this.mcu.core.registers.slice(0, 3), (value) => value >>> 0);
+    this.seen[name] = registers;
+    const at = pointer ? this.seen[pointer[0]][pointer[1]] - 0x20000000 : 0;
+    this.passed.push([name, ...registers, Buffer.from(this.mcu.sram.slice(at, at + size)).toString('hex')]);
   }
 
   powerUp() {
@@ -107,7 +118,12 @@ export class Chip {
         this.pioDebt += sleep / NS_PER_CYCLE;
         this.clock.tick(Math.max(sleep, 1e-3));
       } else {
+        const place = this.places.get(core.PC);
+        if (place) this.note(place);
+        const { entries } = this;
         const cycles = core.executeInstruction();
+        // An interrupt came first: the program will be there again.
+        if (place && this.entries !== entries) this.passed.pop();
         this.instructions += 1;
         this.pioDebt += cycles;
         this.clock.tick(cycles * NS_PER_CYCLE);
@@ -133,7 +149,9 @@ export class Chip {
     this.tickInstructions = 0; // the most
     let began = 0;
     let first = 0;
+    this.entries = 0;
     core.exceptionEntry = (number) => {
+      this.entries += 1;
       if (number === TICK_EXCEPTION) {
         began = this.clock.nanos;
         first = this.instructions;

@@ -187,6 +187,13 @@ const commands = {
     chip.mcu.sramView.setUint32(address - 0x20000000, word, true);
     return true;
   },
+  trace({ places }) {
+    chip.places = new Map(places.map(({ at, ...place }) => [at, place]));
+    return true;
+  },
+  passed() {
+    return chip.passed.splice(0);
+  },
   status() {
     return {
       ns: chip.ns,

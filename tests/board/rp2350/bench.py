@@ -204,6 +204,15 @@ class Bench:
     def do_memory(self, address: int, size: int) -> str:
         return bytes(self.chip.core.uc.mem_read(address, size)).hex()
 
+    def do_trace(self, places: list[dict[str, Any]]) -> bool:
+        for place in places:
+            self.chip.core.trace(**place)
+        return True
+
+    def do_passed(self) -> list[Any]:
+        passed, self.chip.core.passed = self.chip.core.passed, []
+        return passed
+
     def do_poke(self, address: int, word: int) -> bool:
         self.chip.core.uc.mem_write(address, word.to_bytes(4, "little"))
         return True

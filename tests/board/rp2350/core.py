@@ -82,6 +82,8 @@ class Core:
         self.counter = Counter()
         self.instructions = ctypes.c_uint64(0)  # since count_instructions()
         self._callbacks: list[object] = []
+        self.passed: list[tuple[Any, ...]] = []  # places that are traced
+        self._seen: dict[str, list[int]] = {}
         self._at_entry = Registers(self.uc, *STACKED, arm.UC_ARM_REG_SP, arm.UC_ARM_REG_CONTROL)
         self._handler = Registers(
             self.uc,
@@ -247,6 +249,19 @@ class Core:
         """From now on, which takes time."""
         self._call_before(unicorn.UC_HOOK_CODE, library.count_instruction, self.instructions)
         self.uc.ctl_flush_tb()  # what was translated before does not call it
+
+    def trace(
+        self, name: str, at: int, pointer: tuple[str, int] | None = None, size: int = 0
+    ) -> None:
+        """Note registers, and memory that one pointed to, whenever the program is at a place."""
+        arguments = Registers(self.uc, *STACKED[:3])
+
+        def note(uc: unicorn.Uc, _address: int, _size: int, _data: object) -> None:
+            self._seen[name] = arguments.read()
+            memory = uc.mem_read(self._seen[pointer[0]][pointer[1]], size) if pointer else b""
+            self.passed.append((name, *self._seen[name], memory.hex()))
+
+        self.uc.hook_add(unicorn.UC_HOOK_CODE, note, begin=at, end=at)
 
     def _call_before(self, what: int, function: Any, counter: Any) -> None:
         handle = ctypes.c_size_t()

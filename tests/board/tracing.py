@@ -1,0 +1,143 @@
+"""What a board's program gives its device and gets of it, call by call; the same on this machine.
+
+The program is the file that ships. Its places are found by their symbols; nothing is compiled in.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from tests.board.pico import TREE, EmulatedPico
+
+RETRACE = TREE / "build/mcu/host/retrace"
+REPORT_BYTES, INPUTS_BYTES, OUTPUTS_BYTES = 64, 16, 9  # the outputs' padding is left out
+
+_TICK = "_ZN6torsio6device11ControlLoop4tickERKNS0_10TickInputsE"
+_GIVE = "_ZN6torsio6device11ControlLoop4giveERKNS0_5OrderE"
+_RECEIVE = "_ZN6torsio6device6Device7receiveESt4spanIKhLj4294967295EE"
+_FEATURE = "_ZN6torsio6device6Device11set_featureESt4spanIKhLj4294967295EE"
+_CONNECTED = "_ZN6torsio6device6Device13set_connectedEb"
+_SERVICE = "_ZN6torsio6device6Device7serviceEv"
+_NEXT = "_ZN6torsio6device6Device10next_inputERSt5arrayIhLj64EEb"
+
+
+@dataclass
+class Trace:
+    """What happened, as lines for ``retrace``, and what came of it.
+
+    Attributes
+    ----------
+    outputs
+        Of each tick, as its bytes in hex.
+    reports
+        To the host, in hex.
+    """
+
+    lines: list[str] = field(default_factory=list)
+    outputs: list[str] = field(default_factory=list)
+    reports: list[str] = field(default_factory=list)
+
+
+def _places(elf: str) -> list[dict[str, Any]]:
+    """Find where calls begin and end."""
+    command = ["arm-none-eabi-objdump", "-d", "--no-show-raw-insn", elf]
+    listing = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    def begin(symbol: str) -> int:
+        found = re.search(rf"^([0-9a-f]+) <{symbol}>:$", listing, re.MULTILINE)
+        assert found, symbol
+        return int(found[1], 16)
+
+    def ends(symbol: str) -> list[int]:
+        """Return the addresses behind the calls of a function."""
+        called = rf"^\s*[0-9a-f]+:\s+bl\s+[0-9a-f]+ <{symbol}>\s*\n\s*([0-9a-f]+):"
+        found = re.findall(called, listing, re.MULTILINE)
+        assert found, symbol
+        return [int(address, 16) for address in found]
+
+    def last(symbol: str) -> int:
+        """Return the address of the only instruction that leaves a function."""
+        body = listing.split(f" <{symbol}>:\n")[1].split("\n\n")[0]
+        (address,) = re.findall(r"^\s*([0-9a-f]+):\s+(?:pop\s.*\bpc\b|bx\s+lr)", body, re.MULTILINE)
+        return int(address, 16)
+
+    def place(name: str, at: int, pointer: tuple[str, int] | None = None, size: int = 0) -> Any:
+        return {"name": name, "at": at, "pointer": pointer, "size": size}
+
+    return [
+        place("tick", begin(_TICK), ("tick", 2), INPUTS_BYTES),
+        *(place("ticked", at, ("tick", 0), OUTPUTS_BYTES) for at in ends(_TICK)),
+        place("receive", begin(_RECEIVE), ("receive", 1), REPORT_BYTES),
+        place("feature", begin(_FEATURE), ("feature", 1), REPORT_BYTES),
+        place("connected", begin(_CONNECTED)),
+        place("service", begin(_SERVICE)),
+        *(place("serviced", at) for at in ends(_SERVICE)),
+        place("given", last(_GIVE)),
+        place("next", begin(_NEXT)),
+        *(place("nexted", at, ("next", 1), REPORT_BYTES) for at in ends(_NEXT)),
+    ]
+
+
+@contextmanager
+def traced(board: EmulatedPico) -> Iterator[Trace]:
+    """Trace a board from its power-up on."""
+    elf = board.model.image.with_suffix(".elf")
+    board.do("trace", places=_places(str(elf)))
+    trace = Trace()
+    yield trace
+    _read(board.do("passed"), trace)
+
+
+def _read(passed: list[Any], trace: Trace) -> None:
+    """Put calls of the main loop, which ticks interrupt, to where they took effect.
+
+    What a host does takes effect where an order is given, in a single store; a service without an
+    order where it looked for one.
+    """
+    given = looked = 0
+    for name, *registers, memory in passed:
+        match name:
+            case "tick":
+                trace.lines.append(f"tick {memory}")
+            case "ticked":
+                trace.outputs.append(memory)
+            case "receive":
+                trace.lines.append(f"receive {memory[: 2 * registers[2]]}")
+            case "feature":
+                trace.lines.append(f"feature {memory[: 2 * registers[2]]}")
+            case "connected":
+                trace.lines.append(f"connected {registers[1] & 1}")
+            case "service":
+                given, looked = 0, len(trace.lines)
+                trace.lines.append("service")
+            case "given":
+                if given == 0:
+                    del trace.lines[looked]
+                trace.lines.append("service")
+                given += 1
+            case "nexted":
+                trace.lines.append("next")
+                if registers[0] & 0xFF:
+                    trace.reports.append(memory)
+
+
+def again(board: EmulatedPico, trace: Trace) -> Trace:
+    """Do the same on this machine."""
+    model = board.model
+    result = subprocess.run(
+        [RETRACE, str(model.number), str(model.tick_ns)],
+        input="\n".join(trace.lines) + "\n",
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    found = Trace(lines=trace.lines)
+    for line in result.stdout.splitlines():
+        what, content = line.split()
+        (found.outputs if what == "tick" else found.reports).append(content)
+    return found
