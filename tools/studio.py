@@ -6,6 +6,7 @@ C++ compiler, which comes from PyPI with libraries of its own; the page is bundl
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import shutil
@@ -41,6 +42,22 @@ def sources() -> list[Path]:
     return sorted([*files, *(TREE / "emulator" / f"{name}.cpp" for name in _FILES)])
 
 
+def _joined() -> list[Path]:
+    """Write one file that includes all sources of a folder, for each, and return them.
+
+    It halves the time that their compilation takes, which goes into the standard library's headers.
+    """
+    folder = BUILD / "joined"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    joined = []
+    files = sorted(sources(), key=lambda file: file.parent)
+    for parent, inside in itertools.groupby(files, key=lambda file: file.parent):
+        joined.append(folder / f"{'-'.join(parent.relative_to(TREE).parts)}.cpp")
+        joined[-1].write_text("".join(f'#include "{file}"\n' for file in inside), encoding="utf-8")
+    return joined
+
+
 def _version() -> Sequence[str]:
     text = (TREE / "CMakeLists.txt").read_text(encoding="utf-8")
     found = re.search(r"project\(torsio VERSION (\d+)\.(\d+)\.(\d+)", text)
@@ -49,7 +66,7 @@ def _version() -> Sequence[str]:
 
 
 def build_wasm() -> Path:
-    """Compile the emulated device; Zig compiles only what has changed."""
+    """Compile the emulated device; Zig compiles only the folders that have changed."""
     PAGE.mkdir(parents=True, exist_ok=True)
     module = PAGE / "knob.wasm"
     caches = {
@@ -61,7 +78,7 @@ def build_wasm() -> Path:
     ]
     command = [sys.executable, "-m", "ziglang", "c++", *_FLAGS, *defines]
     command += [f"-I{TREE / folder}" for folder in _INCLUDED]
-    command += [*map(str, sources()), "-o", str(module)]
+    command += [*map(str, _joined()), "-o", str(module)]
     subprocess.run(command, check=True, env={**os.environ, **caches})
     return module
 
