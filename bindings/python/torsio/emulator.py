@@ -1,6 +1,7 @@
 """The emulated device and its parts, each on its own, for study.
 
-`torsio.open("emulated")` puts them together; here are the plant, the encoder, and the whole device at the level of report bytes.
+`torsio.open("emulated")` puts them together; here are the plant, the encoder, and the whole device
+at the level of report bytes.
 """
 
 from __future__ import annotations
