@@ -1,4 +1,4 @@
-"""What the commands of `torsio` share: options, how they open a knob, and how they say no."""
+"""What the commands of `torsio` share: options, opening a knob, and reporting errors."""
 
 from __future__ import annotations
 
