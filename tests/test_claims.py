@@ -11,7 +11,7 @@ import pytest
 
 TREE = Path(__file__).parent.parent
 DOCS = TREE / "docs"
-ROW = re.compile(r"^\| (?!---|claim \||fault \||rough )(.*) \|$", re.MULTILINE)
+ROW = re.compile(r"^\| (?!---|claim \||fault \||treatment \|)(.*) \|$", re.MULTILINE)
 FILE = re.compile(r"`([\w/.]+\.(?:cpp|py|mjs))`")
 # A file by its path or its name, then names of its tests.
 NAMED = re.compile(r'`([\w/.]+\.(?:cpp|py|mjs))`((?: (?:"[^"]+"|`test_\w+`))*)')

@@ -84,11 +84,7 @@ py::list loop_reports(const py::object& source) {
 Rows make_rows(std::uint64_t ticks, std::uint32_t every) {
   if (every == 0) throw py::value_error("record_every must be > 0");
   const std::uint64_t size = ticks / every + (ticks % every != 0 ? 1 : 0);
-  Rows rows(static_cast<py::ssize_t>(size));
-  // Padding after the flags would otherwise be whatever was in memory.
-  std::fill_n(reinterpret_cast<unsigned char*>(rows.mutable_data()), sizeof(LoopRow) * size,
-              static_cast<unsigned char>(0));
-  return rows;
+  return empty_rows<LoopRow>(static_cast<py::ssize_t>(size));
 }
 
 std::span<LoopRow> span_of(Rows& rows) {
@@ -189,9 +185,7 @@ py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts) {
   if (counts.ndim() != 1) throw py::value_error("the counts must have one dimension");
   const ClosedLoopOptions options = loop_options_from_python(source);
   const auto size = static_cast<std::size_t>(counts.size());
-  py::array_t<ReplayRow> rows(counts.size());
-  std::fill_n(reinterpret_cast<unsigned char*>(rows.mutable_data()), sizeof(ReplayRow) * size,
-              static_cast<unsigned char>(0));
+  auto rows = empty_rows<ReplayRow>(counts.size());
   const std::span<const std::uint32_t> in(counts.data(), size);
   const std::span<ReplayRow> out(rows.mutable_data(), size);
   const Unlocked unlocked;

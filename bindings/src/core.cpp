@@ -1,6 +1,5 @@
 // torsio._torsio.core: the device's control mathematics on their own. Every function works on an
-// explicit state, once per control tick; its `_record` twin runs over the arrays of a whole record
-// and gives the same numbers.
+// explicit state, once per control tick; given arrays, it goes through them tick by tick.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
@@ -13,7 +12,6 @@
 #include "core/motion.hpp"
 #include "core/partition.hpp"
 #include "core/soft_sensor.hpp"
-#include "interpreter.hpp"
 #include "module.hpp"
 #include "protocol/enumerations.hpp"
 
@@ -22,9 +20,6 @@ using py::arg;
 
 namespace torsio::bindings {
 namespace {
-
-using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
-using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 
 core::Law law_from_name(const std::string& name) {
   const auto& names = protocol::Enumerators<protocol::Law>::names;
@@ -37,87 +32,8 @@ core::Law law_from_name(const std::string& name) {
   throw py::value_error("law must be one of " + known + ", is '" + name + "'");
 }
 
-py::ssize_t common_length(const Floats& a, const Floats& b) {
-  if (a.ndim() != 1 || b.ndim() != 1 || a.size() != b.size()) {
-    throw py::value_error("the arrays of a record must have one dimension and the same length");
-  }
-  return a.size();
-}
-
-// The same as core::Motion but without padding, so that NumPy can see it.
-struct MotionRow {
-  std::int64_t position_counts;
-  std::int32_t delta_counts;
-  float delta_rad;
-  float speed_rad_s;
-  float acceleration_rad_s2;
-};
-
-py::array_t<MotionRow> track_motion_record(core::MotionState& state,
-                                           const core::MotionParams& params,
-                                           const Counts& encoder_count) {
-  if (encoder_count.ndim() != 1) throw py::value_error("encoder_count needs one dimension");
-  py::array_t<MotionRow> rows(encoder_count.size());
-  const std::uint32_t* count = encoder_count.data();
-  MotionRow* row = rows.mutable_data();
-  const Unlocked unlocked;
-  for (py::ssize_t i = 0; i < encoder_count.size(); ++i) {
-    const core::Motion motion = core::track_motion(state, params, count[i]);
-    row[i] = {motion.position_counts, motion.delta_counts, motion.delta_rad, motion.speed_rad_s,
-              motion.acceleration_rad_s2};
-  }
-  return rows;
-}
-
-Floats model_brake_record(core::BrakeState& state, const core::BrakeParams& params,
-                          const Floats& held_command_nm) {
-  if (held_command_nm.ndim() != 1) throw py::value_error("held_command_nm needs one dimension");
-  Floats capacity_nm(held_command_nm.size());
-  const float* command = held_command_nm.data();
-  float* capacity = capacity_nm.mutable_data();
-  const Unlocked unlocked;
-  for (py::ssize_t i = 0; i < held_command_nm.size(); ++i) {
-    capacity[i] = core::model_brake(state, params, command[i]);
-  }
-  return capacity_nm;
-}
-
-Floats sense_spring_record(core::SoftSensorState& state, const Floats& delta_rad,
-                           const Floats& capacity_nm, float stiffness_nm_per_rad) {
-  const py::ssize_t size = common_length(delta_rad, capacity_nm);
-  Floats spring_nm(size);
-  const float* delta = delta_rad.data();
-  const float* capacity = capacity_nm.data();
-  float* spring = spring_nm.mutable_data();
-  const Unlocked unlocked;
-  for (py::ssize_t i = 0; i < size; ++i) {
-    spring[i] = core::sense_spring(state, stiffness_nm_per_rad, delta[i], capacity[i]);
-  }
-  return spring_nm;
-}
-
-py::tuple partition_record(const core::PartitionParams& params, const Floats& desired_nm,
-                           const Floats& spring_nm) {
-  const py::ssize_t size = common_length(desired_nm, spring_nm);
-  Floats motor_nm(size);
-  Floats brake_nm(size);
-  const float* desired = desired_nm.data();
-  const float* spring = spring_nm.data();
-  float* motor = motor_nm.mutable_data();
-  float* brake = brake_nm.mutable_data();
-  {
-    const Unlocked unlocked;
-    for (py::ssize_t i = 0; i < size; ++i) {
-      const core::Shares shares = core::partition(params, desired[i], spring[i]);
-      motor[i] = shares.motor_command_nm;
-      brake[i] = shares.brake_command_nm;
-    }
-  }
-  return py::make_tuple(motor_nm, brake_nm);
-}
-
 void bind_motion(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(MotionRow, position_counts, delta_counts, delta_rad, speed_rad_s,
+  PYBIND11_NUMPY_DTYPE(core::Motion, position_counts, delta_counts, delta_rad, speed_rad_s,
                        acceleration_rad_s2);
   py::class_<core::MotionParams>(module, "MotionParams")
       .def(py::init([](std::uint32_t counts_per_rev, std::uint32_t period_ns,
@@ -142,10 +58,13 @@ void bind_motion(py::module_& module) {
       .def_readonly("delta_rad", &core::Motion::delta_rad)
       .def_readonly("speed_rad_s", &core::Motion::speed_rad_s)
       .def_readonly("acceleration_rad_s2", &core::Motion::acceleration_rad_s2);
-  module.def("track_motion", &core::track_motion, arg("state"), arg("params"), arg("encoder_count"),
+  module.def("track_motion",
+             py::vectorize([](core::MotionState& state, core::MotionParams& params,
+                              std::uint32_t encoder_count) {
+               return core::track_motion(state, params, encoder_count);
+             }),
+             arg("state"), arg("params"), arg("encoder_count"),
              "One tick: position, speed and acceleration from a wrapping counter.");
-  module.def("track_motion_record", &track_motion_record, arg("state"), arg("params"),
-             arg("encoder_count"), "track_motion over a record; structured array, shape (n,).");
 }
 
 void bind_brake_model(py::module_& module) {
@@ -162,10 +81,13 @@ void bind_brake_model(py::module_& module) {
       .def(py::init([](float capacity_nm) { return core::BrakeState{capacity_nm}; }), py::kw_only(),
            arg("capacity_nm") = 0.0F)
       .def_readwrite("capacity_nm", &core::BrakeState::capacity_nm);
-  module.def("model_brake", &core::model_brake, arg("state"), arg("params"), arg("held_command_nm"),
-             "One tick: what the brake can hold now, N m.");
-  module.def("model_brake_record", &model_brake_record, arg("state"), arg("params"),
-             arg("held_command_nm"), "model_brake over a record; shape (n,).");
+  module.def(
+      "model_brake",
+      py::vectorize([](core::BrakeState& state, core::BrakeParams& params, float held_command_nm) {
+        return core::model_brake(state, params, held_command_nm);
+      }),
+      arg("state"), arg("params"), arg("held_command_nm"),
+      "One tick: what the brake can hold now, N m.");
 }
 
 void bind_soft_sensor(py::module_& module) {
@@ -173,18 +95,14 @@ void bind_soft_sensor(py::module_& module) {
       .def(py::init([](float torque_nm) { return core::SoftSensorState{torque_nm}; }),
            py::kw_only(), arg("spring_torque_nm") = 0.0F)
       .def_readwrite("spring_torque_nm", &core::SoftSensorState::spring_torque_nm);
-  module.def(
-      "sense_spring",
-      [](core::SoftSensorState& state, float delta_rad, float capacity_nm,
-         float stiffness_nm_per_rad) {
-        return core::sense_spring(state, stiffness_nm_per_rad, delta_rad, capacity_nm);
-      },
-      arg("state"), arg("delta_rad"), arg("capacity_nm"), py::kw_only(),
-      arg("stiffness_nm_per_rad") = 2.873F,
-      "One tick: the shaft spring's torque on the knob, N m.");
-  module.def("sense_spring_record", &sense_spring_record, arg("state"), arg("delta_rad"),
-             arg("capacity_nm"), py::kw_only(), arg("stiffness_nm_per_rad") = 2.873F,
-             "sense_spring over a record; shape (n,).");
+  module.def("sense_spring",
+             py::vectorize([](core::SoftSensorState& state, float delta_rad, float capacity_nm,
+                              float stiffness_nm_per_rad) {
+               return core::sense_spring(state, stiffness_nm_per_rad, delta_rad, capacity_nm);
+             }),
+             arg("state"), arg("delta_rad"), arg("capacity_nm"), py::kw_only(),
+             arg("stiffness_nm_per_rad") = 2.873F,
+             "One tick: the shaft spring's torque on the knob, N m.");
 }
 
 void bind_partition(py::module_& module) {
@@ -213,10 +131,14 @@ void bind_partition(py::module_& module) {
       .def_readonly("brake_command_nm", &core::Shares::brake_command_nm)
       .def_readonly("motor_saturated", &core::Shares::motor_saturated)
       .def_readonly("brake_saturated", &core::Shares::brake_saturated);
-  module.def("partition", &core::partition, arg("params"), arg("desired_nm"), arg("spring_nm"),
+  PYBIND11_NUMPY_DTYPE(core::Shares, motor_command_nm, brake_command_nm, motor_saturated,
+                       brake_saturated);
+  module.def("partition",
+             py::vectorize([](core::PartitionParams& params, float desired_nm, float spring_nm) {
+               return core::partition(params, desired_nm, spring_nm);
+             }),
+             arg("params"), arg("desired_nm"), arg("spring_nm"),
              "Motor torque and brake command for a desired torque.");
-  module.def("partition_record", &partition_record, arg("params"), arg("desired_nm"),
-             arg("spring_nm"), "partition over a record: motor and brake torque, each shape (n,).");
 }
 
 }  // namespace

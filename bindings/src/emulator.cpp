@@ -1,5 +1,5 @@
-// torsio._torsio.emulator: the emulated device and its parts, each on its own: the plant, profiles
-// and hands, the encoder, and the whole device at the level of report bytes.
+// torsio._torsio.emulator: the emulated device and its parts, each on its own: plant, encoder, and
+// the whole device at the level of report bytes.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -60,6 +60,15 @@ PlantRow plant_row(const emulator::Plant& plant) {
           truth.brake_sticks};
 }
 
+template <class... Others>
+py::ssize_t common_length(const char* what, const Doubles& first, const Others&... others) {
+  if (first.ndim() != 1 || (... || (others.ndim() != 1 || others.size() != first.size()))) {
+    throw py::value_error(std::string("the ") + what +
+                          " must have one dimension and the same length");
+  }
+  return first.size();
+}
+
 std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::object& held_by,
                                             std::int64_t step_ns, const py::object& stepper) {
   return std::make_unique<emulator::Plant>(plant_params(params), emulator_hand(held_by), step_ns,
@@ -68,18 +77,11 @@ std::unique_ptr<emulator::Plant> make_plant(const py::object& params, const py::
 
 py::array_t<PlantRow> plant_record(emulator::Plant& plant, const Doubles& motor_command_nm,
                                    const Doubles& brake_command_nm, std::int64_t period_ns) {
-  if (motor_command_nm.ndim() != 1 || brake_command_nm.ndim() != 1 ||
-      motor_command_nm.size() != brake_command_nm.size()) {
-    throw py::value_error("the commands must have one dimension and the same length");
-  }
-  const py::ssize_t size = motor_command_nm.size();
-  py::array_t<PlantRow> rows(size);
+  const py::ssize_t size = common_length("commands", motor_command_nm, brake_command_nm);
+  auto rows = empty_rows<PlantRow>(size);
   const double* motor = motor_command_nm.data();
   const double* brake = brake_command_nm.data();
   PlantRow* row = rows.mutable_data();
-  // Padding between the flags and the next row would otherwise be whatever was in memory.
-  std::fill_n(reinterpret_cast<unsigned char*>(row),
-              sizeof(PlantRow) * static_cast<std::size_t>(size), static_cast<unsigned char>(0));
   const Unlocked unlocked;
   for (py::ssize_t i = 0; i < size; ++i) {
     row[i] = plant_row(plant);
@@ -99,16 +101,10 @@ py::tuple plant_record_bridges(emulator::Plant& plant, const Doubles& motor_shar
                                const Doubles& brake_share, const Doubles& enabled,
                                std::int64_t period_ns) {
   const emulator::Electrics& electrics = electrics_of(plant);
-  if (motor_share.ndim() != 1 || brake_share.ndim() != 1 || enabled.ndim() != 1 ||
-      motor_share.size() != brake_share.size() || motor_share.size() != enabled.size()) {
-    throw py::value_error("the shares must have one dimension and the same length");
-  }
-  const py::ssize_t size = motor_share.size();
-  py::array_t<PlantRow> rows(size);
+  const py::ssize_t size = common_length("shares", motor_share, brake_share, enabled);
+  auto rows = empty_rows<PlantRow>(size);
   py::array_t<double> supply_v(size);
   PlantRow* row = rows.mutable_data();
-  std::fill_n(reinterpret_cast<unsigned char*>(row),
-              sizeof(PlantRow) * static_cast<std::size_t>(size), static_cast<unsigned char>(0));
   emulator::Circuit circuit(electrics);
   for (py::ssize_t i = 0; i < size; ++i) {
     row[i] = plant_row(plant);
@@ -144,11 +140,7 @@ class PlantCircuit {
 /// As plant_record, but of what costs nothing to look at, so that little but the stepping is timed.
 py::array_t<double> plant_drive(emulator::Plant& plant, const Doubles& motor_command_nm,
                                 const Doubles& brake_command_nm, std::int64_t period_ns) {
-  if (motor_command_nm.ndim() != 1 || brake_command_nm.ndim() != 1 ||
-      motor_command_nm.size() != brake_command_nm.size()) {
-    throw py::value_error("the commands must have one dimension and the same length");
-  }
-  const py::ssize_t size = motor_command_nm.size();
+  const py::ssize_t size = common_length("commands", motor_command_nm, brake_command_nm);
   py::array_t<double> angles({size, py::ssize_t{2}});
   const double* motor = motor_command_nm.data();
   const double* brake = brake_command_nm.data();
@@ -174,15 +166,14 @@ void bind_plant(py::module_& module) {
           [](emulator::Plant& plant, double motor_command_nm, double brake_command_nm) {
             plant.set_command({motor_command_nm, brake_command_nm});
           },
-          py::kw_only(), arg("motor_command_nm") = 0.0, arg("brake_command_nm") = 0.0,
-          "Set what is held from now on.")
+          py::kw_only(), arg("motor_command_nm") = 0.0, arg("brake_command_nm") = 0.0)
       .def(
           "set_hand",
           [](emulator::Plant& plant, const py::object& source) {
             plant.set_hand(emulator_hand(source));
           },
           arg("hand"), "Another hand takes over; times of its profiles are plant time.")
-      .def("advance", &emulator::Plant::advance, arg("duration_ns"), Release(), "Let time pass.")
+      .def("advance", &emulator::Plant::advance, arg("duration_ns"), Release())
       .def_property_readonly("time_ns",
                              [](const emulator::Plant& plant) { return plant.state().time_ns; })
       .def_property_readonly(
@@ -192,16 +183,11 @@ void bind_plant(py::module_& module) {
           "state", [](const emulator::Plant& plant) { return to_python(plant_row(plant)); },
           "Where the plant is; keys as PLANT_DTYPE.")
       .def("record", &plant_record, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
-           arg("period_ns") = 1'000'000,
-           "Hold each pair of commands for a period; PLANT_DTYPE rows at the periods' begins.")
-      .def(
-          "record_bridges", &plant_record_bridges, arg("motor_share"), arg("brake_share"),
-          arg("enabled"), py::kw_only(), arg("period_ns") = 25'000,
-          "As record, of a plant with electrics: shares of the supply's voltage, which its bridges "
-          "give while they are enabled. Rows, and the supply's voltage.")
+           arg("period_ns") = 1'000'000)
+      .def("record_bridges", &plant_record_bridges, arg("motor_share"), arg("brake_share"),
+           arg("enabled"), py::kw_only(), arg("period_ns") = 25'000)
       .def("drive", &plant_drive, arg("motor_command_nm"), arg("brake_command_nm"), py::kw_only(),
-           arg("period_ns") = 1'000'000,
-           "As record, for timing: angles of knob and brake at the periods' ends, shape (n, 2).")
+           arg("period_ns") = 1'000'000)
       .def(
           "set_state",
           [](emulator::Plant& plant, const py::object& state) {
@@ -221,25 +207,15 @@ void bind_circuit(py::module_& module) {
   py::class_<PlantCircuit>(module, "Circuit", "Windings, bridges and supply of a plant.")
       .def(py::init<emulator::Plant&>(), arg("plant"), py::keep_alive<1, 2>())
       .def("advance", &PlantCircuit::advance, arg("duration_ns"), py::kw_only(),
-           arg("motor_share") = 0.0, arg("brake_share") = 0.0, arg("enabled") = false,
-           "Let time pass, for the plant as well, while the bridges do this.")
+           arg("motor_share") = 0.0, arg("brake_share") = 0.0, arg("enabled") = false)
       .def("current_a", &PlantCircuit::current_a, arg("offset_s") = 0.0,
            "The motor's current so long after the middle of the driven time, ripple included.")
       .def_property_readonly("state",
                              [](const PlantCircuit& circuit) { return to_python(circuit.state()); })
-      .def("set_supply", &PlantCircuit::set_supply, arg("supply_v"),
-           "The supply gives another voltage, without load; its capacitor follows.");
+      .def("set_supply", &PlantCircuit::set_supply, arg("supply_v"));
 }
 
-void bind_profile_and_encoder(py::module_& module) {
-  py::class_<emulator::Profile>(module, "Profile", "Piecewise-linear function of time.")
-      .def(py::init([](const py::object& knots) {
-             return emulator::Profile(profile_from_python(knots), 0);
-           }),
-           arg("knots"))
-      .def("value", &emulator::Profile::value, arg("time_ns"))
-      .def("slope_per_s", &emulator::Profile::slope_per_s, arg("time_ns"));
-
+void bind_encoder(py::module_& module) {
   py::class_<emulator::Encoder>(module, "Encoder", "Incremental encoder on the knob's shaft.")
       .def(
           py::init([](std::uint32_t counts_per_rev, const std::string& rounding, int direction,
@@ -260,18 +236,7 @@ void bind_profile_and_encoder(py::module_& module) {
           [](emulator::Encoder& encoder, double angle_rad) {
             return encoder.sample(emulator::Angle::from_rad(angle_rad));
           },
-          arg("angle_rad"), "The 32-bit counter at an angle.")
-      .def(
-          "sample_record",
-          [](emulator::Encoder& encoder, const Doubles& angle_rad) {
-            py::array_t<std::uint32_t> counts(angle_rad.size());
-            for (py::ssize_t i = 0; i < angle_rad.size(); ++i) {
-              counts.mutable_data()[i] =
-                  encoder.sample(emulator::Angle::from_rad(angle_rad.data()[i]));
-            }
-            return counts;
-          },
-          arg("angle_rad"), "sample over an array of angles.");
+          arg("angle_rad"), "The 32-bit counter at an angle.");
 }
 
 protocol::ReportBytes report_bytes(const py::bytes& data) {
@@ -431,7 +396,7 @@ void bind_emulator(py::module_& parent) {
       "HID report descriptor of interface 0 (control) or 1 (game, or dial).");
   bind_plant(module);
   bind_circuit(module);
-  bind_profile_and_encoder(module);
+  bind_encoder(module);
   bind_device(module);
   bind_replayed_device(module);
   bind_closed_loop(module);

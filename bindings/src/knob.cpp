@@ -9,7 +9,6 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -17,6 +16,8 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -33,16 +34,6 @@ using Release = py::call_guard<torsio::bindings::Unlocked>;
 
 namespace torsio::bindings {
 namespace {
-
-State state_from_name(const std::string& name) {
-  const auto& names = Names<State>::values;
-  const auto found = std::ranges::find(names, name);
-  if (found == names.end()) {
-    throw InvalidArgument("state must be 'disarmed', 'armed', 'fault' or 'disconnected', is '" +
-                          name + "'");
-  }
-  return static_cast<State>(found - names.begin());
-}
 
 /// Closing waits for the device, so the lock must be free whichever way the knob goes.
 class PyKnob {
@@ -77,24 +68,21 @@ class PyKnob {
 /// An EmulatorOptions of the package, which has looked at the kinds of its values.
 EmulatorOptions emulator_options_from_python(const py::object& source) {
   EmulatorOptions options;
-  options.seed = source.attr("seed").cast<std::uint64_t>();
-  options.control_rate_hz = source.attr("control_rate_hz").cast<double>();
-  const auto given = [&](const char* name, auto&& take) {
-    const py::object value = source.attr(name);
-    if (!value.is_none()) take(value);
-  };
-  given("plant", [&](const py::object& value) { options.plant = from_python<PlantParams>(value); });
-  given("hand", [&](const py::object& value) { options.hand = hand_from_python(value); });
-  options.serial = source.attr("serial").cast<std::string>();
-  given("actuator",
-        [&](const py::object& value) { options.actuator = from_python<ActuatorConfig>(value); });
-  given("control",
-        [&](const py::object& value) { options.control = from_python<ControlConfig>(value); });
-  given("board", [&](const py::object& value) { options.board = from_python<BoardConfig>(value); });
-  given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
-  options.paced = source.attr("paced").cast<bool>();
-  options.log_truth = source.attr("log_truth").cast<bool>();
-  options.log_inputs = source.attr("log_inputs").cast<bool>();
+  const Attributes from(source);
+  read(from, "seed", options.seed);
+  read(from, "control_rate_hz", options.control_rate_hz);
+  if (const py::object plant = from.get("plant"); !plant.is_none()) {
+    options.plant = from_python<PlantParams>(plant);
+  }
+  options.hand = hand_from_python(from.get("hand"));
+  read(from, "serial", options.serial);
+  read(from, "actuator", options.actuator);
+  read(from, "control", options.control);
+  read(from, "board", options.board);
+  read(from, "game", options.game);
+  read(from, "paced", options.paced);
+  read(from, "log_truth", options.log_truth);
+  read(from, "log_inputs", options.log_inputs);
   return options;
 }
 
@@ -120,35 +108,117 @@ py::list list_all() {
   return list;
 }
 
-/// Runs a call without the interpreter's lock and gives what it returns as Python has it.
-template <class Call>
-py::object told(Call&& call) {
-  auto value = [&] {
-    const Unlocked unlocked;
-    return call();
-  }();
-  return to_python(value);
+std::span<const std::uint8_t> bytes_of(const py::bytes& bytes) {
+  const std::string_view view = bytes;
+  return {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()};
 }
 
-void play(const PyKnob& knob, const py::object& source) {
-  const Scene scene = scene_from_python(source);
-  const Unlocked unlocked;
-  knob->play(scene);
-}
-
-py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s) {
-  std::vector<TelemetrySample> samples;
-  {
-    const Unlocked unlocked;
-    samples = knob->read(max_samples, timeout_s);
-    clear_padding(samples);
-  }
-  return as_array(std::move(samples));
+py::bytes to_bytes(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 py::array as_record(std::vector<TelemetrySample>&& samples) {
   clear_padding(samples);
   return as_array(std::move(samples));
+}
+
+std::function<void(const Event&)> callback_from_python(const py::object& source);
+
+/// What Python gives where a method takes a T.
+template <class T>
+using Given =
+    std::conditional_t<std::is_arithmetic_v<T> || std::is_same_v<T, std::optional<double>>, T,
+                       py::object>;
+
+template <class T>
+T take(const Given<T>& given) {
+  if constexpr (std::is_same_v<T, Given<T>>) {
+    return given;
+  } else if constexpr (Listed<T>) {
+    return from_python<T>(given);
+  } else if constexpr (Named<T>) {
+    const auto name = given.template cast<std::string>();
+    std::string allowed;
+    for (std::size_t i = 0; i < Names<T>::values.size(); ++i) {
+      if (Names<T>::values[i] == name) return static_cast<T>(i);
+      allowed += (i == 0 ? "" : ", ") + std::string(Names<T>::values[i]);
+    }
+    // Every method that takes a name calls it so.
+    throw InvalidArgument("state is \"" + name + "\", allowed are " + allowed);
+  } else if constexpr (std::is_same_v<T, Scene>) {
+    return scene_from_python(given);
+  } else if constexpr (std::is_same_v<T, Hand>) {
+    return hand_from_python(given);
+  } else if constexpr (std::is_same_v<T, std::span<const std::uint8_t>>) {
+    return bytes_of(given);
+  } else {
+    return callback_from_python(given);
+  }
+}
+
+/// What a method gives, as Python has it.
+template <class T>
+py::object told(T&& value) {
+  if constexpr (std::is_same_v<T, std::vector<TruthSample>>) {
+    return as_array(std::move(value));
+  } else if constexpr (std::is_same_v<T, std::vector<TelemetrySample>>) {
+    return as_record(std::move(value));
+  } else if constexpr (std::is_same_v<T, TelemetrySample>) {
+    return as_record({value});
+  } else if constexpr (std::is_convertible_v<T, std::span<const std::uint8_t>>) {
+    return to_bytes(value);
+  } else if constexpr (std::is_same_v<T, std::vector<DeviceInput>>) {
+    py::list list;
+    for (const DeviceInput& input : value) {
+      list.append(py::make_tuple(input.tick, input.kind, to_bytes(input.bytes)));
+    }
+    return list;
+  } else {
+    return to_python(value);
+  }
+}
+
+/// The knob, the world round an emulated one, or its game interface.
+template <class Owner>
+Owner& owner_in(const PyKnob& self) {
+  if constexpr (std::is_same_v<Owner, Knob>) {
+    return *self;
+  } else if constexpr (std::is_same_v<Owner, Emulator>) {
+    return self->emulator();
+  } else {
+    return self->emulator().game();
+  }
+}
+
+/// A method of the library as Python calls it: without the interpreter's lock while it runs, which
+/// it may need for long, or for the function of a hand.
+template <class Owner, class Result, class... Parameters>
+struct Calling {
+  template <class Method>
+  static auto by(Method method) {
+    return [method](const PyKnob& self, const Given<std::decay_t<Parameters>>&... given) {
+      const std::tuple<std::decay_t<Parameters>...> taken{take<std::decay_t<Parameters>>(given)...};
+      const auto run = [&] {
+        const Unlocked unlocked;
+        return std::apply(
+            [&](const auto&... each) { return (owner_in<Owner>(self).*method)(each...); }, taken);
+      };
+      if constexpr (std::is_void_v<Result>) {
+        run();
+      } else {
+        return told(run());
+      }
+    };
+  }
+};
+
+template <class Owner, class Result, class... Parameters>
+auto call(Result (Owner::*method)(Parameters...)) {
+  return Calling<Owner, Result, Parameters...>::by(method);
+}
+template <class Owner, class Result, class... Parameters>
+auto call(Result (Owner::*method)(Parameters...) const) {
+  return Calling<Owner, Result, Parameters...>::by(method);
 }
 
 /// @param kept a list that gets the samples, however the recording ends, and then how the torque
@@ -188,184 +258,74 @@ std::function<void(const Event&)> callback_from_python(const py::object& source)
   };
 }
 
-py::list events(const PyKnob& knob, double timeout_s) {
-  std::vector<Event> taken;
-  {
-    const Unlocked unlocked;
-    taken = knob->events(timeout_s);
-  }
-  py::list list;
-  for (const Event& event : taken) list.append(to_python(event));
-  return list;
-}
-
-std::span<const std::uint8_t> bytes_of(const py::bytes& bytes) {
-  const std::string_view view = bytes;
-  return {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()};
-}
-
-py::bytes to_bytes(const std::vector<std::uint8_t>& bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 void bind_emulator_calls(py::class_<PyKnob>& knob) {
-  knob.def_property_readonly("is_emulated", [](const PyKnob& self) { return self->is_emulated(); });
-  knob.def("set_hand", [](const PyKnob& self, const py::object& source) {
-    const Hand hand = hand_from_python(source);
-    const Unlocked unlocked;
-    self->emulator().set_hand(hand);
-  });
-  knob.def("truth", [](const PyKnob& self) {
-    std::vector<TruthSample> samples;
-    {
-      const Unlocked unlocked;
-      samples = self->emulator().truth();
-    }
-    return as_array(std::move(samples));
-  });
-  knob.def("inputs", [](const PyKnob& self) {
-    std::vector<DeviceInput> inputs;
-    {
-      const Unlocked unlocked;
-      inputs = self->emulator().inputs();
-    }
-    py::list list;
-    for (const DeviceInput& input : inputs) {
-      list.append(py::make_tuple(input.tick, input.kind, to_bytes(input.bytes)));
-    }
-    return list;
-  });
-  knob.def(
-      "emulator_time_s", [](const PyKnob& self) { return self->emulator().time_s(); }, Release());
-  knob.def(
-      "advance",
-      [](const PyKnob& self, double duration_s) { self->emulator().advance(duration_s); },
-      Release());
-  knob.def("electrics", [](const PyKnob& self) { return to_python(self->emulator().electrics()); });
-  knob.def("set_current_sensor", [](const PyKnob& self, const std::string& state) {
-    for (std::size_t i = 0; i < Names<CurrentSensorState>::values.size(); ++i) {
-      if (Names<CurrentSensorState>::values[i] == state) {
-        const Unlocked unlocked;
-        self->emulator().set_current_sensor(static_cast<CurrentSensorState>(i));
-        return;
-      }
-    }
-    throw InvalidArgument("state is \"" + state + "\", allowed are works, dead, stuck, saturated");
-  });
-  knob.def(
-      "set_supply",
-      [](const PyKnob& self, double supply_v) { self->emulator().set_supply(supply_v); },
-      Release());
-  // These wait for their turn as well, and whoever has it may be the function of a hand.
-  knob.def("game_write", [](const PyKnob& self, const py::bytes& report) {
-    const auto bytes = bytes_of(report);
-    const Unlocked unlocked;
-    self->emulator().game().write(bytes);
-  });
-  knob.def("game_read", [](const PyKnob& self) {
-    return to_bytes([&] {
-      const Unlocked unlocked;
-      return self->emulator().game().read();
-    }());
-  });
-  knob.def("game_set_feature", [](const PyKnob& self, const py::bytes& report) {
-    const auto bytes = bytes_of(report);
-    const Unlocked unlocked;
-    return self->emulator().game().set_feature(bytes);
-  });
-  knob.def("game_get_feature", [](const PyKnob& self, std::uint8_t id) {
-    return to_bytes([&] {
-      const Unlocked unlocked;
-      return self->emulator().game().get_feature(id);
-    }());
-  });
-  knob.def(
-      "game_set_buttons",
-      [](const PyKnob& self, std::uint8_t pressed) {
-        self->emulator().game().set_buttons(pressed);
-      },
-      Release());
-  knob.def("unplug", [](const PyKnob& self) { self->emulator().unplug(); }, Release());
-  knob.def(
-      "set_emergency_stop",
-      [](const PyKnob& self, bool pressed) { self->emulator().set_emergency_stop(pressed); },
-      Release());
-  knob.def(
-      "set_actuator_fault",
-      [](const PyKnob& self, bool present) { self->emulator().set_actuator_fault(present); },
-      Release());
-  knob.def(
-      "freeze_encoder",
-      [](const PyKnob& self, bool frozen) { self->emulator().freeze_encoder(frozen); }, Release());
-  knob.def(
-      "jump_encoder",
-      [](const PyKnob& self, std::int32_t counts) { self->emulator().jump_encoder(counts); },
-      Release());
-  knob.def(
-      "skip_ticks",
-      [](const PyKnob& self, std::uint32_t count) { self->emulator().skip_ticks(count); },
-      Release());
-  knob.def(
-      "set_link_faults",
-      [](const PyKnob& self, double drop_output, double corrupt_output, double drop_input,
-         double corrupt_input) {
-        self->emulator().set_link_faults({drop_output, corrupt_output, drop_input, corrupt_input});
-      },
-      py::kw_only(), arg("drop_output"), arg("corrupt_output"), arg("drop_input"),
-      arg("corrupt_input"), Release());
-  knob.def(
-      "cut_power_in_next_save",
-      [](const PyKnob& self, std::uint32_t after_bytes) {
-        self->emulator().cut_power_in_next_save(after_bytes);
-      },
-      Release());
+  knob.def_property_readonly("is_emulated", call(&Knob::is_emulated))
+      .def("set_hand", call(&Emulator::set_hand))
+      .def("truth", call(&Emulator::truth))
+      .def("inputs", call(&Emulator::inputs))
+      .def("emulator_time_s", call(&Emulator::time_s))
+      .def("advance", call(&Emulator::advance))
+      .def("electrics", call(&Emulator::electrics))
+      .def("set_current_sensor", call(&Emulator::set_current_sensor))
+      .def("set_supply", call(&Emulator::set_supply))
+      .def("game_write", call(&GamePort::write))
+      .def("game_read", call(&GamePort::read))
+      .def("game_set_feature", call(&GamePort::set_feature))
+      .def("game_get_feature", call(&GamePort::get_feature))
+      .def("game_set_buttons", call(&GamePort::set_buttons))
+      .def("unplug", call(&Emulator::unplug))
+      .def("set_emergency_stop", call(&Emulator::set_emergency_stop))
+      .def("set_actuator_fault", call(&Emulator::set_actuator_fault))
+      .def("freeze_encoder", call(&Emulator::freeze_encoder))
+      .def("jump_encoder", call(&Emulator::jump_encoder))
+      .def("skip_ticks", call(&Emulator::skip_ticks))
+      .def(
+          "set_link_faults",
+          [](const PyKnob& self, double drop_output, double corrupt_output, double drop_input,
+             double corrupt_input) {
+            self->emulator().set_link_faults(
+                {drop_output, corrupt_output, drop_input, corrupt_input});
+          },
+          py::kw_only(), arg("drop_output"), arg("corrupt_output"), arg("drop_input"),
+          arg("corrupt_input"), Release())
+      .def("cut_power_in_next_save", call(&Emulator::cut_power_in_next_save));
 }
 
 /// Both ways of one configuration: NAME_config() and configure_NAME(config).
 template <class Config>
 void bind_config(py::class_<PyKnob>& knob, const std::string& name, Config (Knob::*get)()) {
-  knob.def((name + "_config").c_str(),
-           [get](const PyKnob& self) { return told([&] { return ((*self).*get)(); }); });
-  knob.def(("configure_" + name).c_str(), [](const PyKnob& self, const py::object& source) {
-    const auto config = from_python<Config>(source);
-    const Unlocked unlocked;
-    self->configure(config);
-  });
+  knob.def((name + "_config").c_str(), call(get));
+  knob.def(("configure_" + name).c_str(), call<Knob, void, const Config&>(&Knob::configure));
   // As it travels.
   knob.def_static(("encode_" + name).c_str(), [](const py::object& source) {
-    const auto bytes = protocol::encode(conversion::to_wire(from_python<Config>(source)));
-    return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return to_bytes(protocol::encode(conversion::to_wire(from_python<Config>(source))));
   });
 }
 
 void bind_orders(py::class_<PyKnob>& knob) {
-  knob.def("arm", [](const PyKnob& self) { self->arm(); }, Release());
-  knob.def("disarm", [](const PyKnob& self) { self->disarm(); }, Release());
-  knob.def("stop", [](const PyKnob& self) { self->stop(); }, Release());
-  knob.def("zero", [](const PyKnob& self) { self->zero(); }, Release());
-  knob.def("relax", [](const PyKnob& self) { self->relax(); }, Release());
-  knob.def("clear_fault", [](const PyKnob& self) { self->clear_fault(); }, Release());
-  knob.def("dump_config", [](const PyKnob& self) { return dump_config(*self); }, Release());
-  knob.def(
-      "load_config", [](const PyKnob& self, const std::string& text) { load_config(*self, text); },
-      Release());
-  knob.def("save", [](const PyKnob& self) { self->save(); }, Release());
-  knob.def("load_defaults", [](const PyKnob& self) { self->load_defaults(); }, Release());
-  knob.def("play", &play);
-  knob.def(
-      "stream_local_model",
-      [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
-         double damping_nm_s_per_rad, double deadline_s) {
-        self->stream_local_model(
-            {torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s});
-      },
-      arg("torque_nm"), arg("angle_rad"), arg("stiffness_nm_per_rad"), arg("damping_nm_s_per_rad"),
-      arg("deadline_s"), Release());
-  knob.def("excite", [](const PyKnob& self, const py::object& source) {
-    const auto excitation = from_python<Excitation>(source);
-    const Unlocked unlocked;
-    self->excite(excitation);
-  });
+  knob.def("arm", call(&Knob::arm))
+      .def("disarm", call(&Knob::disarm))
+      .def("stop", call(&Knob::stop))
+      .def("zero", call(&Knob::zero))
+      .def("relax", call(&Knob::relax))
+      .def("clear_fault", call(&Knob::clear_fault))
+      .def(
+          "dump_config", [](const PyKnob& self) { return dump_config(*self); }, Release())
+      .def(
+          "load_config",
+          [](const PyKnob& self, const std::string& text) { load_config(*self, text); }, Release())
+      .def("save", call(&Knob::save))
+      .def("load_defaults", call(&Knob::load_defaults))
+      .def("play", call<Knob, void, const Scene&>(&Knob::play))
+      .def(
+          "stream_local_model",
+          [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
+             double damping_nm_s_per_rad, double deadline_s) {
+            self->stream_local_model(
+                {torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s});
+          },
+          Release())
+      .def("excite", call(&Knob::excite));
   bind_config(knob, "actuator", &Knob::actuator_config);
   bind_config(knob, "control", &Knob::control_config);
   bind_config(knob, "board", &Knob::board_config);
@@ -377,67 +337,28 @@ void bind_tap(py::module_& module) {
       .def("take", [](ReportTap& tap) {
         py::list list;
         for (const LoggedReport& report : tap.take()) {
-          list.append(py::make_tuple(report.tick, report.sent,
-                                     to_bytes({report.bytes.begin(), report.bytes.end()})));
+          list.append(py::make_tuple(report.tick, report.sent, to_bytes(report.bytes)));
         }
         return list;
       });
 }
 
 void bind_telemetry(py::class_<PyKnob>& knob) {
-  knob.def(
-      "tap", [](const PyKnob& self, bool with_telemetry) { return self->tap(with_telemetry); },
-      arg("with_telemetry"), Release());
-  knob.def("feature", [](const PyKnob& self, std::uint8_t id) {
-    ReportBytes report{};
-    {
-      const Unlocked unlocked;
-      report = self->feature(id);
-    }
-    return to_bytes({report.begin(), report.end()});
-  });
-  knob.def(
-      "start_telemetry",
-      [](const PyKnob& self, std::optional<double> rate_hz, bool prompt) {
-        return self->start_telemetry(rate_hz, prompt);
-      },
-      arg("rate_hz"), arg("prompt"), Release());
-  knob.def("stop_telemetry", [](const PyKnob& self) { self->stop_telemetry(); }, Release());
-  knob.def("read", &read, arg("max_samples"), arg("timeout_s"));
-  knob.def("latest", [](const PyKnob& self) {
-    std::vector<TelemetrySample> samples(1);
-    {
-      const Unlocked unlocked;
-      samples.front() = self->latest();
-    }
-    return as_record(std::move(samples));
-  });
-  knob.def("record", &record, arg("duration_s"), arg("rate_hz"), arg("must_stay_armed"),
-           arg("kept"));
-  knob.def("events", &events, arg("timeout_s"));
-  knob.def("on_event", [](const PyKnob& self, const py::object& source) {
-    auto callback = callback_from_python(source);
-    const Unlocked unlocked;
-    self->on_event(std::move(callback));
-  });
-  knob.def("last_disarm", [](const PyKnob& self) -> py::object {
-    const std::optional<Disarm> disarm = [&] {
-      const Unlocked unlocked;
-      return self->last_disarm();
-    }();
-    return disarm ? to_python(*disarm) : py::none();
-  });
-  knob.def(
-      "sleep", [](const PyKnob& self, double duration_s) { self->sleep(duration_s); },
-      arg("duration_s"), Release());
-  knob.def(
-      "every", [](const PyKnob& self, double period_s) { return self->every(period_s); },
-      arg("period_s"), py::keep_alive<0, 1>());
-  knob.def("wait_for", [](const PyKnob& self, const std::string& name, double timeout_s) {
-    const State state = state_from_name(name);
-    const Unlocked unlocked;
-    return self->wait_for(state, timeout_s);
-  });
+  knob.def("tap", call(&Knob::tap), arg("with_telemetry"))
+      .def("feature", call(&Knob::feature))
+      .def("start_telemetry", call(&Knob::start_telemetry))
+      .def("stop_telemetry", call(&Knob::stop_telemetry))
+      .def("read", call<Knob, std::vector<TelemetrySample>, std::size_t, double>(&Knob::read))
+      .def("latest", call(&Knob::latest))
+      .def("record", &record)
+      .def("events", call(&Knob::events))
+      .def("on_event", call(&Knob::on_event))
+      .def("last_disarm", call(&Knob::last_disarm))
+      .def("sleep", call(&Knob::sleep))
+      .def(
+          "every", [](const PyKnob& self, double period_s) { return self->every(period_s); },
+          py::keep_alive<0, 1>())
+      .def("wait_for", call(&Knob::wait_for));
 }
 
 }  // namespace
@@ -462,25 +383,20 @@ void bind_knob(py::module_& module) {
   });
   module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
-  knob.def("close", [](const PyKnob& self) { self->close(); }, Release());
-  knob.def_property_readonly("is_open", [](const PyKnob& self) { return self->is_open(); });
-  knob.def_property_readonly(
-      "state", [](const PyKnob& self) { return told([&] { return self->state(); }); });
-  knob.def("info", [](const PyKnob& self) { return to_python(self->info()); });
-  knob.def("health", [](const PyKnob& self) { return told([&] { return self->health(); }); });
-  knob.def("energies", [](const PyKnob& self) { return told([&] { return self->energies(); }); });
-  knob.def("limits", [](const PyKnob& self) { return told([&] { return self->limits(); }); });
-  knob.def("faults", [](const PyKnob& self) { return told([&] { return self->faults(); }); });
-  knob.def("clock", [](const PyKnob& self) { return told([&] { return self->clock(); }); });
-  knob.def("game_status",
-           [](const PyKnob& self) { return told([&] { return self->game_status(); }); });
-  knob.def("game_effects",
-           [](const PyKnob& self) { return told([&] { return self->game_effects(); }); });
-  knob.def("stable_stiffness",
-           [](const PyKnob& self) { return told([&] { return self->stable_stiffness(); }); });
-  knob.def("statistics",
-           [](const PyKnob& self) { return told([&] { return self->statistics(); }); });
-  knob.def("position_rad", [](const PyKnob& self) { return self->position_rad(); }, Release());
+  knob.def("close", call(&Knob::close))
+      .def_property_readonly("is_open", call(&Knob::is_open))
+      .def_property_readonly("state", call(&Knob::state))
+      .def("info", call(&Knob::info))
+      .def("health", call(&Knob::health))
+      .def("energies", call(&Knob::energies))
+      .def("limits", call(&Knob::limits))
+      .def("faults", call(&Knob::faults))
+      .def("clock", call(&Knob::clock))
+      .def("game_status", call(&Knob::game_status))
+      .def("game_effects", call(&Knob::game_effects))
+      .def("stable_stiffness", call(&Knob::stable_stiffness))
+      .def("statistics", call(&Knob::statistics))
+      .def("position_rad", call(&Knob::position_rad));
   bind_orders(knob);
   bind_telemetry(knob);
   bind_emulator_calls(knob);

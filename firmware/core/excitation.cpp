@@ -37,8 +37,8 @@ Shares excite(ExcitationState& state, const PartitionParams& limits, const Motio
 
   const float share =
       state.ticks < now.ramp_ticks ? now.share_per_tick * static_cast<float>(state.ticks) : 1.0F;
-  state.motor_nm = state.from_motor_nm + (now.motor_nm - state.from_motor_nm) * share;
-  state.brake_nm = state.from_brake_nm + (now.brake_nm - state.from_brake_nm) * share;
+  state.motor_nm = state.from_motor_nm + (now.motor_command_nm - state.from_motor_nm) * share;
+  state.brake_nm = state.from_brake_nm + (now.brake_command_nm - state.from_brake_nm) * share;
   // To 2^-16 counts; further away than 2^14 of them it holds.
   constexpr std::int64_t most_q16 = std::int64_t{1} << 30;
   std::int64_t stretch_q16 = (state.reference_q32 - moved_counts * (std::int64_t{1} << 32)) / 65536;

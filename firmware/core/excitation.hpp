@@ -16,8 +16,8 @@ struct Excitation {
   std::int64_t travel_counts = 0;
   float speed_limit_rad_s = 0;
   float torque_limit_nm = 0;
-  float motor_nm = 0;
-  float brake_nm = 0;
+  float motor_command_nm = 0;
+  float brake_command_nm = 0;
   std::uint32_t ramp_ticks = 0;
   float share_per_tick = 1;  // of the ramp
   float sine_nm = 0;

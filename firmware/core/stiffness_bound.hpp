@@ -1,5 +1,5 @@
 /// @file
-/// No wall that buzzes: what the scene asks may rise along the angle only as steeply as the parts
+/// Bounded stiffness: what the scene asks may rise along the angle only as steeply as the parts
 /// can render, and that is found out from the knob's swings (docs/theory.md, "No wall that
 /// buzzes").
 #pragma once

@@ -210,8 +210,8 @@ core::Excitation prepare(const protocol::Excitation& in, const Resolution& r) {
   out.travel_counts = core::round_to_u32(in.travel_rad / r.rad_per_count);
   out.speed_limit_rad_s = in.speed_limit_rad_s;
   out.torque_limit_nm = in.torque_limit_nm;
-  out.motor_nm = in.motor_nm;
-  out.brake_nm = in.brake_nm;
+  out.motor_command_nm = in.motor_command_nm;
+  out.brake_command_nm = in.brake_command_nm;
   out.ramp_ticks = core::round_to_u32(in.ramp_s / r.period_s);
   out.share_per_tick = per_tick(1.0F, out.ramp_ticks);
   out.sine_nm = in.sine_nm;

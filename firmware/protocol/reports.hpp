@@ -340,8 +340,8 @@ struct Excitation {
   float travel_rad = 0;
   float speed_limit_rad_s = 0;
   float torque_limit_nm = 0;
-  float motor_nm = 0;
-  float brake_nm = 0;
+  float motor_command_nm = 0;
+  float brake_command_nm = 0;
   float ramp_s = 0;
   float sine_nm = 0;
   float sine_begin_hz = 0;
@@ -372,13 +372,13 @@ struct Layout<Excitation> {
              "faster disarms"),
       number("torque_limit_nm", &Excitation::torque_limit_nm, "N m", 0, max_torque_nm,
              "largest torque of the motor"),
-      number("motor_nm", &Excitation::motor_nm, "N m", -max_torque_nm, max_torque_nm,
-             "where the motor goes"),
-      number("brake_nm", &Excitation::brake_nm, "N m", 0, max_torque_nm,
+      number("motor_command_nm", &Excitation::motor_command_nm, "N m", -max_torque_nm,
+             max_torque_nm, "where the motor goes"),
+      number("brake_command_nm", &Excitation::brake_command_nm, "N m", 0, max_torque_nm,
              "where the brake's command goes"),
       number("ramp_s", &Excitation::ramp_s, "s", 0, 60, "time that both take; 0 is a step"),
       number("sine_nm", &Excitation::sine_nm, "N m", 0, max_torque_nm,
-             "amplitude of the sine on top of `motor_nm`"),
+             "amplitude of the sine on top of `motor_command_nm`"),
       number("sine_begin_hz", &Excitation::sine_begin_hz, "Hz", 0, 1000,
              "its frequency at the beginning"),
       number("sine_end_hz", &Excitation::sine_end_hz, "Hz", 0, 1000, "and after `duration_s`"),

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 1856523071;
+export const FINGERPRINT: number = 2388252263;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -455,10 +455,10 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "travel_rad", "kind": "number", "doc": "further from its first angle disarms", "wire": "travel_rad", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "rad", "shown": true},
       {"name": "speed_limit_rad_s", "kind": "number", "doc": "faster disarms", "wire": "speed_limit_rad_s", "type": "f32", "low": 0.1, "high": 10000.0, "unit": "rad/s", "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "largest torque of the motor", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "shown": true},
-      {"name": "motor_nm", "kind": "number", "doc": "where the motor goes", "wire": "motor_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
-      {"name": "brake_nm", "kind": "number", "doc": "where the brake's command goes", "wire": "brake_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "motor_command_nm", "kind": "number", "doc": "where the motor goes", "wire": "motor_command_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "brake_command_nm", "kind": "number", "doc": "where the brake's command goes", "wire": "brake_command_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "ramp_s", "kind": "number", "doc": "time that both take; 0 is a step", "wire": "ramp_s", "type": "f32", "low": 0.0, "high": 60.0, "unit": "s", "default": 0.0, "shown": true},
-      {"name": "sine_nm", "kind": "number", "doc": "amplitude of the sine on top of `motor_nm`", "wire": "sine_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sine_nm", "kind": "number", "doc": "amplitude of the sine on top of `motor_command_nm`", "wire": "sine_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "sine_begin_hz", "kind": "number", "doc": "its frequency at the beginning", "wire": "sine_begin_hz", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "Hz", "default": 0.0, "shown": true},
       {"name": "sine_end_hz", "kind": "number", "doc": "and after `duration_s`", "wire": "sine_end_hz", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "Hz", "default": 0.0, "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "of the servo", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},

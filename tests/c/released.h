@@ -308,8 +308,8 @@ typedef struct torsio_excitation {
   double travel_rad;
   double speed_limit_rad_s;
   double torque_limit_nm;
-  double motor_nm;
-  double brake_nm;
+  double motor_command_nm;
+  double brake_command_nm;
   double ramp_s;
   double sine_nm;
   double sine_begin_hz;

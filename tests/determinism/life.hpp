@@ -246,8 +246,8 @@ class Life {
     excitation.travel_rad = 0.05F + somef(2.0);
     excitation.speed_limit_rad_s = 5.0F + somef(50.0);
     excitation.torque_limit_nm = somef(0.05);
-    excitation.motor_nm = eitherf(0.04);
-    excitation.brake_nm = somef(0.05);
+    excitation.motor_command_nm = eitherf(0.04);
+    excitation.brake_command_nm = somef(0.05);
     excitation.ramp_s = somef(0.02);
     excitation.sine_nm = somef(0.02);
     excitation.sine_begin_hz = somef(20.0);

@@ -20,6 +20,10 @@ STATES = {
 def test_bench_emulator_prints_a_line_per_rate_and_plant() -> None:
     lines = bench_lines("emulator", "--seconds", "0.2", "--repeats", "1")
     assert {line["benchmark"] for line in lines} == {"emulator"}
+    first_runs = [line for line in lines if line["what"] == "first_run"]
+    assert {line["parts"] for line in first_runs} <= STATES.keys()
+    assert len(first_runs) == 4
+    lines = [line for line in lines if line not in first_runs]
     assert {line["control_rate_hz"] for line in lines} == {1000, 10_000}
     for rate_hz in (1000, 10_000):
         of_rate = [line for line in lines if line["control_rate_hz"] == rate_hz]

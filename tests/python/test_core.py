@@ -173,7 +173,7 @@ def test_motion_counts_exactly_through_every_wrap(steps: list[int], bits: int, s
 
 def test_motion_speed_settles_at_the_true_speed() -> None:
     counts = (np.arange(2000) * 16).astype(np.uint32)  # 16 counts a tick at 1 kHz
-    rows = core.track_motion_record(core.MotionState(), core.MotionParams(), counts)
+    rows = core.track_motion(core.MotionState(), core.MotionParams(), counts)
     assert rows["speed_rad_s"][-1] == pytest.approx(16e3 * 2 * math.pi / 8192, rel=1e-4)
     assert rows["acceleration_rad_s2"][-1] == pytest.approx(0.0, abs=1e-2)
 
@@ -188,25 +188,25 @@ def test_records_give_the_same_numbers_as_single_ticks() -> None:
         core.sense_spring(state, d, c)
         for d, c in zip(deltas.tolist(), capacities.tolist(), strict=True)
     ]
-    record = core.sense_spring_record(core.SoftSensorState(), deltas, capacities)
+    record = core.sense_spring(core.SoftSensorState(), deltas, capacities)
     assert record.dtype == np.float32
     assert record.tolist() == single
 
     brake = core.BrakeState()
     commands = capacities.tolist()
-    assert core.model_brake_record(core.BrakeState(), core.BrakeParams(), capacities).tolist() == [
+    assert core.model_brake(core.BrakeState(), core.BrakeParams(), capacities).tolist() == [
         core.model_brake(brake, core.BrakeParams(), c) for c in commands
     ]
 
     params = core.PartitionParams()
-    motor, brake_command = core.partition_record(params, deltas, record)
+    rows = core.partition(params, deltas, record)
     shares = [core.partition(params, d, s) for d, s in zip(deltas.tolist(), single, strict=True)]
-    assert motor.tolist() == [s.motor_command_nm for s in shares]
-    assert brake_command.tolist() == [s.brake_command_nm for s in shares]
+    assert rows["motor_command_nm"].tolist() == [s.motor_command_nm for s in shares]
+    assert rows["brake_command_nm"].tolist() == [s.brake_command_nm for s in shares]
 
     counts = np.cumsum(np.arange(500) % 7).astype(np.uint32)
     motion = core.MotionState()
-    rows = core.track_motion_record(core.MotionState(), core.MotionParams(), counts)
+    rows = core.track_motion(core.MotionState(), core.MotionParams(), counts)
     for row, count in zip(rows, counts.tolist(), strict=True):
         one = core.track_motion(motion, core.MotionParams(), count)
         assert one.position_counts == row["position_counts"]
@@ -214,8 +214,8 @@ def test_records_give_the_same_numbers_as_single_ticks() -> None:
 
 
 def test_records_of_different_length_are_refused() -> None:
-    with pytest.raises(ValueError, match="same length"):
-        core.sense_spring_record(core.SoftSensorState(), np.zeros(3), np.zeros(4))
+    with pytest.raises(RuntimeError, match="incompatible size"):
+        core.sense_spring(core.SoftSensorState(), np.zeros(3), np.zeros(4))
 
 
 # Scene

@@ -33,9 +33,9 @@ def knob() -> Iterator[torsio.Knob]:
 
 
 def test_both_commands_go_in_straight_lines_from_where_they_are(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_nm=0.02, brake_nm=0.04, ramp_s=0.1))
+    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.02, brake_command_nm=0.04, ramp_s=0.1))
     first = knob.record(0.05)
-    knob.excite(Excitation(**BOUNDS, motor_nm=-0.02, brake_nm=0.0, ramp_s=0.1))
+    knob.excite(Excitation(**BOUNDS, motor_command_nm=-0.02, brake_command_nm=0.0, ramp_s=0.1))
     second = knob.record(0.15)
     assert np.diff(first["motor_command_nm"][3:]) == pytest.approx(0.02 / 100, abs=2e-5)
     assert np.diff(first["brake_capacity_nm"][3:]) == pytest.approx(0.04 / 100, abs=2e-5)
@@ -69,12 +69,12 @@ def test_servo_pulls_with_stiffness_and_damping_up_to_the_torque_limit(knob: tor
     # The knob is held at 0: damping times 1 rad/s at once, then 0.1 N m/rad times 1 rad/s.
     assert torque[begin] == pytest.approx(2e-3, abs=2e-4)
     assert np.diff(torque[begin : begin + 400]) == pytest.approx(1e-4, abs=2e-5)
-    knob.excite(Excitation(**BOUNDS, motor_nm=0.08))
+    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.08))
     assert knob.record(0.02)["motor_command_nm"].max() == pytest.approx(0.05, abs=2e-5)
 
 
 def test_end_of_its_time_disarms_and_says_so(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_nm=0.01))
+    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.01))
     knob.sleep(0.45)
     assert knob.state == "armed"
     assert knob.wait_for("disarmed", timeout_s=0.1)
@@ -90,7 +90,7 @@ def test_out_of_bounds_disarms_at_once(bound: dict[str, float]) -> None:
     with torsio.open("emulated") as knob:
         knob.start_telemetry(1000.0)
         knob.arm()
-        knob.excite(Excitation(**(BOUNDS | bound), motor_nm=0.05))
+        knob.excite(Excitation(**(BOUNDS | bound), motor_command_nm=0.05))
         with pytest.warns(torsio.DisarmedWarning, match="excitation_stopped"):
             log = knob.record(0.3)
         armed = log[log["motor_command_nm"] > 0]
@@ -101,7 +101,7 @@ def test_out_of_bounds_disarms_at_once(bound: dict[str, float]) -> None:
 
 
 def test_nothing_of_an_excitation_is_left_when_armed_again(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_nm=0.03, brake_nm=0.05))
+    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.03, brake_command_nm=0.05))
     knob.record(0.05)
     knob.disarm()
     knob.arm()
@@ -116,7 +116,7 @@ def test_disarmed_knob_refuses_an_excitation() -> None:
 
 
 def test_value_out_of_range_is_named_and_changes_nothing(knob: torsio.Knob) -> None:
-    knob.excite(Excitation(**BOUNDS, motor_nm=0.01))
+    knob.excite(Excitation(**BOUNDS, motor_command_nm=0.01))
     with pytest.raises(torsio.InvalidArgument, match=r"excitation: .*ramp_s"):
         knob.excite(Excitation(**BOUNDS, ramp_s=61.0))
     with pytest.raises(TypeError, match="Excitation"):

@@ -131,8 +131,9 @@ REPORTS = {
             "excitation",
             0x14,
             "H sequence, B axis, f duration_s, f travel_rad, f speed_limit_rad_s, "
-            "f torque_limit_nm, f motor_nm, f brake_nm, f ramp_s, f sine_nm, f sine_begin_hz, "
-            "f sine_end_hz, f stiffness_nm_per_rad, f damping_nm_s_per_rad, f servo_rad_s",
+            "f torque_limit_nm, f motor_command_nm, f brake_command_nm, f ramp_s, f sine_nm, "
+            "f sine_begin_hz, f sine_end_hz, f stiffness_nm_per_rad, f damping_nm_s_per_rad, "
+            "f servo_rad_s",
         ),
         _report(
             "wall",

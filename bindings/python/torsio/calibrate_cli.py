@@ -2,38 +2,37 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Table
 
 from torsio import calibration
 from torsio.calibration import report
 from torsio.errors import Error
-from torsio.extras import how_to_install
+from torsio.extras import need_matplotlib
 from torsio.knob import Knob
+from torsio.screen import line, table
 
 __all__ = ["measure", "save", "show", "words_of"]
 
 
 def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> dict[str, Any]:
     """Calibrate with a line of progress a step, draw, and give all as JSON has it."""
-    if picture is not None and importlib.util.find_spec("matplotlib") is None:
-        raise Error(f"a picture needs matplotlib: {how_to_install('plot')}")
+    if picture is not None:
+        need_matplotlib()
     before = calibration.kept(knob.info.serial)
-    say.print("hands off: the knob turns by itself for half a minute", highlight=False)
+    say.print("hands off: the knob turns by itself for half a minute")
 
     def step(name: str) -> None:
-        say.print(f"step     {name}", highlight=False)
+        say.print(f"step     {name}")
 
     found = calibration.calibrate(knob, quick=quick, progress=step)
     if picture is not None:
         from torsio.calibration.figure import save_figure
 
         save_figure(found, picture)
-        say.print(f"picture  {picture}", highlight=False, markup=False, soft_wrap=True)
+        line(say, f"picture  {picture}")
     changed = [] if before is None else calibration.drifts(before, found)
     return {
         "calibration": found,
@@ -45,26 +44,24 @@ def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> d
 def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
     """Print what was found, what has drifted, and what is proposed."""
     found: calibration.Calibration = measured["calibration"]
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("quantity", "value +- standard uncertainty", "to a finger", "what it is"):
-        table.add_column(heading)
+    headings = ("quantity", "value +- standard uncertainty", "to a finger", "what it is")
+    quantities = table(*headings, words=len(headings))
     for row in report.lines(found):
-        table.add_row(*row)
-    out.print(table, highlight=False)
-    out.print(f"\n{found.seconds:.0f} s of the knob's time", highlight=False)
+        quantities.add_row(*row)
+    out.print(quantities)
+    out.print(f"\n{found.seconds:.0f} s of the knob's time")
     if measured["compared_with"] is not None:
         out.print(
             f"compared with {measured['compared_with']}: "
             + ("nothing has drifted" if not measured["changed"] else "drifted"),
-            highlight=False,
         )
         for drift in measured["changed"]:
-            out.print(f"  {report.change(drift.name, drift.before, drift.now)}", highlight=False)
+            out.print(f"  {report.change(drift.name, drift.before, drift.now)}")
     proposed = report.changes(knob.actuator_config(), found.actuator)
     if proposed:
-        out.print("\nproposed for the actuator's configuration:", highlight=False)
+        out.print("\nproposed for the actuator's configuration:")
     for name, old, new in proposed:
-        out.print(f"  {report.change(name, old, new)}", highlight=False)
+        out.print(f"  {report.change(name, old, new)}")
 
 
 def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
@@ -72,7 +69,7 @@ def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
     knob.configure(found.actuator)
     knob.save()
     path = calibration.keep(found)
-    say.print(f"saved    on the device, and with uncertainties in {path}", soft_wrap=True)
+    line(say, f"saved    on the device, and with uncertainties in {path}")
 
 
 def words_of(serial: str) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -24,8 +23,9 @@ from torsio import (
     setting_commands,
     stability_cli,
 )
-from torsio.command import AsJson, Device, err, opened, out, plainly, print_json, value_text
+from torsio.command import AsJson, Device, opened, plainly, print_json, value_text
 from torsio.other_commands import add_commands
+from torsio.screen import asks, err, out
 from torsio.virtual_knob import cli as virtual_knob
 
 app = typer.Typer(
@@ -149,7 +149,7 @@ def doctor_command(
 
 def _print_report(report: doctor.Report) -> None:
     if report.device:
-        out.print(report.device, style="bold", highlight=False, markup=False)
+        out.print(report.device, style="bold", markup=False)
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column(min_width=7)
     table.add_column(min_width=10)
@@ -194,14 +194,10 @@ def calibrate_command(
             print_json(found.as_dict() | {"changed": changed})
         else:
             calibrate_cli.show(knob, measured, out)
-        if keep or (not quick and not as_json and sys.stdin.isatty() and _asked(say)):
+        if keep or (not quick and not as_json and asks(say, "Keep this on the device?")):
             calibrate_cli.save(knob, found, say)
     if quick and measured["changed"]:
         raise typer.Exit(1)
-
-
-def _asked(say: Console) -> bool:
-    return say.input("Keep this on the device? [y/N] ").strip().lower() in ("y", "yes")
 
 
 app.command("emulate")(plainly(virtual_knob.emulate_command))

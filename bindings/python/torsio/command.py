@@ -1,4 +1,4 @@
-"""What the commands of `torsio` share: options, how they open a knob, and how they say no."""
+"""What the commands of `torsio` share: options, opening a knob, and reporting errors."""
 
 from __future__ import annotations
 
@@ -15,16 +15,15 @@ from rich.console import Console
 
 import torsio
 from torsio.demos import output, wall
+from torsio.screen import err, line
 
 __all__ = [
     "AsJson",
     "Device",
     "choose",
     "complain",
-    "err",
     "is_emulated",
     "opened",
-    "out",
     "plainly",
     "print_json",
     "value_of",
@@ -33,9 +32,6 @@ __all__ = [
 
 P = ParamSpec("P")
 T = TypeVar("T")
-
-out = Console()
-err = Console(stderr=True)
 
 Device = Annotated[
     str,
@@ -64,7 +60,7 @@ def plainly(command: Callable[P, T]) -> Callable[P, T]:
         try:
             return command(*args, **kwargs)
         except KeyboardInterrupt:
-            err.print("torsio: interrupted", highlight=False)
+            err.print("torsio: interrupted")
             raise typer.Exit(130) from None
         except (torsio.Error, wall.WallNotReachedError, output.OutputError) as error:
             complain(str(error))
@@ -79,7 +75,7 @@ def plainly(command: Callable[P, T]) -> Callable[P, T]:
 
 def complain(sentence: str) -> None:
     """Print what went wrong, in a sentence."""
-    err.print(f"torsio: error: {sentence}", highlight=False, markup=False, soft_wrap=True)
+    line(err, f"torsio: error: {sentence}")
 
 
 def choose(device: str) -> str:
@@ -108,13 +104,13 @@ def opened(
             who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
             if selector != device:
                 who.append("for no real knob is plugged in")
-            say.print(f"knob     {', '.join(who)}", highlight=False, markup=False, soft_wrap=True)
+            line(say, f"knob     {', '.join(who)}")
             yield knob
     except KeyboardInterrupt:
         if not is_open:
             raise
         # Closing has disarmed it.
-        err.print("torsio: interrupted; the knob is disarmed", highlight=False)
+        err.print("torsio: interrupted; the knob is disarmed")
         raise typer.Exit(130) from None
 
 

@@ -1,7 +1,7 @@
 """The device's control mathematics on their own, for study: the very code of the firmware.
 
-Every function works on an explicit state, once per control tick; its ``_record`` twin runs over the
-arrays of a whole record and gives the same numbers. All arithmetic is in 32-bit floats, as on the
+Every function works on an explicit state, once per control tick; given arrays in place of numbers,
+it goes through them tick by tick and gives an array. All arithmetic is in 32-bit floats, as on the
 device. A `Scene` is given as the reports that carry its effects, made with
 `torsio.protocol.encode`.
 """
@@ -22,13 +22,9 @@ from torsio._torsio.core import (
     evaluate_scene,
     evaluate_scene_record,
     model_brake,
-    model_brake_record,
     partition,
-    partition_record,
     sense_spring,
-    sense_spring_record,
     track_motion,
-    track_motion_record,
 )
 
 __all__ = [
@@ -45,11 +41,7 @@ __all__ = [
     "evaluate_scene",
     "evaluate_scene_record",
     "model_brake",
-    "model_brake_record",
     "partition",
-    "partition_record",
     "sense_spring",
-    "sense_spring_record",
     "track_motion",
-    "track_motion_record",
 ]

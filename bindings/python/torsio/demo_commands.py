@@ -16,9 +16,10 @@ from rich.table import Table
 
 import torsio
 from torsio import perception
-from torsio.command import AsJson, Device, choose, complain, err, is_emulated, opened, out, plainly
+from torsio.command import AsJson, Device, choose, complain, is_emulated, opened, plainly
 from torsio.demos import output, wall
 from torsio.extras import how_to_install
+from torsio.screen import err, line, out
 
 __all__ = ["add_to"]
 
@@ -68,8 +69,8 @@ def wall_command(
     output.write(writers, "--out")
     _print_measures(measures, say)
     picture = png_file if save_figure else f"none without matplotlib: {how_to_install('plot')}"
-    say.print(f"\npicture  {picture}", highlight=False, markup=False, soft_wrap=True)
-    say.print(f"numbers  {json_file}", highlight=False, markup=False, soft_wrap=True)
+    line(say, f"\npicture  {picture}")
+    line(say, f"numbers  {json_file}")
     if as_json:
         sys.stdout.write(numbers)
     if shortcomings := measures.shortcomings():
@@ -177,14 +178,13 @@ def _print_measures(measures: wall.WallMeasures, say: Console) -> None:
         "speed", f"{measures.realtime_factor:.3g} x", "", "seconds of the knob in a second of yours"
     )
     say.print()
-    say.print(table, highlight=False)
-    say.print(f"1 JND: {perception.MEANING}", highlight=False)
+    say.print(table)
+    say.print(f"1 JND: {perception.MEANING}")
     say.print(
         "\n[bold]Not as it should be:[/bold] see the rows above."
         if measures.shortcomings()
         else "\n[bold]It feels like a wall:[/bold] firm on the way in, and it lets go on the way "
         "out.",
-        highlight=False,
     )
 
 

@@ -1,4 +1,4 @@
-"""`torsio doctor`: is all well with the knob, and if not, what is to be done.
+"""`torsio doctor`: checks a knob and says what to do about each problem.
 
 Facts are gathered in `torsio.doctor_facts`; small functions, one for each matter, turn facts into
 findings: about the system in `torsio.doctor_linux` and `torsio.doctor_windows`, about the knob in

@@ -1,7 +1,7 @@
 """The emulated device and its parts, each on its own, for study.
 
-`torsio.open("emulated")` puts them together; here are the plant, hands' profiles, the encoder, and
-the whole device at the level of report bytes.
+`torsio.open("emulated")` puts them together; here are the plant, the encoder, and the whole device
+at the level of report bytes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio._torsio.emulator import EmulatedDevice, Encoder, Profile, ReplayedDevice
+from torsio._torsio.emulator import EmulatedDevice, Encoder, ReplayedDevice
 from torsio.closed_loop import (
     REPLAY_DTYPE,
     ClosedLoop,
@@ -37,7 +37,6 @@ __all__ = [
     "InitialState",
     "LoopOptions",
     "Plant",
-    "Profile",
     "ReplayedDevice",
     "SpinUp",
     "replay",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 import sys
@@ -10,7 +11,9 @@ from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
-__all__ = ["how_to_install", "lacking", "source_folder"]
+from torsio.errors import Error
+
+__all__ = ["how_to_install", "lacking", "need_matplotlib", "source_folder"]
 
 # What the system's own shell takes as one word.
 _QUOTE = '"' if sys.platform == "win32" else "'"
@@ -49,3 +52,9 @@ def lacking(what: str, extra: str, error: ModuleNotFoundError) -> str:
         f"{what} needs the Python package {error.name}; install what it needs with: "
         f"{how_to_install(extra)}"
     )
+
+
+def need_matplotlib() -> None:
+    """Raise `Error` where a picture cannot be drawn, before what it is to show takes its time."""
+    if importlib.util.find_spec("matplotlib") is None:
+        raise Error(f"a picture needs matplotlib: {how_to_install('plot')}")

@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 import torsio
 from torsio import firmware
-from torsio.command import AsJson, err, out, plainly
+from torsio.command import AsJson, plainly, print_json
+from torsio.screen import asks, err, line, out
 
 __all__ = ["app"]
 
 app = typer.Typer(help="Look into firmware files, and put them on a knob.", no_args_is_help=True)
-
-
-def _line(say: Console, text: str) -> None:
-    say.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
 @app.command("show")
@@ -30,11 +24,11 @@ def show_command(file: Path, as_json: AsJson = False) -> None:
     """Check a file, and show for which board it is."""
     found = {**asdict(firmware.read(file)), "path": str(file)}
     if as_json:
-        sys.stdout.write(json.dumps(found, indent=2) + "\n")
+        print_json(found)
         return
     found["fingerprint"] = f"0x{found['fingerprint']:08x}"
     for name, value in found.items():
-        _line(out, f"{name}  {value}")
+        line(out, f"{name}  {value}")
 
 
 @app.command("update")
@@ -67,36 +61,30 @@ def update_command(
     reports; you are told before.
     """
     plan = firmware.prepare(file, device, drive=drive)
-    _line(out, str(plan))
+    line(out, str(plan))
     if plan.loses_configuration:
-        _line(
+        line(
             out,
             "its configuration will be lost: the new firmware cannot read it, and holds the knob "
             "low until its parts are confirmed; `torsio config dump` of the old release keeps it",
         )
-    if not yes and not _agreed():
+    if not yes and not asks(err, "Write it?"):
         raise torsio.Error("nothing was changed; --yes does it without asking")
-    done = firmware.carry_out(plan, say=lambda text: _line(out, f"  {text}"))
-    _line(
+    done = firmware.carry_out(plan, say=lambda text: line(out, f"  {text}"))
+    line(
         out,
         f"{done.after.serial} runs firmware {done.after.firmware_version} of board "
         f"{done.after.board}, fingerprint 0x{done.after.fingerprint:08x}",
     )
     if done.kept:
-        _line(out, "its configuration is as before")
+        line(out, "its configuration is as before")
     elif done.kept is not None:
         kept = Path(f"torsio-{done.after.serial}.json")
         kept.write_text(done.configuration, encoding="utf-8")
-        _line(
+        line(
             out,
             "its configuration is the saved one; what was set and not saved is in "
             f"{kept}, for `torsio config load`",
         )
     else:
-        _line(out, "look at its configuration: `torsio doctor` tells whether it holds the knob low")
-
-
-def _agreed() -> bool:
-    if not sys.stdin.isatty():
-        return False
-    return err.input("Write it? [y/N] ").strip().lower() in ("y", "yes")
+        line(out, "look at its configuration: `torsio doctor` tells whether it holds the knob low")

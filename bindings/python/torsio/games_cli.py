@@ -72,7 +72,7 @@ def show(knob: Knob, out: Console, *, seconds: float | None) -> None:
     end = None if seconds is None else time.monotonic() + seconds
     knob.sleep(_PERIOD_S)
     if not out.is_terminal:
-        out.print(_table(monitor.read()), highlight=False)
+        out.print(_table(monitor.read()))
         return
     with Live(_table(monitor.read()), console=out, auto_refresh=False) as live:
         while end is None or time.monotonic() < end:

@@ -1,4 +1,4 @@
-"""What a knob warns of, in words."""
+"""Sentences of the warnings that a knob gives."""
 
 from __future__ import annotations
 

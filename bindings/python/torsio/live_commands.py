@@ -14,9 +14,10 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio.command import Device, choose, err, opened, out, plainly
+from torsio.command import Device, choose, opened, plainly
 from torsio.documents import entry
 from torsio.extras import lacking
+from torsio.screen import err, out
 from torsio.statuses import FAULT_ADVICE
 from torsio.studio.page import page_folder
 

@@ -9,8 +9,9 @@ from typing import Annotated
 import typer
 
 import torsio
-from torsio.command import Device, opened, out, plainly
+from torsio.command import Device, opened, plainly
 from torsio.doctor_knob import limits_text, missing
+from torsio.screen import line, out
 
 __all__ = ["add_to"]
 
@@ -28,16 +29,11 @@ def arm_command(
     """
     with opened(device, out) as knob:
         limits = knob.limits()
-        out.print(f"at most  {limits_text(limits)}", highlight=False, soft_wrap=True)
+        line(out, f"at most  {limits_text(limits)}")
         if lacks := missing(knob.info.board, limits):
-            out.print(
-                f"missing  {': '.join(lacks)}",
-                highlight=False,
-                markup=False,
-                soft_wrap=True,
-            )
+            line(out, f"missing  {': '.join(lacks)}")
         knob.arm()
-        out.print("armed    Ctrl-C ends it", highlight=False)
+        out.print("armed    Ctrl-C ends it")
         end_s = math.inf if seconds is None else time.monotonic() + seconds
         while (left_s := end_s - time.monotonic()) > 0 and knob.state == "armed":
             time.sleep(min(left_s, 0.1))

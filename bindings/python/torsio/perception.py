@@ -1,4 +1,4 @@
-"""What a finger can tell: errors of a knob in just noticeable differences (JNDs)."""
+"""Errors of a knob in just noticeable differences (JNDs) of a finger."""
 
 from __future__ import annotations
 

@@ -8,22 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 import torsio
-from torsio import bug_report
-from torsio.command import (
-    Device,
-    choose,
-    complain,
-    err,
-    is_emulated,
-    opened,
-    out,
-    plainly,
-    value_of,
-)
+from torsio import bug_report, screen
+from torsio.command import Device, choose, complain, is_emulated, opened, plainly, value_of
 from torsio.knob_configuration import CONFIGS
+from torsio.screen import err, line, out
 
 __all__ = ["add_to"]
 
@@ -50,8 +40,8 @@ def record_command(
         finally:
             recording.close()
         lost = knob.statistics().samples_lost
-    out.print(f"{recording.samples} samples, {lost} lost", highlight=False)
-    out.print(f"recording  {file}", highlight=False, markup=False, soft_wrap=True)
+    out.print(f"{recording.samples} samples, {lost} lost")
+    line(out, f"recording  {file}")
 
 
 def export_command(
@@ -62,8 +52,8 @@ def export_command(
     recorded = torsio.load(file)
     recorded.save(table)
     if not recorded.whole:
-        err.print("torsio: the recording was torn; its end is missing", highlight=False)
-    out.print(f"{len(recorded.telemetry)} rows  {table}", highlight=False, soft_wrap=True)
+        err.print("torsio: the recording was torn; its end is missing")
+    line(out, f"{len(recorded.telemetry)} rows  {table}")
 
 
 def _changes(given: list[str]) -> dict[str, Any]:
@@ -105,24 +95,20 @@ def replay_command(
         err.print(
             "torsio: its inputs do not begin at power-up, because an earlier recording of the same "
             "knob has those: it is replayed from the counts in the telemetry",
-            highlight=False,
         )
     replayed = torsio.replay(recorded, **wanted)
     source = "inputs of the emulated device" if replayed.from_inputs else "counts in the telemetry"
     out.print(
         f"{len(replayed.recorded)} samples and {replayed.answers} answers, from the {source}",
-        highlight=False,
     )
     if replayed.identical:
-        out.print("the same, to the bit", highlight=False)
+        out.print("the same, to the bit")
         return
-    out.print(f"first difference: {replayed.first_difference}", highlight=False, markup=False)
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("largest difference")
-    table.add_column("", justify="right")
+    line(out, f"first difference: {replayed.first_difference}")
+    differences = screen.table("largest difference", "", words=1)
     for name, value in replayed.largest_differences().items():
-        table.add_row(name, f"{value:.6g}")
-    out.print(table, highlight=False)
+        differences.add_row(name, f"{value:.6g}")
+    out.print(differences)
     if not wanted and replayed.from_inputs:
         version = recorded.metadata["versions"].get("torsio", "another version")
         complain(f"not the same: recorded with {version}, replayed with {torsio.__version__}")
@@ -146,7 +132,7 @@ def report_command(
     """
     names = bug_report.collect(choose(device), file, recording=recording, duration_s=duration_s)
     if "recording.mcap" not in names:
-        err.print("torsio: no knob could be recorded; doctor.json says why", highlight=False)
+        err.print("torsio: no knob could be recorded; doctor.json says why")
     sys.stdout.write(f"report  {file} ({', '.join(names)})\n")
 
 

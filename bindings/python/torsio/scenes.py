@@ -383,14 +383,14 @@ class Excitation:
         Faster disarms; 0.1 to 1e4.
     torque_limit_nm
         Largest torque of the motor; 0 to 100.
-    motor_nm
+    motor_command_nm
         Where the motor goes; -100 to 100.
-    brake_nm
+    brake_command_nm
         Where the brake's command goes; 0 to 100.
     ramp_s
         Time that both take; 0 is a step; 0 to 60.
     sine_nm
-        Amplitude of the sine on top of `motor_nm`; 0 to 100.
+        Amplitude of the sine on top of `motor_command_nm`; 0 to 100.
     sine_begin_hz
         Its frequency at the beginning; 0 to 1000.
     sine_end_hz
@@ -408,8 +408,8 @@ class Excitation:
     travel_rad: float
     speed_limit_rad_s: float
     torque_limit_nm: float
-    motor_nm: float = 0.0
-    brake_nm: float = 0.0
+    motor_command_nm: float = 0.0
+    brake_command_nm: float = 0.0
     ramp_s: float = 0.0
     sine_nm: float = 0.0
     sine_begin_hz: float = 0.0

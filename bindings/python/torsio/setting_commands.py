@@ -10,20 +10,11 @@ from typing import Annotated, Any
 import typer
 
 from torsio import games_cli
-from torsio.command import (
-    AsJson,
-    Device,
-    err,
-    opened,
-    out,
-    plainly,
-    print_json,
-    value_of,
-    value_text,
-)
+from torsio.command import AsJson, Device, opened, plainly, print_json, value_of, value_text
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
+from torsio.screen import err, out
 
 __all__ = ["add_to"]
 
@@ -111,7 +102,7 @@ def games_set_command(
     with opened(device, out) as knob:
         config = games_cli.change(knob, changes)
     for name in changes:
-        out.print(f"{name}  {value_text(name, getattr(config, name))}", highlight=False)
+        out.print(f"{name}  {value_text(name, getattr(config, name))}")
 
 
 def _fields(knob: Knob, names: list[str]) -> dict[str, tuple[str, Any]]:
@@ -130,7 +121,7 @@ def _fields(knob: Knob, names: list[str]) -> dict[str, tuple[str, Any]]:
 
 def _show_fields(knob: Knob, names: list[str]) -> None:
     for name, (_, value) in _fields(knob, names).items():
-        out.print(f"{name}  {value_text(name, value)}", highlight=False)
+        out.print(f"{name}  {value_text(name, value)}")
 
 
 def config_get_command(

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
-import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated
@@ -15,10 +12,11 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 import torsio
 from torsio import perception, stability
-from torsio.command import AsJson, Device, err, opened, out, plainly
+from torsio.command import AsJson, Device, opened, plainly, print_json
 from torsio.config import ActuatorConfig, ControlConfig
-from torsio.extras import how_to_install
+from torsio.extras import need_matplotlib
 from torsio.plant import PlantParams
+from torsio.screen import err, line, out
 
 __all__ = ["add_to"]
 
@@ -72,8 +70,8 @@ def stability_command(
 
     The emulated knob is what the knob's configuration says; the real one is only asked for that.
     """
-    if picture is not None and importlib.util.find_spec("matplotlib") is None:
-        raise torsio.Error(f"a picture needs matplotlib: {how_to_install('plot')}")
+    if picture is not None:
+        need_matplotlib()
     say = err if as_json else out
     with opened(device, say) as knob:
         actuator, control, rate_hz = (
@@ -101,7 +99,7 @@ def stability_command(
 
         title = f"Springs and dampers on this knob, law '{control.law}', {1e-3 * rate_hz:g} kHz"
         save_figure(found, predicted, told, title, picture)
-        say.print(f"picture  {picture}", highlight=False, markup=False, soft_wrap=True)
+        line(say, f"picture  {picture}")
     stable = found.stable_to_nm_per_rad
     step_nm = perception.count_step_nm(told.stiffness_nm_per_rad, actuator.counts_per_rev)
     count_step = {
@@ -124,22 +122,21 @@ def stability_command(
                 "stiffness_nm_per_rad": predicted[1].tolist(),
             },
         }
-        sys.stdout.write(json.dumps(values, indent=2) + "\n")
+        print_json(values)
         return
     say.print(
         f"told     springs up to {told.stiffness_nm_per_rad:.3g} N m/rad come to rest, "
-        f"{stability.LIMITS[told.limited_by]}", highlight=False,
+        f"{stability.LIMITS[told.limited_by]}",
     )  # fmt: skip
     say.print(
         f"finger   there one count is {1e3 * step_nm:.2g} mN m, "
         f"{perception.text(count_step['jnds'])}; one JND up to "
         f"{count_step['one_jnd_nm_per_rad']:.3g} N m/rad at {actuator.counts_per_rev} counts",
-        highlight=False,
     )
     for damping, upto in zip(found.damping_nm_s_per_rad, stable, strict=True):
         most_tried = "or more " if upto == found.stiffness_nm_per_rad[-1] else ""
         damper = f"with a damper of {1e3 * damping:.2f} mN m s/rad" if damping else "alone"
-        say.print(f"tried    up to {upto:.3g} N m/rad {most_tried}{damper}", highlight=False)
+        say.print(f"tried    up to {upto:.3g} N m/rad {most_tried}{damper}")
 
 
 def add_to(app: typer.Typer) -> None:

@@ -214,10 +214,10 @@ EXCITATION = Structure(
         number(
             "torque_limit_nm", "N m", 0.0, MAX_TORQUE_NM, "largest torque of the motor", required=True
         ),
-        torque("motor_nm", "where the motor goes", low=-MAX_TORQUE_NM, default=0.0),
-        torque("brake_nm", "where the brake's command goes", default=0.0),
+        torque("motor_command_nm", "where the motor goes", low=-MAX_TORQUE_NM, default=0.0),
+        torque("brake_command_nm", "where the brake's command goes", default=0.0),
         number("ramp_s", "s", 0.0, 60.0, "time that both take; 0 is a step"),
-        torque("sine_nm", "amplitude of the sine on top of `motor_nm`", default=0.0),
+        torque("sine_nm", "amplitude of the sine on top of `motor_command_nm`", default=0.0),
         number("sine_begin_hz", "Hz", 0.0, 1e3, "its frequency at the beginning"),
         number("sine_end_hz", "Hz", 0.0, 1e3, "and after `duration_s`"),
         stiffness("of the servo", default=0.0),

@@ -417,12 +417,12 @@ typedef struct torsio_excitation {
   /// largest torque of the motor; 0 to 100
   double torque_limit_nm;
   /// where the motor goes; -100 to 100
-  double motor_nm;
+  double motor_command_nm;
   /// where the brake's command goes; 0 to 100
-  double brake_nm;
+  double brake_command_nm;
   /// time that both take; 0 is a step; 0 to 60
   double ramp_s;
-  /// amplitude of the sine on top of `motor_nm`; 0 to 100
+  /// amplitude of the sine on top of `motor_command_nm`; 0 to 100
   double sine_nm;
   /// its frequency at the beginning; 0 to 1000
   double sine_begin_hz;

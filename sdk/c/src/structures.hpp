@@ -152,8 +152,8 @@ inline Excitation from_c(const torsio_excitation& from) {
   to.travel_rad = from.travel_rad;
   to.speed_limit_rad_s = from.speed_limit_rad_s;
   to.torque_limit_nm = from.torque_limit_nm;
-  to.motor_nm = from.motor_nm;
-  to.brake_nm = from.brake_nm;
+  to.motor_command_nm = from.motor_command_nm;
+  to.brake_command_nm = from.brake_command_nm;
   to.ramp_s = from.ramp_s;
   to.sine_nm = from.sine_nm;
   to.sine_begin_hz = from.sine_begin_hz;
@@ -483,8 +483,8 @@ inline torsio_excitation to_c([[maybe_unused]] const Excitation& from) {
   to.travel_rad = from.travel_rad;
   to.speed_limit_rad_s = from.speed_limit_rad_s;
   to.torque_limit_nm = from.torque_limit_nm;
-  to.motor_nm = from.motor_nm;
-  to.brake_nm = from.brake_nm;
+  to.motor_command_nm = from.motor_command_nm;
+  to.brake_command_nm = from.brake_command_nm;
   to.ramp_s = from.ramp_s;
   to.sine_nm = from.sine_nm;
   to.sine_begin_hz = from.sine_begin_hz;

@@ -151,7 +151,7 @@ class TORSIO_EXPORT Knob {
   /// State and counters, as the device says now.
   [[nodiscard]] Health health();
   /// What motor, brake and shaft have done to the knob, if the law is `calibrated`; and how stiff
-  /// a wall is rendered now. docs/theory.md, "No wall that buzzes".
+  /// a wall is rendered now. docs/theory.md, "Bounded stiffness".
   [[nodiscard]] Energies energies();
   /// The most that the device gives now, and whether it is held low until its parts are confirmed.
   [[nodiscard]] Limits limits();

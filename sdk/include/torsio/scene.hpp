@@ -161,14 +161,14 @@ struct LocalModel {
 struct Excitation {
   double duration_s = 0.0;  ///< until it disarms, unless the next one comes first; 0.001 to 60
   double travel_rad = 0.0;  ///< further from its first angle disarms; 0.001 to 1000
-  double speed_limit_rad_s = 0.0;     ///< faster disarms; 0.1 to 1e4
-  double torque_limit_nm = 0.0;       ///< largest torque of the motor; 0 to 100
-  double motor_nm = 0.0;              ///< where the motor goes; -100 to 100
-  double brake_nm = 0.0;              ///< where the brake's command goes; 0 to 100
-  double ramp_s = 0.0;                ///< time that both take; 0 is a step; 0 to 60
-  double sine_nm = 0.0;               ///< amplitude of the sine on top of `motor_nm`; 0 to 100
-  double sine_begin_hz = 0.0;         ///< its frequency at the beginning; 0 to 1000
-  double sine_end_hz = 0.0;           ///< and after `duration_s`; 0 to 1000
+  double speed_limit_rad_s = 0.0;  ///< faster disarms; 0.1 to 1e4
+  double torque_limit_nm = 0.0;    ///< largest torque of the motor; 0 to 100
+  double motor_command_nm = 0.0;   ///< where the motor goes; -100 to 100
+  double brake_command_nm = 0.0;   ///< where the brake's command goes; 0 to 100
+  double ramp_s = 0.0;             ///< time that both take; 0 is a step; 0 to 60
+  double sine_nm = 0.0;            ///< amplitude of the sine on top of `motor_command_nm`; 0 to 100
+  double sine_begin_hz = 0.0;      ///< its frequency at the beginning; 0 to 1000
+  double sine_end_hz = 0.0;        ///< and after `duration_s`; 0 to 1000
   double stiffness_nm_per_rad = 0.0;  ///< of the servo; 0 to 1e6
   double damping_nm_s_per_rad = 0.0;  ///< of the servo; 0 to 1000
   double servo_rad_s = 0.0;           ///< speed of the servo's reference; -1000 to 1000

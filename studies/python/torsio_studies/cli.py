@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
 import typer
-from rich.console import Console
 
+from torsio import screen
+from torsio.command import AsJson, complain, print_json
 from torsio.config import Law
 from torsio.errors import Error
+from torsio.screen import err
 from torsio_studies import STUDIES
 
 app = typer.Typer(
     help="Find out what the knob can do, and what cannot be trusted.", no_args_is_help=True
 )
 
-AsJson = Annotated[
-    bool,
-    typer.Option(
-        "--json",
-        help="Print the results as JSON to standard output; all else then goes to standard error.",
-    ),
-]
 Out = Annotated[
     Path,
     typer.Option(
@@ -50,22 +43,21 @@ def run(name: str, as_json: bool, out: Path, quick: bool, settings: dict[str, An
     from torsio_studies.execution import execute
 
     json_file = out / f"{name}.json"
-    console = Console(stderr=as_json)
-    errors = Console(stderr=True)
+    console = err if as_json else screen.out
     try:
         results = execute(
             name, json_file=json_file, out=out, quick=quick, console=console, settings=settings
         )
     except KeyboardInterrupt:
-        errors.print("torsio: interrupted; earlier results are kept", highlight=False)
+        err.print("torsio: interrupted; earlier results are kept")
         raise typer.Exit(130) from None
     except (Error, OSError) as error:
-        errors.print(f"torsio: error: {error}", highlight=False, markup=False, soft_wrap=True)
+        complain(str(error))
         raise typer.Exit(1) from None
     where = [*(str(out / figure) for figure in results["figures"]), str(json_file)]
-    console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}", highlight=False)
+    console.print(f"\nWritten in {results['seconds']:.0f} s: {', '.join(where)}")
     if as_json:
-        sys.stdout.write(json.dumps(results, indent=2, allow_nan=False) + "\n")
+        print_json(results)
 
 
 def _add(name: str, about: str) -> None:

@@ -7,7 +7,6 @@ import errno
 import json
 import math
 import os
-import tempfile
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -33,6 +32,7 @@ from torsio.demos.wall_figure import (
     WALL_FILL,
 )
 from torsio.errors import Error
+from torsio.whole_file import beside
 
 __all__ = [
     "BLACK",
@@ -251,18 +251,10 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     StudyError
         If that fails, for want of space for instance; what was at `path` is then still there.
     """
-    with _explained(path):
-        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        os.close(descriptor)
-        partial = Path(name)
-        try:
-            write(partial)
-            with partial.open("rb") as file:
-                os.fsync(file.fileno())
-            partial.chmod(0o666 & ~_umask())
-            partial.replace(path)
-        finally:
-            partial.unlink(missing_ok=True)
+    with _explained(path), beside(path) as partial:
+        write(partial)
+        with partial.open("rb") as file:
+            os.fsync(file.fileno())
 
 
 @contextlib.contextmanager
@@ -273,12 +265,6 @@ def _explained(path: Path) -> Iterator[None]:
         why = "the disk is full" if error.errno == errno.ENOSPC else str(error.strerror or error)
         kept = "; what was there before is kept" if path.exists() else ""
         raise StudyError(f"cannot write {path}: {why}{kept}") from None
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 def plain(value: Any) -> Any:

@@ -37,8 +37,8 @@ Excitation wide(float motor_nm, float brake_nm = 0.0F) {
   excitation.travel_counts = 100'000;
   excitation.speed_limit_rad_s = 100.0F;
   excitation.torque_limit_nm = 1.0F;
-  excitation.motor_nm = motor_nm;
-  excitation.brake_nm = brake_nm;
+  excitation.motor_command_nm = motor_nm;
+  excitation.brake_command_nm = brake_nm;
   return excitation;
 }
 
@@ -113,8 +113,8 @@ TEST_CASE("an experiment goes in a straight line from where the last one is, the
     CHECK(static_cast<double>(shares.brake_command_nm) == Approx(0.04 * share).scale(0.02));
   }
   Excitation down = up;
-  down.motor_nm = -0.02F;
-  down.brake_nm = 0.0F;
+  down.motor_command_nm = -0.02F;
+  down.brake_command_nm = 0.0F;
   bench.begin(down);
   for (int n = 0; n < 20; ++n) {
     const Shares shares = bench.tick();

@@ -17,7 +17,7 @@ Excitation steady(float motor_nm, float duration_s = 0.05F) {
   excitation.travel_rad = 0.1F;
   excitation.speed_limit_rad_s = 50.0F;
   excitation.torque_limit_nm = 0.05F;
-  excitation.motor_nm = motor_nm;
+  excitation.motor_command_nm = motor_nm;
   return excitation;
 }
 
@@ -97,7 +97,7 @@ TEST_CASE("an experiment goes past the law, and gives each part what was asked o
   Rig rig;
   arm(rig, Law::compensated);
   Excitation excitation = steady(-0.03F);
-  excitation.brake_nm = 0.05F;
+  excitation.brake_command_nm = 0.05F;
   REQUIRE(rig.send_status(excitation) == Status::ok);
   rig.tick();
   CHECK(rig.outputs.motor_command_nm == -0.03F);

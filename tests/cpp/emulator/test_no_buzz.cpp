@@ -1,4 +1,4 @@
-// No wall that buzzes: stiffness, speed, hand, delay and rate, each against a knob at rest.
+// Bounded stiffness: stiffness, speed, hand, delay and rate, each against a knob at rest.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -2,6 +2,8 @@
 // docs/studies/actuators.md, worked out by hand.
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -11,14 +13,12 @@ namespace {
 
 using namespace torsio::studies::actuators;
 
-// 2 pi / 8192 rad a count: 40 counts wind the soft spring of 1 N m/rad by
-constexpr double kFortyCountsNm = 0.030679616;
-// and one count the stiff spring of 2.873 N m/rad by
-constexpr double kCountNm = 0.0022035634;
-// 20 mN m, held for 1 ms by a brake of 60 ms: 0.02 (1 - exp(-1/60))
-constexpr double kAfterOneTickNm = 0.00033057092;
-// 1 - exp(-1 ms / 0.1 s)
-constexpr double kHandover = 0.0099501663;
+constexpr double kCountRad = 2.0 * std::numbers::pi / 8192.0;
+constexpr double kFortyCountsNm = 40.0 * kCountRad * 1.0;  // of the soft spring, 1 N m/rad
+constexpr double kCountNm = kCountRad * 2.873;             // of the stiff spring, 2.873 N m/rad
+// 20 mN m, held for 1 ms by a brake of 60 ms.
+const double kAfterOneTickNm = 0.02 * -std::expm1(-1.0 / 60.0);
+const double kHandover = -std::expm1(-1e-3 / 0.1);
 
 struct Tick {
   Senses senses;

@@ -59,6 +59,14 @@ def wine_over_evdev(wine: None) -> Iterator[None]:
     registry.write_text(text, errors="surrogateescape")
 
 
+@pytest.fixture(params=["wine", "wine_over_evdev"])
+def way(request: pytest.FixtureRequest) -> str:
+    """Have Wine take hidraw, and then event devices."""
+    name = str(request.param)
+    request.getfixturevalue(name)
+    return name
+
+
 SPEED_RAD_S = 10.0
 SPEED_FULL_RAD_S = 20.0
 ACCELERATION_RAD_S2 = 50.0
@@ -71,11 +79,9 @@ def steady(pieces_: list[tuple[Floats, Floats]], where: int) -> float:
     return float(np.mean(torque[torque.size // 3 : 2 * torque.size // 3]))
 
 
-@pytest.mark.parametrize("way", ["wine", "wine_over_evdev"])
 def test_each_effect_of_direct_input_is_felt_as_it_was_made(
-    bus: VirtualBus, tmp_path: Path, request: pytest.FixtureRequest, way: str
+    bus: VirtualBus, tmp_path: Path, way: str
 ) -> None:
-    request.getfixturevalue(way)
     # Over event devices Wine keeps the number of an effect that was released, and Linux takes no
     # other kind of effect under it (bus_udev.c: effect_ids; ff-core.c: check_effects_compatible).
     options = ("keep",) if way == "wine_over_evdev" else ()
@@ -117,11 +123,10 @@ def test_each_effect_of_direct_input_is_felt_as_it_was_made(
     assert abs(steady(found, friction)) == pytest.approx(0.5, rel=0.05)
 
 
-@pytest.mark.parametrize("way", ["wine", "wine_over_evdev"])
+@pytest.mark.usefixtures("way")
 def test_playing_effect_follows_its_updates_and_ends_with_the_game(
-    bus: VirtualBus, tmp_path: Path, request: pytest.FixtureRequest, way: str
+    bus: VirtualBus, tmp_path: Path
 ) -> None:
-    request.getfixturevalue(way)
     knob, log = plug(bus, tmp_path, range_deg=90)
     with acquired(*DIRECT_INPUT) as game:
         game.play("levels", f"follow 200 {HALF} -2500 0 10000 -{HALF} 1000")
@@ -132,11 +137,8 @@ def test_playing_effect_follows_its_updates_and_ends_with_the_game(
     assert held(torque) == pytest.approx(expected, abs=2e-3)
 
 
-@pytest.mark.parametrize("way", ["wine", "wine_over_evdev"])
-def test_force_of_a_game_that_is_killed_ends(
-    bus: VirtualBus, tmp_path: Path, request: pytest.FixtureRequest, way: str
-) -> None:
-    request.getfixturevalue(way)
+@pytest.mark.usefixtures("way")
+def test_force_of_a_game_that_is_killed_ends(bus: VirtualBus, tmp_path: Path) -> None:
     knob, log = plug(bus, tmp_path, range_deg=90)
     game = Game(*DIRECT_INPUT)
     game.hear("acquired")

@@ -1,9 +1,11 @@
 from collections.abc import Iterable
+from typing import Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
 _Floats = npt.NDArray[np.float32]
+_Numbers = npt.NDArray[np.number[Any]]
 _Law = str
 
 class MotionParams:
@@ -33,9 +35,11 @@ class Motion:
     @property
     def acceleration_rad_s2(self) -> float: ...
 
+@overload
 def track_motion(state: MotionState, params: MotionParams, encoder_count: int) -> Motion: ...
-def track_motion_record(
-    state: MotionState, params: MotionParams, encoder_count: npt.ArrayLike
+@overload
+def track_motion(
+    state: MotionState, params: MotionParams, encoder_count: _Numbers
 ) -> npt.NDArray[np.void]: ...
 
 class BrakeParams:
@@ -58,15 +62,16 @@ class BrakeState:
     capacity_nm: float
     def __init__(self, *, capacity_nm: float = 0.0) -> None: ...
 
+@overload
 def model_brake(state: BrakeState, params: BrakeParams, held_command_nm: float) -> float: ...
-def model_brake_record(
-    state: BrakeState, params: BrakeParams, held_command_nm: npt.ArrayLike
-) -> _Floats: ...
+@overload
+def model_brake(state: BrakeState, params: BrakeParams, held_command_nm: _Numbers) -> _Floats: ...
 
 class SoftSensorState:
     spring_torque_nm: float
     def __init__(self, *, spring_torque_nm: float = 0.0) -> None: ...
 
+@overload
 def sense_spring(
     state: SoftSensorState,
     delta_rad: float,
@@ -74,10 +79,11 @@ def sense_spring(
     *,
     stiffness_nm_per_rad: float = 2.873,
 ) -> float: ...
-def sense_spring_record(
+@overload
+def sense_spring(
     state: SoftSensorState,
-    delta_rad: npt.ArrayLike,
-    capacity_nm: npt.ArrayLike,
+    delta_rad: _Numbers,
+    capacity_nm: _Numbers | float,
     *,
     stiffness_nm_per_rad: float = 2.873,
 ) -> _Floats: ...
@@ -114,10 +120,12 @@ class Shares:
     @property
     def brake_saturated(self) -> bool: ...
 
+@overload
 def partition(params: PartitionParams, desired_nm: float, spring_nm: float) -> Shares: ...
-def partition_record(
-    params: PartitionParams, desired_nm: npt.ArrayLike, spring_nm: npt.ArrayLike
-) -> tuple[_Floats, _Floats]: ...
+@overload
+def partition(
+    params: PartitionParams, desired_nm: _Numbers, spring_nm: _Numbers | float
+) -> npt.NDArray[np.void]: ...
 
 class Scene:
     def __init__(

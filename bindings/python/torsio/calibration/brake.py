@@ -45,9 +45,9 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
         "damping_nm_s_per_rad": 6e-3,
         "servo_rad_s": _SPEED_RAD_S,
     }
-    stairs = [(_DWELL_S, {**servo, "brake_nm": share * top_nm}) for share in _STAIRS]
+    stairs = [(_DWELL_S, {**servo, "brake_command_nm": share * top_nm}) for share in _STAIRS]
     log = player.chain(
-        [(_BEGIN_S, {**servo, "brake_nm": 0.0}), *stairs],
+        [(_BEGIN_S, {**servo, "brake_command_nm": 0.0}), *stairs],
         travel_rad=60.0,
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,

@@ -79,7 +79,7 @@ def find_signs(player: Player, torque_nm: float) -> float:
     torques = []
     for way in (1.0, -1.0):
         log = player.chain(
-            [(1.2, {"motor_nm": way * torque_nm, "ramp_s": 1.2})],
+            [(1.2, {"motor_command_nm": way * torque_nm, "ramp_s": 1.2})],
             travel_rad=_FREE_RAD,
             speed_limit_rad_s=60.0,
             torque_limit_nm=torque_nm,

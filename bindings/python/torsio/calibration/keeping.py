@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from torsio.calibration.procedure import Calibration
 from torsio.errors import Error
+from torsio.whole_file import beside
 
 __all__ = ["Drift", "drifts", "keep", "kept", "place_of"]
 
@@ -28,10 +28,8 @@ def keep(calibration: Calibration) -> Path:
     path = place_of(str(calibration.conditions["serial"]))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, partial = tempfile.mkstemp(dir=path.parent)
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(json.dumps(calibration.as_dict(), indent=2) + "\n")
-        Path(partial).replace(path)
+        with beside(path) as part:
+            part.write_text(json.dumps(calibration.as_dict(), indent=2) + "\n", encoding="utf-8")
     except OSError as error:
         raise Error(f"cannot write {path}: {error.strerror}") from None
     return path

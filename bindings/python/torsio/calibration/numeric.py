@@ -1,4 +1,4 @@
-"""The mathematics of the estimators: least squares with honest uncertainties, smooth windows."""
+"""The mathematics of the estimators: least squares with uncertainties, smooth windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a calibration moves the knob: chains of bounded excitations, and what is heard meanwhile."""
+"""Chains of bounded excitations that a calibration plays, and the telemetry of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A calibration in words."""
+"""Text about a calibration: its quantities, its drifts and the changes that it proposes."""
 
 from __future__ import annotations
 

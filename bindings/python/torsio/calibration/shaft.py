@@ -66,7 +66,10 @@ def hold_and_push(
     """
     pull_nm = min(0.9 * motor_nm, 0.8 * brake_nm)
     sweeps = [
-        (_SWEEP_S, {"motor_nm": pull_nm if sweep % 2 == 0 else -pull_nm, "ramp_s": _SWEEP_S})
+        (
+            _SWEEP_S,
+            {"motor_command_nm": pull_nm if sweep % 2 == 0 else -pull_nm, "ramp_s": _SWEEP_S},
+        )
         for sweep in range(2 if quick else _SWEEPS)
     ]
     step_nm = min(coulomb_nm + 0.16 * motor_nm, 0.4 * motor_nm)
@@ -74,16 +77,19 @@ def hold_and_push(
         (
             _STEP_S * (1.0 + 0.3 * (step % 3)),
             # Not a jump: whose moment telemetry does not tell to a tick.
-            {"motor_nm": step_nm if step % 2 == 0 else -step_nm, "ramp_s": _STEP_RAMP_S},
+            {"motor_command_nm": step_nm if step % 2 == 0 else -step_nm, "ramp_s": _STEP_RAMP_S},
         )
         for step in range(0 if quick else _STEPS)
     ]
-    settle = [(_SETTLE_S, {"motor_nm": 0.0}), (0.3, {"motor_nm": -pull_nm, "ramp_s": 0.3})]
+    settle = [
+        (_SETTLE_S, {"motor_command_nm": 0.0}),
+        (0.3, {"motor_command_nm": -pull_nm, "ramp_s": 0.3}),
+    ]
     # The steps' fit begins with a knob at rest: it waits until the last pull has died away.
-    rest = [(_REST_S, {"motor_nm": 0.0, "ramp_s": 0.2})]
+    rest = [(_REST_S, {"motor_command_nm": 0.0, "ramp_s": 0.2})]
     log = player.chain(
         [*settle, *sweeps, *rest, *steps],
-        brake_nm=brake_nm,
+        brake_command_nm=brake_nm,
         travel_rad=_TRAVEL_RAD,
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
+
+from torsio.whole_file import beside
 
 
 class OutputError(Exception):
@@ -34,19 +37,12 @@ def check(files: Iterable[Path], option: str) -> None:
 
 def write(writers: Mapping[Path, Callable[[Path], object]], option: str) -> None:
     """Write all files beside their places, and put them there when all are complete."""
-    parts: dict[Path, Path] = {}
     try:
-        for file, writer in writers.items():
-            file.parent.mkdir(parents=True, exist_ok=True)
-            # The suffix stays, which tells matplotlib the format.
-            parts[file] = file.with_name(f".part-{os.getpid()}-{file.name}")
-            writer(parts[file])
-        for file, part in parts.items():
-            part.replace(file)
+        with ExitStack() as places:
+            for file, writer in writers.items():
+                file.parent.mkdir(parents=True, exist_ok=True)
+                writer(places.enter_context(beside(file)))
     except OSError as error:
         raise OutputError(
             f"{option}: cannot write there ({error.strerror or error}); choose another place"
         ) from error
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)

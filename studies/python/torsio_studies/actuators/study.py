@@ -7,9 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 
 from rich.console import Console
-from rich.table import Table
 
 from torsio import perception
+from torsio.screen import table
 from torsio_studies import _studies
 from torsio_studies.actuators import figure
 from torsio_studies.actuators.trials import (
@@ -58,24 +58,15 @@ def jnds(row: Measures) -> dict[str, float]:
 
 def show(results: Results, console: Console) -> None:
     """Print the results as a table."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    table.add_column("actuator")
-    for heading in (
-        "in",
-        "out",
-        "gap\nmN·m",
-        "gap\nJND",
-        "leaves after\nms",
-        "stable to\nN·m/rad",
-        "drag\nmN·m",
-        "peak\nmN·m",
-        "motor\nheat",
-    ):
-        table.add_column(heading, justify="right")
+    told = table(
+        "actuator", "in", "out", "gap\nmN·m", "gap\nJND", "leaves after\nms",
+        "stable to\nN·m/rad", "drag\nmN·m", "peak\nmN·m", "motor\nheat",
+        words=1,
+    )  # fmt: skip
     for row in results["rows"]:
         wall = row["walls"][1]
         limit = row["stable_stiffness_nm_per_rad"]
-        table.add_row(
+        told.add_row(
             f"({row['figure']}) {row['title']}" if row["figure"] else row["title"],
             f"{100 * wall['tracking_in']:.1f} %",
             f"{100 * wall['tracking_out']:.1f} %",
@@ -87,6 +78,6 @@ def show(results: Results, console: Console) -> None:
             f"{1e3 * row['peak_torque_nm']:.0f}",
             f"{100 * row['motor_heat']:.0f} %",
         )
-    console.print(table, highlight=False)
-    console.print("in, out, gap: a wall of 30 mN·m/deg", highlight=False)
-    console.print(f"1 JND: {perception.MEANING}", highlight=False)
+    console.print(told)
+    console.print("in, out, gap: a wall of 30 mN·m/deg")
+    console.print(f"1 JND: {perception.MEANING}")

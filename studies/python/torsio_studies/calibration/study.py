@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from rich.console import Console
-from rich.table import Table
 
 from torsio import perception
+from torsio.screen import table
 from torsio_studies.calibration import figure
 from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches, evaluate_batch
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
@@ -93,22 +93,14 @@ def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
 
 def show(results: Results, console: Console) -> None:
     """Print the coverage of every quantity, and what was refused for which reason."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in (
-        "quantity",
-        "knobs",
-        "95 % intervals with the truth",
-        "median error",
-        "to a finger",
-        "stated",
-    ):
-        table.add_column(heading, justify="left" if heading == "quantity" else "right")
+    headings = ("knobs", "95 % intervals with the truth", "median error", "to a finger", "stated")
+    quantities = table("quantity", *headings, words=1)
     for row in results["rows"]:
         if not row["knobs"]:
             continue
         unit = " %" if row["relative"] else ""
         scale = 100.0 if row["relative"] else 1.0
-        table.add_row(
+        quantities.add_row(
             row["quantity"],
             f"{row['knobs']}",
             f"{100 * row['coverage']:.1f} %",
@@ -116,16 +108,14 @@ def show(results: Results, console: Console) -> None:
             "" if row["median_error_jnds"] is None else f"{row['median_error_jnds']:.2g} JND",
             f"{scale * row['median_sigma']:.2g}{unit}",
         )
-    console.print(table, highlight=False)
+    console.print(quantities)
     console.print(
         f"\n{results['complete']} of {results['knobs']} knobs to the end; at most "
         f"{results['knob_seconds']:.0f} s of a knob's time",
-        highlight=False,
     )
     for row in results["sabotages"]:
         right = row["reason"] in row["right"]
         console.print(
             f"  {'refused' if right else 'WRONG  '}  {row['sabotage']}: "
             f"{row['reason'] or 'accepted'}",
-            highlight=False,
         )

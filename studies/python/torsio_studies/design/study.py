@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 from rich.console import Console
-from rich.table import Table
 
 from torsio import perception
 from torsio.config import Law
+from torsio.screen import line, table
 from torsio_studies.actuators.trials import PEAK_NM
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
@@ -172,31 +172,21 @@ def formula_error(sample: dict[str, Array]) -> float:
 
 def show(results: Results, console: Console) -> None:
     """Print what the devices cost, and what matters most."""
-    console.print(
+    line(
+        console,
         f"{results['devices']} devices, {results['computed_now']} of them computed now by "
         f"{results['workers']} workers; all are in {results['parquet']}",
-        highlight=False,
-        soft_wrap=True,
     )
-    cost = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("control rate, Hz", "devices", "ms of one core a device"):
-        cost.add_column(heading, justify="right")
+    cost = table("control rate, Hz", "devices", "ms of one core a device")
     for row in results["cost_by_rate"]:
         cost.add_row(
             f"{row['rate_from_hz']:.0f} to {row['rate_to_hz']:.0f}",
             f"{row['devices']}",
             f"{1e3 * row['seconds_per_device']:.0f}",
         )
-    console.print(cost, highlight=False)
-    growth = Table(box=None, pad_edge=False, header_style="bold")
-    headings = (
-        "devices done",
-        "seconds of cores",
-        "ms of one core a device",
-        "seconds by the clock",
-    )
-    for heading in headings:
-        growth.add_column(heading, justify="right")
+    console.print(cost)
+    headings = ("seconds of cores", "ms of one core a device", "seconds by the clock")
+    growth = table("devices done", *headings)
     for row in results["cost_by_devices"]:
         growth.add_row(
             f"{row['devices']}",
@@ -204,19 +194,16 @@ def show(results: Results, console: Console) -> None:
             f"{1e3 * row['seconds_per_device']:.0f}",
             f"{row['wall_seconds']:.1f}",
         )
-    console.print(growth, highlight=False)
+    console.print(growth)
     for name, error in results["jnds"].items():
         console.print(
             f"{name.replace('_', ' ')}: {perception.text(error['median'])} in the median, less "
             f"than one in {100 * error['unfelt']:.0f} % of the devices",
-            highlight=False,
         )
-    counts = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("wall, N·m/rad", "counts a turn for 1 JND", "for half a JND"):
-        counts.add_column(heading, justify="right")
+    counts = table("wall, N·m/rad", "counts a turn for 1 JND", "for half a JND")
     for row in results["counts_for_walls"]:
         counts.add_row(
             f"{row['stiffness_nm_per_rad']:g}", f"{row['one_jnd']:,}", f"{row['half_jnd']:,}"
         )
-    console.print(counts, highlight=False)
-    console.print(f"1 JND: {perception.MEANING}", highlight=False)
+    console.print(counts)
+    console.print(f"1 JND: {perception.MEANING}")

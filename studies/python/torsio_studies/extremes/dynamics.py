@@ -60,7 +60,7 @@ def brake_step(period_over_lag: float, ticks: int = 40) -> tuple[Array, Array, A
         for i in range(1, ticks):
             euler[i] = euler[i - 1] + period_over_lag * (command - euler[i - 1])
     params = core.BrakeParams(time_constant_s=1e-3 / period_over_lag, floor_nm=0.0)
-    record = core.model_brake_record(core.BrakeState(), params, np.full(ticks - 1, command))
+    record = core.model_brake(core.BrakeState(), params, np.full(ticks - 1, command))
     model = np.concatenate([[0.0], record])
     exact = command * -np.expm1(-period_over_lag * np.arange(ticks))
     return euler, model.astype(np.float64), np.asarray(exact, dtype=np.float64)

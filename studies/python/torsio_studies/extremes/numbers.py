@@ -96,11 +96,11 @@ def turning_error_nm(hours: float) -> tuple[float, float]:
     # The device gets there in leaps that its counter allows.
     state, params = core.MotionState(), core.MotionParams()
     leaps = np.append(np.arange(0, start, 1 << 30), start)
-    core.track_motion_record(state, params, (leaps % (1 << 32)).astype(np.uint32))
-    motion = core.track_motion_record(state, params, (counts[1:] % (1 << 32)).astype(np.uint32))
+    core.track_motion(state, params, (leaps % (1 << 32)).astype(np.uint32))
+    motion = core.track_motion(state, params, (counts[1:] % (1 << 32)).astype(np.uint32))
     sensor = core.SoftSensorState()
     held = np.full(len(motion), HELD_NM)
-    guarded = core.sense_spring_record(sensor, motion["delta_rad"], held)
+    guarded = core.sense_spring(sensor, motion["delta_rad"], held)
     if state.position_counts != counts[-1]:
         return float(np.abs(naive - exact).max()), math.inf
     return float(np.abs(naive - exact).max()), float(np.abs(guarded - exact).max())
@@ -115,7 +115,7 @@ def turned_in_full(hours: float) -> int:
     for first in range(0, ticks + 1, chunk):
         tick = np.arange(first, min(first + chunk, ticks + 1), dtype=np.int64)
         counts = tick * numerator // denominator
-        core.track_motion_record(state, params, (counts % (1 << 32)).astype(np.uint32))
+        core.track_motion(state, params, (counts % (1 << 32)).astype(np.uint32))
     return abs(state.position_counts - ticks * numerator // denominator)
 
 
@@ -268,7 +268,7 @@ def subnormal_ticks(seconds: float = 60.0) -> tuple[int, int]:
         naive += int(0 < value < tiny)
     state = core.BrakeState(capacity_nm=0.1)
     params = core.BrakeParams(floor_nm=0.0)
-    states = core.model_brake_record(state, params, np.zeros(ticks))
+    states = core.model_brake(state, params, np.zeros(ticks))
     return naive, int(np.count_nonzero((states > 0) & (states < tiny)))
 
 

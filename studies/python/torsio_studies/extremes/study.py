@@ -403,7 +403,7 @@ def show(results: Results, console: Console) -> None:
                 _text(row["bound"]),
                 "yes" if row["holds"] else "[bold red]no[/bold red]",
             )
-        console.print(table, highlight=False)
+        console.print(table)
         console.print()
 
 

@@ -18,7 +18,6 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 from rich.console import Console
-from rich.table import Table
 
 from torsio.closed_loop import LoopOptions, simulate
 from torsio.config import ControlConfig
@@ -27,6 +26,7 @@ from torsio.emulator import Plant
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
 from torsio.plant import PlantParams
 from torsio.scenes import Wall
+from torsio.screen import table
 from torsio_studies.common import Results, Study
 from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.figure import draw
@@ -320,16 +320,14 @@ def _together(study: Study, summary: dict[str, Any]) -> Results:
 
 def show(results: Results, console: Console) -> None:
     """Print what was found."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("scenario", "method", "step", "error", "times real time"):
-        table.add_column(column, justify="left" if column in ("scenario", "method") else "right")
+    fastest = table("scenario", "method", "step", "error", "times real time", words=2)
     for summary in results["summary"]:
         for key, name in (("exact", "exact"), ("mujoco", f"MuJoCo {results['mujoco']}")):
             row = summary[key]
             if row is None:
-                table.add_row(str(summary["scenario"]), name, "", "never", "")
+                fastest.add_row(str(summary["scenario"]), name, "", "never", "")
                 continue
-            table.add_row(
+            fastest.add_row(
                 str(summary["scenario"]),
                 name,
                 f"{1e6 * row['step_s']:.0f} µs",
@@ -338,20 +336,17 @@ def show(results: Results, console: Console) -> None:
             )
     _show_together(results, console)
     console.print(f"\nFastest at an error of at most {TARGET_ERROR:g}, on one core:")
-    console.print(table, highlight=False)
+    console.print(fastest)
     for summary in results["summary"]:
         if summary["ratio"] is not None:
             console.print(
                 f"Scenario {summary['scenario']}, {summary['about']}: the exact stepper is "
                 f"{summary['ratio']:,.0f} times as fast as MuJoCo.",
-                highlight=False,
             )
 
 
 def _show_together(results: Results, console: Console) -> None:
-    loops = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("parts", "control rate", "error", "RMS", "knobs in real time"):
-        loops.add_column(column, justify="left" if column == "parts" else "right")
+    loops = table("parts", "control rate", "error", "RMS", "knobs in real time", words=1)
     for row in results["closed_loop"]:
         loops.add_row(
             row["parts"],
@@ -361,10 +356,8 @@ def _show_together(results: Results, console: Console) -> None:
             f"{row['knobs_in_real_time']:,.0f}",
         )
     console.print("\nMany knobs in closed loop, on one core; the error is of what is felt:")
-    console.print(loops, highlight=False)
-    played = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("commands played by", "step", "error", "knobs in real time"):
-        played.add_column(column, justify="left" if column == "commands played by" else "right")
+    console.print(loops)
+    played = table("commands played by", "step", "error", "knobs in real time", words=1)
     for row in results["played"]:
         played.add_row(
             row["method"],
@@ -373,4 +366,4 @@ def _show_together(results: Results, console: Console) -> None:
             f"{row['knobs_in_real_time']:,.0f}",
         )
     console.print()
-    console.print(played, highlight=False)
+    console.print(played)

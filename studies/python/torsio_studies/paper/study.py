@@ -285,7 +285,7 @@ def show(results: Results, console: Console) -> None:
     for row in results["statements"]:
         table.add_row(row["where"], row["paper"], row["found"], row["verdict"])
     console.print()
-    console.print(table, highlight=False)
+    console.print(table)
     console.print()
-    console.print(aims.table(results["aims"]), highlight=False)
-    console.print(f"1 JND: {perception.MEANING}", highlight=False)
+    console.print(aims.table(results["aims"]))
+    console.print(f"1 JND: {perception.MEANING}")

@@ -1,0 +1,33 @@
+"""What the commands print on a terminal: lines and plain tables. It needs the extra ``cli``."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+from rich.table import Table
+
+__all__ = ["asks", "err", "line", "out", "table"]
+
+out = Console(highlight=False)
+err = Console(stderr=True, highlight=False)
+
+
+def line(console: Console, text: str) -> None:
+    """Print a line as it stands, however long and whatever letters a path in it has."""
+    console.print(text, markup=False, soft_wrap=True)
+
+
+def table(*headings: str, words: int = 0) -> Table:
+    """Make a table without lines; the first so many columns are words, the others numbers."""
+    made = Table(box=None, pad_edge=False, header_style="bold")
+    for i, heading in enumerate(headings):
+        made.add_column(heading, justify="left" if i < words else "right")
+    return made
+
+
+def asks(console: Console, question: str) -> bool:
+    """Ask for a yes or no; without a terminal it is no."""
+    if not sys.stdin.isatty():
+        return False
+    return console.input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
