@@ -28,7 +28,10 @@ _GUIDES = (
 )
 _BACKGROUND = ("architecture", "theory", "protocol", "threads", "reliability", "security")
 _STUDIES = ("paper", "actuators", "design", "extremes", "fidelity", "calibration")
-_MODULES = ("torsio", "torsio.emulator", "torsio.protocol", "torsio.telemetry", "torsio.studio")
+_MODULES = (
+    *("torsio", "torsio.emulator", "torsio.closed_loop", "torsio.protocol", "torsio.telemetry"),
+    "torsio.studio",
+)
 
 _CONFIGURATION = '''\
 """Of Sphinx; written by tools/site.py."""

@@ -193,7 +193,7 @@ void bind_plant(py::module_& module) {
           [](emulator::Plant& plant, const py::object& state) {
             plant.set_state(initial_state_from_python(state));
           },
-          arg("state"), "Put it into a torsio.emulator.InitialState, its time included.")
+          arg("state"), "Put it into a torsio.closed_loop.InitialState, its time included.")
       .def(
           "restart",
           [](emulator::Plant& plant) {

@@ -110,7 +110,7 @@ def first_run_ms(params: PlantParams, repeats: int) -> float:
         plant.drive(*commands)
         times_s.append((first_s - begin_s, time.thread_time() - again_s))
     first, again = (min(column) for column in zip(*times_s, strict=True))
-    return 1e3 * (first - again)
+    return float(1e3 * (first - again))
 
 
 def main() -> None:

@@ -10,7 +10,8 @@ import pytest
 
 import torsio
 from torsio import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
-from torsio.emulator import InitialState, Plant
+from torsio.closed_loop import InitialState
+from torsio.emulator import Plant
 
 K = 2.873
 FREE: dict[str, Any] = {"knob_coulomb_nm": 0.0, "knob_viscous_nm_s_per_rad": 0.0}

@@ -12,7 +12,7 @@ import pytest
 import torsio
 from tests.python import reference
 from torsio import protocol
-from torsio.emulator import (
+from torsio.closed_loop import (
     LOOP_DTYPE,
     ClosedLoop,
     InitialState,

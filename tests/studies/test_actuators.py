@@ -15,9 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import torsio
+from torsio.closed_loop import LoopOptions
+from torsio.closed_loop import simulate as simulate_loop
 from torsio.config import ControlConfig, Law
-from torsio.emulator import LoopOptions
-from torsio.emulator import simulate as simulate_loop
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.actuators import trials

@@ -234,6 +234,11 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
             least = turned * math.sqrt(inertia / stiffness)
             assert left["exit_s"] is None or left["exit_s"] > least
     paper, unknown, calibrated, light = aims["rows"]
+    # The price of the inertia with a coarse encoder: docs/theory.md, "Inertia behind the brake".
+    without, with_it, _ = aims["at_8192_counts"]
+    assert without["sensor_rms_nm"] < with_it["sensor_rms_nm"] < 2.0 * without["sensor_rms_nm"]
+    assert with_it["torque_gap_nm"] < 0.75 * without["torque_gap_nm"]
+    assert with_it["tracking_out"] < without["tracking_out"]
     # Walls in which a mass needs more than the 10 ms that are aimed at.
     assert turned * math.sqrt(inertia / math.degrees(25e-3)) > aims["aims"]["slowest_exit_s"]
     # What each step is said to be worth.

@@ -20,6 +20,7 @@ from torsio.screen import err, line
 __all__ = [
     "AsJson",
     "Device",
+    "Seconds",
     "choose",
     "complain",
     "is_emulated",
@@ -42,6 +43,10 @@ Device = Annotated[
         "that is plugged in, or the emulated one if none is.",
         show_default=False,
     ),
+]
+Seconds = Annotated[
+    float | None,
+    typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
 ]
 AsJson = Annotated[
     bool,

@@ -11,39 +11,11 @@ import numpy.typing as npt
 
 from torsio import _torsio, checks
 from torsio._torsio.emulator import EmulatedDevice, Encoder, ReplayedDevice
-from torsio.closed_loop import (
-    REPLAY_DTYPE,
-    ClosedLoop,
-    InitialState,
-    LoopOptions,
-    SpinUp,
-    replay,
-    reports,
-    simulate,
-    simulate_many,
-)
 from torsio.hands import Hand
 from torsio.plant import ElectricsState, PlantParams
-from torsio.telemetry import LOOP_DTYPE, PLANT_DTYPE, Record
+from torsio.telemetry import PLANT_DTYPE, Record
 
-__all__ = [
-    "LOOP_DTYPE",
-    "PLANT_DTYPE",
-    "REPLAY_DTYPE",
-    "Circuit",
-    "ClosedLoop",
-    "EmulatedDevice",
-    "Encoder",
-    "InitialState",
-    "LoopOptions",
-    "Plant",
-    "ReplayedDevice",
-    "SpinUp",
-    "replay",
-    "reports",
-    "simulate",
-    "simulate_many",
-]
+__all__ = ["PLANT_DTYPE", "Circuit", "EmulatedDevice", "Encoder", "Plant", "ReplayedDevice"]
 
 _LONGEST_NS = 2**62
 

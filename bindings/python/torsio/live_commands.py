@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio.command import Device, choose, opened, plainly
+from torsio.command import Device, Seconds, choose, opened, plainly
 from torsio.documents import entry
 from torsio.extras import lacking
 from torsio.screen import err, out
@@ -77,16 +77,10 @@ def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> Render
     return table
 
 
-def monitor_command(
-    device: Device = "",
-    duration_s: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.1, help="End by itself.", show_default=False),
-    ] = None,
-) -> None:
+def monitor_command(device: Device = "", seconds: Seconds = None) -> None:
     """Show a knob live in the terminal, also over ssh. Ctrl-C ends it; the knob stays as it is."""
     with opened(device, err, torsio.EmulatorOptions(paced=True)) as knob:
-        end = math.inf if duration_s is None else time.monotonic() + duration_s
+        end = math.inf if seconds is None else time.monotonic() + seconds
         knob.start_telemetry()
         with Live(console=out, refresh_per_second=20) as live:
             while time.monotonic() < end:

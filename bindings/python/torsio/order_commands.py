@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Annotated
 
 import typer
 
 import torsio
-from torsio.command import Device, opened, plainly
+from torsio.command import Device, Seconds, opened, plainly
 from torsio.doctor_knob import limits_text, missing
 from torsio.screen import line, out
 
 __all__ = ["add_to"]
 
 
-def arm_command(
-    device: Device = "",
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
-    ] = None,
-) -> None:
+def arm_command(device: Device = "", seconds: Seconds = None) -> None:
     """Switch the torque on until Ctrl-C, and say how much there is at most and what is missing.
 
     What plays is what the knob has: a game's effects, or a scene that an autonomous knob kept.

@@ -10,7 +10,16 @@ from typing import Annotated, Any
 import typer
 
 from torsio import games_cli
-from torsio.command import AsJson, Device, opened, plainly, print_json, value_of, value_text
+from torsio.command import (
+    AsJson,
+    Device,
+    Seconds,
+    opened,
+    plainly,
+    print_json,
+    value_of,
+    value_text,
+)
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
@@ -22,10 +31,7 @@ __all__ = ["add_to"]
 def games_command(
     context: typer.Context,
     device: Device = "",
-    seconds: Annotated[
-        float | None,
-        typer.Option("--seconds", min=0.0, help="End after so long.", show_default=False),
-    ] = None,
+    seconds: Seconds = None,
     as_json: AsJson = False,
 ) -> None:
     """Show the effects of games live: what each gives, how often it changes, who has the actuator.

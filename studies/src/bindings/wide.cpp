@@ -24,7 +24,7 @@ namespace {
 using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 using Bytes = py::array_t<std::uint8_t>;
 
-/// Bytes of the rows, which torsio.emulator.REPLAY_DTYPE describes.
+/// Bytes of the rows, which torsio.closed_loop.REPLAY_DTYPE describes.
 Bytes replay_wide(const std::vector<py::bytes>& reports, std::int64_t control_period_ns,
                   std::uint64_t first_tick, const Counts& counts) {
   if (counts.ndim() != 1) throw py::value_error("the counts must have one dimension");
@@ -55,7 +55,7 @@ Bytes replay_wide(const std::vector<py::bytes>& reports, std::int64_t control_pe
 void bind_wide(py::module_& module) {
   module.def("replay_wide", &replay_wide, arg("reports"), py::kw_only(), arg("control_period_ns"),
              arg("first_tick"), arg("counts"),
-             "What 64 bits decide: the bytes of torsio.emulator.REPLAY_DTYPE rows.");
+             "What 64 bits decide: the bytes of torsio.closed_loop.REPLAY_DTYPE rows.");
 }
 
 }  // namespace torsio::studies::bindings

@@ -18,7 +18,7 @@ from torsio_studies.paper import runs
 
 __all__ = ["AIMS", "COUNTS", "RATE_HZ", "run", "table"]
 
-RATE_HZ, COUNTS = 20e3, 32_768
+RATE_HZ, COUNTS, COARSE_COUNTS = 20e3, 32_768, 8192
 WALL, SOFT_WALL = 30.0, 10.0  # mN m per degree
 CUT_WALLS = (10.0, 25.0, 50.0, 100.0)
 HYSTERESIS_SHARE = 0.1
@@ -127,6 +127,19 @@ def _exits(variant: Variant) -> list[Results]:
     return rows
 
 
+def _coarse(variant: Variant) -> Results:
+    """Give the visit to the wall with a coarse encoder."""
+    plant = replace(_plant(variant), counts_per_rev=COARSE_COUNTS)
+    push = _push(variant, WALL, plant)
+    return {
+        "variant": variant.name,
+        "tracking_in": push.tracking_rms_in,
+        "tracking_out": push.tracking_rms_out,
+        "torque_gap_nm": push.torque_gap_nm,
+        "sensor_rms_nm": push.sensor_rms_nm,
+    }
+
+
 def run(study: Study) -> Results:
     """Measure every variant."""
     rows = []
@@ -156,6 +169,7 @@ def run(study: Study) -> Results:
         "rows": rows,
         "control_rate_hz": RATE_HZ,
         "counts_per_rev": COUNTS,
+        "at_8192_counts": [_coarse(variant) for variant in VARIANTS if variant.law == "calibrated"],
         "count_step_jnds": perception.torque_jnds(step),
     }
 
