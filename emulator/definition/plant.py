@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from firmware.protocol.definition.limits import MOTOR_LAG_S
 from tools.definition.model import (
     Field,
     Structure,
@@ -161,7 +162,7 @@ PLANT_PARAMS = Structure(
         amount("shaft_stiffness_nm_per_rad", "N m/rad", "0: the shaft is cut", 2.873),
         amount("shaft_damping_nm_s_per_rad", "N m s/rad", "of the shaft", 2e-4),
         amount("brake_time_constant_s", "s", "from command to torque; 0: no lag", 60e-3),
-        amount("motor_time_constant_s", "s", "from command to torque; 0: no lag", 0.1e-3),
+        amount("motor_time_constant_s", "s", "from command to torque; 0: no lag", MOTOR_LAG_S),
         amount("motor_limit_nm", "N m", "commands are clipped to it, both ways", 85e-3),
         amount("brake_limit_nm", "N m", "commands are clipped to it", 110e-3),
         for_hosts(whole("counts_per_rev", "u32", 1, 1 << 24, "of the encoder", default=8192)),

@@ -16,6 +16,7 @@ struct Board {
   std::uint32_t control_period_ns = 0;
   device::WiringRule wiring_rule = nullptr;
   device::PowerBoard power;
+  float motor_lag_s = protocol::ActuatorConfig{}.motor_time_constant_s;  // of its current loop
 };
 
 }  // namespace torsio::boards

@@ -13,7 +13,7 @@ namespace torsio::core {
 struct Parts {
   float period_s = 1e-3F;
   float rad_per_count = kTwoPi / 8192.0F;
-  float motor_time_constant_s = 0.1e-3F;
+  float motor_time_constant_s = 0;
   float delay_s = 0;  // between decision and voltage, beyond the half period of holding
   float knob_inertia_kg_m2 = 6e-5F;
   float knob_coulomb_nm = 6e-3F;

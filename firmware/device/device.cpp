@@ -72,12 +72,19 @@ bool decode_any(std::span<const std::uint8_t> bytes, Direction direction, Visit&
   return known;
 }
 
+/// The defaults are the reference actuator's, on this board.
+Config default_config(const BoardInfo& board) {
+  Config config;
+  config.actuator.motor_time_constant_s = board.motor_lag_s;
+  return config;
+}
+
 }  // namespace
 
 Device::Device(const BoardInfo& board, const StoredSlots& stored)
     : board_(board),
       store_(stored, board.wiring_rule),
-      config_(store_.loaded().value_or(Config{})),
+      config_(store_.loaded().value_or(default_config(board))),
       personality_(config_.game.personality),
       loop_config_(make_loop_config(config_, board.control_period_ns, board.moves_parts)),
       game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
@@ -165,7 +172,7 @@ Order Device::order_for(const protocol::Command& command) {
     case Op::save:
       return save();
     case Op::load_defaults:
-      return configure(Config{});
+      return configure(default_config(board_));
     case Op::clear_fault:
       return order_of(Order::Kind::clear_fault);
     case Op::bootloader:

@@ -38,6 +38,7 @@ struct BoardInfo {
   bool moves_parts = false;  // a real motor, which is held low until its parts are confirmed
   protocol::ResetCause reset_cause = protocol::ResetCause::unknown;
   WiringRule wiring_rule = any_wiring;
+  float motor_lag_s = protocol::ActuatorConfig{}.motor_time_constant_s;  // of its current loop
 };
 
 class Device {

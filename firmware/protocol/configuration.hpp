@@ -43,7 +43,7 @@ struct ActuatorConfig {
   float knob_inertia_kg_m2 = 6e-5F;
   float knob_coulomb_nm = 0.006F;
   float knob_viscous_nm_s_per_rad = 2.6e-5F;
-  float motor_time_constant_s = 1e-4F;
+  float motor_time_constant_s = 4.4e-5F;
   float brake_inertia_kg_m2 = 4e-5F;
   float brake_hysteresis_nm = 0;
   float brake_release_time_constant_s = 0;

@@ -13,7 +13,8 @@ and for each loop what it is like: ``lag_us``, by which the torque trails a smal
 which the supply has too few volts, gets to nine tenths of it; ``noise_nm``, the standard deviation
 of a torque that is held; ``off_nm_per_rad``, the first number at 32,768 counts with a winding
 whose resistance and inductance are a third off, the worst of four; and ``off_bandwidth_hz``, the
-least and the most bandwidth of these four.
+least and the most bandwidth of these four. Loops that are a lag, of no board, have
+``predicted_nm_per_rad``, which is what (8) of docs/theory.md says.
 
 With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
@@ -32,6 +33,7 @@ import numpy.typing as npt
 
 from torsio import (
     BoardConfig,
+    ControlConfig,
     Electrics,
     PlantParams,
     PrescribedMotion,
@@ -57,6 +59,7 @@ class Loop:
     electrics: Electrics | None = None
     config: BoardConfig | None = None
     motor_time_constant_s: float = 0.0
+    delay_ticks: int = 0
 
     def plant(self, counts: int = 8192) -> PlantParams:
         return PlantParams(
@@ -66,6 +69,7 @@ class Loop:
         )
 
 
+LAG_S = PlantParams().motor_time_constant_s
 FAST = Electrics()
 SIMPLE = Electrics(predictive=False, current_period_s=0.0)
 HALF_KILOHERTZ = BoardConfig(current_bandwidth_hz=500.0)
@@ -74,9 +78,12 @@ LOOPS = (
     Loop("simple, 500 Hz", "pico2", 20e3, SIMPLE, HALF_KILOHERTZ),
     Loop("simple, 1 kHz", "pico", 10e3, replace(SIMPLE, output_delay_s=50e-6)),
     Loop("simple, 500 Hz", "pico", 10e3, replace(SIMPLE, output_delay_s=50e-6), HALF_KILOHERTZ),
-    Loop("a lag of 0.1 ms", "none", 10e3, motor_time_constant_s=0.1e-3),
-    Loop("a lag of 44 us", "none", 20e3, motor_time_constant_s=44e-6),
-)
+    *(
+        Loop(f"a lag of 44 us{', a tick of delay' if delay else ''}", "none", rate_hz,
+             motor_time_constant_s=LAG_S, delay_ticks=delay)
+        for rate_hz, delay in ((10e3, 0), (10e3, 1), (20e3, 0), (20e3, 1), (1e3, 0))
+    ),
+)  # fmt: skip
 
 
 def springs(step: float) -> Array:
@@ -91,6 +98,7 @@ def _options(loop: Loop, counts: int, stiffness: float, speed: float) -> LoopOpt
         plant=loop.plant(counts),
         board=loop.config,
         control_period_ns=round(1e9 / loop.rate_hz),
+        delay_ticks=loop.delay_ticks,
         spin_up=SpinUp(motor_command_nm=40e-3, speed_rad_s=speed),
     )
 
@@ -198,6 +206,26 @@ def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
     return min(stable_to(stiffness, [all(row) for row in one]) for one in calm)
 
 
+def predicted_nm_per_rad(loop: Loop) -> float:
+    """Equation (8) of docs/theory.md, for a loop that is a lag."""
+    plant, beta = loop.plant(), ControlConfig().beta
+    late_s = (0.5 + loop.delay_ticks) / loop.rate_hz + loop.motor_time_constant_s
+    swing = math.sqrt(plant.knob_inertia_kg_m2) / plant.motor_limit_nm
+    friction = 0.8 * 4.0 * plant.knob_coulomb_nm / math.pi * swing
+
+    def stiffest(late: float, carried: float) -> float:
+        losses = plant.knob_viscous_nm_s_per_rad + late * carried
+        root = (friction + math.sqrt(friction**2 + 4.0 * late * losses)) / (2.0 * late)
+        return root * root
+
+    # The brake carries its share, but never more than the shaft's spring winds up.
+    shaft = plant.shaft_stiffness_nm_per_rad
+    found = stiffest(late_s, shaft)
+    if beta * found >= shaft:
+        return found
+    return min(stiffest(late_s * (1.0 - beta), 0.0), shaft / beta)
+
+
 def main(arguments: list[str]) -> None:
     """Print a line for each loop and encoder, and one for each loop."""
     quick = "quick" in arguments
@@ -225,7 +253,9 @@ def main(arguments: list[str]) -> None:
             "full_rise_us": round(1e6 * rise_s(loop)),
             "noise_nm": float(f"{noise_nm(loop):.2g}"),
         }
-        if loop.electrics and not quick:
+        if loop.electrics is None:
+            line["predicted_nm_per_rad"] = round(predicted_nm_per_rad(loop), 1)
+        elif not quick:
             bands = [bandwidth_hz(*step_response(wrong)) for wrong in wrong_windings(loop)]
             line["off_bandwidth_hz"] = [round(min(bands)), round(max(bands))]
             line["off_nm_per_rad"] = round(off_nm_per_rad(loop, springs(1.06)), 1)

@@ -128,9 +128,8 @@ def _read(passed: list[Any], trace: Trace) -> None:
 
 def again(board: EmulatedPico, trace: Trace) -> Trace:
     """Do the same on this machine."""
-    model = board.model
     result = subprocess.run(
-        [RETRACE, str(model.number), str(model.tick_ns)],
+        [RETRACE, board.model.name],
         input="\n".join(trace.lines) + "\n",
         capture_output=True,
         text=True,

@@ -118,7 +118,7 @@ TEST_CASE("motor and brake answer a step with their exponentials, even in one lo
       plant.set_command({0.04, 0.08});
       plant.advance(250'000);
       CHECK(plant.truth().motor_torque_nm ==
-            doctest::Approx(0.04 * -std::expm1(-2.5)).scale(0).epsilon(1e-12));
+            doctest::Approx(0.04 * -std::expm1(-250.0 / 44.0)).scale(0).epsilon(1e-12));
       CHECK(plant.truth().brake_capacity_nm ==
             doctest::Approx(2e-3 + 0.08 * -std::expm1(-0.25 / 60.0)).scale(0).epsilon(1e-12));
     }

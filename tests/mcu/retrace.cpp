@@ -1,12 +1,13 @@
 // Does over again what a board's program did: reads from standard input, a line each, what its main
 // loop and its control interrupt gave the device, and prints what the device puts out.
 //
-//   retrace BOARD PERIOD_NS
+//   retrace BOARD          by its name
 //   receive|feature HEX   a report from the host
 //   connected 0|1
 //   service
 //   tick HEX              -> "tick HEX", inputs and outputs as they lie in memory
 //   next                  -> "input HEX", if there is a report for the host
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <charconv>
@@ -17,6 +18,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "boards/all.hpp"
 #include "device/config_store.hpp"
 #include "device/device.hpp"
 
@@ -49,10 +51,14 @@ void print(const char* what, const void* bytes, std::size_t size) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 3) return 2;
+  if (count != 2) return 2;
+  const auto board_of = std::ranges::find(boards::kAll, arguments[1], &boards::Board::name);
+  if (board_of == boards::kAll.end()) return 2;
   device::BoardInfo info;
-  info.board = static_cast<std::uint8_t>(std::stoi(arguments[1]));
-  info.control_period_ns = static_cast<std::uint32_t>(std::stoul(arguments[2]));
+  info.board = board_of->number;
+  info.control_period_ns = board_of->control_period_ns;
+  info.wiring_rule = board_of->wiring_rule;
+  info.motor_lag_s = board_of->motor_lag_s;
   info.has_bootloader = true;
   info.moves_parts = true;
   device::Device board(info, device::empty_slots());

@@ -21,7 +21,7 @@ from torsio import PlantParams
 
 Array = npt.NDArray[np.float64]
 PERIOD_S = 1e-3
-MOTOR_LAG_S, BRAKE_LAG_S = 0.1e-3, 60e-3
+MOTOR_LAG_S, BRAKE_LAG_S = 44e-6, 60e-3
 
 
 @dataclass

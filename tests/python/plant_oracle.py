@@ -30,7 +30,7 @@ class OraclePlant:
     shaft_stiffness_nm_per_rad: float = 2.873
     shaft_damping_nm_s_per_rad: float = 2e-4
     brake_time_constant_s: float = 60e-3
-    motor_time_constant_s: float = 0.1e-3
+    motor_time_constant_s: float = 44e-6
     back_emf_nm_s_per_rad: float = 0.0
     hand_stiffness_nm_per_rad: float = 0.0
     hand_damping_nm_s_per_rad: float = 0.0

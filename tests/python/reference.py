@@ -33,7 +33,7 @@ class Actuator:
     shaft_damping: float = 2e-4
     stiffness: float = 2.873
     brake_lag: float = 60e-3
-    motor_lag: float = 0.1e-3
+    motor_lag: float = 44e-6
     motor_max: float = 85e-3
     brake_max: float = 110e-3
     brake_floor: float = 3.3e-3

@@ -75,8 +75,8 @@ def test_a_sine_reaches_the_simulated_motor() -> None:
         knob.emulator.advance(0.4)
         truth = knob.emulator.truth()
         expected = FULL_NM * 30000 / 32767
-        # A first-order lag of 0.1 ms behind the commands, which are held for 0.1 ms.
-        time_s = truth["time_s"] - 0.15e-3
+        # A first-order lag of 44 us behind the commands, which are held for 0.1 ms.
+        time_s = truth["time_s"] - 50e-6 - 44e-6
         error = truth["motor_torque_nm"] - expected * np.sin(2 * np.pi * time_s / 0.04)
         assert np.abs(error).max() < 0.01 * expected
         assert knob.health().owner == "game"

@@ -39,17 +39,19 @@ def solved(actuator: torsio.ActuatorConfig, control: torsio.ControlConfig, rate_
 @pytest.mark.parametrize(
     ("actuator", "control", "limited_by"),
     [
-        (torsio.ActuatorConfig(), torsio.ControlConfig(), "lag"),
-        (torsio.ActuatorConfig(motor_time_constant_s=1e-5), torsio.ControlConfig(), "rate"),
-        (torsio.ActuatorConfig(), torsio.ControlConfig(law="motor_only"), "lag"),
-        (torsio.ActuatorConfig(), torsio.ControlConfig(beta=0.05), "lag"),
+        (torsio.ActuatorConfig(), torsio.ControlConfig(), "rate"),
+        (torsio.ActuatorConfig(motor_time_constant_s=1.6e-4), torsio.ControlConfig(), "lag"),
+        (torsio.ActuatorConfig(), torsio.ControlConfig(law="motor_only"), "rate"),
+        (torsio.ActuatorConfig(), torsio.ControlConfig(beta=0.05), "rate"),
         (
             torsio.ActuatorConfig(counts_per_rev=256, motor_time_constant_s=1e-5),
             torsio.ControlConfig(motor_torque_cap_nm=0.01),
             "counts",
         ),
         (
-            torsio.ActuatorConfig(knob_coulomb_nm=2e-3, knob_inertia_kg_m2=2e-4),
+            torsio.ActuatorConfig(
+                knob_coulomb_nm=2e-3, knob_inertia_kg_m2=2e-4, motor_time_constant_s=1.6e-4
+            ),
             torsio.ControlConfig(law="calibrated", motor_torque_cap_nm=0.04),
             "lag",
         ),
@@ -93,7 +95,7 @@ def test_boundary_is_where_a_swing_neither_grows_nor_dies(law: str, rate_hz: flo
             return complex(-actuator.knob_inertia_kg_m2 * w * w + 1j * b * w + acts)
 
         # Where its imaginary part changes its sign the real part is nothing too.
-        grid = np.linspace(1.0, 1.6 / (late_s + filter_s), 4000)
+        grid = np.linspace(1.0, 3.2 / (late_s + filter_s), 8000)
         values = np.array([left(float(w)) for w in grid])
         at = np.flatnonzero(np.diff(np.sign(values.imag)) != 0)
         roots = [brentq(lambda w: left(w).imag, grid[i], grid[i + 1]) for i in at]

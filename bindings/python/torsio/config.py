@@ -86,7 +86,7 @@ class ActuatorConfig:
     knob_inertia_kg_m2: float = 6e-05
     knob_coulomb_nm: float = 0.006
     knob_viscous_nm_s_per_rad: float = 2.6e-05
-    motor_time_constant_s: float = 0.0001
+    motor_time_constant_s: float = 4.4e-05
     brake_inertia_kg_m2: float = 4e-05
     brake_hysteresis_nm: float = 0.0
     brake_release_time_constant_s: float = 0.0

@@ -263,7 +263,7 @@ class PlantParams(PlantMethods):
     shaft_stiffness_nm_per_rad: float = 2.873
     shaft_damping_nm_s_per_rad: float = 0.0002
     brake_time_constant_s: float = 0.06
-    motor_time_constant_s: float = 0.0001
+    motor_time_constant_s: float = 4.4e-05
     motor_limit_nm: float = 0.085
     brake_limit_nm: float = 0.11
     counts_per_rev: int = 8192

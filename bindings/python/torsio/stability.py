@@ -53,7 +53,7 @@ def steepness_nm_per_rad(effect: Effect) -> float:
 
 
 def boundary(
-    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float, *, points: int = 400
+    actuator: ActuatorConfig, control: ControlConfig, rate_hz: float, *, points: int = 4000
 ) -> tuple[Array, Array]:
     """Give the damping and the stiffness of springs with dampers that are just stable.
 
@@ -73,7 +73,8 @@ def boundary(
     largest_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     friction = _TRUSTED_FRICTION * 4.0 * actuator.knob_coulomb_nm / math.pi
     share = control.beta if PartitionParams(law=control.law).brakes else 0.0
-    omega = np.linspace(1.0, 0.5 * math.pi / damper_late_s, points)
+    # A damper that comes late by a quarter of a swing feeds it, up to a half.
+    omega = np.linspace(1.0, math.pi / damper_late_s, points)
     # Where the motor saturates the swing's speed is T / (J w).
     losses = actuator.knob_viscous_nm_s_per_rad + friction * inertia * omega / largest_nm
     sine, cosine = np.sin(omega * late_s), np.cos(omega * late_s)
@@ -97,10 +98,12 @@ def boundary(
         (*stiff, (share * stiff[1] >= shaft) & (share > 0.0)),
     )
     kept = [
-        (damping[valid & (damping >= 0.0)], stiffness[valid & (damping >= 0.0)])
+        np.column_stack([omega, damping, stiffness])[valid & (damping >= 0.0) & (stiffness >= 0.0)]
         for damping, stiffness, valid in branches
     ]
-    return np.concatenate([d for d, _ in kept]), np.concatenate([k for _, k in kept])
+    curve = np.concatenate(kept)
+    curve = curve[np.argsort(curve[:, 0])]
+    return curve[:, 1], curve[:, 2]
 
 
 @dataclass(frozen=True)

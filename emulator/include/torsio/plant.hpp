@@ -143,7 +143,7 @@ struct PlantParams {
   double shaft_stiffness_nm_per_rad = 2.873;  ///< 0: the shaft is cut; >= 0
   double shaft_damping_nm_s_per_rad = 2e-4;   ///< of the shaft; >= 0
   double brake_time_constant_s = 0.06;        ///< from command to torque; 0: no lag; >= 0
-  double motor_time_constant_s = 1e-4;        ///< from command to torque; 0: no lag; >= 0
+  double motor_time_constant_s = 4.4e-5;      ///< from command to torque; 0: no lag; >= 0
   double motor_limit_nm = 0.085;              ///< commands are clipped to it, both ways; >= 0
   double brake_limit_nm = 0.11;               ///< commands are clipped to it; >= 0
   std::uint32_t counts_per_rev = 8192;        ///< of the encoder; 1 to 16777216

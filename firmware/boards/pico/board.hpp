@@ -15,7 +15,10 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(
   return rp2::find_pin_conflict(config, rp2::kPicoPins | 1U << 15);
 }
 
-/// Without floating point a tick has time for one round of the simple current loop.
-inline constexpr Board kBoard{"pico", 1, 100'000, find_pin_conflict, {100'000, 100'000, false}};
+/// Without floating point a tick has time for one round of the simple current loop, at a tenth of
+/// the control rate: in each period it goes the share 1 - exp(-2 pi / 10) of the way, and trails by
+/// 100 us (1 / share - 1 / 2).
+inline constexpr Board kBoard{"pico",  1, 100'000, find_pin_conflict, {100'000, 100'000, false},
+                              0.16e-3F};
 
 }  // namespace torsio::boards::pico

@@ -129,6 +129,7 @@ device::BoardInfo board_info() {
   info.firmware_version = kLabel.version;
   info.control_period_ns = kBoard.control_period_ns;
   info.wiring_rule = kBoard.wiring_rule;
+  info.motor_lag_s = kBoard.motor_lag_s;
   info.has_bootloader = true;
   info.moves_parts = true;
   info.reset_cause = take_reset_cause();

@@ -8,6 +8,7 @@ from firmware.protocol.definition.limits import (
     MAX_DAMPING_NM_S_PER_RAD,
     MAX_STIFFNESS_NM_PER_RAD,
     MAX_TORQUE_NM,
+    MOTOR_LAG_S,
 )
 from tools.definition.model import Field, Structure, choice, number, raw, switch, whole
 
@@ -51,7 +52,7 @@ ACTUATOR_CONFIG = _configuration(
         "knob_viscous_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,
         "viscous friction of motor and knob", default=2.6e-5,
     ),
-    number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=0.1e-3),
+    number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=MOTOR_LAG_S),
     number(
         "brake_inertia_kg_m2", "kg m^2", 0.0, 1.0,
         "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's",

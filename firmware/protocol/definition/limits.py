@@ -28,6 +28,10 @@ LET_GO_S = Constant(
     "spectrum of a line of this length has its first zero",
 )  # fmt: skip
 
+MOTOR_LAG_S = 44e-6
+"""By which the reference board's current loop trails: a period of 25 us until its voltage acts, then the
+share 1 - exp(-2 pi 10 kHz 25 us) of the way in each, along lines; 25 us (1 / 2 + 1 / share)."""
+
 MAX_TORQUE_NM = Constant("max_torque_nm", 100.0)
 MAX_STIFFNESS_NM_PER_RAD = Constant("max_stiffness_nm_per_rad", 1e6)
 MAX_DAMPING_NM_S_PER_RAD = Constant("max_damping_nm_s_per_rad", 1e3)

@@ -466,7 +466,7 @@ typedef struct torsio_actuator_config {
   double knob_coulomb_nm;
   /// viscous friction of motor and knob; 0 to 1000; at first 2.6e-05
   double knob_viscous_nm_s_per_rad;
-  /// from command to torque; 0 to 1; at first 0.0001
+  /// from command to torque; 0 to 1; at first 4.4e-05
   double motor_time_constant_s;
   /// of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to 1;
   /// at first 4e-05
@@ -773,7 +773,7 @@ typedef struct torsio_plant_params {
   double shaft_damping_nm_s_per_rad;
   /// from command to torque; 0: no lag; >= 0; at first 0.06
   double brake_time_constant_s;
-  /// from command to torque; 0: no lag; >= 0; at first 0.0001
+  /// from command to torque; 0: no lag; >= 0; at first 4.4e-05
   double motor_time_constant_s;
   /// commands are clipped to it, both ways; >= 0; at first 0.085
   double motor_limit_nm;

@@ -48,7 +48,7 @@ struct ActuatorConfig {
   double knob_inertia_kg_m2 = 6e-5;
   double knob_coulomb_nm = 0.006;             ///< dry friction of motor and knob; 0 to 100
   double knob_viscous_nm_s_per_rad = 2.6e-5;  ///< viscous friction of motor and knob; 0 to 1000
-  double motor_time_constant_s = 1e-4;        ///< from command to torque; 0 to 1
+  double motor_time_constant_s = 4.4e-5;      ///< from command to torque; 0 to 1
   /// of pulleys and brake; 0: not counted. This and the next two are the law calibrated's; 0 to 1
   double brake_inertia_kg_m2 = 4e-5;
   /// half the width of the loop of the brake's torque over its command; 0 to 100

@@ -9,6 +9,7 @@
 #include "core/brake_model.hpp"
 #include "core/partition.hpp"
 #include "core/soft_sensor.hpp"
+#include "emulator/plant/params.hpp"
 
 namespace torsio::studies::actuators {
 
@@ -49,7 +50,7 @@ struct Parts {
   double stiff_spring_nm_per_rad = 2.873;
   double soft_spring_nm_per_rad = 1.0;
   double spring_damping_nm_s_per_rad = 2e-4;
-  double motor_time_constant_s = 0.1e-3;
+  double motor_time_constant_s = emulator::PlantParams{}.motor_time_constant_s;
   double motor_limit_nm = 85e-3;
   double brake_time_constant_s = 60e-3;
   double brake_limit_nm = 110e-3;

@@ -118,6 +118,19 @@ TEST_CASE("save is acknowledged when the board has written, and survives a power
   CHECK(again.get<ControlConfig>().beta == 0.5F);
 }
 
+TEST_CASE("the default lag of the motor is the board's, also where defaults are loaded again") {
+  torsio::device::BoardInfo slow;
+  slow.motor_lag_s = 0.16e-3F;
+  Rig rig(slow);
+  CHECK(rig.get<ActuatorConfig>().motor_time_constant_s == 0.16e-3F);
+  ActuatorConfig config;
+  config.motor_time_constant_s = 1e-3F;
+  REQUIRE(rig.set(config).ok());
+  REQUIRE(rig.command(Op::load_defaults) == Status::ok);
+  CHECK(rig.get<ActuatorConfig>().motor_time_constant_s == 0.16e-3F);
+  CHECK(Rig().get<ActuatorConfig>().motor_time_constant_s == 44e-6F);
+}
+
 TEST_CASE("save is refused as busy when the board could not write, and may be tried again") {
   Rig rig;
   const auto save = [&](bool works) {

@@ -123,13 +123,13 @@ TEST_CASE("calibrated_law_spring_of_any_stiffness_comes_to_rest_at_20_khz") {
   check_at_rest(true, 20'000);
 }
 
-// The trials can tell: without the bound the same spring swings for ever.
+// The trials can tell: without the bound the same spring swings for ever, ten times as wide.
 TEST_CASE("compensated_law_stiff_spring_with_a_tick_of_delay_buzzes") {
   CHECK(moves_counts({.law = protocol::Law::compensated,
                       .two_sided = true,
                       .stiffness_nm_per_rad = 1e6,
                       .speed_rad_s = 5.0,
-                      .delay_ticks = 1}) > 50);
+                      .delay_ticks = 1}) > 30);
 }
 
 /// A slow hand's way into a wall and out again.

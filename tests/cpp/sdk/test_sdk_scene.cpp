@@ -289,7 +289,7 @@ TEST_CASE("the emulated plant is the reference actuator by default, and its conf
   CHECK(plant.shaft_stiffness_nm_per_rad == 2.873);
   CHECK(plant.shaft_damping_nm_s_per_rad == 2e-4);
   CHECK(plant.brake_time_constant_s == 60e-3);
-  CHECK(plant.motor_time_constant_s == 0.1e-3);
+  CHECK(plant.motor_time_constant_s == 44e-6);
   CHECK(plant.motor_limit_nm == 85e-3);
   CHECK(plant.brake_limit_nm == 110e-3);
   CHECK(protocol::encode(to_wire(matching_config(plant))) ==

@@ -25,7 +25,7 @@ from torsio.hands import Hand, ImpedanceHand
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.scenes import Wall
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation
-from torsio_studies.fidelity.truth import hand_torque, simulate_truth
+from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
 
 __all__ = ["closed_loop_rows", "played_rows"]
 
@@ -34,7 +34,8 @@ Array = npt.NDArray[np.float64]
 RATES_HZ: Final = (1_000, 2_000, 5_000, 10_000, 20_000)
 MUJOCO_STEPS_US: Final = (1000, 500, 200, 100, 50, 20)
 QUICK_MUJOCO_STEPS_US: Final = (1000, 200)
-EVERYTHING: Final = PlantParams(
+EVERYTHING: Final = replace(
+    PLANT,
     shaft_hardening=ShaftHardening(knee_rad=0.005),
     brake_hysteresis=BrakeHysteresis(),
     belt=Belt(),
@@ -46,7 +47,7 @@ PLANTS: Final = {
     "without hysteresis": replace(EVERYTHING, brake_hysteresis=None),
     "without belt": replace(EVERYTHING, belt=None),
     "without cogging": replace(EVERYTHING, cogging=None),
-    "none": PlantParams(),
+    "none": PLANT,
 }
 ROUNDS: Final = 3
 
@@ -70,7 +71,7 @@ def _options(hand: Hand, rate_hz: int, plant: PlantParams) -> LoopOptions:
         hand=hand,
         plant=plant,
         # The device knows of no parts.
-        actuator=PlantParams().matching_config(),
+        actuator=PLANT.matching_config(),
         control=ControlConfig(law="paper", beta=wall.BETA),
         control_period_ns=round(1e9 / rate_hz),
     )
@@ -121,16 +122,14 @@ class _Played:
 
     def __init__(self, hand: ImpedanceHand, duration_s: float) -> None:
         self.options = replace(
-            _options(hand, 1_000, PlantParams()), control=ControlConfig(law="motor_only")
+            _options(hand, 1_000, PLANT), control=ControlConfig(law="motor_only")
         )
         rows = simulate(self.options, duration_s=duration_s)
         self.duration_s = duration_s
         self.hand = hand_torque(hand)
         self.motor_nm = rows["motor_command_nm"].astype(np.float64)
         self.brake_nm = np.zeros_like(self.motor_nm)
-        truth = simulate_truth(
-            PlantParams(), self.hand, self.motor_nm, self.brake_nm, period_s=1e-3
-        )
+        truth = simulate_truth(PLANT, self.hand, self.motor_nm, self.brake_nm, period_s=1e-3)
         self._angle_rad = truth.angle_rad
         self._twist_rad = truth.angle_rad - truth.brake_angle_rad
 
@@ -185,7 +184,7 @@ def _rollout(played: _Played, settings: Settings, step_us: int, knobs: int) -> t
     mujoco = importlib.import_module("mujoco")
     rollout = importlib.import_module("mujoco.rollout").rollout
     simulation = Simulation(
-        PlantParams(),
+        PLANT,
         played.hand,
         played.motor_nm,
         played.brake_nm,

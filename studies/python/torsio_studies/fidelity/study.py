@@ -24,14 +24,13 @@ from torsio.config import ControlConfig
 from torsio.demos import wall
 from torsio.emulator import Plant
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
-from torsio.plant import PlantParams
 from torsio.scenes import Wall
 from torsio.screen import table
 from torsio_studies.common import Results, Study
 from torsio_studies.fidelity import batch
 from torsio_studies.fidelity.figure import draw
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation, mujoco_version
-from torsio_studies.fidelity.truth import hand_torque, simulate_truth
+from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
 from torsio_studies.steppers import METHODS, make_plant
 
 __all__ = ["run", "show"]
@@ -105,13 +104,14 @@ def _prepare(study: Study, number: int, about: str, hand: Hand, duration_s: floa
             angle_rad=wall.WALL_ANGLE_RAD, stiffness_nm_per_rad=wall.WALL_STIFFNESS_NM_PER_RAD
         ),
         hand=hand,
+        plant=PLANT,
         control=ControlConfig(law="paper", beta=wall.BETA),
     )
     rows = simulate(options, duration_s=duration_s)
     motor_nm = rows["motor_command_nm"].astype(np.float64)
     brake_nm = rows["brake_command_nm"].astype(np.float64)
     truth = simulate_truth(
-        PlantParams(),
+        PLANT,
         hand_torque(hand),
         motor_nm,
         brake_nm,
@@ -160,7 +160,7 @@ def _row(
 
 def _own_rows(scenario: Scenario, steps_us: tuple[int, ...]) -> Iterator[dict[str, Any]]:
     for method, step_us in itertools.product(METHODS, steps_us):
-        plant = make_plant(method, hand=scenario.hand, step_ns=1000 * step_us)
+        plant = make_plant(method, PLANT, hand=scenario.hand, step_ns=1000 * step_us)
         angles, cpu_s = _plant_run(plant, scenario)
         cpu_s = _best_time(scenario, plant, cpu_s)
         yield _row(scenario, method, step_us / 1e6, angles, cpu_s)
@@ -189,7 +189,7 @@ class _MuJoCo:
 
     def simulation(self, settings: Any, step_us: int) -> Any:
         return Simulation(
-            PlantParams(),
+            PLANT,
             self._hand,
             self._scenario.motor_nm,
             self._scenario.brake_nm,
@@ -267,7 +267,7 @@ def _summary(scenario: Scenario, rows: list[dict[str, Any]], mujoco: _MuJoCo) ->
     step_us = round(1e6 * other["step_s"])
     settings = next(one for one in _candidates(False) if one.as_text() == other["settings"])
     simulation = mujoco.simulation(settings, step_us)
-    plant = Plant(hand=scenario.hand, step_ns=round(1e9 * exact["step_s"]))
+    plant = Plant(PLANT, scenario.hand, step_ns=round(1e9 * exact["step_s"]))
     _, other_once_s = simulation.run()
     _plant_run(plant, scenario)
     repeats = max(1, round(other_once_s / _plant_run(plant, scenario)[1]))

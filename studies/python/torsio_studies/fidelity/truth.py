@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,12 @@ from scipy.integrate import solve_ivp
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
 from torsio.plant import PlantParams
 
-__all__ = ["HandTorque", "Truth", "hand_torque", "simulate_truth"]
+__all__ = ["PLANT", "HandTorque", "Truth", "hand_torque", "simulate_truth"]
 
 Array = npt.NDArray[np.float64]
+
+PLANT: Final = PlantParams(motor_time_constant_s=0.1e-3)
+"""The plant of the study. Its lag is the one that the figures of docs/studies/fidelity.md have."""
 
 RTOL = 1e-11
 ATOL = 1e-14

@@ -134,7 +134,7 @@ TEST_CASE("friction's bristle is no stiffer than the encoder allows either") {
   // second is the lower one.
   constexpr double kPi = std::numbers::pi;
   constexpr double kCountRad = 2 * kPi / 8192;
-  constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kMotorLagS = 0.1e-3;
+  constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kMotorLagS = 44e-6;
   for (const double period_s : {1e-3, 5e-5}) {
     for (const int coefficient : {20'000, 32'767}) {
       GameRig rig(static_cast<std::uint32_t>(std::lround(period_s * 1e9)));

@@ -13,7 +13,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kCountRad = 2 * kPi / 8192;
 // ActuatorConfig, ControlConfig
-constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kViscous = 2.6e-5, kMotorLagS = 0.1e-3;
+constexpr double kInertiaKgM2 = 6e-5, kCoulombNm = 6e-3, kViscous = 2.6e-5, kMotorLagS = 44e-6;
 constexpr double kBandwidthHz = 100;
 
 double delay_s(double period_s) { return 1.5 * period_s + kMotorLagS; }
