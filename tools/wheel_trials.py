@@ -10,8 +10,8 @@ import shutil
 import time
 from pathlib import Path
 
-from tools.foreign_pythons import Foreign
 from tools.wheel_commands import BUILD, TREE, Failed, environment, finish, pip, run
+from tools.wheel_pythons import MachinePython
 
 FIRST_STEPS = TREE / "tools/first_steps.py"
 # What pip calls the systems that the wheels of others, NumPy's for example, are for.
@@ -19,6 +19,9 @@ PLATFORMS = {
     "aarch64": ("manylinux2014_aarch64", "manylinux_2_27_aarch64", "manylinux_2_28_aarch64"),
     "win_amd64": ("win_amd64",),
 }
+# pip asks this machine which system it is; click needs colorama on Windows. Newer typers bring a
+# library that Wine 8 cannot load.
+WINE_PACKAGES = ("colorama==0.4.6", "typer==0.15.4", "click==8.1.8")
 PICTURE = "virtual_wall.png"
 PICTURE_AIM_S = 20
 
@@ -42,7 +45,7 @@ def at_home(wheel: Path, python: Path) -> str:
     ask_doctor(folder / "bin/torsio", **bare)
     run("trial-virtual-knob", _virtual_knob(own), "--help", **bare)
     took = f"from pip install to the first picture {took_s:.0f} s, the aim is {PICTURE_AIM_S} s"
-    return f"{told.strip()}; {took}"
+    return f"{told.splitlines()[-1]}; {took}"
 
 
 def _virtual_knob(python: Path) -> Path:
@@ -50,18 +53,15 @@ def _virtual_knob(python: Path) -> Path:
     return Path(run("trial-program", python, "-c", asked).strip())
 
 
-def abroad(wheel: Path, architecture: str, python: Foreign, own: Path) -> str:
+def abroad(wheel: Path, architecture: str, python: MachinePython, own: Path) -> str:
     """Unpack the wheel and what it needs beside a Python of its machine, and use it there."""
     site = BUILD / f"trial-{architecture}"
     shutil.rmtree(site, ignore_errors=True)
     platforms = [f"--platform={name}" for name in PLATFORMS[architecture]]
     kind = ("--only-binary=:all:", f"--python-version={python.version}", "--implementation=cp")
-    # pip asks this machine which system it is; click needs colorama on Windows. Newer typers bring
-    # a library that Wine 8 cannot load.
-    more = ["colorama", "typer==0.15.4", "click==8.1.8"] if architecture == "win_amd64" else []
-    wanted = [f"{wheel}[cli]", *more]
+    more = WINE_PACKAGES if architecture == "win_amd64" else ()
     run(f"trial-{architecture}-pip", *pip(own), "install", *kind, *platforms,
-        "--target", site, *wanted)  # fmt: skip
+        "--target", site, f"{wheel}[cli]", *more)  # fmt: skip
     variables = {**python.variables, "PYTHONPATH": _path(site, architecture)}
     steps = _path(Path(shutil.copy(FIRST_STEPS, site)), architecture)
     told = run(f"trial-{architecture}", *python.command, "-W", "error", steps, **variables)
@@ -71,7 +71,7 @@ def abroad(wheel: Path, architecture: str, python: Foreign, own: Path) -> str:
     if architecture != "win_amd64":
         program = site / "torsio/bin/torsio_virtual_knob"
         run(f"trial-{architecture}-virtual-knob", *python.runner, program, "--help")
-    return f"{told.strip()}; {python.runner[0]} ran it"
+    return f"{told.splitlines()[-1]}; {python.runner[0]} ran it"
 
 
 def ask_doctor(*torsio: str | Path, **variables: str) -> None:

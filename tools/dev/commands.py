@@ -325,8 +325,10 @@ def wheels(arguments: Sequence[str]) -> int:
     """Build the wheels; see ``tools/wheels.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up("windows", "wheels")
+        kernels = building.begin_fetching_kernels()
+        environment.set_up("windows", "wheels", "machines", "fresh")
         tinyusb = sources.require() and sources.tinyusb
+        kernels.result()
     become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
 
 
