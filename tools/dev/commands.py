@@ -308,9 +308,9 @@ def firmware() -> int:
 
 
 def windows(arguments: Sequence[str]) -> int:
-    """Build for Windows and run the C++ tests under Wine; see ``tools/windows.py``."""
+    """Build for Windows and run the tests under Wine; see ``tools/windows.py``."""
     with lock():
-        environment.set_up("tests", "windows")
+        environment.set_up("tests", "windows", "wheels")
     become(PYTHON, "-m", "tools.windows", *arguments)
 
 
