@@ -32,7 +32,7 @@ def _named(text: str) -> set[str]:
     given = {
         "bench": commands.benchmarks(),
         "build": [*building.PRESETS, "python"],
-        "windows": [*windows.LAYERS],
+        "windows": [*windows.LAYERS, "python"],
     }
     return {
         f"{name} {word}".strip()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tarfile
@@ -14,11 +15,11 @@ import pytest
 
 from tools import (
     apt,
-    foreign_pythons,
     hidapi_source,
     release,
     sdist,
     wheel_commands,
+    wheel_pythons,
     wheel_trials,
     wheels,
 )
@@ -72,6 +73,35 @@ def test_hidapi_that_is_there_is_not_fetched_again(tmp_path: Path) -> None:
 def test_wheels_are_built_with_what_the_tests_have() -> None:
     pins = wheels.BUILT_WITH.findall((TREE / "pyproject.toml").read_text(encoding="utf-8"))
     assert sorted(pin.partition("==")[0] for pin in pins) == ["pybind11", "scikit-build-core"]
+
+
+def test_there_is_a_wheel_for_each_python_that_the_package_names() -> None:
+    text = (TREE / "pyproject.toml").read_text(encoding="utf-8")
+    named = re.findall(r'"Programming Language :: Python :: (3\.\d+)"', text)
+    assert named == [*wheel_pythons.MAVEN]
+    assert f'requires-python = ">={named[0]}"' in text
+
+
+def test_wheel_that_has_other_bytes_when_it_is_built_again_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wheel = tmp_path / "torsio-0.1.0-x.whl"
+    content = [b"a wheel", b"a wheel", b"another"]
+
+    def build_all(*_: object) -> list[Path]:
+        wheel.write_bytes(content.pop(0))
+        assert ("CCACHE_DISABLE" in os.environ) == (len(content) < 2)
+        return [wheel]
+
+    (tmp_path / "objects-x").mkdir()
+    for name, value in {"OUT": tmp_path, "BUILD": tmp_path, "build_all": build_all}.items():
+        monkeypatch.setattr(wheels, name, value)
+    build_all()
+    wheels.build_again("x", ["3.11"], "", tmp_path)
+    assert "CCACHE_DISABLE" not in os.environ
+    (tmp_path / "objects-x").mkdir()
+    with pytest.raises(wheel_commands.Failed, match=f"{wheel.name} has other bytes"):
+        wheels.build_again("x", ["3.11"], "", tmp_path)
 
 
 def test_sources_that_apt_cannot_fetch_are_told_with_its_reason(
@@ -132,7 +162,7 @@ def test_part_of_an_archive_is_unpacked_without_its_folders(tmp_path: Path) -> N
         files.writestr("org/python/windows/python.exe", "program")
         files.writestr("org/python/windows/lib/os.py", "library")
         files.writestr("org/python/linux/python", "another")
-    foreign_pythons.unpack(archive, "/python/windows/", tmp_path)
+    wheel_pythons.unpack(archive, "/python/windows/", tmp_path)
     assert (tmp_path / "python.exe").read_text() == "program"
     assert (tmp_path / "lib/os.py").read_text() == "library"
     assert not list(tmp_path.rglob("python"))

@@ -7,17 +7,11 @@ import shutil
 import subprocess
 from pathlib import Path
 
-TREE = Path(__file__).parent.parent
+from tools.dev.running import TREE, Failed, say
+
+__all__ = ["BUILD", "TREE", "Failed", "environment", "finish", "pip", "run", "say"]
+
 BUILD = TREE / "build/wheels"
-
-
-class Failed(Exception):
-    """A step failed; says what."""
-
-
-def say(text: str) -> None:
-    """Tell what is being done."""
-    print(f"torsio: {text}", flush=True)
 
 
 def finish(*command: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:

@@ -79,8 +79,11 @@ def compilers(folder: Path, architecture: str, python: Path) -> Compilers:
     target = f"-target {TARGETS[architecture]} -fno-sanitize=all"
     for name, word in _WORDS.items():
         words = f"{word} {target}" if name.startswith("clang") else word
-        (folder / name).write_text(f'#!/bin/sh\nexec "{python}" -m ziglang {words} "$@"\n')
-        (folder / name).chmod(0o755)
+        text = f'#!/bin/sh\nexec "{python}" -m ziglang {words} "$@"\n'
+        # A compiler cache takes a file with another date for another compiler.
+        if not (folder / name).exists() or (folder / name).read_text() != text:
+            (folder / name).write_text(text)
+            (folder / name).chmod(0o755)
     made = Compilers(architecture, folder)
     if made.system == "Linux":
         shutil.copy(UDEV, folder / "include")

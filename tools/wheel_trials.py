@@ -10,8 +10,8 @@ import shutil
 import time
 from pathlib import Path
 
-from tools.foreign_pythons import Foreign
 from tools.wheel_commands import BUILD, TREE, Failed, environment, finish, pip, run
+from tools.wheel_pythons import MachinePython
 
 FIRST_STEPS = TREE / "tools/first_steps.py"
 # What pip calls the systems that the wheels of others, NumPy's for example, are for.
@@ -42,7 +42,7 @@ def at_home(wheel: Path, python: Path) -> str:
     ask_doctor(folder / "bin/torsio", **bare)
     run("trial-virtual-knob", _virtual_knob(own), "--help", **bare)
     took = f"from pip install to the first picture {took_s:.0f} s, the aim is {PICTURE_AIM_S} s"
-    return f"{told.strip()}; {took}"
+    return f"{told.splitlines()[-1]}; {took}"
 
 
 def _virtual_knob(python: Path) -> Path:
@@ -50,20 +50,17 @@ def _virtual_knob(python: Path) -> Path:
     return Path(run("trial-program", python, "-c", asked).strip())
 
 
-def abroad(wheel: Path, architecture: str, python: Foreign, own: Path) -> str:
+def abroad(wheel: Path, architecture: str, python: MachinePython, own: Path) -> str:
     """Unpack the wheel and what it needs beside a Python of its machine, and use it there."""
     site = BUILD / f"trial-{architecture}"
     shutil.rmtree(site, ignore_errors=True)
     platforms = [f"--platform={name}" for name in PLATFORMS[architecture]]
     kind = ("--only-binary=:all:", f"--python-version={python.version}", "--implementation=cp")
-    # pip asks this machine which system it is; click needs colorama on Windows. Newer typers bring
-    # a library that Wine 8 cannot load.
-    more = ["colorama", "typer==0.15.4", "click==8.1.8"] if architecture == "win_amd64" else []
-    wanted = [f"{wheel}[cli]", *more]
     run(f"trial-{architecture}-pip", *pip(own), "install", *kind, *platforms,
-        "--target", site, *wanted)  # fmt: skip
-    variables = {**python.variables, "PYTHONPATH": _path(site, architecture)}
-    steps = _path(Path(shutil.copy(FIRST_STEPS, site)), architecture)
+        "--target", site, f"{wheel}[cli]")  # fmt: skip
+    there = wine_path if architecture == "win_amd64" else str
+    variables = {**python.variables, "PYTHONPATH": there(site)}
+    steps = there(Path(shutil.copy(FIRST_STEPS, site)))
     told = run(f"trial-{architecture}", *python.command, "-W", "error", steps, **variables)
     for words in (("--version",), ("info", "--device", "emulated"), ("list",)):
         run(f"trial-{architecture}-command", *python.command, "-m", "torsio", *words, **variables)
@@ -71,7 +68,7 @@ def abroad(wheel: Path, architecture: str, python: Foreign, own: Path) -> str:
     if architecture != "win_amd64":
         program = site / "torsio/bin/torsio_virtual_knob"
         run(f"trial-{architecture}-virtual-knob", *python.runner, program, "--help")
-    return f"{told.strip()}; {python.runner[0]} ran it"
+    return f"{told.splitlines()[-1]}; {python.runner[0]} ran it"
 
 
 def ask_doctor(*torsio: str | Path, **variables: str) -> None:
@@ -87,6 +84,6 @@ def ask_doctor(*torsio: str | Path, **variables: str) -> None:
             raise Failed(f"torsio doctor {' '.join(words)} said nothing of use:\n{result.stdout}")
 
 
-def _path(path: Path, architecture: str) -> str:
-    """Return a path as its machine has it: Wine shows this one's files as a drive."""
-    return f"Z:{path}".replace("/", "\\") if architecture == "win_amd64" else str(path)
+def wine_path(path: Path) -> str:
+    """Return a path as Wine has it, which shows this machine's files as a drive."""
+    return f"Z:{path}".replace("/", "\\")

