@@ -13,7 +13,7 @@ from tests.test_guides import examples
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic")
 FELT = """\
 the knob was pushed to 0.130 rad, into a wall at 0.1 rad,
-which pushed back with 43 mN m
+which pushed back with 41 mN m
 """
 
 

@@ -3,7 +3,7 @@
 Nothing is shared with the emulator: absolute angles in place of twists, DOP853 in place of matrix
 exponentials, friction as modes that events change, the equations from docs/emulator.md. Springs
 and cogging have corners, at which SciPy loses its order: its steps are short for them. What
-is left of 3e-10 is its own error; it was 1e-8 with steps of twice the length.
+is left is its own error; it was 4e-8 with steps of twice the length.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Rows:
     params: PlantParams
     hand_nm: Callable[[float, float, float], float] = lambda *_: 0.0
     hand_kg_m2: float = 0.0
-    max_step_s: float = 5e-5
+    max_step_s: float = 2.5e-5
     time_s: float = 0.0
 
     def __post_init__(self) -> None:
