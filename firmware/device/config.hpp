@@ -17,6 +17,7 @@ struct Config {
   protocol::ControlConfig control;
   protocol::BoardConfig board;
   protocol::GameConfig game;
+  protocol::ShaftConfig shaft;
 };
 
 /// Everything that the control loop needs to know, prepared.
@@ -41,6 +42,9 @@ float motor_max_nm(const Config& config);
 
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
+
+/// The torque of the shaft's spring grows all the way.
+protocol::Verdict check_consistent(const protocol::ShaftConfig& config);
 
 /// Each pin can do its job on this board.
 protocol::Verdict check_consistent(const protocol::BoardConfig& config, WiringRule rule);

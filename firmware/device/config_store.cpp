@@ -20,7 +20,8 @@ constexpr std::size_t kChecksumAt = kSlotSize - 4;
 template <class Report>
 constexpr std::size_t kStored = 1 + protocol::wire_size<Report>();
 static_assert(kReportsAt + kStored<protocol::ActuatorConfig> + kStored<protocol::ControlConfig> +
-                  kStored<protocol::BoardConfig> + kStored<protocol::GameConfig> <=
+                  kStored<protocol::BoardConfig> + kStored<protocol::GameConfig> +
+                  kStored<protocol::ShaftConfig> <=
               kChecksumAt);
 
 /// Reads or writes the reports of a slot one after the other.
@@ -35,6 +36,7 @@ void for_each_part(Config& config, Visit&& visit) {
   one(config.control);
   one(config.board);
   one(config.game);
+  one(config.shaft);
 }
 
 void put_u32(SlotBytes& bytes, std::size_t at, std::uint32_t value) {
@@ -63,7 +65,7 @@ std::optional<Config> read_slot(const SlotBytes& bytes, WiringRule rule) {
     std::copy_n(bytes.begin() + at, kStored<Report>, padded.begin());
     good = good && protocol::decode(padded, report).ok();
   });
-  if (!good || !check_consistent(config.actuator).ok() ||
+  if (!good || !check_consistent(config.actuator).ok() || !check_consistent(config.shaft).ok() ||
       !check_consistent(config.board, rule).ok()) {
     return std::nullopt;
   }

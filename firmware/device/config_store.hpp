@@ -13,7 +13,7 @@
 
 namespace torsio::device {
 
-inline constexpr std::size_t kSlotSize = 256;  // a page of the smallest flash in use
+inline constexpr std::size_t kSlotSize = 512;  // whole pages of the smallest flash in use
 using SlotBytes = std::array<std::uint8_t, kSlotSize>;
 
 struct StoredSlots {

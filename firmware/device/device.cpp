@@ -227,19 +227,28 @@ Order Device::order_for(const EffectReport& report) {
 }
 
 Order Device::order_for(const protocol::ActuatorConfig& actuator) {
-  return configure({actuator, config_.control, config_.board, config_.game});
+  return change(&Config::actuator, actuator);
 }
 
 Order Device::order_for(const protocol::ControlConfig& control) {
-  return configure({config_.actuator, control, config_.board, config_.game});
+  return change(&Config::control, control);
 }
 
 Order Device::order_for(const protocol::BoardConfig& board) {
-  return configure({config_.actuator, config_.control, board, config_.game});
+  return change(&Config::board, board);
 }
 
-Order Device::order_for(const protocol::GameConfig& game) {
-  return configure({config_.actuator, config_.control, config_.board, game});
+Order Device::order_for(const protocol::GameConfig& game) { return change(&Config::game, game); }
+
+Order Device::order_for(const protocol::ShaftConfig& shaft) {
+  return change(&Config::shaft, shaft);
+}
+
+template <class Part>
+Order Device::change(Part Config::* part, const Part& report) {
+  Config config = config_;
+  config.*part = report;
+  return configure(config);
 }
 
 Order Device::configure(const Config& config) {
@@ -332,6 +341,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
       return Status::ok;
     case Layout<protocol::GameConfig>::id:
       report = protocol::encode(config_.game);
+      return Status::ok;
+    case Layout<protocol::ShaftConfig>::id:
+      report = protocol::encode(config_.shaft);
       return Status::ok;
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));

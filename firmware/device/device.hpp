@@ -132,6 +132,9 @@ class Device {
   Order order_for(const protocol::ControlConfig& control);
   Order order_for(const protocol::BoardConfig& board);
   Order order_for(const protocol::GameConfig& game);
+  Order order_for(const protocol::ShaftConfig& shaft);
+  template <class Part>
+  Order change(Part Config::* part, const Part& report);
   template <class EffectReport>
   Order order_for(const EffectReport& effect);
 

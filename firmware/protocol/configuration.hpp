@@ -299,10 +299,59 @@ struct Layout<GameConfig> {
   };
 };
 
+/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
+/// disarmed.
+struct ShaftConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float knee_1_rad = 0;
+  float knee_1_nm_per_rad = 0;
+  float knee_2_rad = 0;
+  float knee_2_nm_per_rad = 0;
+  float knee_3_rad = 0;
+  float knee_3_nm_per_rad = 0;
+  float knee_4_rad = 0;
+  float knee_4_nm_per_rad = 0;
+};
+template <>
+struct Layout<ShaftConfig> {
+  static constexpr std::uint8_t id = 0x0A;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "shaft_config";
+  static constexpr std::string_view doc =
+      "How the shaft's spring goes on where it is not one straight line. Up to the first knee its "
+      "stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only "
+      "while disarmed.";
+  static constexpr FieldList fields{
+      any_number("sequence", &ShaftConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &ShaftConfig::axis, "", "which axis; 0 is the first"),
+      number("knee_1_rad", &ShaftConfig::knee_1_rad, "rad", 0, 100,
+             "twist of the first knee; 0: the spring is one straight line"),
+      number("knee_1_nm_per_rad", &ShaftConfig::knee_1_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+      number("knee_2_rad", &ShaftConfig::knee_2_rad, "rad", 0, 100,
+             "of the second, beyond the first; 0: there is none"),
+      number("knee_2_nm_per_rad", &ShaftConfig::knee_2_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+      number("knee_3_rad", &ShaftConfig::knee_3_rad, "rad", 0, 100, "of the third"),
+      number("knee_3_nm_per_rad", &ShaftConfig::knee_3_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+      number("knee_4_rad", &ShaftConfig::knee_4_rad, "rad", 0, 100, "of the fourth"),
+      number("knee_4_nm_per_rad", &ShaftConfig::knee_4_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+  };
+};
+
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<ActuatorConfig>() == 61);
 static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 61);
 static_assert(wire_size<GameConfig>() == 48);
+static_assert(wire_size<ShaftConfig>() == 35);
 
 }  // namespace torsio::protocol

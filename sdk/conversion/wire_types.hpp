@@ -93,5 +93,9 @@ template <>
 struct WireType<GameConfig> {
   using type = protocol::GameConfig;
 };
+template <>
+struct WireType<ShaftConfig> {
+  using type = protocol::ShaftConfig;
+};
 
 }  // namespace torsio

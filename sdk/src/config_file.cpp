@@ -23,7 +23,7 @@
 namespace torsio {
 namespace {
 
-/// One of the four, and how a knob is asked for it.
+/// One of them, and how a knob is asked for it.
 template <class Config>
 struct ConfigKind {
   std::string_view name;
@@ -34,7 +34,8 @@ constexpr std::tuple kConfigKinds{
     ConfigKind<ActuatorConfig>{"actuator_config", &Knob::actuator_config},
     ConfigKind<ControlConfig>{"control_config", &Knob::control_config},
     ConfigKind<BoardConfig>{"board_config", &Knob::board_config},
-    ConfigKind<GameConfig>{"game_config", &Knob::game_config}};
+    ConfigKind<GameConfig>{"game_config", &Knob::game_config},
+    ConfigKind<ShaftConfig>{"shaft_config", &Knob::shaft_config}};
 
 // Writing --------------------------------------------------------------------------------------
 

@@ -350,6 +350,10 @@ GameConfig Knob::game_config() {
   return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>());
 }
 
+ShaftConfig Knob::shaft_config() {
+  return conversion::convert_back<ShaftConfig>(impl().session.get<protocol::ShaftConfig>());
+}
+
 void Knob::configure(const ActuatorConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
@@ -366,6 +370,8 @@ void Knob::configure(const BoardConfig& config) {
 
 void Knob::configure(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
 
+void Knob::configure(const ShaftConfig& config) { impl().session.set(conversion::to_wire(config)); }
+
 void Knob::update(const std::function<void(ActuatorConfig&)>& change) {
   configure(changed(actuator_config(), change));
 }
@@ -380,6 +386,10 @@ void Knob::update(const std::function<void(BoardConfig&)>& change) {
 
 void Knob::update(const std::function<void(GameConfig&)>& change) {
   configure(changed(game_config(), change));
+}
+
+void Knob::update(const std::function<void(ShaftConfig&)>& change) {
+  configure(changed(shaft_config(), change));
 }
 
 void Knob::load_defaults() {

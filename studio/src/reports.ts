@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 1856523071;
+export const FINGERPRINT: number = 3268990030;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -176,7 +176,7 @@ export const EFFECTS: readonly string[] = [
   "curve",
 ];
 
-export const CONFIGURATIONS: readonly string[] = ["actuator_config", "control_config", "board_config", "game_config"];
+export const CONFIGURATIONS: readonly string[] = ["actuator_config", "control_config", "board_config", "game_config", "shaft_config"];
 
 export const REPORTS: Readonly<Record<string, Report>> = {
   "identity": {
@@ -348,6 +348,26 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "dial_torque_nm", "kind": "number", "doc": "of a dial between two detents, no more than is stable; 0: it turns freely", "wire": "dial_torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.02, "shown": true},
     ],
   },
+  "shaft_config": {
+    "id": 10,
+    "direction": "feature",
+    "title": "ShaftConfig",
+    "doc": "How the shaft's spring goes on where it is not one straight line. Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike.",
+    "notes": "Set only while disarmed.",
+    "size": 35,
+    "fields": [
+      {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "knee_1_rad", "kind": "number", "doc": "twist of the first knee; 0: the spring is one straight line", "wire": "knee_1_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_1_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_1_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "knee_2_rad", "kind": "number", "doc": "of the second, beyond the first; 0: there is none", "wire": "knee_2_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_2_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_2_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "knee_3_rad", "kind": "number", "doc": "of the third", "wire": "knee_3_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_3_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_3_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "knee_4_rad", "kind": "number", "doc": "of the fourth", "wire": "knee_4_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_4_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_4_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+    ],
+  },
   "game_monitor": {
     "id": 8,
     "direction": "feature",
@@ -380,7 +400,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "motor", "kind": "whole", "doc": "given to the knob by the motor: its command in 2^-23 N m, times the counts it moved", "wire": "motor", "type": "i64", "default": "0"},
       {"name": "spring_twice", "kind": "whole", "doc": "given to the knob by the shaft's spring, twice the same", "wire": "spring_twice", "type": "i64", "default": "0"},
       {"name": "spring", "kind": "whole", "doc": "that spring's torque on the knob now", "wire": "spring", "type": "i32", "unit": "2^-23 N m", "default": 0},
-      {"name": "spring_stiffness_nm_per_rad", "kind": "whole", "doc": "of the shaft, by the configuration", "wire": "spring_stiffness_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
+      {"name": "stored_j", "kind": "whole", "doc": "energy of that spring now, by the configuration", "wire": "stored_j", "type": "f32", "unit": "J", "default": 0},
       {"name": "bound_nm_per_rad", "kind": "whole", "doc": "the stiffest that is rendered now; 0 without a scene, or with a law that bounds nothing", "wire": "bound_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
     ],
   },

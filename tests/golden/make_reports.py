@@ -177,6 +177,21 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         },
     ),
     (
+        "shaft_config",
+        {
+            "sequence": 0x0405,
+            "axis": 0,
+            "knee_1_rad": 2.0**-6,
+            "knee_1_nm_per_rad": 5.75,
+            "knee_2_rad": 2.0**-5,
+            "knee_2_nm_per_rad": 1.5,
+            "knee_3_rad": 2.0**-4,
+            "knee_3_nm_per_rad": 12.25,
+            "knee_4_rad": 2.0**-3,
+            "knee_4_nm_per_rad": 20.5,
+        },
+    ),
+    (
         "ledger",
         {
             "tick": 0x0A0B0C0D0E0F1011,
@@ -184,7 +199,7 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "motor": -0x1213141516171819,
             "spring_twice": 0x2223242526272829,
             "spring": -0x32333435,
-            "spring_stiffness_nm_per_rad": 2.875,
+            "stored_j": 2.0**-11,
             "bound_nm_per_rad": 66.5,
         },
     ),

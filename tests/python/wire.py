@@ -115,8 +115,14 @@ REPORTS = {
         _report(
             "ledger",
             0x09,
-            "Q tick, B kept, q motor, q spring_twice, i spring, f spring_stiffness_nm_per_rad, "
-            "f bound_nm_per_rad",
+            "Q tick, B kept, q motor, q spring_twice, i spring, f stored_j, f bound_nm_per_rad",
+        ),
+        _report(
+            "shaft_config",
+            0x0A,
+            "H sequence, B axis, f knee_1_rad, f knee_1_nm_per_rad, f knee_2_rad, "
+            "f knee_2_nm_per_rad, f knee_3_rad, f knee_3_nm_per_rad, f knee_4_rad, "
+            "f knee_4_nm_per_rad",
         ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),

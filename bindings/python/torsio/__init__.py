@@ -15,7 +15,7 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, scenes, telemetry
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig
 from torsio.config_file import dump_config, load_config
 from torsio.emulated_knob import DeviceInput, Emulator, EmulatorOptions
 from torsio.errors import (
@@ -126,6 +126,7 @@ __all__ = [
     "Replayed",
     "ShaftHardening",
     "StableStiffness",
+    "ShaftConfig",
     "Step",
     "Steps",
     "StiffnessWarning",

@@ -60,16 +60,16 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
         )
         for drift in measured["changed"]:
             out.print(f"  {report.change(drift.name, drift.before, drift.now)}", highlight=False)
-    proposed = report.changes(knob.actuator_config(), found.actuator)
+    proposed = report.proposals(knob, found)
     if proposed:
-        out.print("\nproposed for the actuator's configuration:", highlight=False)
+        out.print("\nproposed for the configuration of actuator and shaft:", highlight=False)
     for name, old, new in proposed:
         out.print(f"  {report.change(name, old, new)}", highlight=False)
 
 
 def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
     """Configure the device as proposed, keep that in its flash, and the findings in a file."""
-    knob.configure(found.actuator)
+    calibration.apply(knob, found)
     knob.save()
     path = calibration.keep(found)
     say.print(f"saved    on the device, and with uncertainties in {path}", soft_wrap=True)

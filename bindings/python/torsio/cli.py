@@ -92,6 +92,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
             "control_config": asdict(knob.control_config()),
             "board_config": asdict(knob.board_config()),
             "game_config": asdict(knob.game_config()),
+            "shaft_config": asdict(knob.shaft_config()),
             "calibration": calibrate_cli.words_of(knob.info.serial),
         }
     if as_json:

@@ -18,6 +18,7 @@ __all__ = [
     "ControlConfig",
     "GameConfig",
     "Law",
+    "ShaftConfig",
 ]
 
 Law: TypeAlias = Literal["paper", "compensated", "parallel", "motor_only", "calibrated"]
@@ -285,3 +286,43 @@ class GameConfig:
     dial_use: Literal["wheel", "pan", "volume"] = "wheel"
     dial_detents: int = 24
     dial_torque_nm: float = 0.02
+
+
+@dataclass(frozen=True)
+class ShaftConfig:
+    """How the shaft's spring goes on where it is not one straight line.
+
+    Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways
+    are alike.
+
+    Set only while disarmed.
+
+    Attributes
+    ----------
+    knee_1_rad
+        Twist of the first knee; 0: the spring is one straight line; 0 to 100.
+    knee_1_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    knee_2_rad
+        Of the second, beyond the first; 0: there is none; 0 to 100.
+    knee_2_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    knee_3_rad
+        Of the third; 0 to 100.
+    knee_3_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    knee_4_rad
+        Of the fourth; 0 to 100.
+    knee_4_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    """
+
+    _: KW_ONLY
+    knee_1_rad: float = 0.0
+    knee_1_nm_per_rad: float = 0.0
+    knee_2_rad: float = 0.0
+    knee_2_nm_per_rad: float = 0.0
+    knee_3_rad: float = 0.0
+    knee_3_nm_per_rad: float = 0.0
+    knee_4_rad: float = 0.0
+    knee_4_nm_per_rad: float = 0.0

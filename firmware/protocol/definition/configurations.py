@@ -232,4 +232,27 @@ GAME_CONFIG = _configuration(
     ),
 )  # fmt: skip
 
-CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG)
+
+def _knee(number_: int, place: str) -> tuple[Field, Field]:
+    return (
+        number(f"knee_{number_}_rad", "rad", 0.0, 100.0, place),
+        number(
+            f"knee_{number_}_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
+            "stiffness from there on; more than 0, so that the torque always grows",
+        ),
+    )  # fmt: skip
+
+
+SHAFT_CONFIG = _configuration(
+    0x0A,
+    "ShaftConfig",
+    "How the shaft's spring goes on where it is not one straight line. Up to the first knee its "
+    "stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike.",
+    "Set only while disarmed.",
+    *_knee(1, "twist of the first knee; 0: the spring is one straight line"),
+    *_knee(2, "of the second, beyond the first; 0: there is none"),
+    *_knee(3, "of the third"),
+    *_knee(4, "of the fourth"),
+)
+
+CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG, SHAFT_CONFIG)

@@ -608,6 +608,30 @@ typedef struct torsio_game_config {
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
 
+/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
+/// disarmed.
+typedef struct torsio_shaft_config {
+  uint32_t struct_size;  ///< bytes of a torsio_shaft_config
+  /// twist of the first knee; 0: the spring is one straight line; 0 to 100
+  double knee_1_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_1_nm_per_rad;
+  /// of the second, beyond the first; 0: there is none; 0 to 100
+  double knee_2_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_2_nm_per_rad;
+  /// of the third; 0 to 100
+  double knee_3_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_3_nm_per_rad;
+  /// of the fourth; 0 to 100
+  double knee_4_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_4_nm_per_rad;
+} torsio_shaft_config;
+TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
+
 /// A torque on the knob that does not depend on its motion, such as a weight on a string.
 typedef struct torsio_torque_hand {
   uint32_t struct_size;  ///< bytes of a torsio_torque_hand
@@ -1141,6 +1165,9 @@ TORSIO_API torsio_result torsio_knob_set_board_config(torsio_knob* knob,
 TORSIO_API torsio_result torsio_knob_game_config(torsio_knob* knob, torsio_game_config* config);
 TORSIO_API torsio_result torsio_knob_set_game_config(torsio_knob* knob,
                                                      const torsio_game_config* config);
+TORSIO_API torsio_result torsio_knob_shaft_config(torsio_knob* knob, torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_set_shaft_config(torsio_knob* knob,
+                                                      const torsio_shaft_config* config);
 
 #ifdef __cplusplus
 }

@@ -244,6 +244,18 @@ inline GameConfig from_c(const torsio_game_config& from) {
   to.dial_torque_nm = from.dial_torque_nm;
   return to;
 }
+inline ShaftConfig from_c(const torsio_shaft_config& from) {
+  ShaftConfig to;
+  to.knee_1_rad = from.knee_1_rad;
+  to.knee_1_nm_per_rad = from.knee_1_nm_per_rad;
+  to.knee_2_rad = from.knee_2_rad;
+  to.knee_2_nm_per_rad = from.knee_2_nm_per_rad;
+  to.knee_3_rad = from.knee_3_rad;
+  to.knee_3_nm_per_rad = from.knee_3_nm_per_rad;
+  to.knee_4_rad = from.knee_4_rad;
+  to.knee_4_nm_per_rad = from.knee_4_nm_per_rad;
+  return to;
+}
 inline TorqueHand from_c(const torsio_torque_hand& from) {
   TorqueHand to;
   take(to.torque_nm, from.torque_nm, from.torque_nm_count, "torque_nm");
@@ -577,6 +589,19 @@ inline torsio_game_config to_c([[maybe_unused]] const GameConfig& from) {
   to.dial_use = static_cast<std::int32_t>(from.dial_use);
   to.dial_detents = from.dial_detents;
   to.dial_torque_nm = from.dial_torque_nm;
+  return to;
+}
+inline torsio_shaft_config to_c([[maybe_unused]] const ShaftConfig& from) {
+  torsio_shaft_config to{};
+  to.struct_size = sizeof(torsio_shaft_config);
+  to.knee_1_rad = from.knee_1_rad;
+  to.knee_1_nm_per_rad = from.knee_1_nm_per_rad;
+  to.knee_2_rad = from.knee_2_rad;
+  to.knee_2_nm_per_rad = from.knee_2_nm_per_rad;
+  to.knee_3_rad = from.knee_3_rad;
+  to.knee_3_nm_per_rad = from.knee_3_nm_per_rad;
+  to.knee_4_rad = from.knee_4_rad;
+  to.knee_4_nm_per_rad = from.knee_4_nm_per_rad;
   return to;
 }
 inline torsio_torque_hand to_c([[maybe_unused]] const TorqueHand& from) {

@@ -147,4 +147,23 @@ struct GameConfig {
   double dial_torque_nm = 0.02;
 };
 
+/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
+/// disarmed.
+struct ShaftConfig {
+  /// twist of the first knee; 0: the spring is one straight line; 0 to 100
+  double knee_1_rad = 0.0;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_1_nm_per_rad = 0.0;
+  double knee_2_rad = 0.0;  ///< of the second, beyond the first; 0: there is none; 0 to 100
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_2_nm_per_rad = 0.0;
+  double knee_3_rad = 0.0;  ///< of the third; 0 to 100
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_3_nm_per_rad = 0.0;
+  double knee_4_rad = 0.0;  ///< of the fourth; 0 to 100
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_4_nm_per_rad = 0.0;
+};
+
 }  // namespace torsio

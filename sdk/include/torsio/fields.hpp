@@ -436,6 +436,26 @@ struct Fields<GameConfig> {
   };
 };
 template <>
+struct Fields<ShaftConfig> {
+  static constexpr std::string_view name = "ShaftConfig";
+  static constexpr std::tuple list{
+      field("knee_1_rad", &ShaftConfig::knee_1_rad, "rad", 0.0, 100.0,
+            "twist of the first knee; 0: the spring is one straight line"),
+      field("knee_1_nm_per_rad", &ShaftConfig::knee_1_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+      field("knee_2_rad", &ShaftConfig::knee_2_rad, "rad", 0.0, 100.0,
+            "of the second, beyond the first; 0: there is none"),
+      field("knee_2_nm_per_rad", &ShaftConfig::knee_2_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+      field("knee_3_rad", &ShaftConfig::knee_3_rad, "rad", 0.0, 100.0, "of the third"),
+      field("knee_3_nm_per_rad", &ShaftConfig::knee_3_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+      field("knee_4_rad", &ShaftConfig::knee_4_rad, "rad", 0.0, 100.0, "of the fourth"),
+      field("knee_4_nm_per_rad", &ShaftConfig::knee_4_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+  };
+};
+template <>
 struct Fields<TelemetrySample> {
   static constexpr std::string_view name = "TelemetrySample";
   static constexpr std::tuple list{

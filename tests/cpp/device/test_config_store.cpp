@@ -187,9 +187,11 @@ TEST_CASE("a stored value beyond its range makes its slot none, whichever report
   CHECK_FALSE(loads([](Config& c) { c.control.beta = 2.0F; }));
   CHECK_FALSE(loads([](Config& c) { c.board.light_pin = 200; }));
   CHECK_FALSE(loads([](Config& c) { c.game.gain = 100.0F; }));
+  CHECK_FALSE(loads([](Config& c) { c.shaft.knee_1_rad = 200.0F; }));
   // In range each, but not together.
   CHECK_FALSE(loads([](Config& c) { c.actuator.brake_torque_min_nm = 0.2F; }));
   CHECK_FALSE(loads([](Config& c) { c.actuator.counter_bits = 8; }));
+  CHECK_FALSE(loads([](Config& c) { c.shaft.knee_1_rad = 0.01F; }));
 }
 
 TEST_CASE("the newer of two slots is loaded, whichever it is") {

@@ -234,6 +234,32 @@ TEST_CASE("wiring is read back as it was set, and refused when a pin has two job
   CHECK(refused([](BoardConfig& c) { c.encoder_pin = 22; }) == "encoder_pin");
 }
 
+TEST_CASE("a shaft's curve is read back as it was set, and refused unless its torque grows") {
+  Rig rig;
+  ShaftConfig shaft;
+  shaft.knee_1_rad = 0.015F;
+  shaft.knee_1_nm_per_rad = 6;
+  shaft.knee_2_rad = 0.03F;
+  shaft.knee_2_nm_per_rad = 1.5F;
+  REQUIRE(rig.set(shaft).ok());
+  CHECK(rig.get<ShaftConfig>().knee_2_rad == 0.03F);
+
+  const auto refused = [&](auto change) {
+    ShaftConfig bad = shaft;
+    change(bad);
+    const Verdict verdict = rig.set(bad);
+    CHECK(verdict.status == Status::inconsistent);
+    CHECK(rig.get<ShaftConfig>().knee_1_rad == 0.015F);
+    return field_name<ShaftConfig>(verdict.field);
+  };
+  CHECK(refused([](ShaftConfig& c) { c.knee_2_rad = 0.015F; }) == "knee_2_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_1_rad = 0.04F; }) == "knee_2_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_1_rad = 0; }) == "knee_2_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_4_rad = 0.05F; }) == "knee_4_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_1_nm_per_rad = 0; }) == "knee_1_nm_per_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_2_nm_per_rad = 0; }) == "knee_2_nm_per_rad");
+}
+
 TEST_CASE("GP15 is the RP2040's own, whatever stands in its flash, and free on the RP2350") {
   namespace pico = torsio::boards::pico;
   namespace pico2 = torsio::boards::pico2;

@@ -17,10 +17,10 @@ from torsio.calibration.free import SLOW_RAD_S, SLOW_S, Free, estimate_free, fin
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
-from torsio.config import ActuatorConfig
+from torsio.config import ActuatorConfig, ShaftConfig
 from torsio.knob import Knob
 
-__all__ = ["STEPS", "Calibration", "calibrate"]
+__all__ = ["STEPS", "Calibration", "apply", "calibrate"]
 
 STEPS = ("signs", "friction and inertia", "shaft", "brake")
 """In their order, as `progress` names them."""
@@ -56,8 +56,8 @@ class Calibration:
     ----------
     quantities
         By name; all torques as parts of the motor's, whose torque constant the device believes.
-    actuator
-        The configuration that is proposed; nothing was saved.
+    actuator, shaft
+        The configurations that are proposed; nothing was saved.
     periods_per_rev
         Of the cogging; 0 if none was found.
     curve
@@ -70,6 +70,7 @@ class Calibration:
 
     quantities: dict[str, Quantity]
     actuator: ActuatorConfig
+    shaft: ShaftConfig
     periods_per_rev: int
     curve: tuple[tuple[float, float], ...]
     seconds: float
@@ -89,6 +90,7 @@ class Calibration:
                 for name, of in self.quantities.items()
             },
             "actuator": dataclasses.asdict(self.actuator),
+            "shaft": dataclasses.asdict(self.shaft),
             "periods_per_rev": self.periods_per_rev,
             "curve": [list(corner) for corner in self.curve],
             "seconds": self.seconds,
@@ -178,6 +180,21 @@ def _difference(name: str, whole: Quantity, part: Quantity, meaning: str) -> Qua
     return Quantity(name, whole.value - part.value, sigma, meaning)
 
 
+def apply(knob: Knob, calibration: Calibration) -> None:
+    """Configure a disarmed knob as proposed; `Knob.save` keeps that."""
+    knob.configure(calibration.actuator)
+    knob.configure(calibration.shaft)
+
+
+def _bent(shaft: Shaft) -> ShaftConfig:
+    if shaft.knee is None or shaft.factor is None:
+        return ShaftConfig()
+    return ShaftConfig(
+        knee_1_rad=shaft.knee.value,
+        knee_1_nm_per_rad=shaft.stiffness.value * shaft.factor.value,
+    )
+
+
 def _put_together(
     knob: Knob,
     actuator: ActuatorConfig,
@@ -236,6 +253,7 @@ def _put_together(
     return Calibration(
         quantities,
         proposed,
+        _bent(shaft),
         free.periods_per_rev,
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
         seconds,
