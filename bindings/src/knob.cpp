@@ -372,6 +372,7 @@ void bind_orders(py::class_<PyKnob>& knob) {
   bind_config(knob, "board", &Knob::board_config);
   bind_config(knob, "game", &Knob::game_config);
   bind_config(knob, "shaft", &Knob::shaft_config);
+  bind_config(knob, "calibration", &Knob::calibration_config);
 }
 
 void bind_tap(py::module_& module) {

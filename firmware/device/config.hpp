@@ -18,6 +18,8 @@ struct Config {
   protocol::BoardConfig board;
   protocol::GameConfig game;
   protocol::ShaftConfig shaft;
+  protocol::CalibrationConfig calibration;
+  std::uint32_t calibrated_values = 0;  // checksum of those that `calibration` is about
 };
 
 /// Everything that the control loop needs to know, prepared.

@@ -36,6 +36,12 @@ constexpr StoredSlots empty_slots() {
 /// CRC-32 (ISO-HDLC, as in Ethernet and zlib).
 std::uint32_t crc32(std::span<const std::uint8_t> bytes);
 
+/// Checksum of the values that a calibration is about: actuator and shaft.
+std::uint32_t values_checksum(const Config& config);
+
+/// The calibration as it is true of the values now.
+protocol::CalibrationConfig calibration_now(const Config& config);
+
 class ConfigStore {
  public:
   /// @param rule a configuration with another wiring counts as none

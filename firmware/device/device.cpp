@@ -244,6 +244,13 @@ Order Device::order_for(const protocol::ShaftConfig& shaft) {
   return change(&Config::shaft, shaft);
 }
 
+Order Device::order_for(const protocol::CalibrationConfig& calibration) {
+  Config config = config_;
+  config.calibration = calibration;
+  config.calibrated_values = values_checksum(config);
+  return configure(config);
+}
+
 template <class Part>
 Order Device::change(Part Config::* part, const Part& report) {
   Config config = config_;
@@ -344,6 +351,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
       return Status::ok;
     case Layout<protocol::ShaftConfig>::id:
       report = protocol::encode(config_.shaft);
+      return Status::ok;
+    case Layout<protocol::CalibrationConfig>::id:
+      report = protocol::encode(calibration_now(config_));
       return Status::ok;
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));

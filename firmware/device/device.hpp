@@ -133,6 +133,7 @@ class Device {
   Order order_for(const protocol::BoardConfig& board);
   Order order_for(const protocol::GameConfig& game);
   Order order_for(const protocol::ShaftConfig& shaft);
+  Order order_for(const protocol::CalibrationConfig& calibration);
   template <class Part>
   Order change(Part Config::* part, const Part& report);
   template <class EffectReport>

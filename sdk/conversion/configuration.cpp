@@ -40,6 +40,8 @@ protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule
 
 protocol::GameConfig to_wire(const GameConfig& config) { return convert(config); }
 
+protocol::CalibrationConfig to_wire(const CalibrationConfig& config) { return convert(config); }
+
 protocol::ShaftConfig to_wire(const ShaftConfig& config) {
   const protocol::ShaftConfig wire = convert(config);
   const std::array knees_rad{wire.knee_1_rad, wire.knee_2_rad, wire.knee_3_rad, wire.knee_4_rad};

@@ -14,5 +14,6 @@ protocol::ControlConfig to_wire(const ControlConfig& config);
 protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule = nullptr);
 protocol::GameConfig to_wire(const GameConfig& config);
 protocol::ShaftConfig to_wire(const ShaftConfig& config);
+protocol::CalibrationConfig to_wire(const CalibrationConfig& config);
 
 }  // namespace torsio::conversion

@@ -97,5 +97,9 @@ template <>
 struct WireType<ShaftConfig> {
   using type = protocol::ShaftConfig;
 };
+template <>
+struct WireType<CalibrationConfig> {
+  using type = protocol::CalibrationConfig;
+};
 
 }  // namespace torsio

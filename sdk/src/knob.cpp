@@ -354,6 +354,11 @@ ShaftConfig Knob::shaft_config() {
   return conversion::convert_back<ShaftConfig>(impl().session.get<protocol::ShaftConfig>());
 }
 
+CalibrationConfig Knob::calibration_config() {
+  return conversion::convert_back<CalibrationConfig>(
+      impl().session.get<protocol::CalibrationConfig>());
+}
+
 void Knob::configure(const ActuatorConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
@@ -371,6 +376,10 @@ void Knob::configure(const BoardConfig& config) {
 void Knob::configure(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
 
 void Knob::configure(const ShaftConfig& config) { impl().session.set(conversion::to_wire(config)); }
+
+void Knob::configure(const CalibrationConfig& config) {
+  impl().session.set(conversion::to_wire(config));
+}
 
 void Knob::update(const std::function<void(ActuatorConfig&)>& change) {
   configure(changed(actuator_config(), change));
@@ -390,6 +399,10 @@ void Knob::update(const std::function<void(GameConfig&)>& change) {
 
 void Knob::update(const std::function<void(ShaftConfig&)>& change) {
   configure(changed(shaft_config(), change));
+}
+
+void Knob::update(const std::function<void(CalibrationConfig&)>& change) {
+  configure(changed(calibration_config(), change));
 }
 
 void Knob::load_defaults() {

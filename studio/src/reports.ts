@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 3268990030;
+export const FINGERPRINT: number = 937708500;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -176,7 +176,14 @@ export const EFFECTS: readonly string[] = [
   "curve",
 ];
 
-export const CONFIGURATIONS: readonly string[] = ["actuator_config", "control_config", "board_config", "game_config", "shaft_config"];
+export const CONFIGURATIONS: readonly string[] = [
+  "actuator_config",
+  "control_config",
+  "board_config",
+  "game_config",
+  "shaft_config",
+  "calibration_config",
+];
 
 export const REPORTS: Readonly<Record<string, Report>> = {
   "identity": {
@@ -366,6 +373,33 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "knee_3_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_3_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
       {"name": "knee_4_rad", "kind": "number", "doc": "of the fourth", "wire": "knee_4_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
       {"name": "knee_4_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_4_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+    ],
+  },
+  "calibration_config": {
+    "id": 11,
+    "direction": "feature",
+    "title": "CalibrationConfig",
+    "doc": "How well the values of actuator and shaft are known, and since when. It is about the values that the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured.",
+    "notes": "Set only while disarmed.",
+    "size": 60,
+    "fields": [
+      {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "values_are", "kind": "choice", "doc": "on what they are based", "wire": "values_are", "type": "u8", "enumeration": "Basis", "values": ["assumed", "stated", "measured"], "default": "assumed", "shown": true},
+      {"name": "calibrated_unix_s", "kind": "whole", "doc": "when they were measured, in seconds since 1970; 0: never", "wire": "calibrated_unix_s", "type": "u32", "low": 0, "high": 4294967295, "default": 0, "shown": true},
+      {"name": "ambient_k", "kind": "number", "doc": "how warm it was, as whoever measured them has said; 0: nobody did", "wire": "ambient_k", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "K", "default": 0.0, "shown": true},
+      {"name": "calibrated_rate_hz", "kind": "number", "doc": "of control, when they were measured", "wire": "calibrated_rate_hz", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "Hz", "default": 0.0, "shown": true},
+      {"name": "sigma_knob_inertia_kg_m2", "kind": "number", "doc": "of `knob_inertia_kg_m2`", "wire": "sigma_knob_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "kg m^2", "default": 0.0, "shown": true},
+      {"name": "sigma_knob_coulomb_nm", "kind": "number", "doc": "of `knob_coulomb_nm`", "wire": "sigma_knob_coulomb_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sigma_knob_viscous_nm_s_per_rad", "kind": "number", "doc": "of `knob_viscous_nm_s_per_rad`", "wire": "sigma_knob_viscous_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
+      {"name": "sigma_spring_stiffness_nm_per_rad", "kind": "number", "doc": "of `spring_stiffness_nm_per_rad`", "wire": "sigma_spring_stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "sigma_knee_1_rad", "kind": "number", "doc": "of `knee_1_rad`", "wire": "sigma_knee_1_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "sigma_knee_1_nm_per_rad", "kind": "number", "doc": "of `knee_1_nm_per_rad`", "wire": "sigma_knee_1_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_drag_nm", "kind": "number", "doc": "of `brake_drag_nm`", "wire": "sigma_brake_drag_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_time_constant_s", "kind": "number", "doc": "of `brake_time_constant_s`", "wire": "sigma_brake_time_constant_s", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "s", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_release_time_constant_s", "kind": "number", "doc": "of `brake_release_time_constant_s`", "wire": "sigma_brake_release_time_constant_s", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "s", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_inertia_kg_m2", "kind": "number", "doc": "of `brake_inertia_kg_m2`", "wire": "sigma_brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "kg m^2", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_hysteresis_nm", "kind": "number", "doc": "of `brake_hysteresis_nm`", "wire": "sigma_brake_hysteresis_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
     ],
   },
   "game_monitor": {

@@ -412,6 +412,25 @@ typedef struct torsio_shaft_config {
   double knee_4_nm_per_rad;
 } torsio_shaft_config;
 TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
+typedef struct torsio_calibration_config {
+  uint32_t struct_size;
+  int32_t values_are;
+  uint32_t calibrated_unix_s;
+  double ambient_k;
+  double calibrated_rate_hz;
+  double sigma_knob_inertia_kg_m2;
+  double sigma_knob_coulomb_nm;
+  double sigma_knob_viscous_nm_s_per_rad;
+  double sigma_spring_stiffness_nm_per_rad;
+  double sigma_knee_1_rad;
+  double sigma_knee_1_nm_per_rad;
+  double sigma_brake_drag_nm;
+  double sigma_brake_time_constant_s;
+  double sigma_brake_release_time_constant_s;
+  double sigma_brake_inertia_kg_m2;
+  double sigma_brake_hysteresis_nm;
+} torsio_calibration_config;
+TORSIO_API torsio_result torsio_calibration_config_init(torsio_calibration_config* structure);
 typedef struct torsio_torque_hand {
   uint32_t struct_size;
   const torsio_knot* torque_nm;
@@ -712,6 +731,10 @@ TORSIO_API torsio_result torsio_knob_set_game_config(torsio_knob* knob,
 TORSIO_API torsio_result torsio_knob_shaft_config(torsio_knob* knob, torsio_shaft_config* config);
 TORSIO_API torsio_result torsio_knob_set_shaft_config(torsio_knob* knob,
                                                       const torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_calibration_config(torsio_knob* knob,
+                                                        torsio_calibration_config* config);
+TORSIO_API torsio_result
+torsio_knob_set_calibration_config(torsio_knob* knob, const torsio_calibration_config* config);
 #ifdef __cplusplus
 }
 #endif

@@ -192,6 +192,28 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         },
     ),
     (
+        "calibration_config",
+        {
+            "sequence": 0x0506,
+            "axis": 0,
+            "values_are": "measured",
+            "calibrated_unix_s": 0x6A1B2C3D,
+            "ambient_k": 294.5,
+            "calibrated_rate_hz": 20000.0,
+            "sigma_knob_inertia_kg_m2": 2.0**-22,
+            "sigma_knob_coulomb_nm": 2.0**-16,
+            "sigma_knob_viscous_nm_s_per_rad": 2.0**-24,
+            "sigma_spring_stiffness_nm_per_rad": 2.0**-9,
+            "sigma_knee_1_rad": 2.0**-14,
+            "sigma_knee_1_nm_per_rad": 2.0**-8,
+            "sigma_brake_drag_nm": 2.0**-17,
+            "sigma_brake_time_constant_s": 2.0**-13,
+            "sigma_brake_release_time_constant_s": 2.0**-12,
+            "sigma_brake_inertia_kg_m2": 2.0**-21,
+            "sigma_brake_hysteresis_nm": 2.0**-15,
+        },
+    ),
+    (
         "ledger",
         {
             "tick": 0x0A0B0C0D0E0F1011,

@@ -71,6 +71,7 @@ def test_calibration_finds_the_knee_and_the_device_keeps_it(
         assert shaft.knee_1_rad == pytest.approx(0.015, rel=0.02)
         assert shaft.knee_1_nm_per_rad == pytest.approx(2 * 2.873, rel=0.03)
         assert shaft.knee_2_rad == 0.0
+        assert knob.calibration_config().sigma_knee_1_nm_per_rad < 0.05
         truth = plant.matching_shaft()
         assert (truth.knee_1_rad, truth.knee_1_nm_per_rad) == (0.015, pytest.approx(2 * 2.873))
 

@@ -15,6 +15,7 @@ from typing import Literal, TypeAlias
 __all__ = [
     "ActuatorConfig",
     "BoardConfig",
+    "CalibrationConfig",
     "ControlConfig",
     "GameConfig",
     "Law",
@@ -326,3 +327,65 @@ class ShaftConfig:
     knee_3_nm_per_rad: float = 0.0
     knee_4_rad: float = 0.0
     knee_4_nm_per_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class CalibrationConfig:
+    """How well the values of actuator and shaft are known, and since when.
+
+    It is about the values that the device has as it takes this: as soon as one is another,
+    `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not
+    measured.
+
+    Set only while disarmed.
+
+    Attributes
+    ----------
+    values_are
+        On what they are based.
+    calibrated_unix_s
+        When they were measured, in seconds since 1970; 0: never; 0 to 4294967300.
+    ambient_k
+        How warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000.
+    calibrated_rate_hz
+        Of control, when they were measured; 0 to 1e6.
+    sigma_knob_inertia_kg_m2
+        Of `knob_inertia_kg_m2`; 0 to 1e6.
+    sigma_knob_coulomb_nm
+        Of `knob_coulomb_nm`; 0 to 1e6.
+    sigma_knob_viscous_nm_s_per_rad
+        Of `knob_viscous_nm_s_per_rad`; 0 to 1e6.
+    sigma_spring_stiffness_nm_per_rad
+        Of `spring_stiffness_nm_per_rad`; 0 to 1e6.
+    sigma_knee_1_rad
+        Of `knee_1_rad`; 0 to 1e6.
+    sigma_knee_1_nm_per_rad
+        Of `knee_1_nm_per_rad`; 0 to 1e6.
+    sigma_brake_drag_nm
+        Of `brake_drag_nm`; 0 to 1e6.
+    sigma_brake_time_constant_s
+        Of `brake_time_constant_s`; 0 to 1e6.
+    sigma_brake_release_time_constant_s
+        Of `brake_release_time_constant_s`; 0 to 1e6.
+    sigma_brake_inertia_kg_m2
+        Of `brake_inertia_kg_m2`; 0 to 1e6.
+    sigma_brake_hysteresis_nm
+        Of `brake_hysteresis_nm`; 0 to 1e6.
+    """
+
+    _: KW_ONLY
+    values_are: Literal["assumed", "stated", "measured"] = "assumed"
+    calibrated_unix_s: int = 0
+    ambient_k: float = 0.0
+    calibrated_rate_hz: float = 0.0
+    sigma_knob_inertia_kg_m2: float = 0.0
+    sigma_knob_coulomb_nm: float = 0.0
+    sigma_knob_viscous_nm_s_per_rad: float = 0.0
+    sigma_spring_stiffness_nm_per_rad: float = 0.0
+    sigma_knee_1_rad: float = 0.0
+    sigma_knee_1_nm_per_rad: float = 0.0
+    sigma_brake_drag_nm: float = 0.0
+    sigma_brake_time_constant_s: float = 0.0
+    sigma_brake_release_time_constant_s: float = 0.0
+    sigma_brake_inertia_kg_m2: float = 0.0
+    sigma_brake_hysteresis_nm: float = 0.0

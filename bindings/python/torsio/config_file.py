@@ -15,7 +15,7 @@ def dump_config(knob: Knob) -> str:
     """Give the configuration that a knob has.
 
     There is an object for each of `actuator_config`, `control_config`, `board_config`,
-    `game_config` and `shaft_config`, with their fields by name.
+    `game_config`, `shaft_config` and `calibration_config`, with their fields by name.
     """
     checks.kind("knob", knob, Knob, "a knob")
     return knob._dump_config()

@@ -7,13 +7,22 @@ from difflib import get_close_matches
 from typing import Any, Final, TypeAlias
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig
+from torsio.config import (
+    ActuatorConfig,
+    BoardConfig,
+    CalibrationConfig,
+    ControlConfig,
+    GameConfig,
+    ShaftConfig,
+)
 from torsio.knob_recording import KnobRecording
 from torsio.records import StableStiffness
 
 __all__ = ["CONFIGS", "Config", "KnobConfiguration"]
 
-Config: TypeAlias = ActuatorConfig | BoardConfig | ControlConfig | GameConfig | ShaftConfig
+Config: TypeAlias = (
+    ActuatorConfig | BoardConfig | ControlConfig | GameConfig | ShaftConfig | CalibrationConfig
+)
 
 CONFIGS: Final[dict[str, type[Config]]] = {
     "actuator": ActuatorConfig,
@@ -21,6 +30,7 @@ CONFIGS: Final[dict[str, type[Config]]] = {
     "board": BoardConfig,
     "game": GameConfig,
     "shaft": ShaftConfig,
+    "calibration": CalibrationConfig,
 }
 """All there are; the report of one is called NAME_config."""
 
@@ -57,6 +67,10 @@ class KnobConfiguration:
         """Ask the device where its shaft bends."""
         return ShaftConfig(**self._knob.shaft_config())
 
+    def calibration_config(self) -> CalibrationConfig:
+        """Ask the device how well the values of actuator and shaft are known."""
+        return CalibrationConfig(**self._knob.calibration_config())
+
     def configure(self, config: Config) -> None:
         """Set a whole configuration while disarmed.
 
@@ -83,8 +97,9 @@ class KnobConfiguration:
         Parameters
         ----------
         changes
-            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig`, `GameConfig` and
-            `ShaftConfig`, as in ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
+            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig`, `GameConfig`,
+            `ShaftConfig` and `CalibrationConfig`, as in
+            ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
 
         Raises
         ------

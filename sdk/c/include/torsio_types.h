@@ -632,6 +632,44 @@ typedef struct torsio_shaft_config {
 } torsio_shaft_config;
 TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
 
+/// How well the values of actuator and shaft are known, and since when. It is about the values that
+/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
+/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+typedef struct torsio_calibration_config {
+  uint32_t struct_size;  ///< bytes of a torsio_calibration_config
+  /// a torsio_basis: on what they are based; at first assumed
+  int32_t values_are;
+  /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
+  uint32_t calibrated_unix_s;
+  /// how warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000
+  double ambient_k;
+  /// of control, when they were measured; 0 to 1e6
+  double calibrated_rate_hz;
+  /// of `knob_inertia_kg_m2`; 0 to 1e6
+  double sigma_knob_inertia_kg_m2;
+  /// of `knob_coulomb_nm`; 0 to 1e6
+  double sigma_knob_coulomb_nm;
+  /// of `knob_viscous_nm_s_per_rad`; 0 to 1e6
+  double sigma_knob_viscous_nm_s_per_rad;
+  /// of `spring_stiffness_nm_per_rad`; 0 to 1e6
+  double sigma_spring_stiffness_nm_per_rad;
+  /// of `knee_1_rad`; 0 to 1e6
+  double sigma_knee_1_rad;
+  /// of `knee_1_nm_per_rad`; 0 to 1e6
+  double sigma_knee_1_nm_per_rad;
+  /// of `brake_drag_nm`; 0 to 1e6
+  double sigma_brake_drag_nm;
+  /// of `brake_time_constant_s`; 0 to 1e6
+  double sigma_brake_time_constant_s;
+  /// of `brake_release_time_constant_s`; 0 to 1e6
+  double sigma_brake_release_time_constant_s;
+  /// of `brake_inertia_kg_m2`; 0 to 1e6
+  double sigma_brake_inertia_kg_m2;
+  /// of `brake_hysteresis_nm`; 0 to 1e6
+  double sigma_brake_hysteresis_nm;
+} torsio_calibration_config;
+TORSIO_API torsio_result torsio_calibration_config_init(torsio_calibration_config* structure);
+
 /// A torque on the knob that does not depend on its motion, such as a weight on a string.
 typedef struct torsio_torque_hand {
   uint32_t struct_size;  ///< bytes of a torsio_torque_hand
@@ -1168,6 +1206,10 @@ TORSIO_API torsio_result torsio_knob_set_game_config(torsio_knob* knob,
 TORSIO_API torsio_result torsio_knob_shaft_config(torsio_knob* knob, torsio_shaft_config* config);
 TORSIO_API torsio_result torsio_knob_set_shaft_config(torsio_knob* knob,
                                                       const torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_calibration_config(torsio_knob* knob,
+                                                        torsio_calibration_config* config);
+TORSIO_API torsio_result
+torsio_knob_set_calibration_config(torsio_knob* knob, const torsio_calibration_config* config);
 
 #ifdef __cplusplus
 }

@@ -166,4 +166,28 @@ struct ShaftConfig {
   double knee_4_nm_per_rad = 0.0;
 };
 
+/// How well the values of actuator and shaft are known, and since when. It is about the values that
+/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
+/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+struct CalibrationConfig {
+  Basis values_are = Basis::assumed;  ///< on what they are based
+  /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
+  std::uint32_t calibrated_unix_s = 0;
+  /// how warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000
+  double ambient_k = 0.0;
+  double calibrated_rate_hz = 0.0;               ///< of control, when they were measured; 0 to 1e6
+  double sigma_knob_inertia_kg_m2 = 0.0;         ///< of `knob_inertia_kg_m2`; 0 to 1e6
+  double sigma_knob_coulomb_nm = 0.0;            ///< of `knob_coulomb_nm`; 0 to 1e6
+  double sigma_knob_viscous_nm_s_per_rad = 0.0;  ///< of `knob_viscous_nm_s_per_rad`; 0 to 1e6
+  double sigma_spring_stiffness_nm_per_rad = 0.0;  ///< of `spring_stiffness_nm_per_rad`; 0 to 1e6
+  double sigma_knee_1_rad = 0.0;                   ///< of `knee_1_rad`; 0 to 1e6
+  double sigma_knee_1_nm_per_rad = 0.0;            ///< of `knee_1_nm_per_rad`; 0 to 1e6
+  double sigma_brake_drag_nm = 0.0;                ///< of `brake_drag_nm`; 0 to 1e6
+  double sigma_brake_time_constant_s = 0.0;        ///< of `brake_time_constant_s`; 0 to 1e6
+  /// of `brake_release_time_constant_s`; 0 to 1e6
+  double sigma_brake_release_time_constant_s = 0.0;
+  double sigma_brake_inertia_kg_m2 = 0.0;  ///< of `brake_inertia_kg_m2`; 0 to 1e6
+  double sigma_brake_hysteresis_nm = 0.0;  ///< of `brake_hysteresis_nm`; 0 to 1e6
+};
+
 }  // namespace torsio

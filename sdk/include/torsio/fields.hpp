@@ -456,6 +456,44 @@ struct Fields<ShaftConfig> {
   };
 };
 template <>
+struct Fields<CalibrationConfig> {
+  static constexpr std::string_view name = "CalibrationConfig";
+  static constexpr std::tuple list{
+      field("values_are", &CalibrationConfig::values_are, "", -kNoLimit, kNoLimit,
+            "on what they are based"),
+      field("calibrated_unix_s", &CalibrationConfig::calibrated_unix_s, "", 0.0, 4294967295.0,
+            "when they were measured, in seconds since 1970; 0: never"),
+      field("ambient_k", &CalibrationConfig::ambient_k, "K", 0.0, 1000.0,
+            "how warm it was, as whoever measured them has said; 0: nobody did"),
+      field("calibrated_rate_hz", &CalibrationConfig::calibrated_rate_hz, "Hz", 0.0, 1e6,
+            "of control, when they were measured"),
+      field("sigma_knob_inertia_kg_m2", &CalibrationConfig::sigma_knob_inertia_kg_m2, "kg m^2", 0.0,
+            1e6, "of `knob_inertia_kg_m2`"),
+      field("sigma_knob_coulomb_nm", &CalibrationConfig::sigma_knob_coulomb_nm, "N m", 0.0, 1e6,
+            "of `knob_coulomb_nm`"),
+      field("sigma_knob_viscous_nm_s_per_rad", &CalibrationConfig::sigma_knob_viscous_nm_s_per_rad,
+            "N m s/rad", 0.0, 1e6, "of `knob_viscous_nm_s_per_rad`"),
+      field("sigma_spring_stiffness_nm_per_rad",
+            &CalibrationConfig::sigma_spring_stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "of `spring_stiffness_nm_per_rad`"),
+      field("sigma_knee_1_rad", &CalibrationConfig::sigma_knee_1_rad, "rad", 0.0, 1e6,
+            "of `knee_1_rad`"),
+      field("sigma_knee_1_nm_per_rad", &CalibrationConfig::sigma_knee_1_nm_per_rad, "N m/rad", 0.0,
+            1e6, "of `knee_1_nm_per_rad`"),
+      field("sigma_brake_drag_nm", &CalibrationConfig::sigma_brake_drag_nm, "N m", 0.0, 1e6,
+            "of `brake_drag_nm`"),
+      field("sigma_brake_time_constant_s", &CalibrationConfig::sigma_brake_time_constant_s, "s",
+            0.0, 1e6, "of `brake_time_constant_s`"),
+      field("sigma_brake_release_time_constant_s",
+            &CalibrationConfig::sigma_brake_release_time_constant_s, "s", 0.0, 1e6,
+            "of `brake_release_time_constant_s`"),
+      field("sigma_brake_inertia_kg_m2", &CalibrationConfig::sigma_brake_inertia_kg_m2, "kg m^2",
+            0.0, 1e6, "of `brake_inertia_kg_m2`"),
+      field("sigma_brake_hysteresis_nm", &CalibrationConfig::sigma_brake_hysteresis_nm, "N m", 0.0,
+            1e6, "of `brake_hysteresis_nm`"),
+  };
+};
+template <>
 struct Fields<TelemetrySample> {
   static constexpr std::string_view name = "TelemetrySample";
   static constexpr std::tuple list{

@@ -225,7 +225,8 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] ControlConfig control_config();    ///< how it controls,
   [[nodiscard]] BoardConfig board_config();        ///< how it is wired,
   [[nodiscard]] GameConfig game_config();          ///< what games may do,
-  [[nodiscard]] ShaftConfig shaft_config();        ///< where its shaft bends.
+  [[nodiscard]] ShaftConfig shaft_config();        ///< where its shaft bends,
+  [[nodiscard]] CalibrationConfig calibration_config();  ///< how well all that is known.
   /// Sets a whole configuration: fields that were left at their defaults take these, whatever the
   /// device had. To change some and keep the rest there is update(). Another counts_per_rev also
   /// empties the scene; a board's wiring takes effect when the device starts the next time, if it
@@ -237,15 +238,18 @@ class TORSIO_EXPORT Knob {
   void configure(const BoardConfig& config);    ///< As above.
   void configure(const GameConfig& config);     ///< As above.
   void configure(const ShaftConfig& config);    ///< As above.
+  /// As above, of the values of actuator and shaft that the device has now.
+  void configure(const CalibrationConfig& config);
   /// Changes fields of a configuration and keeps the rest:
   /// `knob.update([](ControlConfig& control) { control.law = Law::compensated; })`.
   /// The type that `change` takes says which one.
   /// @throws as configure(), and what `change` throws
   void update(const std::function<void(ActuatorConfig&)>& change);
-  void update(const std::function<void(ControlConfig&)>& change);  ///< As above.
-  void update(const std::function<void(BoardConfig&)>& change);    ///< As above.
-  void update(const std::function<void(GameConfig&)>& change);     ///< As above.
-  void update(const std::function<void(ShaftConfig&)>& change);    ///< As above.
+  void update(const std::function<void(ControlConfig&)>& change);      ///< As above.
+  void update(const std::function<void(BoardConfig&)>& change);        ///< As above.
+  void update(const std::function<void(GameConfig&)>& change);         ///< As above.
+  void update(const std::function<void(ShaftConfig&)>& change);        ///< As above.
+  void update(const std::function<void(CalibrationConfig&)>& change);  ///< As above.
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 
