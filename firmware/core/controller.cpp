@@ -127,7 +127,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
                         now.acceleration_rad_s2};
       desired_nm = add_overlay(state, params, *in.overlay, in.scene, desired_nm, copy);
       if (in.overlay->excitation != nullptr) {
-        shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
+        shares = excite(*in.overlay->excitation, params.excitation, copy, resolution.rad_per_count);
         desired_nm = shares.motor_command_nm;
         shared = true;
       }

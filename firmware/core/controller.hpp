@@ -30,7 +30,8 @@ struct ControllerParams {
   ShaftParams shaft = make_shaft_params(2.873F, std::array<ShaftKnee, kMostKnees>{}, 0, 1e-3F, 0);
   PartitionParams partition;
   LimitParams limits;
-  BoundParams bound;  // of the law calibrated, as the next
+  PartitionParams excitation;  // the limits of one
+  BoundParams bound;           // of the law calibrated, as the next
   AssistParams assist;
 };
 

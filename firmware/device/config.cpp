@@ -29,7 +29,8 @@ std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t count
 }
 
 /// A sign that is wrong, or values of other parts, then end in a fault and not in a bruise.
-void hold_low(LoopConfig& loop) {
+void hold_low(LoopConfig& loop, Trust trust) {
+  if (trust == Trust::all) return;
   core::PartitionParams& partition = loop.controller.partition;
   partition.motor_torque_max_nm =
       core::smaller(partition.motor_torque_max_nm, protocol::unconfirmed_motor_torque_max_nm);
@@ -39,6 +40,9 @@ void hold_low(LoopConfig& loop) {
       core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_max_nm);
   loop.speed_limit_rad_s =
       core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
+  if (trust == Trust::experiments) return;
+  loop.controller.excitation = partition;
+  loop.excitation_speed_limit_rad_s = loop.speed_limit_rad_s;
 }
 
 std::array<core::ShaftKnee, core::kMostKnees> knees_of(const ShaftConfig& shaft) {
@@ -63,7 +67,7 @@ core::BrakeParams make_brake_params(const ActuatorConfig& actuator, core::Law la
 
 }  // namespace
 
-LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool moves_parts) {
+LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust trust) {
   const protocol::ActuatorConfig& actuator = config.actuator;
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
@@ -102,7 +106,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
       static_cast<std::int32_t>(jump_limit(resolution, actuator.counts_per_rev));
   // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
   loop.tick_budget_ns = period_ns - period_ns / 20;
-  if (moves_parts && config.board.confirmed == protocol::Toggle::off) hold_low(loop);
+  loop.controller.excitation = loop.controller.partition;
+  loop.excitation_speed_limit_rad_s = loop.speed_limit_rad_s;
+  hold_low(loop, trust);
   return loop;
 }
 

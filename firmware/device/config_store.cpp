@@ -103,6 +103,13 @@ protocol::CalibrationConfig calibration_now(const Config& config) {
   return calibration;
 }
 
+Trust trust_in(const Config& config, bool moves_parts) {
+  if (!moves_parts) return Trust::all;
+  if (config.board.confirmed == protocol::Toggle::off) return Trust::none;
+  const bool assumed = calibration_now(config).values_are == protocol::Basis::assumed;
+  return assumed ? Trust::experiments : Trust::all;
+}
+
 ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {
   for (std::uint8_t slot = 0; slot < 2; ++slot) {
     const SlotBytes& bytes = slots.slot[slot];

@@ -370,6 +370,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
   changes_ = false;
+  speed_limit_rad_s_ = config_.speed_limit_rad_s;
   overlay_ = core::overlay_of(config_.controller);
   overlay_.bounds = false;
   if (core::is_needed(overlay_)) playing_overlay_ = &overlay_;
@@ -380,6 +381,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   if (excitation_.on) {
     changes_ = true;
     overlay_.excitation = &excitation_;
+    speed_limit_rad_s_ = config_.excitation_speed_limit_rad_s;
     playing_overlay_ = &overlay_;
     return;
   }
@@ -414,7 +416,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if (static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts) {
     causes |= fault::encoder;
   }
-  if (core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
+  if (core::absolute(out.motion.speed_rad_s) > speed_limit_rad_s_) {
     causes |= fault::over_speed;
   }
   return causes;

@@ -79,7 +79,8 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
       store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(Config{})),
       personality_(config_.game.personality),
-      loop_config_(make_loop_config(config_, board.control_period_ns, board.moves_parts)),
+      loop_config_(
+          make_loop_config(config_, board.control_period_ns, trust_in(config_, board.moves_parts))),
       game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
       detent_params_(dial::make_detent_params(config_, board.control_period_ns, personality_)),
       loop_(loop_config_, game_params_, detent_params_),
@@ -265,8 +266,8 @@ Order Device::configure(const Config& config) {
   const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
   config_ = config;
   // In its place: a copy on the way there would be the deepest that the stack holds.
-  new (&loop_config_)
-      LoopConfig(make_loop_config(config_, board_.control_period_ns, board_.moves_parts));
+  new (&loop_config_) LoopConfig(
+      make_loop_config(config_, board_.control_period_ns, trust_in(config_, board_.moves_parts)));
   game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
   detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);

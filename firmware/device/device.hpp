@@ -35,7 +35,7 @@ struct BoardInfo {
   std::array<std::uint8_t, 3> firmware_version{};
   std::uint32_t control_period_ns = 1'000'000;
   bool has_bootloader = false;
-  bool moves_parts = false;  // a real motor, which is held low until its parts are confirmed
+  bool moves_parts = false;  // a real motor, which is held low: see trust_in()
   protocol::ResetCause reset_cause = protocol::ResetCause::unknown;
   WiringRule wiring_rule = any_wiring;
 };

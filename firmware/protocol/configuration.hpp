@@ -214,9 +214,10 @@ struct Layout<BoardConfig> {
              "with the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
       choice("motor_reversed", &BoardConfig::motor_reversed,
              "on: a current into the first motor pin turns the knob to smaller angles"),
-      choice("confirmed", &BoardConfig::confirmed,
-             "on: somebody has checked that these are the parts. Until then a real board holds "
-             "torques and speed low. Acts at once"),
+      choice(
+          "confirmed", &BoardConfig::confirmed,
+          "on: somebody has checked that these are the parts. Until then, and until `values_are` "
+          "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
       number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
       number("motor_pin", &BoardConfig::motor_pin, "", 0, 28,
              "GPIO of the first input of the motor's bridge, even; the second is the next one"),

@@ -264,7 +264,7 @@ Limits Knob::limits() {
   const auto actuator = impl().session.get<protocol::ActuatorConfig>();
   const auto control = impl().session.get<protocol::ControlConfig>();
   return limits_of(actuator, control, impl().session.get<protocol::BoardConfig>(),
-                   moves_parts(device.board));
+                   impl().session.get<protocol::CalibrationConfig>(), moves_parts(device.board));
 }
 
 GameStatus Knob::game_status() {

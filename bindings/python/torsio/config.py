@@ -181,8 +181,8 @@ class BoardConfig:
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
     confirmed
-        True: somebody has checked that these are the parts. Until then a real board holds torques
-        and speed low. Acts at once.
+        True: somebody has checked that these are the parts. Until then, and until `values_are` is
+        no longer `assumed`, a real board holds torques and speed low. Acts at once.
     encoder_pin
         GPIO of A; B is the next one; 0 to 28.
     motor_pin

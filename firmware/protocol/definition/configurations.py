@@ -148,8 +148,8 @@ BOARD_CONFIG = _configuration(
     ),
     switch(
         "confirmed", e.TOGGLE,
-        "on: somebody has checked that these are the parts. Until then a real board holds torques and "
-        "speed low. Acts at once",
+        "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer "
+        "`assumed`, a real board holds torques and speed low. Acts at once",
     ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(

@@ -542,8 +542,8 @@ typedef struct torsio_board_config {
   double brake_inductance_h;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed;
-  /// true: somebody has checked that these are the parts. Until then a real board holds torques and
-  /// speed low. Acts at once
+  /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
+  /// longer `assumed`, a real board holds torques and speed low. Acts at once
   bool confirmed;
   /// GPIO of A; B is the next one; 0 to 28; at first 2
   int32_t encoder_pin;
@@ -994,8 +994,8 @@ typedef struct torsio_limits {
   double brake_torque_max_nm;
   /// more is a fault; 0: no limit
   double speed_limit_rad_s;
-  /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
-  /// board's configuration ends it
+  /// nobody has confirmed the parts of this real board, or their values are assumed, so it gives
+  /// little; `confirmed` and a calibration end it
   bool held_low;
 } torsio_limits;
 TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);

@@ -100,8 +100,8 @@ struct BoardConfig {
   double brake_inductance_h = 0.0;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed = false;
-  /// true: somebody has checked that these are the parts. Until then a real board holds torques and
-  /// speed low. Acts at once
+  /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
+  /// longer `assumed`, a real board holds torques and speed low. Acts at once
   bool confirmed = false;
   int encoder_pin = 2;  ///< GPIO of A; B is the next one; 0 to 28
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28

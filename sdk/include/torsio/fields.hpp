@@ -380,8 +380,8 @@ struct Fields<BoardConfig> {
       field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
             "on: a current into the first motor pin turns the knob to smaller angles"),
       field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
-            "on: somebody has checked that these are the parts. Until then a real board holds "
-            "torques and speed low. Acts at once"),
+            "on: somebody has checked that these are the parts. Until then, and until `values_are` "
+            "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
       field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
             "GPIO of A; B is the next one"),
       field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,
@@ -631,8 +631,8 @@ struct Fields<Limits> {
       field("speed_limit_rad_s", &Limits::speed_limit_rad_s, "", -kNoLimit, kNoLimit,
             "more is a fault; 0: no limit"),
       field("held_low", &Limits::held_low, "", -kNoLimit, kNoLimit,
-            "nobody has confirmed the parts of this real board, so it gives little; `confirmed` of "
-            "the board's configuration ends it"),
+            "nobody has confirmed the parts of this real board, or their values are assumed, so it "
+            "gives little; `confirmed` and a calibration end it"),
   };
 };
 template <>

@@ -153,7 +153,8 @@ class TORSIO_EXPORT Knob {
   /// What motor, brake and shaft have done to the knob, if the law is `calibrated`; and how stiff
   /// a wall is rendered now. docs/theory.md, "No wall that buzzes".
   [[nodiscard]] Energies energies();
-  /// The most that the device gives now, and whether it is held low until its parts are confirmed.
+  /// The most that the device gives now, and whether it is held low until its parts are confirmed
+  /// and known.
   [[nodiscard]] Limits limits();
   [[nodiscard]] Clock clock();          ///< Time and position now, both exact.
   [[nodiscard]] double position_rad();  ///< The angle now, from the device's zero.
