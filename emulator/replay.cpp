@@ -36,9 +36,12 @@ void require_valid(const Report& report) {
 device::LoopConfig loop_config(const ClosedLoopOptions& options) {
   require_valid(options.actuator);
   require_valid(options.control);
+  require_valid(options.shaft);
   const protocol::Verdict verdict = device::check_consistent(options.actuator);
   if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
-  return device::make_loop_config({options.actuator, options.control, {}, {}},
+  const protocol::Verdict bent = device::check_consistent(options.shaft);
+  if (!bent.ok()) refuse<protocol::ShaftConfig>(bent);
+  return device::make_loop_config({options.actuator, options.control, {}, {}, options.shaft},
                                   static_cast<std::uint32_t>(options.control_period_ns));
 }
 
@@ -82,8 +85,8 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   state.tick = options.first_tick;
   core::ControllerInputs in;
   in.scene = &setup.scene;
-  const core::Overlay overlay = core::overlay_of(setup.config.controller.partition.law);
-  if (overlay.bounds) in.overlay = &overlay;
+  const core::Overlay overlay = core::overlay_of(setup.config.controller);
+  if (core::is_needed(overlay)) in.overlay = &overlay;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     in.encoder_count = counts[i];
     const core::ControllerOutputs out = core::control(state, setup.config.controller, in);

@@ -80,6 +80,7 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
   read(from, "control", options.control);
   read(from, "board", options.board);
   read(from, "game", options.game);
+  read(from, "shaft", options.shaft);
   read(from, "paced", options.paced);
   read(from, "log_truth", options.log_truth);
   read(from, "log_inputs", options.log_inputs);
@@ -330,6 +331,8 @@ void bind_orders(py::class_<PyKnob>& knob) {
   bind_config(knob, "control", &Knob::control_config);
   bind_config(knob, "board", &Knob::board_config);
   bind_config(knob, "game", &Knob::game_config);
+  bind_config(knob, "shaft", &Knob::shaft_config);
+  bind_config(knob, "calibration", &Knob::calibration_config);
 }
 
 void bind_tap(py::module_& module) {
@@ -371,6 +374,9 @@ void bind_knob(py::module_& module) {
   module.def("list_devices", &list_all);
   module.def("matching_config", [](const py::object& plant) {
     return to_python(matching_config(from_python<PlantParams>(plant)));
+  });
+  module.def("matching_shaft", [](const py::object& plant) {
+    return to_python(matching_shaft(from_python<PlantParams>(plant)));
   });
 
   py::class_<PyKnob> knob(module, "Knob");
