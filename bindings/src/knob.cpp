@@ -223,7 +223,7 @@ auto call(Result (Owner::*method)(Parameters...) const) {
 }
 
 /// @param kept a list that gets the samples, however the recording ends, and then how the torque
-///        went, or None
+///        went, or None, and whether it came late
 void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz,
             bool must_stay_armed, py::list kept) {
   Recording samples;
@@ -236,8 +236,10 @@ void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz
     throw;
   }
   const std::optional<Disarm> disarmed = samples.disarmed;
+  const bool armed_late = samples.armed_late;
   keep();
   kept.append(disarmed ? to_python(*disarmed) : py::none());
+  kept.append(armed_late);
 }
 
 /// A Python function that C++ may call from any thread and destroy there. What it raises is shown

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "conversion/field_check.hpp"
+#include "protocol_names.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio {
@@ -27,6 +28,11 @@ constexpr double kPromptSampleRateHz = 500.0 * protocol::samples_per_report;
 /// little room for control rates that were computed.
 double fewest_ticks(double control_rate_hz, double sample_rate_hz) {
   return std::ceil(control_rate_hz / std::min(control_rate_hz, sample_rate_hz) * (1 - 1e-9));
+}
+
+bool is_armed(const TelemetrySample& sample) {
+  return static_cast<protocol::State>(sample.flags & protocol::flag::state_mask) ==
+         protocol::State::armed;
 }
 
 }  // namespace
@@ -120,13 +126,29 @@ void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
   if (rate_hz) start(rate_hz, false);
   Session::Recording recording(session_, into);  // before the first sample can come
   const Use use(*this);
+  if (must_stay_armed) throw_unless_armed();
   const std::uint64_t first_tick = session_.get<protocol::Clock>().tick;
   const auto ticks =
       static_cast<std::uint64_t>(std::llround(static_cast<double>(duration_ns) / period_ns_));
   const std::int64_t report_ns =
       std::int64_t{protocol::samples_per_report} * decimation * period_ns_;
-  recording.run(first_tick, first_tick + ticks, command_timeout_ns_ + report_ns, must_stay_armed);
+  const std::size_t had = into.size();
+  try {
+    recording.run(first_tick, first_tick + ticks, command_timeout_ns_ + report_ns, must_stay_armed);
+  } catch (...) {
+    into.disarmed = recording.disarmed();
+    throw;
+  }
   into.disarmed = recording.disarmed();
+  into.armed_late = into.size() > had && !is_armed(into[had]) && is_armed(into.back());
+}
+
+void TelemetryStream::throw_unless_armed() const {
+  if (session_.get<protocol::Health>().state == protocol::State::armed) return;
+  const std::optional<Disarm> disarm = session_.last_disarm();
+  throw Disarmed("the recording was to stay armed, but the knob is not armed" +
+                     (disarm ? "; " + disarm_text(*disarm) : std::string()),
+                 disarm ? disarm_reason_name(disarm->reason) : std::string());
 }
 
 }  // namespace torsio

@@ -32,6 +32,7 @@ class TelemetryStream {
   [[nodiscard]] double control_rate_hz() const { return 1e9 / period_ns_; }
   [[nodiscard]] unsigned ticks_per_sample(std::optional<double> rate_hz, bool prompt) const;
   void begin(unsigned decimation, bool prompt);
+  void throw_unless_armed() const;
   void check_length(std::int64_t duration_ns, unsigned decimation) const;
 
   Session& session_;

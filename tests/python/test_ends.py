@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 import weakref
 from contextlib import suppress
 from pathlib import Path
@@ -193,6 +194,54 @@ def test_recording_without_its_torque_says_so() -> None:
         with pytest.raises(torsio.Refused) as refused:
             knob.stream_local_model(torque_nm=0.01)
         assert refused.value.reason == "deadline_missed"
+
+
+def test_recording_that_begins_without_torque_says_so() -> None:
+    with torsio.open("emulated") as knob:
+        with pytest.raises(torsio.Disarmed, match="not armed"):
+            knob.record(0.1, must_stay_armed=True)
+        knob.arm()
+        knob.stream_local_model(torque_nm=0.01, deadline_s=0.02)
+        knob.sleep(0.2)
+        with pytest.raises(torsio.Disarmed, match="deadline") as caught:
+            knob.record(0.1, must_stay_armed=True)
+        assert caught.value.reason == "deadline_missed"
+        assert len(knob.record(0.1)) == 100
+
+
+def test_recording_that_ends_armed_says_that_it_began_without_torque() -> None:
+    with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
+
+        def arm_later(before: int) -> None:
+            while knob.statistics.samples_received < before + 50:
+                time.sleep(0.001)
+            knob.arm()
+
+        # On a busy machine the other thread may be too quick or too slow.
+        for _ in range(10):
+            knob.disarm()
+            later = threading.Thread(target=arm_later, args=[knob.statistics.samples_received])
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                later.start()
+                knob.record(0.5)
+                later.join()
+            if caught:
+                break
+        assert [warning.category for warning in caught] == [torsio.DisarmedWarning]
+        assert "begins without torque" in str(caught[0].message)
+
+
+def test_hand_that_is_too_slow_for_its_world_hangs_nothing() -> None:
+    def hand(_time_s: float, _angle_rad: float, _speed_rad_s: float) -> float:
+        time.sleep(0.0015)
+        return 0.0
+
+    options = torsio.EmulatorOptions(paced=True, hand=torsio.FeedbackHand(torque_nm=hand))
+    knob = torsio.open("emulated", emulator=options)
+    knob.arm()
+    assert len(knob.record(0.02)) == 20
+    knob.close()  # did not come back, and Ctrl-C did nothing
 
 
 def test_events_and_callback_tell_the_same() -> None:

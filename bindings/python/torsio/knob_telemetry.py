@@ -6,10 +6,9 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from torsio import _torsio, checks
+from torsio import _torsio, checks, knob_warnings
 from torsio.errors import Timeout
 from torsio.knob_recording import KnobRecording
-from torsio.knob_warnings import disarmed
 from torsio.records import Disarm
 from torsio.telemetry import Record
 
@@ -101,8 +100,9 @@ class KnobTelemetry:
         Parameters
         ----------
         must_stay_armed
-            Raise `Disarmed` when the torque goes meanwhile, instead of `DisarmedWarning` at the
-            end.
+            Raise `Disarmed` if the knob is not armed, or when the torque goes meanwhile. Otherwise
+            a recording that was without torque at a time gives a `DisarmedWarning` at its end,
+            unless it was so throughout.
 
         Returns
         -------
@@ -122,9 +122,11 @@ class KnobTelemetry:
                 error.samples = kept[0]  # type: ignore[attr-defined]
             raise
         samples: Record
-        samples, disarm = kept
+        samples, disarm, armed_late = kept
         if disarm is not None:
-            warnings.warn(disarmed(Disarm(**disarm)), stacklevel=2)
+            warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=2)
+        elif armed_late:
+            warnings.warn(knob_warnings.armed_late(), stacklevel=2)
         return self._recording.keep(samples)
 
     def telemetry(

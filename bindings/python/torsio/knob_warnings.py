@@ -6,7 +6,7 @@ from torsio.errors import DisarmedWarning, HeldLowWarning, StiffnessWarning
 from torsio.records import Disarm, Limits, StableStiffness
 from torsio.stability import LIMITS
 
-__all__ = ["disarmed", "held_low", "too_stiff"]
+__all__ = ["armed_late", "disarmed", "held_low", "too_stiff"]
 
 
 def held_low(limits: Limits) -> HeldLowWarning:
@@ -36,4 +36,11 @@ def disarmed(disarm: Disarm) -> DisarmedWarning:
         f"the torque went during the recording, at tick {disarm.tick} "
         f"({', '.join((disarm.reason, *disarm.faults))}); "
         "must_stay_armed raises an error instead"
+    )
+
+
+def armed_late() -> DisarmedWarning:
+    """Say that there was no torque at first."""
+    return DisarmedWarning(
+        "the recording begins without torque and ends armed; must_stay_armed raises an error instead"
     )

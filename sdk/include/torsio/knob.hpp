@@ -31,6 +31,8 @@ struct Recording : std::vector<TelemetrySample> {
   using std::vector<TelemetrySample>::vector;
   /// How the torque went during the recording, if it did.
   std::optional<Disarm> disarmed{};
+  /// It begins without torque and ends armed.
+  bool armed_late = false;
 };
 
 /// A step of a program's own loop; see Knob::every().
@@ -289,7 +291,8 @@ class TORSIO_EXPORT Knob {
   /// sample has arrived.
   /// Threads may record at the same time. If it ends early the samples that came can still be read,
   /// and what the library throws has all of them: Error::samples().
-  /// @param must_stay_armed throw Disarmed when the torque goes meanwhile; else Recording::disarmed
+  /// @param must_stay_armed throw Disarmed if it is not armed, or when the torque goes meanwhile;
+  ///        else Recording::disarmed
   ///        tells
   /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
   /// up; Disarmed

@@ -11,6 +11,7 @@
 
 #include "emulated/claim.hpp"
 #include "emulator/emulated_device.hpp"
+#include "fair_mutex.hpp"
 #include "process.hpp"
 #include "torsio/emulator.hpp"
 #include "torsio/error.hpp"
@@ -79,8 +80,8 @@ class SharedDevice {
   const bool paced_;
   const bool logs_truth_;
   const bool logs_inputs_;
-  mutable std::mutex mutex_;
-  mutable std::condition_variable news_;
+  mutable FairMutex mutex_;  // a world that is late all the time must let others in
+  mutable std::condition_variable_any news_;
   std::unique_ptr<emulator::EmulatedDevice> device_;
   bool closed_ = false;
   std::string failure_;  // why time does not go on

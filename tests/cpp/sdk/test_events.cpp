@@ -324,3 +324,40 @@ TEST_CASE("a recording that must stay armed ends when the torque goes, with what
   }
   CHECK(knob.state() == State::disarmed);
 }
+
+TEST_CASE("a recording that must stay armed does not begin without torque") {
+  Knob knob = Knob::open("emulated");
+  CHECK_THROWS_AS((void)knob.record(0.1, {}, true), Disarmed);  // nobody has armed it
+  knob.arm();
+  knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
+  knob.sleep(0.2);
+  try {
+    (void)knob.record(0.1, {}, true);
+    FAIL("did not throw");
+  } catch (const Disarmed& error) {
+    CHECK(error.reason() == "deadline_missed");
+  }
+  CHECK(knob.record(0.1).size() == 100);  // as good as ever
+}
+
+TEST_CASE("a recording says that it begins without torque and ends armed") {
+  EmulatorOptions options;
+  options.paced = true;
+  Knob knob = Knob::open("emulated", {.emulator = options});
+  CHECK_FALSE(knob.record(0.01).armed_late);
+  Recording recording;
+  // On a busy machine the other thread may be too quick or too slow.
+  for (int left = 10; left > 0 && !recording.armed_late; --left) {
+    knob.disarm();
+    const std::uint64_t before = knob.statistics().samples_received;
+    std::thread later([&] {
+      while (knob.statistics().samples_received < before + 50) std::this_thread::yield();
+      knob.arm();
+    });
+    recording = knob.record(0.5);
+    later.join();
+  }
+  CHECK(recording.armed_late);
+  CHECK_FALSE(recording.disarmed);
+  CHECK_FALSE(knob.record(0.01).armed_late);
+}

@@ -30,6 +30,20 @@ double seconds_since(steady_clock::time_point begin) {
 
 }  // namespace
 
+TEST_CASE("a world that takes longer than it lasts still lets calls in, and closes") {
+  OpenOptions options = paced();
+  options.emulator->hand = FeedbackHand{[](double, double, double) {
+    std::this_thread::sleep_for(std::chrono::microseconds(1500));
+    return 0.0;
+  }};
+  Knob knob = Knob::open("emulated", options);
+  knob.sleep(0.05);
+  knob.arm();
+  CHECK(knob.state() == State::armed);
+  CHECK(knob.record(0.01).size() == 10);
+  knob.close();  // once it did not come back from here
+}
+
 TEST_CASE("a paced emulated knob keeps to the wall clock") {
   const auto begin = steady_clock::now();
   Knob knob = Knob::open("emulated", paced());
