@@ -213,14 +213,14 @@ def test_recording_that_ends_armed_says_that_it_began_without_torque() -> None:
     with torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=True)) as knob:
 
         def arm_later(before: int) -> None:
-            while knob.statistics.samples_received < before + 50:
+            while knob.statistics().samples_received < before + 50:
                 time.sleep(0.001)
             knob.arm()
 
         # On a busy machine the other thread may be too quick or too slow.
         for _ in range(10):
             knob.disarm()
-            later = threading.Thread(target=arm_later, args=[knob.statistics.samples_received])
+            later = threading.Thread(target=arm_later, args=[knob.statistics().samples_received])
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
                 later.start()
