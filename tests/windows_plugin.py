@@ -60,7 +60,10 @@ TESTS = {
     "test_what_cannot_be_read_is_told_with_its_reason": "takes rights away as Unix does",
     "test_who_has_neither_name_nor_folder_is_impersonal_as_they_are": "has Unix's list of users",
 }
-PARAMETERS = {"test_example_runs[stream_to_lsl]": "its library is not fetched"}
+PARAMETERS = {
+    "test_example_runs[stream_to_lsl]": "its library is not fetched",
+    "test_short_and_long_option_for_help_are_the_same[arguments3]": "is about the studies",
+}
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

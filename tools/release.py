@@ -21,7 +21,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from tools import boards, hidapi_source, sdist, wheels
+from tools import boards, hidapi_source, sdist, wheel_pythons, wheels
 from tools import site as documents
 
 TREE = Path(__file__).parent.parent
@@ -138,8 +138,11 @@ def collect(sdk: Path) -> list[str]:
     missing = []
     found = sorted(wheels.OUT.glob(f"torsio-{version()}-*.whl"))
     for architecture in wheels.ARCHITECTURES:
-        if not any(architecture in wheel.name for wheel in found):
-            missing.append(f"no wheel for {architecture}: ./dev wheels --arch {architecture}")
+        for python in wheel_pythons.MAVEN:
+            tag = f"-cp{python.replace('.', '')}-"
+            if not any(tag in wheel.name and architecture in wheel.name for wheel in found):
+                command = f"./dev wheels --arch {architecture} --python {python}"
+                missing.append(f"no wheel for Python {python} on {architecture}: {command}")
     firmware = [
         TREE / "build/firmware" / f"torsio-{board}.{kind}"
         for board in boards.chips()

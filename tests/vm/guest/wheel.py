@@ -35,7 +35,7 @@ def take_first_steps(command: Sequence[str], program: Path = PROGRAM) -> str:
                 if said == "armed\n":
                     knob.say(f"script {push.name}")
                 said += steps.stdout.read()
-        assert steps.returncode == 0, said
+        assert steps.returncode == 0, f"status {steps.returncode}: {said}"
         return said
     finally:
         knob.end()
