@@ -87,6 +87,8 @@ def test_free_motion_takes_the_friction_of_what_turns() -> None:
         "parallel": 6e-3 + DRAG_NM + viscous["motor"] + viscous["brake"],
         "soft_sensor_paper": 6e-3 + DRAG_NM + viscous["motor"] + viscous["brake"],
         "soft_spring": 6e-3 + viscous["motor"],  # its motor cancels what the spring shows
+        # Its motor takes off what it is told, of friction that is known.
+        "soft_sensor_calibrated": 6e-3 + DRAG_NM - 5.8e-3 + viscous["motor"] + viscous["brake"],
     }
     for key, drag in expected.items():
         log = trials.turn_freely(key)
@@ -134,6 +136,7 @@ def test_brake_without_sensor_keeps_the_knob_in_the_wall(actuator: str) -> None:
         "soft_spring",
         "soft_sensor_paper",
         "soft_sensor_compensated",
+        "soft_sensor_calibrated",
         "one_way_brakes",
         "transfer_function",
     ],
@@ -183,6 +186,23 @@ def test_soft_sensor_stays_stable_far_beyond_the_motor_alone() -> None:
     assert not trials.comes_to_rest(trials.spin_into_spring("motor_only", 2.0))
 
 
+def test_law_calibrated_never_buzzes_and_tracks_as_the_one_with_two_encoders() -> None:
+    for stiffness in (1.0, 20.0, 200.0):
+        for speed in trials.SPINS_RAD_S:
+            log = trials.spin_into_spring("soft_sensor_calibrated", stiffness, speed)
+            assert trials.comes_to_rest(log)
+    # With finer counts at a higher rate, where the rival with two encoders still buzzes.
+    stiffness = 30.0 / NM_PER_RAD
+    log = trials.visit_wall("soft_sensor_calibrated", stiffness, **trials.FINE)
+    fine, rival = trials.measure_wall(log, stiffness), _wall("soft_spring")
+    assert fine.tracking_in < rival.tracking_in
+    assert fine.tracking_out < rival.tracking_out
+    assert fine.torque_gap_nm < rival.torque_gap_nm
+    assert not trials.comes_to_rest(trials.spin_into_spring("soft_spring", 50.0, **trials.FINE))
+    log = trials.spin_into_spring("soft_sensor_calibrated", 50.0, **trials.FINE)
+    assert trials.comes_to_rest(log)
+
+
 def test_soft_sensor_tracks_a_wall_within_the_limits_of_the_paper() -> None:
     for stiffness in trials.WALLS_MNM_PER_DEG:
         wall = _wall("soft_sensor_paper", stiffness)
@@ -202,7 +222,7 @@ def test_parallel_brake_is_far_off_on_the_way_out() -> None:
 # --- the simulation ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("law", ["paper", "compensated"])
+@pytest.mark.parametrize("law", ["paper", "compensated", "calibrated"])
 @pytest.mark.parametrize("stiffness_mnm_per_deg", [10.0, 30.0, 100.0])
 def test_soft_sensor_equals_the_device_in_closed_loop(
     law: str, stiffness_mnm_per_deg: float
@@ -218,7 +238,7 @@ def test_soft_sensor_equals_the_device_in_closed_loop(
             damping_nm_s_per_rad=10e-3,
             inertia_kg_m2=1e-4,
         ),
-        control=dataclasses.replace(ControlConfig(), law=law),  # type: ignore[arg-type]
+        control=dataclasses.replace(ControlConfig(), law=law, free_assist_nm=5.8e-3),  # type: ignore[arg-type]
     )
     loop = simulate_loop(options, duration_s=2.4)
     felt = loop["spring_torque_nm"] + loop["motor_torque_nm"]
@@ -335,7 +355,7 @@ def test_study_writes_the_documented_keys_and_readable_pictures(tmp_path: Path) 
         )
     outcomes = {row["actuator"]: row["outcome"] for row in results["rows"]}
     assert outcomes["parallel_torque_sensor"] == "held by friction"
-    assert Counter(outcomes.values()) == {"leaves": 8, "stays": 3, "held by friction": 1}
+    assert Counter(outcomes.values()) == {"leaves": 9, "stays": 3, "held by friction": 1}
     page = (Path(__file__).parents[2] / "docs" / "studies" / "actuators.md").read_text()
     assert [key for key in results["parts"] if f"`{key}`" not in page] == []
     assert len(results["figures"]) == 3

@@ -8,8 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from torsio.calibration import calibrate
 from torsio_studies.calibration import study as calibration_study
-from torsio_studies.calibration.knobs import QUANTITIES, hidden_knob, measure, truth_of
+from torsio_studies.calibration.knobs import (
+    QUANTITIES,
+    emulated,
+    hidden_knob,
+    measure,
+    truth_of,
+)
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
 from torsio_studies.execution import execute
 
@@ -53,6 +60,19 @@ def test_nearly_all_intervals_hold_the_truth(rows: list[dict[str, float]]) -> No
 def test_quantity_is_near_the_truth(rows: list[dict[str, float]], name: str, within: float) -> None:
     for row in rows:
         assert row[f"{name}_value"] == pytest.approx(row[f"{name}_truth"], rel=within)
+
+
+@pytest.mark.parametrize("number", [1002, 1003])
+def test_quick_calibration_at_a_board_s_rate_says_nothing_of_swings_it_did_not_make(
+    number: int,
+) -> None:
+    hidden = hidden_knob(number)
+    with emulated(hidden.plant, seed=number) as knob:
+        found = calibrate(knob, quick=True).quantities
+    assert not {"knob_inertia_kg_m2", "shaft_damping_nm_s_per_rad", "rise_s"} & set(found)
+    truth = truth_of(hidden.plant)
+    for name in ("inertia_kg_m2", "coulomb_nm", "stiffness_nm_per_rad"):
+        assert found[name].value == pytest.approx(truth[name], rel=0.01)
 
 
 def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:

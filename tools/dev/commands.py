@@ -202,7 +202,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
     with_machines = (name == "usb" and "--device" not in rest) or (
         name == "games" and not {"--here", "--in-process"} & set(rest)
     )
-    on_boards = name in ("binary", "guards", "mcu")
+    on_boards = name in ("binary", "calibration", "guards", "mcu")
     groups = ["tests"]
     groups += ["firmware"] if on_boards else []
     groups += ["machines"] if with_machines else []

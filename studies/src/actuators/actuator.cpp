@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -20,6 +21,7 @@ constexpr std::array<std::string_view, kKinds> kNames{"motor_only",
                                                       "soft_spring",
                                                       "soft_sensor_paper",
                                                       "soft_sensor_compensated",
+                                                      "soft_sensor_calibrated",
                                                       "one_way_brakes",
                                                       "transfer_function"};
 
@@ -29,6 +31,59 @@ MachineCommand both_ways(double motor_nm, double brake_nm) {
   return {.motor_command_nm = motor_nm,
           .brake_forward_command_nm = brake_nm,
           .brake_backward_command_nm = brake_nm};
+}
+
+std::optional<protocol::Law> device_law(Kind kind) {
+  switch (kind) {
+    case Kind::soft_sensor_paper:
+      return protocol::Law::paper;
+    case Kind::soft_sensor_compensated:
+      return protocol::Law::compensated;
+    case Kind::soft_sensor_calibrated:
+      return protocol::Law::calibrated;
+    default:
+      return std::nullopt;
+  }
+}
+
+/// This device with these parts, all of which it knows, in this environment.
+emulator::ControlSetup make_device(protocol::Law law, const Parts& parts,
+                                   const Environment& environment, std::uint32_t counts_per_rev,
+                                   std::int64_t period_ns) {
+  const auto narrow = [](double value) { return static_cast<float>(value); };
+  emulator::ClosedLoopOptions options;
+  options.control_period_ns = period_ns;
+  protocol::ActuatorConfig& actuator = options.actuator;
+  actuator.motor_torque_max_nm = narrow(parts.motor_limit_nm);
+  actuator.brake_torque_max_nm = narrow(parts.brake_limit_nm);
+  actuator.brake_torque_min_nm = narrow(parts.brake_floor_nm);
+  actuator.brake_drag_nm = narrow(parts.brake_drag_nm);
+  actuator.brake_time_constant_s = narrow(parts.brake_time_constant_s);
+  actuator.spring_stiffness_nm_per_rad = narrow(parts.stiff_spring_nm_per_rad);
+  actuator.counts_per_rev = counts_per_rev;
+  actuator.knob_inertia_kg_m2 = narrow(parts.knob_inertia_kg_m2 + parts.rotor_inertia_kg_m2);
+  actuator.knob_coulomb_nm = narrow(parts.knob_coulomb_nm + parts.rotor_coulomb_nm);
+  actuator.knob_viscous_nm_s_per_rad = narrow(parts.rotor_viscous_nm_s_per_rad);
+  actuator.motor_time_constant_s = narrow(parts.motor_time_constant_s);
+  actuator.brake_inertia_kg_m2 = narrow(parts.brake_inertia_kg_m2);
+  options.control.law = law;
+  options.control.beta = narrow(parts.beta);
+  options.control.free_assist_nm = narrow(parts.free_assist_nm);
+  const std::int64_t turns_q32 =
+      std::llround(environment.angle_rad * (0x1p32 / (2.0 * std::numbers::pi)));
+  const float stiffness = narrow(environment.stiffness_nm_per_rad);
+  if (environment.both_ways) {
+    protocol::Spring spring;
+    spring.angle_turns_q32 = turns_q32;
+    spring.stiffness_nm_per_rad = stiffness;
+    options.scene.emplace_back(spring);
+  } else {
+    protocol::Wall wall;
+    wall.angle_turns_q32 = turns_q32;
+    wall.stiffness_nm_per_rad = stiffness;
+    options.scene.emplace_back(wall);
+  }
+  return emulator::make_control_setup(options);
 }
 
 }  // namespace
@@ -102,6 +157,7 @@ MachineParams machine_params(Kind kind, const Parts& parts) {
     case Kind::soft_spring:
     case Kind::soft_sensor_paper:
     case Kind::soft_sensor_compensated:
+    case Kind::soft_sensor_calibrated:
       machine.knob = together(knob, rotor);
       behind_spring(brake, kind == Kind::soft_spring ? parts.soft_spring_nm_per_rad
                                                      : parts.stiff_spring_nm_per_rad);
@@ -112,17 +168,17 @@ MachineParams machine_params(Kind kind, const Parts& parts) {
   return machine;
 }
 
-LawOf::LawOf(Kind kind, const Parts& parts, std::uint32_t counts_per_rev, double period_s)
+LawOf::LawOf(Kind kind, const Parts& parts, const Environment& environment,
+             std::uint32_t counts_per_rev, std::int64_t period_ns)
     : kind_(kind),
       parts_(parts),
       rad_per_count_(2.0 * std::numbers::pi / counts_per_rev),
-      period_s_(period_s) {
-  const bool compensated = kind == Kind::soft_sensor_compensated;
-  const bool sensed = compensated || kind == Kind::soft_sensor_paper;
-  brake_params_ = core::make_brake_params(
-      static_cast<float>(parts.brake_time_constant_s), static_cast<float>(period_s),
-      sensed ? static_cast<float>(parts.brake_floor_nm) : 0.0F,
-      compensated ? static_cast<float>(parts.brake_drag_nm) : 0.0F);
+      period_s_(1e-9 * static_cast<double>(period_ns)) {
+  brake_params_ = core::make_brake_params(static_cast<float>(parts.brake_time_constant_s),
+                                          static_cast<float>(period_s_), 0.0F, 0.0F);
+  if (const std::optional<protocol::Law> law = device_law(kind)) {
+    setup_ = make_device(*law, parts, environment, counts_per_rev, period_ns);
+  }
 }
 
 /// Two counts, so that a hand at rest on the border between two counts is no motion.
@@ -154,20 +210,15 @@ MachineCommand LawOf::share(double desired_nm, bool pressing) {
   return both_ways(motor_nm, brake_nm);
 }
 
-MachineCommand LawOf::soft_sensor(const Senses& senses, core::Law law) {
-  const auto delta_rad =
-      static_cast<float>(senses.knob_counts - last_counts_) * static_cast<float>(rad_per_count_);
-  const float capacity_nm =
-      core::model_brake(brake_state_, brake_params_, static_cast<float>(held_brake_nm_));
-  const float spring_nm = core::sense_spring(
-      sensor_, static_cast<float>(parts_.stiff_spring_nm_per_rad), delta_rad, capacity_nm);
-  const core::PartitionParams partition{law, static_cast<float>(parts_.beta),
-                                        static_cast<float>(parts_.motor_limit_nm),
-                                        static_cast<float>(parts_.brake_limit_nm)};
-  const core::Shares shares =
-      core::partition(partition, static_cast<float>(senses.desired_torque_nm), spring_nm);
-  held_brake_nm_ = shares.brake_command_nm;
-  return both_ways(shares.motor_command_nm, shares.brake_command_nm);
+/// A tick of this device.
+MachineCommand LawOf::control(std::int64_t counts) {
+  core::ControllerInputs in;
+  in.encoder_count = static_cast<std::uint32_t>(counts);
+  in.scene = &setup_->scene;
+  const core::Overlay overlay = core::overlay_of(setup_->config.controller.partition.law);
+  if (overlay.bounds) in.overlay = &overlay;
+  const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
+  return both_ways(out.motor_command_nm, out.brake_command_nm);
 }
 
 /// While the hand presses, the brake answers at once and the motor takes over by and by; otherwise
@@ -181,8 +232,9 @@ MachineCommand LawOf::hand_over(double desired_nm, bool pressing) {
 }
 
 MachineCommand LawOf::operator()(const Senses& senses) {
+  if (setup_) return control(senses.knob_counts);
   if (!primed_) {
-    last_counts_ = extreme_counts_ = senses.knob_counts;
+    extreme_counts_ = senses.knob_counts;
     primed_ = true;
   }
   notice_direction(senses.knob_counts);
@@ -223,11 +275,9 @@ MachineCommand LawOf::operator()(const Senses& senses) {
                                         : both_ways(desired, 0.0);
       break;
     case Kind::soft_sensor_paper:
-      command = soft_sensor(senses, core::Law::paper);
-      break;
     case Kind::soft_sensor_compensated:
-      command = soft_sensor(senses, core::Law::compensated);
-      break;
+    case Kind::soft_sensor_calibrated:
+      break;  // control()
     case Kind::one_way_brakes:
       command = share(desired, pressing);
       (desired < 0.0 ? command.brake_backward_command_nm : command.brake_forward_command_nm) = 0.0;
@@ -236,7 +286,6 @@ MachineCommand LawOf::operator()(const Senses& senses) {
       command = hand_over(desired, pressing);
       break;
   }
-  last_counts_ = senses.knob_counts;
   return command;
 }
 

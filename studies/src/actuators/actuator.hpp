@@ -3,13 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "actuators/machine.hpp"
 #include "core/brake_model.hpp"
-#include "core/partition.hpp"
-#include "core/soft_sensor.hpp"
+#include "core/controller.hpp"
 #include "emulator/plant/params.hpp"
+#include "emulator/replay.hpp"
 
 namespace torsio::studies::actuators {
 
@@ -25,11 +26,12 @@ enum class Kind : std::uint8_t {
   soft_spring,              ///< (e) two encoders
   soft_sensor_paper,        ///< (f) as published
   soft_sensor_compensated,  ///< (f) with the law `compensated`
+  soft_sensor_calibrated,   ///< (f) with the law `calibrated`
   one_way_brakes,           ///< two brakes, each behind a one-way bearing, and a motor
   transfer_function,        ///< brake first, motor after, by a filter
 };
 
-inline constexpr int kKinds = 12;
+inline constexpr int kKinds = 13;
 
 [[nodiscard]] std::string_view name_of(Kind kind);
 /// @throws std::invalid_argument that lists the names
@@ -55,6 +57,7 @@ struct Parts {
   double brake_time_constant_s = 60e-3;
   double brake_limit_nm = 110e-3;
   double brake_floor_nm = 3.3e-3;     ///< of the soft sensor
+  double free_assist_nm = 5.8e-3;     ///< that the law `calibrated` takes off the friction
   double beta = 0.5;                  ///< the brake's share, where a law has one
   double sensor_threshold_nm = 3e-3;  ///< of the torque sensor of (b), against its noise
   double force_gain = 1.0;            ///< of the series elastic motor's torque loop
@@ -68,6 +71,13 @@ struct Parts {
 
 [[nodiscard]] MachineParams machine_params(Kind kind, const Parts& parts);
 
+/// What the actuator is to render, from the knob's encoder.
+struct Environment {
+  double stiffness_nm_per_rad = 0.0;  ///< 0: free space
+  double angle_rad = 0.0;             ///< surface of the wall, or centre of the spring
+  bool both_ways = false;             ///< a spring; otherwise a wall towards positive angles
+};
+
 /// What a law may look at in one tick. Angles are encoders' counts; only (c) and (e) have an
 /// encoder on the far shaft and only (b) has the torque sensor.
 struct Senses {
@@ -80,7 +90,10 @@ struct Senses {
 /// One actuator's control law with its memory.
 class LawOf {
  public:
-  LawOf(Kind kind, const Parts& parts, std::uint32_t counts_per_rev, double period_s);
+  /// @param environment that this device makes its own scene of; the others get a torque
+  /// @throws std::invalid_argument if this device would refuse a part
+  LawOf(Kind kind, const Parts& parts, const Environment& environment, std::uint32_t counts_per_rev,
+        std::int64_t period_ns);
 
   [[nodiscard]] MachineCommand operator()(const Senses& senses);
 
@@ -91,7 +104,7 @@ class LawOf {
   void notice_direction(std::int64_t counts);
   [[nodiscard]] double model_brake(double command_nm);
   [[nodiscard]] MachineCommand share(double desired_nm, bool pressing);
-  [[nodiscard]] MachineCommand soft_sensor(const Senses& senses, core::Law law);
+  [[nodiscard]] MachineCommand control(std::int64_t counts);
   [[nodiscard]] MachineCommand hand_over(double desired_nm, bool pressing);
 
   Kind kind_;
@@ -99,14 +112,14 @@ class LawOf {
   double rad_per_count_;
   double period_s_;
   bool primed_ = false;
-  std::int64_t last_counts_ = 0;
   std::int64_t extreme_counts_ = 0;  ///< farthest since the last turn
   int direction_ = 0;                ///< of the knob's motion, as the encoder shows it
   core::BrakeParams brake_params_;
   core::BrakeState brake_state_;
   double held_brake_nm_ = 0.0;
-  core::SoftSensorState sensor_;
   double handed_over_nm_ = 0.0;
+  std::optional<emulator::ControlSetup> setup_;  // of (f), which is this device's own controller
+  core::ControllerState controller_;
 };
 
 }  // namespace torsio::studies::actuators

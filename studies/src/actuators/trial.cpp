@@ -33,8 +33,7 @@ std::vector<TrialRow> run_trial(const TrialParams& params) {
   MachineState start;
   start.speed_rad_s = {params.initial_speed_rad_s, params.initial_speed_rad_s};
   machine.set_state(start);
-  LawOf law(params.kind, params.parts, params.counts_per_rev,
-            1e-9 * static_cast<double>(params.period_ns));
+  LawOf law(params.kind, params.parts, params.environment, params.counts_per_rev, params.period_ns);
   const double rad_per_count = 2.0 * std::numbers::pi / params.counts_per_rev;
   const auto counts = [&](double angle_rad) {
     return static_cast<std::int64_t>(std::floor(angle_rad / rad_per_count));

@@ -10,13 +10,6 @@
 
 namespace torsio::studies::actuators {
 
-/// What the actuator is to render, from the knob's encoder.
-struct Environment {
-  double stiffness_nm_per_rad = 0.0;  ///< 0: free space
-  double angle_rad = 0.0;             ///< surface of the wall, or centre of the spring
-  bool both_ways = false;             ///< a spring; otherwise a wall towards positive angles
-};
-
 /// One actuator, one hand, one environment.
 struct TrialParams {
   Kind kind = Kind::motor_only;

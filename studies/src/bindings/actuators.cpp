@@ -46,6 +46,7 @@ constexpr std::array part_fields{
     std::pair{"clutch_time_constant_s", &Parts::clutch_time_constant_s},
     std::pair{"brake_limit_nm", &Parts::brake_limit_nm},
     std::pair{"brake_floor_nm", &Parts::brake_floor_nm},
+    std::pair{"free_assist_nm", &Parts::free_assist_nm},
     std::pair{"beta", &Parts::beta},
     std::pair{"sensor_threshold_nm", &Parts::sensor_threshold_nm},
     std::pair{"force_gain", &Parts::force_gain},

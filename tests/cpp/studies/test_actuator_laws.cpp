@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -45,8 +46,8 @@ MachineCommand both(double motor_nm, double forward_nm, double backward_nm, doub
   return command;
 }
 
-void check(Kind kind, const std::vector<Tick>& ticks) {
-  LawOf law(kind, Parts{}, 8192, 1e-3);
+void check(Kind kind, const std::vector<Tick>& ticks, const Environment& environment = {}) {
+  LawOf law(kind, Parts{}, environment, 8192, 1'000'000);
   CAPTURE(std::string(name_of(kind)));
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     CAPTURE(i);
@@ -136,18 +137,27 @@ TEST_CASE("actuator law (e): the motor gives what spring and brake do not") {
                            });
 }
 
-TEST_CASE("actuator law (f): the laws of the core, on the sensor's torque") {
-  // One count in, and two back: the sensor goes from -1 to +1 count's worth, within its floor.
-  check(Kind::soft_sensor_paper, {
-                                     {at(0, 0.0), motor(0.0)},
-                                     {at(1, -0.04), both(-0.04 + kCountNm, 0.02, 0.02)},
-                                     {at(-1, -0.04), motor(-0.04)},
-                                 });
-  check(Kind::soft_sensor_compensated, {
-                                           {at(0, 0.0), motor(0.0)},
-                                           {at(1, -0.04), both(-0.04 + kCountNm, 0.02, 0.02)},
-                                           {at(-1, -0.04), motor(-0.04 - kCountNm)},
-                                       });
+TEST_CASE("actuator law (f): this device's own, on the sensor's torque") {
+  // Far inside a soft wall, where it asks for 40 mN m whatever the knob does.
+  const Environment deep{.stiffness_nm_per_rad = 4e-5, .angle_rad = -1000.0};
+  const MachineCommand at_rest = both(-0.04, 0.02, 0.02);
+  const MachineCommand pressed = both(-0.04 + kCountNm, 0.02, 0.02);
+  // One count in, and two back: the sensor goes from -1 to +1 count's worth, within what it takes
+  // the brake to hold.
+  check(Kind::soft_sensor_paper,
+        {{at(0, 0.0), at_rest}, {at(1, 0.0), pressed}, {at(-1, 0.0), motor(-0.04)}}, deep);
+  for (const Kind kind : {Kind::soft_sensor_compensated, Kind::soft_sensor_calibrated}) {
+    check(kind,
+          {{at(0, 0.0), at_rest}, {at(1, 0.0), pressed}, {at(-1, 0.0), motor(-0.04 - kCountNm)}},
+          deep);
+  }
+}
+
+TEST_CASE("actuator law (f): a part that this device would refuse is refused") {
+  Parts parts;
+  parts.beta = 2.0;
+  CHECK_THROWS_AS(LawOf(Kind::soft_sensor_paper, parts, {}, 8192, 1'000'000),
+                  std::invalid_argument);
 }
 
 TEST_CASE("actuator law: of two one-way brakes that works which resists motion into the wall") {
@@ -190,6 +200,7 @@ TEST_CASE("actuator: every arrangement has its parts where the page says") {
       {Kind::soft_spring, 6e-5, 6e-3, 4e-5, 1.0, Seat::knob, Seat::far_shaft},
       {Kind::soft_sensor_paper, 6e-5, 6e-3, 4e-5, 2.873, Seat::knob, Seat::far_shaft},
       {Kind::soft_sensor_compensated, 6e-5, 6e-3, 4e-5, 2.873, Seat::knob, Seat::far_shaft},
+      {Kind::soft_sensor_calibrated, 6e-5, 6e-3, 4e-5, 2.873, Seat::knob, Seat::far_shaft},
       {Kind::one_way_brakes, 10e-5, 6e-3, 0, 0, Seat::knob, Seat::knob},
       {Kind::transfer_function, 10e-5, 6e-3, 0, 0, Seat::knob, Seat::knob},
   };

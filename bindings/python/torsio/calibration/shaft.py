@@ -311,7 +311,8 @@ def estimate_shaft(
         )
     ]  # fmt: skip
     lag_nm = _rate_nm_s(sweeps) * _LAG_S
-    if len(steps.time_s) > 100:
+    # Without steps there is only the end of the rest before them.
+    if len(steps.time_s) > 0 and steps.time_s[-1] - steps.time_s[0] > _STEP_S:
         ring, ring_angle = _estimate_ring(
             steps, (stiffness, min(knee, 1e9), extra), rest, coulomb, cogging_nm, inertia_kg_m2
         )

@@ -116,9 +116,9 @@ def name(actuator: Actuator | Measures) -> str:
 
 def draw(study: Study, rows: Sequence[Measures]) -> None:
     """Draw all pictures."""
-    with study.figure("scoreboard", size=(14.6, 6.9)) as figure:
+    with study.figure("scoreboard", size=(14.6, 7.3)) as figure:
         scoreboard(figure, rows)
-    with study.figure("walls", size=(13.5, 10.6)) as figure:
+    with study.figure("walls", size=(15.5, 10.6)) as figure:
         walls(figure)
     with study.figure("string", size=(13.5, 6.4)) as figure:
         string(figure, rows)
@@ -142,7 +142,7 @@ def scoreboard(figure: Figure, rows: Sequence[Measures]) -> None:
     """Draw all numbers as a coloured table."""
     _headline(
         figure,
-        "Twelve ways to build a knob that pushes back",
+        "Thirteen ways to build a knob that pushes back",
         "The same motor, brake, encoder and virtual wall (30 mN·m per degree) for all; what "
         "differs is how the parts are put together and controlled. Green is good, orange is poor. "
         "Letters are those of the paper's Fig. 1.",
@@ -190,11 +190,13 @@ def walls(figure: Figure) -> None:
         "the device holds the hand back: it sticks.",
         top=0.975,
     )
-    axes_grid = figure.subplots(3, 4, sharex=True, sharey=True)
+    axes_grid = figure.subplots(3, 5, sharex=True, sharey=True)
     figure.subplots_adjust(left=0.06, right=0.985, top=0.85, bottom=0.06, hspace=0.3, wspace=0.07)
     stiffness = trials.WALLS_MNM_PER_DEG[1] / trials.NM_PER_RAD
-    for axes, actuator in zip(axes_grid.flat, ACTUATORS, strict=True):
+    for axes, actuator in zip(axes_grid.flat, ACTUATORS, strict=False):
         _wall(axes, actuator, stiffness)
+    for axes in axes_grid.flat[len(ACTUATORS) :]:
+        axes.set_axis_off()
     for axes in axes_grid[-1]:
         axes.set_xlabel("knob angle (degrees)")
     for axes in axes_grid[:, 0]:

@@ -14,8 +14,13 @@ from torsio_studies import _studies
 from torsio_studies.actuators import figure
 from torsio_studies.actuators.trials import (
     ACTUATORS,
+    COUNTS_PER_REV,
+    FINE,
+    FINE_KEYS,
+    PERIOD_NS,
     STIFFEST_NM_PER_RAD,
     WALLS_MNM_PER_DEG,
+    Actuator,
     Measures,
     exit_text,
     measure,
@@ -27,17 +32,21 @@ from torsio_studies.common import Results, Study
 def run(study: Study) -> Results:
     """Run the study."""
     coarse_steps = 12 if study.quick else 34
+    work: list[tuple[Actuator, dict[str, int]]] = [(actuator, {}) for actuator in ACTUATORS]
+    work += [(actuator, FINE) for actuator in ACTUATORS if actuator.key in FINE_KEYS]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        rows = list(
+        measured = list(
             study.track(
-                pool.map(lambda actuator: measure(actuator, coarse_steps=coarse_steps), ACTUATORS),
-                "twelve actuators in the same scenes",
-                total=len(ACTUATORS),
+                pool.map(lambda one: measure(one[0], coarse_steps=coarse_steps, **one[1]), work),
+                "thirteen actuators in the same scenes",
+                total=len(work),
             )
         )
+    rows, fine_rows = measured[: len(ACTUATORS)], measured[len(ACTUATORS) :]
     figure.draw(study, rows)
     return {
         "rows": [asdict(row) | {"jnds": jnds(row)} for row in rows],
+        "fine_rows": [asdict(row) | {"jnds": jnds(row)} for row in fine_rows],
         "walls_mnm_per_deg": list(WALLS_MNM_PER_DEG),
         "stiffest_tried_nm_per_rad": STIFFEST_NM_PER_RAD,
         "parts": _studies.actuator_parts(),
@@ -57,13 +66,23 @@ def jnds(row: Measures) -> dict[str, float]:
 
 
 def show(results: Results, console: Console) -> None:
-    """Print the results as a table."""
+    """Print the results as tables."""
+    for key, options in (("rows", {}), ("fine_rows", FINE)):
+        counts = options.get("counts_per_rev", COUNTS_PER_REV)
+        rate_khz = 1e6 / options.get("period_ns", PERIOD_NS)
+        console.print(_table(f"{counts:,} counts, {rate_khz:.0f} kHz", results[key]))
+        console.print()
+    console.print("in, out, gap: a wall of 30 mN·m/deg")
+    console.print(f"1 JND: {perception.MEANING}")
+
+
+def _table(first: str, rows: list[Results]) -> Table:
     told = table(
-        "actuator", "in", "out", "gap\nmN·m", "gap\nJND", "leaves after\nms",
+        first, "in", "out", "gap\nmN·m", "gap\nJND", "leaves after\nms",
         "stable to\nN·m/rad", "drag\nmN·m", "peak\nmN·m", "motor\nheat",
         words=1,
     )  # fmt: skip
-    for row in results["rows"]:
+    for row in rows:
         wall = row["walls"][1]
         limit = row["stable_stiffness_nm_per_rad"]
         told.add_row(
@@ -78,6 +97,4 @@ def show(results: Results, console: Console) -> None:
             f"{1e3 * row['peak_torque_nm']:.0f}",
             f"{100 * row['motor_heat']:.0f} %",
         )
-    console.print(told)
-    console.print("in, out, gap: a wall of 30 mN·m/deg")
-    console.print(f"1 JND: {perception.MEANING}")
+    return told

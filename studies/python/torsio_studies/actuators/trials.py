@@ -42,7 +42,10 @@ PRESS_WALL_MNM_PER_DEG = 10.0
 PRESS_TO_NM = 0.4
 PRESS_S = 10.0
 MOTOR_LIMIT_NM = 85e-3
-_COUNTS_PER_REV = 8192
+COUNTS_PER_REV = 8192
+PERIOD_NS = 1_000_000
+FINE: Final = {"counts_per_rev": 32_768, "period_ns": 50_000, "step_ns": 10_000}
+"""Options of `simulate`: the rate of a Pico 2 and a finer encoder."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +74,20 @@ ACTUATORS: Final = (
     Actuator("soft_spring", "e", "soft spring, two encoders"),
     Actuator("soft_sensor_paper", "f", "this device, law `paper`"),
     Actuator("soft_sensor_compensated", "f", "this device, law `compensated`"),
+    Actuator("soft_sensor_calibrated", "f", "this device, law `calibrated`"),
     Actuator("one_way_brakes", "", "two one-way brakes and a motor"),
     Actuator("transfer_function", "", "brake first, motor later"),
 )
+
+
+FINE_KEYS: Final = (
+    "motor_only",
+    "soft_spring",
+    "soft_sensor_paper",
+    "soft_sensor_compensated",
+    "soft_sensor_calibrated",
+)
+"""Who is measured with these options too: what counts and rate limit most."""
 
 
 @dataclass(frozen=True)
@@ -130,9 +144,11 @@ def simulate(
     both_ways: bool = False,
     initial_speed_rad_s: float = 0.0,
     parts: Parts | None = None,
+    counts_per_rev: int = COUNTS_PER_REV,
+    period_ns: int = PERIOD_NS,
     step_ns: int = 20_000,
 ) -> Record:
-    """Run one actuator; a structured array, one row per millisecond.
+    """Run one actuator; a structured array, one row per control period.
 
     Parameters
     ----------
@@ -150,6 +166,8 @@ def simulate(
         angle_rad=angle_rad,
         both_ways=both_ways,
         initial_speed_rad_s=initial_speed_rad_s,
+        counts_per_rev=counts_per_rev,
+        period_ns=period_ns,
         step_ns=step_ns,
     )
 
@@ -269,7 +287,7 @@ def measure_wall(log: Record | dict[str, Array], stiffness_nm_per_rad: float) ->
 def measure_exit(actuator: str, log: Record | None = None) -> Exit:
     """Measure the way out after the cut; `log` is what `cut_string` gave, if that was run."""
     log = cut_string(actuator) if log is None else log
-    count_nm = CUT_WALL_MNM_PER_DEG / 1e3 * 360 / _COUNTS_PER_REV
+    count_nm = CUT_WALL_MNM_PER_DEG / 1e3 * 360 / COUNTS_PER_REV
     return exits.measure_exit(
         log["time_s"],
         -log["ideal_torque_nm"],

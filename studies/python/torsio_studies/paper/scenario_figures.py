@@ -25,7 +25,13 @@ from torsio_studies.common import (
 )
 from torsio_studies.paper import runs
 
-LAW_COLOR = {"paper": BLUE, "compensated": GREEN, "motor_only": GREY, "parallel": ORANGE}
+LAW_COLOR = {
+    "paper": BLUE,
+    "compensated": GREEN,
+    "calibrated": PURPLE,
+    "motor_only": GREY,
+    "parallel": ORANGE,
+}
 
 
 def scenario_1(
@@ -187,6 +193,7 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
         names = {
             "paper": "the paper's law",
             "compensated": "the law 'compensated'",
+            "calibrated": "the law 'calibrated'",
             "parallel": "brake and motor without sensor: stuck",
             "motor_only": "motor alone: thrown out",
         }

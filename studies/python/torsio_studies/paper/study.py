@@ -155,6 +155,7 @@ def _scenario_3(study: Study) -> Results:
     cases: tuple[tuple[Law, PlantParams], ...] = (
         ("paper", PlantParams()),
         ("compensated", PlantParams()),
+        ("calibrated", PlantParams()),
         ("parallel", PlantParams()),
         ("motor_only", PlantParams()),
         ("parallel", rigid),
@@ -255,7 +256,12 @@ BETTER: tuple[tuple[str, dict[str, Any]], ...] = (
         "... and four times the counts",
         {"law": "compensated", "rate_hz": 10_000.0, "counts_per_rev": 32_768},
     ),
+    (
+        "... and 'calibrated': the sensor knows\nthe inertia behind the brake",
+        {"law": "calibrated", "rate_hz": 10_000.0, "counts_per_rev": 32_768},
+    ),
     ("paper's law, brake with 5 % hysteresis", {"plant": _HYSTERESIS}),
+    ("'calibrated', the same brake", {"law": "calibrated", "plant": _HYSTERESIS}),
 )
 
 
