@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 
 from rich.console import Console
+from rich.table import Table
 
 from torsio import perception
 from torsio.screen import table
