@@ -41,8 +41,11 @@ device::LoopConfig loop_config(const ClosedLoopOptions& options) {
   if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
   const protocol::Verdict bent = device::check_consistent(options.shaft);
   if (!bent.ok()) refuse<protocol::ShaftConfig>(bent);
-  return device::make_loop_config({options.actuator, options.control, {}, {}, options.shaft},
-                                  static_cast<std::uint32_t>(options.control_period_ns));
+  device::Config config;
+  config.actuator = options.actuator;
+  config.control = options.control;
+  config.shaft = options.shaft;
+  return device::make_loop_config(config, static_cast<std::uint32_t>(options.control_period_ns));
 }
 
 core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution& resolution) {

@@ -43,7 +43,7 @@ struct ShaftPiece {
   float offset_nm = 0;
   float low_nm = 1;  // as it is made, it holds for no torque
   float high_nm = -1;
-  BrakeSideParams brake_side;
+  BrakeSideParams brake_side{};
 };
 
 struct ShaftParams {

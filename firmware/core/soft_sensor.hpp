@@ -10,7 +10,7 @@ namespace torsio::core {
 struct SoftSensorState {
   float spring_torque_nm = 0;  // on the knob
   float slipped_nm = 0;        // that the spring lost in the last tick, by the brake's turning
-  ShaftPiece piece;            // where a bent shaft is now; a straight one needs none
+  ShaftPiece piece{};          // where a bent shaft is now; a straight one needs none
 };
 
 /// Torque of the shaft's spring on the knob: it winds up with the knob's motion and slips through

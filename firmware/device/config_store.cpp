@@ -122,8 +122,7 @@ ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {
   }
 }
 
-SlotWrite ConfigStore::prepare(const Config& config) const {
-  SlotWrite write;
+void ConfigStore::prepare(const Config& config, SlotWrite& write) const {
   write.slot = static_cast<std::uint8_t>(1 - newest_slot_);
   put_u32(write.bytes, 0, kMagic);
   put_u32(write.bytes, kLayoutAt, protocol::fingerprint());
@@ -134,7 +133,6 @@ SlotWrite ConfigStore::prepare(const Config& config) const {
     std::copy_n(bytes.begin(), kStored<Report>, write.bytes.begin() + at);
   });
   put_u32(write.bytes, kChecksumAt, checksum(write.bytes));
-  return write;
 }
 
 void ConfigStore::written() {

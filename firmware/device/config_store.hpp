@@ -55,7 +55,12 @@ class ConfigStore {
   const std::optional<Config>& loaded() const { return loaded_; }
 
   /// The write that saves `config`. Nothing is taken as saved before written().
-  SlotWrite prepare(const Config& config) const;
+  void prepare(const Config& config, SlotWrite& write) const;
+  SlotWrite prepare(const Config& config) const {
+    SlotWrite write;
+    prepare(config, write);
+    return write;
+  }
   void written();
 
   /// How many saves there were, ever.

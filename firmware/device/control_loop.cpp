@@ -144,7 +144,8 @@ protocol::Ledger ControlLoop::ledger() const {
         sums.motor,
         sums.spring_twice,
         sums.spring,
-        core::stored_energy_j(params.shaft, controller_.sensor.spring_torque_nm),
+        core::stored_energy_j(params.shaft,
+                              static_cast<float>(sums.spring) / core::kLedgerTorquesPerNm),
         bounds ? controller_.bound.slope_nm_per_count / params.motion.resolution.rad_per_count
                : 0.0F};
   });

@@ -253,26 +253,32 @@ Order Device::order_for(const protocol::ShaftConfig& shaft) {
 }
 
 Order Device::order_for(const protocol::CalibrationConfig& calibration) {
-  Config config = config_;
-  config.calibration = calibration;
-  config.calibrated_values = values_checksum(config);
-  return configure(config);
+  if (armed()) return refusal({Status::not_disarmed});
+  config_.calibrated_values = values_checksum(config_);
+  return change(&Config::calibration, calibration);
 }
 
 template <class Part>
 Order Device::change(Part Config::* part, const Part& report) {
-  Config config = config_;
-  config.*part = report;
-  return configure(config);
+  // Only an order can arm, and none is on its way now: what is true here is true in the loop.
+  if (armed()) return refusal({Status::not_disarmed});
+  const std::uint32_t counts_per_rev = config_.actuator.counts_per_rev;
+  config_.*part = report;
+  return reconfigure(counts_per_rev);
 }
 
 Order Device::configure(const Config& config) {
-  // Only an order can arm, and none is on its way now: what is true here is true in the loop.
   if (armed()) return refusal({Status::not_disarmed});
-  // A scene is prepared for one encoder.
-  const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
+  const std::uint32_t counts_per_rev = config_.actuator.counts_per_rev;
   config_ = config;
-  // In its place: a copy on the way there would be the deepest that the stack holds.
+  return reconfigure(counts_per_rev);
+}
+
+/// @param counts_per_rev as it was before
+Order Device::reconfigure(std::uint32_t counts_per_rev) {
+  // A scene is prepared for one encoder.
+  const bool clears_scene = config_.actuator.counts_per_rev != counts_per_rev;
+  // In their places: copies on the way there would be the deepest that the stack holds.
   new (&loop_config_) LoopConfig(
       make_loop_config(config_, board_.control_period_ns, trust_in(config_, board_.moves_parts)));
   game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
@@ -304,7 +310,7 @@ void Device::release() {
 Order Device::save() {
   // While flash is written nobody serves the bus, and the watchdog is slow.
   if (!hold()) return refusal({Status::not_disarmed});
-  slot_write_ = store_.prepare(config_);
+  store_.prepare(config_, slot_write_.emplace());
   return order_of(Order::Kind::acknowledge);
 }
 

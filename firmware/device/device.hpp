@@ -143,6 +143,7 @@ class Device {
   void gather_telemetry();
   void serve_dial(const Snapshot& now);
   Order configure(const Config& config);
+  Order reconfigure(std::uint32_t counts_per_rev);
   bool hold();
   void release();
   Order save();

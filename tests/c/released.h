@@ -86,6 +86,13 @@ typedef enum torsio_law {
       4,
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
+typedef enum torsio_basis {
+  TORSIO_BASIS_ASSUMED =
+      0,
+  TORSIO_BASIS_STATED = 1,
+  TORSIO_BASIS_MEASURED = 2,
+} torsio_basis;
+TORSIO_API const char* torsio_basis_name(int32_t value);
 typedef enum torsio_personality {
   TORSIO_PERSONALITY_GAME_CONTROLLER = 0,
   TORSIO_PERSONALITY_DIAL = 1,

@@ -21,9 +21,14 @@ from torsio.closed_loop import replay, simulate
 from torsio.config import Law
 
 STIFFNESS = 1.4
-# Twice as stiff from 43 mN m on, and half as stiff.
-HARDENING = PlantParams(counts_per_rev=COUNTS, shaft_hardening=ShaftHardening())
-SOFTENING = replace(HARDENING, shaft_hardening=ShaftHardening(stiffness_factor=0.5))
+# Twice as stiff from 14 mN m on, and half as stiff.
+HARDENING, SOFTENING = (
+    PlantParams(
+        counts_per_rev=COUNTS,
+        shaft_hardening=ShaftHardening(knee_rad=0.005, stiffness_factor=factor),
+    )
+    for factor in (2.0, 0.5)
+)
 
 
 @pytest.mark.parametrize("law", ["paper", "compensated", "calibrated"])
@@ -40,9 +45,9 @@ def test_sensor_that_knows_the_curve_errs_as_on_a_straight_shaft(
 
     straight_nm = error_nm(replace(plant, shaft_hardening=None), None)
     told_nm, untold_nm = error_nm(plant, None), error_nm(plant, ShaftConfig())
-    assert untold_nm > 3e-3
-    assert told_nm < 1.15 * straight_nm + 1e-4
-    assert told_nm < 0.6 * untold_nm
+    assert told_nm < 1.2 * straight_nm + 1e-4
+    # The other laws err by what they do not know of the brake, too.
+    assert untold_nm > (4.0 if law == "calibrated" else 1.25) * told_nm
 
 
 def test_knees_beyond_reach_change_no_bit_of_any_law() -> None:
@@ -60,20 +65,20 @@ def test_calibration_finds_the_knee_and_the_device_keeps_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    plant = replace(HARDENING, counts_per_rev=8192)
+    plant = PlantParams(shaft_hardening=ShaftHardening())
     options = torsio.EmulatorOptions(seed=5, control_rate_hz=10_000.0, plant=plant)
     with torsio.open("emulated", emulator=options) as knob:
         assert knob.shaft_config() == ShaftConfig()
-        found = calibration.calibrate(knob, quick=True)
+        found = calibration.calibrate(knob)
         assert knob.shaft_config() == ShaftConfig()
         calibration.apply(knob, found)
         shaft = knob.shaft_config()
         assert shaft.knee_1_rad == pytest.approx(0.015, rel=0.02)
         assert shaft.knee_1_nm_per_rad == pytest.approx(2 * 2.873, rel=0.03)
         assert shaft.knee_2_rad == 0.0
-        assert knob.calibration_config().sigma_knee_1_nm_per_rad < 0.05
+        assert 0.0 < knob.calibration_config().sigma_knee_1_nm_per_rad < 0.1
         truth = plant.matching_shaft()
-        assert (truth.knee_1_rad, truth.knee_1_nm_per_rad) == (0.015, pytest.approx(2 * 2.873))
+        assert truth == ShaftConfig(knee_1_rad=0.015, knee_1_nm_per_rad=2 * 2.873)
 
 
 def test_curve_is_kept_dumped_and_loaded(tmp_path: Path) -> None:

@@ -171,8 +171,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def arm(self) -> None:
         """Torque on. Raises `Refused` while a fault is latched.
 
-        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows, which
-        gives little; `limits` tells how much.
+        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows,
+        which gives little; `limits` tells how much.
         """
         self._recording.note("arm")
         self._knob.arm()

@@ -74,6 +74,15 @@ typedef enum torsio_law {
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
 
+/// On what the values of actuator and shaft are based.
+typedef enum torsio_basis {
+  TORSIO_BASIS_ASSUMED =
+      0,                    ///< on data sheets: nobody has looked, or one of them was changed since
+  TORSIO_BASIS_STATED = 1,  ///< somebody answers for them
+  TORSIO_BASIS_MEASURED = 2,  ///< on a calibration
+} torsio_basis;
+TORSIO_API const char* torsio_basis_name(int32_t value);
+
 /// What the interface beside the SDK's is to the computer.
 typedef enum torsio_personality {
   TORSIO_PERSONALITY_GAME_CONTROLLER = 0,  ///< a joystick's axis with force feedback

@@ -27,6 +27,9 @@ const char* torsio_ends_name(std::int32_t value) {
 const char* torsio_law_name(std::int32_t value) {
   return torsio::c::value_name<torsio::Law>(value);
 }
+const char* torsio_basis_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::Basis>(value);
+}
 const char* torsio_personality_name(std::int32_t value) {
   return torsio::c::value_name<torsio::Personality>(value);
 }

@@ -19,6 +19,13 @@ enum class Law : std::uint8_t {
   calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 
+/// On what the values of actuator and shaft are based.
+enum class Basis : std::uint8_t {
+  assumed,   ///< on data sheets: nobody has looked, or one of them was changed since
+  stated,    ///< somebody answers for them
+  measured,  ///< on a calibration
+};
+
 /// What the interface beside the SDK's is to the computer.
 enum class Personality : std::uint8_t {
   game_controller,  ///< a joystick's axis with force feedback

@@ -44,6 +44,10 @@ struct Names<Law> {
                                                           "motor_only", "calibrated"};
 };
 template <>
+struct Names<Basis> {
+  static constexpr std::array<std::string_view, 3> values{"assumed", "stated", "measured"};
+};
+template <>
 struct Names<Personality> {
   static constexpr std::array<std::string_view, 2> values{"game_controller", "dial"};
 };

@@ -159,7 +159,7 @@ void put_u32(torsio::device::SlotBytes& bytes, std::size_t at, std::uint32_t val
 
 /// Gives a slot the checksum that its bytes have.
 void seal(torsio::device::SlotBytes& bytes) {
-  put_u32(bytes, 252, torsio::device::crc32(std::span(bytes).first(252)));
+  put_u32(bytes, 508, torsio::device::crc32(std::span(bytes).first(508)));
 }
 
 }  // namespace

@@ -214,7 +214,7 @@ _SIGMA_OF: Final = {
 }
 
 
-def _sigmas(quantities: dict[str, Quantity], bent: ShaftConfig) -> dict[str, float]:
+def _sigmas(quantities: dict[str, Quantity], bent: ShaftConfig) -> dict[str, Any]:
     """Give the uncertainties of what is configured, of those that were measured."""
     sigmas = {
         name: quantities[of].standard_uncertainty
