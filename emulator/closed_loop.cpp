@@ -86,9 +86,9 @@ void ClosedLoop::sense(LoopRow* row) {
   core::ControllerInputs in;
   in.encoder_count = encoder_.sample(plant_.state().knob_angle);
   in.scene = held_ ? nullptr : &setup_->scene;
-  core::Overlay overlay = core::overlay_of(setup_->config.controller.partition.law);
+  core::Overlay overlay = core::overlay_of(setup_->config.controller);
   overlay.bounds = overlay.bounds && !held_;
-  if (overlay.ledger) in.overlay = &overlay;
+  if (core::is_needed(overlay)) in.overlay = &overlay;
   const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
   decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),
               .brake_command_nm = static_cast<double>(out.brake_command_nm)};

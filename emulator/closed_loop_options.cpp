@@ -15,7 +15,10 @@ bool decodes(const protocol::ReportBytes& bytes, Report& report) {
 }  // namespace
 
 bool take_report(const protocol::ReportBytes& bytes, ClosedLoopOptions& options) {
-  if (decodes(bytes, options.actuator) || decodes(bytes, options.control)) return true;
+  if (decodes(bytes, options.actuator) || decodes(bytes, options.control) ||
+      decodes(bytes, options.shaft)) {
+    return true;
+  }
   if (protocol::CurvePoints points; decodes(bytes, points)) {
     options.curve_torque_nm.insert(options.curve_torque_nm.end(), points.torque_nm.begin(),
                                    points.torque_nm.begin() + points.points);

@@ -32,6 +32,7 @@ struct ClosedLoopOptions {
   std::uint32_t delay_ticks = 0;               ///< commands act so many ticks late, at most 1000
   protocol::ActuatorConfig actuator{};
   protocol::ControlConfig control{};
+  protocol::ShaftConfig shaft{};
   /// What a plant with electrics is taken for; by default what it is.
   std::optional<protocol::BoardConfig> board{};
   PlantParams plant{};

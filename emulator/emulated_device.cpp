@@ -48,19 +48,21 @@ void check_override(const std::optional<Config>& config) {
 
 /// The storage as if the overriding configuration had been saved there.
 device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
-  if (!options.actuator && !options.control && !options.board && !options.game) {
+  if (!options.actuator && !options.control && !options.board && !options.game && !options.shaft) {
     return options.stored;
   }
   check_override(options.actuator);
   check_override(options.control);
   check_override(options.board);
   check_override(options.game);
+  check_override(options.shaft);
   const device::ConfigStore store(options.stored, boards::kReference.wiring_rule);
   device::Config config = store.loaded().value_or(device::Config{});
   config.actuator = options.actuator.value_or(config.actuator);
   config.control = options.control.value_or(config.control);
   config.board = options.board.value_or(config.board);
   config.game = options.game.value_or(config.game);
+  config.shaft = options.shaft.value_or(config.shaft);
   const device::SlotWrite write = store.prepare(config);
   device::StoredSlots slots = options.stored;
   slots.slot.at(write.slot) = write.bytes;

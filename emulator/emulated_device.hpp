@@ -35,6 +35,7 @@ struct EmulatedDeviceOptions {
   std::optional<protocol::ControlConfig> control{};
   std::optional<protocol::BoardConfig> board{};  ///< a plant with electrics has use for it
   std::optional<protocol::GameConfig> game{};
+  std::optional<protocol::ShaftConfig> shaft{};
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
   bool log_inputs = false;

@@ -36,10 +36,16 @@ void require_valid(const Report& report) {
 device::LoopConfig loop_config(const ClosedLoopOptions& options) {
   require_valid(options.actuator);
   require_valid(options.control);
+  require_valid(options.shaft);
   const protocol::Verdict verdict = device::check_consistent(options.actuator);
   if (!verdict.ok()) refuse<protocol::ActuatorConfig>(verdict);
-  return device::make_loop_config({options.actuator, options.control, {}, {}},
-                                  static_cast<std::uint32_t>(options.control_period_ns));
+  const protocol::Verdict bent = device::check_consistent(options.shaft);
+  if (!bent.ok()) refuse<protocol::ShaftConfig>(bent);
+  device::Config config;
+  config.actuator = options.actuator;
+  config.control = options.control;
+  config.shaft = options.shaft;
+  return device::make_loop_config(config, static_cast<std::uint32_t>(options.control_period_ns));
 }
 
 core::Scene make_scene(const ClosedLoopOptions& options, const core::Resolution& resolution) {
@@ -82,8 +88,8 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   state.tick = options.first_tick;
   core::ControllerInputs in;
   in.scene = &setup.scene;
-  const core::Overlay overlay = core::overlay_of(setup.config.controller.partition.law);
-  if (overlay.bounds) in.overlay = &overlay;
+  const core::Overlay overlay = core::overlay_of(setup.config.controller);
+  if (core::is_needed(overlay)) in.overlay = &overlay;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     in.encoder_count = counts[i];
     const core::ControllerOutputs out = core::control(state, setup.config.controller, in);

@@ -25,6 +25,7 @@ RELEASED = {
     "Law": ["paper", "compensated", "parallel", "motor_only", "calibrated"],
     "Toggle": ["off", "on"],
     "State": ["disarmed", "armed", "fault"],
+    "Basis": ["assumed", "stated", "measured"],
     "Owner": ["none", "sdk", "game", "dial"],
     "Personality": ["game_controller", "dial"],
     "DialUse": ["wheel", "pan", "volume"],

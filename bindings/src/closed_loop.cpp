@@ -45,6 +45,7 @@ using Rows = py::array_t<LoopRow>;
 struct Told {
   protocol::ActuatorConfig actuator;
   protocol::ControlConfig control;
+  protocol::ShaftConfig shaft;
   conversion::ConvertedScene scene;
 };
 
@@ -52,8 +53,11 @@ Told read_told(const Attributes& from, const PlantParams& plant) {
   const py::object given = from.get("actuator");
   const auto actuator =
       given.is_none() ? matching_config(plant) : from_python<ActuatorConfig>(given);
+  const py::object bent = from.get("shaft");
+  const auto shaft = bent.is_none() ? matching_shaft(plant) : from_python<ShaftConfig>(bent);
   Told told{conversion::to_wire(actuator),
             conversion::to_wire(from_python<ControlConfig>(from.get("control"))),
+            conversion::to_wire(shaft),
             {}};
   if (const py::object scene = from.get("scene"); !scene.is_none()) {
     const auto period_ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>(
@@ -76,6 +80,7 @@ py::list loop_reports(const py::object& source) {
   };
   add(protocol::encode(told.actuator));
   add(protocol::encode(told.control));
+  add(protocol::encode(told.shaft));
   for (const auto& slot : scene.slots) add(slot.report);
   for (const auto& piece : scene.pieces) add(piece);
   return reports;
@@ -212,6 +217,7 @@ ClosedLoopOptions loop_options_from_python(const py::object& source) {
   options.first_tick = from.integer<std::uint64_t>("first_tick");
   options.actuator = told.actuator;
   options.control = told.control;
+  options.shaft = told.shaft;
   options.scene = std::move(told.scene.effects);
   options.curve_torque_nm = std::move(told.scene.curve_torque_nm);
   options.plant = plant;

@@ -92,6 +92,7 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
         [&](const py::object& value) { options.control = from_python<ControlConfig>(value); });
   given("board", [&](const py::object& value) { options.board = from_python<BoardConfig>(value); });
   given("game", [&](const py::object& value) { options.game = from_python<GameConfig>(value); });
+  given("shaft", [&](const py::object& value) { options.shaft = from_python<ShaftConfig>(value); });
   options.paced = source.attr("paced").cast<bool>();
   options.log_truth = source.attr("log_truth").cast<bool>();
   options.log_inputs = source.attr("log_inputs").cast<bool>();
@@ -370,6 +371,8 @@ void bind_orders(py::class_<PyKnob>& knob) {
   bind_config(knob, "control", &Knob::control_config);
   bind_config(knob, "board", &Knob::board_config);
   bind_config(knob, "game", &Knob::game_config);
+  bind_config(knob, "shaft", &Knob::shaft_config);
+  bind_config(knob, "calibration", &Knob::calibration_config);
 }
 
 void bind_tap(py::module_& module) {
@@ -450,6 +453,9 @@ void bind_knob(py::module_& module) {
   module.def("list_devices", &list_all);
   module.def("matching_config", [](const py::object& plant) {
     return to_python(matching_config(from_python<PlantParams>(plant)));
+  });
+  module.def("matching_shaft", [](const py::object& plant) {
+    return to_python(matching_shaft(from_python<PlantParams>(plant)));
   });
 
   py::class_<PyKnob> knob(module, "Knob");

@@ -72,17 +72,26 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
 /// @returns the latter
 [[gnu::always_inline]] inline float sense_known_brake(ControllerState& state,
                                                       const ControllerParams& params,
-                                                      float delta_rad) {
+                                                      float delta_rad, bool bent) {
   const float capacity_nm = model_real_brake(state.brake, params.brake, state.brake_command_nm);
-  const float spring_nm = sense_driven_spring(
-      state.sensor, params.brake_side, params.spring_stiffness_nm_per_rad, delta_rad, capacity_nm);
-  return clamp_number(spring_nm, capacity_nm + params.brake_side.countered_nm);
+  const ShaftPiece& middle = params.shaft.middle();
+  const float spring_nm =
+      bent ? sense_bent_shaft<true>(state.sensor, params.shaft, delta_rad, capacity_nm)
+           : sense_piece<true>(state.sensor, middle, delta_rad, capacity_nm);
+  return clamp_number(spring_nm, capacity_nm + middle.brake_side.countered_nm);
 }
 
 [[gnu::always_inline]] inline float sense_brake(ControllerState& state,
                                                 const ControllerParams& params, float delta_rad) {
   const float capacity_nm = model_brake(state.brake, params.brake, state.brake_command_nm);
-  return sense_spring(state.sensor, params.spring_stiffness_nm_per_rad, delta_rad, capacity_nm);
+  return sense_piece<false>(state.sensor, params.shaft.middle(), delta_rad, capacity_nm);
+}
+
+/// The same of a bent shaft, by a law that knows no more of the brake.
+[[gnu::noinline]] float sense_bent(ControllerState& state, const ControllerParams& params,
+                                   float delta_rad) {
+  const float capacity_nm = model_brake(state.brake, params.brake, state.brake_command_nm);
+  return sense_bent_shaft<false>(state.sensor, params.shaft, delta_rad, capacity_nm);
 }
 
 }  // namespace
@@ -102,8 +111,13 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   Shares shares;
   bool shared = false;  // already, past the law
   if (in.overlay != nullptr) [[unlikely]] {
-    spring_nm = in.overlay->ledger ? sense_known_brake(state, params, out.motion.delta_rad)
-                                   : sense_brake(state, params, out.motion.delta_rad);
+    if (in.overlay->ledger) {
+      spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
+    } else if (in.overlay->bent) {
+      spring_nm = sense_bent(state, params, out.motion.delta_rad);
+    } else {
+      spring_nm = sense_brake(state, params, out.motion.delta_rad);
+    }
     if (in.overlay->only_bounds) {
       desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
     } else {
@@ -113,7 +127,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
                         now.acceleration_rad_s2};
       desired_nm = add_overlay(state, params, *in.overlay, in.scene, desired_nm, copy);
       if (in.overlay->excitation != nullptr) {
-        shares = excite(*in.overlay->excitation, params.partition, copy, resolution.rad_per_count);
+        shares = excite(*in.overlay->excitation, params.excitation, copy, resolution.rad_per_count);
         desired_nm = shares.motor_command_nm;
         shared = true;
       }

@@ -7,6 +7,7 @@
 /// one period.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "core/brake_model.hpp"
@@ -17,6 +18,7 @@
 #include "core/motion.hpp"
 #include "core/partition.hpp"
 #include "core/scene.hpp"
+#include "core/shaft.hpp"
 #include "core/soft_sensor.hpp"
 #include "core/stiffness_bound.hpp"
 
@@ -25,11 +27,11 @@ namespace torsio::core {
 struct ControllerParams {
   MotionParams motion;
   BrakeParams brake;
-  float spring_stiffness_nm_per_rad = 2.873F;
+  ShaftParams shaft = make_shaft_params(2.873F, std::array<ShaftKnee, kMostKnees>{}, 0, 1e-3F, 0);
   PartitionParams partition;
   LimitParams limits;
-  BoundParams bound;  // of the law calibrated, as the next
-  BrakeSideParams brake_side;
+  PartitionParams excitation;  // the limits of one
+  BoundParams bound;           // of the law calibrated, as the next
   AssistParams assist;
 };
 
@@ -54,16 +56,21 @@ struct Overlay {
   ExcitationState* excitation = nullptr;  // instead of all that, and of the law
   bool bounds = false;                    // the law calibrated: nothing that would buzz
   bool ledger = false;       // the same law, whether or not something plays; it knows the brake
+  bool bent = false;         // the shaft has knees
   bool only_bounds = false;  // nothing of the above but these two, nothing in the scene plays in
                              // time, and the bound knows of no change but the knob's
 };
 
-/// What a law needs beside the scene.
-constexpr Overlay overlay_of(Law law) {
+/// What a law and its parts need beside the scene.
+constexpr Overlay overlay_of(const ControllerParams& params) {
   Overlay overlay;
-  overlay.bounds = overlay.ledger = traits(law).bounds;
+  overlay.bounds = overlay.ledger = traits(params.partition.law).bounds;
+  overlay.bent = params.shaft.bent();
   return overlay;
 }
+
+/// Whether that is anything, so that it must be told where nothing else is beside the scene.
+constexpr bool is_needed(const Overlay& overlay) { return overlay.ledger || overlay.bent; }
 
 struct ControllerInputs {
   std::uint32_t encoder_count = 0;

@@ -3,30 +3,15 @@
 #pragma once
 
 #include "core/math.hpp"
+#include "core/shaft.hpp"
 
 namespace torsio::core {
 
 struct SoftSensorState {
   float spring_torque_nm = 0;  // on the knob
   float slipped_nm = 0;        // that the spring lost in the last tick, by the brake's turning
+  ShaftPiece piece{};          // where a bent shaft is now; a straight one needs none
 };
-
-/// What turns with the brake, of which only sense_driven_spring() knows.
-struct BrakeSideParams {
-  float inertia_ratio = 0;  // inertia / (stiffness period^2)
-  float give = 1;           // 1 / (1 + inertia_ratio)
-  float countered_nm = 0;   // the most that the motor does about the inertia's torque
-};
-
-/// @param inertia_kg_m2 >= 0; 0 is none
-/// @param friction_nm   dry friction of the knob. The motor takes up half as much of the inertia's
-///                      torque at most: what it does late or on a wrong guess dies by friction
-constexpr BrakeSideParams make_brake_side_params(float inertia_kg_m2, float stiffness_nm_per_rad,
-                                                 float period_s, float friction_nm) {
-  const float ratio = inertia_kg_m2 / (stiffness_nm_per_rad * period_s * period_s);
-  if (!is_finite(ratio)) return {};  // no spring
-  return {ratio, 1.0F / (1.0F + ratio), 0.5F * friction_nm};
-}
 
 /// Torque of the shaft's spring on the knob: it winds up with the knob's motion and slips through
 /// the brake at the brake's capacity (docs/theory.md, "Soft sensor").
@@ -55,6 +40,39 @@ constexpr float sense_driven_spring(SoftSensorState& state, const BrakeSideParam
   state.slipped_nm = brake_side.give * beyond_nm;
   state.spring_torque_nm = wound_nm - state.slipped_nm;
   return state.spring_torque_nm;
+}
+
+/// One tick on a straight piece: sense_driven_spring() or sense_spring().
+template <bool kDriven>
+constexpr float sense_piece(SoftSensorState& state, const ShaftPiece& piece, float delta_rad,
+                            float capacity_nm) {
+  const float stiffness = piece.stiffness_nm_per_rad;
+  if constexpr (kDriven) {
+    return sense_driven_spring(state, piece.brake_side, stiffness, delta_rad, capacity_nm);
+  } else {
+    return sense_spring(state, stiffness, delta_rad, capacity_nm);
+  }
+}
+
+/// The tick on which a bent shaft leaves its piece, and its first one; out of line, for that is
+/// rare.
+[[gnu::noinline]] float cross_knees(SoftSensorState& state, const ShaftParams& shaft,
+                                    float delta_rad, float capacity_nm, bool driven);
+
+/// The same for a shaft with knees. Each piece is a straight line; where the tick ends on the one
+/// on which it began, no other has a say. Exact at the knees and between them.
+template <bool kDriven>
+constexpr float sense_bent_shaft(SoftSensorState& state, const ShaftParams& shaft, float delta_rad,
+                                 float capacity_nm) {
+  const float torque_nm = state.spring_torque_nm;
+  const float slipped_nm = state.slipped_nm;
+  const float next_nm = sense_piece<kDriven>(state, state.piece, delta_rad, capacity_nm);
+  if (next_nm < state.piece.low_nm || next_nm > state.piece.high_nm) [[unlikely]] {
+    state.spring_torque_nm = torque_nm;
+    state.slipped_nm = slipped_nm;
+    return cross_knees(state, shaft, delta_rad, capacity_nm, kDriven);
+  }
+  return next_nm;
 }
 
 }  // namespace torsio::core

@@ -1,5 +1,7 @@
 #include "device/config.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -9,6 +11,7 @@
 namespace torsio::device {
 
 using protocol::ActuatorConfig;
+using protocol::ShaftConfig;
 
 namespace {
 
@@ -26,7 +29,8 @@ std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t count
 }
 
 /// A sign that is wrong, or values of other parts, then end in a fault and not in a bruise.
-void hold_low(LoopConfig& loop) {
+void hold_low(LoopConfig& loop, Trust trust) {
+  if (trust == Trust::all) return;
   core::PartitionParams& partition = loop.controller.partition;
   partition.motor_torque_max_nm =
       core::smaller(partition.motor_torque_max_nm, protocol::unconfirmed_motor_torque_max_nm);
@@ -36,6 +40,16 @@ void hold_low(LoopConfig& loop) {
       core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_max_nm);
   loop.speed_limit_rad_s =
       core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
+  if (trust == Trust::experiments) return;
+  loop.controller.excitation = partition;
+  loop.excitation_speed_limit_rad_s = loop.speed_limit_rad_s;
+}
+
+std::array<core::ShaftKnee, core::kMostKnees> knees_of(const ShaftConfig& shaft) {
+  return {{{shaft.knee_1_rad, shaft.knee_1_nm_per_rad},
+           {shaft.knee_2_rad, shaft.knee_2_nm_per_rad},
+           {shaft.knee_3_rad, shaft.knee_3_nm_per_rad},
+           {shaft.knee_4_rad, shaft.knee_4_nm_per_rad}}};
 }
 
 core::BrakeParams make_brake_params(const ActuatorConfig& actuator, core::Law law, float period_s) {
@@ -53,7 +67,7 @@ core::BrakeParams make_brake_params(const ActuatorConfig& actuator, core::Law la
 
 }  // namespace
 
-LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool moves_parts) {
+LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust trust) {
   const protocol::ActuatorConfig& actuator = config.actuator;
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
@@ -68,10 +82,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
       resolution, actuator.counter_bits, actuator.encoder_reversed == protocol::Toggle::on,
       control.speed_bandwidth_hz);
   loop.controller.brake = make_brake_params(actuator, law, period_s);
-  loop.controller.brake_side = core::make_brake_side_params(actuator.brake_inertia_kg_m2,
-                                                            actuator.spring_stiffness_nm_per_rad,
-                                                            period_s, actuator.knob_coulomb_nm);
-  loop.controller.spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad;
+  loop.controller.shaft =
+      core::make_shaft_params(actuator.spring_stiffness_nm_per_rad, knees_of(config.shaft),
+                              actuator.brake_inertia_kg_m2, period_s, actuator.knob_coulomb_nm);
   loop.controller.partition = {law, control.beta, motor_max_nm(config), brake_max_nm};
   loop.controller.bound = core::make_bound_params(
       core::stable_stiffness(parts(actuator, control, resolution)), resolution);
@@ -93,7 +106,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, bool 
       static_cast<std::int32_t>(jump_limit(resolution, actuator.counts_per_rev));
   // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
   loop.tick_budget_ns = period_ns - period_ns / 20;
-  if (moves_parts && config.board.confirmed == protocol::Toggle::off) hold_low(loop);
+  loop.controller.excitation = loop.controller.partition;
+  loop.excitation_speed_limit_rad_s = loop.speed_limit_rad_s;
+  hold_low(loop, trust);
   return loop;
 }
 
@@ -109,6 +124,31 @@ protocol::Verdict check_consistent(const ActuatorConfig& config) {
   // The counter must not wrap within the largest step that is not a fault.
   if (config.counter_bits < 32 && config.counts_per_rev / 2 >= (1U << (config.counter_bits - 1))) {
     return {protocol::Status::inconsistent, field_index<ActuatorConfig>("counter_bits")};
+  }
+  return {};
+}
+
+protocol::Verdict check_consistent(const ShaftConfig& config) {
+  constexpr std::array kKneeFields{protocol::field_index<ShaftConfig>("knee_1_rad"),
+                                   protocol::field_index<ShaftConfig>("knee_2_rad"),
+                                   protocol::field_index<ShaftConfig>("knee_3_rad"),
+                                   protocol::field_index<ShaftConfig>("knee_4_rad")};
+  const auto knees = knees_of(config);
+  float last_rad = 0.0F;
+  bool ended = false;
+  for (std::size_t i = 0; i < knees.size(); ++i) {
+    const core::ShaftKnee& knee = knees[i];
+    if (knee.twist_rad == 0.0F) {
+      ended = true;
+      continue;
+    }
+    if (ended || knee.twist_rad <= last_rad)
+      return {protocol::Status::inconsistent, kKneeFields[i]};
+    if (!(knee.stiffness_nm_per_rad > 0.0F)) {
+      const auto stiffness_field = static_cast<std::uint8_t>(kKneeFields[i] + 1);
+      return {protocol::Status::inconsistent, stiffness_field};
+    }
+    last_rad = knee.twist_rad;
   }
   return {};
 }

@@ -17,6 +17,9 @@ struct Config {
   protocol::ControlConfig control;
   protocol::BoardConfig board;
   protocol::GameConfig game;
+  protocol::ShaftConfig shaft;
+  protocol::CalibrationConfig calibration;
+  std::uint32_t calibrated_values = 0;  // checksum of those that `calibration` is about
 };
 
 /// Everything that the control loop needs to know, prepared.
@@ -27,20 +30,29 @@ struct LoopConfig {
   std::uint32_t let_go_ticks = 0;        // of the motor's way to zero when somebody disarms
   float passive_brake_nm = 0;
   float speed_limit_rad_s = std::numeric_limits<float>::infinity();
+  float excitation_speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
   std::uint32_t tick_budget_ns = 0;    // a longer tick leaves too little to the main loop
 };
 
-/// @param moves_parts the outputs reach a real motor: torques and speed are held low until somebody
-///                    has confirmed the parts
+/// How far a configuration is believed. What is not gets little torque and speed.
+enum class Trust : std::uint8_t {
+  none,
+  experiments,  // excitations, which bring their own bounds: so that a calibration can measure it
+  all,
+};
+
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,
-                            bool moves_parts = false);
+                            Trust trust = Trust::all);
 
 /// The most that the motor gives: what it can, and no more than its cap.
 float motor_max_nm(const Config& config);
 
 /// Checks what no single field's range can say.
 protocol::Verdict check_consistent(const protocol::ActuatorConfig& config);
+
+/// The torque of the shaft's spring grows all the way.
+protocol::Verdict check_consistent(const protocol::ShaftConfig& config);
 
 /// Each pin can do its job on this board.
 protocol::Verdict check_consistent(const protocol::BoardConfig& config, WiringRule rule);

@@ -9,18 +9,20 @@
 namespace torsio::device {
 namespace {
 
-// A slot: magic, layout, number of the save, the configuration's reports as on the wire but for
-// their padding, checksum of all before it.
+// A slot: magic, layout, number of the save, checksum of what the calibration is about, the
+// configuration's reports as on the wire but for their padding, checksum of all before it.
 constexpr std::uint32_t kMagic = 0x53524F54;  // "TORS"
 constexpr std::size_t kLayoutAt = 4;
 constexpr std::size_t kSavesAt = 8;
-constexpr std::size_t kReportsAt = 12;
+constexpr std::size_t kCalibratedAt = 12;
+constexpr std::size_t kReportsAt = 16;
 constexpr std::size_t kChecksumAt = kSlotSize - 4;
 
 template <class Report>
 constexpr std::size_t kStored = 1 + protocol::wire_size<Report>();
 static_assert(kReportsAt + kStored<protocol::ActuatorConfig> + kStored<protocol::ControlConfig> +
-                  kStored<protocol::BoardConfig> + kStored<protocol::GameConfig> <=
+                  kStored<protocol::BoardConfig> + kStored<protocol::GameConfig> +
+                  kStored<protocol::ShaftConfig> + kStored<protocol::CalibrationConfig> <=
               kChecksumAt);
 
 /// Reads or writes the reports of a slot one after the other.
@@ -35,6 +37,8 @@ void for_each_part(Config& config, Visit&& visit) {
   one(config.control);
   one(config.board);
   one(config.game);
+  one(config.shaft);
+  one(config.calibration);
 }
 
 void put_u32(SlotBytes& bytes, std::size_t at, std::uint32_t value) {
@@ -57,13 +61,14 @@ std::optional<Config> read_slot(const SlotBytes& bytes, WiringRule rule) {
     return std::nullopt;
   }
   Config config;
+  config.calibrated_values = get_u32(bytes, kCalibratedAt);
   bool good = true;
   for_each_part(config, [&]<class Report>(Report& report, std::size_t at) {
     protocol::ReportBytes padded{};
     std::copy_n(bytes.begin() + at, kStored<Report>, padded.begin());
     good = good && protocol::decode(padded, report).ok();
   });
-  if (!good || !check_consistent(config.actuator).ok() ||
+  if (!good || !check_consistent(config.actuator).ok() || !check_consistent(config.shaft).ok() ||
       !check_consistent(config.board, rule).ok()) {
     return std::nullopt;
   }
@@ -81,6 +86,30 @@ std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
   return ~crc;
 }
 
+std::uint32_t values_checksum(const Config& config) {
+  // Who sent it last, and with which number, is no value.
+  protocol::ActuatorConfig actuator = config.actuator;
+  protocol::ShaftConfig shaft = config.shaft;
+  actuator.sequence = shaft.sequence = 0;
+  return crc32(protocol::encode(actuator)) ^ ~crc32(protocol::encode(shaft));
+}
+
+protocol::CalibrationConfig calibration_now(const Config& config) {
+  protocol::CalibrationConfig calibration = config.calibration;
+  if (calibration.values_are != protocol::Basis::assumed &&
+      config.calibrated_values != values_checksum(config)) {
+    calibration.values_are = protocol::Basis::assumed;
+  }
+  return calibration;
+}
+
+Trust trust_in(const Config& config, bool moves_parts) {
+  if (!moves_parts) return Trust::all;
+  if (config.board.confirmed == protocol::Toggle::off) return Trust::none;
+  const bool assumed = calibration_now(config).values_are == protocol::Basis::assumed;
+  return assumed ? Trust::experiments : Trust::all;
+}
+
 ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {
   for (std::uint8_t slot = 0; slot < 2; ++slot) {
     const SlotBytes& bytes = slots.slot[slot];
@@ -93,18 +122,17 @@ ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {
   }
 }
 
-SlotWrite ConfigStore::prepare(const Config& config) const {
-  SlotWrite write;
+void ConfigStore::prepare(const Config& config, SlotWrite& write) const {
   write.slot = static_cast<std::uint8_t>(1 - newest_slot_);
   put_u32(write.bytes, 0, kMagic);
   put_u32(write.bytes, kLayoutAt, protocol::fingerprint());
   put_u32(write.bytes, kSavesAt, saves_ + 1);
+  put_u32(write.bytes, kCalibratedAt, config.calibrated_values);
   for_each_part(config, [&]<class Report>(const Report& report, std::size_t at) {
     const protocol::ReportBytes bytes = protocol::encode(report);
     std::copy_n(bytes.begin(), kStored<Report>, write.bytes.begin() + at);
   });
   put_u32(write.bytes, kChecksumAt, checksum(write.bytes));
-  return write;
 }
 
 void ConfigStore::written() {

@@ -13,7 +13,7 @@
 
 namespace torsio::device {
 
-inline constexpr std::size_t kSlotSize = 256;  // a page of the smallest flash in use
+inline constexpr std::size_t kSlotSize = 512;  // whole pages of the smallest flash in use
 using SlotBytes = std::array<std::uint8_t, kSlotSize>;
 
 struct StoredSlots {
@@ -36,6 +36,16 @@ constexpr StoredSlots empty_slots() {
 /// CRC-32 (ISO-HDLC, as in Ethernet and zlib).
 std::uint32_t crc32(std::span<const std::uint8_t> bytes);
 
+/// Checksum of the values that a calibration is about: actuator and shaft.
+std::uint32_t values_checksum(const Config& config);
+
+/// The calibration as it is true of the values now.
+protocol::CalibrationConfig calibration_now(const Config& config);
+
+/// @param moves_parts the outputs reach a real motor: torques and speed are held low until somebody
+///                    has confirmed the parts, and their values are measured or answered for
+Trust trust_in(const Config& config, bool moves_parts);
+
 class ConfigStore {
  public:
   /// @param rule a configuration with another wiring counts as none
@@ -45,7 +55,12 @@ class ConfigStore {
   const std::optional<Config>& loaded() const { return loaded_; }
 
   /// The write that saves `config`. Nothing is taken as saved before written().
-  SlotWrite prepare(const Config& config) const;
+  void prepare(const Config& config, SlotWrite& write) const;
+  SlotWrite prepare(const Config& config) const {
+    SlotWrite write;
+    prepare(config, write);
+    return write;
+  }
   void written();
 
   /// How many saves there were, ever.

@@ -144,7 +144,8 @@ protocol::Ledger ControlLoop::ledger() const {
         sums.motor,
         sums.spring_twice,
         sums.spring,
-        params.spring_stiffness_nm_per_rad,
+        core::stored_energy_j(params.shaft,
+                              static_cast<float>(sums.spring) / core::kLedgerTorquesPerNm),
         bounds ? controller_.bound.slope_nm_per_count / params.motion.resolution.rad_per_count
                : 0.0F};
   });
@@ -213,8 +214,9 @@ Status ControlLoop::execute(const Order& order) {
       game_params_ = *order.game;
       dial_.configure(*order.detents);
       controller_.bound = {};
-      // Only a law that knows the brake keeps these up.
+      // Only a law that knows the brake keeps these up, and a bent shaft its piece.
       controller_.sensor.slipped_nm = 0.0F;
+      controller_.sensor.piece = {};
       controller_.brake.coil_nm = controller_.brake.capacity_nm;
       controller_.ledger = {};
       controller_.motion.primed = false;  // the counter may have another width or sense now
@@ -369,9 +371,10 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
   changes_ = false;
-  overlay_ = {};
-  overlay_.ledger = core::traits(config_.controller.partition.law).bounds;
-  if (overlay_.ledger) playing_overlay_ = &overlay_;
+  speed_limit_rad_s_ = config_.speed_limit_rad_s;
+  overlay_ = core::overlay_of(config_.controller);
+  overlay_.bounds = false;
+  if (core::is_needed(overlay_)) playing_overlay_ = &overlay_;
   if (!playing) {
     silent_ticks_left_ = kForever;  // whoever arms is heard
     return;
@@ -379,6 +382,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   if (excitation_.on) {
     changes_ = true;
     overlay_.excitation = &excitation_;
+    speed_limit_rad_s_ = config_.excitation_speed_limit_rad_s;
     playing_overlay_ = &overlay_;
     return;
   }
@@ -413,7 +417,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if (static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts) {
     causes |= fault::encoder;
   }
-  if (core::absolute(out.motion.speed_rad_s) > config_.speed_limit_rad_s) {
+  if (core::absolute(out.motion.speed_rad_s) > speed_limit_rad_s_) {
     causes |= fault::over_speed;
   }
   return causes;

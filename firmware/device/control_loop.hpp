@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 
 #include "core/controller.hpp"
 #include "device/config.hpp"
@@ -202,6 +203,7 @@ class ControlLoop {
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
+  float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of what plays
   bool changes_ = false;     // what plays beside the scene is decided anew in every tick
   bool passive_ = false;     // fading out
   bool letting_go_ = false;  // because somebody said so

@@ -79,7 +79,8 @@ Device::Device(const BoardInfo& board, const StoredSlots& stored)
       store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(Config{})),
       personality_(config_.game.personality),
-      loop_config_(make_loop_config(config_, board.control_period_ns, board.moves_parts)),
+      loop_config_(
+          make_loop_config(config_, board.control_period_ns, trust_in(config_, board.moves_parts))),
       game_params_(game::make_force_params(config_, board.control_period_ns, personality_)),
       detent_params_(dial::make_detent_params(config_, board.control_period_ns, personality_)),
       loop_(loop_config_, game_params_, detent_params_),
@@ -227,30 +228,52 @@ Order Device::order_for(const EffectReport& report) {
 }
 
 Order Device::order_for(const protocol::ActuatorConfig& actuator) {
-  return configure({actuator, config_.control, config_.board, config_.game});
+  return change(&Config::actuator, actuator);
 }
 
 Order Device::order_for(const protocol::ControlConfig& control) {
-  return configure({config_.actuator, control, config_.board, config_.game});
+  return change(&Config::control, control);
 }
 
 Order Device::order_for(const protocol::BoardConfig& board) {
-  return configure({config_.actuator, config_.control, board, config_.game});
+  return change(&Config::board, board);
 }
 
-Order Device::order_for(const protocol::GameConfig& game) {
-  return configure({config_.actuator, config_.control, config_.board, game});
+Order Device::order_for(const protocol::GameConfig& game) { return change(&Config::game, game); }
+
+Order Device::order_for(const protocol::ShaftConfig& shaft) {
+  return change(&Config::shaft, shaft);
+}
+
+Order Device::order_for(const protocol::CalibrationConfig& calibration) {
+  if (armed()) return refusal({Status::not_disarmed});
+  config_.calibrated_values = values_checksum(config_);
+  return change(&Config::calibration, calibration);
+}
+
+template <class Part>
+Order Device::change(Part Config::* part, const Part& report) {
+  // Only an order can arm, and none is on its way now: what is true here is true in the loop.
+  if (armed()) return refusal({Status::not_disarmed});
+  const std::uint32_t counts_per_rev = config_.actuator.counts_per_rev;
+  config_.*part = report;
+  return reconfigure(counts_per_rev);
 }
 
 Order Device::configure(const Config& config) {
-  // Only an order can arm, and none is on its way now: what is true here is true in the loop.
   if (armed()) return refusal({Status::not_disarmed});
-  // A scene is prepared for one encoder.
-  const bool clears_scene = config.actuator.counts_per_rev != config_.actuator.counts_per_rev;
+  const std::uint32_t counts_per_rev = config_.actuator.counts_per_rev;
   config_ = config;
-  // In its place: a copy on the way there would be the deepest that the stack holds.
-  new (&loop_config_)
-      LoopConfig(make_loop_config(config_, board_.control_period_ns, board_.moves_parts));
+  return reconfigure(counts_per_rev);
+}
+
+/// @param counts_per_rev as it was before
+Order Device::reconfigure(std::uint32_t counts_per_rev) {
+  // A scene is prepared for one encoder.
+  const bool clears_scene = config_.actuator.counts_per_rev != counts_per_rev;
+  // In their places: copies on the way there would be the deepest that the stack holds.
+  new (&loop_config_) LoopConfig(
+      make_loop_config(config_, board_.control_period_ns, trust_in(config_, board_.moves_parts)));
   game_params_ = game::make_force_params(config_, board_.control_period_ns, personality_);
   detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);
@@ -280,7 +303,7 @@ void Device::release() {
 Order Device::save() {
   // While flash is written nobody serves the bus, and the watchdog is slow.
   if (!hold()) return refusal({Status::not_disarmed});
-  slot_write_ = store_.prepare(config_);
+  store_.prepare(config_, slot_write_.emplace());
   return order_of(Order::Kind::acknowledge);
 }
 
@@ -332,6 +355,12 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
       return Status::ok;
     case Layout<protocol::GameConfig>::id:
       report = protocol::encode(config_.game);
+      return Status::ok;
+    case Layout<protocol::ShaftConfig>::id:
+      report = protocol::encode(config_.shaft);
+      return Status::ok;
+    case Layout<protocol::CalibrationConfig>::id:
+      report = protocol::encode(calibration_now(config_));
       return Status::ok;
     case Layout<protocol::GameMonitor>::id:
       report = protocol::encode(game_.monitor(torque_step_nm(config_.actuator)));

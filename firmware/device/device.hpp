@@ -35,7 +35,7 @@ struct BoardInfo {
   std::array<std::uint8_t, 3> firmware_version{};
   std::uint32_t control_period_ns = 1'000'000;
   bool has_bootloader = false;
-  bool moves_parts = false;  // a real motor, which is held low until its parts are confirmed
+  bool moves_parts = false;  // a real motor, which is held low: see trust_in()
   protocol::ResetCause reset_cause = protocol::ResetCause::unknown;
   WiringRule wiring_rule = any_wiring;
 };
@@ -132,12 +132,17 @@ class Device {
   Order order_for(const protocol::ControlConfig& control);
   Order order_for(const protocol::BoardConfig& board);
   Order order_for(const protocol::GameConfig& game);
+  Order order_for(const protocol::ShaftConfig& shaft);
+  Order order_for(const protocol::CalibrationConfig& calibration);
+  template <class Part>
+  Order change(Part Config::* part, const Part& report);
   template <class EffectReport>
   Order order_for(const EffectReport& effect);
 
   void gather_telemetry();
   void serve_dial(const Snapshot& now);
   Order configure(const Config& config);
+  Order reconfigure(std::uint32_t counts_per_rev);
   bool hold();
   void release();
   Order save();

@@ -214,9 +214,10 @@ struct Layout<BoardConfig> {
              "with the actuator's brake_time_constant_s; 0: it follows as the coil lets it"),
       choice("motor_reversed", &BoardConfig::motor_reversed,
              "on: a current into the first motor pin turns the knob to smaller angles"),
-      choice("confirmed", &BoardConfig::confirmed,
-             "on: somebody has checked that these are the parts. Until then a real board holds "
-             "torques and speed low. Acts at once"),
+      choice(
+          "confirmed", &BoardConfig::confirmed,
+          "on: somebody has checked that these are the parts. Until then, and until `values_are` "
+          "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
       number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
       number("motor_pin", &BoardConfig::motor_pin, "", 0, 28,
              "GPIO of the first input of the motor's bridge, even; the second is the next one"),
@@ -299,10 +300,129 @@ struct Layout<GameConfig> {
   };
 };
 
+/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
+/// disarmed.
+struct ShaftConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  float knee_1_rad = 0;
+  float knee_1_nm_per_rad = 0;
+  float knee_2_rad = 0;
+  float knee_2_nm_per_rad = 0;
+  float knee_3_rad = 0;
+  float knee_3_nm_per_rad = 0;
+  float knee_4_rad = 0;
+  float knee_4_nm_per_rad = 0;
+};
+template <>
+struct Layout<ShaftConfig> {
+  static constexpr std::uint8_t id = 0x0A;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "shaft_config";
+  static constexpr std::string_view doc =
+      "How the shaft's spring goes on where it is not one straight line. Up to the first knee its "
+      "stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only "
+      "while disarmed.";
+  static constexpr FieldList fields{
+      any_number("sequence", &ShaftConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &ShaftConfig::axis, "", "which axis; 0 is the first"),
+      number("knee_1_rad", &ShaftConfig::knee_1_rad, "rad", 0, 100,
+             "twist of the first knee; 0: the spring is one straight line"),
+      number("knee_1_nm_per_rad", &ShaftConfig::knee_1_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+      number("knee_2_rad", &ShaftConfig::knee_2_rad, "rad", 0, 100,
+             "of the second, beyond the first; 0: there is none"),
+      number("knee_2_nm_per_rad", &ShaftConfig::knee_2_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+      number("knee_3_rad", &ShaftConfig::knee_3_rad, "rad", 0, 100, "of the third"),
+      number("knee_3_nm_per_rad", &ShaftConfig::knee_3_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+      number("knee_4_rad", &ShaftConfig::knee_4_rad, "rad", 0, 100, "of the fourth"),
+      number("knee_4_nm_per_rad", &ShaftConfig::knee_4_nm_per_rad, "N m/rad", 0,
+             max_stiffness_nm_per_rad,
+             "stiffness from there on; more than 0, so that the torque always grows"),
+  };
+};
+
+/// How well the values of actuator and shaft are known, and since when. It is about the values that
+/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
+/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+struct CalibrationConfig {
+  std::uint16_t sequence = 0;
+  std::uint8_t axis = 0;
+  Basis values_are = Basis::assumed;
+  std::uint32_t calibrated_unix_s = 0;
+  float ambient_k = 0;
+  float calibrated_rate_hz = 0;
+  float sigma_knob_inertia_kg_m2 = 0;
+  float sigma_knob_coulomb_nm = 0;
+  float sigma_knob_viscous_nm_s_per_rad = 0;
+  float sigma_spring_stiffness_nm_per_rad = 0;
+  float sigma_knee_1_rad = 0;
+  float sigma_knee_1_nm_per_rad = 0;
+  float sigma_brake_drag_nm = 0;
+  float sigma_brake_time_constant_s = 0;
+  float sigma_brake_release_time_constant_s = 0;
+  float sigma_brake_inertia_kg_m2 = 0;
+  float sigma_brake_hysteresis_nm = 0;
+};
+template <>
+struct Layout<CalibrationConfig> {
+  static constexpr std::uint8_t id = 0x0B;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "calibration_config";
+  static constexpr std::string_view doc =
+      "How well the values of actuator and shaft are known, and since when. It is about the values "
+      "that the device has as it takes this: as soon as one is another, `values_are` reads "
+      "`assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured. Set "
+      "only while disarmed.";
+  static constexpr FieldList fields{
+      any_number("sequence", &CalibrationConfig::sequence, "", "returned in the acknowledgement"),
+      any_number("axis", &CalibrationConfig::axis, "", "which axis; 0 is the first"),
+      choice("values_are", &CalibrationConfig::values_are, "on what they are based"),
+      number("calibrated_unix_s", &CalibrationConfig::calibrated_unix_s, "", 0, 4294967295,
+             "when they were measured, in seconds since 1970; 0: never"),
+      number("ambient_k", &CalibrationConfig::ambient_k, "K", 0, 1000,
+             "how warm it was, as whoever measured them has said; 0: nobody did"),
+      number("calibrated_rate_hz", &CalibrationConfig::calibrated_rate_hz, "Hz", 0, 1e6F,
+             "of control, when they were measured"),
+      number("sigma_knob_inertia_kg_m2", &CalibrationConfig::sigma_knob_inertia_kg_m2, "kg m^2", 0,
+             1e6F, "of `knob_inertia_kg_m2`"),
+      number("sigma_knob_coulomb_nm", &CalibrationConfig::sigma_knob_coulomb_nm, "N m", 0, 1e6F,
+             "of `knob_coulomb_nm`"),
+      number("sigma_knob_viscous_nm_s_per_rad", &CalibrationConfig::sigma_knob_viscous_nm_s_per_rad,
+             "N m s/rad", 0, 1e6F, "of `knob_viscous_nm_s_per_rad`"),
+      number("sigma_spring_stiffness_nm_per_rad",
+             &CalibrationConfig::sigma_spring_stiffness_nm_per_rad, "N m/rad", 0, 1e6F,
+             "of `spring_stiffness_nm_per_rad`"),
+      number("sigma_knee_1_rad", &CalibrationConfig::sigma_knee_1_rad, "rad", 0, 1e6F,
+             "of `knee_1_rad`"),
+      number("sigma_knee_1_nm_per_rad", &CalibrationConfig::sigma_knee_1_nm_per_rad, "N m/rad", 0,
+             1e6F, "of `knee_1_nm_per_rad`"),
+      number("sigma_brake_drag_nm", &CalibrationConfig::sigma_brake_drag_nm, "N m", 0, 1e6F,
+             "of `brake_drag_nm`"),
+      number("sigma_brake_time_constant_s", &CalibrationConfig::sigma_brake_time_constant_s, "s", 0,
+             1e6F, "of `brake_time_constant_s`"),
+      number("sigma_brake_release_time_constant_s",
+             &CalibrationConfig::sigma_brake_release_time_constant_s, "s", 0, 1e6F,
+             "of `brake_release_time_constant_s`"),
+      number("sigma_brake_inertia_kg_m2", &CalibrationConfig::sigma_brake_inertia_kg_m2, "kg m^2",
+             0, 1e6F, "of `brake_inertia_kg_m2`"),
+      number("sigma_brake_hysteresis_nm", &CalibrationConfig::sigma_brake_hysteresis_nm, "N m", 0,
+             1e6F, "of `brake_hysteresis_nm`"),
+  };
+};
+
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<ActuatorConfig>() == 61);
 static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 61);
 static_assert(wire_size<GameConfig>() == 48);
+static_assert(wire_size<ShaftConfig>() == 35);
+static_assert(wire_size<CalibrationConfig>() == 60);
 
 }  // namespace torsio::protocol

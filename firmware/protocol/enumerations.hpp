@@ -78,6 +78,18 @@ struct Enumerators<Law> {
   static constexpr bool open = false;
 };
 
+/// On what the values of actuator and shaft are based.
+enum class Basis : std::uint8_t {
+  assumed,   // on data sheets: nobody has looked, or one of them was changed since
+  stated,    // somebody answers for them
+  measured,  // on a calibration
+};
+template <>
+struct Enumerators<Basis> {
+  static constexpr std::array<std::string_view, 3> names{"assumed", "stated", "measured"};
+  static constexpr bool open = false;
+};
+
 /// What the interface beside the SDK's is to the computer.
 enum class Personality : std::uint8_t {
   game_controller,  // a joystick's axis with force feedback

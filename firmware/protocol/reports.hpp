@@ -188,7 +188,7 @@ struct Ledger {
   std::int64_t motor = 0;
   std::int64_t spring_twice = 0;
   std::int32_t spring = 0;
-  float spring_stiffness_nm_per_rad = 0;
+  float stored_j = 0;
   float bound_nm_per_rad = 0;
 };
 template <>
@@ -208,8 +208,8 @@ struct Layout<Ledger> {
       any_number("spring_twice", &Ledger::spring_twice, "",
                  "given to the knob by the shaft's spring, twice the same"),
       any_number("spring", &Ledger::spring, "2^-23 N m", "that spring's torque on the knob now"),
-      any_number("spring_stiffness_nm_per_rad", &Ledger::spring_stiffness_nm_per_rad, "N m/rad",
-                 "of the shaft, by the configuration"),
+      any_number("stored_j", &Ledger::stored_j, "J",
+                 "energy of that spring now, by the configuration"),
       any_number("bound_nm_per_rad", &Ledger::bound_nm_per_rad, "N m/rad",
                  "the stiffest that is rendered now; 0 without a scene, or with a law that bounds "
                  "nothing"),
@@ -500,11 +500,11 @@ struct Layout<Event> {
 };
 
 /// Every report, in the order of the documentation.
-using AllReports =
-    std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
-               GameMonitor, Ledger, Command, Commit, Stream, LocalModel, Excitation, Wall, Spring,
-               Damper, Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops, Texture,
-               Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
+using AllReports = std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig,
+                              GameConfig, ShaftConfig, CalibrationConfig, GameMonitor, Ledger,
+                              Command, Commit, Stream, LocalModel, Excitation, Wall, Spring, Damper,
+                              Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops,
+                              Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);

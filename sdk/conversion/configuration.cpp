@@ -1,5 +1,7 @@
 #include "conversion/configuration.hpp"
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -37,5 +39,32 @@ protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule
 }
 
 protocol::GameConfig to_wire(const GameConfig& config) { return convert(config); }
+
+protocol::CalibrationConfig to_wire(const CalibrationConfig& config) { return convert(config); }
+
+protocol::ShaftConfig to_wire(const ShaftConfig& config) {
+  const protocol::ShaftConfig wire = convert(config);
+  const std::array knees_rad{wire.knee_1_rad, wire.knee_2_rad, wire.knee_3_rad, wire.knee_4_rad};
+  const std::array stiffnesses{wire.knee_1_nm_per_rad, wire.knee_2_nm_per_rad,
+                               wire.knee_3_nm_per_rad, wire.knee_4_nm_per_rad};
+  for (std::size_t i = 0; i < knees_rad.size(); ++i) {
+    if (knees_rad[i] == 0.0F) continue;
+    const std::string knee = "knee_" + std::to_string(i + 1);
+    if (i > 0 && knees_rad[i] <= knees_rad[i - 1]) {
+      throw InvalidArgument(knee + "_rad is " + number_text(knees_rad[i]) +
+                            ", not beyond the knee before it, which is at " +
+                            number_text(knees_rad[i - 1]));
+    }
+    if (i > 0 && knees_rad[i - 1] == 0.0F) {
+      throw InvalidArgument(knee + "_rad is " + number_text(knees_rad[i]) +
+                            ", but there is no knee before it: give knee_" + std::to_string(i) +
+                            "_rad first");
+    }
+    if (stiffnesses[i] == 0.0F) {
+      throw InvalidArgument(knee + "_nm_per_rad is 0: the torque must grow beyond a knee");
+    }
+  }
+  return wire;
+}
 
 }  // namespace torsio::conversion

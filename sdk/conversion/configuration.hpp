@@ -13,5 +13,7 @@ protocol::ControlConfig to_wire(const ControlConfig& config);
 /// @param rule what the board finds wrong with its wiring; nullptr: not known here, the device asks
 protocol::BoardConfig to_wire(const BoardConfig& config, device::WiringRule rule = nullptr);
 protocol::GameConfig to_wire(const GameConfig& config);
+protocol::ShaftConfig to_wire(const ShaftConfig& config);
+protocol::CalibrationConfig to_wire(const CalibrationConfig& config);
 
 }  // namespace torsio::conversion

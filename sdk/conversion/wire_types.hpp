@@ -93,5 +93,13 @@ template <>
 struct WireType<GameConfig> {
   using type = protocol::GameConfig;
 };
+template <>
+struct WireType<ShaftConfig> {
+  using type = protocol::ShaftConfig;
+};
+template <>
+struct WireType<CalibrationConfig> {
+  using type = protocol::CalibrationConfig;
+};
 
 }  // namespace torsio

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -23,7 +24,7 @@
 namespace torsio {
 namespace {
 
-/// One of the four, and how a knob is asked for it.
+/// One of them, and how a knob is asked for it.
 template <class Config>
 struct ConfigKind {
   std::string_view name;
@@ -34,7 +35,10 @@ constexpr std::tuple kConfigKinds{
     ConfigKind<ActuatorConfig>{"actuator_config", &Knob::actuator_config},
     ConfigKind<ControlConfig>{"control_config", &Knob::control_config},
     ConfigKind<BoardConfig>{"board_config", &Knob::board_config},
-    ConfigKind<GameConfig>{"game_config", &Knob::game_config}};
+    ConfigKind<GameConfig>{"game_config", &Knob::game_config},
+    ConfigKind<ShaftConfig>{"shaft_config", &Knob::shaft_config},
+    // The last: it is about the values of the others.
+    ConfigKind<CalibrationConfig>{"calibration_config", &Knob::calibration_config}};
 
 // Writing --------------------------------------------------------------------------------------
 
@@ -180,8 +184,9 @@ void assign_field(std::string_view name, const ConfigScalar& given, T& value) {
     if (!number) must_take(name, "a number");
     if constexpr (std::is_integral_v<T>) {
       // What is within, configure() knows; this keeps it what was written.
-      if (std::trunc(*number) != *number || std::abs(*number) > 2147483647.0 ||
-          (std::is_unsigned_v<T> && *number < 0.0)) {
+      if (std::trunc(*number) != *number ||
+          *number > static_cast<double>(std::numeric_limits<T>::max()) ||
+          *number < static_cast<double>(std::numeric_limits<T>::min())) {
         must_take(name, "a whole number");
       }
     }

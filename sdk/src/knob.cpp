@@ -264,7 +264,7 @@ Limits Knob::limits() {
   const auto actuator = impl().session.get<protocol::ActuatorConfig>();
   const auto control = impl().session.get<protocol::ControlConfig>();
   return limits_of(actuator, control, impl().session.get<protocol::BoardConfig>(),
-                   moves_parts(device.board));
+                   impl().session.get<protocol::CalibrationConfig>(), moves_parts(device.board));
 }
 
 GameStatus Knob::game_status() {
@@ -350,6 +350,15 @@ GameConfig Knob::game_config() {
   return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>());
 }
 
+ShaftConfig Knob::shaft_config() {
+  return conversion::convert_back<ShaftConfig>(impl().session.get<protocol::ShaftConfig>());
+}
+
+CalibrationConfig Knob::calibration_config() {
+  return conversion::convert_back<CalibrationConfig>(
+      impl().session.get<protocol::CalibrationConfig>());
+}
+
 void Knob::configure(const ActuatorConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
@@ -366,6 +375,12 @@ void Knob::configure(const BoardConfig& config) {
 
 void Knob::configure(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
 
+void Knob::configure(const ShaftConfig& config) { impl().session.set(conversion::to_wire(config)); }
+
+void Knob::configure(const CalibrationConfig& config) {
+  impl().session.set(conversion::to_wire(config));
+}
+
 void Knob::update(const std::function<void(ActuatorConfig&)>& change) {
   configure(changed(actuator_config(), change));
 }
@@ -380,6 +395,14 @@ void Knob::update(const std::function<void(BoardConfig&)>& change) {
 
 void Knob::update(const std::function<void(GameConfig&)>& change) {
   configure(changed(game_config(), change));
+}
+
+void Knob::update(const std::function<void(ShaftConfig&)>& change) {
+  configure(changed(shaft_config(), change));
+}
+
+void Knob::update(const std::function<void(CalibrationConfig&)>& change) {
+  configure(changed(calibration_config(), change));
 }
 
 void Knob::load_defaults() {

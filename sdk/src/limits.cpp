@@ -7,11 +7,13 @@
 namespace torsio {
 
 Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::ControlConfig& control,
-                 const protocol::BoardConfig& board, bool real) {
+                 const protocol::BoardConfig& board, const protocol::CalibrationConfig& calibration,
+                 bool real) {
   float motor_nm = std::min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
   float brake_nm = std::min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
   float speed_rad_s = std::max(control.speed_limit_rad_s, 0.0F);
-  const bool held_low = real && board.confirmed == protocol::Toggle::off;
+  const bool held_low = real && (board.confirmed == protocol::Toggle::off ||
+                                 calibration.values_are == protocol::Basis::assumed);
   if (held_low) {
     motor_nm = std::min(motor_nm, protocol::unconfirmed_motor_torque_max_nm);
     brake_nm = std::min(brake_nm, protocol::unconfirmed_brake_torque_max_nm);

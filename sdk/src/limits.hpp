@@ -8,8 +8,9 @@
 namespace torsio {
 
 /// @param real whether the board has a motor that its currents limit, and is held low until its
-///             parts are confirmed; an emulated one has not
+///             parts are confirmed and their values known; an emulated one has not
 Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::ControlConfig& control,
-                 const protocol::BoardConfig& board, bool real);
+                 const protocol::BoardConfig& board, const protocol::CalibrationConfig& calibration,
+                 bool real);
 
 }  // namespace torsio

@@ -30,4 +30,11 @@ ActuatorConfig matching_config(const PlantParams& plant) {
   return config;
 }
 
+ShaftConfig matching_shaft(const PlantParams& plant) {
+  if (!plant.shaft_hardening) return {};
+  const ShaftHardening& hardening = *plant.shaft_hardening;
+  return {.knee_1_rad = hardening.knee_rad,
+          .knee_1_nm_per_rad = plant.shaft_stiffness_nm_per_rad * hardening.stiffness_factor};
+}
+
 }  // namespace torsio

@@ -177,7 +177,7 @@ export class Calibrating {
       table(["quantity", "value ± standard uncertainty", "what it is"],
         found.quantities.map(([name, value, meaning]) => [name, value.replace("+-", "±"), meaning])),
       element("div", { class: "pictures" }, ...found.fits.map(picture)),
-      element("p", {}, found.changes.length ? "Proposed for the actuator's configuration:" : "There is nothing to change."),
+      element("p", {}, found.changes.length ? "Proposed for the configuration of actuator and shaft:" : "There is nothing to change."),
       table(["field", "in the knob", "proposed"],
         found.changes.map(([name, before, after]) => [name, before.toPrecision(4), after.toPrecision(4)])),
       element("div", { class: "buttons" }, keep, leave),

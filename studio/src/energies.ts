@@ -24,10 +24,8 @@ export interface Energies {
 /** The device's ledger in joules; motor = felt + stored + brake. */
 export function energiesOf(ledger: Values, countsPerRev: number): Energies {
   const stepJ = (TORQUE_NM * 2 * Math.PI) / countsPerRev;
-  const springNm = TORQUE_NM * Number(ledger.spring), stiffness = Number(ledger.spring_stiffness_nm_per_rad);
   const motorJ = Number(ledger.motor) * stepJ, springJ = (Number(ledger.spring_twice) / 2) * stepJ;
-  // Without a spring nothing is stored.
-  const storedJ = stiffness > 0 ? springNm ** 2 / (2 * stiffness) : 0;
+  const storedJ = Number(ledger.stored_j);
   return { motorJ, feltJ: motorJ + springJ, storedJ, brakeJ: -springJ - storedJ };
 }
 

@@ -134,8 +134,9 @@ function steps(travel: Travel): Step[] {
     {
       title: "Confirm",
       text: "Turn on confirmed in the board's configuration, with the speed limit on in that of control; apply and keep " +
-        "both. Raise the motor's cap first, and hold the knob against 30 mN·m of the motor for a second: half or twice " +
-        "the supply is told now. Only then raise the brake's cap, step by step.",
+        "both. Turn values_are to stated in that of calibration, raise the motor's cap first, and hold the knob against " +
+        "30 mN·m of the motor for a second: half or twice the supply is told now. Only then raise the brake's cap, step " +
+        "by step, and calibrate.",
     },
     {
       title: "A soft wall",

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 1856523071;
+export const FINGERPRINT: number = 937708500;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -176,7 +176,14 @@ export const EFFECTS: readonly string[] = [
   "curve",
 ];
 
-export const CONFIGURATIONS: readonly string[] = ["actuator_config", "control_config", "board_config", "game_config"];
+export const CONFIGURATIONS: readonly string[] = [
+  "actuator_config",
+  "control_config",
+  "board_config",
+  "game_config",
+  "shaft_config",
+  "calibration_config",
+];
 
 export const REPORTS: Readonly<Record<string, Report>> = {
   "identity": {
@@ -310,7 +317,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "brake_resistance_ohm", "kind": "number", "doc": "of the coil", "wire": "brake_resistance_ohm", "type": "f32", "low": 0.001, "high": 10000.0, "unit": "ohm", "default": 40.0, "shown": true},
       {"name": "brake_inductance_h", "kind": "number", "doc": "of the coil, which the bridge then drives both ways, so that its current follows with the actuator's brake_time_constant_s; 0: it follows as the coil lets it", "wire": "brake_inductance_h", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "H", "default": 0.0, "shown": true},
       {"name": "motor_reversed", "kind": "switch", "doc": "on: a current into the first motor pin turns the knob to smaller angles", "wire": "motor_reversed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
-      {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked that these are the parts. Until then a real board holds torques and speed low. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
+      {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer `assumed`, a real board holds torques and speed low. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
       {"name": "encoder_pin", "kind": "whole", "doc": "GPIO of A; B is the next one", "wire": "encoder_pin", "type": "u8", "low": 0, "high": 28, "default": 2, "shown": true},
       {"name": "motor_pin", "kind": "whole", "doc": "GPIO of the first input of the motor's bridge, even; the second is the next one", "wire": "motor_pin", "type": "u8", "low": 0, "high": 28, "default": 6, "shown": true},
       {"name": "brake_pin", "kind": "whole", "doc": "GPIO of the first input of the brake's bridge, even; the second is the next one", "wire": "brake_pin", "type": "u8", "low": 0, "high": 28, "default": 8, "shown": true},
@@ -348,6 +355,53 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "dial_torque_nm", "kind": "number", "doc": "of a dial between two detents, no more than is stable; 0: it turns freely", "wire": "dial_torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.02, "shown": true},
     ],
   },
+  "shaft_config": {
+    "id": 10,
+    "direction": "feature",
+    "title": "ShaftConfig",
+    "doc": "How the shaft's spring goes on where it is not one straight line. Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike.",
+    "notes": "Set only while disarmed.",
+    "size": 35,
+    "fields": [
+      {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "knee_1_rad", "kind": "number", "doc": "twist of the first knee; 0: the spring is one straight line", "wire": "knee_1_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_1_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_1_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "knee_2_rad", "kind": "number", "doc": "of the second, beyond the first; 0: there is none", "wire": "knee_2_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_2_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_2_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "knee_3_rad", "kind": "number", "doc": "of the third", "wire": "knee_3_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_3_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_3_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "knee_4_rad", "kind": "number", "doc": "of the fourth", "wire": "knee_4_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "knee_4_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_4_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+    ],
+  },
+  "calibration_config": {
+    "id": 11,
+    "direction": "feature",
+    "title": "CalibrationConfig",
+    "doc": "How well the values of actuator and shaft are known, and since when. It is about the values that the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured.",
+    "notes": "Set only while disarmed.",
+    "size": 60,
+    "fields": [
+      {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "values_are", "kind": "choice", "doc": "on what they are based", "wire": "values_are", "type": "u8", "enumeration": "Basis", "values": ["assumed", "stated", "measured"], "default": "assumed", "shown": true},
+      {"name": "calibrated_unix_s", "kind": "whole", "doc": "when they were measured, in seconds since 1970; 0: never", "wire": "calibrated_unix_s", "type": "u32", "low": 0, "high": 4294967295, "default": 0, "shown": true},
+      {"name": "ambient_k", "kind": "number", "doc": "how warm it was, as whoever measured them has said; 0: nobody did", "wire": "ambient_k", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "K", "default": 0.0, "shown": true},
+      {"name": "calibrated_rate_hz", "kind": "number", "doc": "of control, when they were measured", "wire": "calibrated_rate_hz", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "Hz", "default": 0.0, "shown": true},
+      {"name": "sigma_knob_inertia_kg_m2", "kind": "number", "doc": "of `knob_inertia_kg_m2`", "wire": "sigma_knob_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "kg m^2", "default": 0.0, "shown": true},
+      {"name": "sigma_knob_coulomb_nm", "kind": "number", "doc": "of `knob_coulomb_nm`", "wire": "sigma_knob_coulomb_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sigma_knob_viscous_nm_s_per_rad", "kind": "number", "doc": "of `knob_viscous_nm_s_per_rad`", "wire": "sigma_knob_viscous_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
+      {"name": "sigma_spring_stiffness_nm_per_rad", "kind": "number", "doc": "of `spring_stiffness_nm_per_rad`", "wire": "sigma_spring_stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "sigma_knee_1_rad", "kind": "number", "doc": "of `knee_1_rad`", "wire": "sigma_knee_1_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "rad", "default": 0.0, "shown": true},
+      {"name": "sigma_knee_1_nm_per_rad", "kind": "number", "doc": "of `knee_1_nm_per_rad`", "wire": "sigma_knee_1_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_drag_nm", "kind": "number", "doc": "of `brake_drag_nm`", "wire": "sigma_brake_drag_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_time_constant_s", "kind": "number", "doc": "of `brake_time_constant_s`", "wire": "sigma_brake_time_constant_s", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "s", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_release_time_constant_s", "kind": "number", "doc": "of `brake_release_time_constant_s`", "wire": "sigma_brake_release_time_constant_s", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "s", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_inertia_kg_m2", "kind": "number", "doc": "of `brake_inertia_kg_m2`", "wire": "sigma_brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "kg m^2", "default": 0.0, "shown": true},
+      {"name": "sigma_brake_hysteresis_nm", "kind": "number", "doc": "of `brake_hysteresis_nm`", "wire": "sigma_brake_hysteresis_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
+    ],
+  },
   "game_monitor": {
     "id": 8,
     "direction": "feature",
@@ -380,7 +434,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "motor", "kind": "whole", "doc": "given to the knob by the motor: its command in 2^-23 N m, times the counts it moved", "wire": "motor", "type": "i64", "default": "0"},
       {"name": "spring_twice", "kind": "whole", "doc": "given to the knob by the shaft's spring, twice the same", "wire": "spring_twice", "type": "i64", "default": "0"},
       {"name": "spring", "kind": "whole", "doc": "that spring's torque on the knob now", "wire": "spring", "type": "i32", "unit": "2^-23 N m", "default": 0},
-      {"name": "spring_stiffness_nm_per_rad", "kind": "whole", "doc": "of the shaft, by the configuration", "wire": "spring_stiffness_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
+      {"name": "stored_j", "kind": "whole", "doc": "energy of that spring now, by the configuration", "wire": "stored_j", "type": "f32", "unit": "J", "default": 0},
       {"name": "bound_nm_per_rad", "kind": "whole", "doc": "the stiffest that is rendered now; 0 without a scene, or with a law that bounds nothing", "wire": "bound_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
     ],
   },

@@ -178,9 +178,9 @@ def start_with_other_layout(board: EmulatedPico) -> None:
         assert board.command("save") == "ok"
     for slot in (0, 1):
         at = board.model.slots_at + 4096 * slot
-        saved = bytearray.fromhex(board.do("flash", address=at, size=256))
+        saved = bytearray.fromhex(board.do("flash", address=at, size=512))
         saved[4] ^= 1
-        saved[252:] = struct.pack("<I", zlib.crc32(saved[:252]))
+        saved[508:] = struct.pack("<I", zlib.crc32(saved[:508]))
         board.do("write_flash", address=at, data=saved.hex())
     board.power_cycle()
     board.enumerate()

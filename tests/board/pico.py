@@ -375,6 +375,7 @@ def make_parts() -> None:
 def confirm(pico: EmulatedPico) -> None:
     """Say that the parts are those of the configuration: from then on nothing is held low."""
     assert pico.set("board_config", confirmed="on")["status"] == 0
+    assert pico.set("calibration_config", values_are="stated")["status"] == 0
 
 
 @contextmanager

@@ -137,8 +137,9 @@ def test_board_whose_parts_nobody_has_confirmed_is_held_low() -> None:
         assert pico.motor() is None
         assert pico.get("health")["faults"] & OVER_SPEED
         assert pico.command("clear_fault") == "ok"
-        # Confirmed it may do what it is told, at once.
+        # Confirmed and known it may do what it is told, at once.
         pico.set("board_config", confirmed="on")
+        pico.set("calibration_config", values_are="stated")
         assert pico.command("arm") == "ok"
         pico.run(20)
         assert pico.do("amperes") == pytest.approx(-85e-3 / 0.05, abs=0.05)

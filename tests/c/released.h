@@ -86,6 +86,13 @@ typedef enum torsio_law {
       4,
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
+typedef enum torsio_basis {
+  TORSIO_BASIS_ASSUMED =
+      0,
+  TORSIO_BASIS_STATED = 1,
+  TORSIO_BASIS_MEASURED = 2,
+} torsio_basis;
+TORSIO_API const char* torsio_basis_name(int32_t value);
 typedef enum torsio_personality {
   TORSIO_PERSONALITY_GAME_CONTROLLER = 0,
   TORSIO_PERSONALITY_DIAL = 1,
@@ -400,6 +407,37 @@ typedef struct torsio_game_config {
   double dial_torque_nm;
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
+typedef struct torsio_shaft_config {
+  uint32_t struct_size;
+  double knee_1_rad;
+  double knee_1_nm_per_rad;
+  double knee_2_rad;
+  double knee_2_nm_per_rad;
+  double knee_3_rad;
+  double knee_3_nm_per_rad;
+  double knee_4_rad;
+  double knee_4_nm_per_rad;
+} torsio_shaft_config;
+TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
+typedef struct torsio_calibration_config {
+  uint32_t struct_size;
+  int32_t values_are;
+  uint32_t calibrated_unix_s;
+  double ambient_k;
+  double calibrated_rate_hz;
+  double sigma_knob_inertia_kg_m2;
+  double sigma_knob_coulomb_nm;
+  double sigma_knob_viscous_nm_s_per_rad;
+  double sigma_spring_stiffness_nm_per_rad;
+  double sigma_knee_1_rad;
+  double sigma_knee_1_nm_per_rad;
+  double sigma_brake_drag_nm;
+  double sigma_brake_time_constant_s;
+  double sigma_brake_release_time_constant_s;
+  double sigma_brake_inertia_kg_m2;
+  double sigma_brake_hysteresis_nm;
+} torsio_calibration_config;
+TORSIO_API torsio_result torsio_calibration_config_init(torsio_calibration_config* structure);
 typedef struct torsio_torque_hand {
   uint32_t struct_size;
   const torsio_knot* torque_nm;
@@ -697,6 +735,13 @@ TORSIO_API torsio_result torsio_knob_set_board_config(torsio_knob* knob,
 TORSIO_API torsio_result torsio_knob_game_config(torsio_knob* knob, torsio_game_config* config);
 TORSIO_API torsio_result torsio_knob_set_game_config(torsio_knob* knob,
                                                      const torsio_game_config* config);
+TORSIO_API torsio_result torsio_knob_shaft_config(torsio_knob* knob, torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_set_shaft_config(torsio_knob* knob,
+                                                      const torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_calibration_config(torsio_knob* knob,
+                                                        torsio_calibration_config* config);
+TORSIO_API torsio_result
+torsio_knob_set_calibration_config(torsio_knob* knob, const torsio_calibration_config* config);
 #ifdef __cplusplus
 }
 #endif
@@ -731,6 +776,7 @@ typedef struct torsio_emulator_options {
   const torsio_control_config* control;
   const torsio_board_config* board;
   const torsio_game_config* game;
+  const torsio_shaft_config* shaft;
   bool paced;
   bool log_truth;
 } torsio_emulator_options;

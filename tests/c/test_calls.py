@@ -52,6 +52,8 @@ def test_configurations_are_read_changed_and_set(lib: ctypes.CDLL, knob: ctypes.
         "control_config": ("law", N["TORSIO_LAW_PARALLEL"]),
         "board_config": ("motor_reversed", True),
         "game_config": ("range_deg", 720.0),
+        "shaft_config": ("knee_4_nm_per_rad", 720.0),
+        "calibration_config": ("ambient_k", 294.0),
     }
     for kind, (field, value) in changes.items():
         config = made(lib, f"torsio_{kind}")

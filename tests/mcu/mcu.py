@@ -56,7 +56,7 @@ def costs(board: str) -> list[Cost]:
     """Measure every scene on a board's processor."""
     run = {"pico": on_m0plus, "pico2": on_m33}[board]
     found = []
-    for line in (run("bench") + run("bench_core")).splitlines():
+    for line in "".join(map(run, ("bench", "bench_core", "bench_shaft"))).splitlines():
         scene, effects, hundredths = line.rsplit(" ", 2)
         found.append(Cost(scene, int(effects), int(hundredths) / 100))
     return found

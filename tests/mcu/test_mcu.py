@@ -66,6 +66,12 @@ def test_effects_that_are_written_but_not_in_the_scene_cost_nothing(
     assert measured[board, "walls, 16 written 1"] == pytest.approx(alone, abs=0.1)
 
 
+def test_knees_of_the_shaft_cost_the_product_at_most_ten_instructions(
+    measured: dict[tuple[str, str], float],
+) -> None:
+    assert measured["pico2", "bent shaft 1"] - measured["pico2", "straight shaft 1"] <= 10
+
+
 def test_wall_on_the_product_takes_at_most_250_instructions(
     measured: dict[tuple[str, str], float],
 ) -> None:

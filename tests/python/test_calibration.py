@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
+from torsio.calibrate_cli import words_of
 from torsio.calibration import numeric
 from torsio.calibration.figure import save_figure
 from torsio.cli import app
@@ -38,7 +41,7 @@ def found() -> tuple[calibration.Calibration, torsio.ActuatorConfig, torsio.Actu
     )
     with torsio.open("emulated", emulator=options) as knob:
         before, law = knob.actuator_config(), knob.control_config()
-        result = calibration.calibrate(knob)
+        result = calibration.calibrate(knob, ambient_c=21.5)
         assert knob.state == "disarmed"
         assert knob.control_config() == law
         return result, before, knob.actuator_config()
@@ -55,6 +58,53 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     assert result.actuator.brake_release_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.counts_per_rev == before.counts_per_rev
     assert result.seconds < 90.0
+
+
+def test_device_keeps_what_is_known_until_a_value_changes(found: Any) -> None:
+    result = found[0]
+    with torsio.open("emulated:known") as knob:
+        assert knob.calibration_config() == torsio.CalibrationConfig()
+        calibration.apply(knob, result)
+        knob.save()
+    with torsio.open("emulated:known") as knob:
+        known = knob.calibration_config()
+        assert known.values_are == "measured"
+        assert 0 <= time.time() - known.calibrated_unix_s < 3600
+        assert known.calibrated_rate_hz == 10_000.0
+        assert known.ambient_k == pytest.approx(273.15 + 21.5)
+        for name, of in (
+            ("spring_stiffness_nm_per_rad", "stiffness_nm_per_rad"),
+            ("brake_inertia_kg_m2", "brake_inertia_kg_m2"),
+            ("brake_release_time_constant_s", "release_s"),
+        ):
+            sigma = result.quantities[of].standard_uncertainty
+            assert sigma > 0.0
+            assert getattr(known, f"sigma_{name}") == pytest.approx(sigma)
+        text = torsio.dump_config(knob)
+        knob.update(spring_stiffness_nm_per_rad=3.0)
+        assert knob.calibration_config() == replace(known, values_are="assumed")
+        torsio.load_config(knob, text)
+        assert knob.calibration_config() == known
+        knob.load_defaults()
+        assert knob.calibration_config().values_are == "assumed"
+        knob.update(values_are="stated")
+        assert knob.calibration_config().values_are == "stated"
+
+
+def test_info_shows_values_with_uncertainty_date_and_conditions(found: Any) -> None:
+    runner = CliRunner()
+    with torsio.open("emulated") as knob:
+        assert "assumed" in words_of(knob)["values_are"]
+        calibration.apply(knob, found[0])
+        words = words_of(knob)
+    assert words["values_are"] == "measured"
+    assert (words["control_rate_hz"], words["ambient_c"]) == (10_000.0, 21.5)
+    assert words["date"].startswith(found[0].conditions["date"][:13])
+    value, _, sigma = words["spring_stiffness_nm_per_rad"].partition(" +- ")
+    assert float(value) == pytest.approx(2.0, rel=0.01)
+    assert 0.0 < float(sigma) < 0.01
+    shown = runner.invoke(app, ["info", "--device", "emulated"])
+    assert "assumed; torsio calibrate measures them" in " ".join(shown.output.split())
 
 
 def test_kept_calibration_is_read_back_and_has_not_drifted(found: Any, data_folder: Path) -> None:

@@ -60,6 +60,7 @@ def test_info_json_tells_identity_health_and_configuration() -> None:
     assert set(info) == {
         *("info", "health", "clock", "calibration"),
         *("actuator_config", "control_config", "board_config", "game_config", "limits"),
+        "shaft_config",
     }
     assert info["board_config"]["motor_pin"] == 6
     assert info["game_config"]["range_deg"] == 900

@@ -87,6 +87,8 @@ def test_dump_has_every_field_as_the_knob_gives_it(knob: torsio.Knob) -> None:
         "control_config": knob.control_config(),
         "board_config": knob.board_config(),
         "game_config": knob.game_config(),
+        "shaft_config": knob.shaft_config(),
+        "calibration_config": knob.calibration_config(),
     }.items():
         assert type(config)(**found.pop(name)) == config
     assert found == {}

@@ -45,6 +45,7 @@ CPP_ONLY = {
     "Recording": "a record, and DisarmedWarning",
     "flag": "torsio.telemetry.FLAG_...",
     "matching_config": "PlantParams.matching_config",
+    "matching_shaft": "PlantParams.matching_shaft",
     "kMaxTorqueNm": "a range, which the messages name",
     "HandFunction": "torsio.hands.HandFunction, which nobody needs to name",
     "Profile": "torsio.hands.Profile, which nobody needs to name",

@@ -155,6 +155,6 @@ def test_reports_are_what_a_device_is_sent() -> None:
     scene = [torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.5), torsio.Curve(torque_nm=(0, 1))]
     found = [protocol.decode(data) for data in reports(replace(push(), scene=scene))]
     assert [name for name, _ in found] == [
-        *("actuator_config", "control_config", "wall", "curve", "curve_points")
+        *("actuator_config", "control_config", "shaft_config", "wall", "curve", "curve_points")
     ]
-    assert found[2][1]["stiffness_nm_per_rad"] == 1.5
+    assert found[3][1]["stiffness_nm_per_rad"] == 1.5

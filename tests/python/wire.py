@@ -115,8 +115,24 @@ REPORTS = {
         _report(
             "ledger",
             0x09,
-            "Q tick, B kept, q motor, q spring_twice, i spring, f spring_stiffness_nm_per_rad, "
-            "f bound_nm_per_rad",
+            "Q tick, B kept, q motor, q spring_twice, i spring, f stored_j, f bound_nm_per_rad",
+        ),
+        _report(
+            "shaft_config",
+            0x0A,
+            "H sequence, B axis, f knee_1_rad, f knee_1_nm_per_rad, f knee_2_rad, "
+            "f knee_2_nm_per_rad, f knee_3_rad, f knee_3_nm_per_rad, f knee_4_rad, "
+            "f knee_4_nm_per_rad",
+        ),
+        _report(
+            "calibration_config",
+            0x0B,
+            "H sequence, B axis, B values_are, I calibrated_unix_s, f ambient_k, "
+            "f calibrated_rate_hz, f sigma_knob_inertia_kg_m2, f sigma_knob_coulomb_nm, "
+            "f sigma_knob_viscous_nm_s_per_rad, f sigma_spring_stiffness_nm_per_rad, "
+            "f sigma_knee_1_rad, f sigma_knee_1_nm_per_rad, f sigma_brake_drag_nm, "
+            "f sigma_brake_time_constant_s, f sigma_brake_release_time_constant_s, "
+            "f sigma_brake_inertia_kg_m2, f sigma_brake_hysteresis_nm",
         ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
@@ -200,6 +216,7 @@ ENUMERATORS = {
     "encoder_reversed": ("off", "on"),
     "motor_reversed": ("off", "on"),
     "confirmed": ("off", "on"),
+    "values_are": ("assumed", "stated", "measured"),
     "reset_cause": (
         *("unknown", "power", "brown_out", "reset_pin", "watchdog", "hard_fault", "stack"),
     ),

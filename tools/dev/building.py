@@ -340,6 +340,6 @@ def build_emulated() -> None:
         )
     folder = BUILD / "mcu/m0plus"
     copy = ("arm-none-eabi-objcopy", "-O", "binary")
-    programs = [folder / name for name in ("bench", "bench_core", "replay")]
+    programs = [folder / name for name in ("bench", "bench_core", "bench_shaft", "replay")]
     run_logged("objcopy", *((*copy, program, f"{program}.bin") for program in programs))
     run_logged("boot-rom", [PYTHON, "-m", "tests.board.pico"])

@@ -15,7 +15,14 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, scenes, telemetry
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import (
+    ActuatorConfig,
+    BoardConfig,
+    CalibrationConfig,
+    ControlConfig,
+    GameConfig,
+    ShaftConfig,
+)
 from torsio.config_file import dump_config, load_config
 from torsio.emulated_knob import DeviceInput, Emulator, EmulatorOptions
 from torsio.errors import (
@@ -79,6 +86,7 @@ __all__ = [
     "Belt",
     "BoardConfig",
     "BrakeHysteresis",
+    "CalibrationConfig",
     "Clock",
     "Closed",
     "Cogging",
@@ -126,6 +134,7 @@ __all__ = [
     "Replayed",
     "ShaftHardening",
     "StableStiffness",
+    "ShaftConfig",
     "Step",
     "Steps",
     "StiffnessWarning",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+from dataclasses import asdict
+from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,9 @@ from torsio.knob import Knob
 __all__ = ["measure", "save", "show", "words_of"]
 
 
-def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> dict[str, Any]:
+def measure(
+    knob: Knob, say: Console, *, quick: bool, ambient_c: float | None, picture: Path | None
+) -> dict[str, Any]:
     """Calibrate with a line of progress a step, draw, and give all as JSON has it."""
     if picture is not None and importlib.util.find_spec("matplotlib") is None:
         raise Error(f"a picture needs matplotlib: {how_to_install('plot')}")
@@ -28,7 +32,7 @@ def measure(knob: Knob, say: Console, *, quick: bool, picture: Path | None) -> d
     def step(name: str) -> None:
         say.print(f"step     {name}", highlight=False)
 
-    found = calibration.calibrate(knob, quick=quick, progress=step)
+    found = calibration.calibrate(knob, quick=quick, ambient_c=ambient_c, progress=step)
     if picture is not None:
         from torsio.calibration.figure import save_figure
 
@@ -60,31 +64,36 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
         )
         for drift in measured["changed"]:
             out.print(f"  {report.change(drift.name, drift.before, drift.now)}", highlight=False)
-    proposed = report.changes(knob.actuator_config(), found.actuator)
+    proposed = report.proposals(knob, found)
     if proposed:
-        out.print("\nproposed for the actuator's configuration:", highlight=False)
+        out.print("\nproposed for the configuration of actuator and shaft:", highlight=False)
     for name, old, new in proposed:
         out.print(f"  {report.change(name, old, new)}", highlight=False)
 
 
 def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
-    """Configure the device as proposed, keep that in its flash, and the findings in a file."""
-    knob.configure(found.actuator)
+    """Configure the device as proposed, keep that in its flash, and all findings in a file."""
+    calibration.apply(knob, found)
     knob.save()
     path = calibration.keep(found)
-    say.print(f"saved    on the device, and with uncertainties in {path}", soft_wrap=True)
+    say.print(f"saved    on the device, and all that was found in {path}", soft_wrap=True)
 
 
-def words_of(serial: str) -> dict[str, Any]:
-    """Give what `torsio info` shows of the calibration that was kept for a knob."""
-    try:
-        found = calibration.kept(serial)
-    except Error as error:
-        return {"problem": str(error)}
-    if found is None:
-        return {"date": "never: torsio calibrate"}
-    values = {
-        name: f"{of['value']:.4g} +- {of['standard_uncertainty']:.2g}"
-        for name, of in found["quantities"].items()
-    }
-    return {"date": found["conditions"].get("date", ""), **values}
+def words_of(knob: Knob) -> dict[str, Any]:
+    """Give what `torsio info` shows of how well the values of a knob are known."""
+    known = knob.calibration_config()
+    if known.values_are == "assumed":
+        return {"values_are": "assumed; torsio calibrate measures them"}
+    words: dict[str, Any] = {"values_are": known.values_are}
+    if known.calibrated_unix_s:
+        when = datetime.fromtimestamp(known.calibrated_unix_s, timezone.utc)
+        words["date"] = when.isoformat(timespec="seconds")
+        words["control_rate_hz"] = known.calibrated_rate_hz
+    if known.ambient_k:
+        words["ambient_c"] = round(known.ambient_k - 273.15, 1)
+    values = asdict(knob.actuator_config()) | asdict(knob.shaft_config())
+    for name, sigma in asdict(known).items():
+        of = name.removeprefix("sigma_")
+        if of != name and sigma:
+            words[of] = f"{values[of]:.4g} +- {sigma:.2g}"
+    return words

@@ -92,7 +92,8 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
             "control_config": asdict(knob.control_config()),
             "board_config": asdict(knob.board_config()),
             "game_config": asdict(knob.game_config()),
-            "calibration": calibrate_cli.words_of(knob.info.serial),
+            "shaft_config": asdict(knob.shaft_config()),
+            "calibration": calibrate_cli.words_of(knob),
         }
     if as_json:
         print_json(groups)
@@ -178,6 +179,10 @@ def calibrate_command(
         Path | None,
         typer.Option("--picture", metavar="FILE", help="PNG of all fits and what they leave."),
     ] = None,
+    ambient_c: Annotated[
+        float | None,
+        typer.Option("--ambient", metavar="CELSIUS", help="How warm it is, for the record."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure the knob: friction, inertia, shaft, brake. Take your hand off; it turns by itself.
@@ -187,7 +192,9 @@ def calibrate_command(
     """
     say = err if as_json else out
     with opened(device, say) as knob:
-        measured = calibrate_cli.measure(knob, say, quick=quick, picture=picture)
+        measured = calibrate_cli.measure(
+            knob, say, quick=quick, ambient_c=ambient_c, picture=picture
+        )
         found = measured["calibration"]
         if as_json:
             changed = [asdict(drift) for drift in measured["changed"]]

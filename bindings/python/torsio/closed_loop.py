@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
 from torsio.errors import InvalidArgument
 from torsio.hands import Hand, NoHand
 from torsio.plant import PlantParams
@@ -98,8 +98,8 @@ class LoopOptions:
     ----------
     scene
         One effect or several, which play from the first tick on; None is free space.
-    actuator
-        What the device takes its actuator for; None is what `plant` truly is.
+    actuator, shaft
+        What the device takes its actuator and its shaft for; None is what `plant` truly is.
     board
         What the board of a plant with electrics takes them for; None is what they truly are.
     control_period_ns
@@ -120,6 +120,7 @@ class LoopOptions:
     hand: Hand = field(default_factory=NoHand)
     plant: PlantParams = field(default_factory=PlantParams)
     actuator: ActuatorConfig | None = None
+    shaft: ShaftConfig | None = None
     control: ControlConfig = field(default_factory=ControlConfig)
     board: BoardConfig | None = None
     control_period_ns: int = 1_000_000
@@ -272,6 +273,7 @@ def checked_options(options: LoopOptions) -> None:
     checks.kind("control", options.control, ControlConfig, "a ControlConfig")
     for name, wanted in (
         ("actuator", ActuatorConfig),
+        ("shaft", ShaftConfig),
         ("board", BoardConfig),
         ("spin_up", SpinUp),
         ("initial", InitialState),

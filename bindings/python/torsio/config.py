@@ -15,9 +15,11 @@ from typing import Literal, TypeAlias
 __all__ = [
     "ActuatorConfig",
     "BoardConfig",
+    "CalibrationConfig",
     "ControlConfig",
     "GameConfig",
     "Law",
+    "ShaftConfig",
 ]
 
 Law: TypeAlias = Literal["paper", "compensated", "parallel", "motor_only", "calibrated"]
@@ -179,8 +181,8 @@ class BoardConfig:
     motor_reversed
         True: a current into the first motor pin turns the knob to smaller angles.
     confirmed
-        True: somebody has checked that these are the parts. Until then a real board holds torques
-        and speed low. Acts at once.
+        True: somebody has checked that these are the parts. Until then, and until `values_are` is
+        no longer `assumed`, a real board holds torques and speed low. Acts at once.
     encoder_pin
         GPIO of A; B is the next one; 0 to 28.
     motor_pin
@@ -285,3 +287,105 @@ class GameConfig:
     dial_use: Literal["wheel", "pan", "volume"] = "wheel"
     dial_detents: int = 24
     dial_torque_nm: float = 0.02
+
+
+@dataclass(frozen=True)
+class ShaftConfig:
+    """How the shaft's spring goes on where it is not one straight line.
+
+    Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways
+    are alike.
+
+    Set only while disarmed.
+
+    Attributes
+    ----------
+    knee_1_rad
+        Twist of the first knee; 0: the spring is one straight line; 0 to 100.
+    knee_1_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    knee_2_rad
+        Of the second, beyond the first; 0: there is none; 0 to 100.
+    knee_2_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    knee_3_rad
+        Of the third; 0 to 100.
+    knee_3_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    knee_4_rad
+        Of the fourth; 0 to 100.
+    knee_4_nm_per_rad
+        Stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6.
+    """
+
+    _: KW_ONLY
+    knee_1_rad: float = 0.0
+    knee_1_nm_per_rad: float = 0.0
+    knee_2_rad: float = 0.0
+    knee_2_nm_per_rad: float = 0.0
+    knee_3_rad: float = 0.0
+    knee_3_nm_per_rad: float = 0.0
+    knee_4_rad: float = 0.0
+    knee_4_nm_per_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class CalibrationConfig:
+    """How well the values of actuator and shaft are known, and since when.
+
+    It is about the values that the device has as it takes this: as soon as one is another,
+    `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not
+    measured.
+
+    Set only while disarmed.
+
+    Attributes
+    ----------
+    values_are
+        On what they are based.
+    calibrated_unix_s
+        When they were measured, in seconds since 1970; 0: never; 0 to 4294967300.
+    ambient_k
+        How warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000.
+    calibrated_rate_hz
+        Of control, when they were measured; 0 to 1e6.
+    sigma_knob_inertia_kg_m2
+        Of `knob_inertia_kg_m2`; 0 to 1e6.
+    sigma_knob_coulomb_nm
+        Of `knob_coulomb_nm`; 0 to 1e6.
+    sigma_knob_viscous_nm_s_per_rad
+        Of `knob_viscous_nm_s_per_rad`; 0 to 1e6.
+    sigma_spring_stiffness_nm_per_rad
+        Of `spring_stiffness_nm_per_rad`; 0 to 1e6.
+    sigma_knee_1_rad
+        Of `knee_1_rad`; 0 to 1e6.
+    sigma_knee_1_nm_per_rad
+        Of `knee_1_nm_per_rad`; 0 to 1e6.
+    sigma_brake_drag_nm
+        Of `brake_drag_nm`; 0 to 1e6.
+    sigma_brake_time_constant_s
+        Of `brake_time_constant_s`; 0 to 1e6.
+    sigma_brake_release_time_constant_s
+        Of `brake_release_time_constant_s`; 0 to 1e6.
+    sigma_brake_inertia_kg_m2
+        Of `brake_inertia_kg_m2`; 0 to 1e6.
+    sigma_brake_hysteresis_nm
+        Of `brake_hysteresis_nm`; 0 to 1e6.
+    """
+
+    _: KW_ONLY
+    values_are: Literal["assumed", "stated", "measured"] = "assumed"
+    calibrated_unix_s: int = 0
+    ambient_k: float = 0.0
+    calibrated_rate_hz: float = 0.0
+    sigma_knob_inertia_kg_m2: float = 0.0
+    sigma_knob_coulomb_nm: float = 0.0
+    sigma_knob_viscous_nm_s_per_rad: float = 0.0
+    sigma_spring_stiffness_nm_per_rad: float = 0.0
+    sigma_knee_1_rad: float = 0.0
+    sigma_knee_1_nm_per_rad: float = 0.0
+    sigma_brake_drag_nm: float = 0.0
+    sigma_brake_time_constant_s: float = 0.0
+    sigma_brake_release_time_constant_s: float = 0.0
+    sigma_brake_inertia_kg_m2: float = 0.0
+    sigma_brake_hysteresis_nm: float = 0.0

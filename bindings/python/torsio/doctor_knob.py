@@ -19,8 +19,9 @@ _DRIFT_LIMIT_PPM = 200.0
 _SLOW_ROUND_TRIP_S = 10e-3
 
 _HOW_TO_CONFIRM = (
-    "set the values of motor, brake and encoder (docs/hardware.md, first power), run `torsio "
-    "calibrate`, then `torsio config set confirmed=on`"
+    "set the values of motor, brake and encoder (docs/hardware.md, first power), then `torsio "
+    "config set confirmed=on`, and `torsio calibrate`; who answers for the values sets "
+    "values_are=stated instead"
 )
 _HOW_TO_LIMIT = (
     "set a speed that your hand never gives the knob, as in `torsio config set "
@@ -111,7 +112,10 @@ def limits_text(limits: Limits) -> str:
 def missing(board: str, limits: Limits) -> tuple[str, str] | None:
     """Say what a knob still lacks and what to do about it; None: nothing."""
     if limits.held_low:
-        return "nobody has confirmed the parts of this board, so it gives little", _HOW_TO_CONFIRM
+        return (
+            "nobody has confirmed the parts of this board, or their values are assumed, so it "
+            "gives little"
+        ), _HOW_TO_CONFIRM
     if board != "emulated" and limits.speed_limit_rad_s == 0:
         return "this board has no speed limit", _HOW_TO_LIMIT
     return None

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Literal
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig
 from torsio.game_port import GamePort
 from torsio.hands import Hand
 from torsio.plant import ElectricsState, PlantParams
@@ -49,7 +49,7 @@ class EmulatorOptions:
         The simulated actuator, and who holds it; None is the reference actuator, and nobody.
     serial
         At most 16 ASCII characters; empty: derived from the device's name.
-    actuator, control, board, game
+    actuator, control, board, game, shaft
         Configuration at power-up, in place of what the device has stored, or of its defaults.
     paced
         False: time is virtual and passes only inside calls that wait, as fast as it can be
@@ -75,6 +75,7 @@ class EmulatorOptions:
     control: ControlConfig | None = None
     board: BoardConfig | None = None
     game: GameConfig | None = None
+    shaft: ShaftConfig | None = None
     paced: bool = False
     log_truth: bool = False
     log_inputs: bool = False
@@ -94,6 +95,7 @@ class EmulatorOptions:
             ("control", ControlConfig),
             ("board", BoardConfig),
             ("game", GameConfig),
+            ("shaft", ShaftConfig),
         ):
             value = getattr(self, name)
             checks.kind(name, value, (wanted, type(None)), f"a torsio.{wanted.__name__} or None")

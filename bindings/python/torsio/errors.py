@@ -110,7 +110,7 @@ class Disarmed(Error, RuntimeError):
 
 
 class HeldLowWarning(UserWarning):
-    """`Knob.arm` has armed a board that gives little, because nobody has confirmed its parts."""
+    """`Knob.arm` has armed a board that gives little: its parts are not confirmed, or not known."""
 
 
 class DisarmedWarning(UserWarning):

@@ -136,7 +136,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         return Energies(**self._knob.energies())
 
     def limits(self) -> Limits:
-        """Tell the most that the device gives, and whether it is held low until confirmed."""
+        """Tell the most that the device gives, and whether it is held low."""
         return Limits(**self._knob.limits())
 
     def faults(self) -> tuple[str, ...]:
@@ -171,8 +171,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def arm(self) -> None:
         """Torque on. Raises `Refused` while a fault is latched.
 
-        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed, which gives
-        little; `limits` tells how much.
+        Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows,
+        which gives little; `limits` tells how much.
         """
         self._recording.note("arm")
         self._knob.arm()

@@ -7,19 +7,30 @@ from difflib import get_close_matches
 from typing import Any, Final, TypeAlias
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import (
+    ActuatorConfig,
+    BoardConfig,
+    CalibrationConfig,
+    ControlConfig,
+    GameConfig,
+    ShaftConfig,
+)
 from torsio.knob_recording import KnobRecording
 from torsio.records import StableStiffness
 
 __all__ = ["CONFIGS", "Config", "KnobConfiguration"]
 
-Config: TypeAlias = ActuatorConfig | BoardConfig | ControlConfig | GameConfig
+Config: TypeAlias = (
+    ActuatorConfig | BoardConfig | ControlConfig | GameConfig | ShaftConfig | CalibrationConfig
+)
 
 CONFIGS: Final[dict[str, type[Config]]] = {
     "actuator": ActuatorConfig,
     "control": ControlConfig,
     "board": BoardConfig,
     "game": GameConfig,
+    "shaft": ShaftConfig,
+    "calibration": CalibrationConfig,
 }
 """All there are; the report of one is called NAME_config."""
 
@@ -52,6 +63,14 @@ class KnobConfiguration:
         """Ask the device what games may do."""
         return GameConfig(**self._knob.game_config())
 
+    def shaft_config(self) -> ShaftConfig:
+        """Ask the device where its shaft bends."""
+        return ShaftConfig(**self._knob.shaft_config())
+
+    def calibration_config(self) -> CalibrationConfig:
+        """Ask the device how well the values of actuator and shaft are known."""
+        return CalibrationConfig(**self._knob.calibration_config())
+
     def configure(self, config: Config) -> None:
         """Set a whole configuration while disarmed.
 
@@ -78,8 +97,9 @@ class KnobConfiguration:
         Parameters
         ----------
         changes
-            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig` and `GameConfig`, as
-            in ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
+            Fields of one of `ActuatorConfig`, `ControlConfig`, `BoardConfig`, `GameConfig`,
+            `ShaftConfig` and `CalibrationConfig`, as in
+            ``knob.update(law="compensated", speed_limit_rad_s=40.0)``.
 
         Raises
         ------

@@ -10,12 +10,13 @@ __all__ = ["disarmed", "held_low", "too_stiff"]
 
 
 def held_low(limits: Limits) -> HeldLowWarning:
-    """Say what a board gives whose parts nobody has confirmed, and how to confirm them."""
+    """Say what a board gives whose parts nobody has confirmed or knows, and what ends that."""
     return HeldLowWarning(
-        f"nobody has confirmed the parts of this board, so it gives "
+        f"nobody has confirmed the parts of this board, or their values are assumed, so it gives "
         f"{1e3 * limits.motor_torque_max_nm:.3g} mN m and {limits.speed_limit_rad_s:g} rad/s at "
-        "most: set what motor, brake and encoder it has (docs/hardware.md, first power), "
-        "calibrate, then knob.update(confirmed=True) and knob.save()"
+        "most: set what motor, brake and encoder it has (docs/hardware.md, first power), then "
+        "knob.update(confirmed=True) and knob.save(), and calibrate; who answers for the values "
+        "does knob.update(values_are='stated') instead"
     )
 
 

@@ -6,7 +6,7 @@ from math import pi, sin
 from typing import Any, TypeVar
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig
+from torsio.config import ActuatorConfig, ShaftConfig
 
 _Shape = TypeVar("_Shape", bound="CoggingShapes")
 
@@ -35,3 +35,7 @@ class PlantMethods:
     def matching_config(self) -> ActuatorConfig:
         """Give the configuration of a device that was calibrated perfectly to this plant."""
         return ActuatorConfig(**_torsio.matching_config(self))  # type: ignore[arg-type]
+
+    def matching_shaft(self) -> ShaftConfig:
+        """Give the same of its shaft: the knee where it hardens."""
+        return ShaftConfig(**_torsio.matching_shaft(self))  # type: ignore[arg-type]

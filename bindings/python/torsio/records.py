@@ -229,8 +229,8 @@ class Limits:
     speed_limit_rad_s
         More is a fault; 0: no limit.
     held_low
-        Nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
-        board's configuration ends it.
+        Nobody has confirmed the parts of this real board, or their values are assumed, so it gives
+        little; `confirmed` and a calibration end it.
     """
 
     motor_torque_max_nm: float

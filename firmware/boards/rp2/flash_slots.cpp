@@ -9,7 +9,7 @@
 namespace torsio::boards {
 namespace {
 
-static_assert(device::kSlotSize == FLASH_PAGE_SIZE);
+static_assert(device::kSlotSize % FLASH_PAGE_SIZE == 0 && device::kSlotSize <= FLASH_SECTOR_SIZE);
 
 std::uint32_t offset_of(std::uint8_t slot) {
   return PICO_FLASH_SIZE_BYTES - (2U - slot) * FLASH_SECTOR_SIZE;

@@ -148,8 +148,8 @@ BOARD_CONFIG = _configuration(
     ),
     switch(
         "confirmed", e.TOGGLE,
-        "on: somebody has checked that these are the parts. Until then a real board holds torques and "
-        "speed low. Acts at once",
+        "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer "
+        "`assumed`, a real board holds torques and speed low. Acts at once",
     ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(
@@ -232,4 +232,64 @@ GAME_CONFIG = _configuration(
     ),
 )  # fmt: skip
 
-CONFIGURATIONS = (ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG)
+
+def _knee(number_: int, place: str) -> tuple[Field, Field]:
+    return (
+        number(f"knee_{number_}_rad", "rad", 0.0, 100.0, place),
+        number(
+            f"knee_{number_}_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
+            "stiffness from there on; more than 0, so that the torque always grows",
+        ),
+    )  # fmt: skip
+
+
+SHAFT_CONFIG = _configuration(
+    0x0A,
+    "ShaftConfig",
+    "How the shaft's spring goes on where it is not one straight line. Up to the first knee its "
+    "stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike.",
+    "Set only while disarmed.",
+    *_knee(1, "twist of the first knee; 0: the spring is one straight line"),
+    *_knee(2, "of the second, beyond the first; 0: there is none"),
+    *_knee(3, "of the third"),
+    *_knee(4, "of the fourth"),
+)
+
+
+def _sigma(field: str, unit: str) -> Field:
+    return number(f"sigma_{field}", unit, 0.0, 1e6, f"of `{field}`")
+
+
+CALIBRATION_CONFIG = _configuration(
+    0x0B,
+    "CalibrationConfig",
+    "How well the values of actuator and shaft are known, and since when. It is about the values that "
+    "the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A "
+    "`sigma` is the standard uncertainty of a value; 0: it was not measured.",
+    "Set only while disarmed.",
+    choice("values_are", e.BASIS, "on what they are based"),
+    whole(
+        "calibrated_unix_s", "u32", 0, 2**32 - 1,
+        "when they were measured, in seconds since 1970; 0: never",
+    ),
+    number(
+        "ambient_k", "K", 0.0, 1000.0,
+        "how warm it was, as whoever measured them has said; 0: nobody did",
+    ),
+    number("calibrated_rate_hz", "Hz", 0.0, 1e6, "of control, when they were measured"),
+    _sigma("knob_inertia_kg_m2", "kg m^2"),
+    _sigma("knob_coulomb_nm", "N m"),
+    _sigma("knob_viscous_nm_s_per_rad", "N m s/rad"),
+    _sigma("spring_stiffness_nm_per_rad", "N m/rad"),
+    _sigma("knee_1_rad", "rad"),
+    _sigma("knee_1_nm_per_rad", "N m/rad"),
+    _sigma("brake_drag_nm", "N m"),
+    _sigma("brake_time_constant_s", "s"),
+    _sigma("brake_release_time_constant_s", "s"),
+    _sigma("brake_inertia_kg_m2", "kg m^2"),
+    _sigma("brake_hysteresis_nm", "N m"),
+)  # fmt: skip
+
+CONFIGURATIONS = (
+    ACTUATOR_CONFIG, CONTROL_CONFIG, BOARD_CONFIG, GAME_CONFIG, SHAFT_CONFIG, CALIBRATION_CONFIG,
+)  # fmt: skip

@@ -45,6 +45,14 @@ LAW = enumeration(
     ),
 )
 
+BASIS = enumeration(
+    "Basis",
+    "On what the values of actuator and shaft are based.",
+    Value("assumed", "on data sheets: nobody has looked, or one of them was changed since"),
+    Value("stated", "somebody answers for them"),
+    Value("measured", "on a calibration"),
+)
+
 PERSONALITY = enumeration(
     "Personality",
     "What the interface beside the SDK's is to the computer.",

@@ -103,8 +103,8 @@ LIMITS = Structure(
         for_hosts(
             switch(
                 "held_low", e.TOGGLE,
-                "nobody has confirmed the parts of this real board, so it gives little; "
-                "`confirmed` of the board's configuration ends it",
+                "nobody has confirmed the parts of this real board, or their values are assumed, so it "
+                "gives little; `confirmed` and a calibration end it",
             )
         ),
     ),

@@ -129,7 +129,7 @@ LEDGER = Structure(
         ),
         raw("spring_twice", "i64", "given to the knob by the shaft's spring, twice the same"),
         raw("spring", "i32", "that spring's torque on the knob now", "2^-23 N m"),
-        raw("spring_stiffness_nm_per_rad", "f32", "of the shaft, by the configuration", "N m/rad"),
+        raw("stored_j", "f32", "energy of that spring now, by the configuration", "J"),
         raw(
             "bound_nm_per_rad", "f32",
             "the stiffest that is rendered now; 0 without a scene, or with a law that bounds nothing",

@@ -66,6 +66,7 @@ typedef struct torsio_emulator_options {
   const torsio_control_config* control;  ///< the same
   const torsio_board_config* board;      ///< the same
   const torsio_game_config* game;        ///< the same
+  const torsio_shaft_config* shaft;      ///< the same
   bool paced;                            ///< true: its time is the wall clock's
   bool log_truth;                        ///< keep what no sensor sees for torsio_emulator_truth()
 } torsio_emulator_options;

@@ -74,6 +74,15 @@ typedef enum torsio_law {
 } torsio_law;
 TORSIO_API const char* torsio_law_name(int32_t value);
 
+/// On what the values of actuator and shaft are based.
+typedef enum torsio_basis {
+  TORSIO_BASIS_ASSUMED =
+      0,                    ///< on data sheets: nobody has looked, or one of them was changed since
+  TORSIO_BASIS_STATED = 1,  ///< somebody answers for them
+  TORSIO_BASIS_MEASURED = 2,  ///< on a calibration
+} torsio_basis;
+TORSIO_API const char* torsio_basis_name(int32_t value);
+
 /// What the interface beside the SDK's is to the computer.
 typedef enum torsio_personality {
   TORSIO_PERSONALITY_GAME_CONTROLLER = 0,  ///< a joystick's axis with force feedback
@@ -542,8 +551,8 @@ typedef struct torsio_board_config {
   double brake_inductance_h;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed;
-  /// true: somebody has checked that these are the parts. Until then a real board holds torques and
-  /// speed low. Acts at once
+  /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
+  /// longer `assumed`, a real board holds torques and speed low. Acts at once
   bool confirmed;
   /// GPIO of A; B is the next one; 0 to 28; at first 2
   int32_t encoder_pin;
@@ -607,6 +616,68 @@ typedef struct torsio_game_config {
   double dial_torque_nm;
 } torsio_game_config;
 TORSIO_API torsio_result torsio_game_config_init(torsio_game_config* structure);
+
+/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
+/// disarmed.
+typedef struct torsio_shaft_config {
+  uint32_t struct_size;  ///< bytes of a torsio_shaft_config
+  /// twist of the first knee; 0: the spring is one straight line; 0 to 100
+  double knee_1_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_1_nm_per_rad;
+  /// of the second, beyond the first; 0: there is none; 0 to 100
+  double knee_2_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_2_nm_per_rad;
+  /// of the third; 0 to 100
+  double knee_3_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_3_nm_per_rad;
+  /// of the fourth; 0 to 100
+  double knee_4_rad;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_4_nm_per_rad;
+} torsio_shaft_config;
+TORSIO_API torsio_result torsio_shaft_config_init(torsio_shaft_config* structure);
+
+/// How well the values of actuator and shaft are known, and since when. It is about the values that
+/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
+/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+typedef struct torsio_calibration_config {
+  uint32_t struct_size;  ///< bytes of a torsio_calibration_config
+  /// a torsio_basis: on what they are based; at first assumed
+  int32_t values_are;
+  /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
+  uint32_t calibrated_unix_s;
+  /// how warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000
+  double ambient_k;
+  /// of control, when they were measured; 0 to 1e6
+  double calibrated_rate_hz;
+  /// of `knob_inertia_kg_m2`; 0 to 1e6
+  double sigma_knob_inertia_kg_m2;
+  /// of `knob_coulomb_nm`; 0 to 1e6
+  double sigma_knob_coulomb_nm;
+  /// of `knob_viscous_nm_s_per_rad`; 0 to 1e6
+  double sigma_knob_viscous_nm_s_per_rad;
+  /// of `spring_stiffness_nm_per_rad`; 0 to 1e6
+  double sigma_spring_stiffness_nm_per_rad;
+  /// of `knee_1_rad`; 0 to 1e6
+  double sigma_knee_1_rad;
+  /// of `knee_1_nm_per_rad`; 0 to 1e6
+  double sigma_knee_1_nm_per_rad;
+  /// of `brake_drag_nm`; 0 to 1e6
+  double sigma_brake_drag_nm;
+  /// of `brake_time_constant_s`; 0 to 1e6
+  double sigma_brake_time_constant_s;
+  /// of `brake_release_time_constant_s`; 0 to 1e6
+  double sigma_brake_release_time_constant_s;
+  /// of `brake_inertia_kg_m2`; 0 to 1e6
+  double sigma_brake_inertia_kg_m2;
+  /// of `brake_hysteresis_nm`; 0 to 1e6
+  double sigma_brake_hysteresis_nm;
+} torsio_calibration_config;
+TORSIO_API torsio_result torsio_calibration_config_init(torsio_calibration_config* structure);
 
 /// A torque on the knob that does not depend on its motion, such as a weight on a string.
 typedef struct torsio_torque_hand {
@@ -932,8 +1003,8 @@ typedef struct torsio_limits {
   double brake_torque_max_nm;
   /// more is a fault; 0: no limit
   double speed_limit_rad_s;
-  /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
-  /// board's configuration ends it
+  /// nobody has confirmed the parts of this real board, or their values are assumed, so it gives
+  /// little; `confirmed` and a calibration end it
   bool held_low;
 } torsio_limits;
 TORSIO_API torsio_result torsio_limits_init(torsio_limits* structure);
@@ -1141,6 +1212,13 @@ TORSIO_API torsio_result torsio_knob_set_board_config(torsio_knob* knob,
 TORSIO_API torsio_result torsio_knob_game_config(torsio_knob* knob, torsio_game_config* config);
 TORSIO_API torsio_result torsio_knob_set_game_config(torsio_knob* knob,
                                                      const torsio_game_config* config);
+TORSIO_API torsio_result torsio_knob_shaft_config(torsio_knob* knob, torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_set_shaft_config(torsio_knob* knob,
+                                                      const torsio_shaft_config* config);
+TORSIO_API torsio_result torsio_knob_calibration_config(torsio_knob* knob,
+                                                        torsio_calibration_config* config);
+TORSIO_API torsio_result
+torsio_knob_set_calibration_config(torsio_knob* knob, const torsio_calibration_config* config);
 
 #ifdef __cplusplus
 }

@@ -43,6 +43,9 @@ torsio::EmulatorOptions options_of(const torsio_emulator_options& from) {
   if (from.game != nullptr) {
     to.game = from_c(need_sized(from.game, "game", "torsio_game_config"));
   }
+  if (from.shaft != nullptr) {
+    to.shaft = from_c(need_sized(from.shaft, "shaft", "torsio_shaft_config"));
+  }
   to.paced = torsio::c::flag(from.paced);
   to.log_truth = torsio::c::flag(from.log_truth);
   return to;

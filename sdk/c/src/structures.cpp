@@ -27,6 +27,9 @@ const char* torsio_ends_name(std::int32_t value) {
 const char* torsio_law_name(std::int32_t value) {
   return torsio::c::value_name<torsio::Law>(value);
 }
+const char* torsio_basis_name(std::int32_t value) {
+  return torsio::c::value_name<torsio::Basis>(value);
+}
 const char* torsio_personality_name(std::int32_t value) {
   return torsio::c::value_name<torsio::Personality>(value);
 }
@@ -111,6 +114,12 @@ torsio_result torsio_board_config_init(torsio_board_config* structure) {
 }
 torsio_result torsio_game_config_init(torsio_game_config* structure) {
   return torsio::c::init<torsio::GameConfig>(structure);
+}
+torsio_result torsio_shaft_config_init(torsio_shaft_config* structure) {
+  return torsio::c::init<torsio::ShaftConfig>(structure);
+}
+torsio_result torsio_calibration_config_init(torsio_calibration_config* structure) {
+  return torsio::c::init<torsio::CalibrationConfig>(structure);
 }
 torsio_result torsio_torque_hand_init(torsio_torque_hand* structure) {
   return torsio::c::init<torsio::TorqueHand>(structure);
@@ -235,4 +244,18 @@ torsio_result torsio_knob_game_config(torsio_knob* knob, torsio_game_config* con
 }
 torsio_result torsio_knob_set_game_config(torsio_knob* knob, const torsio_game_config* config) {
   return torsio::c::configure<torsio::GameConfig>(knob, config, "torsio_game_config");
+}
+torsio_result torsio_knob_shaft_config(torsio_knob* knob, torsio_shaft_config* config) {
+  return torsio::c::get(knob, config, "torsio_shaft_config", &torsio::Knob::shaft_config);
+}
+torsio_result torsio_knob_set_shaft_config(torsio_knob* knob, const torsio_shaft_config* config) {
+  return torsio::c::configure<torsio::ShaftConfig>(knob, config, "torsio_shaft_config");
+}
+torsio_result torsio_knob_calibration_config(torsio_knob* knob, torsio_calibration_config* config) {
+  return torsio::c::get(knob, config, "torsio_calibration_config",
+                        &torsio::Knob::calibration_config);
+}
+torsio_result torsio_knob_set_calibration_config(torsio_knob* knob,
+                                                 const torsio_calibration_config* config) {
+  return torsio::c::configure<torsio::CalibrationConfig>(knob, config, "torsio_calibration_config");
 }

@@ -244,6 +244,37 @@ inline GameConfig from_c(const torsio_game_config& from) {
   to.dial_torque_nm = from.dial_torque_nm;
   return to;
 }
+inline ShaftConfig from_c(const torsio_shaft_config& from) {
+  ShaftConfig to;
+  to.knee_1_rad = from.knee_1_rad;
+  to.knee_1_nm_per_rad = from.knee_1_nm_per_rad;
+  to.knee_2_rad = from.knee_2_rad;
+  to.knee_2_nm_per_rad = from.knee_2_nm_per_rad;
+  to.knee_3_rad = from.knee_3_rad;
+  to.knee_3_nm_per_rad = from.knee_3_nm_per_rad;
+  to.knee_4_rad = from.knee_4_rad;
+  to.knee_4_nm_per_rad = from.knee_4_nm_per_rad;
+  return to;
+}
+inline CalibrationConfig from_c(const torsio_calibration_config& from) {
+  CalibrationConfig to;
+  to.values_are = choice<Basis>(from.values_are, "values_are");
+  to.calibrated_unix_s = from.calibrated_unix_s;
+  to.ambient_k = from.ambient_k;
+  to.calibrated_rate_hz = from.calibrated_rate_hz;
+  to.sigma_knob_inertia_kg_m2 = from.sigma_knob_inertia_kg_m2;
+  to.sigma_knob_coulomb_nm = from.sigma_knob_coulomb_nm;
+  to.sigma_knob_viscous_nm_s_per_rad = from.sigma_knob_viscous_nm_s_per_rad;
+  to.sigma_spring_stiffness_nm_per_rad = from.sigma_spring_stiffness_nm_per_rad;
+  to.sigma_knee_1_rad = from.sigma_knee_1_rad;
+  to.sigma_knee_1_nm_per_rad = from.sigma_knee_1_nm_per_rad;
+  to.sigma_brake_drag_nm = from.sigma_brake_drag_nm;
+  to.sigma_brake_time_constant_s = from.sigma_brake_time_constant_s;
+  to.sigma_brake_release_time_constant_s = from.sigma_brake_release_time_constant_s;
+  to.sigma_brake_inertia_kg_m2 = from.sigma_brake_inertia_kg_m2;
+  to.sigma_brake_hysteresis_nm = from.sigma_brake_hysteresis_nm;
+  return to;
+}
 inline TorqueHand from_c(const torsio_torque_hand& from) {
   TorqueHand to;
   take(to.torque_nm, from.torque_nm, from.torque_nm_count, "torque_nm");
@@ -577,6 +608,39 @@ inline torsio_game_config to_c([[maybe_unused]] const GameConfig& from) {
   to.dial_use = static_cast<std::int32_t>(from.dial_use);
   to.dial_detents = from.dial_detents;
   to.dial_torque_nm = from.dial_torque_nm;
+  return to;
+}
+inline torsio_shaft_config to_c([[maybe_unused]] const ShaftConfig& from) {
+  torsio_shaft_config to{};
+  to.struct_size = sizeof(torsio_shaft_config);
+  to.knee_1_rad = from.knee_1_rad;
+  to.knee_1_nm_per_rad = from.knee_1_nm_per_rad;
+  to.knee_2_rad = from.knee_2_rad;
+  to.knee_2_nm_per_rad = from.knee_2_nm_per_rad;
+  to.knee_3_rad = from.knee_3_rad;
+  to.knee_3_nm_per_rad = from.knee_3_nm_per_rad;
+  to.knee_4_rad = from.knee_4_rad;
+  to.knee_4_nm_per_rad = from.knee_4_nm_per_rad;
+  return to;
+}
+inline torsio_calibration_config to_c([[maybe_unused]] const CalibrationConfig& from) {
+  torsio_calibration_config to{};
+  to.struct_size = sizeof(torsio_calibration_config);
+  to.values_are = static_cast<std::int32_t>(from.values_are);
+  to.calibrated_unix_s = from.calibrated_unix_s;
+  to.ambient_k = from.ambient_k;
+  to.calibrated_rate_hz = from.calibrated_rate_hz;
+  to.sigma_knob_inertia_kg_m2 = from.sigma_knob_inertia_kg_m2;
+  to.sigma_knob_coulomb_nm = from.sigma_knob_coulomb_nm;
+  to.sigma_knob_viscous_nm_s_per_rad = from.sigma_knob_viscous_nm_s_per_rad;
+  to.sigma_spring_stiffness_nm_per_rad = from.sigma_spring_stiffness_nm_per_rad;
+  to.sigma_knee_1_rad = from.sigma_knee_1_rad;
+  to.sigma_knee_1_nm_per_rad = from.sigma_knee_1_nm_per_rad;
+  to.sigma_brake_drag_nm = from.sigma_brake_drag_nm;
+  to.sigma_brake_time_constant_s = from.sigma_brake_time_constant_s;
+  to.sigma_brake_release_time_constant_s = from.sigma_brake_release_time_constant_s;
+  to.sigma_brake_inertia_kg_m2 = from.sigma_brake_inertia_kg_m2;
+  to.sigma_brake_hysteresis_nm = from.sigma_brake_hysteresis_nm;
   return to;
 }
 inline torsio_torque_hand to_c([[maybe_unused]] const TorqueHand& from) {

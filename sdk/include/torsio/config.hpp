@@ -19,6 +19,13 @@ enum class Law : std::uint8_t {
   calibrated,   ///< as compensated, and no wall buzzes: what the parts cannot render is bounded
 };
 
+/// On what the values of actuator and shaft are based.
+enum class Basis : std::uint8_t {
+  assumed,   ///< on data sheets: nobody has looked, or one of them was changed since
+  stated,    ///< somebody answers for them
+  measured,  ///< on a calibration
+};
+
 /// What the interface beside the SDK's is to the computer.
 enum class Personality : std::uint8_t {
   game_controller,  ///< a joystick's axis with force feedback
@@ -100,8 +107,8 @@ struct BoardConfig {
   double brake_inductance_h = 0.0;
   /// true: a current into the first motor pin turns the knob to smaller angles
   bool motor_reversed = false;
-  /// true: somebody has checked that these are the parts. Until then a real board holds torques and
-  /// speed low. Acts at once
+  /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
+  /// longer `assumed`, a real board holds torques and speed low. Acts at once
   bool confirmed = false;
   int encoder_pin = 2;  ///< GPIO of A; B is the next one; 0 to 28
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28
@@ -145,6 +152,49 @@ struct GameConfig {
   int dial_detents = 24;              ///< of a dial, in a turn; 1 to 240
   /// of a dial between two detents, no more than is stable; 0: it turns freely; 0 to 100
   double dial_torque_nm = 0.02;
+};
+
+/// How the shaft's spring goes on where it is not one straight line. Up to the first knee its
+/// stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways are alike. Set only while
+/// disarmed.
+struct ShaftConfig {
+  /// twist of the first knee; 0: the spring is one straight line; 0 to 100
+  double knee_1_rad = 0.0;
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_1_nm_per_rad = 0.0;
+  double knee_2_rad = 0.0;  ///< of the second, beyond the first; 0: there is none; 0 to 100
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_2_nm_per_rad = 0.0;
+  double knee_3_rad = 0.0;  ///< of the third; 0 to 100
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_3_nm_per_rad = 0.0;
+  double knee_4_rad = 0.0;  ///< of the fourth; 0 to 100
+  /// stiffness from there on; more than 0, so that the torque always grows; 0 to 1e6
+  double knee_4_nm_per_rad = 0.0;
+};
+
+/// How well the values of actuator and shaft are known, and since when. It is about the values that
+/// the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A
+/// `sigma` is the standard uncertainty of a value; 0: it was not measured. Set only while disarmed.
+struct CalibrationConfig {
+  Basis values_are = Basis::assumed;  ///< on what they are based
+  /// when they were measured, in seconds since 1970; 0: never; 0 to 4294967300
+  std::uint32_t calibrated_unix_s = 0;
+  /// how warm it was, as whoever measured them has said; 0: nobody did; 0 to 1000
+  double ambient_k = 0.0;
+  double calibrated_rate_hz = 0.0;               ///< of control, when they were measured; 0 to 1e6
+  double sigma_knob_inertia_kg_m2 = 0.0;         ///< of `knob_inertia_kg_m2`; 0 to 1e6
+  double sigma_knob_coulomb_nm = 0.0;            ///< of `knob_coulomb_nm`; 0 to 1e6
+  double sigma_knob_viscous_nm_s_per_rad = 0.0;  ///< of `knob_viscous_nm_s_per_rad`; 0 to 1e6
+  double sigma_spring_stiffness_nm_per_rad = 0.0;  ///< of `spring_stiffness_nm_per_rad`; 0 to 1e6
+  double sigma_knee_1_rad = 0.0;                   ///< of `knee_1_rad`; 0 to 1e6
+  double sigma_knee_1_nm_per_rad = 0.0;            ///< of `knee_1_nm_per_rad`; 0 to 1e6
+  double sigma_brake_drag_nm = 0.0;                ///< of `brake_drag_nm`; 0 to 1e6
+  double sigma_brake_time_constant_s = 0.0;        ///< of `brake_time_constant_s`; 0 to 1e6
+  /// of `brake_release_time_constant_s`; 0 to 1e6
+  double sigma_brake_release_time_constant_s = 0.0;
+  double sigma_brake_inertia_kg_m2 = 0.0;  ///< of `brake_inertia_kg_m2`; 0 to 1e6
+  double sigma_brake_hysteresis_nm = 0.0;  ///< of `brake_hysteresis_nm`; 0 to 1e6
 };
 
 }  // namespace torsio

@@ -12,7 +12,8 @@
 namespace torsio {
 
 /// The configuration that the knob has: an object for each of `actuator_config`, `control_config`,
-/// `board_config` and `game_config`, with their fields by name.
+/// `board_config`, `game_config`, `shaft_config` and `calibration_config`, with their fields by
+/// name.
 /// @throws what Knob::actuator_config() does
 [[nodiscard]] TORSIO_EXPORT std::string dump_config(Knob& knob);
 

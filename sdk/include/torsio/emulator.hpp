@@ -18,6 +18,9 @@ namespace torsio {
 /// The device configuration that describes `plant`: a device that was calibrated perfectly.
 [[nodiscard]] TORSIO_EXPORT ActuatorConfig matching_config(const PlantParams& plant);
 
+/// The same of its shaft: the knee where it hardens.
+[[nodiscard]] TORSIO_EXPORT ShaftConfig matching_shaft(const PlantParams& plant);
+
 /// What an emulated knob is like, who holds it, and what is recorded of it.
 struct EmulatorOptions {
   std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
@@ -30,6 +33,7 @@ struct EmulatorOptions {
   std::optional<ControlConfig> control{};  ///< the same
   std::optional<BoardConfig> board{};      ///< a plant with electrics has use for it
   std::optional<GameConfig> game{};        ///< the same
+  std::optional<ShaftConfig> shaft{};      ///< the same
   /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
   /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
   /// with hardware.

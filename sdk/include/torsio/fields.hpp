@@ -44,6 +44,10 @@ struct Names<Law> {
                                                           "motor_only", "calibrated"};
 };
 template <>
+struct Names<Basis> {
+  static constexpr std::array<std::string_view, 3> values{"assumed", "stated", "measured"};
+};
+template <>
 struct Names<Personality> {
   static constexpr std::array<std::string_view, 2> values{"game_controller", "dial"};
 };
@@ -380,8 +384,8 @@ struct Fields<BoardConfig> {
       field("motor_reversed", &BoardConfig::motor_reversed, "", -kNoLimit, kNoLimit,
             "on: a current into the first motor pin turns the knob to smaller angles"),
       field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
-            "on: somebody has checked that these are the parts. Until then a real board holds "
-            "torques and speed low. Acts at once"),
+            "on: somebody has checked that these are the parts. Until then, and until `values_are` "
+            "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
       field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
             "GPIO of A; B is the next one"),
       field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,
@@ -433,6 +437,64 @@ struct Fields<GameConfig> {
       field("dial_detents", &GameConfig::dial_detents, "", 1.0, 240.0, "of a dial, in a turn"),
       field("dial_torque_nm", &GameConfig::dial_torque_nm, "N m", 0.0, 100.0,
             "of a dial between two detents, no more than is stable; 0: it turns freely"),
+  };
+};
+template <>
+struct Fields<ShaftConfig> {
+  static constexpr std::string_view name = "ShaftConfig";
+  static constexpr std::tuple list{
+      field("knee_1_rad", &ShaftConfig::knee_1_rad, "rad", 0.0, 100.0,
+            "twist of the first knee; 0: the spring is one straight line"),
+      field("knee_1_nm_per_rad", &ShaftConfig::knee_1_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+      field("knee_2_rad", &ShaftConfig::knee_2_rad, "rad", 0.0, 100.0,
+            "of the second, beyond the first; 0: there is none"),
+      field("knee_2_nm_per_rad", &ShaftConfig::knee_2_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+      field("knee_3_rad", &ShaftConfig::knee_3_rad, "rad", 0.0, 100.0, "of the third"),
+      field("knee_3_nm_per_rad", &ShaftConfig::knee_3_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+      field("knee_4_rad", &ShaftConfig::knee_4_rad, "rad", 0.0, 100.0, "of the fourth"),
+      field("knee_4_nm_per_rad", &ShaftConfig::knee_4_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "stiffness from there on; more than 0, so that the torque always grows"),
+  };
+};
+template <>
+struct Fields<CalibrationConfig> {
+  static constexpr std::string_view name = "CalibrationConfig";
+  static constexpr std::tuple list{
+      field("values_are", &CalibrationConfig::values_are, "", -kNoLimit, kNoLimit,
+            "on what they are based"),
+      field("calibrated_unix_s", &CalibrationConfig::calibrated_unix_s, "", 0.0, 4294967295.0,
+            "when they were measured, in seconds since 1970; 0: never"),
+      field("ambient_k", &CalibrationConfig::ambient_k, "K", 0.0, 1000.0,
+            "how warm it was, as whoever measured them has said; 0: nobody did"),
+      field("calibrated_rate_hz", &CalibrationConfig::calibrated_rate_hz, "Hz", 0.0, 1e6,
+            "of control, when they were measured"),
+      field("sigma_knob_inertia_kg_m2", &CalibrationConfig::sigma_knob_inertia_kg_m2, "kg m^2", 0.0,
+            1e6, "of `knob_inertia_kg_m2`"),
+      field("sigma_knob_coulomb_nm", &CalibrationConfig::sigma_knob_coulomb_nm, "N m", 0.0, 1e6,
+            "of `knob_coulomb_nm`"),
+      field("sigma_knob_viscous_nm_s_per_rad", &CalibrationConfig::sigma_knob_viscous_nm_s_per_rad,
+            "N m s/rad", 0.0, 1e6, "of `knob_viscous_nm_s_per_rad`"),
+      field("sigma_spring_stiffness_nm_per_rad",
+            &CalibrationConfig::sigma_spring_stiffness_nm_per_rad, "N m/rad", 0.0, 1e6,
+            "of `spring_stiffness_nm_per_rad`"),
+      field("sigma_knee_1_rad", &CalibrationConfig::sigma_knee_1_rad, "rad", 0.0, 1e6,
+            "of `knee_1_rad`"),
+      field("sigma_knee_1_nm_per_rad", &CalibrationConfig::sigma_knee_1_nm_per_rad, "N m/rad", 0.0,
+            1e6, "of `knee_1_nm_per_rad`"),
+      field("sigma_brake_drag_nm", &CalibrationConfig::sigma_brake_drag_nm, "N m", 0.0, 1e6,
+            "of `brake_drag_nm`"),
+      field("sigma_brake_time_constant_s", &CalibrationConfig::sigma_brake_time_constant_s, "s",
+            0.0, 1e6, "of `brake_time_constant_s`"),
+      field("sigma_brake_release_time_constant_s",
+            &CalibrationConfig::sigma_brake_release_time_constant_s, "s", 0.0, 1e6,
+            "of `brake_release_time_constant_s`"),
+      field("sigma_brake_inertia_kg_m2", &CalibrationConfig::sigma_brake_inertia_kg_m2, "kg m^2",
+            0.0, 1e6, "of `brake_inertia_kg_m2`"),
+      field("sigma_brake_hysteresis_nm", &CalibrationConfig::sigma_brake_hysteresis_nm, "N m", 0.0,
+            1e6, "of `brake_hysteresis_nm`"),
   };
 };
 template <>
@@ -573,8 +635,8 @@ struct Fields<Limits> {
       field("speed_limit_rad_s", &Limits::speed_limit_rad_s, "", -kNoLimit, kNoLimit,
             "more is a fault; 0: no limit"),
       field("held_low", &Limits::held_low, "", -kNoLimit, kNoLimit,
-            "nobody has confirmed the parts of this real board, so it gives little; `confirmed` of "
-            "the board's configuration ends it"),
+            "nobody has confirmed the parts of this real board, or their values are assumed, so it "
+            "gives little; `confirmed` and a calibration end it"),
   };
 };
 template <>

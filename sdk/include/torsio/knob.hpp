@@ -153,7 +153,8 @@ class TORSIO_EXPORT Knob {
   /// What motor, brake and shaft have done to the knob, if the law is `calibrated`; and how stiff
   /// a wall is rendered now. docs/theory.md, "No wall that buzzes".
   [[nodiscard]] Energies energies();
-  /// The most that the device gives now, and whether it is held low until its parts are confirmed.
+  /// The most that the device gives now, and whether it is held low until its parts are confirmed
+  /// and known.
   [[nodiscard]] Limits limits();
   [[nodiscard]] Clock clock();          ///< Time and position now, both exact.
   [[nodiscard]] double position_rad();  ///< The angle now, from the device's zero.
@@ -224,7 +225,9 @@ class TORSIO_EXPORT Knob {
   [[nodiscard]] ActuatorConfig actuator_config();  ///< What the device has: the actuator as built,
   [[nodiscard]] ControlConfig control_config();    ///< how it controls,
   [[nodiscard]] BoardConfig board_config();        ///< how it is wired,
-  [[nodiscard]] GameConfig game_config();          ///< what games may do.
+  [[nodiscard]] GameConfig game_config();          ///< what games may do,
+  [[nodiscard]] ShaftConfig shaft_config();        ///< where its shaft bends,
+  [[nodiscard]] CalibrationConfig calibration_config();  ///< how well all that is known.
   /// Sets a whole configuration: fields that were left at their defaults take these, whatever the
   /// device had. To change some and keep the rest there is update(). Another counts_per_rev also
   /// empties the scene; a board's wiring takes effect when the device starts the next time, if it
@@ -235,14 +238,19 @@ class TORSIO_EXPORT Knob {
   void configure(const ControlConfig& config);  ///< As above.
   void configure(const BoardConfig& config);    ///< As above.
   void configure(const GameConfig& config);     ///< As above.
+  void configure(const ShaftConfig& config);    ///< As above.
+  /// As above, of the values of actuator and shaft that the device has now.
+  void configure(const CalibrationConfig& config);
   /// Changes fields of a configuration and keeps the rest:
   /// `knob.update([](ControlConfig& control) { control.law = Law::compensated; })`.
   /// The type that `change` takes says which one.
   /// @throws as configure(), and what `change` throws
   void update(const std::function<void(ActuatorConfig&)>& change);
-  void update(const std::function<void(ControlConfig&)>& change);  ///< As above.
-  void update(const std::function<void(BoardConfig&)>& change);    ///< As above.
-  void update(const std::function<void(GameConfig&)>& change);     ///< As above.
+  void update(const std::function<void(ControlConfig&)>& change);      ///< As above.
+  void update(const std::function<void(BoardConfig&)>& change);        ///< As above.
+  void update(const std::function<void(GameConfig&)>& change);         ///< As above.
+  void update(const std::function<void(ShaftConfig&)>& change);        ///< As above.
+  void update(const std::function<void(CalibrationConfig&)>& change);  ///< As above.
   void save();           ///< Keeps the configuration over power-off. Returns when it is safe.
   void load_defaults();  ///< Configuration of a new device. @throws Refused (not_disarmed)
 

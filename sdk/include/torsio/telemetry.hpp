@@ -174,8 +174,8 @@ struct Limits {
   double motor_torque_continuous_max_nm = 0.0;  ///< the same for ever, as its winding stands it
   double brake_torque_max_nm = 0.0;             ///< of the brake
   double speed_limit_rad_s = 0.0;               ///< more is a fault; 0: no limit
-  /// nobody has confirmed the parts of this real board, so it gives little; `confirmed` of the
-  /// board's configuration ends it
+  /// nobody has confirmed the parts of this real board, or their values are assumed, so it gives
+  /// little; `confirmed` and a calibration end it
   bool held_low = false;
 };
 

@@ -35,6 +35,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   if (in.control) out.control = conversion::to_wire(*in.control);
   if (in.board) out.board = conversion::to_wire(*in.board);
   if (in.game) out.game = conversion::to_wire(*in.game);
+  if (in.shaft) out.shaft = conversion::to_wire(*in.shaft);
   out.log_truth = in.log_truth;
   out.log_inputs = in.log_inputs;
   return out;

@@ -1,6 +1,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -70,14 +71,15 @@ TEST_CASE("a tick follows the equations of the law in their order") {
 TEST_CASE("the motor follows the inertia behind the brake no further than half the friction") {
   core::ControllerParams params = reference_actuator();
   params.brake = core::make_brake_params(0.0F, 1e-3F, 2e-3F, 2e-3F);
-  params.brake_side = core::make_brake_side_params(4e-5F, 2.873F, 1e-3F, 6e-3F);
+  params.shaft = core::make_shaft_params(2.873F, std::array<core::ShaftKnee, core::kMostKnees>{},
+                                         4e-5F, 1e-3F, 6e-3F);
   params.partition.law = core::Law::calibrated;
   params.partition.beta = 0.0F;  // no current: the brake holds its drag
   params.bound.slope_nm_per_count = 1.0F;
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Constant{0.01F, {}};
   scene->active = 1;
-  const core::Overlay overlay = core::overlay_of(core::Law::calibrated);
+  const core::Overlay overlay = core::overlay_of(params);
   core::ControllerState state;
   double most_nm = 0.0;
   for (int i = 0; i < 200; ++i) {

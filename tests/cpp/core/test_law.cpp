@@ -1,6 +1,8 @@
 // Sensor, brake model, partition and limits against hand calculations and closed forms.
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
@@ -10,6 +12,7 @@
 #include "core/brake_model.hpp"
 #include "core/limits.hpp"
 #include "core/partition.hpp"
+#include "core/shaft.hpp"
 #include "core/soft_sensor.hpp"
 
 namespace core = torsio::core;
@@ -125,6 +128,179 @@ TEST_CASE("without inertia behind the brake, or without a spring, the bound is t
             Approx(expected_nm).scale(0.1).epsilon(1e-6));
     }
   }
+}
+
+namespace {
+
+constexpr std::array<core::ShaftKnee, core::kMostKnees> kKnees{
+    {{0.015F, 6.0F}, {0.02F, 1.5F}, {0.03F, 12.0F}, {0.035F, 20.0F}}};
+constexpr double kMostRad = 0.05;
+
+core::ShaftParams bent_shaft(float inertia_kg_m2 = 0.0F, float period_s = 1e-3F) {
+  return core::make_shaft_params(2.873F, kKnees, inertia_kg_m2, period_s, 6e-3F);
+}
+
+/// Its torque over the twist, corner by corner.
+double bent_torque_nm(double twist_rad) {
+  constexpr double kCorners[][2] = {{0.0, 0.0},       {0.015, 0.043095}, {0.02, 0.073095},
+                                    {0.03, 0.088095}, {0.035, 0.148095}, {1.0, 19.448095}};
+  const double twist = std::abs(twist_rad);
+  for (int i = 1;; ++i) {
+    const auto& [from_rad, from_nm] = kCorners[i - 1];
+    const auto& [to_rad, to_nm] = kCorners[i];
+    if (twist > to_rad) continue;
+    const double torque_nm = from_nm + (to_nm - from_nm) * (twist - from_rad) / (to_rad - from_rad);
+    return std::copysign(torque_nm, twist_rad);
+  }
+}
+
+/// By halving; the torque grows with the twist.
+double bent_twist_rad(double torque_nm) {
+  double low = -1.0;
+  double high = 1.0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (bent_torque_nm(middle) < torque_nm ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+TEST_CASE("a bent shaft is exact at its knees, in small steps and in one") {
+  const core::ShaftParams shaft = bent_shaft();
+  for (const core::ShaftKnee& knee : kKnees) {
+    for (const int steps : {1, 7, 1000}) {
+      for (const float way : {1.0F, -1.0F}) {
+        CAPTURE(knee.twist_rad);
+        CAPTURE(steps);
+        core::SoftSensorState state;
+        const float step_rad = way * knee.twist_rad / static_cast<float>(steps);
+        for (int i = 0; i < steps; ++i) {
+          (void)core::sense_bent_shaft<false>(state, shaft, step_rad, 1.0F);
+        }
+        const double expected_nm = -bent_torque_nm(static_cast<double>(way * knee.twist_rad));
+        CHECK(static_cast<double>(state.spring_torque_nm) ==
+              Approx(expected_nm).scale(0).epsilon(steps == 1 ? 2e-7 : 1e-4));
+        // And back, past the other side.
+        (void)core::sense_bent_shaft<false>(state, shaft, -3.0F * way * knee.twist_rad, 10.0F);
+        CHECK(static_cast<double>(state.spring_torque_nm) ==
+              Approx(-bent_torque_nm(-2.0 * static_cast<double>(way * knee.twist_rad)))
+                  .scale(0)
+                  .epsilon(1e-4));
+      }
+    }
+  }
+}
+
+TEST_CASE("a bent shaft slips at what the brake holds and is wound on its own curve") {
+  const core::ShaftParams shaft = bent_shaft();
+  core::SoftSensorState state;
+  double expected_nm = 0.0;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> way(-8e-3F, 8e-3F);
+  std::uniform_real_distribution<float> holds(0.0F, 0.2F);
+  float capacity_nm = 0.1F;
+  for (int i = 0; i < 20'000; ++i) {
+    const float delta_rad = way(random);
+    if (i % 10 == 0) capacity_nm = holds(random);
+    const auto most_nm = static_cast<double>(capacity_nm);
+    const double twist_rad = bent_twist_rad(expected_nm) - static_cast<double>(delta_rad);
+    expected_nm = std::clamp(bent_torque_nm(twist_rad), -most_nm, most_nm);
+    (void)core::sense_bent_shaft<false>(state, shaft, delta_rad, capacity_nm);
+    CHECK(static_cast<double>(state.spring_torque_nm) ==
+          Approx(expected_nm).scale(0.1).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("a shaft with knees beyond reach, or none, is the straight one to the bit") {
+  std::array<core::ShaftKnee, core::kMostKnees> far{};
+  far[0] = {50.0F, 9.0F};
+  for (const auto& knees : {far, std::array<core::ShaftKnee, core::kMostKnees>{}}) {
+    const core::ShaftParams shaft = core::make_shaft_params(2.873F, knees, 4e-5F, 1e-3F, 6e-3F);
+    core::SoftSensorState bent;
+    core::SoftSensorState straight;
+    std::mt19937 random(12);
+    std::uniform_real_distribution<float> way(-5e-3F, 5e-3F);
+    std::uniform_real_distribution<float> holds(0.0F, 0.1F);
+    for (int i = 0; i < 10'000; ++i) {
+      const float delta_rad = way(random);
+      const float capacity_nm = holds(random);
+      const float expected_nm =
+          core::sense_piece<true>(straight, shaft.middle(), delta_rad, capacity_nm);
+      CHECK(core::sense_bent_shaft<true>(bent, shaft, delta_rad, capacity_nm) == expected_nm);
+    }
+  }
+}
+
+// The same mass on the same curve, followed by steps of a tenth of the period.
+TEST_CASE("behind a brake that slips the brake's side swings on the bent curve") {
+  constexpr double kStepS = 2e-7;
+  const core::ShaftParams shaft = bent_shaft(4e-5F, 2e-6F);
+  core::SoftSensorState state;
+  (void)core::sense_bent_shaft<true>(state, shaft, -static_cast<float>(kMostRad), 10.0F);
+  double twist_rad = kMostRad;
+  double slide_rad_s = 0.0;
+  double most_nm = 0.0;
+  for (int i = 1; i <= 8000; ++i) {
+    for (int k = 0; k < 10; ++k) {
+      slide_rad_s += kStepS * bent_torque_nm(twist_rad) / 4e-5;
+      twist_rad -= kStepS * slide_rad_s;
+    }
+    const float spring_nm = core::sense_bent_shaft<true>(state, shaft, 0.0F, 0.0F);
+    most_nm = std::max(most_nm, -static_cast<double>(spring_nm));
+    CHECK(static_cast<double>(spring_nm) ==
+          Approx(bent_torque_nm(twist_rad)).scale(0.45).epsilon(0.02));
+  }
+  CHECK(most_nm > 0.4);  // it came to the other side
+}
+
+// The speed at the end of a tick is the one that goes with the torque then: friction holds B at
+// rest or takes all of it, and what is left turns its mass. Solved by halving.
+TEST_CASE("a tick across knees ends where curve, friction and mass agree") {
+  constexpr double kMass = 4e-5 / (1e-3 * 1e-3);
+  const core::ShaftParams shaft = bent_shaft(4e-5F, 1e-3F);
+  core::SoftSensorState state;
+  double wind_rad = 0.0;  // what the spring's torque is for
+  double slid_rad = 0.0;  // in the last tick
+  std::mt19937 random(13);
+  std::uniform_real_distribution<float> way(-8e-3F, 8e-3F);
+  std::uniform_real_distribution<float> holds(0.0F, 0.05F);
+  for (int i = 0; i < 20'000; ++i) {
+    const float delta_rad = way(random);
+    const float capacity_nm = holds(random);
+    const auto most_nm = static_cast<double>(capacity_nm);
+    wind_rad -= static_cast<double>(delta_rad);
+    const double drive_nm = bent_torque_nm(wind_rad) + kMass * slid_rad;
+    double low = -1.0;
+    double high = 1.0;
+    for (int k = 0; k < 60 && std::abs(drive_nm) > most_nm; ++k) {
+      const double slides = 0.5 * (low + high);
+      const double left_nm = bent_torque_nm(wind_rad - slides) - std::copysign(most_nm, drive_nm) -
+                             kMass * (slides - slid_rad);
+      (left_nm > 0.0 ? low : high) = slides;
+    }
+    slid_rad = std::abs(drive_nm) > most_nm ? 0.5 * (low + high) : 0.0;
+    wind_rad -= slid_rad;
+    (void)core::sense_bent_shaft<true>(state, shaft, delta_rad, capacity_nm);
+    REQUIRE(static_cast<double>(state.spring_torque_nm) ==
+            Approx(bent_torque_nm(wind_rad)).scale(0.1).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("what a bent shaft has stored is the work that wound it") {
+  const core::ShaftParams shaft = bent_shaft();
+  for (const double twist_rad : {0.0, 0.01, 0.015, 0.018, 0.025, 0.033, 0.05}) {
+    double work_j = 0.0;
+    for (int i = 0; i < 10'000; ++i) {
+      work_j += bent_torque_nm(twist_rad * (i + 0.5) / 10'000) * twist_rad / 10'000;
+    }
+    const auto torque_nm = static_cast<float>(bent_torque_nm(twist_rad));
+    CHECK(core::stored_energy_j(shaft, torque_nm) == Approx(work_j).epsilon(1e-4));
+    CHECK(core::stored_energy_j(shaft, -torque_nm) == Approx(work_j).epsilon(1e-4));
+  }
+  const core::ShaftParams none = core::make_shaft_params(0.0F, kKnees, 4e-5F, 1e-3F, 6e-3F);
+  CHECK(core::stored_energy_j(none, 0.01F) == 0.0F);
 }
 
 TEST_CASE(

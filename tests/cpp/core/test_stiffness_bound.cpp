@@ -151,7 +151,6 @@ TEST_CASE("a scene that is new comes up whole where the knob is; then its walls 
 TEST_CASE("the ordinary tick bounds as the one with everything in it does, to the bit") {
   ControllerParams params;
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
-  params.spring_stiffness_nm_per_rad = 2.873F;
   params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
   params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400};
   Scene scene;

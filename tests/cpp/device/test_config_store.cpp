@@ -146,7 +146,7 @@ void put_u32(torsio::device::SlotBytes& bytes, std::size_t at, std::uint32_t val
 
 /// Gives a slot the checksum that its bytes have.
 void seal(torsio::device::SlotBytes& bytes) {
-  put_u32(bytes, 252, torsio::device::crc32(std::span(bytes).first(252)));
+  put_u32(bytes, 508, torsio::device::crc32(std::span(bytes).first(508)));
 }
 
 }  // namespace
@@ -167,7 +167,7 @@ TEST_CASE(
   CHECK_FALSE(loads([](Bytes& bytes) { bytes[0] ^= 1; }));                  // the mark "TORS"
   CHECK_FALSE(loads([](Bytes& bytes) { put_u32(bytes, 4, 0x12345678); }));  // another layout
   // Each report begins with its id; a wrong one is none.
-  CHECK_FALSE(loads([](Bytes& bytes) { bytes[12] ^= 1; }));
+  CHECK_FALSE(loads([](Bytes& bytes) { bytes[16] ^= 1; }));
   const auto never = [](const BoardConfig&) {
     return std::optional<torsio::device::PinConflict>(torsio::device::PinConflict{});
   };
@@ -187,9 +187,35 @@ TEST_CASE("a stored value beyond its range makes its slot none, whichever report
   CHECK_FALSE(loads([](Config& c) { c.control.beta = 2.0F; }));
   CHECK_FALSE(loads([](Config& c) { c.board.light_pin = 200; }));
   CHECK_FALSE(loads([](Config& c) { c.game.gain = 100.0F; }));
+  CHECK_FALSE(loads([](Config& c) { c.shaft.knee_1_rad = 200.0F; }));
+  CHECK_FALSE(loads([](Config& c) { c.calibration.ambient_k = -1.0F; }));
   // In range each, but not together.
   CHECK_FALSE(loads([](Config& c) { c.actuator.brake_torque_min_nm = 0.2F; }));
   CHECK_FALSE(loads([](Config& c) { c.actuator.counter_bits = 8; }));
+  CHECK_FALSE(loads([](Config& c) { c.shaft.knee_1_rad = 0.01F; }));
+}
+
+TEST_CASE("what a calibration is about is saved with it") {
+  using torsio::device::calibration_now;
+  using torsio::protocol::Basis;
+  Config config;
+  config.shaft.knee_1_rad = 0.02F;
+  config.shaft.knee_1_nm_per_rad = 5.0F;
+  config.calibration.values_are = Basis::measured;
+  config.calibration.sigma_knee_1_rad = 1e-4F;
+  config.calibrated_values = torsio::device::values_checksum(config);
+  StoredSlots slots = torsio::device::empty_slots();
+  slots.slot[0] = ConfigStore(slots).prepare(config).bytes;
+  const std::optional<Config> loaded = ConfigStore(slots).loaded();
+  REQUIRE(loaded);
+  CHECK(loaded->calibration.sigma_knee_1_rad == 1e-4F);
+  CHECK(calibration_now(*loaded).values_are == Basis::measured);
+  Config other = *loaded;
+  other.shaft.knee_1_nm_per_rad = 6.0F;
+  CHECK(calibration_now(other).values_are == Basis::assumed);
+  other = *loaded;
+  other.actuator.counts_per_rev = 4096;
+  CHECK(calibration_now(other).values_are == Basis::assumed);
 }
 
 TEST_CASE("the newer of two slots is loaded, whichever it is") {

@@ -234,6 +234,72 @@ TEST_CASE("wiring is read back as it was set, and refused when a pin has two job
   CHECK(refused([](BoardConfig& c) { c.encoder_pin = 22; }) == "encoder_pin");
 }
 
+TEST_CASE("a shaft's curve is read back as it was set, and refused unless its torque grows") {
+  Rig rig;
+  ShaftConfig shaft;
+  shaft.knee_1_rad = 0.015F;
+  shaft.knee_1_nm_per_rad = 6;
+  shaft.knee_2_rad = 0.03F;
+  shaft.knee_2_nm_per_rad = 1.5F;
+  REQUIRE(rig.set(shaft).ok());
+  CHECK(rig.get<ShaftConfig>().knee_2_rad == 0.03F);
+
+  const auto refused = [&](auto change) {
+    ShaftConfig bad = shaft;
+    change(bad);
+    const Verdict verdict = rig.set(bad);
+    CHECK(verdict.status == Status::inconsistent);
+    CHECK(rig.get<ShaftConfig>().knee_1_rad == 0.015F);
+    return field_name<ShaftConfig>(verdict.field);
+  };
+  CHECK(refused([](ShaftConfig& c) { c.knee_2_rad = 0.015F; }) == "knee_2_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_1_rad = 0.04F; }) == "knee_2_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_1_rad = 0; }) == "knee_2_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_4_rad = 0.05F; }) == "knee_4_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_1_nm_per_rad = 0; }) == "knee_1_nm_per_rad");
+  CHECK(refused([](ShaftConfig& c) { c.knee_2_nm_per_rad = 0; }) == "knee_2_nm_per_rad");
+}
+
+TEST_CASE("a calibration is about the values that the device has as it takes it") {
+  using torsio::protocol::Basis;
+  using torsio::protocol::CalibrationConfig;
+  Rig rig;
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::assumed);
+  ActuatorConfig actuator;
+  actuator.spring_stiffness_nm_per_rad = 2.5F;
+  REQUIRE(rig.set(actuator).ok());
+  CalibrationConfig known;
+  known.values_are = Basis::measured;
+  known.calibrated_unix_s = 1'800'000'000;
+  known.sigma_spring_stiffness_nm_per_rad = 0.002F;
+  REQUIRE(rig.set(known).ok());
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::measured);
+  CHECK(rig.get<CalibrationConfig>().calibrated_unix_s == 1'800'000'000);
+
+  // Other parts, or the same values from another host, are none of its business.
+  REQUIRE(rig.set(ControlConfig{}).ok());
+  actuator.sequence = 77;
+  REQUIRE(rig.set(actuator).ok());
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::measured);
+
+  ActuatorConfig other = actuator;
+  other.spring_stiffness_nm_per_rad = 2.6F;
+  REQUIRE(rig.set(other).ok());
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::assumed);
+  CHECK(rig.get<CalibrationConfig>().sigma_spring_stiffness_nm_per_rad == 0.002F);
+  REQUIRE(rig.set(actuator).ok());
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::measured);
+
+  ShaftConfig shaft;
+  shaft.knee_1_rad = 0.015F;
+  shaft.knee_1_nm_per_rad = 6;
+  REQUIRE(rig.set(shaft).ok());
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::assumed);
+  known.values_are = Basis::stated;
+  REQUIRE(rig.set(known).ok());
+  CHECK(rig.get<CalibrationConfig>().values_are == Basis::stated);
+}
+
 TEST_CASE("GP15 is the RP2040's own, whatever stands in its flash, and free on the RP2350") {
   namespace pico = torsio::boards::pico;
   namespace pico2 = torsio::boards::pico2;

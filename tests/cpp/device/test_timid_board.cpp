@@ -38,15 +38,23 @@ void push(Rig& rig) {
 
 }  // namespace
 
-TEST_CASE("a real board gives little until its parts are confirmed, an emulated one all") {
+TEST_CASE(
+    "a real board gives little until its parts are confirmed and known, an emulated one all") {
   for (const bool real : {true, false}) {
-    for (const Toggle confirmed : {Toggle::off, Toggle::on}) {
+    for (const auto& [confirmed, basis] : {std::pair{Toggle::off, Basis::assumed},
+                                           {Toggle::off, Basis::measured},
+                                           {Toggle::on, Basis::assumed},
+                                           {Toggle::on, Basis::stated},
+                                           {Toggle::on, Basis::measured}}) {
       Rig rig(real ? real_board() : torsio::device::BoardInfo{.control_period_ns = 50'000});
       BoardConfig board;
       board.confirmed = confirmed;
       REQUIRE(rig.set(board).ok());
+      CalibrationConfig known;
+      known.values_are = basis;
+      REQUIRE(rig.set(known).ok());
       push(rig);
-      const bool timid = real && confirmed == Toggle::off;
+      const bool timid = real && (confirmed == Toggle::off || basis == Basis::assumed);
       CAPTURE(timid);
       CHECK(std::abs(rig.outputs.motor_command_nm) <= (timid ? 0.015F : 0.085F));
       CHECK(std::abs(rig.outputs.motor_command_nm) >= (timid ? 0.0149F : 0.05F));
@@ -59,6 +67,54 @@ TEST_CASE("a real board gives little until its parts are confirmed, an emulated 
       }
       CHECK(rig.get<Health>().faults == (timid ? fault::over_speed : 0));
     }
+  }
+}
+
+TEST_CASE("a board whose parts are confirmed and not known is held low but for experiments") {
+  for (const Toggle confirmed : {Toggle::off, Toggle::on}) {
+    Rig rig(real_board());
+    BoardConfig board;
+    board.confirmed = confirmed;
+    REQUIRE(rig.set(board).ok());
+    ControlConfig control;
+    control.passive_ramp_s = 0.0F;
+    control.watchdog_s = 60.0F;
+    control.motor_torque_cap_nm = 0.07F;
+    control.speed_limit_rad_s = 40.0F;
+    REQUIRE(rig.set(control).ok());
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    Excitation excitation;
+    excitation.duration_s = 60.0F;
+    excitation.travel_rad = 100.0F;
+    excitation.speed_limit_rad_s = 1000.0F;
+    excitation.torque_limit_nm = 1.0F;
+    excitation.motor_nm = 1.0F;
+    excitation.brake_nm = 1.0F;
+    REQUIRE(rig.send_status(excitation) == Status::ok);
+    rig.tick(3);
+    const bool timid = confirmed == Toggle::off;
+    CHECK(rig.outputs.motor_command_nm == (timid ? 0.015F : 0.07F));
+    CHECK(rig.outputs.brake_command_nm == (timid ? 0.03F : 0.11F));
+    const auto faults_at = [&](std::uint32_t counts_in_8_ticks) {  // 1.92 rad/s for each
+      for (int n = 0; n < 2000; ++n) {
+        if (n % 8 == 0) rig.inputs.encoder_count += counts_in_8_ticks;
+        rig.tick();
+      }
+      return rig.get<Health>().faults;
+    };
+    CHECK(faults_at(8) == (timid ? fault::over_speed : 0));
+    CHECK(faults_at(32) == fault::over_speed);  // the user's own limit
+    // A scene after it is held low again.
+    rig.tick(2000);
+    REQUIRE(rig.command(Op::clear_fault) == Status::ok);
+    Constant constant;
+    constant.torque_nm = 1.0F;
+    REQUIRE(rig.send_status(constant) == Status::ok);
+    REQUIRE(rig.send_status(Commit{2, 0, 1}) == Status::ok);
+    REQUIRE(rig.command(Op::arm) == Status::ok);
+    rig.tick(300);
+    CHECK(rig.outputs.motor_command_nm <= 0.015F);
+    CHECK(faults_at(8) == fault::over_speed);
   }
 }
 

@@ -195,3 +195,39 @@ TEST_CASE("replay decides as the closed loop did") {
     }
   }
 }
+
+// Against the truth of the plant, which the sensor does not see.
+TEST_CASE("a sensor that knows how the shaft bends errs as on a straight one, whatever the law") {
+  for (const double factor : {2.0, 0.5}) {
+    for (const protocol::Law law :
+         {protocol::Law::paper, protocol::Law::compensated, protocol::Law::calibrated}) {
+      const auto error_nm = [&](bool bent, bool told) {
+        ClosedLoopOptions options = push_into_wall(50'000, law);
+        options.plant.counts_per_rev = 32'768;
+        options.actuator.counts_per_rev = 32'768;
+        options.encoder = encoder_of(options.plant);
+        if (bent) options.plant.shaft_hardening = {.knee_rad = 0.005, .stiffness_factor = factor};
+        if (told) {
+          options.shaft.knee_1_rad = 0.005F;
+          options.shaft.knee_1_nm_per_rad = 2.873F * static_cast<float>(factor);
+        }
+        ClosedLoop loop(options);
+        double squares = 0.0;
+        const std::vector<LoopRow> rows = run(loop, 16'000);
+        for (const LoopRow& row : rows) {
+          const double error =
+              static_cast<double>(row.sensed_spring_torque_nm) - row.spring_torque_nm;
+          squares += error * error;
+        }
+        return std::sqrt(squares / static_cast<double>(rows.size()));
+      };
+      const double straight_nm = error_nm(false, false);
+      CAPTURE(factor);
+      CAPTURE(straight_nm);
+      CHECK(error_nm(true, true) < 1.2 * straight_nm + 1e-4);
+      // The other laws err by what they do not know of the brake, too.
+      const double much = law == protocol::Law::calibrated ? 4.0 : 1.3;
+      CHECK(error_nm(true, false) > much * error_nm(true, true));
+    }
+  }
+}

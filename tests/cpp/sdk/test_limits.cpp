@@ -33,7 +33,8 @@ TEST_CASE("an emulated knob gives what actuator and caps let it") {
   CHECK(same(knob.limits(), {0.02, 0.02, 0.05, 30.0, false}));
 }
 
-TEST_CASE("a board is held low until its parts are confirmed, and then by its currents too") {
+TEST_CASE(
+    "a board is held low until its parts are confirmed and known, and then by its currents too") {
   Knob knob = Knob::open(test::emulated_with<protocol::Identity>(
       [](protocol::Identity& identity) { identity.board = 2; }));
   CHECK(same(knob.limits(), {0.015, 0.015, 0.03, 10.0, true}));
@@ -44,6 +45,8 @@ TEST_CASE("a board is held low until its parts are confirmed, and then by its cu
   CHECK(same(knob.limits(), {0.01, 0.01, 0.03, 4.0, true}));
   knob.update([](ControlConfig& control) { control = {}; });
   knob.update([](BoardConfig& board) { board.confirmed = true; });
+  CHECK(same(knob.limits(), {0.015, 0.015, 0.03, 10.0, true}));
+  knob.update([](CalibrationConfig& known) { known.values_are = Basis::measured; });
   // 1 A for ever at 0.05 N m/A.
   CHECK(same(knob.limits(), {0.085, 0.05, 0.11, 0.0, false}));
   knob.update([](BoardConfig& board) {

@@ -296,6 +296,36 @@ TEST_CASE("the emulated plant is the reference actuator by default, and its conf
         protocol::encode(protocol::ActuatorConfig{}));
 }
 
+TEST_CASE("a shaft's curve must grow, and a refusal says where it does not") {
+  const auto refusal = [](const ShaftConfig& config) {
+    try {
+      (void)to_wire(config);
+    } catch (const InvalidArgument& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  CHECK(refusal({}) == "accepted");
+  CHECK(refusal({.knee_1_rad = 0.02,
+                 .knee_1_nm_per_rad = 3,
+                 .knee_2_rad = 0.03,
+                 .knee_2_nm_per_rad = 1}) == "accepted");
+  CHECK(refusal({.knee_1_rad = 0.02}) ==
+        "knee_1_nm_per_rad is 0: the torque must grow beyond a knee");
+  CHECK(refusal({.knee_1_rad = 0.02,
+                 .knee_1_nm_per_rad = 3,
+                 .knee_2_rad = 0.02,
+                 .knee_2_nm_per_rad = 4}) ==
+        "knee_2_rad is 0.02, not beyond the knee before it, which is at 0.02");
+  CHECK(refusal({.knee_3_rad = 0.02, .knee_3_nm_per_rad = 3}) ==
+        "knee_3_rad is 0.02, but there is no knee before it: give knee_2_rad first");
+  PlantParams plant;
+  CHECK(matching_shaft(plant).knee_1_rad == 0.0);
+  plant.shaft_hardening = ShaftHardening{.knee_rad = 0.01, .stiffness_factor = 3.0};
+  CHECK(matching_shaft(plant).knee_1_rad == 0.01);
+  CHECK(matching_shaft(plant).knee_1_nm_per_rad == doctest::Approx(3.0 * 2.873));
+}
+
 TEST_CASE("curves of a scene share the pool one after the other") {
   const Curve first{.torque_nm = std::vector<double>(20, 0.25)};
   const Curve second{.torque_nm = {0.5, 0.75}};

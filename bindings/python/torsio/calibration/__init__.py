@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from torsio.calibration.keeping import Drift, drifts, keep, kept
-from torsio.calibration.procedure import STEPS, Calibration, calibrate
+from torsio.calibration.procedure import STEPS, Calibration, apply, calibrate
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "Fit",
     "Quantity",
     "Refusal",
+    "apply",
     "calibrate",
     "drifts",
     "keep",

@@ -7,20 +7,20 @@ import datetime
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from torsio import perception
+from torsio import checks, perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
 from torsio.calibration.free import SLOW_RAD_S, SLOW_S, Free, estimate_free, find_signs, spin
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
-from torsio.config import ActuatorConfig
+from torsio.config import ActuatorConfig, CalibrationConfig, ShaftConfig
 from torsio.knob import Knob
 
-__all__ = ["STEPS", "Calibration", "calibrate"]
+__all__ = ["STEPS", "Calibration", "apply", "calibrate"]
 
 STEPS = ("signs", "friction and inertia", "shaft", "brake")
 """In their order, as `progress` names them."""
@@ -56,8 +56,10 @@ class Calibration:
     ----------
     quantities
         By name; all torques as parts of the motor's, whose torque constant the device believes.
-    actuator
-        The configuration that is proposed; nothing was saved.
+    actuator, shaft
+        The configurations that are proposed; nothing was saved.
+    known
+        How well their values are known, with date and conditions, for the device to keep.
     periods_per_rev
         Of the cogging; 0 if none was found.
     curve
@@ -70,6 +72,8 @@ class Calibration:
 
     quantities: dict[str, Quantity]
     actuator: ActuatorConfig
+    shaft: ShaftConfig
+    known: CalibrationConfig
     periods_per_rev: int
     curve: tuple[tuple[float, float], ...]
     seconds: float
@@ -89,6 +93,8 @@ class Calibration:
                 for name, of in self.quantities.items()
             },
             "actuator": dataclasses.asdict(self.actuator),
+            "shaft": dataclasses.asdict(self.shaft),
+            "known": dataclasses.asdict(self.known),
             "periods_per_rev": self.periods_per_rev,
             "curve": [list(corner) for corner in self.curve],
             "seconds": self.seconds,
@@ -97,7 +103,11 @@ class Calibration:
 
 
 def calibrate(
-    knob: Knob, *, quick: bool = False, progress: Callable[[str], object] | None = None
+    knob: Knob,
+    *,
+    quick: bool = False,
+    ambient_c: float | None = None,
+    progress: Callable[[str], object] | None = None,
 ) -> Calibration:
     """Measure a knob that nobody touches; it turns by itself, some dozen turns both ways.
 
@@ -107,6 +117,8 @@ def calibrate(
     ----------
     quick
         Ten seconds, for a comparison with what was found before: no cogging, no swings, no brake.
+    ambient_c
+        How warm it is, for the record; above -273 degrees.
     progress
         Called with the name of each step as it begins; one of `STEPS`.
 
@@ -117,6 +129,8 @@ def calibrate(
     Refused
         The knob is in use, or has a fault.
     """
+    if ambient_c is not None:
+        checks.number("ambient_c", ambient_c, -273.0, 700.0)
     say = progress or (lambda _: None)
     actuator, control = knob.actuator_config(), knob.control_config()
     motor_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
@@ -148,7 +162,7 @@ def calibrate(
                 remanent=True,
             )
         seconds = player.seconds
-    return _put_together(knob, actuator, free, shaft, brake, seconds)
+    return _put_together(knob, actuator, free, shaft, brake, seconds, ambient_c)
 
 
 def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
@@ -178,6 +192,54 @@ def _difference(name: str, whole: Quantity, part: Quantity, meaning: str) -> Qua
     return Quantity(name, whole.value - part.value, sigma, meaning)
 
 
+def apply(knob: Knob, calibration: Calibration) -> None:
+    """Configure a disarmed knob as proposed; `Knob.save` keeps that."""
+    knob.configure(calibration.actuator)
+    knob.configure(calibration.shaft)
+    # The last: it is about the values that the device has by now.
+    knob.configure(calibration.known)
+
+
+_SIGMA_OF: Final = {
+    "sigma_knob_inertia_kg_m2": "knob_inertia_kg_m2",
+    "sigma_knob_coulomb_nm": "knob_coulomb_nm",
+    "sigma_knob_viscous_nm_s_per_rad": "viscous_nm_s_per_rad",
+    "sigma_spring_stiffness_nm_per_rad": "stiffness_nm_per_rad",
+    "sigma_knee_1_rad": "knee_rad",
+    "sigma_brake_drag_nm": "brake_drag_nm",
+    "sigma_brake_time_constant_s": "rise_s",
+    "sigma_brake_release_time_constant_s": "release_s",
+    "sigma_brake_inertia_kg_m2": "brake_inertia_kg_m2",
+    "sigma_brake_hysteresis_nm": "hysteresis_nm",
+}
+
+
+def _sigmas(quantities: dict[str, Quantity], bent: ShaftConfig) -> dict[str, Any]:
+    """Give the uncertainties of what is configured, of those that were measured."""
+    sigmas = {
+        name: quantities[of].standard_uncertainty
+        for name, of in _SIGMA_OF.items()
+        if of in quantities
+    }
+    stiffness, factor = quantities["stiffness_nm_per_rad"], quantities.get("stiffness_factor")
+    sigmas["sigma_knee_1_nm_per_rad"] = 0.0
+    if factor is not None and bent.knee_1_rad > 0.0:
+        sigmas["sigma_knee_1_nm_per_rad"] = math.hypot(
+            factor.value * stiffness.standard_uncertainty,
+            stiffness.value * factor.standard_uncertainty,
+        )
+    return {"sigma_knee_1_rad": 0.0} | sigmas
+
+
+def _bent(shaft: Shaft) -> ShaftConfig:
+    if shaft.knee is None or shaft.factor is None:
+        return ShaftConfig()
+    return ShaftConfig(
+        knee_1_rad=shaft.knee.value,
+        knee_1_nm_per_rad=shaft.stiffness.value * shaft.factor.value,
+    )
+
+
 def _put_together(
     knob: Knob,
     actuator: ActuatorConfig,
@@ -185,6 +247,7 @@ def _put_together(
     shaft: Shaft,
     brake: Brake | None,
     seconds: float,
+    ambient_c: float | None,
 ) -> Calibration:
     inertia, knob_coulomb = _honest(free.inertia), _honest(shaft.knob_coulomb)
     found = [
@@ -233,9 +296,23 @@ def _put_together(
     quantities = {of.name: of if of.name in done else _honest(of) for of in found}
     proposed = replace(proposed, brake_drag_nm=max(quantities["brake_drag_nm"].value, 0.0))
     info = knob.info
+    now = datetime.datetime.now(datetime.timezone.utc)
+    bent = _bent(shaft)
+    before = knob.calibration_config()
+    known = replace(
+        before,
+        # Ten seconds are not enough to know the brake.
+        values_are=before.values_are if brake is None else "measured",
+        calibrated_unix_s=int(now.timestamp()),
+        ambient_k=0.0 if ambient_c is None else ambient_c + 273.15,
+        calibrated_rate_hz=info.control_rate_hz,
+        **_sigmas(quantities, bent),
+    )
     return Calibration(
         quantities,
         proposed,
+        bent,
+        known,
         free.periods_per_rev,
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
         seconds,
@@ -245,7 +322,8 @@ def _put_together(
             "firmware_version": info.firmware_version,
             "control_rate_hz": info.control_rate_hz,
             "counts_per_rev": info.counts_per_rev,
-            "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
+            "ambient_c": ambient_c,
+            "date": now.isoformat(timespec="seconds"),
         },
         (*free.fits, *shaft.fits, *(brake.fits if brake is not None else ())),
     )

@@ -7,9 +7,9 @@ from dataclasses import asdict
 from torsio import perception
 from torsio.calibration.procedure import Calibration
 from torsio.calibration.quantity import Quantity
-from torsio.config import ActuatorConfig
+from torsio.knob import Knob
 
-__all__ = ["change", "changes", "felt", "lines", "number"]
+__all__ = ["change", "felt", "lines", "number", "proposals"]
 
 
 def number(quantity: Quantity) -> str:
@@ -45,7 +45,8 @@ def change(name: str, old: float, new: float) -> str:
     return f"{name}: {old:.4g} -> {new:.4g}" + (f" ({jnds})" if jnds else "")
 
 
-def changes(before: ActuatorConfig, after: ActuatorConfig) -> list[tuple[str, float, float]]:
-    """Give the fields that a proposal changes, with both values."""
-    old, new = asdict(before), asdict(after)
+def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float, float]]:
+    """Give the fields of a knob's configuration that a proposal changes, with both values."""
+    old = asdict(knob.actuator_config()) | asdict(knob.shaft_config())
+    new = asdict(found.actuator) | asdict(found.shaft)
     return [(name, old[name], new[name]) for name in old if old[name] != new[name]]

@@ -52,7 +52,7 @@ def described(knob: Knob, found: calibration.Calibration) -> dict[str, Any]:
         "kind": "found",
         "seconds": found.seconds,
         "quantities": [(name, value, about) for name, value, _, about in report.lines(found)],
-        "changes": report.changes(knob.actuator_config(), found.actuator),
+        "changes": report.proposals(knob, found),
         "compared_with": None if before is None else before["conditions"].get("date", ""),
         "drifted": [[drift.name, drift.before, drift.now] for drift in changed],
         "fits": [_points(fit) for fit in found.fits],
@@ -60,7 +60,7 @@ def described(knob: Knob, found: calibration.Calibration) -> dict[str, Any]:
 
 
 def _keep(knob: Knob, found: calibration.Calibration) -> Path:
-    knob.configure(found.actuator)
+    calibration.apply(knob, found)
     knob.save()
     return calibration.keep(found)
 
