@@ -11,7 +11,6 @@ from rich.console import Console
 
 from torsio import calibration
 from torsio.calibration import report
-from torsio.errors import Error
 from torsio.extras import need_matplotlib
 from torsio.knob import Knob
 from torsio.screen import line, table

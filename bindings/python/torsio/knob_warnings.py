@@ -42,5 +42,6 @@ def disarmed(disarm: Disarm) -> DisarmedWarning:
 def armed_late() -> DisarmedWarning:
     """Say that there was no torque at first."""
     return DisarmedWarning(
-        "the recording begins without torque and ends armed; must_stay_armed raises an error instead"
+        "the recording begins without torque and ends armed; "
+        "must_stay_armed raises an error instead"
     )
