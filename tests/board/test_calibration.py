@@ -24,7 +24,10 @@ def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> 
         assert hidden.reversed == board.actuator_config().encoder_reversed
         with Player.playing(board.as_knob()) as player:
             log = player.chain(
-                [(STRETCH_S, {"motor_nm": TORQUE_NM}), (STRETCH_S, {"motor_nm": -TORQUE_NM})],
+                [
+                    (STRETCH_S, {"motor_command_nm": TORQUE_NM}),
+                    (STRETCH_S, {"motor_command_nm": -TORQUE_NM}),
+                ],
                 travel_rad=20.0,
                 speed_limit_rad_s=60.0,
                 torque_limit_nm=TORQUE_NM,
