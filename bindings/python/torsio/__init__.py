@@ -69,6 +69,7 @@ from torsio.replaying import Replayed, replay
 from torsio.scenes import *  # noqa: F403  # every effect
 from torsio.steps import Step, Steps
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
+from torsio.transport import Transport
 
 __version__ = _version("torsio")
 
@@ -131,6 +132,7 @@ __all__ = [
     "StiffnessWarning",
     "Timeout",
     "TorqueHand",
+    "Transport",
     "__version__",
     "core",
     "dump_config",

@@ -11,6 +11,7 @@ from torsio.firmware import Host
 from torsio.hands import Hand
 from torsio.plant import PlantParams
 from torsio.scenes import Excitation, Scene
+from torsio.transport import Transport as OwnTransport
 
 from . import core as core
 from . import emulator as emulator
@@ -28,7 +29,7 @@ def carry_out(
 def list_devices() -> list[dict[str, Any]]: ...
 def matching_config(plant: PlantParams, /) -> dict[str, Any]: ...
 def open_knob(
-    selector: str,
+    way: str | OwnTransport,
     *,
     emulator: EmulatorOptions | None,
     command_timeout_s: float,
