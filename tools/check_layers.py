@@ -101,6 +101,7 @@ RULES = (
     # Host units and wire units; bindings and studies have it too.
     Rule("sdk/conversion/stability.cpp", (*FIRMWARE[:3], "conversion")),
     Rule("sdk/conversion/energies.cpp", ("protocol", "core/ledger.hpp", "conversion", "torsio")),
+    Rule("sdk/conversion/heat.hpp", ("protocol", "core/heat_model.hpp")),
     Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),
     # What a forked child must know.
     Rule("sdk/src/process.cpp", ("sdk", "torsio"), third_party=r"pthread\.h"),

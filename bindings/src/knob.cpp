@@ -25,6 +25,7 @@
 #include "convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
+#include "own_transport.hpp"
 #include "protocol/codec.hpp"
 #include "torsio/config_file.hpp"
 
@@ -87,15 +88,22 @@ EmulatorOptions emulator_options_from_python(const py::object& source) {
   return options;
 }
 
-PyKnob open_knob(const std::string& selector, const py::object& emulator, double command_timeout_s,
+/// @param way a selector or a torsio.Transport
+PyKnob open_knob(const py::object& way, const py::object& emulator, double command_timeout_s,
                  std::size_t ring_samples) {
   OpenOptions options;
   if (!emulator.is_none()) options.emulator = emulator_options_from_python(emulator);
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
   options.interrupted = &check_signals;
+  if (py::isinstance<py::str>(way)) {
+    const std::string selector = way.cast<std::string>();
+    const Unlocked unlocked;
+    return PyKnob(Knob::open(selector, options));
+  }
+  std::unique_ptr<Transport> transport = transport_from_python(way);
   const Unlocked unlocked;
-  return PyKnob(Knob::open(selector, options));
+  return PyKnob(Knob::open(std::move(transport), options));
 }
 
 py::list list_all() {
@@ -389,7 +397,7 @@ void bind_knob(py::module_& module) {
     }();
     return py::make_tuple(step.index, step.time_s, step.late_steps);
   });
-  module.def("open_knob", &open_knob, arg("selector"), py::kw_only(), arg("emulator"),
+  module.def("open_knob", &open_knob, arg("way"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", call(&Knob::close))
       .def_property_readonly("is_open", call(&Knob::is_open))

@@ -104,34 +104,4 @@ constexpr bool believe_supply(WindingState& state, const WindingParams& params, 
   return state.doubtful_looks < params.patience_looks;
 }
 
-/// Keeps a winding from getting too hot: more than the continuous current only for a while.
-struct HeatParams {
-  float share = 0;         // of its way that the warming goes in a step
-  float peak_a = 0;        // allowed while the winding is cold
-  float continuous_a = 0;  // allowed for ever
-};
-
-struct HeatState {
-  float warming_a2 = 0;  // the current's square, as slow as the winding
-};
-
-constexpr HeatParams make_heat(float peak_a, float continuous_a, float time_constant_s,
-                               float step_s) {
-  return {step_s / time_constant_s, peak_a, smaller(continuous_a, peak_a)};
-}
-
-/// One step.
-/// @returns the current that is allowed now: the peak until three quarters of the warming that the
-///          continuous current makes, from there less and less
-constexpr float allow_current(HeatState& state, const HeatParams& params, float measured_a) {
-  state.warming_a2 =
-      flush_tiny(state.warming_a2 + params.share * (measured_a * measured_a - state.warming_a2));
-  const float full_a2 = params.continuous_a * params.continuous_a;
-  const float left_a2 = full_a2 - state.warming_a2;
-  if (left_a2 <= 0.0F) return params.continuous_a;
-  if (left_a2 >= 0.25F * full_a2) return params.peak_a;
-  return params.continuous_a +
-         (params.peak_a - params.continuous_a) * (left_a2 / (0.25F * full_a2));
-}
-
 }  // namespace torsio::core

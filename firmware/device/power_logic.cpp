@@ -28,8 +28,9 @@ constexpr float kSupplyPatienceS = 0.1F;
 // Particle brakes keep some 5 % of their torque.
 constexpr float kEraseShare = 0.05F;
 
-// Of the smallest motors' windings; larger ones are slower.
+// Of the smallest motors' windings and brakes' coils; larger ones are slower.
 constexpr float kWindingS = 10.0F;
+constexpr float kCoilS = 100.0F;
 constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often, nor the supply
 
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
@@ -50,10 +51,7 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       direction_(config.motor_reversed == protocol::Toggle::on ? -1.0F : 1.0F),
       amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
       current_max_a_(config.motor_current_max_a),
-      brake_share_per_nm_(config.brake_resistance_ohm / config.brake_torque_constant_nm_per_a /
-                          config.supply_v),
-      brake_share_max_(core::smaller(
-          config.brake_current_max_a * config.brake_resistance_ohm / config.supply_v, 1.0F)),
+      coil_share_per_a_(config.brake_resistance_ohm / config.supply_v),
       coil_is_driven_(config.brake_inductance_h > 0.0F),
       coil_params_(core::make_coil(config.brake_resistance_ohm,
                                    core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
@@ -71,9 +69,15 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
           config.motor_torque_constant_nm_per_a, config.motor_current_max_a,
           (board.predicts ? 1.0F : 2.0F) * seconds(board.current_period_ns), kPatienceS,
           static_cast<float>(kLookSteps) * seconds(board.current_period_ns), kSupplyPatienceS)),
-      heat_params_(
-          core::make_heat(config.motor_current_max_a, config.motor_current_continuous_a, kWindingS,
-                          static_cast<float>(kLookSteps) * seconds(board.current_period_ns))) {
+      motor_heat_params_(core::make_heat(
+          config.motor_current_max_a, config.motor_current_continuous_a, config.ambient_c,
+          kWindingS, static_cast<float>(kLookSteps) * seconds(board.current_period_ns))),
+      motor_heat_(core::cold_winding(motor_heat_params_)),
+      coil_heat_params_(core::make_heat(
+          config.brake_current_max_a,
+          0.01F * config.brake_continuous_percent * config.brake_current_max_a, config.ambient_c,
+          kCoilS, static_cast<float>(kLookSteps) * seconds(board.current_period_ns))),
+      coil_heat_(core::cold_winding(coil_heat_params_)) {
   amperes_per_step_ *= direction_;
 }
 
@@ -86,7 +90,8 @@ std::uint16_t PowerLogic::find_faults(bool bridge_reports) const {
                                           zero_steps_ <= converter_top_steps_ - zero_margin_steps_);
   return static_cast<std::uint16_t>(
       (over_current() || (bridge_reports && settled) ? fault::actuator : 0) |
-      (zero_fits ? 0 : fault::current_sensor) | (believed_ ? 0 : fault::winding));
+      (zero_fits ? 0 : fault::current_sensor) | (believed_ ? 0 : fault::winding) |
+      (motor_heat_.too_hot || coil_heat_.too_hot ? fault::temperature : 0));
 }
 
 void PowerLogic::measure(std::int32_t current_steps) {
@@ -110,7 +115,7 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   measure(current_steps);
   if (!wanted.enabled) {
     if (enabled_) rest();
-    look(0.0F);
+    look(0.0F, 0.0F);
     core::release_coil(coil_, coil_params_);
     return {};
   }
@@ -122,16 +127,20 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
       predicts_ ? core::hold_current(predictive_, predictive_params_, target_a, current_a_)
                 : core::hold_current(loop_, loop_params_, target_a, current_a_);
   watch(share);
-  look(current_a_);
-  return {direction_ * share, drive_brake(wanted.brake_command_nm), true};
+  const float brake_share = drive_brake(wanted.brake_command_nm);
+  look(current_a_, coil_a_);
+  return {direction_ * share, brake_share, true};
 }
 
 float PowerLogic::drive_brake(float command_nm) {
+  const float wanted_a = core::smaller(command_nm * coil_a_per_nm_, coil_max_a_);
   if (!coil_is_driven_) {
-    return core::smaller(command_nm * brake_share_per_nm_, brake_share_max_);
+    coil_a_ = wanted_a;
+    return core::smaller(wanted_a * coil_share_per_a_, 1.0F);
   }
-  return core::drive_coil(coil_, coil_params_,
-                          core::smaller(command_nm * coil_a_per_nm_, coil_max_a_));
+  const float share = core::drive_coil(coil_, coil_params_, wanted_a);
+  coil_a_ = coil_.current_a;
+  return share;
 }
 
 /// Whether voltage and current fit together.
@@ -149,18 +158,21 @@ void PowerLogic::watch(float motor_share) {
 }
 
 /// How much current there may be, after what there was, and whether the supply can be right.
-void PowerLogic::look(float current_a) {
+void PowerLogic::look(float motor_a, float coil_a) {
   if (steps_to_look_ == 0) {
     steps_to_look_ = kLookSteps;
-    current_max_a_ = core::allow_current(heat_, heat_params_, current_a);
-    believed_ =
-        core::believe_supply(winding_, winding_params_, speed_rad_s_, current_a) && believed_;
+    core::warm_up(motor_heat_, motor_heat_params_, motor_a);
+    current_max_a_ = core::allow_current(motor_heat_, motor_heat_params_);
+    believed_ = core::believe_supply(winding_, winding_params_, speed_rad_s_, motor_a) && believed_;
+  } else if (steps_to_look_ == kLookSteps / 2) {  // not all in one step
+    core::warm_up(coil_heat_, coil_heat_params_, coil_a);
+    coil_max_a_ = core::allow_current(coil_heat_, coil_heat_params_);
   }
   --steps_to_look_;
 }
 
-/// Without power nothing is remembered but the sensor's zero, how warm the winding is, and what the
-/// coil still has.
+/// Without power nothing is remembered but the sensor's zero, how warm winding and coil are, and
+/// what the coil still has.
 void PowerLogic::rest() {
   loop_ = {};
   predictive_ = {};

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "core/current_loop.hpp"
+#include "core/heat_model.hpp"
 #include "core/winding_model.hpp"
 #include "device/control_loop.hpp"
 #include "protocol/reports.hpp"
@@ -57,7 +58,7 @@ class PowerLogic {
  private:
   void measure(std::int32_t current_steps);
   void watch(float motor_share);
-  void look(float current_a);
+  void look(float motor_a, float coil_a);
   float drive_brake(float command_nm);
   void rest();
 
@@ -71,13 +72,13 @@ class PowerLogic {
   float direction_;         // of the motor: 1 or -1
   float amperes_per_nm_;
   float current_max_a_;
-  float brake_share_per_nm_;
-  float brake_share_max_;
+  float coil_share_per_a_;
   bool coil_is_driven_;
   core::CoilParams coil_params_;
   core::CoilState coil_;
   float coil_a_per_nm_;
   float coil_max_a_;
+  float coil_a_ = 0;  // that the coil is taken to have
   float trip_a_;
   float supply_v_;
   float converter_top_steps_;
@@ -88,8 +89,10 @@ class PowerLogic {
   core::WindingState winding_;
   bool believed_ = true;
   bool compares_ = false;  // in this step; else the model goes on
-  core::HeatParams heat_params_;
-  core::HeatState heat_;
+  core::HeatParams motor_heat_params_;
+  core::HeatState motor_heat_;
+  core::HeatParams coil_heat_params_;
+  core::HeatState coil_heat_;
   std::uint32_t steps_to_look_ = 0;
   float speed_rad_s_ = 0;
   std::uint32_t steps_to_zero_ = 0;  // until what is measured without power is no current any more

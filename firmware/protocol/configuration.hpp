@@ -168,6 +168,8 @@ struct BoardConfig {
   float brake_inductance_h = 0;
   Toggle motor_reversed = Toggle::off;
   Toggle confirmed = Toggle::off;
+  std::uint8_t brake_continuous_percent = 100;
+  std::uint8_t ambient_c = 25;
   std::uint8_t encoder_pin = 2;
   std::uint8_t motor_pin = 6;
   std::uint8_t brake_pin = 8;
@@ -195,7 +197,8 @@ struct Layout<BoardConfig> {
       number("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0, 100,
              "never asked for more; one and a half times as much measured is a fault"),
       number("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0, 100,
-             "that the winding stands for ever; more is given for seconds, then less and less"),
+             "that the winding stands for ever in air of 25 degrees; more is given for seconds, "
+             "then less and less"),
       number("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001F, 1000,
              "of the winding"),
       number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
@@ -218,6 +221,11 @@ struct Layout<BoardConfig> {
           "confirmed", &BoardConfig::confirmed,
           "on: somebody has checked that these are the parts. Until then, and until `values_are` "
           "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
+      number("brake_continuous_percent", &BoardConfig::brake_continuous_percent, "%", 0, 100,
+             "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is "
+             "given for a while, then less and less"),
+      number("ambient_c", &BoardConfig::ambient_c, "degree C", 0, 100,
+             "of the air round motor and brake, the warmest that it gets"),
       number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
       number("motor_pin", &BoardConfig::motor_pin, "", 0, 28,
              "GPIO of the first input of the motor's bridge, even; the second is the next one"),
@@ -420,7 +428,7 @@ struct Layout<CalibrationConfig> {
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<ActuatorConfig>() == 61);
 static_assert(wire_size<ControlConfig>() == 45);
-static_assert(wire_size<BoardConfig>() == 61);
+static_assert(wire_size<BoardConfig>() == 63);
 static_assert(wire_size<GameConfig>() == 48);
 static_assert(wire_size<ShaftConfig>() == 35);
 static_assert(wire_size<CalibrationConfig>() == 60);

@@ -284,9 +284,11 @@ inline constexpr std::uint16_t numeric = 1 << 5;   // the control law gave no fi
 inline constexpr std::uint16_t current_sensor = 1
                                                 << 6;  // its zero leaves no room for the trip level
 inline constexpr std::uint16_t winding = 1 << 7;  // voltage, current and speed do not fit together
-inline constexpr std::array<std::string_view, 8> names{
-    "emergency_stop", "over_speed", "encoder",        "actuator",
-    "overrun",        "numeric",    "current_sensor", "winding"};  // from bit 0 on
+inline constexpr std::uint16_t temperature =
+    1 << 8;  // the motor's winding or the brake's coil is too hot, by the currents that they had
+inline constexpr std::array<std::string_view, 9> names{
+    "emergency_stop", "over_speed",     "encoder", "actuator",   "overrun",
+    "numeric",        "current_sensor", "winding", "temperature"};  // from bit 0 on
 }  // namespace fault
 
 /// Bits of telemetry's `flags`; the two lowest are the state.

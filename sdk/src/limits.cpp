@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "conversion/convert.hpp"
+#include "conversion/heat.hpp"
 
 namespace torsio {
 
@@ -24,7 +25,7 @@ Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::Contr
   if (real) {
     const float nm_per_a = board.motor_torque_constant_nm_per_a;
     motor_nm = std::min(motor_nm, nm_per_a * board.motor_current_max_a);
-    continuous_nm = std::min(motor_nm, nm_per_a * board.motor_current_continuous_a);
+    continuous_nm = std::min(motor_nm, nm_per_a * conversion::motor_continuous_a(board));
     brake_nm = std::min(brake_nm, board.brake_torque_constant_nm_per_a * board.brake_current_max_a);
   }
   return {.motor_torque_max_nm = conversion::detail::widen(motor_nm),

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 2492550044;
+export const FINGERPRINT: number = 571769829;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -144,6 +144,12 @@ export const FAULTS: readonly Bit[] = [
     "bit": 7,
     "doc": "voltage, current and speed do not fit together",
     "advice": "check the current sensor, the motor's wires, the supply and the encoder's cable, then resistance, torque constant and signs in the configuration; clear the fault",
+  },
+  {
+    "name": "temperature",
+    "bit": 8,
+    "doc": "the motor's winding or the brake's coil is too hot, by the currents that they had",
+    "advice": "let it cool down; then look for a current that nobody asked for, and compare motor_current_continuous_a, brake_continuous_percent and ambient_c of the board configuration with the parts; clear the fault",
   },
 ];
 
@@ -300,14 +306,14 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "BoardConfig",
     "doc": "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
     "notes": "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device starts the next time. The emulated device keeps it and has no use for it.",
-    "size": 61,
+    "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
       {"name": "supply_v", "kind": "number", "doc": "of both H-bridges", "wire": "supply_v", "type": "f32", "low": 3.0, "high": 60.0, "unit": "V", "default": 12.0, "shown": true},
       {"name": "motor_torque_constant_nm_per_a", "kind": "number", "doc": "at the knob", "wire": "motor_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 100.0, "unit": "N m/A", "default": 0.05, "shown": true},
       {"name": "motor_current_max_a", "kind": "number", "doc": "never asked for more; one and a half times as much measured is a fault", "wire": "motor_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 2.0, "shown": true},
-      {"name": "motor_current_continuous_a", "kind": "number", "doc": "that the winding stands for ever; more is given for seconds, then less and less", "wire": "motor_current_continuous_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 1.0, "shown": true},
+      {"name": "motor_current_continuous_a", "kind": "number", "doc": "that the winding stands for ever in air of 25 degrees; more is given for seconds, then less and less", "wire": "motor_current_continuous_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 1.0, "shown": true},
       {"name": "motor_resistance_ohm", "kind": "number", "doc": "of the winding", "wire": "motor_resistance_ohm", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "ohm", "default": 2.5, "shown": true},
       {"name": "motor_inductance_h", "kind": "number", "doc": "of the winding", "wire": "motor_inductance_h", "type": "f32", "low": 1e-06, "high": 1.0, "unit": "H", "default": 0.0015, "shown": true},
       {"name": "current_bandwidth_hz", "kind": "number", "doc": "of the current loop; on a pico held at a tenth of the control rate", "wire": "current_bandwidth_hz", "type": "f32", "low": 1.0, "high": 100000.0, "unit": "Hz", "default": 10000.0, "shown": true},
@@ -318,6 +324,8 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "brake_inductance_h", "kind": "number", "doc": "of the coil, which the bridge then drives both ways, so that its current follows with the actuator's brake_time_constant_s; 0: it follows as the coil lets it", "wire": "brake_inductance_h", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "H", "default": 0.0, "shown": true},
       {"name": "motor_reversed", "kind": "switch", "doc": "on: a current into the first motor pin turns the knob to smaller angles", "wire": "motor_reversed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
       {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer `assumed`, a real board holds torques and speed low. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
+      {"name": "brake_continuous_percent", "kind": "whole", "doc": "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for a while, then less and less", "wire": "brake_continuous_percent", "type": "u8", "low": 0, "high": 100, "unit": "%", "default": 100, "shown": true},
+      {"name": "ambient_c", "kind": "whole", "doc": "of the air round motor and brake, the warmest that it gets", "wire": "ambient_c", "type": "u8", "low": 0, "high": 100, "unit": "degree C", "default": 25, "shown": true},
       {"name": "encoder_pin", "kind": "whole", "doc": "GPIO of A; B is the next one", "wire": "encoder_pin", "type": "u8", "low": 0, "high": 28, "default": 2, "shown": true},
       {"name": "motor_pin", "kind": "whole", "doc": "GPIO of the first input of the motor's bridge, even; the second is the next one", "wire": "motor_pin", "type": "u8", "low": 0, "high": 28, "default": 6, "shown": true},
       {"name": "brake_pin", "kind": "whole", "doc": "GPIO of the first input of the brake's bridge, even; the second is the next one", "wire": "brake_pin", "type": "u8", "low": 0, "high": 28, "default": 8, "shown": true},

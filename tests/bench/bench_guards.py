@@ -17,7 +17,8 @@ For a supply of twice, coupled as well, the knob is pressed into the wall; these
 brake's coil's current too.
 
 The last lines are of what keeps a board from arming or from much, and of what ends in no fault: a
-current sensor's zero and range, parts that nobody has confirmed, a winding that gets warm, a
+current sensor's zero and range, parts that nobody has confirmed, a winding and a coil that get warm
+(also when their currents are not held down, and when then nothing says that they are too hot), a
 configuration of other firmware, a bridge that wakes up, a supply that was too low for a moment.
 
 Arguments are names of boards. It takes two minutes for each.
@@ -37,6 +38,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 from tests.board import felt
 from tests.board.dangers import (
     DANGERS,
+    LITTLE,
+    PLENTY,
+    RATED_A,
     arm_while_bridge_wakes,
     endure,
     hold_warm,
@@ -54,7 +58,6 @@ STIFFNESS = math.degrees(30e-3)
 A, B = 2, 3
 LONG_S = 0.3
 CUT_WIRES = (("encoder: one channel dead", [B], 0.6), ("encoder: cable off", [A, B], 0.6))
-CONTINUOUS_A = 0.2
 
 
 def _tell(board: str, danger: str, **line: Any) -> None:
@@ -153,18 +156,35 @@ def _not_confirmed(board: str) -> None:
     _tell(board, "parts not confirmed", motor_a=found[0], without_guard_a=found[1])
 
 
+def _short(value: float) -> float:
+    return float(f"{value:.2g}")
+
+
+def _warm(board: str) -> None:
+    with rewired(**LITTLE["motor"] | LITTLE["coil"]) as pico:
+        warm = hold_warm(pico, 250)
+    for part, rated_a in RATED_A.items():
+        with rewired(image(), **PLENTY | LITTLE[part]) as pico:
+            take_away(pico, f"{part}'s heat")
+            free = hold_warm(pico, 250)
+            tells = named(pico.get("health")["faults"])
+        with rewired(image(), **PLENTY | LITTLE[part]) as pico:
+            take_away(pico, f"{part}'s heat", "temperature")
+            bare = hold_warm(pico, 250)
+        _tell(
+            board,
+            f"{part} warm, {rated_a:g} A being allowed for ever",
+            amperes_after_ms={
+                ms: float(f"{warm.amperes[part][ms // 5 - 1]:.2g}")
+                for ms in (50, 100, 150, 200, 250)
+            },
+            not_held_down_off_ms=free.off_ms,
+            tells=tells,
+            without_guards_a=_short(bare.amperes[part][-1]),
+        )
+
+
 def _no_faults(board: str) -> None:
-    with rewired(motor_current_continuous_a=CONTINUOUS_A) as pico:
-        warm = [round(amperes, 2) for amperes in hold_warm(pico, 250)]
-    with rewired(image(), motor_current_continuous_a=CONTINUOUS_A) as pico:
-        take_away(pico, "heat")
-        bare = round(hold_warm(pico, 250)[-1], 2)
-    _tell(
-        board,
-        f"winding warm, {CONTINUOUS_A} A being allowed for ever",
-        amperes_after_ms={ms: warm[ms // 10 - 1] for ms in (50, 100, 150, 200, 250)},
-        without_guard_a=bare,
-    )
     with enumerated() as pico:
         found = {ms: named(arm_while_bridge_wakes(pico, ms)) for ms in (0.8, 1.3)}
         _tell(board, "bridge says for so many ms of its waking that it does not work", tells=found)
@@ -200,6 +220,7 @@ def main(boards: list[str]) -> None:
         _supplies(board)
         _before_arming(board)
         _not_confirmed(board)
+        _warm(board)
         _no_faults(board)
 
 

@@ -6,13 +6,14 @@ import struct
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from tests.board.pico import MS, EmulatedPico, confirm
 from tests.board.unguarded import start_without, take_away
 
 FAULTS = (
     *("emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"),
-    *("current_sensor", "winding"),
+    *("current_sensor", "winding", "temperature"),
 )
 STACK_ENDS_AT = {"pico": 0x20041000, "pico2": 0x20081000}
 FINE_MS, COARSE_MS = 0.05, 0.25
@@ -160,15 +161,76 @@ def named(faults: int) -> str:
     return ", ".join(name for n, name in enumerate(FAULTS) if faults >> n & 1)
 
 
-def hold_warm(board: EmulatedPico, time_ms: float) -> list[float]:
-    """Push for so long with a host that is alive; give the current of every 10 ms."""
+# Rated for so little current that they get warm while one waits, and with what they get then.
+RATED_A, PUSHED_A = {"motor": 0.2, "coil": 6e-3}, {"motor": 1.7, "coil": 0.25}
+TIME_CONSTANT_S = {"motor": 10.0, "coil": 100.0}
+LITTLE: dict[str, dict[str, Any]] = {
+    "motor": {"motor_current_continuous_a": 0.2},
+    "coil": {"brake_continuous_percent": 2},
+}
+PLENTY: dict[str, Any] = {"motor_current_continuous_a": 2.0, "brake_continuous_percent": 100}
+
+
+@dataclass(frozen=True)
+class Warm:
+    """What a motor and a coil have had that warm up.
+
+    Attributes
+    ----------
+    amperes
+        Of each, every 5 ms until it was off.
+    off_ms
+        When it was off; None: not at all.
+    """
+
+    amperes: dict[str, list[float]]
+    off_ms: float | None
+
+
+def hold_warm(board: EmulatedPico, time_ms: float) -> Warm:
+    """Push for so long with a host that is alive."""
     push(board)
-    found = []
-    for _ in range(round(time_ms / 10)):
-        board.post("command", op="keep_alive")
-        board.run(10)
-        found.append(abs(board.do("amperes")))
-    return found
+    found: dict[str, list[float]] = {"motor": [], "coil": []}
+    for n in range(round(time_ms / 5)):
+        if n % 10 == 0:
+            board.post("command", op="keep_alive")
+        board.run(5)
+        share = board.brake()
+        if share is None:
+            return Warm(found, 5.0 * (n + 1))
+        found["motor"].append(abs(board.do("amperes")))
+        found["coil"].append(share * 12 / 40)
+    return Warm(found, None)
+
+
+def foreseen(part: str, time_ms: float) -> tuple[list[float], float]:
+    """Give what a part that warms up should get, every 5 ms, and when it would be at 145 degrees.
+
+    The latter is without being held down. Copper that has so much above 25 degrees makes 0.393 %
+    more heat a degree of what a current makes; its rated current makes 100 degrees.
+    """
+    rated_a, pushed_a, time_constant_s = RATED_A[part], PUSHED_A[part], TIME_CONSTANT_S[part]
+    rise_k, found = 0.0, []
+    hot_ms, hottest_k = 0.0, 0.0
+    for n in range(round(time_ms / 0.1)):
+        over = min(max((rise_k - 75) / 25, 0.0), 1.0)
+        amperes = pushed_a if over == 0 else min(pushed_a, _most_a(part, over))
+        if n % 50 == 49:
+            found.append(amperes)
+        rise_k += 1e-4 / time_constant_s * _warming(rise_k, amperes / rated_a)
+        if hottest_k <= 120:
+            hottest_k += 1e-4 / time_constant_s * _warming(hottest_k, pushed_a / rated_a)
+            hot_ms += 0.1
+    return found, hot_ms
+
+
+def _most_a(part: str, over: float) -> float:
+    peak_a = {"motor": 2.0, "coil": 0.3}[part]
+    return peak_a + (RATED_A[part] - peak_a) * over
+
+
+def _warming(rise_k: float, ratio: float) -> float:
+    return 100 / 1.393 * ratio**2 * (1 + 3.93e-3 * rise_k) - rise_k
 
 
 def start_with_other_layout(board: EmulatedPico) -> None:

@@ -222,11 +222,13 @@ class EmulatedPico:
 
     def get(self, name: str) -> dict[str, Any]:
         """Read a feature report."""
-        report = wire.REPORTS[name]
-        data = self.control(0xA1, 0x01, FEATURE << 8 | report.id, 0, wire.REPORT_SIZE)
-        found, values = wire.decode(data)
+        found, values = wire.decode(self.get_raw(wire.REPORTS[name].id))
         assert found == name
         return values
+
+    def get_raw(self, report: int) -> bytes:
+        """Read a feature report as bytes."""
+        return self.control(0xA1, 0x01, FEATURE << 8 | report, 0, wire.REPORT_SIZE)
 
     def set_raw(self, report: int, data: bytes) -> None:
         """Send any bytes as a feature report."""

@@ -15,9 +15,13 @@ from tests.board import felt
 from tests.board import pico as bench
 from tests.board.dangers import (
     DANGERS,
+    LITTLE,
+    PLENTY,
+    PUSHED_A,
     Danger,
     arm_while_bridge_wakes,
     endure,
+    foreseen,
     hold_warm,
     push,
     react,
@@ -29,7 +33,7 @@ from tests.board.unguarded import GUARDS, image, mutated, start_without, take_aw
 from torsio.hands import NoHand
 
 OVER_SPEED, ENCODER, ACTUATOR, OVERRUN = 1 << 1, 1 << 2, 1 << 3, 1 << 4
-CURRENT_SENSOR, WINDING = 1 << 6, 1 << 7
+CURRENT_SENSOR, WINDING, TEMPERATURE = 1 << 6, 1 << 7, 1 << 8
 STIFFNESS = math.degrees(30e-3)
 
 
@@ -199,25 +203,43 @@ def test_wrong_sign_runs_away_without_the_guard() -> None:
         assert run.fastest_rad_s > 60.0
 
 
-def test_warm_winding_gets_less_and_less_until_the_continuous_current() -> None:
-    # I2t by hand: 1.7 A in a winding of 10 s warm it to what 0.2 A make in 138 ms. From three
-    # quarters of that on, after 104 ms, less is allowed.
-    with rewired(motor_current_continuous_a=0.2) as pico:
-        amperes = hold_warm(pico, 250)
-        assert amperes[8] == pytest.approx(1.7, abs=0.05)
-        assert amperes[13] < 1.2
-        assert amperes[-1] == pytest.approx(0.36, abs=0.05)
+def test_warm_winding_and_coil_get_less_and_less_until_the_continuous_current() -> None:
+    with rewired(**LITTLE["motor"] | LITTLE["coil"]) as pico:
+        found = hold_warm(pico, 300)
+        assert found.off_ms is None
+        for part, amperes in found.amperes.items():
+            expected, _ = foreseen(part, 300)
+            # The push took some milliseconds before, and the model has steps of 6 at most.
+            for n in range(4, len(amperes) - 4):
+                most, least = expected[n - 4], expected[n + 4]
+                assert 0.97 * least - 0.03 <= amperes[n] <= 1.03 * most + 0.03, (part, n)
+            assert amperes[2] > 0.9 * PUSHED_A[part]
+            assert amperes[-1] < 0.3 * PUSHED_A[part]
         assert pico.get("health")["state"] == "armed"
         # It is the winding that is warm, not the order: it stays so when armed anew.
         assert pico.command("disarm") == "ok"
         pico.turn(-pico.get("clock")["position_counts"], period_us=2)
-        assert hold_warm(pico, 10)[0] < 0.6
+        again = hold_warm(pico, 10)
+        assert again.amperes["motor"][0] < 0.6
+        assert again.amperes["coil"][0] < 0.06
 
 
-def test_winding_is_overheated_without_the_guard() -> None:
-    with rewired(image(), motor_current_continuous_a=0.2) as pico:
-        take_away(pico, "heat")
-        assert hold_warm(pico, 200)[-1] == pytest.approx(1.7, abs=0.05)
+@pytest.mark.parametrize("part", ["motor", "coil"])
+def test_winding_that_nothing_holds_down_is_a_fault_before_it_burns(part: str) -> None:
+    with rewired(image(), **PLENTY | LITTLE[part]) as pico:
+        take_away(pico, f"{part}'s heat")
+        found = hold_warm(pico, 250)
+        _, hot_ms = foreseen(part, 250)
+        assert found.off_ms == pytest.approx(hot_ms, abs=15)
+        assert pico.get("health")["faults"] == TEMPERATURE
+        assert pico.command("clear_fault") == "fault_persists"
+        # And without this guard too it gets all that it is told to.
+        take_away(pico, f"{part}'s heat", "temperature")
+        assert pico.command("clear_fault") == "ok"
+        pico.turn(-pico.get("clock")["position_counts"], period_us=2)
+        found = hold_warm(pico, 60)
+        assert found.off_ms is None
+        assert found.amperes[part][-1] == pytest.approx(PUSHED_A[part], rel=0.03)
 
 
 def test_stored_configuration_of_another_layout_is_not_believed() -> None:

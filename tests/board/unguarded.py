@@ -65,8 +65,13 @@ GUARDS = {
     "bridge's waking": Guard(POWER, "!enabled_ || steps_enabled_ == settle_steps_", "true"),
     "winding": Guard(POWER, "believed_ ? 0 : fault::winding", "0"),
     "sensor's zero": Guard(POWER, "zero_fits ? 0 : fault::current_sensor", "0"),
-    "heat": Guard(POWER, "current_max_a_ = core::allow_current(heat_, heat_params_, current_a);",
-                  ";"),
+    "motor's heat": Guard(
+        POWER, "current_max_a_ = core::allow_current(motor_heat_, motor_heat_params_);", ";",
+    ),
+    "coil's heat": Guard(
+        POWER, "coil_max_a_ = core::allow_current(coil_heat_, coil_heat_params_);", ";",
+    ),
+    "temperature": Guard(POWER, "motor_heat_.too_hot || coil_heat_.too_hot", "false"),
     "jumps": Guard(
         "firmware/device/control_loop.cpp",
         "static_cast<std::uint32_t>(out.motion.delta_counts) + limit_counts > 2 * limit_counts",

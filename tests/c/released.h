@@ -195,6 +195,9 @@ enum {
   TORSIO_FAULT_NUMERIC = 1 << 5,
   TORSIO_FAULT_CURRENT_SENSOR = 1 << 6,
   TORSIO_FAULT_WINDING = 1 << 7,
+  TORSIO_FAULT_TEMPERATURE =
+      1
+      << 8,
 };
 typedef struct torsio_knot {
   double time_s;
@@ -378,6 +381,8 @@ typedef struct torsio_board_config {
   double brake_inductance_h;
   bool motor_reversed;
   bool confirmed;
+  int32_t brake_continuous_percent;
+  int32_t ambient_c;
   int32_t encoder_pin;
   int32_t motor_pin;
   int32_t brake_pin;

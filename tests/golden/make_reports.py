@@ -144,6 +144,8 @@ CASES: list[tuple[str, dict[str, Any]]] = [
             "brake_inductance_h": 2.5,
             "motor_reversed": "on",
             "confirmed": "on",
+            "brake_continuous_percent": 85,
+            "ambient_c": 45,
             "encoder_pin": 3,
             "motor_pin": 14,
             "brake_pin": 20,

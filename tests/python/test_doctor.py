@@ -253,7 +253,7 @@ def test_fault_table_has_every_fault_of_the_protocol() -> None:
     assert (
         set(doctor_knob._FAULTS_FOUND)
         == set(FAULT_ADVICE)
-        == set(re.findall(r"uint16_t (\w+) = 1", body))
+        == set(re.findall(r"uint16_t (\w+) =\s+1", body))
     )
 
 

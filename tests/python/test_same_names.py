@@ -25,7 +25,6 @@ CPP_ONLY = {
     "LocalModel": "keyword arguments of Knob.stream_local_model",
     "TelemetrySample": "columns of an array, TELEMETRY_DTYPE",
     "TruthSample": "columns of an array, TRUTH_DTYPE",
-    "Transport": "Python brings none of its own",
     "ReportBytes": "bytes",
     "ReportTap": "what Knob.record_to and torsio.studio.watch use",
     "LoggedReport": "a row of Recorded.reports",

@@ -172,7 +172,7 @@ def wiring(of: Structure) -> str:
     for field in of.host_fields:
         if field.kind == "switch":
             default = "on" if field.default else "off"
-        elif field.wire == "u8":
+        elif field.name.endswith("_pin"):
             default = f"GP{field.default}"
         else:
             default = f"{value_of(field.default):g}"  # type: ignore[arg-type]

@@ -76,6 +76,7 @@ from torsio.replaying import Replayed, replay
 from torsio.scenes import *  # noqa: F403  # every effect
 from torsio.steps import Step, Steps
 from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
+from torsio.transport import Transport
 
 __version__ = _version("torsio")
 
@@ -140,6 +141,7 @@ __all__ = [
     "StiffnessWarning",
     "Timeout",
     "TorqueHand",
+    "Transport",
     "__version__",
     "core",
     "dump_config",

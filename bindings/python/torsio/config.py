@@ -160,7 +160,8 @@ class BoardConfig:
     motor_current_max_a
         Never asked for more; one and a half times as much measured is a fault; 0 to 100.
     motor_current_continuous_a
-        That the winding stands for ever; more is given for seconds, then less and less; 0 to 100.
+        That the winding stands for ever in air of 25 degrees; more is given for seconds, then less
+        and less; 0 to 100.
     motor_resistance_ohm
         Of the winding; 0.001 to 1000.
     motor_inductance_h
@@ -183,6 +184,11 @@ class BoardConfig:
     confirmed
         True: somebody has checked that these are the parts. Until then, and until `values_are` is
         no longer `assumed`, a real board holds torques and speed low. Acts at once.
+    brake_continuous_percent
+        Of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given
+        for a while, then less and less; 0 to 100.
+    ambient_c
+        Of the air round motor and brake, the warmest that it gets; 0 to 100.
     encoder_pin
         GPIO of A; B is the next one; 0 to 28.
     motor_pin
@@ -216,6 +222,8 @@ class BoardConfig:
     brake_inductance_h: float = 0.0
     motor_reversed: bool = False
     confirmed: bool = False
+    brake_continuous_percent: int = 100
+    ambient_c: int = 25
     encoder_pin: int = 2
     motor_pin: int = 6
     brake_pin: int = 8

@@ -40,6 +40,7 @@ _FAULTS_FOUND = {
         "the motor's current sensor does not rest where it can see enough to either side"
     ),
     "winding": "the motor's voltage, its current and the knob's speed did not fit together",
+    "temperature": "the motor's winding or the brake's coil got too hot, by the currents they had",
     "overrun": "ticks were missed, or took nearly the whole control period",
     "numeric": "the control law gave a torque that is no number",
 }

@@ -6,6 +6,7 @@ from torsio import _torsio, checks
 from torsio.emulated_knob import EmulatorOptions
 from torsio.knob import Knob
 from torsio.records import ListedDevice
+from torsio.transport import Transport
 
 __all__ = ["list_devices", "open"]
 
@@ -13,7 +14,7 @@ _MAX_RING_SAMPLES = 2**24
 
 
 def open(
-    selector: str = "",
+    selector: str | Transport = "",
     *,
     emulator: EmulatorOptions | None = None,
     command_timeout_s: float = 1.0,
@@ -26,7 +27,8 @@ def open(
     selector
         Path, serial number, "emulated", "emulated:NAME", or empty for the only real device.
         "emulated" gives a new knob each time. "emulated:NAME" is one device: it keeps its saved
-        configuration while the process lives, and a second open of it raises `DeviceBusy`.
+        configuration while the process lives, and a second open of it raises `DeviceBusy`. Or a
+        `Transport` of one's own, which is closed with the knob.
     emulator
         What an emulated knob is like; an error with a selector that means a real one.
     command_timeout_s
@@ -43,7 +45,7 @@ def open(
     )
     return Knob(
         _torsio.open_knob(
-            checks.text("selector", selector),
+            selector if isinstance(selector, Transport) else checks.text("selector", selector),
             emulator=emulator,
             command_timeout_s=checks.number("command_timeout_s", command_timeout_s),
             ring_samples=checks.whole("ring_samples", ring_samples, 1, _MAX_RING_SAMPLES),

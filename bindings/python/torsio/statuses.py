@@ -54,5 +54,10 @@ FAULT_ADVICE: Final = {
         "check the current sensor, the motor's wires, the supply and the encoder's cable, "
         "then resistance, torque constant and signs in the configuration; clear the fault"
     ),
+    "temperature": (
+        "let it cool down; then look for a current that nobody asked for, and compare "
+        "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
+        "configuration with the parts; clear the fault"
+    ),
 }
 """What to do about each fault of the device."""

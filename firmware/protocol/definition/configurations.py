@@ -120,7 +120,8 @@ BOARD_CONFIG = _configuration(
     ),
     number(
         "motor_current_continuous_a", "A", 0.0, 100.0,
-        "that the winding stands for ever; more is given for seconds, then less and less",
+        "that the winding stands for ever in air of 25 degrees; more is given for seconds, then less "
+        "and less",
         default=1.0,
     ),
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=2.5),
@@ -151,6 +152,15 @@ BOARD_CONFIG = _configuration(
         "confirmed", e.TOGGLE,
         "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer "
         "`assumed`, a real board holds torques and speed low. Acts at once",
+    ),
+    whole(
+        "brake_continuous_percent", "u8", 0, 100,
+        "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for a "
+        "while, then less and less", default=100, unit="%",
+    ),
+    whole(
+        "ambient_c", "u8", 0, 100,
+        "of the air round motor and brake, the warmest that it gets", default=25, unit="degree C",
     ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(

@@ -264,6 +264,13 @@ FAULT = Bits(
             "cable, then resistance, torque constant and signs in the configuration; "
             "clear the fault",
         ),
+        Value(
+            "temperature",
+            "the motor's winding or the brake's coil is too hot, by the currents that they had",
+            "let it cool down; then look for a current that nobody asked for, and compare "
+            "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
+            "configuration with the parts; clear the fault",
+        ),
     ),
     "Faults, latched until cleared: bits of every `faults` field.",
 )

@@ -208,6 +208,9 @@ enum {
   TORSIO_FAULT_NUMERIC = 1 << 5,         ///< the control law gave no finite torque
   TORSIO_FAULT_CURRENT_SENSOR = 1 << 6,  ///< its zero leaves no room for the trip level
   TORSIO_FAULT_WINDING = 1 << 7,         ///< voltage, current and speed do not fit together
+  TORSIO_FAULT_TEMPERATURE =
+      1
+      << 8,  ///< the motor's winding or the brake's coil is too hot, by the currents that they had
 };
 
 /// One corner of a piecewise-linear function of time. The first value holds before the first knot,
@@ -529,8 +532,8 @@ typedef struct torsio_board_config {
   double motor_torque_constant_nm_per_a;
   /// never asked for more; one and a half times as much measured is a fault; 0 to 100; at first 2
   double motor_current_max_a;
-  /// that the winding stands for ever; more is given for seconds, then less and less; 0 to 100; at
-  /// first 1
+  /// that the winding stands for ever in air of 25 degrees; more is given for seconds, then less
+  /// and less; 0 to 100; at first 1
   double motor_current_continuous_a;
   /// of the winding; 0.001 to 1000; at first 2.5
   double motor_resistance_ohm;
@@ -554,6 +557,11 @@ typedef struct torsio_board_config {
   /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
   /// longer `assumed`, a real board holds torques and speed low. Acts at once
   bool confirmed;
+  /// of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for
+  /// a while, then less and less; 0 to 100; at first 100
+  int32_t brake_continuous_percent;
+  /// of the air round motor and brake, the warmest that it gets; 0 to 100; at first 25
+  int32_t ambient_c;
   /// GPIO of A; B is the next one; 0 to 28; at first 2
   int32_t encoder_pin;
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28; at

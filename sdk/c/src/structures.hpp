@@ -21,9 +21,9 @@
 
 namespace torsio::c {
 
-inline constexpr std::array<std::string_view, 8> kFaultNames{
-    "emergency_stop", "over_speed", "encoder",        "actuator",
-    "overrun",        "numeric",    "current_sensor", "winding"};
+inline constexpr std::array<std::string_view, 9> kFaultNames{
+    "emergency_stop", "over_speed",     "encoder", "actuator",   "overrun",
+    "numeric",        "current_sensor", "winding", "temperature"};
 
 /// Bits of the faults with these names; a later device may have some without a bit.
 inline std::uint32_t fault_bits(const std::vector<std::string>& names) {
@@ -215,6 +215,8 @@ inline BoardConfig from_c(const torsio_board_config& from) {
   to.brake_inductance_h = from.brake_inductance_h;
   to.motor_reversed = flag(from.motor_reversed);
   to.confirmed = flag(from.confirmed);
+  to.brake_continuous_percent = from.brake_continuous_percent;
+  to.ambient_c = from.ambient_c;
   to.encoder_pin = from.encoder_pin;
   to.motor_pin = from.motor_pin;
   to.brake_pin = from.brake_pin;
@@ -580,6 +582,8 @@ inline torsio_board_config to_c([[maybe_unused]] const BoardConfig& from) {
   to.brake_inductance_h = from.brake_inductance_h;
   to.motor_reversed = from.motor_reversed;
   to.confirmed = from.confirmed;
+  to.brake_continuous_percent = from.brake_continuous_percent;
+  to.ambient_c = from.ambient_c;
   to.encoder_pin = from.encoder_pin;
   to.motor_pin = from.motor_pin;
   to.brake_pin = from.brake_pin;

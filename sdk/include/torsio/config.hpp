@@ -91,7 +91,8 @@ struct BoardConfig {
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100
   /// never asked for more; one and a half times as much measured is a fault; 0 to 100
   double motor_current_max_a = 2.0;
-  /// that the winding stands for ever; more is given for seconds, then less and less; 0 to 100
+  /// that the winding stands for ever in air of 25 degrees; more is given for seconds, then less
+  /// and less; 0 to 100
   double motor_current_continuous_a = 1.0;
   double motor_resistance_ohm = 2.5;   ///< of the winding; 0.001 to 1000
   double motor_inductance_h = 0.0015;  ///< of the winding; 1e-6 to 1
@@ -110,6 +111,10 @@ struct BoardConfig {
   /// true: somebody has checked that these are the parts. Until then, and until `values_are` is no
   /// longer `assumed`, a real board holds torques and speed low. Acts at once
   bool confirmed = false;
+  /// of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for
+  /// a while, then less and less; 0 to 100
+  int brake_continuous_percent = 100;
+  int ambient_c = 25;   ///< of the air round motor and brake, the warmest that it gets; 0 to 100
   int encoder_pin = 2;  ///< GPIO of A; B is the next one; 0 to 28
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28
   int motor_pin = 6;

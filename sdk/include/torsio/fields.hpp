@@ -365,7 +365,8 @@ struct Fields<BoardConfig> {
       field("motor_current_max_a", &BoardConfig::motor_current_max_a, "A", 0.0, 100.0,
             "never asked for more; one and a half times as much measured is a fault"),
       field("motor_current_continuous_a", &BoardConfig::motor_current_continuous_a, "A", 0.0, 100.0,
-            "that the winding stands for ever; more is given for seconds, then less and less"),
+            "that the winding stands for ever in air of 25 degrees; more is given for seconds, "
+            "then less and less"),
       field("motor_resistance_ohm", &BoardConfig::motor_resistance_ohm, "ohm", 0.001, 1000.0,
             "of the winding"),
       field("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6, 1.0,
@@ -388,6 +389,11 @@ struct Fields<BoardConfig> {
       field("confirmed", &BoardConfig::confirmed, "", -kNoLimit, kNoLimit,
             "on: somebody has checked that these are the parts. Until then, and until `values_are` "
             "is no longer `assumed`, a real board holds torques and speed low. Acts at once"),
+      field("brake_continuous_percent", &BoardConfig::brake_continuous_percent, "%", 0.0, 100.0,
+            "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is "
+            "given for a while, then less and less"),
+      field("ambient_c", &BoardConfig::ambient_c, "degree C", 0.0, 100.0,
+            "of the air round motor and brake, the warmest that it gets"),
       field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
             "GPIO of A; B is the next one"),
       field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,

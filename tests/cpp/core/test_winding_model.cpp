@@ -1,5 +1,4 @@
-// The winding's model beside a measured current, and how long a winding may have its peak: numbers
-// worked out by hand.
+// The winding's model beside a measured current: numbers worked out by hand.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -60,38 +59,5 @@ TEST_CASE("the model's current goes its way towards voltage less back EMF over r
   for (int n = 1; n <= 20; ++n) {
     follow_winding(state, params, 40.0F, 6.0F);
     CHECK(static_cast<double>(state.expected_a) == near(2.0 * (1.0 - std::exp(-0.2 * n))));
-  }
-}
-
-TEST_CASE("a winding warms as the square of its current, as a lag of first order") {
-  const HeatParams params = make_heat(2.0F, 1.0F, 10.0F, 0.01F);
-  HeatState state;
-  for (int n = 1; n <= 100; ++n) {
-    (void)allow_current(state, params, -1.5F);
-    CHECK(static_cast<double>(state.warming_a2) == near(2.25 * (1.0 - std::pow(0.999, n))));
-  }
-}
-
-TEST_CASE(
-    "the peak is given up to three quarters of what is allowed for ever, then less in a line") {
-  const HeatParams params = make_heat(2.0F, 1.0F, 1e9F, 1.0F);
-  const auto allowed = [&](float warming_a2) {
-    HeatState state;
-    state.warming_a2 = warming_a2;
-    return static_cast<double>(allow_current(state, params, 0.0F));
-  };
-  CHECK(allowed(0.0F) == near(2.0));
-  CHECK(allowed(0.7499F) == near(2.0));
-  CHECK(allowed(0.875F) == near(1.5));
-  CHECK(allowed(1.0F) == near(1.0));
-  CHECK(allowed(2.0F) == near(1.0));
-}
-
-TEST_CASE("what is allowed for ever is never more than the peak") {
-  const HeatParams params = make_heat(1.0F, 2.0F, 10.0F, 0.01F);
-  HeatState state;
-  for (const float warming_a2 : {0.0F, 0.9F, 3.0F, 5.0F}) {
-    state.warming_a2 = warming_a2;
-    CHECK(allow_current(state, params, 0.0F) <= 1.0F);
   }
 }

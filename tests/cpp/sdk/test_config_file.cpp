@@ -22,7 +22,7 @@ TEST_CASE("a configuration is dumped with all its fields, as JSON") {
   CHECK(found.size() == 4);
   CHECK(found.at("actuator_config").size() == 16);
   CHECK(found.at("control_config").size() == 12);
-  CHECK(found.at("board_config").size() == 22);
+  CHECK(found.at("board_config").size() == 24);
   CHECK(found.at("actuator_config").at("counts_per_rev").is_number_integer());
   CHECK(found.at("actuator_config").at("counts_per_rev") == 8192);
   CHECK(found.at("control_config").at("law") == "calibrated");

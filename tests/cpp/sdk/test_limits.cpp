@@ -49,7 +49,11 @@ TEST_CASE(
   knob.update([](CalibrationConfig& known) { known.values_are = Basis::measured; });
   // 1 A for ever at 0.05 N m/A.
   CHECK(same(knob.limits(), {0.085, 0.05, 0.11, 0.0, false}));
+  // 64 of the 100 degrees that it makes are left.
+  knob.update([](BoardConfig& board) { board.ambient_c = 61; });
+  CHECK(same(knob.limits(), {0.085, 0.04, 0.11, 0.0, false}));
   knob.update([](BoardConfig& board) {
+    board.ambient_c = 25;
     board.motor_current_max_a = 0.5;
     board.brake_current_max_a = 0.1;
   });

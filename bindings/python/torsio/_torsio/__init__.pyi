@@ -18,6 +18,7 @@ from torsio.firmware import Host
 from torsio.hands import Hand
 from torsio.plant import PlantParams
 from torsio.scenes import Excitation, Scene
+from torsio.transport import Transport as OwnTransport
 
 from . import core as core
 from . import emulator as emulator
@@ -36,7 +37,7 @@ def list_devices() -> list[dict[str, Any]]: ...
 def matching_config(plant: PlantParams, /) -> dict[str, Any]: ...
 def matching_shaft(plant: PlantParams, /) -> dict[str, Any]: ...
 def open_knob(
-    selector: str,
+    way: str | OwnTransport,
     *,
     emulator: EmulatorOptions | None,
     command_timeout_s: float,

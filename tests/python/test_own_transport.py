@@ -1,0 +1,154 @@
+"""A transport that is written in Python: a knob over it is as any other."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+import torsio
+from torsio.emulator import EmulatedDevice
+
+TICK_NS = 100_000
+
+
+class Simulated(torsio.Transport):
+    """The emulated device, one tick at a time, in a time of its own."""
+
+    time_is_virtual = True
+
+    def __init__(self) -> None:
+        self.device = EmulatedDevice(plant=torsio.PlantParams(), control_period_ns=TICK_NS)
+        self.device.advance(5_000_000)
+        self.closed = 0
+        self.broken: Exception | None = None
+        self.cut_to = 64
+
+    def close(self) -> None:
+        self.closed += 1
+
+    def write(self, report: bytes) -> bool:
+        assert len(report) == 64
+        return bool(self.device.write(report))
+
+    def read(self, timeout_s: float) -> bytes | None:
+        assert 0.0 <= timeout_s <= 0.02
+        if self.broken is not None:
+            raise self.broken
+        report = self.device.read()
+        return None if report is None else bytes(report[: self.cut_to])
+
+    def get_feature(self, report_id: int) -> bytes | None:
+        return self.device.get_feature(report_id)
+
+    def set_feature(self, report: bytes) -> bool:
+        return bool(self.device.set_feature(report))
+
+    def now_ns(self) -> int:
+        return int(self.device.time_ns)
+
+    def advance_to(self, time_ns: int) -> None:
+        if time_ns > self.now_ns():
+            self.device.advance(time_ns - self.now_ns())
+
+
+class Hurrying(Simulated):
+    """In real time, of which each look takes a millisecond of the device's, and from threads."""
+
+    time_is_virtual = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lock = threading.Lock()
+        self.readers: set[int] = set()
+
+    def write(self, report: bytes) -> bool:
+        with self.lock:
+            return super().write(report)
+
+    def read(self, timeout_s: float) -> bytes | None:
+        self.readers.add(threading.get_ident())
+        with self.lock:
+            self.device.advance(1_000_000)
+            return super().read(timeout_s)
+
+    def get_feature(self, report_id: int) -> bytes | None:
+        with self.lock:
+            return super().get_feature(report_id)
+
+    def set_feature(self, report: bytes) -> bool:
+        with self.lock:
+            return super().set_feature(report)
+
+    def now_ns(self) -> int:
+        raise AssertionError("real time is not asked for")
+
+    def advance_to(self, time_ns: int) -> None:
+        raise AssertionError("nobody can advance real time")
+
+
+def test_transport_of_real_time_is_read_by_a_thread_of_the_knob() -> None:
+    transport = Hurrying()
+    with torsio.open(transport) as knob:
+        knob.play(torsio.Spring(stiffness_nm_per_rad=0.1))
+        knob.arm()
+        log = knob.record(0.05)
+        assert knob.state == "armed"
+    assert len(log) > 0
+    assert transport.closed == 1
+    assert len(transport.readers) == 1
+    assert threading.get_ident() not in transport.readers
+
+
+def test_knob_over_a_transport_of_python_renders_a_spring_and_tells_it() -> None:
+    transport = Simulated()
+    with torsio.open(transport) as knob:
+        with pytest.raises(torsio.Error, match="no emulated world"):
+            _ = knob.emulator
+        assert knob.info.control_rate_hz == 1e9 / TICK_NS
+        knob.play(torsio.Constant(torque_nm=0.03))
+        knob.update(law="motor_only")
+        knob.arm()
+        log = knob.record(0.2)
+        assert knob.state == "armed"
+    assert transport.closed == 1
+    assert log["time_s"][-1] - log["time_s"][0] == pytest.approx(0.2, abs=1e-3)
+    # 30 mN m less 8 of friction, on 1e-4 kg m^2, from when they are all there.
+    late = log[log["time_s"] - log["time_s"][0] > 0.1]
+    acceleration = np.polyfit(late["time_s"], late["angle_rad"], 2)[0] * 2
+    slowed = 2.8e-5 * float(np.mean(late["speed_rad_s"]))
+    assert acceleration == pytest.approx((0.022 - slowed) / 1e-4, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("error", "expected", "text"),
+    [
+        (torsio.Disconnected("the line is down"), torsio.Disconnected, "the line is down"),
+        (OSError("no route"), torsio.Disconnected, "OSError: no route"),
+    ],
+)
+def test_what_a_transport_raises_is_told(
+    error: Exception, expected: type[Exception], text: str
+) -> None:
+    transport = Simulated()
+    with torsio.open(transport) as knob:
+        transport.broken = error
+        with pytest.raises(expected, match=text):
+            knob.record(0.1)
+    assert transport.closed == 1
+
+
+def test_report_of_another_size_is_refused_in_a_sentence() -> None:
+    transport = Simulated()
+    with torsio.open(transport) as knob:
+        transport.cut_to = 12
+        with pytest.raises(torsio.Disconnected, match="a report of 12 bytes; every report has 64"):
+            knob.record(0.1)
+
+
+def test_what_is_neither_a_selector_nor_a_transport_is_refused() -> None:
+    nothing: Any = object()
+    with pytest.raises(TypeError, match="selector"):
+        torsio.open(nothing)
