@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "core/brake_model.hpp"
 #include "core/motion.hpp"
@@ -30,6 +31,38 @@ core::Law law_from_name(const std::string& name) {
     known += (known.empty() ? "'" : ", '") + std::string(one) + "'";
   }
   throw py::value_error("law must be one of " + known + ", is '" + name + "'");
+}
+
+/// What vectorize would take for numbers, or go through in another order, is refused.
+template <class Number>
+auto rows(const char* name, const py::object& value) {
+  const bool is_array = py::isinstance<py::array>(value);
+  bool good = PyNumber_Check(value.ptr()) != 0;
+  if (is_array) {
+    const auto array = py::reinterpret_borrow<py::array>(value);
+    const char kind = array.dtype().kind();
+    good = kind == 'i' || kind == 'u' || (kind == 'f' && std::is_floating_point_v<Number>);
+    if (array.ndim() > 1) {
+      throw py::value_error(std::string(name) + " has " + std::to_string(array.ndim()) +
+                            " dimensions, allowed is one, of ticks");
+    }
+  } else if (!std::is_floating_point_v<Number>) {
+    good = PyIndex_Check(value.ptr()) != 0;
+  }
+  if (!good) {
+    throw py::type_error(std::string(name) + " must be " +
+                         (std::is_floating_point_v<Number> ? "a number" : "a whole number") +
+                         " or an array of them");
+  }
+  return py::array_t<Number, py::array::forcecast>(value);
+}
+
+/// A tick each.
+template <class One, class Other>
+void check_lengths(const One& one, const Other& other) {
+  if (one.ndim() == 0 || other.ndim() == 0 || one.size() == other.size()) return;
+  throw py::value_error("arrays of " + std::to_string(one.size()) + " and " +
+                        std::to_string(other.size()) + " ticks do not go together");
 }
 
 void bind_motion(py::module_& module) {
@@ -58,13 +91,15 @@ void bind_motion(py::module_& module) {
       .def_readonly("delta_rad", &core::Motion::delta_rad)
       .def_readonly("speed_rad_s", &core::Motion::speed_rad_s)
       .def_readonly("acceleration_rad_s2", &core::Motion::acceleration_rad_s2);
-  module.def("track_motion",
-             py::vectorize([](core::MotionState& state, core::MotionParams& params,
-                              std::uint32_t encoder_count) {
-               return core::track_motion(state, params, encoder_count);
-             }),
-             arg("state"), arg("params"), arg("encoder_count"),
-             "One tick: position, speed and acceleration from a wrapping counter.");
+  module.def(
+      "track_motion",
+      [](core::MotionState& state, core::MotionParams& params, const py::object& count) {
+        return py::vectorize([&](std::uint32_t encoder_count) {
+          return core::track_motion(state, params, encoder_count);
+        })(rows<std::uint32_t>("encoder_count", count));
+      },
+      arg("state"), arg("params"), arg("encoder_count"),
+      "One tick: position, speed and acceleration from a wrapping counter.");
 }
 
 void bind_brake_model(py::module_& module) {
@@ -83,9 +118,11 @@ void bind_brake_model(py::module_& module) {
       .def_readwrite("capacity_nm", &core::BrakeState::capacity_nm);
   module.def(
       "model_brake",
-      py::vectorize([](core::BrakeState& state, core::BrakeParams& params, float held_command_nm) {
-        return core::model_brake(state, params, held_command_nm);
-      }),
+      [](core::BrakeState& state, core::BrakeParams& params, const py::object& held) {
+        return py::vectorize([&](float held_command_nm) {
+          return core::model_brake(state, params, held_command_nm);
+        })(rows<float>("held_command_nm", held));
+      },
       arg("state"), arg("params"), arg("held_command_nm"),
       "One tick: what the brake can hold now, N m.");
 }
@@ -95,14 +132,20 @@ void bind_soft_sensor(py::module_& module) {
       .def(py::init([](float torque_nm) { return core::SoftSensorState{torque_nm}; }),
            py::kw_only(), arg("spring_torque_nm") = 0.0F)
       .def_readwrite("spring_torque_nm", &core::SoftSensorState::spring_torque_nm);
-  module.def("sense_spring",
-             py::vectorize([](core::SoftSensorState& state, float delta_rad, float capacity_nm,
-                              float stiffness_nm_per_rad) {
-               return core::sense_spring(state, stiffness_nm_per_rad, delta_rad, capacity_nm);
-             }),
-             arg("state"), arg("delta_rad"), arg("capacity_nm"), py::kw_only(),
-             arg("stiffness_nm_per_rad") = 2.873F,
-             "One tick: the shaft spring's torque on the knob, N m.");
+  module.def(
+      "sense_spring",
+      [](core::SoftSensorState& state, const py::object& delta, const py::object& capacity,
+         float stiffness_nm_per_rad) {
+        const auto deltas = rows<float>("delta_rad", delta);
+        const auto capacities = rows<float>("capacity_nm", capacity);
+        check_lengths(deltas, capacities);
+        return py::vectorize([&](float delta_rad, float capacity_nm) {
+          return core::sense_spring(state, stiffness_nm_per_rad, delta_rad, capacity_nm);
+        })(deltas, capacities);
+      },
+      arg("state"), arg("delta_rad"), arg("capacity_nm"), py::kw_only(),
+      arg("stiffness_nm_per_rad") = 2.873F,
+      "One tick: the shaft spring's torque on the knob, N m.");
 }
 
 void bind_partition(py::module_& module) {
@@ -133,12 +176,18 @@ void bind_partition(py::module_& module) {
       .def_readonly("brake_saturated", &core::Shares::brake_saturated);
   PYBIND11_NUMPY_DTYPE(core::Shares, motor_command_nm, brake_command_nm, motor_saturated,
                        brake_saturated);
-  module.def("partition",
-             py::vectorize([](core::PartitionParams& params, float desired_nm, float spring_nm) {
-               return core::partition(params, desired_nm, spring_nm);
-             }),
-             arg("params"), arg("desired_nm"), arg("spring_nm"),
-             "Motor torque and brake command for a desired torque.");
+  module.def(
+      "partition",
+      [](core::PartitionParams& params, const py::object& desired, const py::object& spring) {
+        const auto torques = rows<float>("desired_nm", desired);
+        const auto springs = rows<float>("spring_nm", spring);
+        check_lengths(torques, springs);
+        return py::vectorize([&](float desired_nm, float spring_nm) {
+          return core::partition(params, desired_nm, spring_nm);
+        })(torques, springs);
+      },
+      arg("params"), arg("desired_nm"), arg("spring_nm"),
+      "Motor torque and brake command for a desired torque.");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "device/config_store.hpp"
 
 #include <algorithm>
+#include <array>
 #include <type_traits>
 
 #include "protocol/codec.hpp"
@@ -91,7 +92,10 @@ std::uint32_t values_checksum(const Config& config) {
   protocol::ActuatorConfig actuator = config.actuator;
   protocol::ShaftConfig shaft = config.shaft;
   actuator.sequence = shaft.sequence = 0;
-  return crc32(protocol::encode(actuator)) ^ ~crc32(protocol::encode(shaft));
+  std::array<std::uint8_t, 2 * protocol::report_size> bytes;
+  std::ranges::copy(protocol::encode(actuator), bytes.begin());
+  std::ranges::copy(protocol::encode(shaft), bytes.begin() + protocol::report_size);
+  return crc32(bytes);
 }
 
 protocol::CalibrationConfig calibration_now(const Config& config) {

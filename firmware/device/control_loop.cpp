@@ -133,8 +133,10 @@ Snapshot ControlLoop::snapshot() const {
 }
 
 protocol::Ledger ControlLoop::ledger() const {
-  return between_ticks([&] {
+  core::ShaftParams shaft;
+  protocol::Ledger ledger = between_ticks([&] {
     const core::ControllerParams& params = config_.controller;
+    shaft = params.shaft;
     const bool kept = core::traits(params.partition.law).bounds;
     const bool bounds = overlay_.bounds && !controller_.bound.new_scene;
     const core::Ledger& sums = controller_.ledger;
@@ -144,11 +146,14 @@ protocol::Ledger ControlLoop::ledger() const {
         sums.motor,
         sums.spring_twice,
         sums.spring,
-        core::stored_energy_j(params.shaft,
-                              static_cast<float>(sums.spring) / core::kLedgerTorquesPerNm),
+        0.0F,
         bounds ? controller_.bound.slope_nm_per_count / params.motion.resolution.rad_per_count
                : 0.0F};
   });
+  // Not between two ticks: on a processor without floating point it may take longer than there is.
+  ledger.stored_j =
+      core::stored_energy_j(shaft, static_cast<float>(ledger.spring) / core::kLedgerTorquesPerNm);
+  return ledger;
 }
 
 void ControlLoop::carry_out(const Order& order) {
@@ -371,7 +376,9 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   playing_scene_ = nullptr;
   playing_overlay_ = nullptr;
   changes_ = false;
-  speed_limit_rad_s_ = config_.speed_limit_rad_s;
+  // Also while it is let go: it still turns as fast.
+  speed_limit_rad_s_ =
+      excitation_.on ? config_.excitation_speed_limit_rad_s : config_.speed_limit_rad_s;
   overlay_ = core::overlay_of(config_.controller);
   overlay_.bounds = false;
   if (core::is_needed(overlay_)) playing_overlay_ = &overlay_;
@@ -382,7 +389,6 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
   if (excitation_.on) {
     changes_ = true;
     overlay_.excitation = &excitation_;
-    speed_limit_rad_s_ = config_.excitation_speed_limit_rad_s;
     playing_overlay_ = &overlay_;
     return;
   }

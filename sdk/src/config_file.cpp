@@ -227,20 +227,27 @@ std::string dump_config(Knob& knob) {
 void load_config(Knob& knob, std::string_view text) {
   std::vector<std::function<void()>> changes;
   std::vector<std::function<void()>> undo;
-  for (const ConfigPart& part : ConfigReader(text).read()) {
-    bool known = false;
-    const auto prepare = [&](const auto& kind) {
-      if (kind.name != part.name) return;
-      known = true;
-      const auto before = (knob.*kind.get)();
-      auto after = before;
-      assign_fields(part, after);
-      changes.emplace_back([&knob, after] { knob.configure(after); });
-      undo.emplace_back([&knob, before] { knob.configure(before); });
-    };
-    std::apply([&](const auto&... kind) { (prepare(kind), ...); }, kConfigKinds);
+  const std::vector<ConfigPart> parts = ConfigReader(text).read();
+  for (const ConfigPart& part : parts) {
+    const bool known = std::apply(
+        [&](const auto&... kind) { return ((kind.name == part.name) || ...); }, kConfigKinds);
     if (!known) throw InvalidArgument("there is no configuration '" + part.name + "'");
   }
+  // In their own order, whatever the file's: what is about other values comes behind them.
+  const auto prepare = [&](const auto& kind) {
+    const auto before = (knob.*kind.get)();
+    auto after = before;
+    bool named = false;
+    for (const ConfigPart& part : parts) {
+      if (part.name != kind.name) continue;
+      named = true;
+      assign_fields(part, after);
+    }
+    if (!named) return;
+    changes.emplace_back([&knob, after] { knob.configure(after); });
+    undo.emplace_back([&knob, before] { knob.configure(before); });
+  };
+  std::apply([&](const auto&... kind) { (prepare(kind), ...); }, kConfigKinds);
   if (knob.health().owner != Owner::none) {
     throw Refused("somebody has the actuator: end it, and set it again", "not_disarmed", "command",
                   "");
@@ -249,7 +256,7 @@ void load_config(Knob& knob, std::string_view text) {
   try {
     for (; done < changes.size(); ++done) changes[done]();
   } catch (const Error&) {
-    while (done != 0) undo[--done]();
+    for (std::size_t i = 0; i < done; ++i) undo[i]();
     throw;
   }
   knob.save();

@@ -124,6 +124,7 @@ void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
   const unsigned decimation = known != 0 ? known : ticks_per_sample({}, false);
   check_length(duration_ns, decimation);
   if (rate_hz) start(rate_hz, false);
+  const std::size_t had = into.size();
   Session::Recording recording(session_, into);  // before the first sample can come
   const Use use(*this);
   if (must_stay_armed) throw_unless_armed();
@@ -132,7 +133,6 @@ void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
       static_cast<std::uint64_t>(std::llround(static_cast<double>(duration_ns) / period_ns_));
   const std::int64_t report_ns =
       std::int64_t{protocol::samples_per_report} * decimation * period_ns_;
-  const std::size_t had = into.size();
   try {
     recording.run(first_tick, first_tick + ticks, command_timeout_ns_ + report_ns, must_stay_armed);
   } catch (...) {

@@ -15,7 +15,7 @@ from tests.board import pico
 from tests.board.felt import ALIVE_MS, ELECTRICS, Bench, binary, twin
 from tests.board.pico import STATUS
 from torsio import calibration
-from torsio.config import ActuatorConfig, ControlConfig
+from torsio.config import ActuatorConfig, CalibrationConfig, ControlConfig
 from torsio.errors import Refused
 from torsio.knob import Knob
 from torsio.plant import PlantParams
@@ -65,6 +65,9 @@ class BoardKnob:
 
     def control_config(self) -> ControlConfig:
         return cast(ControlConfig, self._config("control_config", ControlConfig))
+
+    def calibration_config(self) -> CalibrationConfig:
+        return cast(CalibrationConfig, self._config("calibration_config", CalibrationConfig))
 
     def configure(self, config: ActuatorConfig | ControlConfig) -> None:
         name = "actuator_config" if isinstance(config, ActuatorConfig) else "control_config"

@@ -74,9 +74,9 @@ def _play(pico: EmulatedPico, law: str, effects: dict[str, dict[str, Any]]) -> N
 def _live(pico: EmulatedPico) -> None:
     """Render, feel, lose the host, stop in an emergency, and go on."""
     random = np.random.default_rng(3)
-    confirm(pico)
     brake = {"brake_hysteresis_nm": 1e-3, "brake_inertia_kg_m2": 5e-6}
     assert pico.set("actuator_config", **brake)["status"] == 0
+    confirm(pico)
     assert pico.send("stream", decimation=5, prompt="off")["status"] == 0
     for law, effects in SCENES.items():
         _play(pico, law, effects)

@@ -143,6 +143,26 @@ def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -
     assert not data_folder.exists()
 
 
+def test_limit_that_the_turns_would_break_is_named_before_anything_turns() -> None:
+    with torsio.open("emulated") as knob:
+        knob.update(speed_limit_rad_s=40.0)
+        with pytest.raises(calibration.Refusal, match="speed_limit_rad_s=160") as refused:
+            calibration.calibrate(knob)
+        assert refused.value.reason == "limited"
+        assert knob.health().faults == ()
+        assert knob.control_config().speed_limit_rad_s == 40.0
+
+
+def test_calibration_that_is_refused_in_part_changes_nothing(found: Any) -> None:
+    measured, *_ = found
+    with torsio.open("emulated") as knob:
+        before = knob.actuator_config()
+        wrong = replace(measured, known=replace(measured.known, ambient_k=-1.0))
+        with pytest.raises(torsio.InvalidArgument):
+            calibration.apply(knob, wrong)
+        assert knob.actuator_config() == before
+
+
 def test_command_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     def reversed_knob(*_: Any, **__: Any) -> torsio.Knob:
         return original(

@@ -122,7 +122,7 @@ def opened(
 def print_json(value: Any) -> None:
     """Print a value as JSON to standard output."""
     # Not through rich, which would wrap and colour it.
-    sys.stdout.write(json.dumps(value, indent=2) + "\n")
+    sys.stdout.write(json.dumps(value, indent=2, allow_nan=False) + "\n")
 
 
 def value_text(key: str, value: Any) -> str:

@@ -15,7 +15,7 @@ err = Console(stderr=True, highlight=False)
 
 def line(console: Console, text: str) -> None:
     """Print a line as it stands, however long and whatever letters a path in it has."""
-    console.print(text, markup=False, soft_wrap=True)
+    console.print(text, markup=False, emoji=False, soft_wrap=True)
 
 
 def table(*headings: str, words: int = 0) -> Table:
@@ -30,4 +30,4 @@ def asks(console: Console, question: str) -> bool:
     """Ask for a yes or no; without a terminal it is no."""
     if not sys.stdin.isatty():
         return False
-    return console.input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
+    return console.input(f"{question} [y/N] ", markup=False).strip().lower() in ("y", "yes")

@@ -231,6 +231,14 @@ TEST_CASE("what a calibration is about is saved with it") {
   CHECK(calibration_now(other).values_are == Basis::assumed);
 }
 
+TEST_CASE("the same change of two values that stand at the same place of two reports is seen") {
+  Config config;
+  config.actuator.spring_stiffness_nm_per_rad = config.shaft.knee_3_nm_per_rad = 2.0F;
+  const std::uint32_t before = torsio::device::values_checksum(config);
+  config.actuator.spring_stiffness_nm_per_rad = config.shaft.knee_3_nm_per_rad = 3.0F;
+  CHECK(torsio::device::values_checksum(config) != before);
+}
+
 TEST_CASE("the newer of two slots is loaded, whichever it is") {
   for (const std::uint8_t newer : {std::uint8_t{0}, std::uint8_t{1}}) {
     StoredSlots slots = torsio::device::empty_slots();

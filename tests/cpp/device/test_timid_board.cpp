@@ -118,6 +118,41 @@ TEST_CASE("a board whose parts are confirmed and not known is held low but for e
   }
 }
 
+TEST_CASE("an excitation that is let go at speed fades as it would without a limit for scenes") {
+  Rig rig(real_board());
+  BoardConfig board;
+  board.confirmed = Toggle::on;
+  REQUIRE(rig.set(board).ok());
+  ControlConfig control;
+  control.passive_ramp_s = 0.05F;
+  control.watchdog_s = 60.0F;
+  REQUIRE(rig.set(control).ok());
+  REQUIRE(rig.command(Op::arm) == Status::ok);
+  Excitation excitation;
+  excitation.duration_s = 60.0F;
+  excitation.travel_rad = 1000.0F;
+  excitation.speed_limit_rad_s = 100.0F;
+  excitation.torque_limit_nm = 1.0F;
+  excitation.motor_command_nm = 0.05F;
+  REQUIRE(rig.send_status(excitation) == Status::ok);
+  const auto turn = [&](int ticks) {  // 31 rad/s; a scene would be cut at 10
+    for (int n = 0; n < ticks; ++n) {
+      rig.inputs.encoder_count += 2;
+      rig.tick();
+    }
+  };
+  turn(2000);
+  REQUIRE(rig.outputs.motor_command_nm == 0.05F);
+  (void)rig.command(Op::disarm);
+  turn(20);
+  CHECK(rig.get<Health>().faults == 0);
+  CHECK(rig.outputs.motor_command_nm > 0.0F);
+  CHECK(rig.outputs.motor_command_nm < 0.05F);
+  turn(4000);
+  CHECK(rig.get<Health>().faults == 0);
+  CHECK(rig.outputs.motor_command_nm == 0.0F);
+}
+
 TEST_CASE("a board without confirmed parts never gives more than its user's own limits") {
   Rig rig(real_board());
   ControlConfig control;

@@ -55,6 +55,20 @@ TEST_CASE("what a text names is set and saved, and the rest stays") {
   CHECK(dump_config(other) == dump_config(knob));
 }
 
+TEST_CASE(
+    "what is known of values is loaded behind them, wherever it stands, and undone with them") {
+  Knob knob = Knob::open("emulated");
+  load_config(knob, R"({"calibration_config": {"values_are": "stated"},
+    "actuator_config": {"knob_inertia_kg_m2": 7e-5}})");
+  CHECK(knob.calibration_config().values_are == Basis::stated);
+  // Each is in range, but no pin may have two jobs: the board's comes last but for what is known.
+  CHECK_THROWS_AS(load_config(knob, R"({"actuator_config": {"knob_inertia_kg_m2": 9e-5},
+    "board_config": {"light_pin": 10, "enable_pin": 10}})"),
+                  Refused);
+  CHECK(knob.actuator_config().knob_inertia_kg_m2 == doctest::Approx(7e-5));
+  CHECK(knob.calibration_config().values_are == Basis::stated);
+}
+
 TEST_CASE("a text that is cut off or damaged anywhere is told, or is another one") {
   Knob knob = Knob::open("emulated");
   const std::string good = dump_config(knob);

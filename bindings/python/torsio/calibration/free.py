@@ -17,7 +17,8 @@ _SIGNS = "signs"
 _FREE = "friction and inertia"
 # A turn of so much is free motion: the shaft's twist under the motor's full torque is less.
 _FREE_RAD = 0.25
-SLOW_RAD_S, _FAST_RAD_S = 3.0, 80.0
+SLOW_RAD_S, FAST_RAD_S = 3.0, 80.0
+FREE_LIMIT_RAD_S = 160.0  # what the turns may overshoot to
 SLOW_S = 2.5
 _MOST_PERIODS = 64
 
@@ -138,14 +139,17 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
     stretches = [
         (slow_s, {**slow, "servo_rad_s": SLOW_RAD_S}),
         (slow_s, {**slow, "servo_rad_s": -SLOW_RAD_S}),
-        (0.7, {**fast, "servo_rad_s": _FAST_RAD_S}),
-        (1.2, {**fast, "servo_rad_s": -_FAST_RAD_S}),
-        (0.8, {**fast, "servo_rad_s": 0.4 * _FAST_RAD_S}),
-        (0.6, {**fast, "servo_rad_s": -0.4 * _FAST_RAD_S}),
+        (0.7, {**fast, "servo_rad_s": FAST_RAD_S}),
+        (1.2, {**fast, "servo_rad_s": -FAST_RAD_S}),
+        (0.8, {**fast, "servo_rad_s": 0.4 * FAST_RAD_S}),
+        (0.6, {**fast, "servo_rad_s": -0.4 * FAST_RAD_S}),
         (0.3, {**fast, "servo_rad_s": 0.0}),
     ]
     log = player.chain(
-        stretches, travel_rad=600.0, speed_limit_rad_s=160.0, torque_limit_nm=0.75 * torque_nm
+        stretches,
+        travel_rad=600.0,
+        speed_limit_rad_s=FREE_LIMIT_RAD_S,
+        torque_limit_nm=0.75 * torque_nm,
     )
     if log.stopped:
         raise Refusal(
@@ -256,7 +260,7 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
         "held", "pulled", "unexplained".
     """
     speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
-    if float(np.max(np.abs(speed))) < 0.4 * _FAST_RAD_S:
+    if float(np.max(np.abs(speed))) < 0.4 * FAST_RAD_S:
         raise Refusal(
             _FREE, "held", f"the knob reaches {np.max(np.abs(speed)):.0f} rad/s only: it is "
             "held, rubs, something heavy is on it, "

@@ -6,6 +6,7 @@ import dataclasses
 import datetime
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -13,11 +14,21 @@ import numpy as np
 
 from torsio import checks, perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
-from torsio.calibration.free import SLOW_RAD_S, SLOW_S, Free, estimate_free, find_signs, spin
+from torsio.calibration.free import (
+    FAST_RAD_S,
+    FREE_LIMIT_RAD_S,
+    SLOW_RAD_S,
+    SLOW_S,
+    Free,
+    estimate_free,
+    find_signs,
+    spin,
+)
 from torsio.calibration.play import Player
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
 from torsio.config import ActuatorConfig, CalibrationConfig, ShaftConfig
+from torsio.errors import Error
 from torsio.knob import Knob
 
 __all__ = ["STEPS", "Calibration", "apply", "calibrate"]
@@ -135,6 +146,12 @@ def calibrate(
     actuator, control = knob.actuator_config(), knob.control_config()
     motor_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
     brake_nm = 0.95 * min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm)
+    if 0.0 < control.speed_limit_rad_s < FREE_LIMIT_RAD_S:
+        raise Refusal(
+            STEPS[0], "limited", f"it turns the knob at {FAST_RAD_S:g} rad/s, and the speed limit "
+            f"is {control.speed_limit_rad_s:g}: torsio config set "
+            f"speed_limit_rad_s={FREE_LIMIT_RAD_S:g}, and back when it is done",
+        )  # fmt: skip
     with Player.playing(knob) as player:
         say(STEPS[0])
         loose_nm = find_signs(player, motor_nm)
@@ -193,11 +210,17 @@ def _difference(name: str, whole: Quantity, part: Quantity, meaning: str) -> Qua
 
 
 def apply(knob: Knob, calibration: Calibration) -> None:
-    """Configure a disarmed knob as proposed; `Knob.save` keeps that."""
-    knob.configure(calibration.actuator)
-    knob.configure(calibration.shaft)
-    # The last: it is about the values that the device has by now.
-    knob.configure(calibration.known)
+    """Configure a disarmed knob as proposed, or change nothing; `Knob.save` keeps that."""
+    before = (knob.actuator_config(), knob.shaft_config(), knob.calibration_config())
+    try:
+        # What is known comes last: it is about the values that the device has by then.
+        for config in (calibration.actuator, calibration.shaft, calibration.known):
+            knob.configure(config)
+    except Error:
+        with suppress(Error):
+            for config in before:
+                knob.configure(config)
+        raise
 
 
 _SIGMA_OF: Final = {
