@@ -16,7 +16,7 @@
 
 namespace torsio::protocol {
 
-// What a real board gives at most until its parts are confirmed.
+// What a real board gives at most until its parts are confirmed and known.
 // Enough to move the reference actuator against its friction, and nothing that hurts.
 inline constexpr float unconfirmed_motor_torque_max_nm = 0.015F;
 inline constexpr float unconfirmed_brake_torque_max_nm = 0.03F;

@@ -73,7 +73,7 @@ def wire_configuration() -> str:
         limits.UNCONFIRMED_BRAKE_TORQUE_MAX_NM,
         limits.UNCONFIRMED_SPEED_LIMIT_RAD_S,
     )
-    body = "// What a real board gives at most until its parts are confirmed.\n"
+    body = "// What a real board gives at most until its parts are confirmed and known.\n"
     body += "".join(map(cpp.constant, numbers)) + "\n"
     body += cpp.constant(limits.LET_GO_S) + "\n"
     body += "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)

@@ -217,6 +217,7 @@ def update(
     """Put new firmware on a knob, without asking: `prepare` and `carry_out`.
 
     The configuration that was saved stays, unless the firmware before was of another release with
-    other reports: then the board has its defaults and is held low until its parts are confirmed.
+    other reports: then the board has its defaults, and is held low until its parts are confirmed
+    and their values known.
     """
     return carry_out(prepare(path, selector, drive=drive), timeout_s=timeout_s, say=say)

@@ -182,7 +182,7 @@ def _run(
     """Give the answers in order, and the samples by their tick."""
     info = recorded.metadata["info"]
     period_ns = round(1e9 / info["control_rate_hz"])
-    # A board holds torques low until its parts are confirmed.
+    # A board holds torques low until its parts are confirmed and their values known.
     moves_parts = info["board"] != "emulated"
     device = ReplayedDevice(control_period_ns=period_ns, moves_parts=moves_parts)
     answers: list[bytes] = []
