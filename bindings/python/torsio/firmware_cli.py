@@ -66,8 +66,8 @@ def update_command(
         line(
             out,
             "its configuration will be lost: the new firmware cannot read it, and holds the knob "
-            "low until its parts are confirmed and its values known; `torsio config dump` of the old "
-            "release keeps it, and says nothing of how well they are known",
+            "low until its parts are confirmed and its values known; `torsio config dump` of the "
+            "old release keeps it, and says nothing of how well they are known",
         )
     if not yes and not asks(err, "Write it?"):
         raise torsio.Error("nothing was changed; --yes does it without asking")
