@@ -18,8 +18,9 @@ brake's coil's current too.
 
 The last lines are of what keeps a board from arming or from much, and of what ends in no fault: a
 current sensor's zero and range, parts that nobody has confirmed, a winding and a coil that get warm
-(also when their currents are not held down, and when then nothing says that they are too hot), a
-configuration of other firmware, a bridge that wakes up, a supply that was too low for a moment.
+(also when their currents are not held down, and when then nothing says that they are too hot), for
+how long at most a busy main loop leaves the watchdog without food, a configuration of other
+firmware, a bridge that wakes up, a supply that was too low for a moment.
 
 Arguments are names of boards. It takes two minutes for each.
 """
@@ -44,6 +45,7 @@ from tests.board.dangers import (
     arm_while_bridge_wakes,
     endure,
     hold_warm,
+    keep_busy,
     named,
     push,
     react,
@@ -156,6 +158,16 @@ def _not_confirmed(board: str) -> None:
     _tell(board, "parts not confirmed", motor_a=found[0], without_guard_a=found[1])
 
 
+def _busy(board: str) -> None:
+    with enumerated() as pico:
+        walls = 6 if pico.model.name == "pico" else 16
+        starved_ms = keep_busy(pico, walls)
+        state = pico.get("health")["state"]
+    _tell(
+        board, f"main loop busy, {walls} walls", state=state, watchdog_waits_ms=_short(starved_ms)
+    )
+
+
 def _short(value: float) -> float:
     return float(f"{value:.2g}")
 
@@ -221,6 +233,7 @@ def main(boards: list[str]) -> None:
         _before_arming(board)
         _not_confirmed(board)
         _warm(board)
+        _busy(board)
         _no_faults(board)
 
 

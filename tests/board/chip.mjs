@@ -47,6 +47,7 @@ export class Chip {
     this.eraseNs = TYPICAL_ERASE_NS;
     this.spoiltByte = null; // of the next page written: it does not take what it is given
     this.watchdogResets = 0;
+    this.leastLeft = null; // ns that the watchdog had left when it was fed, since watch_feeding
     this.bootloader = false;
     this.lost = false;
     this.low = new Set([11]); // pins that the world connects to ground: the emergency stop runs
@@ -358,6 +359,7 @@ export class Chip {
         break;
       case 4:
         this.bootloader = true;
+        this.stopWatchdog(); // the real one begins with a reset, which does
         break;
       case 5:
         this.commandMode = true;
@@ -399,6 +401,16 @@ export class Chip {
 
   fitWatchdog() {
     const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    const write = watchdog.writeUint32.bind(watchdog);
+    let bitesAt = null;
+    watchdog.writeUint32 = (offset, value) => {
+      if (offset === 4) {
+        const left = bitesAt === null ? Infinity : bitesAt - this.ns;
+        this.leastLeft = Math.min(this.leastLeft ?? Infinity, left);
+        bitesAt = this.ns + (value & 0xffffff) * 500; // it counts two a microsecond
+      }
+      write(offset, value);
+    };
     watchdog.onWatchdogTrigger = () => {
       watchdog.alarm.enable = false; // or it would come again at the same moment, for ever
       this.watchdogResets += 1;
@@ -406,6 +418,11 @@ export class Chip {
       this.scratch = watchdog.scratchData;
       this.restart = true;
     };
+  }
+
+  stopWatchdog() {
+    const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    watchdog.alarm.enable = false;
   }
 
   /** What the chip remembers of its last reset: the watchdog keeps its scratch registers. */

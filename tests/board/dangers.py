@@ -117,7 +117,8 @@ def push(board: EmulatedPico) -> None:
 def time_until_off_ms(board: EmulatedPico, within_ms: float) -> float:
     """How long motor and brake stay on from now."""
     passed_ms = 0.0
-    while board.motor() is not None or board.brake() is not None:
+    # All pins at once: a look may fall between the enable pin's going low and the last bridge's.
+    while any(board.do("high_share", pins=[6, 7, 8, 9, 10])):
         assert passed_ms < within_ms, "the outputs stay on"
         step_ms = FINE_MS if passed_ms < 1 else COARSE_MS
         board.run(step_ms)
@@ -231,6 +232,27 @@ def _most_a(part: str, over: float) -> float:
 
 def _warming(rise_k: float, ratio: float) -> float:
     return 100 / 1.393 * ratio**2 * (1 + 3.93e-3 * rise_k) - rise_k
+
+
+def keep_busy(board: EmulatedPico, walls: int) -> float:
+    """Play so many walls, with a host that asks and writes on and on.
+
+    Returns
+    -------
+    float
+        For how many milliseconds at most nobody fed the watchdog.
+    """
+    wall = {"stiffness_nm_per_rad": 1.0, "damping_nm_s_per_rad": 1e-3}
+    board.arm_at_wall(walls, **wall)
+    board.turn(100, period_us=50)
+    board.do("watch_feeding")
+    for _ in range(6):
+        board.post("command", op="keep_alive")
+        for name in ("health", "ledger", "game_monitor", "clock", "board_config"):
+            board.get(name)
+        board.play_walls(walls, **wall)
+    left_ns = float(board.status()["watchdog_least_left_ns"])
+    return board.model.watchdog_ms - left_ns / MS
 
 
 def start_with_other_layout(board: EmulatedPico) -> None:

@@ -134,6 +134,11 @@ const commands = {
     });
     return true;
   },
+  /** From now on `watchdog_least_left_ns` is of what is to come. */
+  watch_feeding() {
+    chip.leastLeft = null;
+    return true;
+  },
   /** They are counted anyway: from now on the most is that of a tick to come. */
   count_instructions() {
     chip.tickInstructions = 0;
@@ -191,6 +196,7 @@ const commands = {
     return {
       ns: chip.ns,
       watchdog_resets: chip.watchdogResets,
+      watchdog_least_left_ns: chip.leastLeft,
       bootloader: chip.bootloader,
       tick_ns: chip.tickNs,
       interrupt_ns: chip.interruptNs,

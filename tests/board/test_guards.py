@@ -294,12 +294,12 @@ def test_load_that_does_not_fit_starves_the_main_loop_without_the_guard() -> Non
         pico.turn(60)
         pico.play_walls(16, stiffness_nm_per_rad=0.1, damping_nm_s_per_rad=1e-4)
         pico.post("command", op="arm")
-        pico.run(15)
+        pico.run(5)
         # Nobody can tell it to stop, but for its watchdog.
         assert pico.motor() is not None
         with pytest.raises(AssertionError, match="no acknowledgement"):
-            pico.acknowledgement(reads=2)
-        pico.run(15)
+            pico.acknowledgement(reads=1)
+        pico.run(10)
         assert pico.motor() is None
         assert pico.status()["watchdog_resets"] == 1
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.board.dangers import keep_busy
 from tests.board.pico import MS, EmulatedPico, PowerCut, enumerated
 
 WEAK_DAMPED = {"stiffness_nm_per_rad": 0.1, "damping_nm_s_per_rad": 1e-4}
@@ -72,6 +73,15 @@ def test_idle_device_is_not_restarted_by_its_watchdog(pico: EmulatedPico) -> Non
     pico.run(150)
     status = pico.status()
     assert (status["watchdog_resets"], status["lost"]) == (0, False)
+
+
+def test_scene_that_hardly_fits_and_a_host_that_never_rests_leave_the_watchdog_half_its_time(
+    pico: EmulatedPico,
+) -> None:
+    starved_ms = keep_busy(pico, walls=5 if pico.model.name == "pico" else 16)
+    assert pico.get("health")["state"] == "armed"
+    assert pico.status()["watchdog_resets"] == 0
+    assert 0.05 < starved_ms < 0.5 * pico.model.watchdog_ms
 
 
 def test_configuration_survives_a_power_cycle() -> None:

@@ -11,9 +11,9 @@ namespace torsio::boards {
 /// Starts the chip anew, outputs off, unless interrupt and main loop both get on.
 class LifeWatch {
  public:
-  /// @param predicts the chip has floating point; without it a round of the main loop takes longer
-  ///                 with the largest scene that fits
-  explicit constexpr LifeWatch(bool predicts) : time_ms_(predicts ? 8 : 20) {}
+  /// @param predicts the chip has floating point; without it the main loop's work takes longer with
+  ///                 the largest scene that fits
+  explicit constexpr LifeWatch(bool predicts) : time_ms_(predicts ? 8 : 10) {}
 
   void start() const { watchdog_enable(time_ms_, false); }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +54,7 @@ class Bench:
         return {
             "ns": chip.ns,
             "watchdog_resets": chip.watchdog_resets,
+            "watchdog_least_left_ns": chip.watchdog_least_left_ns,
             "bootloader": chip.rom.bootloader,
             "tick_ns": chip.tick_ns,
             "interrupt_ns": chip.interrupt_ns,
@@ -153,6 +155,10 @@ class Bench:
 
     def do_count_instructions(self) -> bool:
         self.chip.count_instructions()
+        return True
+
+    def do_watch_feeding(self) -> bool:
+        self.chip.watchdog_least_left_ns = math.inf
         return True
 
     def do_couple(self, world: World) -> bool:

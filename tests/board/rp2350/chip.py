@@ -52,6 +52,8 @@ class Chip:
     def __init__(self, library: Path, image: dict[int, bytes], serial: bytes) -> None:
         self.registers: dict[int, dict[int, int]] = {}
         self.watchdog_resets = 0
+        # That the watchdog had left when it was fed, since somebody said to watch that.
+        self.watchdog_least_left_ns = math.inf
         self.low = {11}  # pins that the world connects to ground: the emergency stop runs
         self.zero = 2048  # steps of the current sensor without a current
         self.sensor_amperes: float | None = None  # what the sensor says; None: the truth
@@ -332,6 +334,9 @@ class Chip:
             return
         file[offset] = value
         before = self._watchdog_at
+        if offset == 4 and before is not None:
+            left_ns = (before - self.now) * 1e9 / HZ
+            self.watchdog_least_left_ns = min(self.watchdog_least_left_ns, left_ns)
         if value >> 31 and offset == 0:
             self._watchdog_at = self.now
         elif file.get(0, 0) >> 30 & 1:

@@ -7,9 +7,9 @@
 
 using namespace torsio::boards;
 
-TEST_CASE("the watchdog bites after 8 ms, or 20 without floating point, and after 2 s in flash") {
+TEST_CASE("the watchdog bites after 8 ms, or 10 without floating point, and after 2 s in flash") {
   for (const bool predicts : {true, false}) {
-    const std::uint32_t time_ms = predicts ? 8 : 20;
+    const std::uint32_t time_ms = predicts ? 8 : 10;
     fake::watchdog = {};
     const LifeWatch watch(predicts);
     watch.start();
