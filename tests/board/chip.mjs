@@ -377,6 +377,7 @@ export class Chip {
         break;
       case 4:
         this.bootloader = true;
+        this.stopWatchdog(); // the real one begins with a reset, which does
         break;
       case 5:
         this.commandMode = true;
@@ -435,6 +436,11 @@ export class Chip {
       this.scratch = watchdog.scratchData;
       this.restart = true;
     };
+  }
+
+  stopWatchdog() {
+    const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    watchdog.alarm.enable = false;
   }
 
   /** What the chip remembers of its last reset: the watchdog keeps its scratch registers. */
