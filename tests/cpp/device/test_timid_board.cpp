@@ -88,8 +88,8 @@ TEST_CASE("a board whose parts are confirmed and not known is held low but for e
     excitation.travel_rad = 100.0F;
     excitation.speed_limit_rad_s = 1000.0F;
     excitation.torque_limit_nm = 1.0F;
-    excitation.motor_nm = 1.0F;
-    excitation.brake_nm = 1.0F;
+    excitation.motor_command_nm = 1.0F;
+    excitation.brake_command_nm = 1.0F;
     REQUIRE(rig.send_status(excitation) == Status::ok);
     rig.tick(3);
     const bool timid = confirmed == Toggle::off;
