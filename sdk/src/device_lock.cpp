@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
@@ -18,22 +17,22 @@
 namespace torsio {
 namespace {
 
-/// Where this user's lock files are: $XDG_RUNTIME_DIR, or /tmp/torsio-UID, which nobody else may
+/// Where this user's lock files are: $XDG_RUNTIME_DIR, or SHARED/torsio-UID, which nobody else may
 /// write to. Empty if it cannot be had.
-std::string lock_directory() {
+std::string lock_directory(const std::string& shared) {
   const char* given = std::getenv("XDG_RUNTIME_DIR");
   if (given != nullptr && *given != '\0') return given;
-  const std::string directory = "/tmp/torsio-" + std::to_string(::getuid());
+  const std::string directory = shared + "/torsio-" + std::to_string(::getuid());
   struct stat there{};
-  if (::mkdir(directory.c_str(), 0700) != 0 && errno != EEXIST) return {};
+  (void)::mkdir(directory.c_str(), 0700);  // what is there now counts, whoever made it
   const bool own = ::lstat(directory.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
                    there.st_uid == ::getuid() && (there.st_mode & (S_IWGRP | S_IWOTH)) == 0;
   return own ? directory : std::string();
 }
 
 /// DIRECTORY/torsio-dev-hidraw3.lock. All names of one file have one lock.
-std::string lock_path(const std::string& device_path) {
-  const std::string directory = lock_directory();
+std::string lock_path(const std::string& device_path, const std::string& shared) {
+  const std::string directory = lock_directory(shared);
   if (directory.empty()) return {};
   std::string name = device_path;
   std::error_code failed;
@@ -67,7 +66,8 @@ bool is_at(int file, const std::string& path) {
 
 }  // namespace
 
-DeviceLock::DeviceLock(const std::string& device_path) : path_(lock_path(device_path)) {
+DeviceLock::DeviceLock(const std::string& device_path, const std::string& shared_directory)
+    : path_(lock_path(device_path, shared_directory)) {
   constexpr int kAttempts = 10;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const int file = open_lock_file(path_);

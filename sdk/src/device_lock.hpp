@@ -13,8 +13,11 @@ namespace torsio {
 /// folder, and goes with the lock.
 class DeviceLock {
  public:
+  /// @param shared_directory where the user's own directory is made if there is no
+  ///        $XDG_RUNTIME_DIR; if what has its name there is another's, a link, or open to others,
+  ///        nothing is locked
   /// @throws DeviceBusy if somebody, maybe this very process, holds it
-  explicit DeviceLock(const std::string& device_path);
+  explicit DeviceLock(const std::string& device_path, const std::string& shared_directory = "/tmp");
   ~DeviceLock();
   DeviceLock(const DeviceLock&) = delete;
   DeviceLock& operator=(const DeviceLock&) = delete;

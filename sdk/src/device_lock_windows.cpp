@@ -25,7 +25,8 @@ std::string lock_path(std::string name) {
 
 }  // namespace
 
-DeviceLock::DeviceLock(const std::string& device_path) : path_(lock_path(device_path)) {
+DeviceLock::DeviceLock(const std::string& device_path, const std::string& /*shared_directory*/)
+    : path_(lock_path(device_path)) {
   if (path_.empty()) return;
   const HANDLE file =
       ::CreateFileA(path_.c_str(), GENERIC_READ | GENERIC_WRITE, 0, nullptr, OPEN_ALWAYS,

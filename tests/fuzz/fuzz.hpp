@@ -25,6 +25,12 @@ inline void require(bool holds, const char* what) {
 /// says.
 [[gnu::weak]] std::span<const std::string_view> dictionary();
 
+/// A word of bytes, with zeros in it or not.
+template <std::size_t size>
+constexpr std::string_view bytes(const char (&text)[size]) {
+  return {text, size - 1};
+}
+
 /// Takes an input apart, from its begin to its end. Where it is over there are zeros.
 class Reader {
  public:

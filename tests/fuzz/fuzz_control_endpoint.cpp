@@ -33,7 +33,28 @@ Submit request(std::span<const std::uint8_t> setup, std::uint32_t length) {
   return submit;
 }
 
+// A setup packet, and the client's room or the size of its data behind it.
+constexpr std::string_view kWords[] = {
+    fuzz::bytes("\x80\6\0\1\0\0\x12\0\x12"),      // the device's descriptor
+    fuzz::bytes("\x80\6\0\2\0\0\xFF\0\xFF"),      // the configuration's
+    fuzz::bytes("\x80\6\1\3\x09\4\xFF\0\xFF"),    // a text
+    fuzz::bytes("\x81\6\0\x22\0\0\xFF\0\xFF"),    // a report descriptor
+    fuzz::bytes("\0\5\1\0\0\0\0\0\0"),            // an address
+    fuzz::bytes("\0\x09\1\0\0\0\0\0\0"),          // configured
+    fuzz::bytes("\0\x09\0\0\0\0\0\0\0"),          // and not
+    fuzz::bytes("\x02\3\0\0\x81\0\0\0\0"),        // an endpoint halts
+    fuzz::bytes("\x02\1\0\0\x81\0\0\0\0"),        // and goes on
+    fuzz::bytes("\x81\0\0\0\0\0\2\0\2"),          // an interface's status
+    fuzz::bytes("\x21\x0A\0\0\0\0\0\0\0"),        // no repeats while idle
+    fuzz::bytes("\xA1\1\1\3\0\0\x40\0\x40"),      // the identity
+    fuzz::bytes("\x21\x09\5\3\0\0\x40\0\x40\5"),  // a configuration, and its id
+    fuzz::bytes("\x21\x09\x11\3\1\0\5\0\5\x11"),  // a game's new effect
+    fuzz::bytes("\xA1\1\x12\3\1\0\5\0\5"),        // and where it is
+};
+
 }  // namespace
+
+std::span<const std::string_view> fuzz::dictionary() { return kWords; }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::array<std::uint8_t, 8> kConfigure{0x00, 9, 1, 0, 0, 0, 0, 0};

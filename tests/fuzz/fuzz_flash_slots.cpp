@@ -41,6 +41,22 @@ void check(const device::Config& config) {
 
 }  // namespace
 
+std::span<const std::string_view> fuzz::dictionary() {
+  // The begin of a slot, of this layout and of another.
+  static const device::SlotBytes slot = [] {
+    device::SlotBytes bytes{};
+    make_right(bytes);
+    return bytes;
+  }();
+  static const std::string_view words[] = {{reinterpret_cast<const char*>(slot.data()), 8},
+                                           "TORS",
+                                           bytes("\0\0\0\0"),
+                                           bytes("\xFF\xFF\xFF\xFF"),
+                                           bytes("\0\0\xC0\x7F"),
+                                           bytes("\0\0\x80\x7F")};  // NaN, infinity
+  return words;
+}
+
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
   // Two whole slots of reports from the field lists.

@@ -5,6 +5,10 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
 
 #include "device/device.hpp"
 #include "device/game/codec.hpp"
@@ -95,6 +99,23 @@ void step(GameBench& bench, std::uint8_t what, std::span<const std::uint8_t> rep
 }
 
 }  // namespace
+
+std::span<const std::string_view> fuzz::dictionary() {
+  using Reports = device::game::PidReports;
+  // A step, the report's length and its id.
+  static const auto steps = []<class... Report>(std::type_identity<std::tuple<Report...>>) {
+    return std::array{std::string{
+        device::game::PidLayout<Report>::main == device::game::Main::feature ? '\3' : '\0',
+        static_cast<char>(device::game::size_of<Report>()),
+        static_cast<char>(device::game::PidLayout<Report>::id)}...};
+  }(std::type_identity<Reports>{});
+  static const std::array<std::string_view, std::tuple_size_v<Reports>> words = [] {
+    std::array<std::string_view, std::tuple_size_v<Reports>> found;
+    std::ranges::copy(steps, found.begin());
+    return found;
+  }();
+  return words;
+}
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {

@@ -168,6 +168,8 @@ constexpr std::uint8_t code(Step step, std::size_t client) {
 
 }  // namespace
 
+std::span<const std::string_view> fuzz::dictionary() { return fuzz::kUsbipWords; }
+
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
   fuzz::FieldMaker make(seed);

@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
 
 #include "boards/reference.hpp"
 #include "device/device.hpp"
@@ -178,6 +182,21 @@ void step(Bench& bench, fuzz::Reader& input) {
 }
 
 }  // namespace
+
+std::span<const std::string_view> fuzz::dictionary() {
+  // A step, a report's length and its id; and what is asked for.
+  static const auto words = [] {
+    static std::vector<std::string> made;
+    protocol::for_each_report<protocol::AllReports>([]<class Report>(std::type_identity<Report>) {
+      const auto id = static_cast<char>(protocol::Layout<Report>::id);
+      const bool is_feature = protocol::Layout<Report>::direction == protocol::Direction::feature;
+      made.push_back({static_cast<char>(is_feature ? feature : output), 64, id});
+      if (is_feature) made.push_back({static_cast<char>(ask), id});
+    });
+    return std::vector<std::string_view>(made.begin(), made.end());
+  }();
+  return words;
+}
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {

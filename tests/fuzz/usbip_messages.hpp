@@ -5,11 +5,29 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
+#include "fuzz.hpp"
 #include "reports.hpp"
 #include "tests/cpp/usbip/client.hpp"
 
 namespace fuzz {
+
+/// Begins of messages: a list, an import and its bus, requests that are to be known, and not to be.
+inline constexpr std::string_view kUsbipWords[] = {
+    bytes("\x01\x11\x80\x05\0\0\0\0"),  // list
+    bytes("\x01\x11\x80\x03\0\0\0\0"),  // import
+    bytes("1-1\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0"),
+    bytes("\0\0\0\1"),                // submit; also IN
+    bytes("\0\0\0\2"),                // unlink
+    bytes("\0\1\0\2"),                // the device
+    bytes("\xFF\xFF\xFF\xFF"),        // not isochronous
+    bytes("\0\0\0\x40"),              // a report's length
+    bytes("\0\1\0\0"),                // the longest transfer
+    bytes("\x80\x06\0\1\0\0\x12\0"),  // the device's descriptor
+    bytes("\0\x09\1\0\0\0\0\0"),      // configured
+    bytes("\xA1\1\1\3\0\0\x40\0"),    // the identity
+};
 
 /// A transfer: what a driver asks when it gets to know the device, a report either way, or
 /// something beside it.

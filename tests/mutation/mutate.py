@@ -30,7 +30,7 @@ BUILD = TREE / "build/mutation"
 COPY = BUILD / "tree"
 KILLERS = HERE / "killers.json"
 # What the mutation build is made of.
-FOLDERS = ("firmware", "emulator", "cmake", "tests/cpp", "tests/fuzz", "tests/golden")
+FOLDERS = ("firmware", "emulator", "sdk", "cmake", "tests/cpp", "tests/fuzz", "tests/golden")
 LEAST_LIMIT_S = 5.0  # of the processor's time
 # These wait for other threads, and take long on a busy machine.
 LEFT_OUT = ("a ring carries everything in order from one thread to another",)

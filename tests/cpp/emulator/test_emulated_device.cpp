@@ -105,6 +105,15 @@ TEST_CASE("link delivers one report each way in a frame of 1 ms") {
   CHECK(answered == 10);
 }
 
+TEST_CASE("link keeps what a device has no room for, because it does nothing for a while") {
+  EmulatedDevice device;
+  std::uint16_t sent = 0;
+  while (device.write(protocol::encode(protocol::Command{sent, 0, protocol::Op::disarm}))) ++sent;
+  device.skip_ticks(40);
+  device.advance(100 * kMs);
+  CHECK(only<protocol::Acknowledgement>(read_all(device)).size() == sent);
+}
+
 TEST_CASE("link pushes back when its output queue is full and loses nothing") {
   EmulatedDevice device;
   std::uint16_t sent = 0;
@@ -181,6 +190,7 @@ TEST_CASE("pulling the plug disarms the device and empties the cable") {
   device.advance(5 * kMs);
   CHECK(feature<protocol::Health>(device).state == protocol::State::armed);
 
+  command(device, protocol::Op::arm);  // on its way when the plug is pulled
   device.set_plugged(false);
   CHECK_FALSE(device.connected());
   CHECK_FALSE(device.write(protocol::encode(protocol::Command{})));
@@ -191,6 +201,7 @@ TEST_CASE("pulling the plug disarms the device and empties the cable") {
   device.advance(200 * kMs);
 
   device.set_plugged(true);
+  device.advance(20 * kMs);
   CHECK(feature<protocol::Health>(device).state == protocol::State::disarmed);
 }
 

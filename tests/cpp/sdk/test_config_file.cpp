@@ -5,10 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "sdk/errors.hpp"
 #include "torsio/config_file.hpp"
 
 using namespace torsio;
 using nlohmann::json;
+using test::contains;
+using test::message_of;
 
 TEST_CASE("a configuration is dumped with all its fields, as JSON") {
   Knob knob = Knob::open("emulated");
@@ -19,7 +22,7 @@ TEST_CASE("a configuration is dumped with all its fields, as JSON") {
   });
   knob.update([](BoardConfig& config) { config.current_bandwidth_hz = 1e5; });
   const json found = json::parse(dump_config(knob));
-  CHECK(found.size() == 4);
+  CHECK(found.size() == 6);
   CHECK(found.at("actuator_config").size() == 16);
   CHECK(found.at("control_config").size() == 12);
   CHECK(found.at("board_config").size() == 24);
@@ -86,9 +89,33 @@ TEST_CASE("a text that is cut off or damaged anywhere is told, or is another one
       } catch (const InvalidArgument&) {
         continue;
       }
-      CHECK(json::parse(dump_config(knob)).size() == 4);
+      CHECK(json::parse(dump_config(knob)).size() == 6);
     }
   }
+}
+
+TEST_CASE("a text that says what cannot be is told as what it is, and changes nothing") {
+  Knob knob = Knob::open("emulated");
+  const std::string before = dump_config(knob);
+  const auto refused = [&](const std::string& text, const std::string& why) {
+    CAPTURE(text);
+    CHECK(contains(message_of<InvalidArgument>([&] { load_config(knob, text); }), why));
+    CHECK(dump_config(knob) == before);
+  };
+  refused(R"({"control_config": {"beta": 0.75}} x)", "no text of");
+  refused(R"({"control_config": {"law": "calibrated\}})", "no text of");
+  refused(R"({"control_config": {"beta": -}})", "no text of");
+  refused(R"({"control_config": {"beta": inf}})", "no text of");
+  refused(R"({"control_config": {"beta": -nan}})", "no text of");
+  refused(R"({"control_config": {"beta": 1e999}})", "no text of");
+  refused(R"({"control_config": {"betta": 0.75}})", "no field 'betta'");
+  refused(R"({"knob_config": {}})", "no configuration 'knob_config'");
+  refused(R"({"board_config": {"light_pin": 1.5}})", "whole number");
+  refused(R"({"board_config": {"light_pin": 1e20}})", "whole number");
+  refused(R"({"board_config": {"light_pin": -1e20}})", "whole number");
+  // Also what was set before the part that cannot be.
+  refused(R"({"control_config": {"beta": 0.75}, "board_config": {"light_pin": 200}})", "light_pin");
+  CHECK(knob.health().saves == 0);
 }
 
 TEST_CASE("nothing is loaded while somebody has the actuator") {

@@ -35,6 +35,11 @@ class RuntimeDirectory {
   std::string before_;
 };
 
+/// The folder of this user's locks in one that is shared.
+std::string own_in(const test::TemporaryDirectory& shared) {
+  return shared.path() + "/torsio-" + std::to_string(getuid());
+}
+
 }  // namespace
 
 TEST_CASE("a pipe or a link in the place of the lock file neither blocks nor is used") {
@@ -61,16 +66,44 @@ TEST_CASE("a pipe or a link in the place of the lock file neither blocks nor is 
 
 TEST_CASE("without a runtime directory the locks are in one that is the user's own") {
   const RuntimeDirectory runtime(nullptr);
-  const std::string directory = "/tmp/torsio-" + std::to_string(getuid());
-  {
-    DeviceLock first("/dev/null");
-    CHECK_THROWS_AS(DeviceLock("/dev/null"), DeviceBusy);
-    struct stat there{};
-    REQUIRE(lstat(directory.c_str(), &there) == 0);
-    CHECK((there.st_mode & 0777) == 0700);
-    CHECK(there.st_uid == getuid());
-    first.remove_file();
+  const test::TemporaryDirectory shared;
+  const std::string directory = own_in(shared);
+  const DeviceLock first("/dev/null", shared.path());
+  CHECK_THROWS_AS(DeviceLock("/dev/null", shared.path()), DeviceBusy);
+  struct stat there{};
+  REQUIRE(lstat(directory.c_str(), &there) == 0);
+  CHECK((there.st_mode & 07777) == 0700);
+  CHECK(there.st_uid == getuid());
+  CHECK(std::filesystem::exists(directory + "/torsio-dev-null.lock"));
+}
+
+TEST_CASE("a folder in the place of the user's own that others made or may write to is not used") {
+  const RuntimeDirectory runtime(nullptr);
+  const test::TemporaryDirectory shared;
+  const std::string directory = own_in(shared);
+  SUBCASE("its group may write to it") {
+    REQUIRE(mkdir(directory.c_str(), 0700) == 0);
+    REQUIRE(chmod(directory.c_str(), 0770) == 0);
   }
+  SUBCASE("everybody may write to it") {
+    REQUIRE(mkdir(directory.c_str(), 0700) == 0);
+    REQUIRE(chmod(directory.c_str(), 0702) == 0);
+  }
+  SUBCASE("a link to another") {
+    const std::string elsewhere = shared.path() + "/elsewhere";
+    REQUIRE(mkdir(elsewhere.c_str(), 0700) == 0);
+    std::filesystem::create_symlink(elsewhere, directory);
+  }
+  SUBCASE("another user's") {
+    if (getuid() != 0) return;  // only root can make one
+    REQUIRE(mkdir(directory.c_str(), 0755) == 0);
+    REQUIRE(chown(directory.c_str(), 65534, 65534) == 0);
+  }
+  SUBCASE("no folder") { std::ofstream(directory) << "kept"; }
+
+  const DeviceLock unguarded("/dev/null", shared.path());
+  CHECK_NOTHROW(DeviceLock("/dev/null", shared.path()));
+  if (std::filesystem::is_directory(directory)) CHECK(std::filesystem::is_empty(directory));
 }
 
 TEST_CASE("a lock is free as soon as it is let go, also if a child was forked meanwhile") {

@@ -4,12 +4,16 @@
 
 #include <atomic>
 #include <chrono>
+#include <deque>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "protocol/reports.hpp"
+#include "sdk/wrapped_transport.hpp"
 #include "torsio/knob.hpp"
 
 using namespace torsio;
@@ -24,6 +28,46 @@ std::vector<std::string> kinds(const std::vector<Event>& events) {
 }
 
 using Kinds = std::vector<std::string>;
+
+/// Loses every event.
+class WithoutEvents final : public test::WrappedTransport {
+ public:
+  using WrappedTransport::WrappedTransport;
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    while (WrappedTransport::read(report, timeout)) {
+      if (report[0] != protocol::Layout<protocol::Event>::id) return true;
+    }
+    return false;
+  }
+};
+
+struct Waiting {
+  std::uint8_t id = 0;  // of what waits
+  bool holds = false;
+  std::deque<ReportBytes> reports;
+};
+
+/// Lets one kind of report wait while everything else goes past it.
+class Late final : public test::WrappedTransport {
+ public:
+  Late(std::unique_ptr<Transport> inner, Waiting& waiting)
+      : WrappedTransport(std::move(inner)), waiting_(waiting) {}
+  bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
+    if (!waiting_.holds && !waiting_.reports.empty()) {
+      report = waiting_.reports.front();
+      waiting_.reports.pop_front();
+      return true;
+    }
+    while (WrappedTransport::read(report, timeout)) {
+      if (!waiting_.holds || report[0] != waiting_.id) return true;
+      waiting_.reports.push_back(report);
+    }
+    return false;
+  }
+
+ private:
+  Waiting& waiting_;
+};
 
 Knob open_emulated(bool is_paced) {
   EmulatorOptions emulator;
@@ -98,6 +142,11 @@ TEST_CASE("silence of the host is the reason why the torque went") {
   knob.emulator().set_link_faults({.drop_output = 1.0});
   CHECK(knob.wait_for(State::disarmed));
   CHECK(knob.last_disarm()->reason == DisarmReason::watchdog);
+  // The next time has a reason of its own.
+  knob.emulator().set_link_faults({});
+  knob.arm();
+  knob.disarm();
+  CHECK(knob.last_disarm()->reason == DisarmReason::order);
 }
 
 TEST_CASE("the end of the connection is an event") {
@@ -143,6 +192,44 @@ TEST_CASE("a health report that is quicker than its event leaves the reason to t
   CHECK(knob.state() == State::disarmed);
   knob.sleep(0.01);
   CHECK(knob.last_disarm()->reason == DisarmReason::watchdog);
+}
+
+TEST_CASE("an order to disarm is the reason also where its event was lost") {
+  Knob knob = Knob::open(std::make_unique<WithoutEvents>(open_transport("emulated")));
+  knob.arm();
+  knob.disarm();
+  CHECK(knob.events().empty());
+  REQUIRE(knob.last_disarm());
+  CHECK(knob.last_disarm()->reason == DisarmReason::order);
+}
+
+TEST_CASE("telemetry from before it was armed does not say that a knob has let go") {
+  Waiting waiting{.id = protocol::Layout<protocol::Telemetry>::id};
+  Knob knob = Knob::open(std::make_unique<Late>(open_transport("emulated"), waiting));
+  knob.start_telemetry();
+  knob.sleep(0.02);
+  waiting.holds = true;
+  knob.sleep(0.02);
+  knob.arm();
+  waiting.holds = false;
+  (void)knob.read(1, 0.01);
+  CHECK(knob.state() == State::armed);
+  CHECK_FALSE(knob.last_disarm());
+}
+
+TEST_CASE("a callback that lets more happen than is kept is told the newest") {
+  Knob knob = open_emulated(false);
+  int told = 0;
+  knob.on_event([&](const Event&) {
+    if (told++ != 0) return;
+    for (int i = 0; i < 600; ++i) {
+      knob.disarm();
+      knob.arm();
+    }
+  });
+  knob.arm();
+  knob.sleep(0.01);
+  CHECK(told == 1 + 1024);
 }
 
 TEST_CASE("events that nobody takes are kept up to a number, and the lost are counted") {
@@ -307,6 +394,7 @@ TEST_CASE("a recording says how the torque went") {
   CHECK(recording.size() == 500);
   REQUIRE(recording.disarmed);
   CHECK(recording.disarmed->reason == DisarmReason::deadline_missed);
+  CHECK_FALSE(knob.record(0.1).disarmed);  // that was before
 }
 
 TEST_CASE("a recording that must stay armed ends when the torque goes, with what it has") {
@@ -323,6 +411,13 @@ TEST_CASE("a recording that must stay armed ends when the torque goes, with what
     CHECK(error.samples()->size() < 1000);
   }
   CHECK(knob.state() == State::disarmed);
+
+  knob.arm();
+  knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
+  Recording into;
+  CHECK_THROWS_AS(knob.record(into, 10.0, {}, true), Disarmed);
+  REQUIRE(into.disarmed);
+  CHECK(into.disarmed->reason == DisarmReason::deadline_missed);
 }
 
 TEST_CASE("a recording that must stay armed does not begin without torque") {

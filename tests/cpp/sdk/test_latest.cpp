@@ -87,6 +87,12 @@ TEST_CASE("the newest sample can still be read, and needs telemetry") {
   CHECK(knob.read(4, 0.0).back() == first);
   knob.sleep(0.01);
   CHECK(knob.latest().tick > first.tick);
+  // What a stream before had is not the newest of the next.
+  knob.stop_telemetry();
+  knob.sleep(0.01);
+  const std::uint64_t restart_tick = knob.clock().tick;
+  knob.start_telemetry({}, true);
+  CHECK(knob.latest().tick > restart_tick);
 }
 
 TEST_CASE("steps lie at equal distances, and late ones are left out and counted") {

@@ -346,6 +346,12 @@ TEST_CASE("a knob that nobody talks to stays armed, because the library gives si
   knob.sleep(10.0);
   CHECK(knob.state() == State::armed);
   CHECK(knob.health().state == State::armed);
+  // Also one that wants them oftener, since it was told to.
+  knob.disarm();
+  knob.update([](ControlConfig& config) { config.watchdog_s = 0.05; });
+  knob.arm();
+  knob.sleep(1.0);
+  CHECK(knob.health().state == State::armed);
 }
 
 TEST_CASE("reports that are lost or damaged never hang a call") {

@@ -5,14 +5,17 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "protocol/axis_samples.hpp"
 #include "sample_ring.hpp"
 #include "sdk/errors.hpp"
+#include "sdk/wrapped_transport.hpp"
 #include "telemetry_decoder.hpp"
 #include "torsio/knob.hpp"
 
@@ -28,6 +31,30 @@ OpenOptions turning(double rate_hz = 1000.0) {
   options.emulator->hand = PrescribedMotion{{{0.0, 0.0}, {1000.0, 1000.0}}};  // 1 rad/s
   return options;
 }
+
+/// Has the first report of a stream reach back by a sample.
+class Straddling final : public test::WrappedTransport {
+ public:
+  /// @param begin_tick gets when the stream began, as the device acknowledges it
+  Straddling(std::unique_ptr<Transport> inner, std::uint64_t& begin_tick)
+      : WrappedTransport(std::move(inner)), begin_tick_(begin_tick) {}
+  bool read(ReportBytes& bytes, std::chrono::nanoseconds timeout) override {
+    if (!WrappedTransport::read(bytes, timeout)) return false;
+    protocol::Acknowledgement answer;
+    protocol::Telemetry report;
+    if (protocol::decode(bytes, answer).ok()) {
+      if (answer.report == protocol::Layout<protocol::Stream>::id) begin_tick_ = answer.tick;
+    } else if (protocol::decode(bytes, report).ok() && std::exchange(is_first_, false)) {
+      report.tick = begin_tick_ - 1;
+      bytes = protocol::encode(report);
+    }
+    return true;
+  }
+
+ private:
+  std::uint64_t& begin_tick_;
+  bool is_first_ = true;
+};
 
 std::vector<TelemetrySample> wall_in_pieces(std::uint64_t seed, double piece_s) {
   OpenOptions options{.emulator = EmulatorOptions{}};
@@ -167,7 +194,34 @@ TEST_CASE("a full ring loses the oldest samples and counts them") {
   CHECK(kept.back().tick > 990);
   const LinkStatistics statistics = knob.statistics();
   CHECK(statistics.samples_lost == statistics.samples_received - 100);
+  const std::uint64_t lost = statistics.samples_lost;
   CHECK(knob.record(1.0).size() == 1000);  // recording takes them out as they come
+  // But what lies behind its end, in its last report.
+  CHECK(knob.statistics().samples_lost < lost + protocol::samples_per_report);
+}
+
+TEST_CASE(
+    "of a report that reaches back behind the begin of its stream the older samples are left out") {
+  std::uint64_t begin_tick = 0;
+  Knob knob = Knob::open(std::make_unique<Straddling>(open_transport("emulated"), begin_tick));
+  knob.sleep(0.1);
+  knob.start_telemetry();
+  knob.sleep(0.05);
+  const auto samples = knob.read(1000, 0.1);
+  REQUIRE(begin_tick != 0);
+  REQUIRE(samples.size() > 10);
+  CHECK(samples.front().tick >= begin_tick);
+}
+
+TEST_CASE("what comes behind a recording can still be read") {
+  Knob knob = Knob::open("emulated");
+  knob.start_telemetry();
+  for (int ticks = 10; ticks < 15; ++ticks) {  // some end within a report
+    const auto recorded = knob.record(1e-3 * ticks);
+    const auto next = knob.read(1000, 0.1);
+    REQUIRE_FALSE(next.empty());
+    CHECK(next.front().tick == recorded.back().tick + 1);
+  }
 }
 
 TEST_CASE("samples that are lost on the way are counted as gaps") {
@@ -294,6 +348,28 @@ TEST_CASE("sample ring keeps the newest and says when it lost one") {
   CHECK(out[0].tick == 2);
   CHECK(out[2].tick == 4);
   CHECK(ring.size() == 0);
+  SampleRing smallest(0);  // which holds one
+  CHECK(smallest.push(at(1)));
+  CHECK_FALSE(smallest.push(at(2)));
+}
+
+TEST_CASE("decoder counts a gap only where a stream goes on") {
+  TelemetryDecoder decoder;
+  const auto missing = [&](std::uint64_t tick, std::uint8_t decimation) {
+    protocol::Telemetry report;
+    report.axis_samples = protocol::pack_axis_samples(0, 1);
+    report.tick = tick;
+    report.decimation = decimation;
+    return decoder.decode(report, [](const TelemetrySample&) {});
+  };
+  CHECK(missing(100, 1) == 0);
+  CHECK(missing(101, 1) == 0);
+  CHECK(missing(105, 1) == 3);
+  CHECK(missing(10, 1) == 0);   // an older one
+  CHECK(missing(200, 2) == 0);  // another rate
+  CHECK(missing(206, 2) == 2);
+  CHECK(missing(300, 0) == 0);  // no device says so
+  CHECK(missing(400, 0) == 0);
 }
 
 TEST_CASE("decoder unwraps positions across 32 bits in both directions") {

@@ -43,6 +43,20 @@ class Recorder final : public WrappedTransport {
   std::vector<ReportBytes>& sent_;
 };
 
+/// Counts the signs of life: command (0x10) with keep_alive (0), docs/protocol.md.
+class SignCounter final : public WrappedTransport {
+ public:
+  SignCounter(std::unique_ptr<Transport> inner, std::atomic<int>& signs)
+      : WrappedTransport(std::move(inner)), signs_(signs) {}
+  bool write(const ReportBytes& report) override {
+    if (report[0] == 0x10 && report[4] == 0) ++signs_;
+    return WrappedTransport::write(report);
+  }
+
+ private:
+  std::atomic<int>& signs_;
+};
+
 /// Fails in its own way, once it is told to.
 class Failing final : public WrappedTransport {
  public:
@@ -224,6 +238,30 @@ TEST_CASE("who closes a knob disarms it, unless a game or the dial has it") {
     };
     CHECK(std::ranges::any_of(sent, disarms) == (owner == Owner::sdk));
   }
+}
+
+TEST_CASE("signs of life are given while the torque is on, and only then") {
+  for (const bool is_paced : {false, true}) {
+    CAPTURE(is_paced);
+    OpenOptions options;
+    options.emulator.emplace().paced = is_paced;
+    std::atomic<int> signs = 0;
+    Knob knob =
+        Knob::open(std::make_unique<SignCounter>(open_transport("emulated", options), signs));
+    knob.sleep(0.3);
+    CHECK(signs == 0);
+    knob.arm();
+    for (int left = 100; left > 0 && signs < 2; --left) knob.sleep(0.1);
+    CHECK(signs >= 2);
+  }
+}
+
+TEST_CASE("a device that says whose it is though it is not armed is not told to disarm") {
+  std::vector<ReportBytes> sent;
+  auto inner = test::emulated_with<protocol::Health>(
+      [](protocol::Health& health) { health.owner = protocol::Owner::sdk; });
+  Knob::open(std::make_unique<Recorder>(std::move(inner), sent)).close();
+  CHECK(sent.empty());
 }
 
 TEST_CASE("a knob over the user's transport says so, and knows no world and no path") {

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -128,6 +129,24 @@ TEST_CASE("hand follows commands and refuses what is none") {
   }
 }
 
+TEST_CASE("a hand that is told an angle does not jump there, however near or far it is") {
+  for (const double angle_rad : {0.1, 1.0}) {
+    CAPTURE(angle_rad);
+    EmulatedDevice device({.hand = still_hand()});
+    device.advance(1'000'000);
+    HandCommands commands(device);
+    REQUIRE(commands.follow("angle " + std::to_string(angle_rad)));
+    double fastest_rad_s = 0.0;
+    for (int ms = 0; ms < 300; ++ms) {
+      device.advance(1'000'000);
+      fastest_rad_s = std::max(fastest_rad_s, device.plant().state().knob_speed_rad_s());
+    }
+    // In 50 ms, and at 10 rad/s; the hand is soft enough to swing a little beyond that.
+    CHECK(fastest_rad_s < 1.5 * std::min(angle_rad / 0.05, 10.0));
+    CHECK(fastest_rad_s > 0.5 * std::min(angle_rad / 0.05, 10.0));
+  }
+}
+
 TEST_CASE("hand follows a script while the knob runs, and one that no hand can is refused") {
   const torsio::test::TemporaryDirectory folder;
   const std::string path = folder.path() + "/a script";
@@ -174,6 +193,8 @@ TEST_CASE("bad options are refused") {
   CHECK_THROWS_AS(options_from({"--port"}), BadOption);
   CHECK_THROWS_AS(options_from({"--rate-hz", "nan"}), BadOption);
   CHECK_THROWS_AS(options_from({"--rate-hz", "999"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--rate-hz", "20001"}), BadOption);
+  CHECK_THROWS_AS(options_from({"--port", "80x"}), BadOption);
   CHECK_THROWS_AS(options_from({"--hand", "tight"}), BadOption);
   CHECK_THROWS_AS(options_from({"--hand", "scripted:"}), BadOption);
   CHECK_THROWS_AS(options_from({"--colour", "red"}), BadOption);

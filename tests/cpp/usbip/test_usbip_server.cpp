@@ -47,6 +47,12 @@ class Peer {
     REQUIRE(::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
             static_cast<ssize_t>(bytes.size()));
   }
+  /// @returns how much of it there is room for
+  std::size_t offer(const Bytes& bytes) {
+    const ssize_t sent =
+        ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    return sent > 0 ? static_cast<std::size_t>(sent) : 0;
+  }
   /// Lets as little as possible be on its way from the server, whose end is in this process too.
   void narrow() {
     const int smallest = 1;
@@ -186,6 +192,29 @@ TEST_CASE("server keeps what a client does not read and sends it later") {
     received += peer.take().size();
   }
   CHECK(received == expected);
+}
+
+TEST_CASE("server stops reading from a client that does not read") {
+  Rig rig;
+  Peer peer(rig.server.port());
+  peer.send(import_request());
+  rig.serve();
+  peer.narrow();
+  REQUIRE(peer.take().size() == 320);
+  Bytes requests;
+  for (int i = 0; i < 100; ++i) {
+    requests = requests + submit_header(1, 1, 0, 255, setup_packet(0x80, 6, 0x0200, 0, 255));
+  }
+  // The answers are longer than the questions. What is on the way is narrow on one side only.
+  std::size_t taken = 0;
+  constexpr std::size_t kEndless = std::size_t{1} << 25U;
+  for (int idle = 0; idle < 20 && taken < kEndless;) {
+    const std::size_t now = peer.offer(requests);
+    taken += now;
+    idle = now == 0 ? idle + 1 : 0;
+    rig.serve(1);
+  }
+  CHECK(taken < kEndless);
 }
 
 TEST_CASE("server drops a client that breaks the rules and does not read either") {

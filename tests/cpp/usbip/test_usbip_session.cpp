@@ -105,13 +105,14 @@ TEST_CASE("requests may come byte by byte") {
 
 TEST_CASE("requests that break the protocol end the conversation and the next client is served") {
   const Bytes device_7 = words({1, 9, 7, 1, 0, 0, 18, 0, 0, 0, 0, 0});
+  const Bytes unlink_of_device_7 = words({2, 9, 7, 0, 0, 1, 0, 0, 0, 0, 0, 0});
   for (const Bytes& bytes :
        {words({9, 1, kDeviceId, 0, 0, 0, 0, 0, 0, 0, 0, 0}),           // no such command
         words({1, 1, kDeviceId, 2, 0, 0, 0, 0, 0, 0, 0, 0}),           // no such direction
         words({1, 1, kDeviceId, 0, 1, 0, 0x7FFFFFFF, 0, 0, 0, 0, 0}),  // 2 GiB
         words({1, 1, kDeviceId, 0, 1, 0, 0xFFFFFFFF, 0, 0, 0, 0, 0}),  // -1 byte
         words({1, 1, kDeviceId, 1, 1, 0, 64, 0, 3, 0, 0, 0}),          // isochronous
-        device_7, Bytes(48, 0xFF)}) {
+        device_7, unlink_of_device_7, Bytes(48, 0xFF)}) {
     Rig rig;
     rig.client.send(bytes);
     CHECK(rig.client.session().finished());
