@@ -112,7 +112,7 @@ RULES = (
         "sdk/src/emulated",
         (
             *(*FIRMWARE, "conversion", "emulated", "torsio"),
-            *("emulated_transport.hpp", "process.hpp", "session.hpp"),
+            *("emulated_transport.hpp", "fair_mutex.hpp", "process.hpp", "session.hpp"),
         ),
     ),
     # The same on another system.

@@ -204,7 +204,7 @@ TEST_CASE("an order to disarm is the reason also where its event was lost") {
 }
 
 TEST_CASE("telemetry from before it was armed does not say that a knob has let go") {
-  Waiting waiting{.id = protocol::Layout<protocol::Telemetry>::id};
+  Waiting waiting{.id = protocol::Layout<protocol::Telemetry>::id, .reports = {}};
   Knob knob = Knob::open(std::make_unique<Late>(open_transport("emulated"), waiting));
   knob.start_telemetry();
   knob.sleep(0.02);
