@@ -143,7 +143,7 @@ TEST_CASE("an excitation that is let go at speed fades as it would without a lim
   };
   turn(2000);
   REQUIRE(rig.outputs.motor_command_nm == 0.05F);
-  (void)rig.command(Op::disarm);
+  REQUIRE(rig.device->receive(encode(Command{7, 0, Op::disarm})));
   turn(20);
   CHECK(rig.get<Health>().faults == 0);
   CHECK(rig.outputs.motor_command_nm > 0.0F);
