@@ -78,40 +78,46 @@ std::optional<Config> read_slot(const SlotBytes& bytes, WiringRule rule) {
 
 }  // namespace
 
-std::uint32_t crc32(std::span<const std::uint8_t> bytes) {
-  std::uint32_t crc = 0xFFFFFFFFU;
+namespace {
+
+std::uint32_t follow(std::uint32_t crc, std::span<const std::uint8_t> bytes) {
   for (const std::uint8_t byte : bytes) {
     crc ^= byte;
     for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
   }
-  return ~crc;
+  return crc;
 }
 
+/// Who sent it last, and with which number, is no value. One report at a time, for the stack's
+/// sake.
+template <class Report>
+[[gnu::noinline]] std::uint32_t follow_values(std::uint32_t crc, const Report& report) {
+  return follow(crc, std::span(protocol::encode(report)).subspan(sizeof(std::uint16_t) + 1));
+}
+
+bool are_assumed(const Config& config) {
+  return config.calibration.values_are == protocol::Basis::assumed ||
+         config.calibrated_values != values_checksum(config);
+}
+
+}  // namespace
+
+std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return ~follow(0xFFFFFFFFU, bytes); }
+
 std::uint32_t values_checksum(const Config& config) {
-  // Who sent it last, and with which number, is no value.
-  protocol::ActuatorConfig actuator = config.actuator;
-  protocol::ShaftConfig shaft = config.shaft;
-  actuator.sequence = shaft.sequence = 0;
-  std::array<std::uint8_t, 2 * protocol::report_size> bytes;
-  std::ranges::copy(protocol::encode(actuator), bytes.begin());
-  std::ranges::copy(protocol::encode(shaft), bytes.begin() + protocol::report_size);
-  return crc32(bytes);
+  return ~follow_values(follow_values(0xFFFFFFFFU, config.actuator), config.shaft);
 }
 
 protocol::CalibrationConfig calibration_now(const Config& config) {
   protocol::CalibrationConfig calibration = config.calibration;
-  if (calibration.values_are != protocol::Basis::assumed &&
-      config.calibrated_values != values_checksum(config)) {
-    calibration.values_are = protocol::Basis::assumed;
-  }
+  if (are_assumed(config)) calibration.values_are = protocol::Basis::assumed;
   return calibration;
 }
 
 Trust trust_in(const Config& config, bool moves_parts) {
   if (!moves_parts) return Trust::all;
   if (config.board.confirmed == protocol::Toggle::off) return Trust::none;
-  const bool assumed = calibration_now(config).values_are == protocol::Basis::assumed;
-  return assumed ? Trust::experiments : Trust::all;
+  return are_assumed(config) ? Trust::experiments : Trust::all;
 }
 
 ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {

@@ -144,8 +144,11 @@ void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
 }
 
 void TelemetryStream::throw_unless_armed() const {
-  if (session_.get<protocol::Health>().state == protocol::State::armed) return;
-  const std::optional<Disarm> disarm = session_.last_disarm();
+  const auto health = session_.get<protocol::Health>();
+  if (health.state == protocol::State::armed) return;
+  std::optional<Disarm> disarm = session_.last_disarm();
+  // Its event may still be on the way.
+  if (health.faults != 0) disarm = Disarm{DisarmReason::fault, fault_names(health.faults)};
   throw Disarmed("the recording was to stay armed, but the knob is not armed" +
                      (disarm ? "; " + disarm_text(*disarm) : std::string()),
                  disarm ? disarm_reason_name(disarm->reason) : std::string());

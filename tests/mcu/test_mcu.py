@@ -140,9 +140,9 @@ def test_firmware_calls_no_double_arithmetic(board: str) -> None:
 
 
 @pytest.mark.parametrize("board", CHIPS)
-def test_firmware_leaves_a_third_of_the_ram_free(board: str) -> None:
+def test_firmware_leaves_a_quarter_of_the_ram_free(board: str) -> None:
     taken_bytes = firmware_report.sizes(mcu.FIRMWARE / f"torsio-{board}.elf").ram
-    assert taken_bytes < RAM_BYTES[CHIPS[board]] * 2 / 3
+    assert taken_bytes < RAM_BYTES[CHIPS[board]] * 3 / 4
 
 
 @pytest.mark.parametrize("board", CHIPS)

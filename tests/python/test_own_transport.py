@@ -92,6 +92,7 @@ class Hurrying(Simulated):
 def test_transport_of_real_time_is_read_by_a_thread_of_the_knob() -> None:
     transport = Hurrying()
     with torsio.open(transport) as knob:
+        knob.update(watchdog_s=60.0)  # its time runs away from the library's
         knob.play(torsio.Spring(stiffness_nm_per_rad=0.1))
         knob.arm()
         log = knob.record(0.05)

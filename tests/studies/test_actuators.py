@@ -198,8 +198,8 @@ def test_law_calibrated_never_buzzes_and_tracks_as_the_one_with_two_encoders() -
     assert fine.tracking_in < rival.tracking_in
     assert fine.tracking_out < rival.tracking_out
     assert fine.torque_gap_nm < rival.torque_gap_nm
-    assert not trials.comes_to_rest(trials.spin_into_spring("soft_spring", 50.0, **trials.FINE))
-    log = trials.spin_into_spring("soft_sensor_calibrated", 50.0, **trials.FINE)
+    assert not trials.comes_to_rest(trials.spin_into_spring("soft_spring", 200.0, **trials.FINE))
+    log = trials.spin_into_spring("soft_sensor_calibrated", 200.0, **trials.FINE)
     assert trials.comes_to_rest(log)
 
 

@@ -67,7 +67,7 @@ TEST_CASE(
   // Each is in range, but no pin may have two jobs: the board's comes last but for what is known.
   CHECK_THROWS_AS(load_config(knob, R"({"actuator_config": {"knob_inertia_kg_m2": 9e-5},
     "board_config": {"light_pin": 10, "enable_pin": 10}})"),
-                  Refused);
+                  Error);
   CHECK(knob.actuator_config().knob_inertia_kg_m2 == doctest::Approx(7e-5));
   CHECK(knob.calibration_config().values_are == Basis::stated);
 }

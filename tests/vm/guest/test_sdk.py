@@ -34,6 +34,11 @@ _VIRTUAL = "is about virtual time"
 # What cannot run on a knob outside the process, each with its reason.
 NOT_OVER_USB = {
     "the emulated knob says who it is": "expects the emulated transport's path",
+    "a world that takes longer than it lasts still lets calls in, and closes": _WORLD,
+    "a knob that nobody talks to stays armed, because the library gives signs of life": _VIRTUAL,
+    "of a report that reaches back behind the begin of its stream the older samples are left out": (
+        _VIRTUAL
+    ),
     "a named emulated knob keeps what was saved, and only that": "cuts the power in a save",
     "a named emulated knob can be open once, an unnamed one as often as one likes": _WORLD,
     "bad options are InvalidArgument, and leave the name free": "is about the options themselves",

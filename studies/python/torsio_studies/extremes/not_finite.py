@@ -12,7 +12,14 @@ from typing import Any, Final
 import torsio
 from torsio import core, protocol
 from torsio.closed_loop import ClosedLoop, InitialState, LoopOptions, SpinUp, simulate
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig
+from torsio.config import (
+    ActuatorConfig,
+    BoardConfig,
+    CalibrationConfig,
+    ControlConfig,
+    GameConfig,
+    ShaftConfig,
+)
 from torsio.emulator import EmulatedDevice
 from torsio.hands import FeedbackHand, ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
@@ -85,7 +92,14 @@ EXPERIMENT: Final = Excitation(
 MUST_BE_GIVEN: Final = {
     "excitation": {"duration_s": 1.0, "travel_rad": 1.0, "speed_limit_rad_s": 10.0}
 }
-CONFIGS: Final = (ActuatorConfig(), ControlConfig(), BoardConfig(), GameConfig())
+CONFIGS: Final = (
+    ActuatorConfig(),
+    ControlConfig(),
+    BoardConfig(),
+    GameConfig(),
+    ShaftConfig(),
+    CalibrationConfig(),
+)
 
 
 Make = Callable[[], Any]
