@@ -92,7 +92,8 @@ std::uint32_t follow(std::uint32_t crc, std::span<const std::uint8_t> bytes) {
 /// sake.
 template <class Report>
 [[gnu::noinline]] std::uint32_t follow_values(std::uint32_t crc, const Report& report) {
-  return follow(crc, std::span(protocol::encode(report)).subspan(sizeof(std::uint16_t) + 1));
+  const protocol::ReportBytes bytes = protocol::encode(report);
+  return follow(crc, std::span(bytes).subspan(1 + sizeof report.sequence));
 }
 
 bool are_assumed(const Config& config) {
