@@ -220,10 +220,10 @@ def test_measured_tick_time_is_what_the_bench_sees(pico: EmulatedPico, walls: in
     pico.run(5)
     health = pico.get("health")
     seen = pico.status()["tick_ns"]
-    # The bench sees the processor enter and leave as well.
+    # The bench sees the processor enter and leave as well, and the current being taken.
     assert health["tick_time_max_ns"] == pytest.approx(seen["most"], rel=0.1)
     if pico.model.step_ns == pico.model.tick_ns:  # or the last interrupt may have been no tick
-        assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.05)
+        assert health["tick_time_ns"] == pytest.approx(seen["last"], rel=0.1)
     assert health["tick_overruns"] == 0
 
 
