@@ -153,6 +153,17 @@ def test_limit_that_the_turns_would_break_is_named_before_anything_turns() -> No
         assert knob.control_config().speed_limit_rad_s == 40.0
 
 
+def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
+    bent = torsio.ShaftConfig(knee_1_rad=0.5, knee_1_nm_per_rad=4.0)  # beyond what it twists
+    with torsio.open("emulated") as knob:
+        knob.configure(bent)
+        knob.update(values_are="measured", sigma_knee_1_rad=1e-3)
+        found = calibration.calibrate(knob, quick=True)
+    assert found.shaft == bent
+    assert found.known.sigma_knee_1_rad == pytest.approx(1e-3)
+    assert found.known.values_are == "measured"
+
+
 def test_calibration_that_is_refused_in_part_changes_nothing(found: Any) -> None:
     measured, *_ = found
     with torsio.open("emulated") as knob:

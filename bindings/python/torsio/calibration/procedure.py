@@ -237,7 +237,7 @@ _SIGMA_OF: Final = {
 }
 
 
-def _sigmas(quantities: dict[str, Quantity], bent: ShaftConfig) -> dict[str, Any]:
+def _sigmas(quantities: dict[str, Quantity]) -> dict[str, Any]:
     """Give the uncertainties of what is configured, of those that were measured."""
     sigmas = {
         name: quantities[of].standard_uncertainty
@@ -245,13 +245,12 @@ def _sigmas(quantities: dict[str, Quantity], bent: ShaftConfig) -> dict[str, Any
         if of in quantities
     }
     stiffness, factor = quantities["stiffness_nm_per_rad"], quantities.get("stiffness_factor")
-    sigmas["sigma_knee_1_nm_per_rad"] = 0.0
-    if factor is not None and bent.knee_1_rad > 0.0:
+    if factor is not None:
         sigmas["sigma_knee_1_nm_per_rad"] = math.hypot(
             factor.value * stiffness.standard_uncertainty,
             stiffness.value * factor.standard_uncertainty,
         )
-    return {"sigma_knee_1_rad": 0.0} | sigmas
+    return sigmas
 
 
 def _bent(shaft: Shaft) -> ShaftConfig:
@@ -320,16 +319,18 @@ def _put_together(
     proposed = replace(proposed, brake_drag_nm=max(quantities["brake_drag_nm"].value, 0.0))
     info = knob.info
     now = datetime.datetime.now(datetime.timezone.utc)
-    bent = _bent(shaft)
+    # Ten seconds may miss a knee, and are not enough to know the brake: what was known stays.
+    keeps_shaft = brake is None and shaft.knee is None
+    bent = knob.shaft_config() if keeps_shaft else _bent(shaft)
+    straight = {} if keeps_shaft else {"sigma_knee_1_rad": 0.0, "sigma_knee_1_nm_per_rad": 0.0}
     before = knob.calibration_config()
     known = replace(
         before,
-        # Ten seconds are not enough to know the brake.
         values_are=before.values_are if brake is None else "measured",
         calibrated_unix_s=int(now.timestamp()),
         ambient_k=0.0 if ambient_c is None else ambient_c + 273.15,
         calibrated_rate_hz=info.control_rate_hz,
-        **_sigmas(quantities, bent),
+        **(straight | _sigmas(quantities)),
     )
     return Calibration(
         quantities,
