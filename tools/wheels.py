@@ -127,12 +127,14 @@ def build_again(architecture: str, versions: Sequence[str], tinyusb: str, own: P
     """
     first = {wheel: wheel.read_bytes() for wheel in OUT.glob("*.whl")}
     shutil.rmtree(BUILD / f"objects-{architecture}")
+    before = dict(os.environ)
     with tempfile.TemporaryDirectory() as kept:
         os.environ |= {"CCACHE_DISABLE": "1", "ZIG_GLOBAL_CACHE_DIR": kept}
         try:
             wheels = build_all(architecture, versions, tinyusb, own)
         finally:
-            del os.environ["CCACHE_DISABLE"], os.environ["ZIG_GLOBAL_CACHE_DIR"]
+            os.environ.clear()
+            os.environ |= before
     for wheel in wheels:
         if wheel.read_bytes() != first[wheel]:
             raise Failed(f"{wheel.name} has other bytes when it is built again")
