@@ -1,7 +1,7 @@
 /// @file
 /// Bounded stiffness: what the scene asks may rise along the angle only as steeply as the parts
-/// can render, and that is found out from the knob's swings (docs/theory.md, "No wall that
-/// buzzes").
+/// can render, and that is found out from the knob's swings (docs/theory.md, "Bounded
+/// stiffness").
 #pragma once
 
 #include <cstdint>

@@ -76,10 +76,6 @@ std::optional<Config> read_slot(const SlotBytes& bytes, WiringRule rule) {
   return config;
 }
 
-}  // namespace
-
-namespace {
-
 std::uint32_t follow(std::uint32_t crc, std::span<const std::uint8_t> bytes) {
   for (const std::uint8_t byte : bytes) {
     crc ^= byte;

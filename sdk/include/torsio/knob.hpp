@@ -292,8 +292,7 @@ class TORSIO_EXPORT Knob {
   /// Threads may record at the same time. If it ends early the samples that came can still be read,
   /// and what the library throws has all of them: Error::samples().
   /// @param must_stay_armed throw Disarmed if it is not armed, or when the torque goes meanwhile;
-  ///        else Recording::disarmed
-  ///        tells
+  ///        else Recording::disarmed tells
   /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
   /// up; Disarmed
   [[nodiscard]] Recording record(double duration_s, std::optional<double> rate_hz = {},
