@@ -23,7 +23,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
-from tests.board import knob
+from tests.board.hidden import calibrate_hidden
 from tests.board.pico import choose
 from torsio_studies.calibration.knobs import FIRST, QUANTITIES, hidden_knob
 from torsio_studies.common import plain, write_atomically
@@ -39,7 +39,7 @@ def measure(number: int, *, quick: bool, emulated: bool) -> dict[str, Any]:
     if path.exists():
         return dict(json.loads(path.read_text()))
     begin = time.perf_counter()
-    row = knob.calibrate_hidden(hidden_knob(number), quick=quick, emulated=emulated)
+    row = calibrate_hidden(hidden_knob(number), quick=quick, emulated=emulated)
     row["seconds"] = round(time.perf_counter() - begin, 1)
     FOLDER.mkdir(parents=True, exist_ok=True)
     write_atomically(path, lambda partial: partial.write_text(json.dumps(plain(row)) + "\n"))

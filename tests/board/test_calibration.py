@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.board import knob
+from tests.board.hidden import hidden_board
 from torsio.calibration.play import Player, Recording
 from torsio_studies.calibration.knobs import hidden_knob, truth_of
 
@@ -20,9 +20,9 @@ def _acceleration(log: Recording, begin_s: float) -> float:
 @pytest.mark.parametrize("number", [1000])
 def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> None:
     hidden = hidden_knob(number)
-    with knob.hidden_board(hidden) as board:
-        assert hidden.reversed == board.actuator_config().encoder_reversed
-        with Player.playing(board.as_knob()) as player:
+    with hidden_board(hidden) as knob:
+        assert hidden.reversed == knob.actuator_config().encoder_reversed
+        with Player.playing(knob) as player:
             log = player.chain(
                 [
                     (STRETCH_S, {"motor_command_nm": TORQUE_NM}),
@@ -32,7 +32,7 @@ def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> 
                 speed_limit_rad_s=60.0,
                 torque_limit_nm=TORQUE_NM,
             )
-        assert board.state == "disarmed"
+        assert knob.state == "disarmed"
         # Samples come from the first excitation on, which the chain begins with.
         assert log.stopped == ""
         begin_s = float(log.time_s[np.argmax(log.motor_nm > 0.5 * TORQUE_NM)] - log.time_s[0])

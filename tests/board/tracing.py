@@ -58,6 +58,8 @@ def _places(elf: str) -> list[dict[str, Any]]:
         called = rf"^\s*[0-9a-f]+:\s+bl\s+[0-9a-f]+ <{symbol}>\s*\n\s*([0-9a-f]+):"
         found = re.findall(called, listing, re.MULTILINE)
         assert found, symbol
+        jumped = rf"^\s*[0-9a-f]+:\s+b(?:\.[nw])?\s+[0-9a-f]+ <{symbol}>"
+        assert not re.search(jumped, listing, re.MULTILINE), f"{symbol} ends elsewhere"
         return [int(address, 16) for address in found]
 
     def last(symbol: str) -> int:
@@ -76,7 +78,6 @@ def _places(elf: str) -> list[dict[str, Any]]:
         place("feature", begin(_FEATURE), ("feature", 1), REPORT_BYTES),
         place("connected", begin(_CONNECTED)),
         place("service", begin(_SERVICE)),
-        *(place("serviced", at) for at in ends(_SERVICE)),
         place("given", last(_GIVE)),
         place("next", begin(_NEXT)),
         *(place("nexted", at, ("next", 1), REPORT_BYTES) for at in ends(_NEXT)),

@@ -1,0 +1,87 @@
+"""Hidden knobs of the study of calibration, measured through a board's binary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import torsio
+from tests.board import pico
+from tests.board.felt import ELECTRICS
+from tests.board.live import live_knob
+from torsio import calibration
+from torsio.plant import PlantParams
+from torsio_studies.calibration.knobs import HiddenKnob, truth_of
+
+
+def _electric(plant: PlantParams) -> PlantParams:
+    """Give a knob the electrics of the board; its brake then lags by its coil."""
+    electrics = ELECTRICS[pico.chosen.name]
+    coil_h = plant.brake_time_constant_s * electrics.coil_resistance_ohm
+    return replace(plant, electrics=replace(electrics, coil_inductance_h=coil_h))
+
+
+@contextmanager
+def _emulated(plant: PlantParams) -> Iterator[torsio.Knob]:
+    rate_hz = 1e9 / pico.chosen.tick_ns
+    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=rate_hz)
+    with torsio.open("emulated", emulator=options) as knob:
+        yield knob
+
+
+@contextmanager
+def _binary(plant: PlantParams) -> Iterator[torsio.Knob]:
+    with live_knob(plant) as (knob, _):
+        yield knob
+
+
+@contextmanager
+def hidden_board(hidden: HiddenKnob, *, emulated: bool = False) -> Iterator[torsio.Knob]:
+    """Give the chosen board, which knows nothing of its knob but counts and limits.
+
+    Parameters
+    ----------
+    emulated
+        The emulated device in place of the binary.
+    """
+    with (_emulated if emulated else _binary)(_electric(hidden.plant)) as knob:
+        # For so long the winding stands more.
+        knob.update(motor_current_continuous_a=2.0)
+        knob.update(encoder_reversed=hidden.reversed)
+        yield knob
+
+
+def calibrate_hidden(hidden: HiddenKnob, *, quick: bool, emulated: bool = False) -> dict[str, Any]:
+    """Calibrate a knob through the chosen board; a reversed encoder must be refused.
+
+    Returns
+    -------
+    dict
+        ``found`` has value, standard uncertainty and truth of each quantity; ``refused`` why there
+        are none, or None.
+    """
+    row: dict[str, Any] = {"number": hidden.number, "quick": quick, "refused_rightly": True}
+    with hidden_board(hidden, emulated=emulated) as knob:
+        if hidden.reversed:
+            try:
+                calibration.calibrate(knob, quick=quick)
+                row["refused_rightly"] = False
+            except calibration.Refusal as refusal:
+                row["refused_rightly"] = refusal.reason == "reversed"
+            knob.update(encoder_reversed=False)
+            knob.sleep(1.0)  # until it stands again
+        row |= {"refused": None, "found": {}}
+        try:
+            found = calibration.calibrate(knob, quick=quick)
+        except calibration.Refusal as refusal:
+            row["refused"] = f"{refusal.reason}: {refusal}"
+            return row
+        truth = truth_of(hidden.plant)
+        row["knob_seconds"] = found.seconds
+        row["found"] = {
+            name: (of.value, of.standard_uncertainty, truth[name])
+            for name, of in found.quantities.items()
+        }
+    return row
