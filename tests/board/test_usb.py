@@ -227,9 +227,7 @@ def test_time_stamps_repeat_from_run_to_run() -> None:
 
 def test_prompt_report_is_filled_just_before_the_host_asks(pico: EmulatedPico) -> None:
     tick_ns = pico.model.tick_ns
-    # So that the main loop has less time to be punctual; with two an RP2040 leaves out a frame now
-    # and then.
-    pico.arm_at_wall(1 if pico.model.chip == "rp2040" else 4)
+    pico.arm_at_wall(4)  # so that the main loop has less time to be punctual
     assert pico.send("stream", decimation=1, prompt="on")["status"] == 0
     # A time before tick 0: what the clock tells is over by less than a tick when it is read.
     first_ns = 0

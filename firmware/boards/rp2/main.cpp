@@ -186,13 +186,11 @@ void show_state(std::uint8_t pin) {
   bool leaving = false;
   life_watch.start();
   for (;;) {
-    // Without floating point the ticks leave so little time that a whole round is a long one.
     usb_device->poll();
-    life_watch.see(ticks_done.load(std::memory_order_relaxed));
     the_device->service();
-    life_watch.see(ticks_done.load(std::memory_order_relaxed));
     save_when_asked();
     show_state(light_pin);
+    life_watch.see(ticks_done.load(std::memory_order_relaxed));
     if (the_device->take_bootloader_request()) {
       leaving = true;
       bootloader_us = timer_hw->timerawl;
