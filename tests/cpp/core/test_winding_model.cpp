@@ -56,6 +56,7 @@ TEST_CASE("the model's current goes its way towards voltage less back EMF over r
   CHECK(static_cast<double>(params.mean_share) == near(1.0 / 64));
   CHECK(static_cast<double>(params.mean_slack_a) == near(0.12));  // 0.24 of 12 V over 2 ohm
   CHECK(static_cast<double>(params.mean_patience_a) == near(1.25));
+  CHECK(static_cast<double>(params.own_decay) == near(std::exp(-0.64)));
   const WindingParams strong = make_winding(2.0F, 1e-3F, 0.05F, 4.0F, 12.0F, 1e-4F, 4e-3F, 6.4e-3F);
   CHECK(static_cast<double>(strong.mean_slack_a) == near(0.2));
   WindingState state;
@@ -125,18 +126,18 @@ TEST_CASE("what is never doubted of the means grows with current and speed") {
     CHECK(doubt(0.4F, 0.2F) == near(0.2 - (0.1 + 0.4 * 0.2)));
     CHECK(doubt(1.0F, 2.0F) == near(-(1.0 - 0.41 * 2.0)));
     CHECK(doubt(0.0F, 0.2F) == near(-(0.2 - (0.1 + 0.2 * 0.2))));
-    // 8 rad/s make 0.8 V, which is 0.4 A; half of it may be wrong.
+    // 8 rad/s make 0.8 V, which is 0.4 A; 0.35 of it may be wrong.
     for (const float speed : {8.0F, -8.0F}) {
-      CHECK(doubt(4.0F, 2.0F, speed) == near(2.0 - 0.85 * 2.0 - 0.2));
-      CHECK(doubt(0.5F, 0.0F, speed) == near(0.4 - 0.2));
-      CHECK(doubt(0.5F, 2.0F, speed) == near(-(1.5 - 0.41 * 2.0 - 0.2)));
+      CHECK(doubt(4.0F, 2.0F, speed) == near(2.0 - 0.85 * 2.0 - 0.14));
+      CHECK(doubt(0.5F, 0.0F, speed) == near(0.4 - 0.14));
+      CHECK(doubt(0.5F, 2.0F, speed) == near(-(1.5 - 0.41 * 2.0 - 0.14)));
     }
   }
   // A speed is remembered, less and less.
   Means means;
   means.look(0.0F, 0.0F, 16.0F);
   means.look(0.5F, 0.0F);
-  CHECK(means.above() == near(0.4 - 0.5 * 0.8 / 4));
+  CHECK(means.above() == near(0.4 - 0.35 * 0.8 / 4));
 }
 
 TEST_CASE("a change is doubted that no current brought about") {
@@ -174,13 +175,13 @@ TEST_CASE("a change that a current or a speed may have brought about is none") {
     turned.look(sign * 0.7F, 0.0F, 8.0F);
     CHECK(believe_change(turned.state, turned.params));
     CHECK(static_cast<double>(sign > 0.0F ? turned.state.rise_a : turned.state.fall_a) ==
-          near(0.6 - 0.2));
+          near(0.6 - 0.14));
     // What goes away with the speed is none either: half of 0.7 A is what was so, less 0.1 A, half
     // of the 0.1 A that are remembered, and half of the 0.2 A that its own voltage made.
     turned.state.rise_a = turned.state.fall_a = 0.0F;
     turned.look(0.0F, 0.0F);
     CHECK(believe_change(turned.state, turned.params));
     CHECK(static_cast<double>(sign > 0.0F ? turned.state.fall_a : turned.state.rise_a) ==
-          near(0.35 - 0.1 - 0.05 - 0.1));
+          near(0.35 - 0.1 - 0.035 - 0.07));
   }
 }
