@@ -8,6 +8,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.bench.bench_mcu import tick_time_ns
 from tests.board import felt, pico
 from tests.board.felt import Columns, difference_nm
 from torsio.hands import NoHand, PrescribedMotion
@@ -97,6 +98,18 @@ def test_documents_say_what_a_tick_in_a_wall_costs(cost: felt.TickCost) -> None:
     assert 1e3 * tick_us == pytest.approx(cost.tick_time_ns, rel=0.05)
     assert tick_percent == pytest.approx(100 * cost.tick_time_ns / pico.chosen.tick_ns, abs=2.0)
     assert busy_percent == pytest.approx(100 * cost.interrupt_share, abs=2.0)
+
+
+@pytest.mark.slow_chip
+def test_documents_say_how_long_a_tick_in_damped_walls_takes() -> None:
+    text = (pico.TREE / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = {
+        name: [float(cell) for cell in re.findall(r"[\d.]+", cells)]
+        for name, cells in re.findall(r"^\| (walls|us a tick)((?: \| [\d.]+)+) \|$", text, re.M)
+    }
+    # The newest tick, which may send a sample or look at the heat.
+    for walls, told_us in zip(rows["walls"], rows["us a tick"], strict=True):
+        assert 1e3 * told_us == pytest.approx(tick_time_ns(int(walls)), rel=0.1)
 
 
 def test_dead_encoder_channel_does_not_throw_the_knob() -> None:
