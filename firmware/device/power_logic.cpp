@@ -22,9 +22,6 @@ constexpr std::uint32_t kFadeTimes = 5;
 // The speed estimate is some milliseconds late.
 constexpr float kPatienceS = 4e-3F;
 
-// Longer than any wall takes to be pushed in or let go.
-constexpr float kSupplyPatienceS = 0.1F;
-
 // Particle brakes keep some 5 % of their torque.
 constexpr float kEraseShare = 0.05F;
 
@@ -66,9 +63,9 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       settle_steps_(core::round_to_u32(kSettleS / seconds(board.current_period_ns))),
       winding_params_(core::make_winding(
           config.motor_resistance_ohm, config.motor_inductance_h,
-          config.motor_torque_constant_nm_per_a, config.motor_current_max_a,
+          config.motor_torque_constant_nm_per_a, config.motor_current_max_a, config.supply_v,
           (board.predicts ? 1.0F : 2.0F) * seconds(board.current_period_ns), kPatienceS,
-          static_cast<float>(kLookSteps) * seconds(board.current_period_ns), kSupplyPatienceS)),
+          static_cast<float>(kLookSteps) * seconds(board.current_period_ns))),
       motor_heat_params_(core::make_heat(
           config.motor_current_max_a, config.motor_current_continuous_a, config.ambient_c,
           kWindingS, static_cast<float>(kLookSteps) * seconds(board.current_period_ns))),
@@ -157,16 +154,19 @@ void PowerLogic::watch(float motor_share) {
   }
 }
 
-/// How much current there may be, after what there was, and whether the supply can be right.
+/// How much current there may be, after what there was, and whether what lasts can be true.
 void PowerLogic::look(float motor_a, float coil_a) {
   if (steps_to_look_ == 0) {
     steps_to_look_ = kLookSteps;
     core::warm_up(motor_heat_, motor_heat_params_, motor_a);
     current_max_a_ = core::allow_current(motor_heat_, motor_heat_params_);
-    believed_ = core::believe_supply(winding_, winding_params_, speed_rad_s_, motor_a) && believed_;
   } else if (steps_to_look_ == kLookSteps / 2) {  // not all in one step
     core::warm_up(coil_heat_, coil_heat_params_, coil_a);
     coil_max_a_ = core::allow_current(coil_heat_, coil_heat_params_);
+  } else if (steps_to_look_ == kLookSteps / 4) {
+    believed_ = core::believe_means(winding_, winding_params_, speed_rad_s_) && believed_;
+  } else if (steps_to_look_ == kLookSteps / 8) {
+    believed_ = core::believe_change(winding_, winding_params_) && believed_;
   }
   --steps_to_look_;
 }

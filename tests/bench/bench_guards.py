@@ -10,8 +10,9 @@ long been off with it.
 For the encoder's wires and for wrong signs the board is coupled to the plant. A hand leans on a
 wall with 50 mN m, wires of the encoder are cut, and the hand lets go; or a hand touches a knob
 whose encoder or motor has the wrong sign, armed in the middle of a spring with the parts not
-confirmed. These lines also tell, to 4 ms, how far and how fast the knob turned until the outputs
-were off, and what it reached; and how fast without the guard, in 0.3 s.
+confirmed; or the current sensor's zero moves while nobody holds the armed knob. These lines also
+tell, to 4 ms, how far and how fast the knob turned until the outputs were off, and what it reached;
+and how fast without the guard, in 0.3 s.
 
 For a supply of twice, coupled as well, the knob is pressed into the wall; these lines tell the
 brake's coil's current too.
@@ -86,6 +87,15 @@ def _swapped(board: str, part: str, law: str, without: Sequence[str]) -> felt.Ru
         return felt.touch_spring(bench, LONG_S)
 
 
+def _shifted(board: str, amperes: float, without: Sequence[str]) -> felt.RunAway:
+    boot = unguarded if without else enumerated
+    with felt.binary(felt.plant_of(board), boot) as bench:
+        if without:
+            take_away(bench.board, *without)
+        felt.prepare(bench, law="motor_only")
+        return felt.shift_zero(bench, amperes, LONG_S)
+
+
 def _run_aways(board: str) -> None:
     found = [
         (name, _cut(board, pins, within_s, ()),
@@ -97,6 +107,11 @@ def _run_aways(board: str) -> None:
          _swapped(board, part, law, ("timid", "winding")))
         for part in ("encoder", "motor")
         for law in ("motor_only", "paper")
+    ]  # fmt: skip
+    found += [
+        (f"current sensor's zero moves by {amperes:g} A, knob let go",
+         _shifted(board, amperes, ()), _shifted(board, amperes, ("winding",)))
+        for amperes in (0.1, 0.25, 0.4, 0.8)
     ]  # fmt: skip
     for name, guarded, bare in found:
         _tell(

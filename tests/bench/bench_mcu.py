@@ -22,7 +22,7 @@ from tests.mcu import mcu
 from tools import firmware_report
 
 
-def _tick_time_ns(walls: int) -> int:
+def tick_time_ns(walls: int) -> int:
     """Return how long a tick of the chosen board's binary takes inside so many damped walls."""
     wall = {"angle_turns_q32": 0, "side": "above", "stiffness_nm_per_rad": 0.1}
     with enumerated() as pico:
@@ -64,6 +64,6 @@ if __name__ == "__main__":
                 "instructions_per_tick": instructions.get(walls),
                 "flash_bytes": sizes.flash,
                 "ram_bytes": sizes.ram,
-                "tick_time_ns": _tick_time_ns(walls),
+                "tick_time_ns": tick_time_ns(walls),
             }
             print(json.dumps(line))

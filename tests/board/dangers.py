@@ -28,7 +28,7 @@ class Danger:
     name
         What has happened, for a table.
     happen
-        Makes it so, on a board that pushes with all its motor may.
+        Makes it so, on a board that pushes with all its motor may, or rests.
     guard
         What stands against it, by its name in ``unguarded.GUARDS``.
     tells
@@ -39,6 +39,8 @@ class Danger:
         Makes it good again.
     restarts
         It takes a restart to be so.
+    rests
+        It happens to a board that is armed and asks for nothing.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Danger:
     within_ms: float | None
     mend: Callable[[EmulatedPico], object] = lambda board: board.do("motor")
     restarts: bool = False
+    rests: bool = False
 
     def __str__(self) -> str:
         return self.name
@@ -55,6 +58,9 @@ class Danger:
     def limit_ms(self, board: EmulatedPico) -> float:
         """How soon everything must be off; the watchdog may be fed once more before it waits."""
         return board.model.watchdog_ms + 0.5 if self.within_ms is None else self.within_ms
+
+
+SENSOR_STEPS_PER_A = 0.2 / 3.3 * 4096
 
 
 def _motor(**changes: float) -> Callable[[EmulatedPico], object]:
@@ -76,9 +82,18 @@ DANGERS = (
            "bridge's word", "actuator", 0.3, _pin(12, high=True)),
     Danger("3.2 A flow, the limit being 2", _motor(sensor_amperes=3.2),
            "over-current", "actuator", 0.6),
-    Danger("current sensor dead", _motor(sensor_amperes=0.0), "winding", "winding", 10),
+    Danger("current sensor dead: 0 V", _motor(sensor_amperes=-100.0),
+           "over-current", "actuator", 0.6),
+    Danger("current sensor saturated: 3.3 V", _motor(sensor_amperes=100.0),
+           "over-current", "actuator", 0.6),
+    Danger("current sensor stuck at its zero", _motor(sensor_amperes=0.0),
+           "winding", "winding", 10),
     Danger("current sensor stuck at 1 A", _motor(sensor_amperes=1.0), "winding", "winding", 10),
     Danger("current sensor stuck at -0.5 A", _motor(sensor_amperes=-0.5), "winding", "winding", 10),
+    Danger("current sensor's zero moves by 0.25 A", lambda board: shift_zero(board, 0.25),
+           "winding", "winding", 80, rests=True),
+    Danger("current sensor's zero moves by 0.8 A", lambda board: shift_zero(board, 0.8),
+           "winding", "winding", 20, rests=True),
     Danger("current sensor shows half", _motor(voltsPerAmpere=0.1),
            "winding", "winding", 125, _motor(voltsPerAmpere=0.2)),
     Danger("current sensor shows twice", _motor(voltsPerAmpere=0.4),
@@ -105,11 +120,16 @@ DANGERS = (
 )  # fmt: skip
 
 
-def push(board: EmulatedPico) -> None:
+def shift_zero(board: EmulatedPico, amperes: float) -> None:
+    """Have the current sensor show so much more from now on."""
+    board.do("motor", zero=round(2048 + SENSOR_STEPS_PER_A * amperes))
+
+
+def push(board: EmulatedPico, depth_counts: int = 300) -> None:
     """Arm, and go so deep into a wall that the motor gives all it may."""
     assert board.set("control_config", passive_ramp_s=0.005)["status"] == 0
     board.arm_at_wall()
-    board.turn(300)
+    board.turn(depth_counts)
     board.run(8)
     assert board.motor() is not None
 
@@ -143,7 +163,7 @@ def react(board: EmulatedPico, danger: Danger) -> tuple[float, str]:
 
     It is mended then, so that the board is as it was.
     """
-    push(board)
+    push(board, 0 if danger.rests else 300)
     danger.happen(board)
     passed_ms = time_until_off_ms(board, danger.limit_ms(board) + 5)
     if danger.restarts:
@@ -306,7 +326,7 @@ def endure(board: EmulatedPico, danger: Danger) -> Left | None:
     if danger.restarts:
         start_without(board, danger.guard)
     take_away(board, danger.guard)
-    push(board)
+    push(board, 0 if danger.rests else 300)
     danger.happen(board)
     board.run(1.2 * danger.limit_ms(board) + 1)
     share = board.motor()

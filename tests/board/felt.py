@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from tests.board import dangers
 from tests.board.pico import MS, EmulatedPico, confirm, enumerated
 from tests.board.twin import Twin
 from tests.board.world import World
@@ -273,6 +274,13 @@ def touch_spring(bench: Bench, within_s: float) -> RunAway:
     touch = TorqueHand(torque_nm=[(zero, 0.0), (zero, 15e-3), (zero + 0.04, 15e-3),
                                   (zero + 0.04, 0.0)])  # fmt: skip
     return watch_run_away(bench, touch, within_s)
+
+
+def shift_zero(bench: Bench, amperes: float, within_s: float) -> RunAway:
+    """Let an armed knob go outside a wall, where its current sensor's zero moves; binary only."""
+    wall(bench, 1.0)
+    dangers.shift_zero(bench.board, amperes)
+    return watch_run_away(bench, NoHand(), within_s)
 
 
 def watch_run_away(bench: Bench, hand: Hand, within_s: float) -> RunAway:

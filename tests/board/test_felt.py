@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 
+from tests.bench.bench_mcu import tick_time_ns
 from tests.board import felt, pico
 from tests.board.felt import Columns, difference_nm
 from torsio.hands import NoHand, PrescribedMotion
@@ -67,6 +69,47 @@ def test_binary_and_emulated_device_feel_the_same(
     assert usual < usual_nm
     assert most < most_nm
     assert abs(binary["angle_rad"][-1] - emulated["angle_rad"][-1]) < 30e-3
+
+
+@pytest.fixture(scope="module")
+def cost(_model: None) -> felt.TickCost:
+    """Lean on a wall, and count."""
+    with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
+        felt.prepare(bench)
+        return felt.tick_cost(bench)
+
+
+def test_tick_in_a_wall_leaves_the_processor_its_time(cost: felt.TickCost) -> None:
+    # The aim for the product; without floating point it cannot be.
+    most = {"pico2": 0.4, "pico": 0.7}[pico.chosen.name]
+    assert cost.tick_time_ns < most * pico.chosen.tick_ns
+    assert cost.interrupt_share < most
+
+
+def test_documents_say_what_a_tick_in_a_wall_costs(cost: felt.TickCost) -> None:
+    # Both compilers' versions and a telemetry sample more or less make some per cent.
+    text = (pico.TREE / "docs" / "hardware.md").read_text(encoding="utf-8")
+    rows = re.findall(
+        r"^\| `(\w+)` \| ([\d,]+) \| ([\d.]+) us \| (\d+) % \| (\d+) % \|$", text, re.M
+    )
+    (told,) = (row[1:] for row in rows if row[0] == pico.chosen.name)
+    instructions, tick_us, tick_percent, busy_percent = (float(n.replace(",", "")) for n in told)
+    assert instructions == pytest.approx(cost.instructions, rel=0.05)
+    assert 1e3 * tick_us == pytest.approx(cost.tick_time_ns, rel=0.05)
+    assert tick_percent == pytest.approx(100 * cost.tick_time_ns / pico.chosen.tick_ns, abs=2.0)
+    assert busy_percent == pytest.approx(100 * cost.interrupt_share, abs=2.0)
+
+
+@pytest.mark.slow_chip
+def test_documents_say_how_long_a_tick_in_damped_walls_takes() -> None:
+    text = (pico.TREE / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = {
+        name: [float(cell) for cell in re.findall(r"[\d.]+", cells)]
+        for name, cells in re.findall(r"^\| (walls|us a tick)((?: \| [\d.]+)+) \|$", text, re.M)
+    }
+    # The newest tick, which may send a sample or look at the heat.
+    for walls, told_us in zip(rows["walls"], rows["us a tick"], strict=True):
+        assert 1e3 * told_us == pytest.approx(tick_time_ns(int(walls)), rel=0.1)
 
 
 def test_dead_encoder_channel_does_not_throw_the_knob() -> None:

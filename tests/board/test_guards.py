@@ -84,7 +84,7 @@ def test_danger_keeps_the_power_on_without_its_guard(
 ) -> None:
     left = endure(bare_pico, danger)
     assert left is not None, "it is off: the guard is not what this takes"
-    if danger.name in ("current sensor dead", "current sensor stuck at -0.5 A"):
+    if danger.name in ("current sensor stuck at its zero", "current sensor stuck at -0.5 A"):
         assert left.motor_share == -1
         assert left.amperes == pytest.approx(12 / 2.5, rel=0.01)
 
@@ -195,12 +195,43 @@ def test_wrong_sign_at_first_arming_ends_in_a_fault_and_not_in_a_run_away(part: 
         assert found.board.command("clear_fault") == "ok"
 
 
-def test_wrong_sign_runs_away_without_the_guard() -> None:
-    with _with_wrong_sign("encoder", "timid") as found:
+@pytest.mark.parametrize("part", ["encoder", "motor"])
+def test_wrong_sign_runs_away_without_the_guards(part: str) -> None:
+    # That of the winding too: a motor that turns the other way than its knob is seen by it.
+    with _with_wrong_sign(part, "timid", "winding") as found:
         run = felt.touch_spring(found, 0.3)
-        # What stops it then is that the motor turns the other way than the knob.
+        assert run.off_s is None
+        assert run.faults == 0
+        assert run.fastest_rad_s > 100.0
+
+
+@pytest.mark.parametrize("shift_a", [0.25, -0.8])
+def test_current_sensor_whose_zero_moves_does_not_throw_the_knob(shift_a: float) -> None:
+    with felt.binary(felt.plant_of(bench.chosen.name)) as found:
+        felt.prepare(found, law="motor_only")
+        run = felt.shift_zero(found, shift_a, 0.2)
+        assert run.off_s is not None, "the outputs stay on"
         assert run.faults == WINDING
-        assert run.fastest_rad_s > 60.0
+        assert run.moved_rad < 0.3
+        assert run.fastest_rad_s < 15.0
+
+
+def test_current_sensor_whose_zero_moves_by_little_does_not_turn_the_knob() -> None:
+    # 5 mN m of 8 that friction and drag hold.
+    with felt.binary(felt.plant_of(bench.chosen.name)) as found:
+        felt.prepare(found, law="motor_only")
+        run = felt.shift_zero(found, 0.1, 0.3)
+        assert (run.off_s, run.faults) == (None, 0)
+        assert run.moved_rad < 2e-3
+
+
+def test_current_sensor_whose_zero_moves_throws_the_knob_without_the_guard() -> None:
+    with felt.binary(felt.plant_of(bench.chosen.name), unguarded) as found:
+        take_away(found.board, "winding")
+        felt.prepare(found, law="motor_only")
+        run = felt.shift_zero(found, -0.8, 0.3)
+        assert run.off_s is None
+        assert run.fastest_rad_s > 50.0
 
 
 def test_warm_winding_and_coil_get_less_and_less_until_the_continuous_current() -> None:

@@ -83,6 +83,29 @@ def test_wall_on_the_product_takes_at_most_250_instructions(
     assert measured["pico2", "walls 1"] <= most
 
 
+# Of the table in docs/architecture.md, in its order.
+TOLD = (
+    *("disarmed 0", "walls 0", "walls 1", "walls, 16 written 1", "walls 16", "walls, telemetry 1"),
+    *("walls, soft start 1", "walls, calibrated 1", "bent shaft 1", "control law, walls 1"),
+)
+
+
+@pytest.mark.parametrize("board", BUDGET)
+def test_documents_say_how_many_instructions_a_tick_takes(
+    measured: dict[tuple[str, str], float], board: str
+) -> None:
+    text = (mcu.TREE / "docs/architecture.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([^|]+) \| ([\d,]+) \| ([\d,]+) \|$", text, re.MULTILINE)
+    assert len(rows) == len(TOLD)
+    for scene, (row, *counts) in zip(TOLD, rows, strict=True):
+        told = int(counts[list(BUDGET).index(board)].replace(",", ""))
+        count = measured[board, scene]
+        if scene.startswith("bent"):
+            count -= measured[board, "straight shaft 1"]
+        # Compilers differ; a document that nobody has looked at for long by more.
+        assert told == pytest.approx(count, rel=0.04, abs=1.0), row
+
+
 @pytest.fixture(scope="module")
 def host_replay() -> str:
     return mcu.on_host("replay")
