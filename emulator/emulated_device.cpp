@@ -313,11 +313,16 @@ void EmulatedDevice::log_report(InputKind kind, std::span<const std::uint8_t> re
 
 void EmulatedDevice::log_truth() {
   const PlantState& state = plant_.state();
-  truth_.push_back({.time_ns = now_ns_,
+  const Truth truth = plant_.truth();
+  truth_.push_back({.time_s = 1e-9 * static_cast<double>(now_ns_),
                     .angle_rad = state.knob_angle_rad(),
                     .brake_angle_rad = state.brake_angle_rad(),
                     .speed_rad_s = state.knob_speed_rad_s(),
-                    .torque = plant_.truth()});
+                    .spring_torque_nm = truth.spring_torque_nm,
+                    .brake_torque_nm = truth.brake_torque_nm,
+                    .brake_capacity_nm = truth.brake_capacity_nm,
+                    .motor_torque_nm = truth.motor_torque_nm,
+                    .hand_torque_nm = truth.hand_torque_nm});
 }
 
 }  // namespace torsio::emulator
