@@ -34,11 +34,10 @@ EmulatedDeviceOptions checked(EmulatedDeviceOptions options) {
 }
 
 template <class Config>
-void check_override(const std::optional<Config>& config) {
-  if (!config) return;
-  protocol::Verdict verdict = protocol::check(*config);
-  if constexpr (requires { device::check_consistent(*config); }) {
-    if (verdict.ok()) verdict = device::check_consistent(*config);
+void check_override(const Config& config) {
+  protocol::Verdict verdict = protocol::check(config);
+  if constexpr (requires { device::check_consistent(config); }) {
+    if (verdict.ok()) verdict = device::check_consistent(config);
   }
   if (verdict.ok()) return;
   throw std::invalid_argument(std::string(protocol::Layout<Config>::name) + ": " +
@@ -48,23 +47,23 @@ void check_override(const std::optional<Config>& config) {
 
 /// The storage as if the overriding configuration had been saved there.
 device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
-  if (!options.actuator && !options.control && !options.board && !options.game && !options.shaft) {
-    return options.stored;
-  }
-  check_override(options.actuator);
-  check_override(options.control);
-  check_override(options.board);
-  check_override(options.game);
-  check_override(options.shaft);
   const device::ConfigStore store(options.stored, boards::kReference.wiring_rule);
   device::Config config = store.loaded().value_or(device::Config{});
-  config.actuator = options.actuator.value_or(config.actuator);
-  config.control = options.control.value_or(config.control);
-  config.board = options.board.value_or(config.board);
-  config.game = options.game.value_or(config.game);
-  config.shaft = options.shaft.value_or(config.shaft);
-  const device::SlotWrite write = store.prepare(config);
+  bool any = false;
+  const auto take = [&any](const auto& given, auto& into) {
+    if (!given) return;
+    check_override(*given);
+    into = *given;
+    any = true;
+  };
+  take(options.actuator, config.actuator);
+  take(options.control, config.control);
+  take(options.board, config.board);
+  take(options.game, config.game);
+  take(options.shaft, config.shaft);
   device::StoredSlots slots = options.stored;
+  if (!any) return slots;
+  const device::SlotWrite write = store.prepare(config);
   slots.slot.at(write.slot) = write.bytes;
   return slots;
 }
@@ -314,11 +313,16 @@ void EmulatedDevice::log_report(InputKind kind, std::span<const std::uint8_t> re
 
 void EmulatedDevice::log_truth() {
   const PlantState& state = plant_.state();
-  truth_.push_back({.time_ns = now_ns_,
+  const Truth truth = plant_.truth();
+  truth_.push_back({.time_s = 1e-9 * static_cast<double>(now_ns_),
                     .angle_rad = state.knob_angle_rad(),
                     .brake_angle_rad = state.brake_angle_rad(),
                     .speed_rad_s = state.knob_speed_rad_s(),
-                    .torque = plant_.truth()});
+                    .spring_torque_nm = truth.spring_torque_nm,
+                    .brake_torque_nm = truth.brake_torque_nm,
+                    .brake_capacity_nm = truth.brake_capacity_nm,
+                    .motor_torque_nm = truth.motor_torque_nm,
+                    .hand_torque_nm = truth.hand_torque_nm});
 }
 
 }  // namespace torsio::emulator

@@ -18,6 +18,7 @@
 #include "emulator/power_path.hpp"
 #include "emulator/usb_link.hpp"
 #include "protocol/codec.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio::emulator {
 
@@ -39,15 +40,6 @@ struct EmulatedDeviceOptions {
   std::size_t input_queue_reports = 64;  ///< see UsbLink
   bool log_truth = false;
   bool log_inputs = false;
-};
-
-/// What no sensor sees, at the moment when a tick samples the encoder.
-struct TruthSample {
-  std::int64_t time_ns;
-  double angle_rad;        ///< of the knob
-  double brake_angle_rad;  ///< of the brake's shaft
-  double speed_rad_s;      ///< of the knob
-  Truth torque;
 };
 
 /// A whole knob without hardware: the firmware's device, plant, hand, encoder, storage and USB

@@ -85,25 +85,24 @@ def test_users_sdk_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_users_sdk_without_tinyusb_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.rmtree(sdk(tmp_path / "mine") / "lib")
     monkeypatch.setenv("PICO_SDK_PATH", str(tmp_path / "mine"))
-    assert firmware_sources.main([str(tmp_path / "fetched")]) == 1
-    assert "has no lib/tinyusb" in capsys.readouterr().err
+    with pytest.raises(RuntimeError, match="has no lib/tinyusb"):
+        firmware_sources.locate(tmp_path / "fetched")
 
 
 @pytest.mark.parametrize("version", [(2, 1, 0), (1, 5, 1), (2, 0, 9)])
 def test_users_sdk_that_is_too_old_is_refused(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
     version: tuple[int, int, int],
 ) -> None:
     monkeypatch.setenv("PICO_SDK_PATH", str(sdk(tmp_path / "mine", version)))
-    assert firmware_sources.main([str(tmp_path / "fetched")]) == 1
     found = ".".join(str(part) for part in version)
-    assert f"is version {found}, and 2.1.1 is needed" in capsys.readouterr().err
+    with pytest.raises(RuntimeError, match=f"is version {found}, and 2.1.1 is needed"):
+        firmware_sources.locate(tmp_path / "fetched")
 
 
 @pytest.mark.parametrize("version", [(2, 1, 1), (2, 2, 0), (3, 0, 0)])

@@ -1,11 +1,11 @@
 """Find or fetch Raspberry Pi's SDK and TinyUSB, which the firmware is built with.
 
-``python -m tools.firmware_sources FOLDER`` prints the SDK's folder. In this order it takes
+`locate` gives the SDK's folder. In this order it takes
 
 1. ``PICO_SDK_PATH``, if that is set: a checkout of version 2.1.1 or newer with its submodule
    ``lib/tinyusb``;
 2. the packages ``pico-sdk-source`` and ``tinyusb-source``, if they are installed;
-3. the same packages, downloaded and unpacked into FOLDER. Distributions that are older than the
+3. the same packages, downloaded and unpacked into a folder. Distributions that are older than the
    packages get them from a newer release; see ``tools/apt.py``.
 
 Only the standard library is used: this runs before there is an environment.
@@ -16,7 +16,6 @@ from __future__ import annotations
 import os
 import re
 import shutil
-import sys
 from pathlib import Path
 
 from tools import apt
@@ -89,17 +88,3 @@ def locate(folder: Path) -> Path:
         if not what_is_wrong(candidate):
             return candidate.resolve()
     return fetch(folder).resolve()
-
-
-def main(arguments: list[str]) -> int:
-    """Print the SDK's folder, or say on standard error why there is none."""
-    try:
-        print(locate(Path(arguments[0])))
-    except RuntimeError as error:
-        print(f"{error}\n{HINT}", file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

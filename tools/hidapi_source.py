@@ -1,17 +1,14 @@
 """Find or fetch hidapi's sources, to be compiled into what is handed out as a file.
 
-``python -m tools.hidapi_source FOLDER`` downloads the distribution's source package, unpacks what
-hidapi's authors published into FOLDER and prints where it is. Nothing of it is ever committed.
+It is what hidapi's authors published, from the distribution's source package. Nothing of it is ever
+committed.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from tools import apt
-
-HINT = "hidapi's sources come from the distribution's source package, through apt"
 
 
 def locate(folder: Path) -> Path:
@@ -34,17 +31,3 @@ def locate(folder: Path) -> Path:
     if not found:
         raise RuntimeError("the source package of hidapi has no hidapi/hidapi.h")
     return found[-1].parent.parent.resolve()
-
-
-def main(arguments: list[str]) -> int:
-    """Print the folder, or say on standard error why there is none."""
-    try:
-        print(locate(Path(arguments[0])))
-    except (RuntimeError, OSError) as error:
-        print(f"{error}\n{HINT}", file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,28 +1,19 @@
-// torsio._torsio.emulator.ClosedLoop and simulate_many: many runs of the control law and the plant.
+// torsio._torsio.emulator.ClosedLoop: runs of the control law and the plant.
 #include "emulator/closed_loop.hpp"
 
-#include <pybind11/functional.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
-#include <pybind11/stl.h>
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <cmath>
-#include <condition_variable>
 #include <cstdint>
-#include <exception>
-#include <functional>
-#include <iterator>
 #include <memory>
-#include <mutex>
 #include <span>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "attributes.hpp"
+#include "bytes.hpp"
 #include "conversion/configuration.hpp"
 #include "conversion/scene_encoding.hpp"
 #include "convert.hpp"
@@ -75,9 +66,7 @@ py::list loop_reports(const py::object& source) {
   const Told told = read_told(from, from_python<PlantParams>(from.get("plant")));
   const conversion::EncodedScene scene = conversion::encode(told.scene);
   py::list reports;
-  const auto add = [&](const protocol::ReportBytes& report) {
-    reports.append(py::bytes(reinterpret_cast<const char*>(report.data()), report.size()));
-  };
+  const auto add = [&](const protocol::ReportBytes& report) { reports.append(to_bytes(report)); };
   add(protocol::encode(told.actuator));
   add(protocol::encode(told.control));
   add(protocol::encode(told.shaft));
@@ -94,93 +83,6 @@ Rows make_rows(std::uint64_t ticks, std::uint32_t every) {
 
 std::span<LoopRow> span_of(Rows& rows) {
   return {rows.mutable_data(), static_cast<std::size_t>(rows.size())};
-}
-
-/// One closed loop after the other from a list, on several threads.
-class Runs {
- public:
-  Runs(std::vector<ClosedLoopOptions> options, std::vector<std::uint64_t> ticks,
-       std::vector<std::span<LoopRow>> rows, std::uint32_t every)
-      : options_(std::move(options)),
-        ticks_(std::move(ticks)),
-        rows_(std::move(rows)),
-        every_(every) {}
-
-  /// @param attend called about 20 times a second with the number of runs that are done; may throw
-  void run(unsigned threads, const std::function<void(std::size_t)>& attend) {
-    std::vector<std::thread> workers;
-    for (unsigned i = 0; i < threads; ++i) workers.emplace_back([this] { work(); });
-    std::exception_ptr interruption;
-    try {
-      std::unique_lock lock(mutex_);
-      while (!changed_.wait_for(lock, std::chrono::milliseconds(50),
-                                [&] { return done_ == options_.size() || failure_; })) {
-        const std::size_t done = done_;
-        lock.unlock();
-        attend(done);
-        lock.lock();
-      }
-    } catch (...) {
-      interruption = std::current_exception();
-    }
-    next_ = options_.size();
-    for (std::thread& worker : workers) worker.join();
-    if (interruption) std::rethrow_exception(interruption);
-    if (failure_) std::rethrow_exception(failure_);
-    attend(done_);
-  }
-
- private:
-  void work() {
-    for (std::size_t i = next_++; i < options_.size(); i = next_++) {
-      try {
-        emulator::ClosedLoop loop(options_[i]);
-        loop.run(ticks_[i], rows_[i], every_);
-        const std::lock_guard lock(mutex_);
-        ++done_;
-      } catch (...) {
-        const std::lock_guard lock(mutex_);
-        if (!failure_) failure_ = std::current_exception();
-        next_ = options_.size();
-      }
-      changed_.notify_one();
-    }
-  }
-
-  std::vector<ClosedLoopOptions> options_;
-  std::vector<std::uint64_t> ticks_;
-  std::vector<std::span<LoopRow>> rows_;
-  std::uint32_t every_;
-  std::atomic<std::size_t> next_ = 0;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::size_t done_ = 0;
-  std::exception_ptr failure_;
-};
-
-py::list simulate_many(const py::list& sources, const std::vector<std::uint64_t>& ticks,
-                       std::uint32_t every, unsigned threads, const py::object& on_progress) {
-  if (sources.size() != ticks.size()) throw py::value_error("one number of ticks for each run");
-  std::vector<ClosedLoopOptions> options;
-  std::vector<std::span<LoopRow>> spans;
-  py::list results;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    options.push_back(loop_options_from_python(sources[i]));
-    Rows rows = make_rows(ticks[i], every);
-    spans.push_back(span_of(rows));
-    results.append(rows);
-  }
-  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
-  threads =
-      std::min<unsigned>(threads, static_cast<unsigned>(std::max<std::size_t>(1, ticks.size())));
-  Runs runs(std::move(options), ticks, std::move(spans), every);
-  const Unlocked unlocked;
-  runs.run(threads, [&](std::size_t done) {
-    const Locked locked;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!on_progress.is_none()) on_progress(done);
-  });
-  return results;
 }
 
 using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
@@ -287,8 +189,6 @@ void bind_closed_loop(py::module_& module) {
   module.attr("REPLAY_DTYPE") = py::dtype::of<ReplayRow>();
   module.def("replay", &replay, arg("options"), arg("counts"));
   module.def("loop_reports", &loop_reports, arg("options"));
-  module.def("simulate_many", &simulate_many, arg("options"), arg("ticks"), arg("every"),
-             arg("threads"), arg("on_progress"));
 }
 
 }  // namespace torsio::bindings

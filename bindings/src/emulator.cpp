@@ -11,11 +11,11 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "bytes.hpp"
 #include "convert.hpp"
 #include "device/usb_descriptors.hpp"
 #include "emulator/emulated_device.hpp"
@@ -240,17 +240,20 @@ void bind_encoder(py::module_& module) {
 }
 
 protocol::ReportBytes report_bytes(const py::bytes& data) {
-  const std::string_view view = data;
-  if (view.size() != protocol::report_size) {
-    throw py::value_error("a report has 64 bytes, not " + std::to_string(view.size()));
-  }
+  const auto bytes = bytes_of(data);
   protocol::ReportBytes report{};
-  for (std::size_t i = 0; i < view.size(); ++i) report[i] = static_cast<std::uint8_t>(view[i]);
+  if (bytes.size() != report.size()) {
+    throw py::value_error("a report has 64 bytes, not " + std::to_string(bytes.size()));
+  }
+  std::ranges::copy(bytes, report.begin());
   return report;
 }
 
-py::bytes to_bytes(const protocol::ReportBytes& report) {
-  return {reinterpret_cast<const char*>(report.data()), report.size()};
+template <class Device>
+py::object feature_of(Device& device, std::uint8_t id) {
+  protocol::ReportBytes report{};
+  if (device.get_feature(id, report) != protocol::Status::ok) return py::none();
+  return to_bytes(report);
 }
 
 std::unique_ptr<emulator::EmulatedDevice> make_device(std::uint64_t seed,
@@ -295,20 +298,12 @@ void bind_device(py::module_& module) {
       .def(
           "set_feature",
           [](EmulatedDevice& device, const py::bytes& report) {
-            const std::string_view view = report;
-            const protocol::Verdict verdict = device.set_feature(
-                {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()});
+            const protocol::Verdict verdict = device.set_feature(bytes_of(report));
             return std::pair(static_cast<int>(verdict.status), static_cast<int>(verdict.field));
           },
           arg("report"), "Send a feature report of any length: status code and field index.")
-      .def(
-          "get_feature",
-          [](EmulatedDevice& device, std::uint8_t id) -> py::object {
-            protocol::ReportBytes report{};
-            if (device.get_feature(id, report) != protocol::Status::ok) return py::none();
-            return to_bytes(report);
-          },
-          arg("report_id"), "Ask for a feature report; None if the device stalls.")
+      .def("get_feature", &feature_of<EmulatedDevice>, arg("report_id"),
+           "Ask for a feature report; None if the device stalls.")
       .def(
           "set_hand",
           [](EmulatedDevice& device, const py::object& source) {
@@ -348,19 +343,11 @@ void bind_replayed_device(py::module_& module) {
       .def(
           "take",
           [](ReplayedDevice& device, const std::string& kind, const py::bytes& content) {
-            const std::string_view view = content;
-            device.take(input_kind(kind),
-                        {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()});
+            device.take(input_kind(kind), bytes_of(content));
           },
           arg("kind"), arg("content"), "Give it the next input.")
-      .def(
-          "get_feature",
-          [](ReplayedDevice& device, std::uint8_t id) -> py::object {
-            protocol::ReportBytes report{};
-            if (device.get_feature(id, report) != protocol::Status::ok) return py::none();
-            return to_bytes(report);
-          },
-          arg("report_id"), "Ask for a feature report; None if the device stalls.")
+      .def("get_feature", &feature_of<ReplayedDevice>, arg("report_id"),
+           "Ask for a feature report; None if the device stalls.")
       .def(
           "take_outputs",
           [](ReplayedDevice& device) {
@@ -389,8 +376,7 @@ void bind_emulator(py::module_& parent) {
         const auto interfaces = device::usb_interfaces(dial ? device::Personality::dial
                                                             : device::Personality::game_controller);
         if (interface >= interfaces.size()) throw py::value_error("there is no such interface");
-        const auto bytes = interfaces[interface].report_descriptor;
-        return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+        return to_bytes(interfaces[interface].report_descriptor);
       },
       arg("interface"), arg("dial") = false,
       "HID report descriptor of interface 0 (control) or 1 (game, or dial).");

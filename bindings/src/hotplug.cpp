@@ -21,32 +21,24 @@ namespace torsio::bindings {
 namespace {
 
 /// Stopping waits for a thread, so the lock must be free whichever way the watch goes.
-class PyWatch {
- public:
-  explicit PyWatch(const WatchOptions& options) : watch_(std::make_unique<DeviceWatch>(options)) {}
-  PyWatch(const PyWatch&) = delete;
-  PyWatch& operator=(const PyWatch&) = delete;
-  ~PyWatch() {
+struct Ending {
+  void operator()(const DeviceWatch* watch) const {
     const Unlocked unlocked;
-    watch_.reset();
+    delete watch;
   }
-
-  DeviceWatch* operator->() const { return watch_.get(); }
-
- private:
-  std::unique_ptr<DeviceWatch> watch_;
 };
+using Watch = std::unique_ptr<DeviceWatch, Ending>;
 
-std::unique_ptr<PyWatch> watch(bool include_present, double permission_timeout_s) {
+Watch make_watch(bool include_present, double permission_timeout_s) {
   const WatchOptions options{.include_present = include_present,
                              .permission_timeout_s = permission_timeout_s};
   const Unlocked unlocked;
-  return std::make_unique<PyWatch>(options);
+  return Watch(new DeviceWatch(options));
 }
 
 /// Waits in slices, between which signals are handled: what they raise (KeyboardInterrupt) ends the
 /// wait.
-std::optional<DeviceEvent> next(const PyWatch& watch, double timeout_s) {
+std::optional<DeviceEvent> next(DeviceWatch& watch, double timeout_s) {
   using Seconds = std::chrono::duration<double>;
   constexpr double kSliceS = 0.05;
   const auto begin = std::chrono::steady_clock::now();
@@ -55,8 +47,8 @@ std::optional<DeviceEvent> next(const PyWatch& watch, double timeout_s) {
     {
       const Unlocked unlocked;
       // What is no time gets through, to be refused.
-      auto event = watch->next(left_s > kSliceS ? kSliceS : left_s);
-      if (event || watch->is_stopped()) return event ? event : watch->next(0.0);
+      auto event = watch.next(left_s > kSliceS ? kSliceS : left_s);
+      if (event || watch.is_stopped()) return event ? event : watch.next(0.0);
     }
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     left_s = timeout_s - Seconds(std::chrono::steady_clock::now() - begin).count();
@@ -67,11 +59,12 @@ std::optional<DeviceEvent> next(const PyWatch& watch, double timeout_s) {
 }  // namespace
 
 void bind_watch(py::module_& module) {
-  py::class_<PyWatch>(module, "DeviceWatch")
-      .def(py::init(&watch), py::kw_only(), arg("include_present"), arg("permission_timeout_s"))
+  py::class_<DeviceWatch, Watch>(module, "DeviceWatch")
+      .def(py::init(&make_watch), py::kw_only(), arg("include_present"),
+           arg("permission_timeout_s"))
       .def(
           "next",
-          [](const PyWatch& self, double timeout_s) -> py::object {
+          [](DeviceWatch& self, double timeout_s) -> py::object {
             const auto event = next(self, timeout_s);
             if (!event) return py::none();
             return py::make_tuple(
@@ -79,9 +72,8 @@ void bind_watch(py::module_& module) {
                 to_python(event->device));
           },
           arg("timeout_s"))
-      .def(
-          "stop", [](const PyWatch& self) { self->stop(); }, py::call_guard<Unlocked>())
-      .def_property_readonly("is_stopped", [](const PyWatch& self) { return self->is_stopped(); });
+      .def("stop", &DeviceWatch::stop, py::call_guard<Unlocked>())
+      .def_property_readonly("is_stopped", &DeviceWatch::is_stopped);
 }
 
 }  // namespace torsio::bindings

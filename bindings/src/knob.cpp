@@ -15,12 +15,12 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "bytes.hpp"
 #include "conversion/configuration.hpp"
 #include "convert.hpp"
 #include "interpreter.hpp"
@@ -115,15 +115,6 @@ py::list list_all() {
   py::list list;
   for (const ListedDevice& device : devices) list.append(to_python(device));
   return list;
-}
-
-std::span<const std::uint8_t> bytes_of(const py::bytes& bytes) {
-  const std::string_view view = bytes;
-  return {reinterpret_cast<const std::uint8_t*>(view.data()), view.size()};
-}
-
-py::bytes to_bytes(std::span<const std::uint8_t> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 py::array as_record(std::vector<TelemetrySample>&& samples) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bytes.hpp"
 #include "interpreter.hpp"
 #include "torsio/error.hpp"
 
@@ -14,10 +15,6 @@ namespace py = pybind11;
 
 namespace torsio::bindings {
 namespace {
-
-py::bytes as_bytes(const ReportBytes& report) {
-  return {reinterpret_cast<const char*>(report.data()), report.size()};
-}
 
 /// @throws Disconnected if the call raises it, else Error with what it raises
 template <class Call>
@@ -70,7 +67,7 @@ class OwnTransport final : public Transport {
   }
 
   bool write(const ReportBytes& report) override {
-    return ask([&] { return own_.attr("write")(as_bytes(report)).cast<bool>(); });
+    return ask([&] { return own_.attr("write")(to_bytes(report)).cast<bool>(); });
   }
 
   bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
@@ -85,7 +82,7 @@ class OwnTransport final : public Transport {
   }
 
   bool set_feature(const ReportBytes& report) override {
-    return ask([&] { return own_.attr("set_feature")(as_bytes(report)).cast<bool>(); });
+    return ask([&] { return own_.attr("set_feature")(to_bytes(report)).cast<bool>(); });
   }
 
   bool time_is_virtual() const override { return time_is_virtual_; }

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "bytes.hpp"
 #include "module.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
@@ -124,8 +125,7 @@ py::bytes encode(const std::string& name, const py::dict& values) {
     if (Layout<Report>::name != name) return;
     Report report;
     from_python(report, values, "");
-    const protocol::ReportBytes encoded = protocol::encode(report);
-    bytes = py::bytes(reinterpret_cast<const char*>(encoded.data()), encoded.size());
+    bytes = to_bytes(protocol::encode(report));
   });
   if (!bytes) throw py::value_error("there is no report '" + name + "'");
   return *bytes;
@@ -156,9 +156,7 @@ Decoded decode_any(std::span<const std::uint8_t> bytes) {
 }
 
 py::tuple decode(const py::bytes& data) {
-  const std::string_view view = data;
-  const Decoded decoded =
-      decode_any({reinterpret_cast<const std::uint8_t*>(view.data()), view.size()});
+  const Decoded decoded = decode_any(bytes_of(data));
   const protocol::Verdict verdict = decoded.verdict;
   py::object field = py::none();
   if (verdict.field != protocol::kNoField) field = py::int_(verdict.field);

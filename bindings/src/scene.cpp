@@ -14,6 +14,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "bytes.hpp"
 #include "device/prepare.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
@@ -74,8 +75,7 @@ std::unique_ptr<StudyScene> make_scene(const py::iterable& reports, std::uint32_
   auto made = std::make_unique<StudyScene>();
   made->resolution = core::make_resolution(counts_per_rev, period_ns);
   for (const py::handle item : reports) {
-    const auto view = item.cast<std::string_view>();
-    const std::span bytes(reinterpret_cast<const std::uint8_t*>(view.data()), view.size());
+    const auto bytes = bytes_of(item);
     bool known = put_points(*made, bytes);
     protocol::for_each_report<protocol::EffectReports>(
         [&]<class Report>(std::type_identity<Report>) {

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "bytes.hpp"
 #include "module.hpp"
 #include "torsio/knob.hpp"
 
@@ -54,10 +55,6 @@ ReportBytes report_of(const std::string_view bytes) {
   return report;
 }
 
-py::bytes bytes_of(const ReportBytes& report) {
-  return {reinterpret_cast<const char*>(report.data()), report.size()};
-}
-
 /// Time is the wall clock's, also that of an emulated device.
 std::unique_ptr<PyTransport> open(const std::string& selector, std::uint64_t seed) {
   OpenOptions options;
@@ -93,7 +90,7 @@ void bind_transport(py::module_& module) {
                 return std::nullopt;
               }
             }
-            return bytes_of(report);
+            return to_bytes(report);
           },
           arg("timeout_s"))
       .def(
@@ -104,7 +101,7 @@ void bind_transport(py::module_& module) {
               const py::gil_scoped_release release;
               if (!self->get_feature(id, report)) return std::nullopt;
             }
-            return bytes_of(report);
+            return to_bytes(report);
           },
           arg("report_id"))
       .def(

@@ -14,9 +14,9 @@
 namespace torsio::emulator::usbip {
 
 /// What is wrong with a script, as "NAME:LINE: what".
-class BadScript : public std::runtime_error {
+class BadScript : public std::invalid_argument {
  public:
-  using std::runtime_error::runtime_error;
+  using std::invalid_argument::invalid_argument;
 };
 
 /// Holds the knob where it is, whatever torque that takes.

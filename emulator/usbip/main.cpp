@@ -17,7 +17,6 @@
 #include <iostream>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "emulator/usbip/hands.hpp"
@@ -277,19 +276,7 @@ int run(const std::vector<std::string_view>& arguments) {
     Program program(options);
     program.run();
     return 0;
-  } catch (const std::system_error& error) {
-    say("error", error.what());
-    return kFailure;
   } catch (const std::invalid_argument& error) {
-    say("error", error.what());
-    return kBadUsage;
-  } catch (const BadOption& error) {
-    say("error", error.what());
-    return kBadUsage;
-  } catch (const BadScript& error) {
-    say("error", error.what());
-    return kBadUsage;
-  } catch (const CannotListen& error) {
     say("error", error.what());
     return kBadUsage;
   } catch (const std::exception& error) {

@@ -11,9 +11,9 @@
 namespace torsio::emulator::usbip {
 
 /// A sentence for whoever wrote the command line.
-class BadOption : public std::runtime_error {
+class BadOption : public std::invalid_argument {
  public:
-  using std::runtime_error::runtime_error;
+  using std::invalid_argument::invalid_argument;
 };
 
 struct ProgramOptions {

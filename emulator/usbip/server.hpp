@@ -28,9 +28,9 @@ class Descriptor {
 };
 
 /// The address or the port cannot be had.
-class CannotListen : public std::runtime_error {
+class CannotListen : public std::invalid_argument {
  public:
-  using std::runtime_error::runtime_error;
+  using std::invalid_argument::invalid_argument;
 };
 
 class Server {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <string_view>
 #include <system_error>
 
@@ -23,9 +24,9 @@ TruthLog::TruthLog(const std::string& path) : path_(path), file_(std::fopen(path
 void TruthLog::add(std::span<const TruthSample> samples) {
   for (const TruthSample& sample : samples) {
     std::array<char, 160> line;
-    char* at = std::to_chars(line.begin(), line.end(), sample.time_ns).ptr;
-    for (const double value : {sample.angle_rad, sample.torque.motor_torque_nm,
-                               sample.torque.brake_torque_nm, sample.torque.hand_torque_nm}) {
+    char* at = std::to_chars(line.begin(), line.end(), std::llround(1e9 * sample.time_s)).ptr;
+    for (const double value : {sample.angle_rad, sample.motor_torque_nm, sample.brake_torque_nm,
+                               sample.hand_torque_nm}) {
       *at++ = ',';
       at = std::to_chars(at, line.end(), value + 0.0).ptr;  // no minus before a zero
     }

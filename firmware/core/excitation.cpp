@@ -19,8 +19,8 @@ void begin_excitation(ExcitationState& state, const Excitation& next,
   state.ticks = 0;
   state.sine_phase_q64 = 0;
   state.sine_step_q64 = next.sine_step_q64;
-  state.from_motor_nm = state.motor_nm;
-  state.from_brake_nm = state.brake_nm;
+  state.from_motor_command_nm = state.motor_command_nm;
+  state.from_brake_command_nm = state.brake_command_nm;
 }
 
 Shares excite(ExcitationState& state, const PartitionParams& limits, const Motion& motion,
@@ -37,8 +37,10 @@ Shares excite(ExcitationState& state, const PartitionParams& limits, const Motio
 
   const float share =
       state.ticks < now.ramp_ticks ? now.share_per_tick * static_cast<float>(state.ticks) : 1.0F;
-  state.motor_nm = state.from_motor_nm + (now.motor_command_nm - state.from_motor_nm) * share;
-  state.brake_nm = state.from_brake_nm + (now.brake_command_nm - state.from_brake_nm) * share;
+  state.motor_command_nm =
+      state.from_motor_command_nm + (now.motor_command_nm - state.from_motor_command_nm) * share;
+  state.brake_command_nm =
+      state.from_brake_command_nm + (now.brake_command_nm - state.from_brake_command_nm) * share;
   // To 2^-16 counts; further away than 2^14 of them it holds.
   constexpr std::int64_t most_q16 = std::int64_t{1} << 30;
   std::int64_t stretch_q16 = (state.reference_q32 - moved_counts * (std::int64_t{1} << 32)) / 65536;
@@ -47,7 +49,7 @@ Shares excite(ExcitationState& state, const PartitionParams& limits, const Motio
   const float stretch_rad =
       static_cast<float>(static_cast<std::int32_t>(stretch_q16)) * 0x1p-16F * rad_per_count;
   const float motor_nm =
-      state.motor_nm +
+      state.motor_command_nm +
       now.sine_nm * sin_phase(static_cast<std::uint32_t>(state.sine_phase_q64 >> 32)) +
       now.servo_stiffness_nm_per_rad * stretch_rad +
       now.servo_damping_nm_s_per_rad * (now.servo_rad_s - motion.speed_rad_s);
@@ -58,8 +60,9 @@ Shares excite(ExcitationState& state, const PartitionParams& limits, const Motio
   state.sine_step_q64 += static_cast<std::uint64_t>(now.sine_growth_q64);
 
   const float most_nm = smaller(now.torque_limit_nm, limits.motor_torque_max_nm);
-  return {clamp_symmetric(motor_nm, most_nm), smaller(state.brake_nm, limits.brake_torque_max_nm),
-          absolute(motor_nm) > most_nm, state.brake_nm > limits.brake_torque_max_nm};
+  return {clamp_symmetric(motor_nm, most_nm),
+          smaller(state.brake_command_nm, limits.brake_torque_max_nm), absolute(motor_nm) > most_nm,
+          state.brake_command_nm > limits.brake_torque_max_nm};
 }
 
 }  // namespace torsio::core

@@ -40,10 +40,10 @@ struct ExcitationState {
   std::int64_t reference_q32 = 0;  // the servo's, from `begin_counts`
   std::uint64_t sine_phase_q64 = 0;
   std::uint64_t sine_step_q64 = 0;
-  float from_motor_nm = 0;  // both where they were when this stretch began
-  float from_brake_nm = 0;
-  float motor_nm = 0;  // both where the ramp is
-  float brake_nm = 0;
+  float from_motor_command_nm = 0;  // both where they were when this stretch began
+  float from_brake_command_nm = 0;
+  float motor_command_nm = 0;  // both where the ramp is
+  float brake_command_nm = 0;
 };
 
 /// Begins a stretch: at rest if none is on, else from where that one is.

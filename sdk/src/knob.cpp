@@ -14,6 +14,7 @@
 #include "conversion/configuration.hpp"
 #include "conversion/energies.hpp"
 #include "conversion/stability.hpp"
+#include "conversion/wire_types.hpp"
 #include "known_boards.hpp"
 #include "limits.hpp"
 #include "protocol/registry.hpp"
@@ -93,10 +94,7 @@ SessionOptions session_options(const OpenOptions& options) {
 }
 
 template <class Config>
-Config changed(Config config, const std::function<void(Config&)>& change) {
-  change(config);
-  return config;
-}
+using Change = const std::function<void(Config&)>&;
 
 }  // namespace
 
@@ -138,6 +136,19 @@ class Knob::Impl {
     const double turns = static_cast<double>(clock.position_counts) / identity().counts_per_rev;
     return {clock.tick, 1e-9 * static_cast<double>(clock.time_ns), clock.position_counts,
             turns * 2.0 * std::numbers::pi};
+  }
+
+  template <class Config>
+  Config config() {
+    using Wire = typename WireType<Config>::type;
+    return conversion::convert_back<Config>(session.get<Wire>());
+  }
+
+  template <class Config>
+  void change(Knob& knob, const std::function<void(Config&)>& change) {
+    Config changed = config<Config>();
+    change(changed);
+    knob.configure(changed);
   }
 
   void note(const protocol::ControlConfig& config) {
@@ -334,76 +345,36 @@ void Knob::excite(const Excitation& excitation) {
   impl().session.request(conversion::to_wire(excitation));
 }
 
-ActuatorConfig Knob::actuator_config() {
-  return conversion::convert_back<ActuatorConfig>(impl().session.get<protocol::ActuatorConfig>());
-}
-
-ControlConfig Knob::control_config() {
-  return conversion::convert_back<ControlConfig>(impl().session.get<protocol::ControlConfig>());
-}
-
-BoardConfig Knob::board_config() {
-  return conversion::convert_back<BoardConfig>(impl().session.get<protocol::BoardConfig>());
-}
-
-GameConfig Knob::game_config() {
-  return conversion::convert_back<GameConfig>(impl().session.get<protocol::GameConfig>());
-}
-
-ShaftConfig Knob::shaft_config() {
-  return conversion::convert_back<ShaftConfig>(impl().session.get<protocol::ShaftConfig>());
-}
-
-CalibrationConfig Knob::calibration_config() {
-  return conversion::convert_back<CalibrationConfig>(
-      impl().session.get<protocol::CalibrationConfig>());
-}
+ActuatorConfig Knob::actuator_config() { return impl().config<ActuatorConfig>(); }
+ControlConfig Knob::control_config() { return impl().config<ControlConfig>(); }
+BoardConfig Knob::board_config() { return impl().config<BoardConfig>(); }
+GameConfig Knob::game_config() { return impl().config<GameConfig>(); }
+ShaftConfig Knob::shaft_config() { return impl().config<ShaftConfig>(); }
+CalibrationConfig Knob::calibration_config() { return impl().config<CalibrationConfig>(); }
 
 void Knob::configure(const ActuatorConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
 }
-
 void Knob::configure(const ControlConfig& config) {
   impl().session.set(conversion::to_wire(config));
   impl().look_again();
 }
-
 void Knob::configure(const BoardConfig& config) {
   impl().session.set(conversion::to_wire(config, wiring_rule(impl().identity().board)));
 }
-
 void Knob::configure(const GameConfig& config) { impl().session.set(conversion::to_wire(config)); }
-
 void Knob::configure(const ShaftConfig& config) { impl().session.set(conversion::to_wire(config)); }
-
 void Knob::configure(const CalibrationConfig& config) {
   impl().session.set(conversion::to_wire(config));
 }
 
-void Knob::update(const std::function<void(ActuatorConfig&)>& change) {
-  configure(changed(actuator_config(), change));
-}
-
-void Knob::update(const std::function<void(ControlConfig&)>& change) {
-  configure(changed(control_config(), change));
-}
-
-void Knob::update(const std::function<void(BoardConfig&)>& change) {
-  configure(changed(board_config(), change));
-}
-
-void Knob::update(const std::function<void(GameConfig&)>& change) {
-  configure(changed(game_config(), change));
-}
-
-void Knob::update(const std::function<void(ShaftConfig&)>& change) {
-  configure(changed(shaft_config(), change));
-}
-
-void Knob::update(const std::function<void(CalibrationConfig&)>& change) {
-  configure(changed(calibration_config(), change));
-}
+void Knob::update(Change<ActuatorConfig> change) { impl().change(*this, change); }
+void Knob::update(Change<ControlConfig> change) { impl().change(*this, change); }
+void Knob::update(Change<BoardConfig> change) { impl().change(*this, change); }
+void Knob::update(Change<GameConfig> change) { impl().change(*this, change); }
+void Knob::update(Change<ShaftConfig> change) { impl().change(*this, change); }
+void Knob::update(Change<CalibrationConfig> change) { impl().change(*this, change); }
 
 void Knob::load_defaults() {
   impl().session.command(protocol::Op::load_defaults);

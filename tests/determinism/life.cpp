@@ -45,8 +45,8 @@ class Hasher final : public test::Witness {
  public:
   void see(const protocol::ReportBytes& report) override { hash_.add_all(report); }
   void see_game(std::span<const std::uint8_t> report) override { hash_.add_all(report); }
-  void see(const emulator::TruthSample& sample) override {
-    hash_.add(static_cast<std::uint64_t>(sample.time_ns));
+  void see(const TruthSample& sample) override {
+    hash_.add(sample.time_s);
     hash_.add(sample.angle_rad);
     hash_.add(sample.brake_angle_rad);
     hash_.add(sample.speed_rad_s);

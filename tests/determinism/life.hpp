@@ -25,7 +25,7 @@ class Witness {
   virtual ~Witness() = default;
   virtual void see(const wire::ReportBytes& report) = 0;
   virtual void see_game(std::span<const std::uint8_t> report) = 0;
-  virtual void see(const emulator::TruthSample& sample) = 0;
+  virtual void see(const TruthSample& sample) = 0;
 };
 
 class Life {
@@ -86,7 +86,7 @@ class Life {
     for (auto bytes = device_.game_read(); !bytes.empty(); bytes = device_.game_read()) {
       witness_.see_game(bytes);
     }
-    for (const emulator::TruthSample& sample : device_.take_truth()) witness_.see(sample);
+    for (const TruthSample& sample : device_.take_truth()) witness_.see(sample);
   }
 
  private:

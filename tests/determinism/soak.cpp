@@ -29,7 +29,6 @@ namespace {
 
 using namespace torsio;
 using emulator::EmulatedDevice;
-using emulator::TruthSample;
 using test::Life;
 
 // What a wall's torque is allowed to be off, of the sensor of the reference actuator.
@@ -37,6 +36,9 @@ constexpr double kSensorErrorMostNm = 4.5e-3;
 constexpr double kCountsPerRad = 8192.0 / (2.0 * std::numbers::pi);
 
 std::atomic<int> faults_found{0};
+
+/// As the truth has it.
+double in_s(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
 void require(bool holds, std::uint64_t seed, double hour, const char* what) {
   if (holds) return;
@@ -62,8 +64,8 @@ class Examiner final : public test::Witness {
     ++ticks_;
     // What the reference actuator can give, and a little for rounding.
     const bool sound = std::isfinite(sample.angle_rad) && std::isfinite(sample.speed_rad_s) &&
-                       std::abs(sample.torque.motor_torque_nm) <= 0.0851 &&
-                       sample.torque.brake_capacity_nm <= 0.1121;
+                       std::abs(sample.motor_torque_nm) <= 0.0851 &&
+                       sample.brake_capacity_nm <= 0.1121;
     if (!sound) say(false, "a torque beyond what the parts can give, or a motion that is none");
     if (examines_) truth_.push_back(sample);
   }
@@ -193,23 +195,22 @@ class Examiner final : public test::Witness {
     for (const protocol::Telemetry& report : telemetry_) {
       // What a batch still held of the stream before.
       const std::int64_t first_ns = begin_ns + static_cast<std::int64_t>(report.tick) * period_ns;
-      if (samples == 0 && !truth_.empty() && first_ns < truth_.front().time_ns) continue;
+      if (samples == 0 && !truth_.empty() && in_s(first_ns) < truth_.front().time_s) continue;
       say(samples == 0 || report.tick == next_tick, "samples are missing");
       const unsigned count = report.axis_samples >> 4U;
       for (unsigned n = 0; n < count; ++n) {
         const std::uint64_t tick = report.tick + std::uint64_t{n} * decimation;
         next_tick = tick + decimation;
         const std::int64_t at_ns = begin_ns + static_cast<std::int64_t>(tick) * period_ns;
-        const auto found = std::ranges::lower_bound(truth_, at_ns, {}, &TruthSample::time_ns);
-        if (found == truth_.end() || found->time_ns != at_ns) {
+        const auto found = std::ranges::lower_bound(truth_, in_s(at_ns), {}, &TruthSample::time_s);
+        if (found == truth_.end() || found->time_s != in_s(at_ns)) {
           say(false, "a sample of a tick that was not");
           continue;
         }
         ++samples;
         const double sensed_nm =
             report.sample[n].spring_torque * static_cast<double>(identity.torque_step_nm);
-        squares += (sensed_nm - found->torque.spring_torque_nm) *
-                   (sensed_nm - found->torque.spring_torque_nm);
+        squares += (sensed_nm - found->spring_torque_nm) * (sensed_nm - found->spring_torque_nm);
         const double off_counts = static_cast<double>(report.base_counts) +
                                   report.sample[n].offset_counts - found->angle_rad * kCountsPerRad;
         // The base has the low 32 bits of the position alone.

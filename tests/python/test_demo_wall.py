@@ -11,6 +11,7 @@ import pytest
 
 import torsio
 from torsio.demos import wall, wall_figure
+from torsio.telemetry import TRUTH_DTYPE
 
 STIFFNESS = 1.5
 SURFACE_RAD = 0.05
@@ -25,6 +26,10 @@ def visit(*, missing_on_way_out_nm: float = 0.0, gain: float = 1.0) -> wall.Wall
     out = (time_s > 1.0) & (ideal < 0)
     felt[out] += np.minimum(missing_on_way_out_nm, -felt[out])
     spring, motor = 0.4 * felt, 0.6 * felt
+    truth = np.zeros(len(time_s), dtype=TRUTH_DTYPE)
+    truth["angle_rad"] = angle
+    truth["spring_torque_nm"], truth["motor_torque_nm"] = spring, motor
+    truth["brake_capacity_nm"] = np.abs(spring)
     return wall.WallVisit(
         device="TS-0001",
         law="paper",
@@ -38,12 +43,7 @@ def visit(*, missing_on_way_out_nm: float = 0.0, gain: float = 1.0) -> wall.Wall
         motor_command_nm=motor,
         brake_capacity_nm=np.abs(spring),
         spring_torque_nm=spring + 1e-3,
-        truth=wall.Truth(
-            angle_rad=angle,
-            spring_torque_nm=spring,
-            motor_torque_nm=motor,
-            brake_capacity_nm=np.abs(spring),
-        ),
+        truth=truth,
         samples_lost=0,
         realtime_factor=1.0,
         counts_per_rev=8192,

@@ -18,6 +18,7 @@ import torsio
 from torsio.closed_loop import LoopOptions
 from torsio.closed_loop import simulate as simulate_loop
 from torsio.config import ControlConfig, Law
+from torsio.demos import wall
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.actuators import trials
@@ -64,7 +65,7 @@ def test_motor_only_becomes_unstable_at_the_sampled_data_limit(viscous: float) -
     def decays(stiffness: float) -> bool:
         log = _studies.run_actuator(
             "motor_only",
-            hand=_studies.Hand(),
+            hand=torsio.hands.NoHand(),
             duration_ns=1_000_000_000,
             parts=parts,
             stiffness_nm_per_rad=stiffness,
@@ -97,7 +98,7 @@ def test_free_motion_takes_the_friction_of_what_turns() -> None:
 
 def test_brake_behind_a_spring_cannot_be_stiffer_than_the_spring() -> None:
     log = _visit("series_elastic_brake", 100.0)
-    way_in = (log["time_s"] < 1.0) & (log["angle_rad"] > trials.WALL_ANGLE_RAD + 0.02)
+    way_in = (log["time_s"] < 1.0) & (log["angle_rad"] > wall.WALL_ANGLE_RAD + 0.02)
     slope = np.polyfit(log["angle_rad"][way_in], -log["rendered_torque_nm"][way_in], 1)[0]
     assert slope == pytest.approx(1.0, rel=0.02)  # the soft spring's stiffness
 
@@ -229,9 +230,9 @@ def test_soft_sensor_equals_the_device_in_closed_loop(
 ) -> None:
     log = _visit(f"soft_sensor_{law}", stiffness_mnm_per_deg)
     stiffness = stiffness_mnm_per_deg / NM_PER_RAD
-    deepest = trials.WALL_ANGLE_RAD + trials.PEAK_NM / stiffness + trials.PEAK_NM + 6e-3
+    deepest = wall.WALL_ANGLE_RAD + wall.PEAK_TORQUE_NM / stiffness + wall.PEAK_TORQUE_NM + 6e-3
     options = LoopOptions(
-        scene=torsio.Wall(angle_rad=trials.WALL_ANGLE_RAD, stiffness_nm_per_rad=stiffness),
+        scene=torsio.Wall(angle_rad=wall.WALL_ANGLE_RAD, stiffness_nm_per_rad=stiffness),
         hand=torsio.ImpedanceHand(
             intended_angle_rad=[(0.0, 0.0), (1.0, deepest), (1.2, deepest), (2.2, 0.0)],
             stiffness_nm_per_rad=1.0,

@@ -17,7 +17,6 @@ True
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -96,10 +95,7 @@ class Knobs:
             kinds = list({id(one): one for one in each}.values())
         for kind in kinds:
             checked_options(kind)
-        if threads is None:
-            has_share = hasattr(os, "sched_getaffinity")
-            threads = len(os.sched_getaffinity(0)) if has_share else os.cpu_count() or 1
-        threads = checks.whole("threads", threads, 1, 4096)
+        threads = checks.threads(threads)
         self._seeds = _seeds(seeds, n)
         self._batch = _torsio.emulator.Batch(
             kinds,

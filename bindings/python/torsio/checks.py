@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 import reprlib
 from collections.abc import Iterator
 from numbers import Real
@@ -12,6 +13,18 @@ from typing import Any, SupportsFloat, SupportsIndex
 import numpy as np
 
 from torsio.errors import InvalidArgument
+
+
+def usable_cores() -> int:
+    """Give the cores that this process may use, which may be fewer than the machine has."""
+    if hasattr(os, "sched_getaffinity"):  # on Linux
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def threads(wanted: int | None) -> int:
+    """Give how many threads share the work: as many as there are cores for, if none is wanted."""
+    return usable_cores() if wanted is None else whole("threads", wanted, 1, 4096)
 
 
 def show(value: Any) -> str:

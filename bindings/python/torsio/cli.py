@@ -24,6 +24,7 @@ from torsio import (
     stability_cli,
 )
 from torsio.command import AsJson, Device, opened, plainly, print_json, value_text
+from torsio.knob_configuration import CONFIGS
 from torsio.other_commands import add_commands
 from torsio.screen import asks, err, out
 from torsio.virtual_knob import cli as virtual_knob
@@ -63,18 +64,12 @@ def list_command(as_json: AsJson = False) -> None:
     if as_json:
         print_json([asdict(device) for device in devices])
         return
+    columns = ("path", "serial", "product", "board", "transport")
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for column in ("device", "serial", "product", "board", "transport", "ready"):
+    for column in ("device", *columns[1:], "ready"):
         table.add_column(column, overflow="fold")
     for device in devices:
-        table.add_row(
-            device.path,
-            device.serial,
-            device.product,
-            device.board,
-            device.transport,
-            device.problem or "yes",
-        )
+        table.add_row(*(getattr(device, name) for name in columns), device.problem or "yes")
     out.print(table)
 
 
@@ -88,11 +83,11 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
             "health": asdict(knob.health()),
             "limits": asdict(knob.limits()),
             "clock": asdict(knob.clock()),
-            "actuator_config": asdict(knob.actuator_config()),
-            "control_config": asdict(knob.control_config()),
-            "board_config": asdict(knob.board_config()),
-            "game_config": asdict(knob.game_config()),
-            "shaft_config": asdict(knob.shaft_config()),
+            **{
+                f"{name}_config": asdict(getattr(knob, f"{name}_config")())
+                for name in CONFIGS
+                if name != "calibration"
+            },
             "calibration": calibrate_cli.words_of(knob),
         }
     if as_json:

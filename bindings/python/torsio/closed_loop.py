@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Final
 
@@ -201,7 +202,7 @@ def simulate_many(
     Parameters
     ----------
     threads
-        How many run at once; None is as many as there are cores.
+        How many run at once; None is as many as this process may use.
     on_progress
         Called now and then with the number of runs that are done.
 
@@ -216,13 +217,29 @@ def simulate_many(
         If all of them together make more than 50 million rows, 7 GB; record less often, or hand
         over fewer at once.
     """
-    if threads is not None:
-        checks.whole("threads", threads, 1, 4096)
+    threads = checks.threads(threads)
     options = list(options)
     for one in options:
         checked_options(one)
     ticks = _ticks(options, duration_s, record_every)
-    return _torsio.emulator.simulate_many(options, ticks, record_every, threads or 0, on_progress)
+
+    def run(one: LoopOptions, count: int) -> Record:
+        return _torsio.emulator.ClosedLoop(one).run(count, record_every)
+
+    pool = ThreadPoolExecutor(threads)
+    try:
+        runs = [pool.submit(run, *each) for each in zip(options, ticks, strict=True)]
+        waiting = set(runs)
+        while waiting:
+            # The runs have the interpreter's lock only to begin and to end.
+            done, waiting = wait(waiting, timeout=0.05, return_when=FIRST_EXCEPTION)
+            for finished in done:
+                finished.result()
+            if on_progress is not None:
+                on_progress(len(runs) - len(waiting))
+        return [finished.result() for finished in runs]
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def replay(options: LoopOptions, counts: npt.ArrayLike) -> Record:

@@ -48,6 +48,7 @@ def games_command(
 
 
 def games_set_command(
+    context: typer.Context,
     device: Device = "",
     range_deg: Annotated[
         float | None, typer.Option("--range-deg", help="From end to end of the axis.")
@@ -87,21 +88,10 @@ def games_set_command(
     ] = None,
 ) -> None:
     """Set a player's settings, and keep them on the knob. What is not named stays as it is."""
-    wanted = {
-        "range_deg": range_deg,
-        "gain": gain,
-        "torque_max_nm": torque_max_nm,
-        "spring_gain": spring_gain,
-        "end_stiffness_nm_per_rad": end_stiffness_nm_per_rad,
-        "join_updates": join_updates,
-        "enabled": enabled,
-        "personality": personality,
-        "dial_use": dial_use,
-        "dial_detents": dial_detents,
-        "dial_torque_nm": dial_torque_nm,
-    }
     changes: dict[str, float | bool | str] = {
-        name: value for name, value in wanted.items() if value is not None
+        name: value
+        for name, value in context.params.items()
+        if name != "device" and value is not None
     }
     if not changes:
         raise typer.BadParameter("name at least one setting; see torsio games set --help")

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
-from torsio.demos.wall_figure import BLACK, BLUE, ORANGE, STYLE, TEXT
+from torsio.drawing import BLACK, BLUE, ORANGE, TEXT, drawn
 from torsio.records import StableStiffness
 from torsio.stability import LIMITS, Array, StabilityMap
 from torsio.whole_file import beside
@@ -29,9 +26,7 @@ def save_figure(
         1e3 * found.damping_nm_s_per_rad, found.stiffness_nm_per_rad, indexing="xy"
     )
     rests = found.is_stable
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(8.5, 6.2), dpi=120, facecolor="white", layout="constrained")
-        FigureCanvasAgg(figure)
+    with drawn((8.5, 6.2), dpi=120, layout="constrained") as figure:
         axes = figure.subplots()
         axes.plot(damping[rests], stiffness[rests], "o", color=BLUE, ms=4, label="comes to rest")
         axes.plot(

@@ -8,7 +8,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from typing import Any, TypeAlias
+from unittest.mock import patch
 
 import numpy as np
 import numpy.typing as npt
@@ -262,26 +264,17 @@ def virtual_time(knob: Knob) -> Iterator[None]:
         Unless the knob is emulated.
     """
     emulator = knob.emulator
-    real: dict[str, Any] = {}
+    begin_s = emulator.time_s
+
+    def now_s(start_s: float) -> float:
+        return start_s + emulator.time_s - begin_s
+
+    def now_ns(start_ns: int) -> int:
+        return start_ns + round(1e9 * (emulator.time_s - begin_s))
+
+    virtual: dict[str, Callable[..., Any]] = {"sleep": knob.sleep}
     for clock in ("monotonic", "perf_counter", "time"):
-        real[clock] = start_s = getattr(time, clock)()
-        start_ns = getattr(time, f"{clock}_ns")()
-        real[clock] = getattr(time, clock)
-        real[f"{clock}_ns"] = getattr(time, f"{clock}_ns")
-        begin_s = emulator.time_s
-
-        def now_s(start_s: float = start_s, begin_s: float = begin_s) -> float:
-            return start_s + emulator.time_s - begin_s
-
-        def now_ns(start_ns: int = start_ns, begin_s: float = begin_s) -> int:
-            return int(start_ns + round(1e9 * (emulator.time_s - begin_s)))
-
-        setattr(time, clock, now_s)
-        setattr(time, f"{clock}_ns", now_ns)
-    real["sleep"] = time.sleep
-    time.sleep = knob.sleep  # type: ignore[assignment]
-    try:
+        virtual[clock] = partial(now_s, getattr(time, clock)())
+        virtual[f"{clock}_ns"] = partial(now_ns, getattr(time, f"{clock}_ns")())
+    with patch.multiple(time, **virtual):
         yield
-    finally:
-        for name, function in real.items():
-            setattr(time, name, function)

@@ -27,25 +27,16 @@ torsio::EmulatorOptions options_of(const torsio_emulator_options& from) {
   torsio::EmulatorOptions to;
   to.seed = from.seed;
   to.control_rate_hz = from.control_rate_hz;
-  if (from.plant != nullptr) {
-    to.plant = from_c(need_sized(from.plant, "plant", "torsio_plant_params"));
-  }
+  const auto take = [](auto& part, const auto* given, const char* name, const char* type) {
+    if (given != nullptr) part = from_c(need_sized(given, name, type));
+  };
+  take(to.plant, from.plant, "plant", "torsio_plant_params");
   if (from.serial != nullptr) to.serial = from.serial;
-  if (from.actuator != nullptr) {
-    to.actuator = from_c(need_sized(from.actuator, "actuator", "torsio_actuator_config"));
-  }
-  if (from.control != nullptr) {
-    to.control = from_c(need_sized(from.control, "control", "torsio_control_config"));
-  }
-  if (from.board != nullptr) {
-    to.board = from_c(need_sized(from.board, "board", "torsio_board_config"));
-  }
-  if (from.game != nullptr) {
-    to.game = from_c(need_sized(from.game, "game", "torsio_game_config"));
-  }
-  if (from.shaft != nullptr) {
-    to.shaft = from_c(need_sized(from.shaft, "shaft", "torsio_shaft_config"));
-  }
+  take(to.actuator, from.actuator, "actuator", "torsio_actuator_config");
+  take(to.control, from.control, "control", "torsio_control_config");
+  take(to.board, from.board, "board", "torsio_board_config");
+  take(to.game, from.game, "game", "torsio_game_config");
+  take(to.shaft, from.shaft, "shaft", "torsio_shaft_config");
   to.paced = torsio::c::flag(from.paced);
   to.log_truth = torsio::c::flag(from.log_truth);
   return to;

@@ -67,22 +67,8 @@ class EmulatorHandle final : public Emulator {
           "this emulated knob keeps no log of the truth: open it with log_truth set in its "
           "EmulatorOptions");
     }
-    const std::vector<emulator::TruthSample> log =
-        device_->with_device([](emulator::EmulatedDevice& device) { return device.take_truth(); });
-    std::vector<TruthSample> truth;
-    truth.reserve(log.size());
-    for (const emulator::TruthSample& sample : log) {
-      truth.push_back({.time_s = 1e-9 * static_cast<double>(sample.time_ns),
-                       .angle_rad = sample.angle_rad,
-                       .brake_angle_rad = sample.brake_angle_rad,
-                       .speed_rad_s = sample.speed_rad_s,
-                       .spring_torque_nm = sample.torque.spring_torque_nm,
-                       .brake_torque_nm = sample.torque.brake_torque_nm,
-                       .brake_capacity_nm = sample.torque.brake_capacity_nm,
-                       .motor_torque_nm = sample.torque.motor_torque_nm,
-                       .hand_torque_nm = sample.torque.hand_torque_nm});
-    }
-    return truth;
+    return device_->with_device(
+        [](emulator::EmulatedDevice& device) { return device.take_truth(); });
   }
 
   std::vector<DeviceInput> inputs() override {

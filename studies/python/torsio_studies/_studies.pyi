@@ -3,27 +3,16 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from torsio.hands import Profile as _Knots
+from torsio.hands import ImpedanceHand, NoHand, TorqueHand
 
 TRIAL_DTYPE: Final[np.dtype[Any]]
 ACTUATORS: Final[tuple[str, ...]]
-
-class Hand:
-    def __init__(
-        self,
-        *,
-        torque_nm: _Knots | None = None,
-        intended_angle_rad: _Knots | None = None,
-        stiffness_nm_per_rad: float = 0.0,
-        damping_nm_s_per_rad: float = 0.0,
-        inertia_kg_m2: float = 0.0,
-    ) -> None: ...
 
 def actuator_parts() -> dict[str, float]: ...
 def run_actuator(
     actuator: str,
     *,
-    hand: Hand,
+    hand: NoHand | TorqueHand | ImpedanceHand,
     duration_ns: int,
     parts: dict[str, float] = ...,
     stiffness_nm_per_rad: float = 0.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, get_args
 
 import typer
 
@@ -37,11 +37,13 @@ def _known_law(name: str) -> str:
     return name
 
 
-def run(name: str, as_json: bool, out: Path, quick: bool, settings: dict[str, Any]) -> None:
-    """Run a study, and turn what can go wrong into one sentence and an exit status."""
+def run(name: str, context: typer.Context) -> None:
+    """Run a study with the command's options; what goes wrong is a sentence and an exit status."""
     # Only here: it takes a second that other commands need not wait for.
     from torsio_studies.execution import execute
 
+    settings = dict(context.params)
+    as_json, out, quick = (settings.pop(option) for option in ("as_json", "out", "quick"))
     json_file = out / f"{name}.json"
     console = err if as_json else screen.out
     try:
@@ -61,8 +63,13 @@ def run(name: str, as_json: bool, out: Path, quick: bool, settings: dict[str, An
 
 
 def _add(name: str, about: str) -> None:
-    def command(as_json: AsJson = False, out: Out = Path("out"), quick: Quick = False) -> None:
-        run(name, as_json, out, quick, {})
+    def command(
+        context: typer.Context,
+        as_json: AsJson = False,
+        out: Out = Path("out"),
+        quick: Quick = False,
+    ) -> None:
+        run(name, context)
 
     app.command(name, help=about)(command)
 
@@ -84,6 +91,7 @@ Scheduler = Annotated[
 
 @app.command("calibration", help=STUDIES["calibration"])
 def calibration(
+    context: typer.Context,
     as_json: AsJson = False,
     out: Out = Path("out"),
     quick: Quick = False,
@@ -100,12 +108,12 @@ def calibration(
     scheduler: Scheduler = None,
 ) -> None:
     """Run the study of calibration; an interrupted one goes on where it was."""
-    settings = {"knobs": knobs, "results": results, "workers": workers, "scheduler": scheduler}
-    run("calibration", as_json, out, quick, settings)
+    run("calibration", context)
 
 
 @app.command("design", help=STUDIES["design"])
 def design(
+    context: typer.Context,
     as_json: AsJson = False,
     out: Out = Path("out"),
     quick: Quick = False,
@@ -125,7 +133,7 @@ def design(
             help="How motor and brake share the torque.",
         ),
     ] = "paper",
-    wall: Annotated[
+    wall_nm_per_rad: Annotated[
         float | None,
         typer.Option(
             "--wall",
@@ -139,12 +147,4 @@ def design(
     scheduler: Scheduler = None,
 ) -> None:
     """Run the study of designs; an interrupted one goes on where it was."""
-    settings = {
-        "devices": devices,
-        "results": results,
-        "law": law,
-        "wall_nm_per_rad": wall,
-        "workers": workers,
-        "scheduler": scheduler,
-    }
-    run("design", as_json, out, quick, settings)
+    run("design", context)

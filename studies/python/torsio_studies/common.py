@@ -7,59 +7,31 @@ import errno
 import json
 import math
 import os
-import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, Literal, TypeVar, cast
+from typing import Any, Final, TypeVar
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.progress import Progress
 
-from torsio.demos.wall_figure import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    STYLE,
-    TEXT,
-    WALL_FILL,
-)
+from torsio.drawing import drawn
 from torsio.errors import Error
 from torsio.whole_file import beside
 
 __all__ = [
-    "BLACK",
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "PURPLE",
-    "RED",
     "SCHEMA",
-    "TEXT",
-    "WALL_FILL",
     "Results",
     "Study",
     "StudyError",
-    "caption",
     "check_replaceable",
-    "headline",
-    "label",
     "load",
     "make_folder",
     "plain",
     "save",
     "write_atomically",
 ]
-
-RED = "#c0392b"
 
 T = TypeVar("T")
 Results = dict[str, Any]
@@ -119,70 +91,13 @@ class Study:
         self, name: str, *, size: tuple[float, float] = (13.5, 6.0), dpi: int = 100
     ) -> Iterator[Figure]:
         """Draw a figure in the project's look; it becomes ``OUT/STUDY_NAME.png``."""
-        with mpl.rc_context(STYLE):
-            figure = Figure(figsize=size, dpi=dpi, facecolor="white")
-            FigureCanvasAgg(figure)
+        with drawn(size, dpi) as figure:
             yield figure
             if self.out is None:
                 return
             path = self.out / f"{self.name}_{name}.png"
             write_atomically(path, lambda partial: figure.savefig(partial, format="png"))
             self.figures.append(path.name)
-
-
-def headline(figure: Figure, title: str, text: str, *, width: int = 150) -> None:
-    """Write what the figure is about over it, within the top 1.15 inches."""
-    inch = 1.0 / figure.get_size_inches()[1]
-    figure.text(0.05, 1 - 0.42 * inch, title, fontsize=19, fontweight="bold", color=BLACK)
-    figure.text(
-        0.05,
-        1 - 0.56 * inch,
-        textwrap.fill(text, width),
-        fontsize=11,
-        color=TEXT,
-        va="top",
-        linespacing=1.4,
-    )
-
-
-def caption(axes: Axes, text: str, *, width: int = 80, below: float = 0.52) -> None:
-    """Write a few lines under the axes, so many inches below them."""
-    inches = axes.get_window_extent().height / cast(Figure, axes.figure).dpi
-    axes.text(
-        0.0,
-        -below / inches,
-        textwrap.fill(text, width),
-        transform=axes.transAxes,
-        fontsize=9.5,
-        color=TEXT,
-        va="top",
-        linespacing=1.4,
-    )
-
-
-def label(
-    axes: Axes,
-    x: float,
-    y: float,
-    text: str,
-    color: str,
-    *,
-    ha: Literal["left", "center", "right"] = "left",
-    va: Literal["top", "center", "bottom"] = "center",
-    bold: bool = True,
-) -> None:
-    """Name a line where it is."""
-    axes.text(
-        x,
-        y,
-        text,
-        color=color,
-        ha=ha,
-        va=va,
-        fontsize=10,
-        fontweight="bold" if bold else "normal",
-        bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.0},
-    )
 
 
 def save(results: Results, path: Path) -> None:

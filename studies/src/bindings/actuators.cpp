@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -75,23 +74,19 @@ emulator::Profile profile(const Knots& from) {
   return emulator::Profile(std::move(knots));
 }
 
-/// Wrapped, for pybind11 would take a variant apart.
-struct Holder {
-  emulator::Hand hand;
-};
-
-/// @param torque_nm of a hand that pulls
-/// @param intended_angle_rad of one that holds the knob
-Holder make_holder(const std::optional<Knots>& torque_nm,
-                   const std::optional<Knots>& intended_angle_rad, double stiffness_nm_per_rad,
-                   double damping_nm_s_per_rad, double inertia_kg_m2) {
-  if (torque_nm) return {emulator::TorqueHand{profile(*torque_nm)}};
-  if (!intended_angle_rad) return {emulator::NoHand{}};
-  return {emulator::ImpedanceHand{inertia_kg_m2, stiffness_nm_per_rad, damping_nm_s_per_rad,
-                                  profile(*intended_angle_rad)}};
+/// @param hand a torsio.hands.NoHand, TorqueHand or ImpedanceHand
+emulator::Hand hand_of(const py::object& hand) {
+  if (py::hasattr(hand, "torque_nm")) {
+    return emulator::TorqueHand{profile(hand.attr("torque_nm").cast<Knots>())};
+  }
+  if (!py::hasattr(hand, "intended_angle_rad")) return emulator::NoHand{};
+  return emulator::ImpedanceHand{hand.attr("inertia_kg_m2").cast<double>(),
+                                 hand.attr("stiffness_nm_per_rad").cast<double>(),
+                                 hand.attr("damping_nm_s_per_rad").cast<double>(),
+                                 profile(hand.attr("intended_angle_rad").cast<Knots>())};
 }
 
-py::array_t<TrialRow> run_actuator(const std::string& actuator, const Holder& holder,
+py::array_t<TrialRow> run_actuator(const std::string& actuator, const py::object& hand,
                                    std::int64_t duration_ns,
                                    const std::map<std::string, double>& parts,
                                    double stiffness_nm_per_rad, double angle_rad, bool both_ways,
@@ -101,7 +96,7 @@ py::array_t<TrialRow> run_actuator(const std::string& actuator, const Holder& ho
       .kind = actuators::kind_from_name(actuator),
       .parts = parts_from(parts),
       .environment = {stiffness_nm_per_rad, angle_rad, both_ways},
-      .hand = holder.hand,
+      .hand = hand_of(hand),
       .initial_speed_rad_s = initial_speed_rad_s,
       .counts_per_rev = counts_per_rev,
       .period_ns = period_ns,
@@ -141,10 +136,6 @@ void bind_actuators(py::module_& module) {
         return parts;
       },
       "What all actuators are built from, by default.");
-  py::class_<Holder>(module, "Hand", "Who holds the knob.")
-      .def(py::init(&make_holder), py::kw_only(), arg("torque_nm") = py::none(),
-           arg("intended_angle_rad") = py::none(), arg("stiffness_nm_per_rad") = 0.0,
-           arg("damping_nm_s_per_rad") = 0.0, arg("inertia_kg_m2") = 0.0);
   module.def("run_actuator", &run_actuator, arg("actuator"), py::kw_only(), arg("hand"),
              arg("duration_ns"), arg("parts") = std::map<std::string, double>{},
              arg("stiffness_nm_per_rad") = 0.0, arg("angle_rad") = 0.0, arg("both_ways") = false,

@@ -77,15 +77,15 @@ TEST_CASE("closed loop is the emulated device without its protocol") {
       REQUIRE(device.write(protocol::encode(protocol::Commit{1, 0, 1})));
       REQUIRE(device.write(protocol::encode(protocol::Command{2, 0, protocol::Op::arm})));
       device.advance(800 * kMs);
-      const std::vector<TruthSample> truth = device.take_truth();
+      const std::vector<torsio::TruthSample> truth = device.take_truth();
 
       REQUIRE(truth.size() == rows.size());
       double deepest_rad = 0.0;
       for (std::size_t i = 0; i < rows.size(); ++i) {
         REQUIRE(rows[i].angle_rad == truth[i].angle_rad);
-        REQUIRE(rows[i].spring_torque_nm == truth[i].torque.spring_torque_nm);
-        REQUIRE(rows[i].motor_torque_nm == truth[i].torque.motor_torque_nm);
-        REQUIRE(rows[i].brake_capacity_nm == truth[i].torque.brake_capacity_nm);
+        REQUIRE(rows[i].spring_torque_nm == truth[i].spring_torque_nm);
+        REQUIRE(rows[i].motor_torque_nm == truth[i].motor_torque_nm);
+        REQUIRE(rows[i].brake_capacity_nm == truth[i].brake_capacity_nm);
         deepest_rad = std::max(deepest_rad, rows[i].angle_rad);
       }
       CHECK(deepest_rad > 0.07);

@@ -159,10 +159,10 @@ TEST_CASE("truth has one sample a tick, at the tick's time, and costs nothing un
   EmulatedDevice device(
       {.hand = PrescribedMotion{Profile({{0, 0.0}, {1000 * kMs, 1.0}})}, .log_truth = true});
   device.advance(100 * kMs);
-  const std::vector<TruthSample> truth = device.take_truth();
+  const std::vector<torsio::TruthSample> truth = device.take_truth();
   REQUIRE(truth.size() == 100);
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    CHECK(truth[i].time_ns == static_cast<std::int64_t>(i) * kMs);
+    CHECK(truth[i].time_s == 1e-9 * static_cast<double>(static_cast<std::int64_t>(i) * kMs));
     CHECK(truth[i].angle_rad ==
           doctest::Approx(1e-3 * static_cast<double>(i)).scale(1e-3).epsilon(1e-9));
   }
@@ -179,9 +179,9 @@ TEST_CASE("a hand that is set later takes over at the next tick") {
   CHECK(device.next_tick_ns() == 11 * kMs);
   device.set_hand(TorqueHand{Profile::constant(0.05)});
   device.advance(2 * kMs);
-  const std::vector<TruthSample> truth = device.take_truth();
-  CHECK(truth.at(10).torque.hand_torque_nm == 0.0);
-  CHECK(truth.at(11).torque.hand_torque_nm == 0.05);
+  const std::vector<torsio::TruthSample> truth = device.take_truth();
+  CHECK(truth.at(10).hand_torque_nm == 0.0);
+  CHECK(truth.at(11).hand_torque_nm == 0.05);
 }
 
 TEST_CASE("pulling the plug disarms the device and empties the cable") {

@@ -55,7 +55,7 @@ double rest_rad(std::int64_t period_ns, std::uint8_t type, const protocol::Actua
   (void)device.take_truth();
   device.advance(500'000'000);
   const auto truth = device.take_truth();
-  const auto [low, high] = std::ranges::minmax(truth, {}, &emulator::TruthSample::angle_rad);
+  const auto [low, high] = std::ranges::minmax(truth, {}, &torsio::TruthSample::angle_rad);
   return high.angle_rad - low.angle_rad;
 }
 

@@ -215,7 +215,7 @@ TEST_CASE("log has a line a tick and numbers that read back as themselves") {
                          .hand = TorqueHand{Profile::constant(0.05)},
                          .log_truth = true});
   device.advance(5'000'000);
-  const std::vector<TruthSample> truth = device.take_truth();
+  const std::vector<torsio::TruthSample> truth = device.take_truth();
   {
     TruthLog log(path);
     log.add(truth);
@@ -227,14 +227,14 @@ TEST_CASE("log has a line a tick and numbers that read back as themselves") {
   CHECK(line == "time_ns,angle_rad,motor_torque_nm,brake_torque_nm,hand_torque_nm");
   std::size_t count = 0;
   while (std::getline(file, line)) {
-    const TruthSample& sample = truth.at(count++);
+    const torsio::TruthSample& sample = truth.at(count++);
     std::int64_t time_ns = 0;
     std::array<double, 4> values{};
     REQUIRE(std::sscanf(line.c_str(), "%ld,%lf,%lf,%lf,%lf", &time_ns, &values[0], &values[1],
                         &values[2], &values[3]) == 5);
-    CHECK(time_ns == sample.time_ns);
+    CHECK(1e-9 * static_cast<double>(time_ns) == sample.time_s);
     CHECK(values[0] == sample.angle_rad);
-    CHECK(values[3] == sample.torque.hand_torque_nm);
+    CHECK(values[3] == sample.hand_torque_nm);
     CHECK(line.find("-0,") == std::string::npos);
   }
   CHECK(count == 50);

@@ -1,4 +1,3 @@
-from collections.abc import Callable
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -123,14 +122,6 @@ class ClosedLoop:
     def hold_command(self, motor_command_nm: float, brake_command_nm: float) -> None: ...
     def release_command(self) -> None: ...
     def set_hand(self, hand: Hand) -> None: ...
-
-def simulate_many(
-    options: list[LoopOptions],
-    ticks: list[int],
-    every: int,
-    threads: int,
-    on_progress: Callable[[int], None] | None,
-) -> list[npt.NDArray[np.void]]: ...
 
 REPLAY_DTYPE: Final[np.dtype[Any]]
 

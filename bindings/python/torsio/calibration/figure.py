@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from torsio.calibration.procedure import Calibration
-from torsio.demos.wall_figure import BLUE, GREY, ORANGE, STYLE, TEXT
+from torsio.drawing import BLUE, GREY, ORANGE, TEXT, drawn
 from torsio.whole_file import beside
 
 __all__ = ["save_figure"]
@@ -23,9 +20,7 @@ def save_figure(calibration: Calibration, path: Path) -> None:
     """Draw each step's data with its model above, and the residuals below, as PNG."""
     fits = calibration.fits
     rows = (len(fits) + 1) // 2
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(14, 5.2 * rows + 0.8), dpi=110, facecolor="white")
-        FigureCanvasAgg(figure)
+    with drawn((14, 5.2 * rows + 0.8), dpi=110) as figure:
         heights = [part for _ in range(rows) for part in (3.0, 1.1, 0.9)]
         grid = figure.add_gridspec(
             3 * rows, 2, height_ratios=heights, hspace=0.12, wspace=0.2,

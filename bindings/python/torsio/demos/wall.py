@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
 from torsio import perception
-from torsio.hands import ImpedanceHand
+from torsio.hands import ImpedanceHand, Profile
 from torsio.knob import Knob
 from torsio.scenes import Wall
 from torsio.telemetry import Record
@@ -43,18 +43,16 @@ HARDWARE_DURATION_S = 6.0
 
 
 @dataclass(frozen=True)
-class Truth:
-    """What only the emulator knows, at the times of the telemetry. Each of shape (n,)."""
+class Setting:
+    """Which knob visited which wall.
 
-    angle_rad: Array
-    spring_torque_nm: Array
-    motor_torque_nm: Array
-    brake_capacity_nm: Array
-
-
-@dataclass(frozen=True)
-class WallVisit:
-    """The record of one visit to the wall. Arrays of shape (n,); torques are on the knob."""
+    Attributes
+    ----------
+    realtime_factor
+        Seconds of the device in a second of the clock on the wall.
+    counts_per_rev
+        Of the encoder.
+    """
 
     device: str
     law: str
@@ -62,34 +60,41 @@ class WallVisit:
     wall_angle_rad: float
     wall_stiffness_nm_per_rad: float
     beta: float
+    samples_lost: int
+    realtime_factor: float
+    counts_per_rev: int
+
+
+@dataclass(frozen=True)
+class WallVisit(Setting):
+    """The record of one visit to the wall. Arrays of shape (n,); torques are on the knob."""
+
     time_s: Array
     angle_rad: Array
     desired_torque_nm: Array
     motor_command_nm: Array
     brake_capacity_nm: Array
     spring_torque_nm: Array
-    truth: Truth | None
-    samples_lost: int
-    realtime_factor: float
-    counts_per_rev: int
+    truth: Record | None
+    """What only the emulator knows, at the times of the telemetry."""
 
     @property
     def rendered_torque_nm(self) -> Array:
         """What the user feels: spring and motor together, true where that is known."""
         if self.truth is None:
             return self.spring_torque_nm + self.motor_command_nm
-        return self.truth.spring_torque_nm + self.truth.motor_torque_nm
+        return np.asarray(self.truth["spring_torque_nm"] + self.truth["motor_torque_nm"])
 
     @property
     def ideal_torque_nm(self) -> Array:
         """What a perfect wall would give at the knob's angle, true where that is known."""
-        angle_rad = self.angle_rad if self.truth is None else self.truth.angle_rad
+        angle_rad = self.angle_rad if self.truth is None else self.truth["angle_rad"]
         depth_rad = np.maximum(angle_rad - self.wall_angle_rad, 0.0)
         return -self.wall_stiffness_nm_per_rad * depth_rad
 
 
 @dataclass(frozen=True)
-class WallMeasures:
+class WallMeasures(Setting):
     """The visit in numbers.
 
     Attributes
@@ -103,17 +108,8 @@ class WallMeasures:
         Largest torque missing on the way out.
     sensor_rms_nm
         RMS error of the sensed spring torque; None on hardware, where the truth is not known.
-    realtime_factor
-        Seconds of the device in a second of the clock on the wall.
-    counts_per_rev
-        Of the encoder.
     """
 
-    law: str
-    control_rate_hz: float
-    beta: float
-    wall_angle_rad: float
-    wall_stiffness_nm_per_rad: float
     peak_torque_nm: float
     tracking_rms_in: float
     tracking_rms_out: float
@@ -122,10 +118,6 @@ class WallMeasures:
     final_angle_rad: float
     left_wall: bool
     samples: int
-    samples_lost: int
-    realtime_factor: float
-    device: str
-    counts_per_rev: int
 
     def jnds(self) -> dict[str, float]:
         """Give the errors, and the step from count to count, in just noticeable differences."""
@@ -167,26 +159,27 @@ class WallNotReachedError(RuntimeError):
     """The knob was never pushed into the wall, so there is nothing to measure."""
 
 
-def hand() -> ImpedanceHand:
-    """Give the hand of the emulated demonstration.
-
-    To press with the peak torque a compliant hand must mean to go further than the knob does: by
-    the depth in the wall, and by what its own stiffness gives way.
-    """
-    depth_rad = PEAK_TORQUE_NM / WALL_STIFFNESS_NM_PER_RAD
-    give_rad = (PEAK_TORQUE_NM + KNOB_FRICTION_NM) / HAND_STIFFNESS_NM_PER_RAD
-    deepest_rad = WALL_ANGLE_RAD + depth_rad + give_rad
+def fingers(intended_angle_rad: Profile) -> ImpedanceHand:
+    """Give a grip on the knob that means to go this way."""
     return ImpedanceHand(
-        intended_angle_rad=[
-            (0.0, 0.0),
-            (PUSH_S, deepest_rad),
-            (PUSH_S + HOLD_S, deepest_rad),
-            (PUSH_S + HOLD_S + PULL_S, 0.0),
-        ],
+        intended_angle_rad=intended_angle_rad,
         stiffness_nm_per_rad=HAND_STIFFNESS_NM_PER_RAD,
         damping_nm_s_per_rad=HAND_DAMPING_NM_S_PER_RAD,
         inertia_kg_m2=HAND_INERTIA_KG_M2,
     )
+
+
+def hand(stiffness_nm_per_rad: float = WALL_STIFFNESS_NM_PER_RAD) -> ImpedanceHand:
+    """Give the hand that visits a wall of this stiffness.
+
+    To press with the peak torque a compliant hand must mean to go further than the knob does: by
+    the depth in the wall, and by what its own stiffness gives way.
+    """
+    depth_rad = PEAK_TORQUE_NM / stiffness_nm_per_rad
+    give_rad = (PEAK_TORQUE_NM + KNOB_FRICTION_NM) / HAND_STIFFNESS_NM_PER_RAD
+    deepest_rad = WALL_ANGLE_RAD + depth_rad + give_rad
+    arrive_s, leave_s = PUSH_S, PUSH_S + HOLD_S
+    return fingers(((0, 0), (arrive_s, deepest_rad), (leave_s, deepest_rad), (leave_s + PULL_S, 0)))
 
 
 def run(knob: Knob, on_progress: Callable[[float], None] = lambda _: None) -> WallVisit:
@@ -260,14 +253,8 @@ def _record_visit(knob: Knob, on_progress: Callable[[float], None]) -> WallVisit
     )
 
 
-def _truth_at(log: Record, truth: Record) -> Truth:
-    rows = truth[np.searchsorted(truth["time_s"], log["time_s"] - 1e-9)]
-    return Truth(
-        angle_rad=rows["angle_rad"],
-        spring_torque_nm=rows["spring_torque_nm"],
-        motor_torque_nm=rows["motor_torque_nm"],
-        brake_capacity_nm=rows["brake_capacity_nm"],
-    )
+def _truth_at(log: Record, truth: Record) -> Record:
+    return truth[np.searchsorted(truth["time_s"], log["time_s"] - 1e-9)]
 
 
 def phases(visit: WallVisit) -> tuple[slice, slice]:
@@ -298,28 +285,21 @@ def measure(visit: WallVisit) -> WallMeasures:
     missing = np.abs(ideal) - rendered * np.sign(ideal)
     sensor_rms = None
     if visit.truth is not None:
-        sensor_rms = _rms(visit.spring_torque_nm - visit.truth.spring_torque_nm)
+        sensor_rms = rms(visit.spring_torque_nm - visit.truth["spring_torque_nm"])
     final = float(visit.angle_rad[-1])
     return WallMeasures(
-        law=visit.law,
-        control_rate_hz=visit.control_rate_hz,
-        beta=visit.beta,
-        wall_angle_rad=visit.wall_angle_rad,
-        wall_stiffness_nm_per_rad=visit.wall_stiffness_nm_per_rad,
+        **{field.name: getattr(visit, field.name) for field in fields(Setting)},
         peak_torque_nm=peak,
-        tracking_rms_in=_rms(error[way_in]) / peak,
-        tracking_rms_out=_rms(error[way_out]) / peak,
+        tracking_rms_in=rms(error[way_in]) / peak,
+        tracking_rms_out=rms(error[way_out]) / peak,
         torque_gap_nm=float(missing[way_out].max()),
         sensor_rms_nm=sensor_rms,
         final_angle_rad=final,
         left_wall=final < visit.wall_angle_rad,
         samples=len(visit.time_s),
-        samples_lost=visit.samples_lost,
-        realtime_factor=visit.realtime_factor,
-        device=visit.device,
-        counts_per_rev=visit.counts_per_rev,
     )
 
 
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+def rms(values: Array) -> float:
+    """Root of the mean square; NaN of nothing."""
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else math.nan

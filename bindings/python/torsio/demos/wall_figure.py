@@ -2,49 +2,34 @@
 
 from __future__ import annotations
 
-import textwrap
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from torsio.demos.wall import Array, WallMeasures, WallVisit, phases
+from torsio.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    WALL_FILL,
+    caption,
+    drawn,
+    headline,
+    label,
+)
 
-# Okabe and Ito's palette: told apart with every kind of colour vision.
-BLACK, GREY = "#222222", "#8a8a8a"
-BLUE, ORANGE, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#9b4f86"
-WALL_FILL, TEXT = "#ececec", "#444444"
-
-STYLE: dict[str, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 10.5,
-    "axes.titlesize": 12.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": BLACK,
-    "xtick.color": BLACK,
-    "ytick.color": BLACK,
-    "axes.grid": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.8,
-    "axes.axisbelow": True,
-    "lines.linewidth": 2.0,
-    "lines.solid_capstyle": "round",
-}
+_caption = partial(caption, width=82, below=0.58)
 
 
 def save_figure(visit: WallVisit, measures: WallMeasures, path: Path) -> None:
     """Draw the four panels and write them as PNG."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(13.5, 10.4), dpi=150, facecolor="white")
-        FigureCanvasAgg(figure)
+    with drawn((13.5, 10.4), dpi=150) as figure:
         axes = figure.subplots(2, 2)
         figure.subplots_adjust(
             left=0.055, right=0.98, top=0.862, bottom=0.115, wspace=0.15, hspace=0.5
@@ -66,44 +51,7 @@ def _headline(figure: Figure, visit: WallVisit, measures: WallMeasures) -> None:
         f"{100 * measures.tracking_rms_in:.1f} % of the wall's on the way in and "
         f"{100 * measures.tracking_rms_out:.1f} % on the way out (RMS, of the peak)."
     )
-    figure.text(0.055, 0.958, "A wall you can feel", fontsize=21, fontweight="bold", color=BLACK)
-    figure.text(
-        0.055,
-        0.942,
-        textwrap.fill(text, 146),
-        fontsize=11.5,
-        color=TEXT,
-        va="top",
-        linespacing=1.5,
-    )
-
-
-def _caption(axes: Axes, text: str) -> None:
-    axes.text(
-        0.0,
-        -0.185,
-        textwrap.fill(text, 82),
-        transform=axes.transAxes,
-        fontsize=10,
-        color=TEXT,
-        va="top",
-        linespacing=1.4,
-    )
-
-
-def _label(
-    axes: Axes, x: float, y: float, text: str, color: str, *, ha: str = "left", va: str = "center"
-) -> None:
-    axes.text(
-        x,
-        y,
-        text,
-        color=color,
-        ha=ha,
-        va=va,
-        fontweight="bold",
-        bbox={"facecolor": "white", "alpha": 0.75, "edgecolor": "none", "pad": 1.2},
-    )
+    headline(figure, "A wall you can feel", text, width=146, left=0.055)
 
 
 def _at(time: Array, values: Array, when: float) -> float:
@@ -132,17 +80,17 @@ def _position(axes: Axes, visit: WallVisit) -> None:
     axes.set_xlabel("time (s)")
     axes.set_ylabel("knob angle (degrees)")
     edge = 0.985 * time[-1]
-    _label(axes, edge, top - 0.3, "inside the wall", BLACK, ha="right", va="top")
-    _label(axes, edge, wall + 0.12, "its surface", BLACK, ha="right", va="bottom")
-    _label(axes, 0.015 * time[-1], wall - 0.12, "free", GREY, va="top")
+    label(axes, edge, top - 0.3, "inside the wall", BLACK, ha="right", va="top")
+    label(axes, edge, wall + 0.12, "its surface", BLACK, ha="right", va="bottom")
+    label(axes, 0.015 * time[-1], wall - 0.12, "free", GREY, va="top")
     way_in, way_out = phases(visit)
     start, arrive = time[way_in.start], time[way_in.stop - 1]
     leave, end = time[way_out.start], time[way_out.stop - 1]
     middle = 0.5 * (start + arrive)
-    _label(axes, middle - 0.03, _at(time, angle, middle) + 0.2, "pushing in", BLUE, ha="right")
-    _label(axes, 0.5 * (arrive + leave), float(angle.max()) + 0.4, "holding", BLUE, ha="center")
+    label(axes, middle - 0.03, _at(time, angle, middle) + 0.2, "pushing in", BLUE, ha="right")
+    label(axes, 0.5 * (arrive + leave), float(angle.max()) + 0.4, "holding", BLUE, ha="center")
     middle = 0.5 * (leave + end)
-    _label(axes, middle + 0.05, _at(time, angle, middle) + 0.2, "coming out", BLUE)
+    label(axes, middle + 0.05, _at(time, angle, middle) + 0.2, "coming out", BLUE)
     _caption(
         axes,
         "The knob turns freely until it meets the wall, gives way by a few degrees under the hand "
@@ -154,8 +102,8 @@ def _torques(axes: Axes, visit: WallVisit) -> None:
     time = visit.time_s
     _, end = _shade_visit(axes, visit)
     truth = visit.truth
-    spring = visit.spring_torque_nm if truth is None else truth.spring_torque_nm
-    brake = visit.brake_capacity_nm if truth is None else truth.brake_capacity_nm
+    spring = visit.spring_torque_nm if truth is None else truth["spring_torque_nm"]
+    brake = visit.brake_capacity_nm if truth is None else truth["brake_capacity_nm"]
     desired, motor = -1e3 * visit.desired_torque_nm, -1e3 * visit.motor_command_nm
     spring, brake = -1e3 * spring, 1e3 * brake
     axes.set_title("Who pushes back")
@@ -171,10 +119,10 @@ def _torques(axes: Axes, visit: WallVisit) -> None:
     axes.set_ylabel("torque against the push (mN·m)")
     way_in, way_out = phases(visit)
     hold = 0.5 * (time[way_in.stop - 1] + time[way_out.start])
-    _label(axes, hold, 1.07 * peak, "wanted by the wall", BLACK, ha="center")
-    _label(axes, hold, _at(time, motor, hold) + 0.08 * peak, "motor", BLUE, ha="center")
-    _label(axes, hold, _at(time, spring, hold) - 0.09 * peak, "shaft spring", ORANGE, ha="center")
-    _label(
+    label(axes, hold, 1.07 * peak, "wanted by the wall", BLACK, ha="center")
+    label(axes, hold, _at(time, motor, hold) + 0.08 * peak, "motor", BLUE, ha="center")
+    label(axes, hold, _at(time, spring, hold) - 0.09 * peak, "shaft spring", ORANGE, ha="center")
+    label(
         axes,
         end + 0.01,
         0.2 * peak,
@@ -195,7 +143,7 @@ def _torques(axes: Axes, visit: WallVisit) -> None:
 
 
 def _loop(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
-    angle = visit.angle_rad if visit.truth is None else visit.truth.angle_rad
+    angle = visit.angle_rad if visit.truth is None else visit.truth["angle_rad"]
     degrees = np.degrees(angle)
     wall = np.degrees(visit.wall_angle_rad)
     felt, ideal = -1e3 * visit.rendered_torque_nm, -1e3 * visit.ideal_torque_nm
@@ -213,16 +161,16 @@ def _loop(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
     axes.set_ylim(min(float(felt.min()), 0.0) - 0.06 * peak, 1.15 * peak)
     axes.set_xlabel("knob angle (degrees)")
     axes.set_ylabel("torque against the push (mN·m)")
-    _label(axes, wall + 0.36 * span[0], 0.62 * span[1], "pushing in", BLUE, ha="center")
-    _label(axes, wall + 0.72 * span[0], 0.98 * span[1], "the ideal wall", BLACK, ha="center")
-    _label(axes, wall - 0.03 * deepest, 0.97 * peak, "free", GREY, ha="right")
-    _label(axes, wall + 0.015 * deepest, 0.97 * peak, "in the wall", GREY)
+    label(axes, wall + 0.36 * span[0], 0.62 * span[1], "pushing in", BLUE, ha="center")
+    label(axes, wall + 0.72 * span[0], 0.98 * span[1], "the ideal wall", BLACK, ha="center")
+    label(axes, wall - 0.03 * deepest, 0.97 * peak, "free", GREY, ha="right")
+    label(axes, wall + 0.015 * deepest, 0.97 * peak, "in the wall", GREY)
     # The torque gap, where it is widest.
     missing = (ideal - felt)[way_out]
     worst = way_out.start + int(np.argmax(missing))
     # The texts stay within the panel even if that is at the very bottom of the wall.
     x = min(float(degrees[worst]) + 0.04 * span[0], wall + 0.76 * span[0])
-    _label(axes, x, float(felt[worst]) - 0.08 * peak, "coming out", ORANGE)
+    label(axes, x, float(felt[worst]) - 0.08 * peak, "coming out", ORANGE)
     axes.annotate(
         f"torque gap: {1e3 * measures.torque_gap_nm:.0f} mN·m missing\nwhile the brake lets go",
         xy=(float(degrees[worst]), float(0.5 * (felt[worst] + ideal[worst]))),
@@ -247,15 +195,15 @@ def _sensor(axes: Axes, visit: WallVisit, measures: WallMeasures) -> None:
     axes.axhline(0, color=GREY, lw=0.8)
     peak = float(np.abs(sensed).max())
     if visit.truth is not None:
-        true = -1e3 * visit.truth.spring_torque_nm
+        true = -1e3 * visit.truth["spring_torque_nm"]
         axes.plot(time, true, color=ORANGE, lw=4.5, alpha=0.45)
         rising = int(np.argmax(true > 0.75 * true.max()))
         x, y = float(time[rising]) - 0.04, float(true[rising])
-        _label(axes, x, y, "true shaft torque", ORANGE, ha="right", va="bottom")
+        label(axes, x, y, "true shaft torque", ORANGE, ha="right", va="bottom")
     axes.plot(time, sensed, color=PURPLE, lw=1.5)
     middle = 0.3 * time[-1]
     x, y = middle + 0.02 * time[-1], _at(time, sensed, middle) - 0.1 * peak
-    _label(axes, x, y, "sensed by the knob", PURPLE, va="top")
+    label(axes, x, y, "sensed by the knob", PURPLE, va="top")
     axes.set_xlim(0, time[-1])
     axes.set_ylim(min(float(sensed.min()), 0) - 0.1 * peak, 1.25 * peak)
     axes.set_xlabel("time (s)")

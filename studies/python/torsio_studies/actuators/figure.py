@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -12,9 +11,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from torsio.demos import wall as demo
+from torsio.drawing import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    WALL_FILL,
+    coloured_table,
+    headline,
+)
 from torsio_studies.actuators import trials
 from torsio_studies.actuators.trials import ACTUATORS, Actuator, Measures
-from torsio_studies.common import BLACK, BLUE, GREY, ORANGE, TEXT, WALL_FILL, Study
+from torsio_studies.common import Study
 
 GOOD, FAIR, POOR = "#cfe8dc", "#fbeec2", "#f6cfb8"
 
@@ -124,71 +135,34 @@ def draw(study: Study, rows: Sequence[Measures]) -> None:
         string(figure, rows)
 
 
-def _headline(figure: Figure, title: str, text: str, *, top: float, width: int = 150) -> None:
-    figure.text(0.03, top, title, fontsize=19, fontweight="bold", color=BLACK, va="top")
-    inches = figure.get_size_inches()[1]
-    figure.text(
-        0.03,
-        top - 0.42 / inches,
-        textwrap.fill(text, width),
-        fontsize=11.5,
-        color=TEXT,
-        va="top",
-        linespacing=1.45,
-    )
-
-
 def scoreboard(figure: Figure, rows: Sequence[Measures]) -> None:
     """Draw all numbers as a coloured table."""
-    _headline(
+    headline(
         figure,
         "Thirteen ways to build a knob that pushes back",
         "The same motor, brake, encoder and virtual wall (30 mN·m per degree) for all; what "
         "differs is how the parts are put together and controlled. Green is good, orange is poor. "
         "Letters are those of the paper's Fig. 1.",
-        top=0.965,
         width=165,
+        left=0.03,
     )
     axes = figure.add_axes((0.03, 0.02, 0.94, 0.8))
-    axes.set_axis_off()
-    axes.set_xlim(0, 1)
-    axes.set_ylim(len(rows), -1.15)
-    left, width = 0.265, (1 - 0.265) / len(COLUMNS)
-    for i, column in enumerate(COLUMNS):
-        axes.text(
-            left + (i + 0.5) * width,
-            -0.12,
-            column.heading,
-            ha="center",
-            va="bottom",
-            fontweight="bold",
-            color=BLACK,
-            linespacing=1.25,
-        )
+    cells = [[(one.cell(row), one.colour(row), 1.0) for one in COLUMNS] for row in rows]
+    coloured_table(axes, [column.heading for column in COLUMNS], cells, left=0.265)
     for r, row in enumerate(rows):
         own = row.figure == "f"
         axes.text(0.0, r + 0.5, name(row), va="center", fontweight="bold" if own else "normal")
-        for i, column in enumerate(COLUMNS):
-            x = left + i * width
-            axes.fill_between(
-                [x + 0.002, x + width - 0.002],
-                r + 0.05,
-                r + 0.95,
-                color=column.colour(row),
-                lw=0,
-            )
-            axes.text(x + 0.5 * width, r + 0.5, column.cell(row), ha="center", va="center")
 
 
 def walls(figure: Figure) -> None:
     """Draw what the hand feels on the way in and out, one panel an actuator."""
-    _headline(
+    headline(
         figure,
         "What the hand feels in the same wall",
         "A hand presses every actuator into a wall of 30 mN·m per degree (blue), holds, and comes "
         "out again (orange). A perfect device would follow the dashed line both ways. Below zero "
         "the device holds the hand back: it sticks.",
-        top=0.975,
+        left=0.03,
     )
     axes_grid = figure.subplots(3, 5, sharex=True, sharey=True)
     figure.subplots_adjust(left=0.06, right=0.985, top=0.85, bottom=0.06, hspace=0.3, wspace=0.07)
@@ -206,9 +180,9 @@ def walls(figure: Figure) -> None:
 def _wall(axes: Axes, actuator: Actuator, stiffness_nm_per_rad: float) -> None:
     log = trials.visit_wall(actuator.key, stiffness_nm_per_rad)
     degrees, felt = np.degrees(log["angle_rad"]), -1e3 * log["rendered_torque_nm"]
-    top = int(np.searchsorted(log["time_s"], trials.IN_S))
-    leave = int(np.searchsorted(log["time_s"], trials.IN_S + trials.HOLD_S))
-    wall = math.degrees(trials.WALL_ANGLE_RAD)
+    top = int(np.searchsorted(log["time_s"], demo.PUSH_S))
+    leave = int(np.searchsorted(log["time_s"], demo.PUSH_S + demo.HOLD_S))
+    wall = math.degrees(demo.WALL_ANGLE_RAD)
     ideal = np.array([0.0, 0.0, 120.0])
     axes.axvspan(wall, 8, color=WALL_FILL, lw=0, zorder=0)
     axes.axhline(0, color=GREY, lw=0.8)
@@ -223,14 +197,14 @@ def _wall(axes: Axes, actuator: Actuator, stiffness_nm_per_rad: float) -> None:
 
 def string(figure: Figure, rows: Sequence[Measures]) -> None:
     """Draw the knob's way out after the string is cut."""
-    _headline(
+    headline(
         figure,
         "Let go: does it leave the wall by itself?",
         "A weight holds the knob in a wall of 25 mN·m per degree; at time 0 its string is cut. "
         "What does not come out by itself feels sticky in the hand. Depths differ at first, as "
         "motor, brake, friction and springs carry the weight in different shares; (d) swings all "
         "the time, because all its torque comes through a clutch that lags.",
-        top=0.955,
+        left=0.03,
     )
     leaving, held, staying = (
         [row for row in rows if row.outcome == outcome]
@@ -249,8 +223,8 @@ def _paths(axes: Axes, rows: Sequence[Measures], title: str, limits: tuple[float
     colours = [
         BLUE,
         ORANGE,
-        "#009E73",
-        "#9b4f86",
+        GREEN,
+        PURPLE,
         "#56B4E9",
         "#E69F00",
         "#5a5a5a",

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
+from torsio.demos import wall
 from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
@@ -24,10 +25,7 @@ Array = npt.NDArray[np.float64]
 Parts = dict[str, float]
 
 NM_PER_RAD = math.pi / 180 * 1e3  # mN m/deg in one N m/rad
-WALL_ANGLE_RAD = 0.05
 WALLS_MNM_PER_DEG: Final = (10.0, 30.0, 100.0)
-PEAK_NM = 75e-3
-IN_S, HOLD_S, OUT_S, AFTER_S = 1.0, 0.2, 1.0, 0.2
 CUT_WALL_MNM_PER_DEG = 25.0
 CUT_TORQUE_NM = 50e-3
 CUT_S = 1.0
@@ -157,9 +155,12 @@ def simulate(
     parts
         What differs from the parts that all actuators share.
     """
+    if not isinstance(hand, NoHand | TorqueHand | ImpedanceHand):
+        # A brake fixed to the knob could not answer a prescribed motion with one torque.
+        raise StudyError(f"actuator: a hand must have some give, not {type(hand).__name__}")
     return _studies.run_actuator(
         actuator,
-        hand=_hand(hand),
+        hand=hand,
         duration_ns=round(duration_s * 1e9),
         parts=parts or {},
         stiffness_nm_per_rad=stiffness_nm_per_rad,
@@ -172,50 +173,15 @@ def simulate(
     )
 
 
-def _hand(hand: Hand) -> _studies.Hand:
-    match hand:
-        case NoHand():
-            return _studies.Hand()
-        case TorqueHand(torque_nm=torque_nm):
-            return _studies.Hand(torque_nm=torque_nm)
-        case ImpedanceHand():
-            return _studies.Hand(
-                intended_angle_rad=hand.intended_angle_rad,
-                stiffness_nm_per_rad=hand.stiffness_nm_per_rad,
-                damping_nm_s_per_rad=hand.damping_nm_s_per_rad,
-                inertia_kg_m2=hand.inertia_kg_m2,
-            )
-        case _:
-            # A brake fixed to the knob could not answer a prescribed motion with one torque.
-            raise StudyError(f"actuator: a hand must have some give, not {type(hand).__name__}")
-
-
-def _fingers(path: list[tuple[float, float]]) -> ImpedanceHand:
-    return ImpedanceHand(
-        intended_angle_rad=path,
-        stiffness_nm_per_rad=1.0,
-        damping_nm_s_per_rad=10e-3,
-        inertia_kg_m2=1e-4,
-    )
-
-
 def visit_wall(actuator: str, stiffness_nm_per_rad: float, **options: Any) -> Record:
     """Press into a wall within a second, hold, and come out within another."""
     checks.positive("stiffness_nm_per_rad", stiffness_nm_per_rad)
-    # A perfect wall would be met with the peak torque, of which friction takes its part first.
-    deepest_rad = WALL_ANGLE_RAD + PEAK_NM / stiffness_nm_per_rad + (PEAK_NM + 6e-3) / 1.0
-    path = [
-        (0.0, 0.0),
-        (IN_S, deepest_rad),
-        (IN_S + HOLD_S, deepest_rad),
-        (IN_S + HOLD_S + OUT_S, 0.0),
-    ]
     return simulate(
         actuator,
-        hand=_fingers(path),
-        duration_s=IN_S + HOLD_S + OUT_S + AFTER_S,
+        hand=wall.hand(stiffness_nm_per_rad),
+        duration_s=wall.EMULATED_DURATION_S,
         stiffness_nm_per_rad=stiffness_nm_per_rad,
-        angle_rad=WALL_ANGLE_RAD,
+        angle_rad=wall.WALL_ANGLE_RAD,
         **options,
     )
 
@@ -251,7 +217,7 @@ def spin_into_spring(
 
 def turn_freely(actuator: str, **options: Any) -> Record:
     """Turn the knob at a steady speed in free space."""
-    hand = _fingers([(0.0, 0.0), (1.0, FREE_RAD_S)])
+    hand = wall.fingers([(0.0, 0.0), (1.0, FREE_RAD_S)])
     return simulate(actuator, hand=hand, duration_s=1.0, **options)
 
 
@@ -261,7 +227,7 @@ def press_hard(actuator: str, **options: Any) -> Record:
     deepest_rad = PRESS_TO_NM * (1 + 1 / stiffness)
     return simulate(
         actuator,
-        hand=_fingers([(0.0, 0.0), (PRESS_S, deepest_rad)]),
+        hand=wall.fingers([(0.0, 0.0), (PRESS_S, deepest_rad)]),
         duration_s=PRESS_S,
         stiffness_nm_per_rad=stiffness,
         **options,
@@ -272,13 +238,13 @@ def measure_wall(log: Record | dict[str, Array], stiffness_nm_per_rad: float) ->
     """Turn a visit into numbers: felt torque against that of the wall at the true angle."""
     ideal, felt, time = log["ideal_torque_nm"], log["rendered_torque_nm"], log["time_s"]
     inside = ideal < 0
-    way_in, way_out = inside & (time <= IN_S), inside & (time > IN_S + HOLD_S)
+    way_in, way_out = inside & (time <= wall.PUSH_S), inside & (time > wall.PUSH_S + wall.HOLD_S)
     peak = float(-ideal.min())
     missing = (felt - ideal)[way_out]
     return WallMeasures(
         stiffness_mnm_per_deg=stiffness_nm_per_rad * NM_PER_RAD,
-        tracking_in=_rms((felt - ideal)[way_in]) / peak,
-        tracking_out=_rms((felt - ideal)[way_out]) / peak,
+        tracking_in=wall.rms((felt - ideal)[way_in]) / peak,
+        tracking_out=wall.rms((felt - ideal)[way_out]) / peak,
         torque_gap_nm=max(0.0, float(missing.max())) if len(missing) else math.nan,
         peak_nm=peak,
     )
@@ -416,7 +382,3 @@ def exit_text(outcome: str, exit_s: float | None, stuck_nm: float, unit: str = "
         return f"{1e3 * exit_s:.0f}{unit}"
     word = "friction" if outcome == "held by friction" else "sticks"
     return f"{word}, {1e3 * stuck_nm:.0f} mN·m"
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else math.nan

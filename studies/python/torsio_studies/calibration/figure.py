@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from torsio_studies.common import BLUE, GREEN, GREY, ORANGE, Study, headline
+from torsio.drawing import BLUE, GREEN, GREY, ORANGE, headline
+from torsio_studies.common import Study
 
 Array = npt.NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import KW_ONLY, asdict, dataclass, fields
-from typing import Any, Final
+from dataclasses import KW_ONLY, asdict, dataclass, fields, replace
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -20,14 +20,15 @@ import numpy.typing as npt
 from torsio import checks
 from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.config import ControlConfig, Law
-from torsio.hands import ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
+from torsio.demos import wall
+from torsio.hands import PrescribedMotion, TorqueHand
 from torsio.plant import PlantParams
 from torsio.scenes import Spring, Wall
 from torsio.telemetry import Record
 from torsio_studies import exits
 from torsio_studies.actuators import trials
 from torsio_studies.exits import Exit
-from torsio_studies.paper.runs import critical_torque
+from torsio_studies.paper.runs import critical_torque, ideal_nm, rendered_nm
 
 Array = npt.NDArray[np.float64]
 
@@ -149,7 +150,7 @@ def critical_torque_nm(design: Design, wall_nm_per_rad: float) -> float:
     )
 
 
-def _options(design: Design, law: Law, **scene: Any) -> LoopOptions:
+def _device(design: Design, law: Law) -> LoopOptions:
     return LoopOptions(
         plant=PlantParams(
             knob_inertia_kg_m2=design.knob_inertia_kg_m2,
@@ -160,7 +161,6 @@ def _options(design: Design, law: Law, **scene: Any) -> LoopOptions:
         ),
         control=ControlConfig(law=law, beta=design.beta),
         control_period_ns=round(1e9 / design.control_rate_hz),
-        **scene,
     )
 
 
@@ -170,112 +170,87 @@ def _run(options: LoopOptions, duration_s: float) -> Record:
     return simulate(options, duration_s=duration_s, record_every=every)
 
 
-def _is_stable(design: Design, law: Law, stiffness_nm_per_rad: float) -> bool:
-    return all(
-        _comes_to_rest(design, law, stiffness_nm_per_rad, speed) for speed in trials.SPINS_RAD_S
+def _is_stable(device: LoopOptions, stiffness_nm_per_rad: float) -> bool:
+    spring = replace(device, scene=Spring(stiffness_nm_per_rad=stiffness_nm_per_rad))
+    spins = (
+        replace(spring, initial=InitialState(speed_rad_s=speed)) for speed in trials.SPINS_RAD_S
     )
+    return all(trials.comes_to_rest(_run(spin, trials.SPIN_S)) for spin in spins)
 
 
-def _comes_to_rest(
-    design: Design, law: Law, stiffness_nm_per_rad: float, speed_rad_s: float
-) -> bool:
-    options = _options(
-        design,
-        law,
-        scene=Spring(stiffness_nm_per_rad=stiffness_nm_per_rad),
-        hand=NoHand(),
-        initial=InitialState(speed_rad_s=speed_rad_s),
-    )
-    return trials.comes_to_rest(_run(options, trials.SPIN_S))
-
-
-def _saturates(design: Design, law: Law, peak_nm: float) -> bool:
+def _saturates(device: LoopOptions, peak_nm: float) -> bool:
     deepest_rad = peak_nm / WALL_NM_PER_RAD
     path = [(0.0, 0.0), (0.75, deepest_rad), (0.85, deepest_rad), (1.6, 0.0)]
-    options = _options(
-        design,
-        law,
+    push = replace(
+        device,
         scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=WALL_NM_PER_RAD),
         hand=PrescribedMotion(angle_rad=path),
     )
-    return bool(np.any(simulate(options, duration_s=1.6)["motor_saturated"]))
+    return bool(np.any(simulate(push, duration_s=1.6)["motor_saturated"]))
 
 
-def _critical_torque(design: Design, law: Law) -> float:
-    low, high = 0.0, 1.25 * (design.motor_limit_nm + design.brake_limit_nm)
+def _critical_torque(device: LoopOptions) -> float:
+    low, high = 0.0, 1.25 * (device.plant.motor_limit_nm + device.plant.brake_limit_nm)
     for _ in range(7):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if _saturates(design, law, middle) else (middle, high)
+        low, high = (low, middle) if _saturates(device, middle) else (middle, high)
     return low
 
 
-def _visit_wall(design: Design, law: Law) -> tuple[trials.WallMeasures, float]:
-    depth_rad = trials.PEAK_NM / WALL_NM_PER_RAD
-    deepest_rad = trials.WALL_ANGLE_RAD + depth_rad + trials.PEAK_NM + 6e-3
-    options = _options(
-        design,
-        law,
-        scene=Wall(angle_rad=trials.WALL_ANGLE_RAD, stiffness_nm_per_rad=WALL_NM_PER_RAD),
-        hand=ImpedanceHand(
-            intended_angle_rad=[(0.0, 0.0), (1.0, deepest_rad), (1.2, deepest_rad), (2.2, 0.0)],
-            stiffness_nm_per_rad=1.0,
-            damping_nm_s_per_rad=10e-3,
-            inertia_kg_m2=1e-4,
-        ),
+def _visit_wall(device: LoopOptions) -> tuple[trials.WallMeasures, float]:
+    visit = replace(
+        device,
+        scene=Wall(angle_rad=wall.WALL_ANGLE_RAD, stiffness_nm_per_rad=WALL_NM_PER_RAD),
+        hand=wall.hand(WALL_NM_PER_RAD),
     )
-    log = _run(options, 2.4)
-    depth = np.maximum(log["angle_rad"] - trials.WALL_ANGLE_RAD, 0.0)
-    felt = log["spring_torque_nm"] + log["motor_torque_nm"]
+    log = _run(visit, wall.EMULATED_DURATION_S)
     as_trial = {
-        "ideal_torque_nm": -WALL_NM_PER_RAD * depth,
-        "rendered_torque_nm": felt,
+        "ideal_torque_nm": ideal_nm(log, WALL_NM_PER_RAD, wall.WALL_ANGLE_RAD),
+        "rendered_torque_nm": rendered_nm(log),
         "time_s": log["time_s"],
     }
     sensor_error = log["sensed_spring_torque_nm"] - log["spring_torque_nm"]
-    return (
-        trials.measure_wall(as_trial, WALL_NM_PER_RAD),
-        float(np.sqrt(np.mean(np.square(sensor_error)))),
-    )
+    return trials.measure_wall(as_trial, WALL_NM_PER_RAD), wall.rms(sensor_error)
 
 
-def _cut_string(design: Design, law: Law) -> Exit:
-    wall = trials.CUT_WALL_MNM_PER_DEG / trials.NM_PER_RAD
+def _cut_string(device: LoopOptions) -> Exit:
+    stiffness = trials.CUT_WALL_MNM_PER_DEG / trials.NM_PER_RAD
     weight = trials.CUT_TORQUE_NM
-    options = _options(
-        design,
-        law,
-        scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=wall),
+    cut = replace(
+        device,
+        scene=Wall(angle_rad=0.0, stiffness_nm_per_rad=stiffness),
         hand=TorqueHand(torque_nm=[(0, 0), (0.5, weight), (1, weight), (1, 0)]),
     )
-    log = _run(options, 2.0)
+    log = _run(cut, 2.0)
     return exits.measure_exit(
         log["time_s"],
-        wall * np.maximum(log["angle_rad"], 0.0),
+        -ideal_nm(log, stiffness, 0.0),
         let_go_s=trials.CUT_S,
         friction_nm=FRICTION_NM,
-        count_nm=wall * 2 * math.pi / design.counts_per_rev,
+        count_nm=stiffness * 2 * math.pi / device.plant.counts_per_rev,
     )
 
 
 def evaluate(design: Design, law: Law = "paper") -> Measures:
     """Simulate one device in all scenes."""
     begin = time.thread_time()  # what others do on this core does not count
+    device = _device(design, law)
     limit = trials.stable_limit(
-        lambda stiffness: _is_stable(design, law, stiffness),
+        lambda stiffness: _is_stable(device, stiffness),
         softest=SOFTEST_NM_PER_RAD,
         stiffest=STIFFEST_NM_PER_RAD,
         coarse_steps=15,
         tolerance=0.06,
     )
-    wall, sensor_rms = _visit_wall(design, law)
-    left = _cut_string(design, law)
+    visit, sensor_rms = _visit_wall(device)
+    left = _cut_string(device)
     return Measures(
         stable_stiffness_nm_per_rad=STIFFEST_NM_PER_RAD if limit is None else limit,
-        critical_torque_nm=_critical_torque(design, law),
+        critical_torque_nm=_critical_torque(device),
         critical_formula_nm=critical_torque_nm(design, WALL_NM_PER_RAD),
-        tracking_in=wall.tracking_in,
-        tracking_out=wall.tracking_out,
-        torque_gap_nm=wall.torque_gap_nm,
+        tracking_in=visit.tracking_in,
+        tracking_out=visit.tracking_out,
+        torque_gap_nm=visit.torque_gap_nm,
         sensor_rms_nm=sensor_rms,
         exit_time_s=math.nan if left.exit_s is None else left.exit_s,
         stuck_torque_nm=left.stuck_torque_nm,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
@@ -14,8 +13,9 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from torsio.drawing import GREY, coloured_table, headline
 from torsio_studies.actuators import trials
-from torsio_studies.common import BLACK, GREY, TEXT, Study
+from torsio_studies.common import Study
 from torsio_studies.design.devices import MAPS, SPACE
 
 Array = npt.NDArray[np.float64]
@@ -72,19 +72,6 @@ def draw(study: Study, table: dict[str, Table], side: int) -> None:
         influence(figure, table["sample"])
 
 
-def _headline(figure: Figure, title: str, text: str, width: int) -> None:
-    figure.text(0.045, 0.965, title, fontsize=19, fontweight="bold", color=BLACK, va="top")
-    figure.text(
-        0.045,
-        0.895,
-        textwrap.fill(text, width),
-        fontsize=11.5,
-        color=TEXT,
-        va="top",
-        linespacing=1.45,
-    )
-
-
 @dataclass(frozen=True)
 class _Map:
     name: str
@@ -138,14 +125,14 @@ _AXES = {
 
 def maps(figure: Figure, tables: dict[str, Table], side: int) -> None:
     """Draw the stability and critical-torque maps."""
-    _headline(
+    headline(
         figure,
         "Choosing shaft, control rate and the brake's share",
         "Each square, at the borders half of one, is a simulated device; the ring marks the "
         "paper's. Left and middle: the "
         "stiffest virtual wall that does not start to buzz. Right: the largest torque that motor "
         "and brake give truly, in a wall of 30 mN·m per degree, going in and coming out again.",
-        165,
+        width=165,
     )
     for i, panel in enumerate(_PANELS):
         axes = figure.add_axes((0.055 + i * 0.325, 0.2, 0.275, 0.56))
@@ -206,47 +193,27 @@ def _edges(centres: Array, logarithmic: bool) -> Array:
 
 def influence(figure: Figure, sample: Table) -> None:
     """Draw the rank correlations as a coloured table."""
-    _headline(
+    headline(
         figure,
         "What each choice changes",
         f"{len(sample['beta'])} random devices. A number near +1: more of what is on the left "
         "always means more of what is above; near -1: always less; near 0: it hardly matters. "
         "Green is a change for the better, orange for the worse.",
-        150,
     )
     axes = figure.add_axes((0.045, 0.03, 0.93, 0.77))
-    axes.set_axis_off()
-    axes.set_xlim(0, 1)
-    axes.set_ylim(len(SPACE), -0.9)
-    left = 0.27
-    width = (1 - left) / len(OUTCOMES)
-    for i, (heading, _) in enumerate(OUTCOMES.values()):
-        axes.text(
-            left + (i + 0.5) * width,
-            -0.1,
-            heading,
-            ha="center",
-            va="bottom",
-            fontweight="bold",
-        )
-    for r, row in enumerate(influences(sample)):
+    rows = influences(sample)
+    cells = [[_cell(row[outcome], more) for outcome, (_, more) in OUTCOMES.items()] for row in rows]
+    coloured_table(axes, [heading for heading, _ in OUTCOMES.values()], cells, left=0.27)
+    for r, row in enumerate(rows):
         span = SPACE[row["parameter"]]
         axes.text(0.0, r + 0.4, span.title, va="center", fontweight="bold")
         axes.text(0.0, r + 0.7, _range_text(row["parameter"]), va="center", fontsize=9, color=GREY)
-        for i, (outcome, (_, more_is_better)) in enumerate(OUTCOMES.items()):
-            value = row[outcome]
-            good = value if more_is_better else -value
-            colour = (0.0, 0.62, 0.45) if good > 0 else (0.84, 0.37, 0.0)
-            x = left + i * width
-            axes.fill_between(
-                [x + 0.003, x + width - 0.003],
-                r + 0.06,
-                r + 0.94,
-                color=colour,
-                alpha=min(1.0, 0.04 + 0.66 * abs(value)),
-                lw=0,
-            )
-            axes.text(x + 0.5 * width, r + 0.5, f"{value:+.2f}", ha="center", va="center")
+
+
+def _cell(value: float, more_is_better: bool) -> tuple[str, tuple[float, float, float], float]:
+    is_good = (value if more_is_better else -value) > 0
+    colour = (0.0, 0.62, 0.45) if is_good else (0.84, 0.37, 0.0)
+    return f"{value:+.2f}", colour, min(1.0, 0.04 + 0.66 * abs(value))
 
 
 def _range_text(name: str) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import importlib
 import multiprocessing
-import os
 import re
 import signal
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +13,7 @@ from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from typing import Any
 
+from torsio.checks import usable_cores
 from torsio_studies.common import StudyError
 from torsio_studies.design.devices import evaluate_batch
 
@@ -66,13 +66,6 @@ def spread(
         yield count, _from_pool(pool, batches, evaluate)
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def usable_cores() -> int:
-    """Give the cores that this process may use, which may be fewer than the machine has."""
-    if hasattr(os, "sched_getaffinity"):  # on Linux
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _ignore_interrupts() -> None:

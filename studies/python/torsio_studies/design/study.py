@@ -13,8 +13,8 @@ from rich.console import Console
 
 from torsio import perception
 from torsio.config import Law
+from torsio.demos.wall import PEAK_TORQUE_NM
 from torsio.screen import line, table
-from torsio_studies.actuators.trials import PEAK_NM
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design import figure
 from torsio_studies.design.devices import EVALUATION, SPACE, batches, columns
@@ -100,7 +100,7 @@ def jnds(sample: dict[str, Array]) -> dict[str, dict[str, float]]:
     """Give each error in JNDs: its median, and the share of devices in which it is below one."""
     devices = [
         perception.wall_jnds(
-            peak_nm=PEAK_NM, tracking_in=way_in, tracking_out=way_out, torque_gap_nm=gap
+            peak_nm=PEAK_TORQUE_NM, tracking_in=way_in, tracking_out=way_out, torque_gap_nm=gap
         )
         for way_in, way_out, gap in zip(
             *(sample[name].tolist() for name in ("tracking_in", "tracking_out", "torque_gap_nm")),

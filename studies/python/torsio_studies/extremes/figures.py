@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from matplotlib.axes import Axes
 
-from torsio_studies.common import BLUE, GREY, RED, Study, caption, headline, label
+from torsio.drawing import BLUE, GREY, RED, caption, headline, label
+from torsio_studies.common import Study
 from torsio_studies.extremes import dynamics, numbers
 from torsio_studies.paper import runs
+
+_caption = partial(caption, width=52, below=0.62)
 
 
 def overview(study: Study) -> None:
@@ -45,12 +50,10 @@ def _turning(axes: Axes) -> None:
     axes.set_xlabel("hours at 10 turns a second")
     axes.set_ylabel("error of the sensor (mN·m)")
     axes.set_ylim(1e-7, 1e3)
-    caption(
+    _caption(
         axes,
         "A 32-bit float angle loses the encoder's counts within minutes; the sensor, which adds up "
         "differences, goes with them.",
-        width=52,
-        below=0.62,
     )
 
 
@@ -68,13 +71,11 @@ def _wrap(axes: Axes) -> None:
     label(axes, float(time[wrap]) - 0.03, 19, "wraps here", GREY, ha="right", bold=False)
     label(axes, float(time[wrap]) + 0.05, 12, "plain difference", RED)
     label(axes, 1.28, -26, "modulo 2^16", BLUE)
-    caption(
+    _caption(
         axes,
         "The plain difference jumps by 65,536 counts: the sensor believes that the "
         "spring pulls the "
         "other way, as hard as the brake holds just then.",
-        width=52,
-        below=0.62,
     )
 
 
@@ -89,12 +90,10 @@ def _brake(axes: Axes) -> None:
     axes.set_ylabel("modelled brake torque (mN·m)")
     label(axes, 0.2, -300, "explicit Euler", RED)
     label(axes, 0.2, 640, "exponential:\n50 mN·m, at once", BLUE)
-    caption(
+    _caption(
         axes,
         "The control period is 2.5 times the brake's time constant. The Euler step overshoots more "
         "each time; the exponential is right for any step.",
-        width=52,
-        below=0.62,
     )
 
 
@@ -110,12 +109,10 @@ def _free_air(axes: Axes) -> None:
     top = float(naive[-1]) / (2 * np.pi)
     label(axes, 0.62, 0.78 * top, "law as printed", RED, ha="right")
     label(axes, 0.98, float(guarded[-1]) / (2 * np.pi) + 0.07 * top, "rests", BLUE, ha="right")
-    caption(
+    _caption(
         axes,
         "With nothing to render the printed law still lets the motor answer to the sensor. If the "
         "sensor's floor is above friction and drag, the knob drives itself.",
-        width=52,
-        below=0.62,
     )
 
 
@@ -132,12 +129,10 @@ def _inertia(axes: Axes) -> None:
     axes.set_ylabel("energy from nothing (relative)")
     label(axes, 2e4, 1e4, "Runge-Kutta 4, one step a tick", RED, ha="right")
     label(axes, 1.0, 1e-9, "matrix exponential", BLUE, ha="center")
-    caption(
+    _caption(
         axes,
         "Knob and brake swing freely on their spring without any loss, simulated in steps of 1 ms. "
         "(Values above 1e6 are drawn at 1e6.)",
-        width=52,
-        below=0.62,
     )
 
 
@@ -155,10 +150,8 @@ def _precision(axes: Axes) -> None:
     axes.set_ylim(1e-9, 1e3)
     axes.set_xlabel("time (s), into a wall and out")
     axes.set_ylabel("difference to 64 bits (mN·m)")
-    caption(
+    _caption(
         axes,
         "The motor's torque of the device's 32-bit controller, against the same sources compiled "
         "with 64 bits, on the same counts.",
-        width=52,
-        below=0.62,
     )

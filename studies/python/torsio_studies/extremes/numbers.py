@@ -32,19 +32,19 @@ class Case:
     ----------
     measure
         What the numbers are, with their unit; small is good.
-    naive, guarded
-        The measure without and with the guard; None: there is no plain variant to compare with.
     bound
         Up to here is good.
+    naive, guarded
+        The measure without and with the guard; None: there is no plain variant to compare with.
     """
 
     extreme: str
-    case: str
     measure: str
-    naive: float | None
-    guarded: float
     bound: float
     guard: str
+    case: str
+    naive: float | None
+    guarded: float
 
     @property
     def naive_breaks(self) -> bool:

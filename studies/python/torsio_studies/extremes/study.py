@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 
 from rich.console import Console
 from rich.table import Table
@@ -54,36 +55,31 @@ def run(study: Study) -> Results:
 
 
 def _turning(quick: bool) -> Iterator[Case]:
-    measure = "error of the sensed torque (N m)"
-    guard = "positions are integers, only differences become float"
+    turning = partial(Case, "turning")
+    integers = "positions are integers, only differences become float"
+    sensed = partial(turning, "error of the sensed torque (N m)", 1e-6, integers)
     for hours in (1.0, 10.0, 1000.0):
-        naive, guarded = numbers.turning_error_nm(hours)
-        yield Case("turning", f"{hours:g} h at 10 rev/s", measure, naive, guarded, 1e-6, guard)
+        yield sensed(f"{hours:g} h at 10 rev/s", *numbers.turning_error_nm(hours))
     hours = 0.1 if quick else 10.0
-    wrong = numbers.turned_in_full(hours)
     ticks = round(3.6e6 * hours)
-    angle = 2.0 * math.pi * numbers.REVS_PER_S * 3600 * hours
-    naive = _float_step(angle) / runs.COUNT_RAD
-    yield Case(
-        "turning", f"all {ticks} ticks of {hours:g} h", "wrong counts", naive, wrong, 0.0, guard
-    )
-    yield Case(
-        "turning",
-        "a wall 1000 h of turning away",
+    naive = _float_step(2.0 * math.pi * numbers.REVS_PER_S * 3600 * hours) / runs.COUNT_RAD
+    wrong = numbers.turned_in_full(hours)
+    yield turning("wrong counts", 0.0, integers, f"all {ticks} ticks of {hours:g} h", naive, wrong)
+    yield turning(
         "error of the motor's torque (N m)",
-        runs.per_degree(30) * _float_step(2.0 * math.pi * 3.6e7),
-        numbers.far_wall_error_nm(1000.0),
         1e-5,
         "angles travel as 64-bit fixed-point turns",
+        "a wall 1000 h of turning away",
+        runs.per_degree(30) * _float_step(2.0 * math.pi * 3.6e7),
+        numbers.far_wall_error_nm(1000.0),
     )
-    yield Case(
-        "turning",
-        "the emulated knob itself 1000 h away",
+    yield turning(
         "change of its speed (rad/s)",
-        numbers.naive_far_plant_speed_error_rad_s(1000.0),
-        numbers.far_plant_speed_error_rad_s(1000.0),
         1e-9,
         "the plant's angle is whole turns and a rest",
+        "the emulated knob itself 1000 h away",
+        numbers.naive_far_plant_speed_error_rad_s(1000.0),
+        numbers.far_plant_speed_error_rad_s(1000.0),
     )
 
 
@@ -93,294 +89,272 @@ def _float_step(angle_rad: float) -> float:
 
 
 def _wraps() -> Iterator[Case]:
+    sensed = partial(
+        Case,
+        "counter wraps",
+        "error of the sensed torque (N m)",
+        1e-9,
+        "differences modulo the counter's width",
+    )
     for bits in (16, 32):
-        naive, guarded = numbers.wrap_errors_nm(bits)
-        yield Case(
-            "counter wraps",
-            f"{bits}-bit counter, in a wall",
-            "error of the sensed torque (N m)",
-            naive,
-            guarded,
-            1e-9,
-            "differences modulo the counter's width",
-        )
+        yield sensed(f"{bits}-bit counter, in a wall", *numbers.wrap_errors_nm(bits))
 
 
 def _clocks() -> Iterator[Case]:
-    naive, guarded = numbers.microsecond_errors_s()
-    yield Case(
-        "clock wraps",
-        "32-bit microseconds, after 71.6 min",
+    wraps = partial(Case, "clock wraps")
+    yield wraps(
         "error of a step of time (s)",
-        naive,
-        guarded,
         1e-9,
         "the device counts ticks in 64 bits",
+        "32-bit microseconds, after 71.6 min",
+        *numbers.microsecond_errors_s(),
+    )
+    periodic = partial(
+        wraps,
+        "error of a periodic torque (share of its amplitude)",
+        1e-6,
+        "phases are integers that wrap as periods do",
     )
     for name, tick in (("2^32 ticks, 50 days", 2**32 - 500), ("1000 h of a sine", 3_600_000_000)):
-        naive, guarded = numbers.clock_errors(tick)
-        yield Case(
-            "clock wraps",
-            name,
-            "error of a periodic torque (share of its amplitude)",
-            naive,
-            guarded,
-            1e-6,
-            "phases are integers that wrap as periods do",
-        )
+        yield periodic(name, *numbers.clock_errors(tick))
 
 
 def _stiffness() -> Iterator[Case]:
+    stiff = partial(Case, "stiffness")
+    peak = partial(
+        stiff,
+        "peak torque commanded to the motor (N m)",
+        1.0000001 * runs.MOTOR_NM,
+        "the last step before the motor is its limit",
+    )
     for stiffness in dynamics.STIFFNESSES:
-        yield Case(
-            "stiffness",
+        yield peak(
             f"wall of {stiffness:g} N m/rad",
-            "peak torque commanded to the motor (N m)",
             dynamics.stiff_wall_torque_nm(stiffness, motor_limit_nm=MAX_TORQUE_NM),
             dynamics.stiff_wall_torque_nm(stiffness),
-            1.0000001 * runs.MOTOR_NM,
-            "the last step before the motor is its limit",
         )
 
     # How stiff the shaft itself is: the plain variant is Runge-Kutta 4 at the same steps.
+    swing = partial(
+        stiff,
+        "error of its free swing (share of the amplitude)",
+        1e-6,
+        "the plant is stepped with the matrix exponential",
+    )
     for stiffness in dynamics.SHAFT_STIFFNESSES:
-        yield Case(
-            "stiffness",
-            f"shaft of {stiffness:g} N m/rad",
-            "error of its free swing (share of the amplitude)",
-            dynamics.shaft_swing_error(stiffness, "regularised"),
-            dynamics.shaft_swing_error(stiffness, "exact"),
-            1e-6,
-            "the plant is stepped with the matrix exponential",
+        yield swing(
+            f"shaft of {stiffness:g} N m/rad", *_both(dynamics.shaft_swing_error, stiffness)
         )
+    step = partial(
+        stiff,
+        "change of the motion with the step (share of the peak)",
+        1e-6,
+        "matrix exponentials between events that are located",
+    )
     for stiffness in dynamics.SHAFT_STIFFNESSES:
-        yield Case(
-            "stiffness",
+        yield step(
             f"shaft of {stiffness:g} N m/rad, friction",
-            "change of the motion with the step (share of the peak)",
-            dynamics.shaft_step_error(stiffness, "regularised"),
-            dynamics.shaft_step_error(stiffness, "exact"),
-            1e-6,
-            "matrix exponentials between events that are located",
+            *_both(dynamics.shaft_step_error, stiffness),
         )
+
+
+def _both(measure: Callable[..., float], *given: float) -> tuple[float, float]:
+    """Give a measure of the plain plant's steps, and of the exact ones."""
+    return measure(*given, "regularised"), measure(*given, "exact")
 
 
 def _shares() -> Iterator[Case]:
+    critical = partial(
+        Case,
+        "critical torque",
+        "error of the formula against the experiment (relative)",
+        0.03,
+        "the brake's own limit removes the poles",
+    )
     cases = ((1.0, 1.0), (0.5, 1.0), (1.5, 1.0), (2.0, 0.5), (0.5, 0.0))
-    for (ratio, beta), (naive, guarded) in zip(cases, dynamics.critical_errors(cases), strict=True):
-        yield Case(
-            "critical torque",
-            f"beta {beta:g}, Kve = {ratio:g} K",
-            "error of the formula against the experiment (relative)",
-            naive,
-            guarded,
-            0.03,
-            "the brake's own limit removes the poles",
-        )
+    for (ratio, beta), errors in zip(cases, dynamics.critical_errors(cases), strict=True):
+        yield critical(f"beta {beta:g}, Kve = {ratio:g} K", *errors)
+    guard = "the sensor says when the brake must let go"
     for beta in (0.0, 1.0):
         yield Case(
             "beta",
-            f"beta {beta:g} in closed loop",
             "tracking error out of a wall (share of the peak)",
+            0.15,
+            guard,
+            f"beta {beta:g} in closed loop",
             dynamics.share_error(beta, "parallel"),
             dynamics.share_error(beta, "paper"),
-            0.15,
-            "the sensor says when the brake must let go",
         )
     yield Case(
         "beta",
-        "beta 1, the string is cut in a wall",
         "torque that the knob is stuck with (N m)",
+        dynamics.HELD_BY_FRICTION_NM,
+        guard,
+        "beta 1, the string is cut in a wall",
         dynamics.stuck_torque_nm("parallel", 1.0),
         dynamics.stuck_torque_nm("paper", 1.0),
-        dynamics.HELD_BY_FRICTION_NM,
-        "the sensor says when the brake must let go",
     )
 
 
 def _friction() -> Iterator[Case]:
-    yield Case(
-        "friction",
-        "motor weaker than friction, string cut",
-        "motion that is left after 1 s (rad)",
-        dynamics.weak_motor_motion_rad("regularised"),
-        dynamics.weak_motor_motion_rad("exact"),
-        1e-9,
+    friction, set_valued = (
+        partial(Case, "friction"),
         "friction is set-valued: at rest it is what holds",
     )
-    yield Case(
-        "friction",
-        "a torque that friction holds",
+    yield friction(
+        "motion that is left after 1 s (rad)",
+        1e-9,
+        set_valued,
+        "motor weaker than friction, string cut",
+        *_both(dynamics.weak_motor_motion_rad),
+    )
+    yield friction(
         "speed of the knob (rad/s)",
-        dynamics.creep_rad_s("regularised"),
-        dynamics.creep_rad_s("exact"),
         0.0,
-        "friction is set-valued: at rest it is what holds",
+        set_valued,
+        "a torque that friction holds",
+        *_both(dynamics.creep_rad_s),
     )
     travel = []
     for guarded in (False, True):
         _, angle = dynamics.free_air(guarded)
         travel.append(float(abs(angle[-1] - angle[len(angle) // 2])))
-    yield Case(
-        "friction",
-        "free air, floor of the sensor above friction and drag",
+    yield friction(
         "travel in the second half of a second after a flick (rad)",
-        travel[0],
-        travel[1],
         1e-3,
         "no torque is asked: none is given",
+        "free air, floor of the sensor above friction and drag",
+        *travel,
     )
 
 
 def _brake_lag() -> Iterator[Case]:
+    lags, exponential = partial(Case, "brake lag"), "the exponential is exact for a held command"
     for ratio in (0.1, 1.0, 2.5, 10.0):
         euler, model, exact = dynamics.brake_step(ratio)
-        yield Case(
-            "brake lag",
-            f"control period {ratio:g} times the time constant",
+        yield lags(
             "largest error of the modelled torque (N m)",
+            1e-7,
+            exponential,
+            f"control period {ratio:g} times the time constant",
             float(abs(euler - exact).max()),
             float(abs(model - exact).max()),
-            1e-7,
-            "the exponential is exact for a held command",
         )
     for lag in dynamics.TIME_CONSTANTS_S:
-        yield Case(
-            "brake lag",
-            f"time constant {lag:g} s in closed loop",
+        yield lags(
             "tracking error into a wall (share of the peak)",
-            dynamics.lag_tracking(lag, modelled_s=0.0),
-            dynamics.lag_tracking(lag, modelled_s=lag),
             0.15,
             "the sensor is bounded by what the brake holds by now, and the motor gives the rest",
+            f"time constant {lag:g} s in closed loop",
+            dynamics.lag_tracking(lag, modelled_s=0.0),
+            dynamics.lag_tracking(lag, modelled_s=lag),
         )
     cases = [(1_000_000, lag) for lag in dynamics.TIME_CONSTANTS_S] + [(10_000_000, 1e-3)]
     for period_ns, lag in cases:
-        naive, guarded = dynamics.brake_model_errors_nm(period_ns, lag)
-        yield Case(
-            "brake lag",
-            f"{1e-6 * period_ns:g} ms steps, time constant {lag:g} s, closed loop",
+        yield lags(
             "error of the modelled torque (N m)",
-            naive,
-            guarded,
             1e-6,
-            "the exponential is exact for a held command",
+            exponential,
+            f"{1e-6 * period_ns:g} ms steps, time constant {lag:g} s, closed loop",
+            *dynamics.brake_model_errors_nm(period_ns, lag),
         )
 
 
 def _inertia() -> Iterator[Case]:
+    energy = partial(
+        Case,
+        "inertia ratio",
+        "energy that appears from nothing (relative)",
+        1e-7,
+        "the plant is stepped with the matrix exponential",
+    )
     for ratio in dynamics.INERTIA_RATIOS:
-        naive = dynamics.energy_error(ratio, "regularised")
-        yield Case(
-            "inertia ratio",
-            f"brake over knob {ratio:g}",
-            "energy that appears from nothing (relative)",
-            naive,
-            dynamics.energy_error(ratio, "exact"),
-            1e-7,
-            "the plant is stepped with the matrix exponential",
-        )
+        yield energy(f"brake over knob {ratio:g}", *_both(dynamics.energy_error, ratio))
 
 
 def _rounding() -> Iterator[Case]:
-    naive, guarded = numbers.subnormal_ticks()
-    yield Case(
-        "subnormals",
-        "the controller, a released brake for 60 s",
-        "ticks with a subnormal state",
-        naive,
-        guarded,
-        0.0,
-        "decaying states end at exactly 0",
-    )
-    naive, guarded = numbers.subnormal_plant_states()
-    yield Case(
-        "subnormals",
-        "the emulated knob, a released brake for 60 s",
-        "subnormal torques of motor and brake in 798 looks",
-        naive,
-        guarded,
-        0.0,
-        "decaying states end at exactly 0",
-    )
+    for measure, case, counts in (
+        (
+            "ticks with a subnormal state",
+            "the controller, a released brake for 60 s",
+            numbers.subnormal_ticks,
+        ),
+        (
+            "subnormal torques of motor and brake in 798 looks",
+            "the emulated knob, a released brake for 60 s",
+            numbers.subnormal_plant_states,
+        ),
+    ):
+        guard = "decaying states end at exactly 0"
+        yield Case("subnormals", measure, 0.0, guard, case, *counts())
 
 
 def _delay() -> Iterator[Case]:
-    measure = "oscillation that is left after 1 s (rad)"
+    left = partial(Case, "delay", "oscillation that is left after 1 s (rad)", runs.AT_REST_RAD)
     oscillation = dynamics.bounce_oscillation_rad
     late = oscillation(7.0, "paper", delay_ticks=1)
-    cases = (
-        (
-            "7 N m/rad: a tick late, and not",
-            late,
-            oscillation(7.0, "paper"),
-            "a command acts in the tick that took the count",
-        ),
-        (
-            "7 N m/rad, a tick late: 1 kHz, and 10 kHz",
-            late,
-            oscillation(7.0, "paper", delay_ticks=1, rate_hz=10_000.0),
-            "a faster loop has a shorter tick",
-        ),
-        (
-            "1.5 N m/rad, a tick late: motor alone, and brake",
-            oscillation(1.5, "motor_only", delay_ticks=1),
-            oscillation(1.5, "paper", delay_ticks=1),
-            "the brake takes half of the torque, and dissipates",
-        ),
+    yield left(
+        "a command acts in the tick that took the count",
+        "7 N m/rad: a tick late, and not",
+        late,
+        oscillation(7.0, "paper"),
     )
-    for name, naive, guarded, guard in cases:
-        yield Case("delay", name, measure, naive, guarded, runs.AT_REST_RAD, guard)
+    yield left(
+        "a faster loop has a shorter tick",
+        "7 N m/rad, a tick late: 1 kHz, and 10 kHz",
+        late,
+        oscillation(7.0, "paper", delay_ticks=1, rate_hz=10_000.0),
+    )
+    yield left(
+        "the brake takes half of the torque, and dissipates",
+        "1.5 N m/rad, a tick late: motor alone, and brake",
+        oscillation(1.5, "motor_only", delay_ticks=1),
+        oscillation(1.5, "paper", delay_ticks=1),
+    )
 
 
 def _not_finite() -> Iterator[Case]:
     offered, accepted = not_finite.accepted_in_python()
     yield Case(
         "not finite",
-        f"NaN, +inf, -inf in {offered // 3} quantities of Python",
         "values that were accepted",
-        None,
-        accepted,
         0.0,
         "every value is checked before anything has effect",
+        f"NaN, +inf, -inf in {offered // 3} quantities of Python",
+        None,
+        accepted,
     )
     tried, spoiled = not_finite.spoiled_for_good()
     offered, accepted = not_finite.accepted_as_bytes()
     yield Case(
         "not finite",
-        f"{tried} into the bare law; as bytes in {offered // 3} fields",
         "values that pass, or change the motor's torque for good",
-        spoiled,
-        accepted,
         0.0,
         "every report is checked whole before it has effect",
+        f"{tried} into the bare law; as bytes in {offered // 3} fields",
+        spoiled,
+        accepted,
     )
 
 
 def _precision() -> Iterator[Case]:
-    measure = "32 against 64 bits: difference of the motor's torque (N m)"
-    for law in ("paper", "compensated"):
-        options = runs.push_options(runs.per_degree(30), law)
-        _, difference = numbers.precision_trace(options, runs.PUSH_DURATION_S)
-        yield Case(
-            "precision",
-            f"into a wall and out, law '{law}'",
-            measure,
-            numbers.turning_error_nm(1.0)[0],
-            float(abs(difference).max()),
-            1e-6,
-            "large numbers are integers, floats stay small",
-        )
-    _, difference = numbers.precision_trace(runs.bounce_options(15.0), 1.0)
-    yield Case(
+    precise = partial(
+        Case,
         "precision",
-        "a virtual spring beyond its limit",
-        measure,
-        numbers.turning_error_nm(1.0)[0],
-        float(abs(difference).max()),
+        "32 against 64 bits: difference of the motor's torque (N m)",
         1e-6,
         "large numbers are integers, floats stay small",
     )
+    wall, wall_s = runs.per_degree(30), runs.PUSH_DURATION_S
+    cases = (
+        ("into a wall and out, law 'paper'", runs.push_options(wall, "paper"), wall_s),
+        ("into a wall and out, law 'compensated'", runs.push_options(wall, "compensated"), wall_s),
+        ("a virtual spring beyond its limit", runs.bounce_options(15.0), 1.0),
+    )
+    naive = numbers.turning_error_nm(1.0)[0]
+    for case, options, duration_s in cases:
+        _, difference = numbers.precision_trace(options, duration_s)
+        yield precise(case, naive, float(abs(difference).max()))
 
 
 def show(results: Results, console: Console) -> None:

@@ -8,7 +8,7 @@ from typing import Any, Final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from torsio_studies.common import (
+from torsio.drawing import (
     BLACK,
     BLUE,
     GREEN,

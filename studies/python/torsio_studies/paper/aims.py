@@ -8,7 +8,7 @@ from typing import Final
 
 from rich.table import Table
 
-from torsio import perception
+from torsio import perception, screen
 from torsio.closed_loop import LoopOptions, simulate
 from torsio.config import ControlConfig, Law
 from torsio.hands import ImpedanceHand
@@ -176,13 +176,12 @@ def run(study: Study) -> Results:
 
 def table(results: Results) -> Table:
     """Give the variants beside the aims, for the screen."""
-    shown = Table(box=None, pad_edge=False, header_style="bold")
-    shown.add_column("electrics,\n20 kHz, 32,768 counts", no_wrap=True)
-    for heading in (
-        "out", "gap\nmN·m", "soft gap\nmN·m", "sensor\nmN·m", "imper-\nfect", "exits\nms",
-        "drag\nmN·m", "out\nJND", "gap\nJND",
-    ):  # fmt: skip
-        shown.add_column(heading, justify="right")
+    shown = screen.table(
+        "electrics,\n20 kHz, 32,768 counts", "out", "gap\nmN·m", "soft gap\nmN·m",
+        "sensor\nmN·m", "imper-\nfect", "exits\nms", "drag\nmN·m", "out\nJND", "gap\nJND",
+        words=1,
+    )  # fmt: skip
+    shown.columns[0].no_wrap = True
     for row in (*results["rows"], {"variant": "aim", **results["aims"]}):
         felt = row.get("jnds")
         slowest = row["slowest_exit_s"]

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from torsio.telemetry import Record
-from torsio_studies.common import (
+from torsio.drawing import (
     BLACK,
     BLUE,
     GREEN,
@@ -17,11 +16,12 @@ from torsio_studies.common import (
     PURPLE,
     RED,
     WALL_FILL,
-    Study,
     caption,
     headline,
     label,
 )
+from torsio.telemetry import Record
+from torsio_studies.common import Study
 from torsio_studies.paper import runs
 
 

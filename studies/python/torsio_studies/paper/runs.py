@@ -13,6 +13,7 @@ import numpy.typing as npt
 from torsio import checks, perception
 from torsio.closed_loop import ClosedLoop, LoopOptions, SpinUp, simulate, simulate_many
 from torsio.config import ControlConfig, Law
+from torsio.demos.wall import rms
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
 from torsio.plant import PlantParams, ShaftHardening
 from torsio.scenes import Spring, Wall
@@ -173,11 +174,6 @@ def rendered_nm(rows: Record) -> Array:
 def ideal_nm(rows: Record, stiffness: float, surface_rad: float = WALL_RAD) -> Array:
     """Give what a perfect wall would where the knob truly is."""
     return np.asarray(-stiffness * np.maximum(rows["angle_rad"] - surface_rad, 0.0))
-
-
-def rms(values: Array) -> float:
-    """Root of the mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def measure_push(rows: Record, stiffness: float) -> Push:

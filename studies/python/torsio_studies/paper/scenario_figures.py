@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from torsio.telemetry import Record
-from torsio_studies.common import (
+from torsio.drawing import (
     BLACK,
     BLUE,
     GREEN,
@@ -17,12 +16,14 @@ from torsio_studies.common import (
     ORANGE,
     PURPLE,
     RED,
+    TEXT,
     WALL_FILL,
-    Study,
     caption,
     headline,
     label,
 )
+from torsio.telemetry import Record
+from torsio_studies.common import Study
 from torsio_studies.paper import runs
 
 LAW_COLOR = {
@@ -142,7 +143,7 @@ def scenario_2(study: Study, visits: Mapping[float, tuple[Record, runs.Push]]) -
             "Where the shaft's spring is empty inside the wall, it begins to pull the wrong way "
             "until the brake has let go: the dip on the way out is the torque gap.",
             fontsize=10,
-            color="#444444",
+            color=TEXT,
         )
 
 
@@ -169,7 +170,7 @@ def _mirrored(panel: Axes, stiffness: float, rows: Record, push: runs.Push) -> N
         f"error {100 * push.tracking_rms_in:.1f} % in, {100 * push.tracking_rms_out:.1f} % out\n"
         f"largest gap {1e3 * push.torque_gap_nm:.0f} mN·m"
     )
-    panel.text(0.03, 0.97, text, transform=panel.transAxes, fontsize=9, va="top", color="#444444")
+    panel.text(0.03, 0.97, text, transform=panel.transAxes, fontsize=9, va="top", color=TEXT)
 
 
 def _round_ticks(top: float) -> list[float]:
@@ -216,15 +217,7 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
         time = 1e3 * (rows["time_s"] - runs.CUT_S)
         right.set_title("Torques on the knob, the paper's law")
         right.axhline(0, color=GREY, lw=0.8)
-        lines = (
-            ("desired_torque_nm", BLACK, "wanted", 1.6),
-            ("motor_torque_nm", ORANGE, "motor", 1.6),
-            ("spring_torque_nm", GREEN, "spring of the shaft", 1.6),
-            ("brake_capacity_nm", PURPLE, "what the brake can hold", 1.6),
-        )
-        for name, color, text, width in lines:
-            sign = 1.0 if name == "brake_capacity_nm" else -1.0
-            right.plot(time, sign * 1e3 * rows[name], color=color, lw=width, label=text)
+        _torques(right, time, rows)
         right.set_xlim(-15, 80)
         right.set_xlabel("time after the cut (ms)")
         right.set_ylabel("out of the wall (mN·m)")
@@ -241,6 +234,17 @@ def scenario_3(study: Study, cuts: Mapping[str, tuple[Record, runs.Cut]], stiffn
             "deep in the wall.",
             width=82,
         )
+
+
+def _torques(axes: Axes, time: runs.Array, rows: Record) -> None:
+    """Draw what is wanted, who gives it, and what the brake could hold, against the hand."""
+    for name, sign, color, text in (
+        ("desired_torque_nm", -1e3, BLACK, "wanted"),
+        ("motor_torque_nm", -1e3, ORANGE, "motor"),
+        ("spring_torque_nm", -1e3, GREEN, "spring of the shaft"),
+        ("brake_capacity_nm", 1e3, PURPLE, "what the brake can hold"),
+    ):
+        axes.plot(time, sign * rows[name], color=color, lw=1.6, label=text)
 
 
 def wall_events(
@@ -276,18 +280,7 @@ def wall_events(
         top.set_ylim(1.1 * float(depth.min()), high)
         top.set_ylabel("depth of the knob (degrees)")
         bottom.axhline(0, color=GREY, lw=0.8)
-        bottom.plot(time, -1e3 * rows["desired_torque_nm"], color=BLACK, lw=1.6, label="wanted")
-        bottom.plot(time, -1e3 * rows["motor_torque_nm"], color=ORANGE, lw=1.8, label="motor")
-        bottom.plot(
-            time, -1e3 * rows["spring_torque_nm"], color=GREEN, lw=1.8, label="spring of the shaft"
-        )
-        bottom.plot(
-            time,
-            1e3 * rows["brake_capacity_nm"],
-            color=PURPLE,
-            lw=1.4,
-            label="what the brake can hold",
-        )
+        _torques(bottom, time, rows)
         bottom.set_ylabel("torque against the hand (mN·m)")
         bottom.set_xlabel("time (s)")
         bottom.set_xlim(0, float(time[push.last]) + 0.12)
@@ -314,7 +307,7 @@ def wall_events(
                 0.125 - 0.068 * line,
                 f"{number}  {text}".replace("\n", "\n    "),
                 fontsize=9.5,
-                color="#444444",
+                color=TEXT,
                 va="top",
                 linespacing=1.3,
             )

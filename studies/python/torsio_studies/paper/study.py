@@ -42,6 +42,7 @@ from rich.table import Table
 from torsio import perception
 from torsio.closed_loop import LoopOptions, simulate, simulate_many
 from torsio.config import Law
+from torsio.drawing import BLUE, GREEN, GREY, ORANGE
 from torsio.plant import BrakeHysteresis, PlantParams, ShaftHardening
 from torsio.telemetry import Record
 from torsio_studies.common import Results, Study
@@ -50,10 +51,10 @@ from torsio_studies.paper.statements import statements
 
 # name, colour, and what differs from the paper's loop
 BOUNCE_LOOPS: tuple[tuple[str, str, dict[str, Any]], ...] = (
-    ("paper's law, 1 kHz", "#0072B2", {}),
-    ("one sample of delay", "#D55E00", {"delay_ticks": 1}),
-    ("10 kHz", "#009E73", {"rate_hz": 10_000.0}),
-    ("motor alone, 1 kHz", "#8a8a8a", {"law": "motor_only"}),
+    ("paper's law, 1 kHz", BLUE, {}),
+    ("one sample of delay", ORANGE, {"delay_ticks": 1}),
+    ("10 kHz", GREEN, {"rate_hz": 10_000.0}),
+    ("motor alone, 1 kHz", GREY, {"law": "motor_only"}),
 )
 WALLS = (10.0, 20.0, 30.0, 50.0, 70.0, 100.0)  # mN m per degree
 PULLS_S = (0.5, 1.0, 2.0, 4.0)
@@ -269,16 +270,9 @@ def _better(study: Study) -> Results:
     rows = []
     for name, options in study.track(BETTER, "better than the paper"):
         _, push = runs.run_push(runs.push_options(runs.per_degree(30.0), **options))
-        rows.append(
-            {
-                "variant": name,
-                "tracking_rms_in": push.tracking_rms_in,
-                "tracking_rms_out": push.tracking_rms_out,
-                "torque_gap_nm": push.torque_gap_nm,
-                "sensor_rms_nm": push.sensor_rms_nm,
-                "jnds": push.jnds(),
-            }
-        )
+        measures = ("tracking_rms_in", "tracking_rms_out", "torque_gap_nm", "sensor_rms_nm")
+        found = {measure: getattr(push, measure) for measure in measures}
+        rows.append({"variant": name, **found, "jnds": push.jnds()})
     law_figures.better(study, rows)
     return {"rows": [{**row, "variant": str(row["variant"]).replace("\n", " ")} for row in rows]}
 
