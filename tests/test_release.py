@@ -19,6 +19,7 @@ from tools import (
     release,
     sdist,
     wheel_commands,
+    wheel_compilers,
     wheel_pythons,
     wheel_trials,
     wheels,
@@ -102,6 +103,18 @@ def test_wheel_that_has_other_bytes_when_it_is_built_again_is_told(
     (tmp_path / "objects-x").mkdir()
     with pytest.raises(wheel_commands.Failed, match=f"{wheel.name} has other bytes"):
         wheels.build_again("x", ["3.11"], "", tmp_path)
+
+
+def test_compilers_do_not_tell_cmake_what_is_in_zigs_cache(tmp_path: Path) -> None:
+    prints = tmp_path / "python"
+    prints.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
+    prints.chmod(0o755)
+    compilers = wheel_compilers.compilers(tmp_path / "tools", "win_amd64", prints)
+    for path in compilers.variables.values():
+        asked = [path, "-v", "-c", "a b.cpp", "-v", "-o", "-verbose"]
+        told = subprocess.run(asked, capture_output=True, text=True, check=True).stdout
+        assert told.splitlines()[-4:] == ["-c", "a b.cpp", "-o", "-verbose"]
+        assert "-v" not in told.splitlines()
 
 
 def test_sources_that_apt_cannot_fetch_are_told_with_its_reason(

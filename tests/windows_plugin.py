@@ -43,7 +43,9 @@ TESTS = {
     "test_forked_child_with_an_open_knob_ends_and_may_open_its_own": _FORK,
     "test_interrupt_ends_a_waiting_iteration_at_once": _FORK,
     "test_interrupt_ends_call_at_once": _FORK,
+    "test_interrupt_ends_the_wait": _FORK,
     "test_interrupt_in_an_event_callback_goes_on_to_the_program": _FORK,
+    "test_interrupted_demo_has_status_130": _FORK,
     "test_interrupted_recording_has_its_samples": _FORK,
     "test_knob_in_sysfs_is_found_with_port_serial_driver_and_file": _LINUX,
     "test_knob_that_another_driver_holds_is_a_problem": _LINUX,
@@ -58,10 +60,12 @@ TESTS = {
     "test_signal_ends_a_program_at_once": _FORK,
     "test_stream_has_the_wall_and_the_distances_of_the_device": "its library is not fetched",
     "test_what_cannot_be_read_is_told_with_its_reason": "takes rights away as Unix does",
+    "test_two_drives_are_not_guessed_between": _LINUX,
     "test_who_has_neither_name_nor_folder_is_impersonal_as_they_are": "has Unix's list of users",
 }
 PARAMETERS = {
     "test_example_runs[stream_to_lsl]": "its library is not fetched",
+    "test_place_that_cannot_be_written_is_named_before_the_visit[arguments3]": _PATHS,
     "test_short_and_long_option_for_help_are_the_same[arguments3]": "is about the studies",
 }
 

@@ -23,6 +23,14 @@ TARGETS = {
     "macos_arm64": "aarch64-macos",
     "macos_x86_64": "x86_64-macos",
 }
+# CMake asks with -v what programs are linked to by themselves, and then names that too. It would be
+# files in Zig's cache: others on each machine, and other ones again in its first run on one.
+_SILENT = """\
+for word; do
+  shift
+  [ "$word" = -v ] || set -- "$@" "$word"
+done
+"""
 _WORDS = {"clang": "cc", "clang++": "c++", "ar": "ar", "ranlib": "ranlib", "windres": "rc"}
 
 
@@ -79,7 +87,8 @@ def compilers(folder: Path, architecture: str, python: Path) -> Compilers:
     target = f"-target {TARGETS[architecture]} -fno-sanitize=all"
     for name, word in _WORDS.items():
         words = f"{word} {target}" if name.startswith("clang") else word
-        text = f'#!/bin/sh\nexec "{python}" -m ziglang {words} "$@"\n'
+        silent = _SILENT if name.startswith("clang") else ""
+        text = f'#!/bin/sh\n{silent}exec "{python}" -m ziglang {words} "$@"\n'
         # A compiler cache takes a file with another date for another compiler.
         if not (folder / name).exists() or (folder / name).read_text() != text:
             (folder / name).write_text(text)
