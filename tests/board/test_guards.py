@@ -229,7 +229,7 @@ def test_current_sensor_whose_zero_moves_throws_the_knob_without_the_guard() -> 
     with felt.binary(felt.plant_of(bench.chosen.name), unguarded) as found:
         take_away(found.board, "winding")
         felt.prepare(found, law="motor_only")
-        run = felt.shift_zero(found, -0.8, 0.3)
+        run = felt.shift_zero(found, 0.8, 0.3)
         assert run.off_s is None
         assert run.fastest_rad_s > 50.0
 
