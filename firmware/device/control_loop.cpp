@@ -23,8 +23,8 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
 // What reported_by() and hold_back() make of the inputs, and nothing else does.
-constexpr std::uint32_t kReported =
-    fault::emergency_stop | fault::actuator | fault::current_sensor | fault::winding;
+constexpr std::uint32_t kReported = fault::emergency_stop | fault::actuator |
+                                    fault::current_sensor | fault::winding | fault::temperature;
 
 /// Faults that inputs report.
 std::uint32_t reported_by(const TickInputs& in) {

@@ -241,7 +241,7 @@ def main(boards: list[str]) -> None:
                     danger.name,
                     off_ms=round(passed_ms, 2),
                     tells=told,
-                    without_guard_a=None if left is None else round(left.amperes, 1),
+                    without_guard_a=None if left is None else _short(left.amperes),
                 )
         _run_aways(board)
         _supplies(board)

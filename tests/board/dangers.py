@@ -41,6 +41,8 @@ class Danger:
         It takes a restart to be so.
     rests
         It happens to a board that is armed and asks for nothing.
+    behind
+        The guard behind it, which must be away as well to see what is left.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Danger:
     mend: Callable[[EmulatedPico], object] = lambda board: board.do("motor")
     restarts: bool = False
     rests: bool = False
+    behind: str = ""
 
     def __str__(self) -> str:
         return self.name
@@ -81,11 +84,11 @@ DANGERS = (
     Danger("bridge reports a fault", _pin(12, high=False),
            "bridge's word", "actuator", 0.3, _pin(12, high=True)),
     Danger("3.2 A flow, the limit being 2", _motor(sensor_amperes=3.2),
-           "over-current", "actuator", 0.6),
+           "over-current", "actuator", 0.6, behind="winding"),
     Danger("current sensor dead: 0 V", _motor(sensor_amperes=-100.0),
-           "over-current", "actuator", 0.6),
+           "over-current", "actuator", 0.6, behind="winding"),
     Danger("current sensor saturated: 3.3 V", _motor(sensor_amperes=100.0),
-           "over-current", "actuator", 0.6),
+           "over-current", "actuator", 0.6, behind="winding"),
     Danger("current sensor stuck at its zero", _motor(sensor_amperes=0.0),
            "winding", "winding", 10),
     Danger("current sensor stuck at 1 A", _motor(sensor_amperes=1.0), "winding", "winding", 10),
@@ -323,9 +326,10 @@ def endure(board: EmulatedPico, danger: Danger) -> Left | None:
     It is mended and has its guard then. Returns None if everything was off, so that the guard was
     not what it takes.
     """
+    guards = [name for name in (danger.guard, danger.behind) if name]
     if danger.restarts:
-        start_without(board, danger.guard)
-    take_away(board, danger.guard)
+        start_without(board, *guards)
+    take_away(board, *guards)
     push(board, 0 if danger.rests else 300)
     danger.happen(board)
     board.run(1.2 * danger.limit_ms(board) + 1)

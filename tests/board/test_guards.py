@@ -6,6 +6,7 @@ And what would be if it did not: with firmware in which that guard is switched o
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -15,6 +16,7 @@ from tests.board import felt
 from tests.board import pico as bench
 from tests.board.dangers import (
     DANGERS,
+    FINE_MS,
     LITTLE,
     PLENTY,
     PUSHED_A,
@@ -28,7 +30,7 @@ from tests.board.dangers import (
     start_with_other_layout,
     time_until_off_ms,
 )
-from tests.board.pico import EmulatedPico, confirm, enumerated, rewired
+from tests.board.pico import MS, EmulatedPico, confirm, enumerated, rewired
 from tests.board.unguarded import GUARDS, image, mutated, start_without, take_away, unguarded
 from torsio.hands import NoHand
 
@@ -44,6 +46,17 @@ def bare_pico(_model: None) -> Iterator[EmulatedPico]:
         yield board
 
 
+def _documented_ms(danger: Danger) -> float:
+    """Give the reaction of the chosen board by the table in docs/hardware.md."""
+    text = (bench.TREE / "docs" / "hardware.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (.*) \| (.*) \| (.*) \| .* \| .* \| .* \|$", text, re.MULTILINE)
+    (cells,) = (
+        cells for name, *cells in rows if name.removesuffix(", anywhere in its tick") == danger.name
+    )
+    told = cells[["pico2", "pico"].index(bench.chosen.name)]
+    return 0.0 if told == "at once" else float(told.removesuffix(" ms"))
+
+
 def test_every_guard_is_where_it_is_said_to_be() -> None:
     assert "torsio_mutant_is(0)" in mutated()[GUARDS["emergency stop"].file]
 
@@ -53,6 +66,9 @@ def test_danger_cuts_the_power_and_is_told(lasting_pico: EmulatedPico, danger: D
     passed_ms, told = react(lasting_pico, danger)
     assert passed_ms <= danger.limit_ms(lasting_pico)
     assert told == danger.tells
+    # As the table has it, give or take two looks at the means.
+    look_ms = 64 * lasting_pico.model.step_ns / MS if passed_ms > 1.0 else FINE_MS
+    assert _documented_ms(danger) == pytest.approx(passed_ms, rel=0.1, abs=2 * look_ms)
     # Mended and cleared it works again.
     push(lasting_pico)
     assert lasting_pico.motor()
@@ -229,7 +245,7 @@ def test_current_sensor_whose_zero_moves_throws_the_knob_without_the_guard() -> 
     with felt.binary(felt.plant_of(bench.chosen.name), unguarded) as found:
         take_away(found.board, "winding")
         felt.prepare(found, law="motor_only")
-        run = felt.shift_zero(found, -0.8, 0.3)
+        run = felt.shift_zero(found, 0.8, 0.3)
         assert run.off_s is None
         assert run.fastest_rad_s > 50.0
 

@@ -38,7 +38,7 @@ def test_over_current_is_a_fault_after_three_measurements_at_one_and_a_half_time
 ) -> None:
     _push_hard(pico)
     pico.do("motor", sensor_amperes=1.4 * LIMIT_A)
-    pico.run(3)
+    pico.run(1)
     assert pico.motor() is not None
     pico.do("motor", sensor_amperes=1.6 * LIMIT_A)
     pico.run(2 * pico.model.step_ns / MS)

@@ -222,7 +222,8 @@ TEST_CASE("the longest jump that is none is what a knob makes at 2000 rad/s") {
 }
 
 TEST_CASE("a fault of the power stage is called what the board calls it") {
-  for (const std::uint16_t named : {fault::current_sensor, fault::winding, fault::actuator}) {
+  for (const std::uint16_t named :
+       {fault::current_sensor, fault::winding, fault::actuator, fault::temperature}) {
     Rig rig;
     rig.inputs.actuator_fault = true;
     rig.inputs.power_faults = named;
