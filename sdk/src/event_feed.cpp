@@ -48,6 +48,7 @@ void EventFeed::set_callback(Callback callback) {
     if (telling_->closed) return;
     telling_->events.clear();
     telling_->callback.swap(changed);
+    has_callback_ = wanted;
     failure = std::exchange(telling_->failure, nullptr);
   }
   changed.reset();  // the old one's end may be anything, so it comes under no lock
@@ -99,7 +100,7 @@ void EventFeed::Telling::run() {
 }
 
 void EventFeed::tell() {
-  if (own_thread_) return;
+  if (own_thread_ || !has_callback_) return;
   std::unique_lock lock(telling_->mutex);
   if (telling_->teller != std::thread::id()) return;
   while (telling_->tell_one(lock)) {

@@ -2,6 +2,7 @@
 /// Events on their way to the user: kept until they are taken, and told to a callback.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -67,7 +68,8 @@ class EventFeed {
   };
 
   const bool own_thread_;
-  mutable std::mutex mutex_;  // guards the next two
+  std::atomic<bool> has_callback_{false};  // for tell(), which mostly finds none, frame by frame
+  mutable std::mutex mutex_;               // guards the next two
   std::deque<Event> kept_;
   std::uint64_t lost_ = 0;
   std::shared_ptr<Telling> telling_ = std::make_shared<Telling>();

@@ -2,9 +2,7 @@
 /// A lock for calls that take long.
 #pragma once
 
-#include <condition_variable>
-#include <cstdint>
-#include <mutex>
+#include <atomic>
 
 namespace torsio {
 
@@ -13,23 +11,21 @@ namespace torsio {
 class FairMutex {
  public:
   void lock() {
-    std::unique_lock guard(mutex_);
-    const std::uint64_t ticket = next_ticket_++;
-    turn_.wait(guard, [&] { return ticket == now_serving_; });
+    const unsigned ticket = next_ticket_.fetch_add(1, std::memory_order_relaxed);
+    while (true) {
+      const unsigned now_serving = now_serving_.load(std::memory_order_acquire);
+      if (now_serving == ticket) return;
+      now_serving_.wait(now_serving, std::memory_order_relaxed);
+    }
   }
   void unlock() {
-    {
-      const std::lock_guard guard(mutex_);
-      ++now_serving_;
-    }
-    turn_.notify_all();
+    now_serving_.fetch_add(1, std::memory_order_release);
+    now_serving_.notify_all();
   }
 
  private:
-  std::mutex mutex_;
-  std::condition_variable turn_;
-  std::uint64_t next_ticket_ = 0;
-  std::uint64_t now_serving_ = 0;
+  std::atomic<unsigned> next_ticket_{0};
+  std::atomic<unsigned> now_serving_{0};
 };
 
 }  // namespace torsio

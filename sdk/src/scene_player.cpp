@@ -30,10 +30,10 @@ void ScenePlayer::play(const conversion::EncodedScene& scene) {
   }
 
   // Until the commit is acknowledged nobody knows what of this the device has written down.
-  for (std::size_t i = 0; i < kPieces; ++i) {
+  for (std::size_t i = 0; i < scene.pieces.size(); ++i) {
     if (piece_differs.at(i)) pieces_.at(i).reset();
   }
-  for (std::size_t i = 0; i < slots_.size(); ++i) {
+  for (std::size_t i = 0; i < scene.slots.size(); ++i) {
     if (slot_differs.at(i)) slots_.at(i).reset();
   }
   for (const protocol::Acknowledgement& answer : session_.exchange(reports)) {

@@ -79,15 +79,17 @@ void Session::stop_stream_quietly() noexcept {
 
 bool Session::wait_until(const std::function<bool()>& done, std::int64_t timeout_ns) {
   std::unique_lock lock(mutex_);
-  const std::int64_t now_ns = transport_->now_ns();
+  const std::int64_t begin_ns = transport_->now_ns();
   const std::int64_t deadline_ns =
-      timeout_ns < INT64_MAX - now_ns ? now_ns + timeout_ns : INT64_MAX;
+      timeout_ns < INT64_MAX - begin_ns ? begin_ns + timeout_ns : INT64_MAX;
   auto ask_at = steady_clock::now() + kAskEvery;
   while (true) {
     // What has arrived counts even if the device is gone now.
     if (done()) return true;
     throw_if_gone();
-    if (transport_->now_ns() >= deadline_ns) return false;
+    // To ask a virtual clock takes a lock, so it is asked once a frame.
+    const std::int64_t now_ns = transport_->now_ns();
+    if (now_ns >= deadline_ns) return false;
 
     if (steady_clock::now() >= ask_at) {
       lock.unlock();
@@ -98,12 +100,12 @@ bool Session::wait_until(const std::function<bool()>& done, std::int64_t timeout
       ask_at = steady_clock::now() + kAskEvery;
       lock.lock();
     } else if (transport_->time_is_virtual()) {
-      pass_frame(deadline_ns);
+      pass_frame(now_ns, deadline_ns);
       lock.unlock();
       events_.tell();
       lock.lock();
     } else {
-      const auto left = std::chrono::nanoseconds(deadline_ns - transport_->now_ns());
+      const auto left = std::chrono::nanoseconds(deadline_ns - now_ns);
       news_.wait_until(lock, std::min<steady_clock::time_point>(
                                  ask_at, steady_clock::now() +
                                              std::min<std::chrono::nanoseconds>(left, kAskEvery)));
@@ -121,11 +123,11 @@ void Session::throw_if_gone() const {
   if (!lost_.empty()) throw Disconnected(lost_);
 }
 
-/// Virtual time: passes to the next frame of the cable, but not beyond `limit_ns`. Input is taken
-/// in and signs of life are sent at frames only, which lie at absolute times, so that it makes no
-/// difference how calls cut the time.
-void Session::pass_frame(std::int64_t limit_ns) {
-  const std::int64_t frame = transport_->now_ns() / kFrameNs + 1;
+/// Virtual time: passes from now to the next frame of the cable, but not beyond `limit_ns`. Input
+/// is taken in and signs of life are sent at frames only, which lie at absolute times, so that it
+/// makes no difference how calls cut the time.
+void Session::pass_frame(std::int64_t now_ns, std::int64_t limit_ns) {
+  const std::int64_t frame = now_ns / kFrameNs + 1;
   if (frame * kFrameNs > limit_ns) {
     transport_->advance_to(limit_ns);
     return;

@@ -205,7 +205,7 @@ class Session {
   /// For the taps; with the lock held.
   void log(bool sent, const protocol::ReportBytes& report);
   static protocol::ReportBytes keep_alive_report();
-  void pass_frame(std::int64_t limit_ns);
+  void pass_frame(std::int64_t now_ns, std::int64_t limit_ns);
   void take_in_virtual();
 
   void read_loop();

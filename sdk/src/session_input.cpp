@@ -94,7 +94,7 @@ void Session::dispatch(const protocol::Telemetry& report) {
     for (Recording* recording : recordings_) taken |= recording->take(sample);
     if (!ring_.push(sample) && !taken) ++statistics_.samples_lost;
     ++statistics_.samples_received;
-    latest_ = sample;
+    if (sample.tick == last_tick) latest_ = sample;
     newest_tick_ = sample.tick;
   };
   statistics_.samples_lost += decoder_.decode(report, take);

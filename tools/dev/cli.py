@@ -32,6 +32,18 @@ def _plain(command: str, function: Callable[[], int]) -> Callable[[Sequence[str]
     return start
 
 
+def _with_flag(
+    command: str, flag: str, function: Callable[[Sequence[str]], int]
+) -> Callable[[Sequence[str]], int]:
+    def start(arguments: Sequence[str]) -> int:
+        parser = _parser(command)
+        parser.add_argument(flag, action="store_true")
+        parser.parse_args(arguments)
+        return function(arguments)
+
+    return start
+
+
 def _build(arguments: Sequence[str]) -> int:
     known = (*building.PRESETS, "python")
     for preset in arguments:
@@ -40,24 +52,10 @@ def _build(arguments: Sequence[str]) -> int:
     return commands.build(arguments or ("dev", "python"))
 
 
-def _check(arguments: Sequence[str]) -> int:
-    parser = _parser("check")
-    parser.add_argument("--fix", action="store_true")
-    parser.parse_args(arguments)
-    return commands.check(arguments)
-
-
 def _udev(arguments: Sequence[str]) -> int:
     parser = _parser("udev")
     parser.add_argument("--remove", action="store_true")
     return commands.udev(remove=parser.parse_args(arguments).remove)
-
-
-def _generate(arguments: Sequence[str]) -> int:
-    parser = _parser("generate")
-    parser.add_argument("--check", action="store_true")
-    parser.parse_args(arguments)
-    return commands.generate(arguments)
 
 
 def _fresh(arguments: Sequence[str]) -> int:
@@ -76,7 +74,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "setup": _plain("setup", commands.setup),
     "build": _build,
     "test": commands.test,
-    "check": _check,
+    "check": _with_flag("check", "--fix", commands.check),
     "demo": commands.demo,
     "game": commands.game,
     "studio": commands.studio,
@@ -93,7 +91,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "windows": commands.windows,
     "macos": commands.macos,
     "udev": _udev,
-    "generate": _generate,
+    "generate": _with_flag("generate", "--check", commands.generate),
     "fresh": _fresh,
     "clean": _plain("clean", commands.clean),
 }

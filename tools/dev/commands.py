@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NoReturn
@@ -129,11 +129,23 @@ def test(arguments: Sequence[str]) -> int:
     become(*without_aslr(PYTHON, "-m", "pytest", "-n", str(WORKERS), *arguments))
 
 
-def check(arguments: Sequence[str]) -> int:
-    """Run the formatters and linters."""
-    with lock():
-        environment.set_up("tests", "game")  # whose headers are compiled
-    become(PYTHON, "-m", "tools.check", *arguments)
+def _handed_on(module: str, *groups: str) -> Callable[[Sequence[str]], int]:
+    """Make a command that sets up what a program needs, and becomes that program."""
+
+    def start(arguments: Sequence[str]) -> int:
+        with lock():
+            environment.set_up("tests", *groups)
+        become(PYTHON, "-m", module, *arguments)
+
+    return start
+
+
+# What each does its module says. A check reads the game's headers too.
+check = _handed_on("tools.check", "game")
+determinism = _handed_on("tests.determinism.determinism", "compilers")
+windows = _handed_on("tools.windows", "windows", "wheels")
+macos = _handed_on("tools.macos")
+generate = _handed_on("tools.definition.generate")
 
 
 def demo(arguments: Sequence[str]) -> int:
@@ -253,13 +265,6 @@ def fuzz(arguments: Sequence[str]) -> int:
     become(*without_aslr(PYTHON, "-m", "tests.fuzz.fuzz", *arguments))
 
 
-def determinism(arguments: Sequence[str]) -> int:
-    """Compare the lives of knobs; see ``tests/determinism/determinism.py``."""
-    with lock():
-        environment.set_up("tests", "compilers")
-    become(PYTHON, "-m", "tests.determinism.determinism", *arguments)
-
-
 def soak(arguments: Sequence[str]) -> int:
     """Let knobs live for hours of virtual time; see ``tests/determinism/soak.cpp``."""
     hours, *rest = arguments or ["1000"]
@@ -307,20 +312,6 @@ def firmware() -> int:
         return run("ls", "-l", *sorted(files))
 
 
-def windows(arguments: Sequence[str]) -> int:
-    """Build for Windows and run the tests under Wine; see ``tools/windows.py``."""
-    with lock():
-        environment.set_up("tests", "windows", "wheels")
-    become(PYTHON, "-m", "tools.windows", *arguments)
-
-
-def macos(arguments: Sequence[str]) -> int:
-    """Compile for macOS; see ``tools/macos.py``."""
-    with lock():
-        environment.set_up("tests")
-    become(PYTHON, "-m", "tools.macos", *arguments)
-
-
 def wheels(arguments: Sequence[str]) -> int:
     """Build the wheels; see ``tools/wheels.py``."""
     with lock():
@@ -344,13 +335,6 @@ def release(arguments: Sequence[str]) -> int:
     if status := run(PYTHON, "-m", "tools.site"):
         return status
     return run(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
-
-
-def generate(arguments: Sequence[str]) -> int:
-    """Write what is printed from the field lists anew, where it is stale."""
-    with lock():
-        environment.set_up("tests")
-    become(PYTHON, "-m", "tools.definition.generate", *arguments)
 
 
 def udev(*, remove: bool) -> int:

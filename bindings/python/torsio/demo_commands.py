@@ -11,7 +11,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 import torsio
@@ -19,7 +18,7 @@ from torsio import perception
 from torsio.command import AsJson, Device, choose, complain, is_emulated, opened, plainly
 from torsio.demos import output, wall
 from torsio.extras import how_to_install
-from torsio.screen import err, line, out
+from torsio.screen import err, line, out, progress
 
 __all__ = ["add_to"]
 
@@ -105,16 +104,10 @@ def _prompt_user(say: Console) -> None:
 
 
 def _run_with_progress(knob: torsio.Knob, say: Console) -> wall.WallVisit:
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TimeElapsedColumn(),
-        console=say,
-    ) as progress:
-        task = progress.add_task("visiting the wall", total=1.0)
-        visit = wall.run(knob, lambda share: progress.update(task, completed=share))
-        progress.update(task, completed=1.0)
+    with progress(say) as shown:
+        task = shown.add_task("visiting the wall", total=1.0)
+        visit = wall.run(knob, lambda share: shown.update(task, completed=share))
+        shown.update(task, completed=1.0)
     return visit
 
 

@@ -86,10 +86,6 @@ class Refused(Error, RuntimeError):
         self.field = field
         self.reason = reason
 
-    def __reduce__(self) -> tuple[type[Refused], tuple[str, str, str, str, str]]:
-        """Keep the attributes when pickled."""
-        return type(self), (str(self), self.status, self.report, self.field, self.reason)
-
 
 class Disarmed(Error, RuntimeError):
     """The torque went while `Knob.record` had been told that it must stay.
@@ -103,10 +99,6 @@ class Disarmed(Error, RuntimeError):
     def __init__(self, message: str, reason: str = "") -> None:
         super().__init__(message)
         self.reason = reason
-
-    def __reduce__(self) -> tuple[type[Disarmed], tuple[str, str]]:
-        """Keep the attribute when pickled."""
-        return type(self), (str(self), self.reason)
 
 
 class HeldLowWarning(UserWarning):
@@ -129,10 +121,6 @@ class MalformedReport(InvalidArgument):
         self.status = status
         self.report = report
         self.field = field
-
-    def __reduce__(self) -> tuple[type[MalformedReport], tuple[str, str, str, str]]:
-        """Keep the attributes when pickled."""
-        return type(self), (str(self), self.status, self.report, self.field)
 
 
 class Timeout(Error, TimeoutError):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import sys
 
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-__all__ = ["asks", "err", "line", "out", "table"]
+__all__ = ["asks", "err", "line", "out", "progress", "table"]
 
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
@@ -24,6 +25,12 @@ def table(*headings: str, words: int = 0) -> Table:
     for i, heading in enumerate(headings):
         made.add_column(heading, justify="left" if i < words else "right")
     return made
+
+
+def progress(console: Console) -> Progress:
+    """Make lines of progress: what is done, how much of it, and for how long."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    return Progress(*columns, TimeElapsedColumn(), console=console)
 
 
 def asks(console: Console, question: str) -> bool:

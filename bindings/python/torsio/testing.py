@@ -272,7 +272,7 @@ def virtual_time(knob: Knob) -> Iterator[None]:
     def now_ns(start_ns: int) -> int:
         return start_ns + round(1e9 * (emulator.time_s - begin_s))
 
-    virtual: dict[str, Callable[..., Any]] = {"sleep": knob.sleep}
+    virtual: dict[str, Any] = {"sleep": knob.sleep}
     for clock in ("monotonic", "perf_counter", "time"):
         virtual[clock] = partial(now_s, getattr(time, clock)())
         virtual[f"{clock}_ns"] = partial(now_ns, getattr(time, f"{clock}_ns")())

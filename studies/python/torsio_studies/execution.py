@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
+from torsio.screen import progress
 from torsio_studies import STUDIES
 from torsio_studies.common import (
     SCHEMA,
@@ -68,9 +68,7 @@ def execute(
     study = Study(name, out, quick, settings or {})
     with contextlib.ExitStack() as stack:
         if console is not None:
-            columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-            progress = Progress(*columns, TimeElapsedColumn(), console=console)
-            study.progress = stack.enter_context(progress)
+            study.progress = stack.enter_context(progress(console))
         own = module.run(study)
     results: Results = {
         "schema": SCHEMA,

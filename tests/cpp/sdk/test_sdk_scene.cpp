@@ -10,7 +10,6 @@
 
 #include "conversion/configuration.hpp"
 #include "conversion/scene_encoding.hpp"
-#include "known_boards.hpp"
 #include "protocol/codec.hpp"
 #include "protocol/effects.hpp"
 #include "protocol/reports.hpp"
@@ -18,7 +17,6 @@
 #include "torsio/knob.hpp"
 
 using namespace torsio;
-using conversion::convert_back;
 using conversion::EncodedScene;
 using conversion::to_wire;
 using test::contains;
@@ -28,8 +26,6 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr std::uint8_t kPico = 1;
-constexpr std::uint8_t kPico2 = 2;
 constexpr double kTurn = 2.0 * std::numbers::pi;
 
 EncodedScene encode_scene(const Scene& scene) { return conversion::encode(to_wire(scene, {})); }
@@ -167,99 +163,6 @@ TEST_CASE("every field of the simple effects arrives in its own place") {
   CHECK(model.deadline_s == 0.125F);
 }
 
-TEST_CASE("every field of the configuration arrives in its own place and comes back") {
-  const protocol::ActuatorConfig actuator = to_wire(ActuatorConfig{.motor_torque_max_nm = 1,
-                                                                   .brake_torque_max_nm = 2,
-                                                                   .brake_torque_min_nm = 0.5,
-                                                                   .brake_drag_nm = 0.25,
-                                                                   .brake_time_constant_s = 4,
-                                                                   .spring_stiffness_nm_per_rad = 8,
-                                                                   .counts_per_rev = 16,
-                                                                   .counter_bits = 24,
-                                                                   .encoder_reversed = true});
-  CHECK(actuator.motor_torque_max_nm == 1.0F);
-  CHECK(actuator.brake_torque_max_nm == 2.0F);
-  CHECK(actuator.brake_torque_min_nm == 0.5F);
-  CHECK(actuator.brake_drag_nm == 0.25F);
-  CHECK(actuator.brake_time_constant_s == 4.0F);
-  CHECK(actuator.spring_stiffness_nm_per_rad == 8.0F);
-  CHECK(actuator.counts_per_rev == 16);
-  CHECK(actuator.counter_bits == 24);
-  CHECK(actuator.encoder_reversed == protocol::Toggle::on);
-  CHECK(protocol::encode(to_wire(convert_back<ActuatorConfig>(actuator))) ==
-        protocol::encode(actuator));
-
-  const protocol::ControlConfig control = to_wire(ControlConfig{.law = Law::parallel,
-                                                                .beta = 0.25,
-                                                                .speed_bandwidth_hz = 2,
-                                                                .motor_torque_cap_nm = 3,
-                                                                .brake_torque_cap_nm = 4,
-                                                                .motor_slew_nm_per_s = 5,
-                                                                .speed_limit_rad_s = 6,
-                                                                .watchdog_s = 7,
-                                                                .passive_ramp_s = 8,
-                                                                .passive_brake_nm = 9,
-                                                                .autonomous = true});
-  CHECK(control.law == protocol::Law::parallel);
-  CHECK(control.beta == 0.25F);
-  CHECK(control.speed_bandwidth_hz == 2.0F);
-  CHECK(control.motor_torque_cap_nm == 3.0F);
-  CHECK(control.brake_torque_cap_nm == 4.0F);
-  CHECK(control.motor_slew_nm_per_s == 5.0F);
-  CHECK(control.speed_limit_rad_s == 6.0F);
-  CHECK(control.watchdog_s == 7.0F);
-  CHECK(control.passive_ramp_s == 8.0F);
-  CHECK(control.passive_brake_nm == 9.0F);
-  CHECK(control.autonomous == protocol::Toggle::on);
-  CHECK(protocol::encode(to_wire(convert_back<ControlConfig>(control))) ==
-        protocol::encode(control));
-}
-
-TEST_CASE("every field of the board's configuration arrives in its own place and comes back") {
-  const protocol::BoardConfig board = to_wire(BoardConfig{.supply_v = 24,
-                                                          .motor_torque_constant_nm_per_a = 0.5,
-                                                          .motor_current_max_a = 3,
-                                                          .motor_resistance_ohm = 4,
-                                                          .motor_inductance_h = 0.25,
-                                                          .current_bandwidth_hz = 5,
-                                                          .current_sense_v_per_a = 6,
-                                                          .brake_torque_constant_nm_per_a = 7,
-                                                          .brake_current_max_a = 8,
-                                                          .brake_resistance_ohm = 9,
-                                                          .motor_reversed = true,
-                                                          .encoder_pin = 3,
-                                                          .motor_pin = 14,
-                                                          .brake_pin = 16,
-                                                          .enable_pin = 18,
-                                                          .emergency_stop_pin = 19,
-                                                          .driver_fault_pin = 20,
-                                                          .current_sense_pin = 28,
-                                                          .light_pin = 29});
-  CHECK(board.supply_v == 24.0F);
-  CHECK(board.motor_torque_constant_nm_per_a == 0.5F);
-  CHECK(board.motor_current_max_a == 3.0F);
-  CHECK(board.motor_resistance_ohm == 4.0F);
-  CHECK(board.motor_inductance_h == 0.25F);
-  CHECK(board.current_bandwidth_hz == 5.0F);
-  CHECK(board.current_sense_v_per_a == 6.0F);
-  CHECK(board.brake_torque_constant_nm_per_a == 7.0F);
-  CHECK(board.brake_current_max_a == 8.0F);
-  CHECK(board.brake_resistance_ohm == 9.0F);
-  CHECK(board.motor_reversed == protocol::Toggle::on);
-  CHECK(board.encoder_pin == 3);
-  CHECK(board.motor_pin == 14);
-  CHECK(board.brake_pin == 16);
-  CHECK(board.enable_pin == 18);
-  CHECK(board.emergency_stop_pin == 19);
-  CHECK(board.driver_fault_pin == 20);
-  CHECK(board.current_sense_pin == 28);
-  CHECK(board.light_pin == 29);
-  CHECK(protocol::encode(to_wire(convert_back<BoardConfig>(board))) == protocol::encode(board));
-  CHECK(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico2)).motor_pin == 14);
-  CHECK_THROWS_WITH_AS(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico)),
-                       doctest::Contains("motor_pin is 14: the next pin"), InvalidArgument);
-}
-
 TEST_CASE("what is not given is what the device has by default") {
   CHECK(protocol::encode(to_wire(BoardConfig{})) == protocol::encode(protocol::BoardConfig{}));
   CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
@@ -276,54 +179,6 @@ TEST_CASE("what is not given is what the device has by default") {
   CHECK(protocol::encode(wire<protocol::Texture>(Texture{})) ==
         protocol::encode(protocol::Texture{}));
   CHECK(protocol::encode(to_wire(LocalModel{})) == protocol::encode(protocol::LocalModel{}));
-}
-
-TEST_CASE("the emulated plant is the reference actuator by default, and its configuration fits") {
-  const PlantParams plant;
-  CHECK(plant.knob_inertia_kg_m2 == 6e-5);
-  CHECK(plant.knob_viscous_nm_s_per_rad == 2.6e-5);
-  CHECK(plant.knob_coulomb_nm == 6e-3);
-  CHECK(plant.brake_inertia_kg_m2 == 4e-5);
-  CHECK(plant.brake_viscous_nm_s_per_rad == 2e-6);
-  CHECK(plant.brake_drag_nm == 2e-3);
-  CHECK(plant.shaft_stiffness_nm_per_rad == 2.873);
-  CHECK(plant.shaft_damping_nm_s_per_rad == 2e-4);
-  CHECK(plant.brake_time_constant_s == 60e-3);
-  CHECK(plant.motor_time_constant_s == 44e-6);
-  CHECK(plant.motor_limit_nm == 85e-3);
-  CHECK(plant.brake_limit_nm == 110e-3);
-  CHECK(protocol::encode(to_wire(matching_config(plant))) ==
-        protocol::encode(protocol::ActuatorConfig{}));
-}
-
-TEST_CASE("a shaft's curve must grow, and a refusal says where it does not") {
-  const auto refusal = [](const ShaftConfig& config) {
-    try {
-      (void)to_wire(config);
-    } catch (const InvalidArgument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
-  CHECK(refusal({}) == "accepted");
-  CHECK(refusal({.knee_1_rad = 0.02,
-                 .knee_1_nm_per_rad = 3,
-                 .knee_2_rad = 0.03,
-                 .knee_2_nm_per_rad = 1}) == "accepted");
-  CHECK(refusal({.knee_1_rad = 0.02}) ==
-        "knee_1_nm_per_rad is 0: the torque must grow beyond a knee");
-  CHECK(refusal({.knee_1_rad = 0.02,
-                 .knee_1_nm_per_rad = 3,
-                 .knee_2_rad = 0.02,
-                 .knee_2_nm_per_rad = 4}) ==
-        "knee_2_rad is 0.02, not beyond the knee before it, which is at 0.02");
-  CHECK(refusal({.knee_3_rad = 0.02, .knee_3_nm_per_rad = 3}) ==
-        "knee_3_rad is 0.02, but there is no knee before it: give knee_2_rad first");
-  PlantParams plant;
-  CHECK(matching_shaft(plant).knee_1_rad == 0.0);
-  plant.shaft_hardening = ShaftHardening{.knee_rad = 0.01, .stiffness_factor = 3.0};
-  CHECK(matching_shaft(plant).knee_1_rad == 0.01);
-  CHECK(matching_shaft(plant).knee_1_nm_per_rad == doctest::Approx(3.0 * 2.873));
 }
 
 TEST_CASE("curves of a scene share the pool one after the other") {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -79,7 +78,6 @@ class _Map:
     title: str
     unit: str
     scale: float
-    text: Callable[[float], str]
     logarithmic: bool
 
 
@@ -90,7 +88,6 @@ _PANELS = (
         "How stiff can a wall be?",
         "mN·m per degree before it buzzes",
         trials.NM_PER_RAD,
-        lambda v: f"{v:.0f}",
         True,
     ),
     _Map(
@@ -99,7 +96,6 @@ _PANELS = (
         "... with another share for the brake?",
         "mN·m per degree before it buzzes",
         trials.NM_PER_RAD,
-        lambda v: f"{v:.0f}",
         True,
     ),
     _Map(
@@ -108,7 +104,6 @@ _PANELS = (
         "How much torque is true?",
         "mN·m with the motor below its limit",
         1e3,
-        lambda v: f"{v:.0f}",
         False,
     ),
 )
