@@ -132,6 +132,26 @@ void EmulatedDevice::advance(std::int64_t duration_ns) {
   now_ns_ = end_ns;
 }
 
+// Inlined, as a call would put the outputs into memory and wait for them.
+[[gnu::always_inline]] inline device::TickOutputs EmulatedDevice::run_control(
+    std::uint32_t encoder_count) {
+  device_->service();
+  if (const auto write = device_->take_slot_write()) {
+    write_slot(*write);
+    if (device_ == nullptr) return {};
+  }
+  const std::uint16_t power_faults = power_ ? power_->find_faults(actuator_fault_) : 0;
+  const device::TickInputs inputs{.encoder_count = encoder_count,
+                                  .emergency_stop = emergency_stop_,
+                                  .actuator_fault = power_ ? power_faults != 0 : actuator_fault_,
+                                  .power_faults = power_faults,
+                                  .missed_ticks = std::exchange(ticks_missed_, 0)};
+  if (options_.log_inputs) log_tick(inputs);
+  const device::TickOutputs wanted = device_->tick(inputs);
+  if (power_) power_->set_speed(device_->speed_rad_s());
+  return wanted;
+}
+
 void EmulatedDevice::tick() {
   if (options_.log_truth) log_truth();
   if (!encoder_frozen_) encoder_count_ = encoder_.sample(plant_.state().knob_angle);
@@ -157,24 +177,6 @@ void EmulatedDevice::tick() {
                          : Command{});
   // A control period, or more after the function of a hand has failed in the middle of the last.
   plant_.advance(next_tick_ns_ - plant_.state().time_ns);
-}
-
-device::TickOutputs EmulatedDevice::run_control(std::uint32_t encoder_count) {
-  device_->service();
-  if (const auto write = device_->take_slot_write()) {
-    write_slot(*write);
-    if (device_ == nullptr) return {};
-  }
-  const std::uint16_t power_faults = power_ ? power_->find_faults(actuator_fault_) : 0;
-  const device::TickInputs inputs{.encoder_count = encoder_count,
-                                  .emergency_stop = emergency_stop_,
-                                  .actuator_fault = power_ ? power_faults != 0 : actuator_fault_,
-                                  .power_faults = power_faults,
-                                  .missed_ticks = std::exchange(ticks_missed_, 0)};
-  if (options_.log_inputs) log_tick(inputs);
-  const device::TickOutputs wanted = device_->tick(inputs);
-  if (power_) power_->set_speed(device_->speed_rad_s());
-  return wanted;
 }
 
 void EmulatedDevice::write_slot(const device::SlotWrite& write) {

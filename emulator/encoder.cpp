@@ -40,7 +40,10 @@ void validate(const EncoderParams& params) {
   }
 }
 
-Encoder::Encoder(const EncoderParams& params) : params_(params), random_(params.seed) {
+Encoder::Encoder(const EncoderParams& params)
+    : params_(params),
+      counts_per_rad_(params.direction * (params.counts_per_rev / Angle::kTurnRad)),
+      random_(params.seed) {
   validate(params);
 }
 
@@ -53,8 +56,7 @@ double Encoder::draw_noise_counts() {
 
 std::uint32_t Encoder::sample(const Angle& angle) {
   // Whole turns are counted in integers, so that the part which is rounded stays small.
-  const double counts_per_rad = params_.counts_per_rev / Angle::kTurnRad;
-  double within = params_.direction * angle.fraction_rad * counts_per_rad + params_.phase_counts;
+  double within = angle.fraction_rad * counts_per_rad_ + params_.phase_counts;
   if (params_.noise_counts > 0.0) within += draw_noise_counts();
   if (params_.rounding == EncoderRounding::nearest) within += 0.5;
   const std::int64_t whole = params_.direction * angle.revolutions;

@@ -42,6 +42,7 @@ class Encoder {
   [[nodiscard]] double draw_noise_counts();
 
   EncoderParams params_;
+  double counts_per_rad_;  // with its sign; a division takes as long as all the rest of a sample
   Random random_;
 };
 

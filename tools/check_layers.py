@@ -43,7 +43,7 @@ class Rule:
 
 
 FIRMWARE = ("core", "protocol", "device", "emulator")
-STUDIES = ("actuators", "steppers", "wide")
+STUDIES = ("actuators", "narrow", "steppers", "wide")
 
 # The first rule whose folder (or file) matches decides, so that exceptions come before the rule.
 RULES = (

@@ -8,10 +8,14 @@
 
 namespace torsio {
 
+[[noreturn, gnu::cold, gnu::noinline]] inline void refuse(std::string_view message) {
+  throw std::invalid_argument(std::string(message));
+}
+
 /// @throws std::invalid_argument with the message, unless the condition holds
-inline void require(bool condition, std::string_view message) {
+[[gnu::always_inline]] inline void require(bool condition, std::string_view message) {
   if (!condition) [[unlikely]]
-    throw std::invalid_argument(std::string(message));
+    refuse(message);
 }
 
 }  // namespace torsio

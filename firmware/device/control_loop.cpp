@@ -113,18 +113,6 @@ void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
   if (lateness_ > kLatenessLimit) lateness_ = kLatenessLimit;
 }
 
-template <class Take>
-auto ControlLoop::between_ticks(Take&& take) const {
-  for (;;) {
-    const auto copy = take();
-    std::atomic_signal_fence(std::memory_order_acq_rel);
-    // An interrupt that came between has counted a tick. A number that was itself read in two
-    // halves is none that comes back.
-    if (controller_.tick == copy.tick) return copy;
-    std::atomic_signal_fence(std::memory_order_acq_rel);
-  }
-}
-
 Snapshot ControlLoop::snapshot() const {
   return between_ticks([&] {
     return Snapshot{controller_.tick, controller_.motion.position_counts, state_, owner_, faults_,

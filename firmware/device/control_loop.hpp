@@ -108,6 +108,14 @@ struct Snapshot {
   LoopCounters counters;
 };
 
+/// Of a snapshot what every round of the main loop asks for.
+struct Now {
+  std::uint64_t tick = 0;
+  std::int64_t position_counts = 0;
+  std::uint32_t zeroings = 0;
+  protocol::Owner owner = protocol::Owner::none;
+};
+
 class ControlLoop {
  public:
   ControlLoop(const LoopConfig& config, const game::ForceParams& game_params,
@@ -127,6 +135,7 @@ class ControlLoop {
 
   // Main loop. The rings of answers and samples are below.
   Snapshot snapshot() const;
+  Now now() const;
   protocol::Ledger ledger() const;
   /// An order may be given only while none is under way: what it points to is then no longer looked
   /// at, and every answer is sure of its place.
@@ -229,5 +238,24 @@ class ControlLoop {
  private:
   dial::Detents dial_;
 };
+
+template <class Take>
+auto ControlLoop::between_ticks(Take&& take) const {
+  for (;;) {
+    const auto copy = take();
+    std::atomic_signal_fence(std::memory_order_acq_rel);
+    // An interrupt that came between has counted a tick. A number that was itself read in two
+    // halves is none that comes back.
+    if (controller_.tick == copy.tick) return copy;
+    std::atomic_signal_fence(std::memory_order_acq_rel);
+  }
+}
+
+// Here, so that a round keeps it in registers: a copy in memory would be waited for.
+inline Now ControlLoop::now() const {
+  return between_ticks([&] {
+    return Now{controller_.tick, controller_.motion.position_counts, counters_.zeroings, owner_};
+  });
+}
 
 }  // namespace torsio::device

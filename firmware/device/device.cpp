@@ -413,7 +413,7 @@ void Device::gather_telemetry() {
 // Main loop ----------------------------------------------------------------------------------
 
 void Device::service() {
-  const Snapshot now = loop_.snapshot();
+  const Now now = loop_.now();
   if (personality_ == protocol::Personality::dial) {
     serve_dial(now);
   } else {
@@ -438,9 +438,8 @@ void Device::service() {
   loop_.give(order);
 }
 
-void Device::serve_dial(const Snapshot& now) {
-  const dial::Wish wish =
-      dial_.service({now.tick, now.position_counts, now.counters.zeroings, now.owner});
+void Device::serve_dial(const Now& now) {
+  const dial::Wish wish = dial_.service({now.tick, now.position_counts, now.zeroings, now.owner});
   if (wish != dial::Wish::nothing_new) loop_.want_dial(wish == dial::Wish::take);
 }
 
@@ -456,6 +455,7 @@ void Device::set_connected(bool connected) {
 }
 
 std::optional<SlotWrite> Device::take_slot_write() {
+  if (!slot_write_) return std::nullopt;  // nearly always, and without copying a slot
   return std::exchange(slot_write_, std::nullopt);
 }
 

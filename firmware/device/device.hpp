@@ -141,7 +141,7 @@ class Device {
   Order order_for(const EffectReport& effect);
 
   void gather_telemetry();
-  void serve_dial(const Snapshot& now);
+  void serve_dial(const Now& now);
   Order configure(const Config& config);
   Order reconfigure(std::uint32_t counts_per_rev);
   bool hold();

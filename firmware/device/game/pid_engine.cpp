@@ -293,18 +293,6 @@ void PidEngine::send_orders() {
 
 // The rest of the device ---------------------------------------------------------------------
 
-void PidEngine::service(const Moment& now) {
-  now_ = now;
-  if (heard_) heard_tick_ = now.tick;
-  heard_ = false;
-  if (asked_) asked_tick_ = now.tick;
-  asked_ = false;
-  watch_silence();
-  watch_reader();
-  watch_triggers();
-  send_orders();
-}
-
 void PidEngine::disconnect() {
   leave_all();
   joystick_sent_ = false;

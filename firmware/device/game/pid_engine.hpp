@@ -128,4 +128,17 @@ class PidEngine {
   std::array<std::uint32_t, 2> playing_sent_{};
 };
 
+// Here, and with calls only for what there is to do: nearly all rounds find nothing.
+inline void PidEngine::service(const Moment& now) {
+  now_ = now;
+  if (heard_) heard_tick_ = now.tick;
+  heard_ = false;
+  if (asked_) asked_tick_ = now.tick;
+  asked_ = false;
+  watch_silence();
+  if (reader_) watch_reader();
+  if ((buttons_ | buttons_seen_) != 0) watch_triggers();
+  if (settings_dirty_ || blocks_dirty_ || stop_all_dirty_ || all_aside_dirty_) send_orders();
+}
+
 }  // namespace torsio::device::game

@@ -1,5 +1,6 @@
 """Other ways to step the plant, to compare the emulator's exact one with.
 
+``exact_single`` is that one in 32-bit floating point, from the same sources.
 ``trapezoid`` and ``semi_implicit`` are theta-methods with set-valued friction; ``regularised`` is
 Runge-Kutta 4 with friction smoothed over 0.01 rad/s, which creeps: it is here as a warning.
 """
@@ -17,7 +18,7 @@ from torsio_studies import _studies
 
 __all__ = ["METHODS", "Method", "make_plant", "stepped_by"]
 
-Method = Literal["exact", "trapezoid", "semi_implicit", "regularised"]
+Method = Literal["exact", "exact_single", "trapezoid", "semi_implicit", "regularised"]
 METHODS: Final[tuple[Method, ...]] = get_args(Method)
 
 

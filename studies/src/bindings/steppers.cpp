@@ -19,7 +19,8 @@ void bind_steppers(py::module_& module) {
       [](const std::string& name) {
         return torsio::bindings::stepper_capsule(stepper_by_name(name));
       },
-      arg("name"), "A stepper for torsio.emulator: trapezoid, semi_implicit or regularised.");
+      arg("name"),
+      "A stepper for torsio.emulator: exact_single, trapezoid, semi_implicit or regularised.");
 }
 
 }  // namespace torsio::studies::bindings

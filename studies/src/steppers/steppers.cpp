@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "narrow/exact/stepper.hpp"
+
 namespace torsio::studies {
 
 namespace {
@@ -30,8 +32,10 @@ emulator::MakeStepper stepper_by_name(const std::string& name) {
       return make_regularised_stepper(std::move(model), kSmoothingRadS);
     };
   }
-  throw std::invalid_argument("a stepper is 'trapezoid', 'semi_implicit' or 'regularised', not '" +
-                              name + "'");
+  if (name == "exact_single") return emulator::narrow::make_exact_stepper;
+  throw std::invalid_argument(
+      "a stepper is 'exact_single', 'trapezoid', 'semi_implicit' or 'regularised', not '" + name +
+      "'");
 }
 
 }  // namespace torsio::studies

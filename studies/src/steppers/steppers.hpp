@@ -24,7 +24,8 @@ namespace torsio::studies {
 /// Speed over which `regularised` smooths friction.
 inline constexpr double kSmoothingRadS = 0.01;
 
-/// @param name "trapezoid", "semi_implicit" or "regularised"
+/// @param name "exact_single" (the emulator's own, in 32-bit floating point), "trapezoid",
+///             "semi_implicit" or "regularised"
 /// @throws std::invalid_argument that lists the names
 [[nodiscard]] emulator::MakeStepper stepper_by_name(const std::string& name);
 

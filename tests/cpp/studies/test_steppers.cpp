@@ -44,6 +44,18 @@ TEST_CASE("trapezoid and semi-implicit converge to the exact stepper, for every 
   }
 }
 
+TEST_CASE("exact steps in single precision are the exact ones to four digits, for every part") {
+  for (const Variant& variant : variants()) {
+    CAPTURE(variant.name);
+    const Track exact = track(variant.params, variant.hand, 1'000'000);
+    const double error = relative_error(track(variant.params, variant.hand, 1'000'000, 0.085, 0.05,
+                                              stepper_by_name("exact_single")),
+                                        exact);
+    CHECK(error > 0.0);
+    CHECK(error < 1e-4);
+  }
+}
+
 TEST_CASE("regularised friction creeps where the brake should hold, and the exact one does not") {
   const Hand hand = TorqueHand{Profile({{0, 0.0}, {100'000'000, 0.04}})};
   const auto creep_rad = [&](const MakeStepper& make, std::int64_t step_ns) {

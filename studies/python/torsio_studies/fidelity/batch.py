@@ -1,7 +1,9 @@
 """Error against cost of many knobs at once: what is simulated, how finely, and with what.
 
-First the knob's closed loop in `torsio.batch`: the control rate and the parts of the plant are what
-one gives up for speed, and the error is against all parts at the highest rate. Then commands that
+First the knob's closed loop in `torsio.batch`: the control rate, the parts of the plant and the
+precision of its steps are what one gives up for speed, and the error is against all parts at the
+highest rate in double precision. The law is the device's, in single precision: what that costs is
+told by the law in double precision over the same counts. Then commands that
 are played to many copies of one plant, in `torsio.batch` and in MuJoCo's `rollout`. That varies no
 joint's friction, so nothing engages the brake there.
 """
@@ -18,16 +20,18 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio.batch import Knobs, LoopOptions
-from torsio.closed_loop import simulate
+from torsio.closed_loop import replay, simulate
 from torsio.config import ControlConfig
 from torsio.demos import wall
 from torsio.hands import Hand, ImpedanceHand
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 from torsio.scenes import Wall
+from torsio_studies import wide
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation
 from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
+from torsio_studies.steppers import Method, stepped_by
 
-__all__ = ["closed_loop_rows", "played_rows"]
+__all__ = ["closed_loop_rows", "law_error", "played_rows"]
 
 Array = npt.NDArray[np.float64]
 
@@ -85,18 +89,39 @@ def _felt_nm(options: LoopOptions, duration_s: float) -> Array:
     return felt_nm
 
 
+def law_error(hand: Hand, duration_s: float) -> dict[str, float]:
+    """Give what single precision costs the law: error and RMS of the torque that it commands.
+
+    The law runs again over the counts of a visit, in both precisions. Relative to the peak.
+    """
+    options = _options(hand, 1_000, PLANT)
+    counts = simulate(options, duration_s=duration_s)["position_counts"]
+    single, double = replay(options, counts), wide.replay(options, counts)
+    peak_nm = error_nm = square = 0.0
+    for name in ("motor_command_nm", "brake_command_nm"):
+        difference = single[name] - double[name]
+        peak_nm = max(peak_nm, float(np.abs(double[name]).max()))
+        error_nm = max(error_nm, float(np.abs(difference).max()))
+        square = max(square, float(np.mean(difference**2)))
+    return {"error": error_nm / peak_nm, "error_rms": float(np.sqrt(square)) / peak_nm}
+
+
 def closed_loop_rows(hand: Hand, duration_s: float, *, knobs: int) -> list[dict[str, Any]]:
     """Give a row for each control rate, with all parts and with none, and for each part left out.
+
+    With all parts there is one more at the highest and the lowest rate, in single precision.
 
     The error is of the torque that the hand feels, relative to its peak.
     """
     truth_nm = _felt_nm(_options(hand, RATES_HZ[-1], EVERYTHING), duration_s)
     peak_nm = float(np.abs(truth_nm).max())
-    wanted = [(parts, rate_hz) for parts in ("all", "none") for rate_hz in RATES_HZ]
-    wanted += [(parts, RATES_HZ[-1]) for parts in PLANTS if parts not in ("all", "none")]
+    exact: Method = "exact"
+    wanted = [(parts, rate_hz, exact) for parts in ("all", "none") for rate_hz in RATES_HZ]
+    wanted += [(parts, RATES_HZ[-1], exact) for parts in PLANTS if parts not in ("all", "none")]
+    wanted += [("all", rate_hz, "exact_single") for rate_hz in (RATES_HZ[0], RATES_HZ[-1])]
     rows = []
-    for parts, rate_hz in wanted:
-        options = _options(hand, rate_hz, PLANTS[parts])
+    for parts, rate_hz, method in wanted:
+        options = stepped_by(method, _options(hand, rate_hz, PLANTS[parts]))
         error_nm = _felt_nm(options, duration_s) - truth_nm
         together = Knobs(knobs, options, threads=1)
         ticks = round(duration_s * rate_hz)
@@ -109,6 +134,7 @@ def closed_loop_rows(hand: Hand, duration_s: float, *, knobs: int) -> list[dict[
             {
                 "parts": parts,
                 "control_rate_hz": rate_hz,
+                "precision": "single" if method == "exact_single" else "double",
                 "error": float(np.abs(error_nm).max()) / peak_nm,
                 "error_rms": float(np.sqrt(np.mean(error_nm**2))) / peak_nm,
                 "knobs_in_real_time": knobs * duration_s / _least_s(run),

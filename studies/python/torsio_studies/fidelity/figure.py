@@ -15,6 +15,7 @@ from torsio.drawing import (
     GREY,
     ORANGE,
     PURPLE,
+    RED,
     TEXT,
     WALL_FILL,
     headline,
@@ -28,6 +29,7 @@ LOWEST: Final = 1e-14
 HIGHEST: Final = 1e1
 SERIES: Final = (
     ("exact", "exact", BLUE, "o"),
+    ("exact_single", "exact, in single precision", RED, "P"),
     ("trapezoid", "trapezoid", GREEN, "s"),
     ("semi_implicit", "semi-implicit", PURPLE, "^"),
     ("regularised", "smoothed friction (RK4)", GREY, "v"),

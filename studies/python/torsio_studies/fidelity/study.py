@@ -315,7 +315,7 @@ def _together(study: Study, summary: dict[str, Any]) -> Results:
     steps_us = batch.QUICK_MUJOCO_STEPS_US if study.quick else batch.MUJOCO_STEPS_US
     closed = batch.closed_loop_rows(hand, duration_s, knobs=max(2, knobs // 16))
     played = batch.played_rows(hand, duration_s, settings, knobs=knobs, steps_us=steps_us)
-    return {"closed_loop": closed, "played": played}
+    return {"closed_loop": closed, "law": batch.law_error(hand, duration_s), "played": played}
 
 
 def show(results: Results, console: Console) -> None:
@@ -346,10 +346,13 @@ def show(results: Results, console: Console) -> None:
 
 
 def _show_together(results: Results, console: Console) -> None:
-    loops = table("parts", "control rate", "error", "RMS", "knobs in real time", words=1)
+    loops = table(
+        "parts", "precision", "control rate", "error", "RMS", "knobs in real time", words=2
+    )
     for row in results["closed_loop"]:
         loops.add_row(
             row["parts"],
+            row["precision"],
             f"{row['control_rate_hz'] / 1e3:g} kHz",
             f"{row['error']:.1e}",
             f"{row['error_rms']:.1e}",
@@ -357,6 +360,10 @@ def _show_together(results: Results, console: Console) -> None:
         )
     console.print("\nMany knobs in closed loop, on one core; the error is of what is felt:")
     console.print(loops)
+    console.print(
+        "Single precision, which the law is computed in, makes its commands wrong by "
+        f"{results['law']['error']:.1e} of their peak."
+    )
     played = table("commands played by", "step", "error", "knobs in real time", words=1)
     for row in results["played"]:
         played.add_row(

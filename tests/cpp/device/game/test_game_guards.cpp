@@ -256,6 +256,28 @@ TEST_CASE("a button that is held plays once where no repetition is asked for") {
   }
 }
 
+TEST_CASE("a button that was let go plays again when it is pressed") {
+  GameRig rig;
+  const int block = rig.create(kConstant);
+  EffectOptions options;
+  options.duration_ms = 10;
+  options.trigger = 1;
+  rig.set_effect(block, options);
+  rig.constant(block, 32767);
+  rig.tick(2);
+  for (int press = 0; press < 3; ++press) {
+    rig.device->game().set_buttons(1);
+    int on = 0;
+    for (int i = 0; i < 50; ++i) {
+      rig.tick();
+      if (rig.outputs.motor_command_nm > 0.0F) ++on;
+    }
+    CHECK(on == 10);
+    rig.device->game().set_buttons(0);
+    rig.tick(50);
+  }
+}
+
 TEST_CASE("the axis stays at its end however far the knob was turned") {
   for (const std::uint32_t counts_per_rev : {4U, 360U, 8192U, 1U << 24}) {
     device::Config config;

@@ -251,6 +251,24 @@ TEST_CASE("a block that is freed and given out again in a rush does not go on") 
   CHECK(rig.outputs.motor_command_nm == 0.0F);
 }
 
+TEST_CASE("stop all behind as much as the control loop takes in one tick stops all nevertheless") {
+  for (int rush = 1; rush <= 16; ++rush) {
+    CAPTURE(rush);
+    GameRig rig;
+    rig.play_constant(32767);
+    std::vector<int> others;
+    for (int i = 0; i < rush; ++i) {
+      others.push_back(rig.create(kConstant));
+      rig.set_effect(others.back());
+      rig.tick(2);
+    }
+    for (const int other : others) rig.constant(other, 1000);
+    rig.control(3);
+    rig.tick(100);
+    CHECK(rig.outputs.motor_command_nm == 0.0F);
+  }
+}
+
 TEST_CASE("start solo stops the others, stop all stops everything, reset frees it too") {
   GameRig rig;
   rig.play_constant(10000);
