@@ -67,6 +67,32 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
+/// The law's shares, and on top of the motor's what the scene's impacts give: the brake is too slow
+/// for a knock, and what is left of the motor is known only then.
+[[gnu::noinline]] Shares share_with_impacts(ControllerState& state, const ControllerParams& params,
+                                            const Overlay& overlay, const Scene& scene,
+                                            const Motion& motion, float desired_nm,
+                                            float spring_nm) {
+  Shares shares;
+  if (desired_nm == 0.0F && overlay.bounds) {
+    shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
+                                             state.brake.coil_nm, motion.speed_rad_s);
+  } else {
+    shares = partition(params.partition, desired_nm, spring_nm);
+  }
+  const float most_nm = params.partition.motor_torque_max_nm;
+  const float step_nm = params.limits.motor_step_nm_per_tick;
+  MotorRange range{-most_nm, most_nm};
+  if (step_nm > 0.0F) {
+    const float before_nm = state.limits.motor_command_nm;
+    range = {larger(range.low_nm, before_nm - step_nm),
+             smaller(range.high_nm, before_nm + step_nm)};
+  }
+  shares.motor_command_nm = add_impacts(scene, state.scene, motion, params.motion.resolution,
+                                        state.tick, shares.motor_command_nm, overlay.gain, range);
+  return is_finite(shares.motor_command_nm) ? shares : Shares{};
+}
+
 /// The spring's torque, of one who knows the brake, and what the motor may take up of it. Inlined,
 /// as the next: a call would cost every tick its registers.
 /// @returns the latter
@@ -129,6 +155,12 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
       if (in.overlay->excitation != nullptr) {
         shares = excite(*in.overlay->excitation, params.excitation, copy, resolution.rad_per_count);
         desired_nm = shares.motor_command_nm;
+        shared = true;
+      }
+      if (in.overlay->impacts && is_finite(desired_nm)) {
+        shares =
+            share_with_impacts(state, params, *in.overlay, *in.scene, copy, desired_nm, spring_nm);
+        desired_nm += state.scene.knock_nm;
         shared = true;
       }
     }
