@@ -137,16 +137,17 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   Shares shares;
   bool shared = false;  // already, past the law
   if (in.overlay != nullptr) [[unlikely]] {
-    if (in.overlay->ledger) {
+    if (in.overlay->only_bounds) {
+      spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
+      desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
+    } else if (in.overlay->ledger) {
       spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
     } else if (in.overlay->bent) {
       spring_nm = sense_bent(state, params, out.motion.delta_rad);
     } else {
       spring_nm = sense_brake(state, params, out.motion.delta_rad);
     }
-    if (in.overlay->only_bounds) {
-      desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
-    } else {
+    if (!in.overlay->only_bounds) {
       // Field by field: a copy as a whole would put the motion into memory in every tick.
       const Motion& now = out.motion;
       const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
