@@ -86,8 +86,8 @@ void ClosedLoop::sense(LoopRow* row) {
   core::ControllerInputs in;
   in.encoder_count = encoder_.sample(plant_.state().knob_angle);
   in.scene = held_ ? nullptr : &setup_->scene;
-  core::Overlay overlay = core::overlay_of(setup_->config.controller);
-  overlay.bounds = overlay.bounds && !held_;
+  core::Overlay overlay = core::overlay_of(setup_->config.controller, setup_->scene);
+  if (held_) overlay.bounds = overlay.impacts = false;
   if (core::is_needed(overlay)) in.overlay = &overlay;
   const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
   decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),
@@ -110,7 +110,7 @@ void ClosedLoop::sense(LoopRow* row) {
             .position_counts = out.motion.position_counts,
             .estimated_speed_rad_s = out.motion.speed_rad_s,
             .desired_torque_nm =
-                overlay.bounds ? core::asked_torque(controller_.bound) : out.desired_torque_nm,
+                overlay.bounds ? core::asked_torque(controller_, overlay) : out.desired_torque_nm,
             .motor_command_nm = static_cast<float>(command.motor_command_nm),
             .brake_command_nm = static_cast<float>(command.brake_command_nm),
             .sensed_spring_torque_nm = out.spring_torque_nm,

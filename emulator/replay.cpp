@@ -88,7 +88,7 @@ void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> cou
   state.tick = options.first_tick;
   core::ControllerInputs in;
   in.scene = &setup.scene;
-  const core::Overlay overlay = core::overlay_of(setup.config.controller);
+  const core::Overlay overlay = core::overlay_of(setup.config.controller, setup.scene);
   if (core::is_needed(overlay)) in.overlay = &overlay;
   for (std::size_t i = 0; i < counts.size(); ++i) {
     in.encoder_count = counts[i];

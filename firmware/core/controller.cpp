@@ -67,6 +67,32 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   return bound_torque(state, params, desired_nm, in_time_nm, motion.delta_counts);
 }
 
+/// The law's shares, and on top of the motor's what the scene's impacts give: the brake is too slow
+/// for a knock, and what is left of the motor is known only then.
+[[gnu::noinline]] Shares share_with_impacts(ControllerState& state, const ControllerParams& params,
+                                            const Overlay& overlay, const Scene& scene,
+                                            const Motion& motion, float desired_nm,
+                                            float spring_nm) {
+  Shares shares;
+  if (desired_nm == 0.0F && overlay.bounds) {
+    shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
+                                             state.brake.coil_nm, motion.speed_rad_s);
+  } else {
+    shares = partition(params.partition, desired_nm, spring_nm);
+  }
+  const float most_nm = params.partition.motor_torque_max_nm;
+  const float step_nm = params.limits.motor_step_nm_per_tick;
+  MotorRange range{-most_nm, most_nm};
+  if (step_nm > 0.0F) {
+    const float before_nm = state.limits.motor_command_nm;
+    range = {larger(range.low_nm, before_nm - step_nm),
+             smaller(range.high_nm, before_nm + step_nm)};
+  }
+  shares.motor_command_nm = add_impacts(scene, state.scene, motion, params.motion.resolution,
+                                        state.tick, shares.motor_command_nm, overlay.gain, range);
+  return is_finite(shares.motor_command_nm) ? shares : Shares{};
+}
+
 /// The spring's torque, of one who knows the brake, and what the motor may take up of it. Inlined,
 /// as the next: a call would cost every tick its registers.
 /// @returns the latter
@@ -111,16 +137,17 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   Shares shares;
   bool shared = false;  // already, past the law
   if (in.overlay != nullptr) [[unlikely]] {
-    if (in.overlay->ledger) {
+    if (in.overlay->only_bounds) {
+      spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
+      desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
+    } else if (in.overlay->ledger) {
       spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
     } else if (in.overlay->bent) {
       spring_nm = sense_bent(state, params, out.motion.delta_rad);
     } else {
       spring_nm = sense_brake(state, params, out.motion.delta_rad);
     }
-    if (in.overlay->only_bounds) {
-      desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
-    } else {
+    if (!in.overlay->only_bounds) {
       // Field by field: a copy as a whole would put the motion into memory in every tick.
       const Motion& now = out.motion;
       const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,
@@ -129,6 +156,12 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
       if (in.overlay->excitation != nullptr) {
         shares = excite(*in.overlay->excitation, params.excitation, copy, resolution.rad_per_count);
         desired_nm = shares.motor_command_nm;
+        shared = true;
+      }
+      if (in.overlay->impacts && is_finite(desired_nm)) {
+        shares =
+            share_with_impacts(state, params, *in.overlay, *in.scene, copy, desired_nm, spring_nm);
+        desired_nm += state.scene.knock_nm;
         shared = true;
       }
     }

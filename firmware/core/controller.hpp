@@ -42,9 +42,9 @@ struct ControllerState {
   SoftSensorState sensor;
   LimitState limits;
   float brake_command_nm = 0;  // held since the last tick
-  SceneState scene;
-  BoundState bound;  // while an overlay bounds
-  Ledger ledger;     // while an overlay keeps it
+  BoundState bound;            // while an overlay bounds
+  Ledger ledger;               // while an overlay keeps it
+  SceneState scene;            // last, for it is large
 };
 
 /// What is rarely there beside the scene: (scene + local) * gain + extra, bounded. The ordinary
@@ -54,10 +54,11 @@ struct Overlay {
   float gain = 1;                         // 0 to 1, for a soft start
   ForceSource* extra = nullptr;           // nullptr: nothing but scene and local model
   ExcitationState* excitation = nullptr;  // instead of all that, and of the law
+  bool impacts = false;                   // the scene has some
   bool bounds = false;                    // the law calibrated: nothing that would buzz
   bool ledger = false;       // the same law, whether or not something plays; it knows the brake
   bool bent = false;         // the shaft has knees
-  bool only_bounds = false;  // nothing of the above but these two, nothing in the scene plays in
+  bool only_bounds = false;  // nothing of the above but these three, nothing in the scene plays in
                              // time, and the bound knows of no change but the knob's
 };
 
@@ -69,8 +70,22 @@ constexpr Overlay overlay_of(const ControllerParams& params) {
   return overlay;
 }
 
+/// The same, and what the scene itself needs beside the ordinary tick.
+inline Overlay overlay_of(const ControllerParams& params, const Scene& scene) {
+  Overlay overlay = overlay_of(params);
+  overlay.impacts = has_impacts(scene);
+  return overlay;
+}
+
 /// Whether that is anything, so that it must be told where nothing else is beside the scene.
-constexpr bool is_needed(const Overlay& overlay) { return overlay.ledger || overlay.bent; }
+constexpr bool is_needed(const Overlay& overlay) {
+  return overlay.ledger || overlay.bent || overlay.impacts;
+}
+
+/// What scene and knock asked of a law that bounds, at the last tick.
+inline float asked_torque(const ControllerState& state, const Overlay& overlay) {
+  return asked_torque(state.bound) + (overlay.impacts ? state.scene.knock_nm : 0.0F);
+}
 
 struct ControllerInputs {
   std::uint32_t encoder_count = 0;

@@ -103,9 +103,24 @@ struct Curve {
   bool repeats = false;
 };
 
+/// The knock of something hard, in proportion to the speed with which the knob comes in.
+struct Impact {
+  Origin surface;
+  float outward = -1;  // as a wall's
+  float strength_nm_s_per_rad = 0;
+  std::uint32_t phase_per_tick = 0;
+  float decay_per_tick = 0;
+  std::uint32_t sine_ticks = 0;  // until it has died away
+  float pulse_nm_s_per_rad = 0;
+  std::uint32_t pulse_ticks = 0;
+  float torque_limit_nm = 0;
+  float least_speed_rad_s = 0;   // slower is a count that flickers
+  std::uint32_t rest_ticks = 0;  // from one impact to the next, at least
+};
+
 /// std::monostate is an empty slot.
 using Effect = std::variant<std::monostate, Wall, Spring, Damper, Friction, Inertia, Constant, Ramp,
-                            Periodic, Detents, EndStops, Texture, Curve>;
+                            Periodic, Detents, EndStops, Texture, Curve, Impact>;
 
 /// Value in [-1, 1] of a waveform; a period is 2^32. Sine and triangle start at 0 and rise, the
 /// square starts high.

@@ -1,9 +1,13 @@
 #include "core/scene.hpp"
 
+#include <utility>
 #include <variant>
 
 namespace torsio::core {
 namespace {
+
+// A knob that trembles at a surface has not been away from it.
+constexpr float kAwayCounts = 4.0F;
 
 /// What every effect may look at.
 struct Moment {
@@ -173,6 +177,58 @@ float torque_nm(const Curve& curve, const Moment& now) {
   return point[0] + (point[1] - point[0]) * (place - static_cast<float>(interval));
 }
 
+void begin_impact(ImpactState& state, const Impact& impact, float inward_rad_s,
+                  std::uint64_t tick) {
+  state = {};
+  state.ready_tick = tick + impact.rest_ticks;
+  if (inward_rad_s < impact.least_speed_rad_s) return;
+  state.sine_nm = impact.strength_nm_s_per_rad * inward_rad_s;
+  state.pulse_nm = impact.pulse_nm_s_per_rad * inward_rad_s;
+}
+
+/// What sine and pulse give now, outward.
+float knock(ImpactState& state, const Impact& impact, float inward_rad_s) {
+  if (state.ticks != 0) {
+    state.phase += impact.phase_per_tick;
+    state.sine_nm *= impact.decay_per_tick;
+  }
+  if (state.ticks >= impact.sine_ticks) state.sine_nm = 0.0F;
+  if (state.ticks >= impact.pulse_ticks || inward_rad_s <= 0.0F) state.pulse_nm = 0.0F;
+  ++state.ticks;
+  return clamp_symmetric(state.sine_nm * sin_phase(state.phase) + state.pulse_nm,
+                         impact.torque_limit_nm);
+}
+
+/// What may be given of a push outward: only so much energy as it has taken, if the knob goes on
+/// moving as in the last tick, and a count more.
+float bound_push(const ImpactState& state, const Impact& impact, const Moment& now, float push_nm) {
+  const float inward_rad = -impact.outward * now.motion.delta_rad;
+  if (push_nm * inward_rad >= 0.0F) return push_nm;  // it takes
+  const float motion_rad = absolute(inward_rad) + now.resolution.rad_per_count;
+  return clamp_symmetric(push_nm, larger(state.taken_j, 0.0F) / motion_rad);
+}
+
+/// What it asks, outward. It takes energy from a knob that comes in, and gives some of that back.
+/// As soon as it has given more, but for a count, it ends, so that whatever else is there, nothing
+/// can bounce on it for ever.
+float ask_push(ImpactState& state, const Impact& impact, const Moment& now) {
+  const float depth_rad = -impact.outward * distance_rad(impact.surface, now);
+  if (depth_rad <= 0.0F) {
+    const float away_rad = kAwayCounts * now.resolution.rad_per_count;
+    if (depth_rad < -away_rad && now.tick >= state.ready_tick) state.ready = true;
+    state.sine_nm = state.pulse_nm = 0.0F;
+    return 0.0F;
+  }
+  const float inward_rad_s = -impact.outward * now.motion.speed_rad_s;
+  state.taken_j += state.push_nm * -impact.outward * now.motion.delta_rad;
+  if (state.ready) begin_impact(state, impact, inward_rad_s, now.tick);
+  // Where the knob is within its count is not known.
+  const float count_j = state.most_nm * now.resolution.rad_per_count;
+  if (state.taken_j < -count_j) state.sine_nm = state.pulse_nm = 0.0F;
+  if (state.sine_nm == 0.0F && state.pulse_nm == 0.0F) return 0.0F;
+  return bound_push(state, impact, now, knock(state, impact, inward_rad_s));
+}
+
 /// A switch instead of std::visit: no table of pointers, and the compiler may inline. What none of
 /// the kinds matches is an empty slot, the variant's first alternative.
 template <std::size_t... Index>
@@ -191,8 +247,12 @@ void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick)
     if ((slots >> slot & 1U) == 0) continue;
     state.start_tick[slot] = tick;
     state.twist_rad[slot] = 0.0F;
+    state.impact[slot] = {};
   }
 }
+
+// All effects but the empty slot and Impact, which is the last.
+constexpr auto kSteady = std::make_index_sequence<std::variant_size_v<Effect> - 2>{};
 
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
                      const Resolution& resolution, const std::uint64_t& tick) {
@@ -202,7 +262,7 @@ float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion
     const std::uint32_t slot = *next++;
     const Effect* const effect = scene.effect.data() + slot;
     const Moment now{scene, motion, resolution, tick, state, slot};
-    sum_nm += dispatch(*effect, now, std::make_index_sequence<std::variant_size_v<Effect> - 1>{});
+    sum_nm += dispatch(*effect, now, kSteady);
   }
   return sum_nm;
 }
@@ -223,6 +283,41 @@ bool shakes(const Scene& scene) {
     if (std::holds_alternative<Periodic>(scene.effect[scene.order[i]])) return true;
   }
   return false;
+}
+
+bool has_impacts(const Scene& scene) {
+  for (std::uint32_t i = 0; i < scene.active; ++i) {
+    if (std::holds_alternative<Impact>(scene.effect[scene.order[i]])) return true;
+  }
+  return false;
+}
+
+float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
+                  const Resolution& resolution, const std::uint64_t& tick, float motor_nm,
+                  float gain, const MotorRange& range) {
+  const bool went_on = state.impacts_tick + 1 == tick;
+  const auto limited = [&](float asked_nm) {
+    return asked_nm < range.low_nm ? range.low_nm : smaller(asked_nm, range.high_nm);
+  };
+  float told_nm = limited(motor_nm);
+  state.knock_nm = 0.0F;
+  for (std::uint32_t i = 0; i < scene.active; ++i) {
+    const std::uint32_t slot = scene.order[i];
+    const auto* impact = std::get_if<Impact>(&scene.effect[slot]);
+    if (impact == nullptr) continue;
+    ImpactState& own = state.impact[slot];
+    if (!went_on) own.sine_nm = own.pulse_nm = own.push_nm = 0.0F;
+    const Moment now{scene, motion, resolution, tick, state, slot};
+    const float push_nm = ask_push(own, *impact, now);
+    const float with_it_nm = limited(told_nm + gain * (impact->outward * push_nm));
+    const float given_nm = with_it_nm - told_nm;
+    own.push_nm = impact->outward * given_nm;
+    own.most_nm = larger(own.most_nm, absolute(given_nm));
+    state.knock_nm += given_nm;
+    told_nm = with_it_nm;
+  }
+  state.impacts_tick = tick;
+  return told_nm;
 }
 
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,

@@ -21,28 +21,65 @@ struct Scene {
   std::array<float, kCurvePoolPoints> curve_torque_nm{};
 };
 
+/// What an impact remembers.
+struct ImpactState {
+  std::uint64_t ready_tick = 0;  // from which on there may be another one
+  bool ready = false;            // the knob has been away from the surface since
+  std::uint32_t ticks = 0;       // since the impact
+  std::uint32_t phase = 0;
+  float sine_nm = 0;   // its amplitude by now; 0 when it is over
+  float pulse_nm = 0;  // 0 when it is over
+  float push_nm = 0;   // outward, as the motor was told in the last tick
+  float most_nm = 0;   // that it has been, either way
+  float taken_j = 0;   // from the knob since it came in
+};
+
 /// What the effects remember from tick to tick.
 struct SceneState {
   std::array<std::uint64_t, kMaxEffects> start_tick{};
   std::array<float, kMaxEffects> twist_rad{};  // of a friction's spring
+  std::array<ImpactState, kMaxEffects> impact{};
+  std::uint64_t impacts_tick = 0;  // the last in which they had a say
+  float knock_nm = 0;              // of all of them, then
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.
 void restart_effects(SceneState& state, std::uint16_t slots, std::uint64_t tick);
 
-/// Sum of the active effects' torques on the knob, N m. Costs nothing for slots that do not play.
+/// Sum of the active effects' torques on the knob but impacts', N m. Costs nothing for slots that
+/// do not play.
 float evaluate_scene(const Scene& scene, SceneState& state, const Motion& motion,
                      const Resolution& resolution, const std::uint64_t& tick);
 
-/// Whether one of the active effects plays in time, whatever the knob does.
+/// Whether one of the active effects plays in time, whatever the knob does. An impact does not
+/// count: it is apart.
 bool plays_in_time(const Scene& scene);
 
 /// Whether one of the active effects turns its torque to and fro, whatever the knob does.
 bool shakes(const Scene& scene);
 
-/// The part of the sum that plays in time.
+/// The part of that sum that plays in time.
 float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& resolution,
                      const std::uint64_t& tick);
+
+/// Whether one of the active effects is an Impact.
+bool has_impacts(const Scene& scene);
+
+/// What the motor can be told in a tick.
+struct MotorRange {
+  float low_nm = 0;
+  float high_nm = 0;
+};
+
+/// Adds what the impacts give to what the motor is told for all else. What does not fit is not
+/// given, and does not count in their energy. Apart from the other effects, which must not be
+/// slower for them.
+/// @param motor_nm for all else
+/// @param gain     0 to 1, for a soft start
+/// @returns what the motor is to be told, within `range`
+float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
+                  const Resolution& resolution, const std::uint64_t& tick, float motor_nm,
+                  float gain, const MotorRange& range);
 
 /// A torque, a spring and a damper, streamed by the host.
 struct LocalModel {

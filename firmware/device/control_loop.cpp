@@ -386,6 +386,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
     if (owner_ != Owner::sdk) playing_scene_ = nullptr;
   }
   if (local_model_on_) overlay_.local = &local_model_;
+  if (playing_scene_ != nullptr) overlay_.impacts = core::has_impacts(*playing_scene_);
   overlay_.bounds = overlay_.ledger;
   const bool soft = soft_start_ticks_left_ != 0;
   if (soft) {
@@ -399,7 +400,7 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
     overlay_.only_bounds = !bound.new_scene && bound.in_time_nm == 0.0F;
     if (!overlay_.only_bounds) changes_ = true;
   }
-  if (changes_) playing_overlay_ = &overlay_;
+  if (changes_ || overlay_.impacts) playing_overlay_ = &overlay_;
 }
 
 std::uint32_t ControlLoop::find_causes(const TickInputs& in,
@@ -489,7 +490,7 @@ void ControlLoop::report_event(EventKind kind) {
   if (passive_ && !letting_go_) flags |= flag::passive;
   if (owner_ == Owner::game) flags |= flag::game;
   const bool bounds = playing_overlay_ != nullptr && playing_overlay_->bounds;
-  if (bounds) desired_torque_nm = core::asked_torque(controller_.bound);
+  if (bounds) desired_torque_nm = core::asked_torque(controller_, *playing_overlay_);
   if (bounds && controller_.bound.bounded) flags |= flag::bounded;
   const LoopSample sample{controller_.tick - 1,
                           controller_.motion.position_counts,

@@ -193,6 +193,7 @@ class ControlLoop {
   core::Overlay overlay_;
   // The longest tick so far, but not more than the budget: a longer one is something to decide.
   std::uint32_t usual_tick_ns_ = 0;
+  float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of what plays
 
   LoopConfig config_;
   core::ControllerState controller_;
@@ -212,7 +213,6 @@ class ControlLoop {
   std::uint32_t lateness_ = 0;           // what late ticks cost, less what the others earned
   std::uint32_t silent_ticks_left_ = 0;  // until the watchdog bites
   std::uint32_t soft_start_ticks_left_ = 0;
-  float speed_limit_rad_s_ = std::numeric_limits<float>::infinity();  // of what plays
   bool changes_ = false;     // what plays beside the scene is decided anew in every tick
   bool passive_ = false;     // fading out
   bool letting_go_ = false;  // because somebody said so

@@ -17,6 +17,13 @@ using protocol::Verdict;
 static_assert(protocol::max_effects == core::kMaxEffects);
 static_assert(protocol::curve_pool_points == core::kCurvePoolPoints);
 
+// After so many time constants a thousandth is left of an impact's sine.
+constexpr float kDecays = 7.0F;
+// A knob that passes a count in this time at most has a speed that is worth a knock.
+constexpr float kSlowestCountS = 2e-3F;
+// Faster than a hand taps. What comes sooner is no impact but a knob that chatters.
+constexpr float kBetweenImpactsS = 0.05F;
+
 float per_tick(float change, std::uint32_t ticks) {
   return ticks == 0 ? 0.0F : change / static_cast<float>(ticks);
 }
@@ -179,6 +186,27 @@ Verdict prepare_effect(const protocol::Curve& in, const Resolution& r, core::Eff
   curve.first_point = in.first_point;
   curve.repeats = in.ends == protocol::Ends::repeat;
   effect = curve;
+  return {};
+}
+
+Verdict prepare_effect(const protocol::Impact& in, const Resolution& r, core::Effect& effect) {
+  const float cycles_per_tick = in.frequency_hz * r.period_s;
+  if (cycles_per_tick > 0.5F) {
+    return {Status::out_of_range, field_index<protocol::Impact>("frequency_hz")};
+  }
+  core::Impact impact;
+  impact.surface = core::make_origin(in.angle_turns_q32, r.counts_per_rev);
+  impact.outward = in.side == protocol::Side::above ? -1.0F : 1.0F;
+  impact.strength_nm_s_per_rad = in.strength_nm_s_per_rad;
+  impact.phase_per_tick = core::round_to_u32(cycles_per_tick * 0x1p32F);
+  impact.decay_per_tick = core::exp_negative(r.period_s / in.decay_s);
+  impact.sine_ticks = core::round_to_u32(kDecays * in.decay_s / r.period_s);
+  impact.pulse_nm_s_per_rad = in.pulse_nm_s_per_rad;
+  impact.pulse_ticks = core::round_to_u32(in.pulse_s / r.period_s);
+  impact.torque_limit_nm = in.torque_limit_nm;
+  impact.least_speed_rad_s = r.rad_per_count / kSlowestCountS;
+  impact.rest_ticks = core::round_to_u32(kBetweenImpactsS / r.period_s);
+  effect = impact;
   return {};
 }
 

@@ -380,6 +380,48 @@ struct Layout<Curve> {
   };
 };
 
+/// The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the
+/// speed with which the knob comes in through the surface. Inside only, and it gives back no more
+/// energy than it has taken since, but for a count.
+struct Impact {
+  Target target;
+  std::int64_t angle_turns_q32 = 0;
+  Side side = Side::above;
+  float strength_nm_s_per_rad = 0;
+  float frequency_hz = 300;
+  float decay_s = 0.005F;
+  float pulse_nm_s_per_rad = 0;
+  float pulse_s = 0.005F;
+  float torque_limit_nm = max_torque_nm;
+};
+template <>
+struct Layout<Impact> {
+  static constexpr std::uint8_t id = 0x2C;
+  static constexpr Direction direction = Direction::output;
+  static constexpr std::string_view name = "impact";
+  static constexpr std::string_view doc =
+      "The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the "
+      "speed with which the knob comes in through the surface. Inside only, and it gives back no "
+      "more energy than it has taken since, but for a count.";
+  static constexpr FieldList fields{
+      group("target", &Impact::target, ""),
+      number("angle_turns_q32", &Impact::angle_turns_q32, "2^-32 turn", -max_turns_q32,
+             max_turns_q32, "the surface, as a rule that of a wall"),
+      choice("side", &Impact::side, "on which side of the surface it is solid"),
+      number("strength_nm_s_per_rad", &Impact::strength_nm_s_per_rad, "N m s/rad", 0,
+             max_damping_nm_s_per_rad, "the sine's torque at first, per speed of impact"),
+      number("frequency_hz", &Impact::frequency_hz, "Hz", 1, 1000,
+             "of the sine; at most half the control rate"),
+      number("decay_s", &Impact::decay_s, "s", 1e-4F, 0.1F, "in which the sine falls to 1/e"),
+      number("pulse_nm_s_per_rad", &Impact::pulse_nm_s_per_rad, "N m s/rad", 0,
+             max_damping_nm_s_per_rad, "the pulse's torque, per speed of impact"),
+      number("pulse_s", &Impact::pulse_s, "s", 0, 0.1F,
+             "how long the pulse lasts; it ends where the knob stops"),
+      number("torque_limit_nm", &Impact::torque_limit_nm, "N m", 0, max_torque_nm,
+             "the torque does not grow beyond this"),
+  };
+};
+
 /// Writes points into the pool of the scene that is being built.
 struct CurvePoints {
   std::uint16_t sequence = 0;
@@ -407,11 +449,11 @@ struct Layout<CurvePoints> {
 
 /// Reports that put an effect into a slot.
 using EffectReports = std::tuple<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
-                                 Detents, EndStops, Texture, Curve>;
+                                 Detents, EndStops, Texture, Curve, Impact>;
 
 /// Any of them.
 using EffectReport = std::variant<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
-                                  Detents, EndStops, Texture, Curve>;
+                                  Detents, EndStops, Texture, Curve, Impact>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Wall>() == 21);
@@ -426,6 +468,7 @@ static_assert(wire_size<Detents>() == 29);
 static_assert(wire_size<EndStops>() == 28);
 static_assert(wire_size<Texture>() == 15);
 static_assert(wire_size<Curve>() == 25);
+static_assert(wire_size<Impact>() == 37);
 static_assert(wire_size<CurvePoints>() == 58);
 
 }  // namespace torsio::protocol

@@ -500,11 +500,12 @@ struct Layout<Event> {
 };
 
 /// Every report, in the order of the documentation.
-using AllReports = std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig,
-                              GameConfig, ShaftConfig, CalibrationConfig, GameMonitor, Ledger,
-                              Command, Commit, Stream, LocalModel, Excitation, Wall, Spring, Damper,
-                              Friction, Inertia, Constant, Ramp, Periodic, Detents, EndStops,
-                              Texture, Curve, CurvePoints, Telemetry, Acknowledgement, Event>;
+using AllReports =
+    std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
+               ShaftConfig, CalibrationConfig, GameMonitor, Ledger, Command, Commit, Stream,
+               LocalModel, Excitation, Wall, Spring, Damper, Friction, Inertia, Constant, Ramp,
+               Periodic, Detents, EndStops, Texture, Curve, Impact, CurvePoints, Telemetry,
+               Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
 static_assert(wire_size<Identity>() == 46);

@@ -46,13 +46,11 @@ class Rules {
   }
 
   void apply(const Periodic& in, protocol::Periodic&) {
-    const double highest_hz = 0.5e9 / limits_.control_period_ns;
-    if (in.frequency_hz > highest_hz) {
-      refuse("frequency_hz is " + number_text(in.frequency_hz) + ", allowed are 0 to " +
-             number_text(highest_hz) + " Hz (half of this device's control rate)");
-    }
+    check_frequency(in.frequency_hz, 0.0);
     check_timing(in.timing);
   }
+
+  void apply(const Impact& in, protocol::Impact&) { check_frequency(in.frequency_hz, 1.0); }
 
   /// Notches in a turn as 2^-32.
   void apply(const Detents& in, protocol::Detents& wire) {
@@ -112,6 +110,15 @@ class Rules {
   }
 
  private:
+  void check_frequency(double frequency_hz, double lowest_hz) const {
+    const double highest_hz = 0.5e9 / limits_.control_period_ns;
+    if (frequency_hz > highest_hz) {
+      refuse("frequency_hz is " + number_text(frequency_hz) + ", allowed are " +
+             number_text(lowest_hz) + " to " + number_text(highest_hz) +
+             " Hz (half of this device's control rate)");
+    }
+  }
+
   [[nodiscard]] std::uint64_t span_turns_q32(double span_rad) const {
     constexpr long double kMost = protocol::max_span_turns_q32;
     const long double least = std::ceil(0x1p33L / limits_.counts_per_rev);

@@ -70,6 +70,10 @@ struct WireType<Curve> {
   using type = protocol::Curve;
 };
 template <>
+struct WireType<Impact> {
+  using type = protocol::Impact;
+};
+template <>
 struct WireType<LocalModel> {
   using type = protocol::LocalModel;
 };

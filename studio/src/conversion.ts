@@ -136,7 +136,7 @@ export function sceneToWire(scene: readonly Effect[], limits: SceneLimits): Wire
       checkTiming(effect);
       const values = toWire(described(effect.type).fields, effect);
       if (effect.type === "detents") values.per_turn_q32 = notchesQ32(effect, limits);
-      if (effect.type === "periodic" && Number(effect.frequency_hz) > 0.5e9 / limits.controlPeriodNs) {
+      if ((effect.type === "periodic" || effect.type === "impact") && Number(effect.frequency_hz) > 0.5e9 / limits.controlPeriodNs) {
         throw new InvalidValue(`frequency_hz is ${effect.frequency_hz}, above half of this device's control rate`);
       }
       if (effect.type === "end_stops" && Number(effect.upper_rad) < Number(effect.lower_rad)) {

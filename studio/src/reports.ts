@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 571769829;
+export const FINGERPRINT: number = 3401938157;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -180,6 +180,7 @@ export const EFFECTS: readonly string[] = [
   "end_stops",
   "texture",
   "curve",
+  "impact",
 ];
 
 export const CONFIGURATIONS: readonly string[] = [
@@ -705,6 +706,25 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "ends", "kind": "choice", "doc": "what it does outside the span", "wire": "ends", "type": "u8", "enumeration": "Ends", "values": ["hold", "repeat"], "default": "hold", "shown": true},
       {"name": "first_point", "kind": "whole", "doc": "index in the pool", "wire": "first_point", "type": "u16", "low": 0, "high": 1022, "default": 0},
       {"name": "points", "kind": "whole", "doc": "", "wire": "points", "type": "u16", "low": 2, "high": 1024, "default": 2},
+    ],
+  },
+  "impact": {
+    "id": 44,
+    "direction": "output",
+    "title": "Impact",
+    "doc": "The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the speed with which the knob comes in through the surface. Inside only, and it gives back no more energy than it has taken since, but for a count.",
+    "notes": "",
+    "size": 37,
+    "fields": [
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "angle_rad", "kind": "angle", "doc": "the surface, as a rule that of a wall", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
+      {"name": "side", "kind": "choice", "doc": "on which side of the surface it is solid", "wire": "side", "type": "u8", "enumeration": "Side", "values": ["above", "below"], "default": "above", "shown": true},
+      {"name": "strength_nm_s_per_rad", "kind": "number", "doc": "the sine's torque at first, per speed of impact", "wire": "strength_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
+      {"name": "frequency_hz", "kind": "number", "doc": "of the sine; at most half the control rate", "wire": "frequency_hz", "type": "f32", "low": 1.0, "high": 1000.0, "unit": "Hz", "default": 300.0, "shown": true},
+      {"name": "decay_s", "kind": "number", "doc": "in which the sine falls to 1/e", "wire": "decay_s", "type": "f32", "low": 0.0001, "high": 0.1, "unit": "s", "default": 0.005, "shown": true},
+      {"name": "pulse_nm_s_per_rad", "kind": "number", "doc": "the pulse's torque, per speed of impact", "wire": "pulse_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
+      {"name": "pulse_s", "kind": "number", "doc": "how long the pulse lasts; it ends where the knob stops", "wire": "pulse_s", "type": "f32", "low": 0.0, "high": 0.1, "unit": "s", "default": 0.005, "shown": true},
+      {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
   },
   "curve_points": {

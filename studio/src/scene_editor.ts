@@ -21,6 +21,7 @@ const EXAMPLES: Record<string, () => Effect> = {
   detents: () => ({ type: "detents", per_turn: 24, torque_nm: 0.03 }),
   end_stops: () => ({ type: "end_stops", lower_rad: -0.8, upper_rad: 0.8, stiffness_nm_per_rad: 1.4 }),
   texture: () => ({ type: "texture", grains_per_turn: 120, torque_nm: 0.01 }),
+  impact: () => ({ type: "impact", angle_rad: 0.3, strength_nm_s_per_rad: 0.02, pulse_nm_s_per_rad: 0.01 }),
   curve: () => ({ type: "curve", span_rad: 1, torque_nm: [0, 0.03, 0, -0.03, 0] }),
 };
 

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 import torsio
 from tests.board import pico
 from tests.board.felt import ELECTRICS
@@ -16,11 +18,21 @@ from torsio.plant import PlantParams
 from torsio_studies.calibration.knobs import HiddenKnob, truth_of
 
 
-def _electric(plant: PlantParams) -> PlantParams:
-    """Give a knob the electrics of the board; its brake then lags by its coil."""
+def electric_plant(hidden: HiddenKnob) -> PlantParams:
+    """Give a knob the electrics of the board; its brake then lags by its coil.
+
+    When the board reads its current, after the middle of the pulse, is hidden too.
+    """
     electrics = ELECTRICS[pico.chosen.name]
-    coil_h = plant.brake_time_constant_s * electrics.coil_resistance_ohm
-    return replace(plant, electrics=replace(electrics, coil_inductance_h=coil_h))
+    late_s = np.random.default_rng([16, hidden.number]).normal(1.0e-6, 0.35e-6)
+    return replace(
+        hidden.plant,
+        electrics=replace(
+            electrics,
+            coil_inductance_h=hidden.plant.brake_time_constant_s * electrics.coil_resistance_ohm,
+            sample_offset_s=max(float(late_s), 0.0),
+        ),
+    )
 
 
 @contextmanager
@@ -46,7 +58,7 @@ def hidden_board(hidden: HiddenKnob, *, emulated: bool = False) -> Iterator[tors
     emulated
         The emulated device in place of the binary.
     """
-    with (_emulated if emulated else _binary)(_electric(hidden.plant)) as knob:
+    with (_emulated if emulated else _binary)(electric_plant(hidden)) as knob:
         # For so long the winding stands more.
         knob.update(motor_current_continuous_a=2.0)
         knob.update(encoder_reversed=hidden.reversed)

@@ -303,6 +303,18 @@ typedef struct torsio_curve {
   int32_t ends;
 } torsio_curve;
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
+typedef struct torsio_impact {
+  uint32_t struct_size;
+  double angle_rad;
+  int32_t side;
+  double strength_nm_s_per_rad;
+  double frequency_hz;
+  double decay_s;
+  double pulse_nm_s_per_rad;
+  double pulse_s;
+  double torque_limit_nm;
+} torsio_impact;
+TORSIO_API torsio_result torsio_impact_init(torsio_impact* structure);
 typedef struct torsio_local_model {
   uint32_t struct_size;
   double torque_nm;
@@ -726,6 +738,7 @@ TORSIO_API torsio_result torsio_scene_add_end_stops(torsio_scene* scene,
 TORSIO_API torsio_result torsio_scene_add_texture(torsio_scene* scene,
                                                   const torsio_texture* effect);
 TORSIO_API torsio_result torsio_scene_add_curve(torsio_scene* scene, const torsio_curve* effect);
+TORSIO_API torsio_result torsio_scene_add_impact(torsio_scene* scene, const torsio_impact* effect);
 TORSIO_API torsio_result torsio_knob_actuator_config(torsio_knob* knob,
                                                      torsio_actuator_config* config);
 TORSIO_API torsio_result torsio_knob_set_actuator_config(torsio_knob* knob,

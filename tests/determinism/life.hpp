@@ -168,7 +168,7 @@ class Life {
   void write_effect() {
     const wire::Target target{static_cast<std::uint16_t>(below(65536)), 0,
                               static_cast<std::uint8_t>(below(16))};
-    switch (below(12)) {
+    switch (below(13)) {
       case 0:
         return send(wire::Wall{.target = target,
                                .angle_turns_q32 = some_angle(),
@@ -208,7 +208,12 @@ class Life {
                                    .lower_turns_q32 = -(1LL << 32),
                                    .upper_turns_q32 = 1LL << 32,
                                    .stiffness_nm_per_rad = somef(3.0)});
-      case 10: {
+      case 10:
+        return send(wire::Impact{.target = target,
+                                 .strength_nm_s_per_rad = somef(0.05),
+                                 .frequency_hz = 30.0F + somef(470.0),
+                                 .pulse_nm_s_per_rad = somef(0.05)});
+      case 11: {
         wire::Texture texture;
         texture.target = target;
         texture.grain = static_cast<wire::Grain>(below(4));

@@ -412,6 +412,20 @@ CASES: list[tuple[str, dict[str, Any]]] = [
         },
     ),
     (
+        "impact",
+        {
+            "target": TARGET,
+            "angle_turns_q32": -0x0000000123456789,
+            "side": "below",
+            "strength_nm_s_per_rad": 0.015625,
+            "frequency_hz": 312.5,
+            "decay_s": 0.00390625,
+            "pulse_nm_s_per_rad": 0.03125,
+            "pulse_s": 0.0078125,
+            "torque_limit_nm": 0.75,
+        },
+    ),
+    (
         "curve_points",
         {
             "sequence": 0x0304,

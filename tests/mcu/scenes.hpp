@@ -84,6 +84,7 @@ void for_each_kind(Visit&& visit) {
   curve.span_turns_q32 = std::uint64_t{1} << 31;
   curve.ends = Ends::repeat;
   named(curve);
+  named(Impact{{1, 0, 0}, 0, Side::below, 0.01F, 300.0F, 5e-3F, 0.01F, 5e-3F, 0.05F});
 }
 
 }  // namespace torsio::mcu

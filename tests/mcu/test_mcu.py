@@ -113,7 +113,7 @@ def host_replay() -> str:
 
 def test_replay_covers_every_kind_of_effect_and_every_law(host_replay: str) -> None:
     lines = host_replay.splitlines()
-    assert len(lines) == 12 + 4
+    assert len(lines) == 13 + 4
     checksums = [line.rsplit(" ", 1)[1] for line in lines]
     assert len(set(checksums)) == len(checksums)
 

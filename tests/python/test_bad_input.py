@@ -19,6 +19,7 @@ from torsio import (
     Curve,
     Detents,
     EndStops,
+    Impact,
     ImpedanceHand,
     InvalidArgument,
     Knob,
@@ -80,6 +81,8 @@ BAD_SCENES: list[tuple[Any, type[Exception], str]] = [
     (Texture(torque_nm=0.1, grains_per_turn=0), InvalidArgument, "grains_per_turn"),
     (Texture(torque_nm=0.1, grains_per_turn=2.5), TypeError, "whole number"),  # type: ignore[arg-type]
     (Texture(torque_nm=0.1, grains_per_turn=9, seed=-1), InvalidArgument, "seed"),
+    (Impact(frequency_hz=501.0), InvalidArgument, "half of this device's control rate"),
+    (Impact(decay_s=0.0), InvalidArgument, "decay_s is 0"),
     (Curve(torque_nm=[0.1]), InvalidArgument, "has 1 points"),
     (Curve(torque_nm=np.zeros(1025)), InvalidArgument, "1025"),
     ([Curve(torque_nm=np.zeros(600))] * 2, InvalidArgument, "1024"),

@@ -153,6 +153,42 @@ def test_limit_that_the_turns_would_break_is_named_before_anything_turns() -> No
         assert knob.control_config().speed_limit_rad_s == 40.0
 
 
+def _as_board(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let emulated knobs say that they are a real board's."""
+    before = vars(torsio.Knob)["info"]
+    monkeypatch.setattr(
+        torsio.Knob, "info", property(lambda knob: replace(before.fget(knob), board="pico2"))
+    )
+
+
+def test_board_that_nobody_has_confirmed_is_named_before_anything_turns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with torsio.open("emulated") as knob:
+        _as_board(monkeypatch)
+        with pytest.raises(
+            calibration.Refusal, match=r"nobody has confirmed.*confirmed=on"
+        ) as told:
+            calibration.calibrate(knob, quick=True)
+        assert told.value.reason == "unconfirmed"
+        assert knob.position_rad() == 0.0
+
+
+def test_board_that_is_held_low_until_it_is_measured_is_measured_without_a_warning(
+    monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    with torsio.open("emulated") as knob:
+        knob.update(confirmed=True)
+        _as_board(monkeypatch)
+        monkeypatch.setattr(torsio.Knob, "_is_held_low", lambda _: True)
+        with pytest.warns(torsio.HeldLowWarning):
+            knob.arm()
+        knob.disarm()
+        recwarn.clear()
+        assert calibration.calibrate(knob, quick=True).quantities
+    assert not [one for one in recwarn if one.category is torsio.HeldLowWarning]
+
+
 def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
     bent = torsio.ShaftConfig(knee_1_rad=0.5, knee_1_nm_per_rad=4.0)  # beyond what it twists
     with torsio.open("emulated") as knob:

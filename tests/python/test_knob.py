@@ -57,6 +57,7 @@ def scene_cases() -> list[tuple[torsio.Effect, float, float]]:
         (torsio.Detents(torque_nm=0.03, pitch_rad=0.4, profile="linear"), angle, -0.015),
         (torsio.Detents(torque_nm=0.03, pitch_rad=0.4, profile="click", width=0.2), angle, -0.03),
         (torsio.Texture(torque_nm=0.02, grains_per_turn=4, grain="square"), angle, 0.02),
+        (torsio.Impact(angle_rad=0.05, strength_nm_s_per_rad=0.02), angle, 0.0),
         (torsio.Curve(torque_nm=[0.0, 0.04], angle_rad=0.0, span_rad=0.2), angle, 0.02),
         (torsio.Curve(torque_nm=[0.01, 0.03], angle_rad=0.2, span_rad=0.2), angle, 0.01),
     ]

@@ -191,6 +191,12 @@ REPORTS = {
             0x2B,
             f"{_TARGET}, q angle_turns_q32, Q span_turns_q32, B ends, H first_point, H points",
         ),
+        _report(
+            "impact",
+            0x2C,
+            f"{_TARGET}, q angle_turns_q32, B side, f strength_nm_s_per_rad, f frequency_hz, "
+            "f decay_s, f pulse_nm_s_per_rad, f pulse_s, f torque_limit_nm",
+        ),
         _report("curve_points", 0x2F, "H sequence, B axis, H first_point, B points, 13f torque_nm"),
         _report(
             "telemetry",

@@ -40,6 +40,9 @@ EFFECTS: list[Any] = [
     ),
     torsio.Texture(grains_per_turn=120, torque_nm=0.01, grain="square", seed=7),
     torsio.Curve(torque_nm=[0, 0.03, -0.03], angle_rad=0.1, span_rad=2, ends="repeat"),
+    torsio.Impact(
+        angle_rad=0.25, side="below", strength_nm_s_per_rad=0.02, frequency_hz=250, pulse_s=0.01
+    ),
 ]
 SCENES: list[list[Any]] = [[], *([effect] for effect in EFFECTS), EFFECTS]
 

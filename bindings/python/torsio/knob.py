@@ -174,10 +174,13 @@ class Knob(KnobConfiguration, KnobTelemetry):
         Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows,
         which gives little; `limits` tells how much.
         """
-        self._recording.note("arm")
-        self._knob.arm()
+        self._arm()
         if self._is_held_low():
             warnings.warn(held_low(self.limits()), stacklevel=2)
+
+    def _arm(self) -> None:
+        self._recording.note("arm")
+        self._knob.arm()
 
     def _is_held_low(self) -> bool:
         return self.info.board != "emulated" and self.limits().held_low

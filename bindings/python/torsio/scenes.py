@@ -28,6 +28,7 @@ __all__ = [
     "EndStops",
     "Excitation",
     "Friction",
+    "Impact",
     "Inertia",
     "Periodic",
     "Ramp",
@@ -362,6 +363,45 @@ class Curve(Effect):
     def __post_init__(self) -> None:
         """Ask for the right kinds, and keep sequences so that they compare by value."""
         object.__setattr__(self, "torque_nm", checks.numbers("torque_nm", self.torque_nm))
+
+
+@dataclass(frozen=True)
+class Impact(Effect):
+    """The knock of something hard.
+
+    A decaying sine, and a pulse that brakes, in proportion to the speed with which the knob comes
+    in through the surface. Inside only, and it gives back no more energy than it has taken since,
+    but for a count.
+
+    Attributes
+    ----------
+    angle_rad
+        The surface, as a rule that of a wall.
+    side
+        On which side of the surface it is solid.
+    strength_nm_s_per_rad
+        The sine's torque at first, per speed of impact; 0 to 1000.
+    frequency_hz
+        Of the sine; at most half the control rate; 1 to 1000.
+    decay_s
+        In which the sine falls to 1/e; 1e-4 to 0.1.
+    pulse_nm_s_per_rad
+        The pulse's torque, per speed of impact; 0 to 1000.
+    pulse_s
+        How long the pulse lasts; it ends where the knob stops; 0 to 0.1.
+    torque_limit_nm
+        The torque does not grow beyond this; 0 to 100.
+    """
+
+    _: KW_ONLY
+    angle_rad: float = 0.0
+    side: Literal["above", "below"] = "above"
+    strength_nm_s_per_rad: float = 0.0
+    frequency_hz: float = 300.0
+    decay_s: float = 0.005
+    pulse_nm_s_per_rad: float = 0.0
+    pulse_s: float = 0.005
+    torque_limit_nm: float = MAX_TORQUE_NM
 
 
 @dataclass(frozen=True)

@@ -226,10 +226,36 @@ CURVE = _effect(
     wire_doc="A torque over angle, linear between points of the pool. Outside its span it holds its "
     "end values or repeats.",
 )  # fmt: skip
+IMPACT = _effect(
+    0x2C,
+    "Impact",
+    "The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the speed "
+    "with which the knob comes in through the surface. Inside only, and it gives back no more energy than "
+    "it has taken since, but for a count.",
+    angle_rad("angle_rad", "the surface, as a rule that of a wall"),
+    choice("side", e.SIDE, "on which side of the surface it is solid"),
+    number(
+        "strength_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,
+        "the sine's torque at first, per speed of impact",
+    ),
+    number(
+        "frequency_hz", "Hz", 1.0, 1e3, "of the sine; at most half the control rate", default=300.0
+    ),
+    number("decay_s", "s", 1e-4, 0.1, "in which the sine falls to 1/e", default=5e-3),
+    number(
+        "pulse_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,
+        "the pulse's torque, per speed of impact",
+    ),
+    number(
+        "pulse_s", "s", 0.0, 0.1, "how long the pulse lasts; it ends where the knob stops",
+        default=5e-3,
+    ),
+    TORQUE_LIMIT,
+)  # fmt: skip
 
 EFFECTS = (
     WALL, SPRING, DAMPER, FRICTION, INERTIA, CONSTANT, RAMP, PERIODIC, DETENTS, END_STOPS, TEXTURE,
-    CURVE,
+    CURVE, IMPACT,
 )  # fmt: skip
 """Every effect, in the order of the documentation and of the variants."""
 

@@ -397,6 +397,30 @@ typedef struct torsio_curve {
 } torsio_curve;
 TORSIO_API torsio_result torsio_curve_init(torsio_curve* structure);
 
+/// The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the
+/// speed with which the knob comes in through the surface. Inside only, and it gives back no more
+/// energy than it has taken since, but for a count.
+typedef struct torsio_impact {
+  uint32_t struct_size;  ///< bytes of a torsio_impact
+  /// the surface, as a rule that of a wall
+  double angle_rad;
+  /// a torsio_side: on which side of the surface it is solid; at first above
+  int32_t side;
+  /// the sine's torque at first, per speed of impact; 0 to 1000
+  double strength_nm_s_per_rad;
+  /// of the sine; at most half the control rate; 1 to 1000; at first 300
+  double frequency_hz;
+  /// in which the sine falls to 1/e; 1e-4 to 0.1; at first 0.005
+  double decay_s;
+  /// the pulse's torque, per speed of impact; 0 to 1000
+  double pulse_nm_s_per_rad;
+  /// how long the pulse lasts; it ends where the knob stops; 0 to 0.1; at first 0.005
+  double pulse_s;
+  /// the torque does not grow beyond this; 0 to 100; at first 100
+  double torque_limit_nm;
+} torsio_impact;
+TORSIO_API torsio_result torsio_impact_init(torsio_impact* structure);
+
 /// A torque, a spring and a damper that the device renders at its own rate, on top of the scene,
 /// until the next one comes: `torque - stiffness (angle - angle_rad) - damping speed`.
 typedef struct torsio_local_model {
@@ -1203,6 +1227,7 @@ TORSIO_API torsio_result torsio_scene_add_end_stops(torsio_scene* scene,
 TORSIO_API torsio_result torsio_scene_add_texture(torsio_scene* scene,
                                                   const torsio_texture* effect);
 TORSIO_API torsio_result torsio_scene_add_curve(torsio_scene* scene, const torsio_curve* effect);
+TORSIO_API torsio_result torsio_scene_add_impact(torsio_scene* scene, const torsio_impact* effect);
 
 /// Read a configuration, or set a whole one, which the device takes while it is disarmed: to change
 /// a field, read, change, set. `torsio_knob_save` keeps it over power-off.

@@ -97,6 +97,9 @@ torsio_result torsio_texture_init(torsio_texture* structure) {
 torsio_result torsio_curve_init(torsio_curve* structure) {
   return torsio::c::init<torsio::Curve>(structure);
 }
+torsio_result torsio_impact_init(torsio_impact* structure) {
+  return torsio::c::init<torsio::Impact>(structure);
+}
 torsio_result torsio_local_model_init(torsio_local_model* structure) {
   return torsio::c::init<torsio::LocalModel>(structure);
 }
@@ -217,6 +220,9 @@ torsio_result torsio_scene_add_texture(torsio_scene* scene, const torsio_texture
 }
 torsio_result torsio_scene_add_curve(torsio_scene* scene, const torsio_curve* effect) {
   return torsio::c::add(scene, effect, "torsio_curve");
+}
+torsio_result torsio_scene_add_impact(torsio_scene* scene, const torsio_impact* effect) {
+  return torsio::c::add(scene, effect, "torsio_impact");
 }
 
 torsio_result torsio_knob_actuator_config(torsio_knob* knob, torsio_actuator_config* config) {

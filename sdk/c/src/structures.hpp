@@ -137,6 +137,18 @@ inline Curve from_c(const torsio_curve& from) {
   to.ends = choice<Ends>(from.ends, "ends");
   return to;
 }
+inline Impact from_c(const torsio_impact& from) {
+  Impact to;
+  to.angle_rad = from.angle_rad;
+  to.side = choice<Side>(from.side, "side");
+  to.strength_nm_s_per_rad = from.strength_nm_s_per_rad;
+  to.frequency_hz = from.frequency_hz;
+  to.decay_s = from.decay_s;
+  to.pulse_nm_s_per_rad = from.pulse_nm_s_per_rad;
+  to.pulse_s = from.pulse_s;
+  to.torque_limit_nm = from.torque_limit_nm;
+  return to;
+}
 inline LocalModel from_c(const torsio_local_model& from) {
   LocalModel to;
   to.torque_nm = from.torque_nm;
@@ -497,6 +509,19 @@ inline torsio_curve to_c([[maybe_unused]] const Curve& from) {
   to.angle_rad = from.angle_rad;
   to.span_rad = from.span_rad;
   to.ends = static_cast<std::int32_t>(from.ends);
+  return to;
+}
+inline torsio_impact to_c([[maybe_unused]] const Impact& from) {
+  torsio_impact to{};
+  to.struct_size = sizeof(torsio_impact);
+  to.angle_rad = from.angle_rad;
+  to.side = static_cast<std::int32_t>(from.side);
+  to.strength_nm_s_per_rad = from.strength_nm_s_per_rad;
+  to.frequency_hz = from.frequency_hz;
+  to.decay_s = from.decay_s;
+  to.pulse_nm_s_per_rad = from.pulse_nm_s_per_rad;
+  to.pulse_s = from.pulse_s;
+  to.torque_limit_nm = from.torque_limit_nm;
   return to;
 }
 inline torsio_local_model to_c([[maybe_unused]] const LocalModel& from) {

@@ -245,6 +245,27 @@ struct Fields<Curve> {
   };
 };
 template <>
+struct Fields<Impact> {
+  static constexpr std::string_view name = "Impact";
+  static constexpr std::tuple list{
+      field("angle_rad", &Impact::angle_rad, "rad", -kNoLimit, kNoLimit,
+            "the surface, as a rule that of a wall"),
+      field("side", &Impact::side, "", -kNoLimit, kNoLimit,
+            "on which side of the surface it is solid"),
+      field("strength_nm_s_per_rad", &Impact::strength_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "the sine's torque at first, per speed of impact"),
+      field("frequency_hz", &Impact::frequency_hz, "Hz", 1.0, 1000.0,
+            "of the sine; at most half the control rate"),
+      field("decay_s", &Impact::decay_s, "s", 1e-4, 0.1, "in which the sine falls to 1/e"),
+      field("pulse_nm_s_per_rad", &Impact::pulse_nm_s_per_rad, "N m s/rad", 0.0, 1000.0,
+            "the pulse's torque, per speed of impact"),
+      field("pulse_s", &Impact::pulse_s, "s", 0.0, 0.1,
+            "how long the pulse lasts; it ends where the knob stops"),
+      field("torque_limit_nm", &Impact::torque_limit_nm, "N m", 0.0, 100.0,
+            "the torque does not grow beyond this"),
+  };
+};
+template <>
 struct Fields<LocalModel> {
   static constexpr std::string_view name = "LocalModel";
   static constexpr std::tuple list{

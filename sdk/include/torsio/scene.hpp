@@ -135,9 +135,24 @@ struct Curve {
   Ends ends = Ends::hold;  ///< what it does outside the span
 };
 
+/// The knock of something hard: a decaying sine, and a pulse that brakes, in proportion to the
+/// speed with which the knob comes in through the surface. Inside only, and it gives back no more
+/// energy than it has taken since, but for a count.
+struct Impact {
+  double angle_rad = 0.0;   ///< the surface, as a rule that of a wall
+  Side side = Side::above;  ///< on which side of the surface it is solid
+  /// the sine's torque at first, per speed of impact; 0 to 1000
+  double strength_nm_s_per_rad = 0.0;
+  double frequency_hz = 300.0;      ///< of the sine; at most half the control rate; 1 to 1000
+  double decay_s = 0.005;           ///< in which the sine falls to 1/e; 1e-4 to 0.1
+  double pulse_nm_s_per_rad = 0.0;  ///< the pulse's torque, per speed of impact; 0 to 1000
+  double pulse_s = 0.005;  ///< how long the pulse lasts; it ends where the knob stops; 0 to 0.1
+  double torque_limit_nm = 100.0;  ///< the torque does not grow beyond this; 0 to 100
+};
+
 /// Any effect.
 using Effect = std::variant<Wall, Spring, Damper, Friction, Inertia, Constant, Ramp, Periodic,
-                            Detents, EndStops, Texture, Curve>;
+                            Detents, EndStops, Texture, Curve, Impact>;
 
 /// Up to 16 effects; their torques add up. The place in the list is the effect's identity: an
 /// effect that stands at the same place with the same values in the next scene goes on playing, any

@@ -215,8 +215,8 @@ MachineCommand LawOf::control(std::int64_t counts) {
   core::ControllerInputs in;
   in.encoder_count = static_cast<std::uint32_t>(counts);
   in.scene = &setup_->scene;
-  const core::Overlay overlay = core::overlay_of(setup_->config.controller);
-  if (overlay.bounds) in.overlay = &overlay;
+  const core::Overlay overlay = core::overlay_of(setup_->config.controller, setup_->scene);
+  if (core::is_needed(overlay)) in.overlay = &overlay;
   const core::ControllerOutputs out = core::control(controller_, setup_->config.controller, in);
   return both_ways(out.motor_command_nm, out.brake_command_nm);
 }

@@ -35,7 +35,8 @@ core::Scene one(const core::Effect& effect) {
 /// Afterwards, with a good scene, everything must be as if nothing had happened.
 void check_contained(const core::Scene& scene, const core::LocalModel* local, float gain,
                      core::ForceSource* extra = nullptr) {
-  const core::Overlay overlay{local, gain, extra};
+  core::Overlay overlay{local, gain, extra};
+  overlay.impacts = core::has_impacts(scene);
   for (const core::Law law :
        {core::Law::paper, core::Law::compensated, core::Law::parallel, core::Law::motor_only}) {
     const core::ControllerParams p = params(law);
@@ -106,6 +107,9 @@ TEST_CASE("a scene that is not finite gives no torque, raises the flag and leave
         core::Detents{{}, bad, core::DetentProfile::sine, 4.0F},
         core::Detents{{{}, 1ULL << 60, 0}, 0.1F, core::DetentProfile::click, bad},
         core::Texture{1ULL << 51, 100, bad, core::Grain::noise, 0},
+        // The knob comes in.
+        core::Impact{.surface = {10, 0}, .strength_nm_s_per_rad = bad, .sine_ticks = 100},
+        core::Impact{.surface = {10, 0}, .pulse_nm_s_per_rad = bad, .pulse_ticks = 100},
     };
     for (const core::Effect& effect : effects) check_contained(one(effect), nullptr, 1.0F);
   }

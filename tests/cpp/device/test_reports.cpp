@@ -45,6 +45,9 @@ TEST_CASE("every refused report says why and leaves the scene as it was") {
   Texture grainy;
   grainy.grains_per_turn = 4097;
   CHECK(rig.send_status(grainy) == Status::out_of_range);
+  Impact shrill;
+  shrill.frequency_hz = 501.0F;
+  CHECK(rig.send_status(shrill) == Status::out_of_range);
   Curve beyond;
   beyond.first_point = 1000;
   beyond.points = 25;

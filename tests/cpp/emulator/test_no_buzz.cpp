@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "emulator/closed_loop.hpp"
@@ -29,10 +30,13 @@ struct Trial {
   Held held = Held::off;
   std::uint32_t delay_ticks = 0;
   std::int64_t rate_hz = 10'000;
+  bool knocks = false;  // a hard Impact at the surface
 };
 
 constexpr double kStartRad = -0.02;
 constexpr double kPushNm = 0.04;
+constexpr auto kWayTurnsQ32 =
+    static_cast<std::int64_t>(-kStartRad / (2.0 * std::numbers::pi) * 0x1p32);
 
 ClosedLoopOptions options_of(const Trial& trial, double& contact_s) {
   ClosedLoopOptions options;
@@ -49,6 +53,16 @@ ClosedLoopOptions options_of(const Trial& trial, double& contact_s) {
     wall.side = protocol::Side::above;
     wall.stiffness_nm_per_rad = static_cast<float>(trial.stiffness_nm_per_rad);
     options.scene.emplace_back(wall);
+  }
+  if (trial.knocks) {
+    protocol::Impact impact;
+    impact.strength_nm_s_per_rad = impact.pulse_nm_s_per_rad = 0.03F;
+    impact.decay_s = 0.02F;
+    impact.pulse_s = 0.02F;
+    // Counted from where the knob begins, which must be outside.
+    impact.angle_turns_q32 = kWayTurnsQ32;
+    std::get<protocol::Wall>(options.scene.front()).angle_turns_q32 = kWayTurnsQ32;
+    options.scene.emplace_back(impact);
   }
   emulator::PlantState state;
   state.knob_angle = emulator::Angle::from_rad(kStartRad);
@@ -121,6 +135,186 @@ TEST_CASE("calibrated_law_spring_of_any_stiffness_comes_to_rest_at_10_khz") {
 }
 TEST_CASE("calibrated_law_spring_of_any_stiffness_comes_to_rest_at_20_khz") {
   check_at_rest(true, 20'000);
+}
+
+TEST_CASE("calibrated_law_wall_that_knocks_comes_to_rest") {
+  for (const double stiffness : {1.0, 20.0, 200.0, 1e6}) {
+    for (const double speed : {0.5, 2.0, 5.0, 10.0, 18.0}) {
+      for (const Held held : {Held::off, Held::stiff, Held::soft, Held::weight}) {
+        for (const std::int64_t rate_hz : {10'000, 20'000}) {
+          CAPTURE(stiffness);
+          CAPTURE(speed);
+          CAPTURE(static_cast<int>(held));
+          CAPTURE(rate_hz);
+          CHECK(moves_counts({.stiffness_nm_per_rad = stiffness,
+                              .speed_rad_s = speed,
+                              .held = held,
+                              .delay_ticks = 1,
+                              .rate_hz = rate_hz,
+                              .knocks = true}) <= (held == Held::weight ? 3 : 2));
+        }
+      }
+    }
+  }
+}
+
+// The oracle is the plant's energy: of all that moves, of the shaft's spring and of the hand's.
+TEST_CASE("impact_gives_no_energy_to_a_knob_that_bounces_without_friction") {
+  double most_taken = 0.0;
+  for (const double hand_nm_per_rad : {0.5, 5.0, 40.0}) {
+    for (const double speed : {0.5, 3.0, 15.0}) {
+      for (const float strength : {0.003F, 0.03F, 0.3F}) {
+        for (const float frequency_hz : {10.0F, 60.0F, 300.0F}) {
+          CAPTURE(hand_nm_per_rad);
+          CAPTURE(speed);
+          CAPTURE(strength);
+          CAPTURE(frequency_hz);
+          ClosedLoopOptions options;
+          options.control_period_ns = 50'000;
+          options.control.law = protocol::Law::motor_only;
+          options.actuator.counts_per_rev = options.encoder.counts_per_rev = 32'768;
+          options.plant.counts_per_rev = 32'768;
+          emulator::PlantParams& plant = options.plant;
+          plant.motor_time_constant_s = plant.knob_coulomb_nm = 0.0;
+          plant.knob_viscous_nm_s_per_rad = plant.shaft_damping_nm_s_per_rad = 0.0;
+          plant.brake_viscous_nm_s_per_rad = plant.brake_drag_nm = 0.0;
+          protocol::Impact impact;
+          impact.strength_nm_s_per_rad = impact.pulse_nm_s_per_rad = strength;
+          impact.frequency_hz = frequency_hz;
+          impact.angle_turns_q32 = kWayTurnsQ32;
+          impact.decay_s = 0.1F;
+          impact.pulse_s = 0.05F;
+          options.scene.emplace_back(impact);
+          emulator::ImpedanceHand hand;
+          hand.stiffness_nm_per_rad = hand_nm_per_rad;
+          hand.intended_angle_rad = emulator::Profile::constant(0.0);
+          options.hand = hand;
+          emulator::PlantState state;
+          state.knob_angle = emulator::Angle::from_rad(kStartRad);
+          state.speed_rad_s = {speed, speed, 0.0};
+          options.initial = state;
+          ClosedLoop loop(options);
+          std::vector<LoopRow> rows(4'000);
+          loop.run(rows.size(), rows);
+
+          const auto energy_j = [&](const LoopRow& row) {
+            const double twist_rad = row.angle_rad - row.brake_angle_rad;
+            return 0.5 *
+                   (plant.knob_inertia_kg_m2 * row.speed_rad_s * row.speed_rad_s +
+                    plant.brake_inertia_kg_m2 * row.brake_speed_rad_s * row.brake_speed_rad_s +
+                    plant.shaft_stiffness_nm_per_rad * twist_rad * twist_rad +
+                    hand_nm_per_rad * row.angle_rad * row.angle_rad);
+          };
+          // What counts leave open: where in its count the knob was at each change of the torque,
+          // and the motion of a tick.
+          constexpr double kCountRad = 2.0 * std::numbers::pi / 32'768;
+          double changes_nm = 0.0;
+          double last_nm = 0.0;
+          const double before_j = energy_j(rows.front());
+          double lowest_j = before_j;
+          double worst = -1.0;
+          for (const LoopRow& row : rows) {
+            const double command_nm = static_cast<double>(row.motor_command_nm);
+            const double open_j =
+                changes_nm * kCountRad +
+                std::abs(last_nm) * (std::abs(row.speed_rad_s) * 50e-6 + kCountRad);
+            worst = std::max(worst, energy_j(row) - before_j - open_j);
+            lowest_j = std::min(lowest_j, energy_j(row));
+            changes_nm += std::abs(command_nm - last_nm);
+            last_nm = command_nm;
+          }
+          CHECK(worst <= 1e-3 * before_j);
+          most_taken = std::max(most_taken, 1.0 - lowest_j / before_j);
+        }
+      }
+    }
+  }
+  CHECK(most_taken > 0.3);  // and it has had a say in the motion
+}
+
+// The oracle is the true work of what the motor gave beyond the wall, which is computed here from
+// the counts, with the motor's limits. Wall and knock together are more than it has.
+TEST_CASE("impact_beside_a_wall_gives_no_energy_where_the_motor_saturates") {
+  constexpr double kCountRad = 2.0 * std::numbers::pi / 32'768;
+  constexpr double kMotorNm = 85e-3;
+  double most_taken_j = 0.0;
+  int saturated = 0;
+  for (const double stiffness : {0.5, 5.0, 100.0, 1e6}) {
+    for (const double speed : {0.5, 3.0, 15.0}) {
+      for (const float strength : {0.003F, 0.03F, 3.0F}) {
+        for (const float frequency_hz : {10.0F, 300.0F}) {
+          for (const double slew_nm_per_s : {0.0, 100.0}) {
+            CAPTURE(stiffness);
+            CAPTURE(speed);
+            CAPTURE(strength);
+            CAPTURE(frequency_hz);
+            CAPTURE(slew_nm_per_s);
+            ClosedLoopOptions options;
+            options.control_period_ns = 50'000;
+            options.control.law = protocol::Law::motor_only;
+            options.control.motor_slew_nm_per_s = static_cast<float>(slew_nm_per_s);
+            options.actuator.counts_per_rev = options.encoder.counts_per_rev = 32'768;
+            options.plant.counts_per_rev = 32'768;
+            options.plant.motor_time_constant_s = 0.0;
+            protocol::Wall wall;
+            wall.side = protocol::Side::above;
+            wall.stiffness_nm_per_rad = static_cast<float>(stiffness);
+            wall.angle_turns_q32 = kWayTurnsQ32;
+            options.scene.emplace_back(wall);
+            protocol::Impact impact;
+            impact.strength_nm_s_per_rad = impact.pulse_nm_s_per_rad = strength;
+            impact.frequency_hz = frequency_hz;
+            impact.angle_turns_q32 = kWayTurnsQ32;
+            impact.decay_s = 0.1F;
+            impact.pulse_s = 0.05F;
+            options.scene.emplace_back(impact);
+            emulator::ImpedanceHand hand;
+            hand.stiffness_nm_per_rad = 5.0;
+            hand.intended_angle_rad = emulator::Profile::constant(0.0);
+            options.hand = hand;
+            emulator::PlantState state;
+            state.knob_angle = emulator::Angle::from_rad(kStartRad);
+            state.speed_rad_s = {speed, speed, 0.0};
+            options.initial = state;
+            ClosedLoop loop(options);
+            std::vector<LoopRow> rows(4'000);
+            loop.run(rows.size(), rows);
+
+            const double step_nm = slew_nm_per_s > 0.0 ? slew_nm_per_s * 50e-6 : 1.0;
+            double before_nm = 0.0;
+            double knock_nm = 0.0;
+            double work_j = 0.0;
+            double open_j = 0.0;
+            double worst_j = -1.0;
+            for (std::size_t i = 1; i < rows.size(); ++i) {
+              const LoopRow& row = rows[i - 1];
+              const double moved_rad = rows[i].angle_rad - row.angle_rad;
+              // Counted from the first sample, as the scene's angles are.
+              const double depth_rad =
+                  static_cast<double>(row.position_counts) * kCountRad + kStartRad;
+              const double asked_nm = -std::max(0.0, stiffness * depth_rad);
+              const double wall_nm = std::clamp(asked_nm, std::max(-kMotorNm, before_nm - step_nm),
+                                                std::min(kMotorNm, before_nm + step_nm));
+              const auto told_nm = static_cast<double>(row.motor_command_nm);
+              if (asked_nm <= -kMotorNm) ++saturated;
+              const double changed_nm = std::abs(told_nm - wall_nm - knock_nm);
+              knock_nm = told_nm - wall_nm;
+              work_j += knock_nm * moved_rad;
+              open_j += changed_nm * kCountRad;
+              worst_j =
+                  std::max(worst_j, work_j - open_j -
+                                        std::abs(knock_nm) * (std::abs(moved_rad) + kCountRad));
+              most_taken_j = std::max(most_taken_j, -work_j);
+              before_nm = told_nm;
+            }
+            CHECK(worst_j <= 1e-7);
+          }
+        }
+      }
+    }
+  }
+  CHECK(most_taken_j > 1e-3);
+  CHECK(saturated > 1000);
 }
 
 // The trials can tell: without the bound the same spring swings for ever, ten times as wide.

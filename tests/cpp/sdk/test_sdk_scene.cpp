@@ -165,6 +165,23 @@ TEST_CASE("every field of the simple effects arrives in its own place") {
 
 TEST_CASE("what is not given is what the device has by default") {
   CHECK(protocol::encode(to_wire(BoardConfig{})) == protocol::encode(protocol::BoardConfig{}));
+  const auto impact = wire<protocol::Impact>(Impact{.angle_rad = kTurn,
+                                                    .side = Side::below,
+                                                    .strength_nm_s_per_rad = 0.25,
+                                                    .frequency_hz = 128,
+                                                    .decay_s = 0.015625,
+                                                    .pulse_nm_s_per_rad = 0.5,
+                                                    .pulse_s = 0.03125,
+                                                    .torque_limit_nm = 2});
+  CHECK(impact.angle_turns_q32 == 1LL << 32);
+  CHECK(impact.side == protocol::Side::below);
+  CHECK(impact.strength_nm_s_per_rad == 0.25F);
+  CHECK(impact.frequency_hz == 128.0F);
+  CHECK(impact.decay_s == 0.015625F);
+  CHECK(impact.pulse_nm_s_per_rad == 0.5F);
+  CHECK(impact.pulse_s == 0.03125F);
+  CHECK(impact.torque_limit_nm == 2.0F);
+
   CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
         protocol::encode(protocol::ActuatorConfig{}));
   CHECK(protocol::encode(to_wire(ControlConfig{})) == protocol::encode(protocol::ControlConfig{}));
@@ -178,6 +195,7 @@ TEST_CASE("what is not given is what the device has by default") {
         protocol::encode(protocol::Detents{}));
   CHECK(protocol::encode(wire<protocol::Texture>(Texture{})) ==
         protocol::encode(protocol::Texture{}));
+  CHECK(protocol::encode(wire<protocol::Impact>(Impact{})) == protocol::encode(protocol::Impact{}));
   CHECK(protocol::encode(to_wire(LocalModel{})) == protocol::encode(protocol::LocalModel{}));
 }
 
@@ -226,6 +244,8 @@ TEST_CASE("a bad value is InvalidArgument that names effect, field and range") {
        {"attack_s", "fade_s"}},
       {Ramp{.end_torque_nm = 0.1}, {"ramp", "duration_s is 0"}},
       {Periodic{.frequency_hz = 501}, {"periodic", "frequency_hz is 501", "0 to 500 Hz"}},
+      {Impact{.frequency_hz = 501}, {"impact", "frequency_hz is 501", "1 to 500 Hz"}},
+      {Impact{.decay_s = 0}, {"decay_s is 0"}},
       {Periodic{.phase_turns = 1.5}, {"phase_turns is 1.5"}},
       {Detents{}, {"detents", "exactly one of per_turn and pitch_rad"}},
       {Detents{.per_turn = 24, .pitch_rad = 1}, {"exactly one of per_turn and pitch_rad"}},
@@ -259,9 +279,9 @@ TEST_CASE("the whole range of every limit is accepted") {
        Wall{.angle_rad = -4e8, .side = Side::below}, Constant{.torque_nm = -100},
        Friction{.stiffness_nm_per_rad = 1e-6},
        Detents{.per_turn = 4096, .torque_nm = 100, .width = 0.01}, Texture{.grains_per_turn = 4096},
-       Periodic{.frequency_hz = 500, .phase_turns = 1},
+       Periodic{.frequency_hz = 500, .phase_turns = 1}, Impact{.frequency_hz = 500},
        Curve{.torque_nm = std::vector<double>(1024, 100.0), .span_rad = 800}});
-  CHECK(scene.slots.size() == 8);
+  CHECK(scene.slots.size() == 9);
   CHECK(scene.pieces.size() == 79);
 }
 
@@ -381,6 +401,7 @@ TEST_CASE("each kind of effect is accepted and makes torque where it should") {
       EndStops{.lower_rad = -0.1, .upper_rad = 0.1, .stiffness_nm_per_rad = 1},
       Texture{.grains_per_turn = 100, .torque_nm = 0.02},
       Curve{.torque_nm = {0.0, -0.02}},
+      Impact{.angle_rad = 0.1, .strength_nm_s_per_rad = 0.01},
   };
   CHECK(effects.size() == std::variant_size_v<Effect>);
   knob.arm();

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -85,6 +86,38 @@ def _lagged(
     return result
 
 
+def _left(fit: Solution) -> float:
+    return float(np.sum(fit.residual**2))
+
+
+def _coil_first(
+    time_s: Array,
+    begins_s: Array,
+    commands: Array,
+    width: float,
+    first: float,
+    lags: tuple[float, float],
+    flexible_s2: float,
+) -> Array:
+    """Answer of a brake whose coil lags, and whose torque follows the coil with a play."""
+    result = np.full(len(time_s), first)
+    current, torque = float(commands[0]), first
+    ends = np.append(begins_s[1:], time_s[-1] + 1.0)
+    for begin, end, command in zip(begins_s, ends, commands, strict=True):
+        rises = command > current
+        lag = max(lags[0] if rises else lags[1], 1e-4)
+        chosen = (time_s >= begin) & (time_s < end)
+        left = (current - command) * np.exp(-(time_s[chosen] - begin) / lag)
+        follows = command + left - width if rises else command + left + width
+        moves = follows > torque if rises else follows < torque
+        # The brake's inertia on the shaft's spring takes a part of what changes.
+        taken = flexible_s2 / lag**2 / (1.0 + flexible_s2 / lag**2)
+        result[chosen] = np.where(moves, follows - taken * left, torque)
+        current = command + (current - command) * float(np.exp(-(end - begin) / lag))
+        torque = max(torque, current - width) if rises else min(torque, current + width)
+    return result
+
+
 def estimate_brake(
     log: Recording,
     cogging_nm: Callable[[Array], Array],
@@ -129,31 +162,39 @@ def estimate_brake(
     thin = max(round(2e-3 / log.period_s), 1)
     chosen = np.flatnonzero(turning)[::thin]
 
-    def model(value: Array) -> Array:
+    def model(value: Array, *, coil_first: bool) -> Array:
         gain, width, rise, release, friction = (float(number) for number in value)
-        width = abs(width)
+        width, lags = abs(width), (abs(rise), abs(release))
         targets = play_of(commands, width, width if remanent else 0.0)
-        begin = targets[0]
-        braked = _lagged(
-            time_s, begins, targets, float(begin), (abs(rise), abs(release)), flexible_s2
-        )
+        begin = float(targets[0])
+        if coil_first:
+            braked = _coil_first(time_s, begins, commands, width, begin, lags, flexible_s2)
+        else:
+            braked = _lagged(time_s, begins, targets, begin, lags, flexible_s2)
         smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), window, mode="valid")
         return np.asarray(gain * smoothed[: len(time_s)] + friction, dtype=np.float64)[chosen]
 
     measured = torque[chosen]
-    best: Solution | None = None
-    for width in (0.02 * top, 0.15 * top):
-        trial = gauss_newton(
-            model,
-            measured,
-            np.array([1.0, width, 0.06, 0.06, float(np.min(measured))]),
-            scale=np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5]),
-            lags=max(round(0.06 / (thin * log.period_s)), 4),
-            steps=15,
-        )
-        if best is None or np.sum(trial.residual**2) < np.sum(best.residual**2):
-            best = trial
-    assert best is not None
+
+    def fitted(*, coil_first: bool) -> Solution:
+        trials = [
+            gauss_newton(
+                partial(model, coil_first=coil_first),
+                measured,
+                np.array([1.0, width, 0.06, 0.06, float(np.min(measured))]),
+                scale=np.array([1e-3, 2e-5, 1e-4, 1e-4, 1e-5]),
+                lags=max(round(0.06 / (thin * log.period_s)), 4),
+                steps=15,
+            )
+            for width in (0.02 * top, 0.15 * top)
+        ]
+        return min(trials, key=_left)
+
+    # Whether the lag comes before the play or after it, what is measured says; without a play both
+    # are the same.
+    best, coil_first = fitted(coil_first=False), fitted(coil_first=True)
+    if _left(coil_first) < 0.8 * _left(best):
+        best = coil_first
     gain, width, rise, release, friction = (float(number) for number in best.value)
     left = float(np.sqrt(np.mean(best.residual**2)))
     if gain < 0.3:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Array
 from torsio.errors import Refused
 from torsio.knob import Knob
@@ -29,9 +30,10 @@ class Recording:
 
     Attributes
     ----------
-    time_s, angle_rad, motor_nm, brake_nm
-        Shape (n,). The motor's command is delayed by half a tick and its lag, so that it is the
-        torque of its moment; the brake's command is as it was given.
+    time_s, angle_rad, speed_rad_s, told_nm, motor_nm, brake_nm
+        Shape (n,). What the motor is told is delayed by half a tick and its lag; `motor_nm` is that
+        less what its drive leaves missing, the torque of its moment. The brake's command is as it
+        was given.
     counts
         From the device's zero; `count_rad` is one of them.
     stopped
@@ -41,6 +43,8 @@ class Recording:
     time_s: Array
     counts: Array
     angle_rad: Array
+    speed_rad_s: Array
+    told_nm: Array
     motor_nm: Array
     brake_nm: Array
     count_rad: float
@@ -53,9 +57,17 @@ class Recording:
         chosen = (since >= begin_s) & (since < end_s)
         arrays = {
             name: getattr(self, name)[chosen]
-            for name in ("time_s", "counts", "angle_rad", "motor_nm", "brake_nm")
+            for name in (
+                *("time_s", "counts", "angle_rad", "speed_rad_s"),
+                *("told_nm", "motor_nm", "brake_nm"),
+            )
         }
         return replace(self, **arrays)
+
+    def driven_by(self, drive: Drive) -> Recording:
+        """Give it as it is if this drive makes the motor's torque."""
+        missing_nm = drive.missing_nm(self.told_nm, self.speed_rad_s)
+        return replace(self, motor_nm=self.told_nm - missing_nm)
 
 
 class Player:
@@ -65,13 +77,16 @@ class Player:
     ----------
     seconds
         Of the knob's time that were used so far.
+    drive
+        What makes the motor's torque; None if it is what the motor is told.
     """
 
-    def __init__(self, knob: Knob, rate_hz: float, motor_lag_s: float) -> None:
+    def __init__(self, knob: Knob, rate_hz: float, motor_lag_s: float, drive: Drive | None) -> None:
         self._knob = knob
         self._period_s = 1.0 / rate_hz
         self._tick_s = 1.0 / knob.info.control_rate_hz
         self._motor_lag_s = motor_lag_s
+        self.drive = drive
         self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
         self.seconds = 0.0
 
@@ -86,7 +101,7 @@ class Player:
         knob.configure(replace(control, motor_slew_nm_per_s=0.0, autonomous=False))
         try:
             rate_hz = knob.start_telemetry()
-            yield cls(knob, rate_hz, actuator.motor_time_constant_s)
+            yield cls(knob, rate_hz, actuator.motor_time_constant_s, drive_of(knob))
         finally:
             if knob.is_open and knob.state != "disconnected":
                 knob.stop()
@@ -118,7 +133,7 @@ class Player:
         pieces: list[Record] = []
         stopped = ""
         try:
-            knob.arm()
+            knob._arm()  # that it is held low until this is done goes without saying
             for duration_s, values in stretches:
                 given = {**bounds, **values}
                 knob.excite(Excitation(duration_s=duration_s + _SLACK_S, **given))
@@ -144,13 +159,17 @@ class Player:
         delay_s = 0.5 * self._tick_s + self._motor_lag_s
         motor_nm = log["motor_command_nm"].astype(np.float64)
         counts = log["position_counts"].astype(np.float64)
-        return Recording(
+        told_nm = np.interp(time_s - delay_s, time_s, motor_nm)
+        recording = Recording(
             time_s,
             counts,
             counts * self.count_rad,
-            np.interp(time_s - delay_s, time_s, motor_nm),
+            log["speed_rad_s"].astype(np.float64),
+            told_nm,
+            told_nm,
             log["brake_capacity_nm"].astype(np.float64),
             self.count_rad,
             self._period_s,
             stopped,
         )
+        return recording if self.drive is None else recording.driven_by(self.drive)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -24,7 +24,7 @@ from torsio.calibration.free import (
     find_signs,
     spin,
 )
-from torsio.calibration.play import Player
+from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
 from torsio.config import ActuatorConfig, CalibrationConfig, ShaftConfig
@@ -56,6 +56,17 @@ _LEFT_OUT = {
     "brake_gain": (8e-4, 0.0),
     "rise_s": (5e-4, 5e-5),
     "release_s": (1e-3, 1e-4),
+}
+# The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019).
+_LEFT_OUT_BY_DRIVE = {
+    "inertia_kg_m2": (1.0e-3, 0.0),
+    "viscous_nm_s_per_rad": (1e-2, 2e-6),
+    "offset_nm": (0.0, 1.0e-5),
+    "cogging_nm": (4e-2, 0.0),
+    "brake_gain": (4e-3, 0.0),
+    "hysteresis_nm": (2.5e-2, 1.5e-5),
+    "rise_s": (5e-3, 0.0),
+    "release_s": (6e-3, 0.0),
 }
 
 
@@ -152,12 +163,20 @@ def calibrate(
             f"is {control.speed_limit_rad_s:g}: torsio config set "
             f"speed_limit_rad_s={FREE_LIMIT_RAD_S:g}, and back when it is done",
         )  # fmt: skip
+    if knob.info.board != "emulated" and not knob.board_config().confirmed:
+        raise Refusal(
+            STEPS[0], "unconfirmed", "nobody has confirmed the parts of this board, so it gives "
+            f"{1e3 * knob.limits().motor_torque_max_nm:.3g} mN m at most: set what motor, brake "
+            "and encoder it has (docs/hardware.md, first power), then torsio config set "
+            "confirmed=on",
+        )  # fmt: skip
     with Player.playing(knob) as player:
         say(STEPS[0])
         loose_nm = find_signs(player, motor_nm)
         say(STEPS[1])
         slow_s = 0.8 if quick else SLOW_S
-        free = estimate_free(spin(player, motor_nm, slow_s=slow_s), slow_s=slow_s)
+        turns = spin(player, motor_nm, slow_s=slow_s)
+        free = estimate_free(turns, slow_s=slow_s)
         _check_plausible(free, actuator)
         say(STEPS[2])
         most = {
@@ -167,19 +186,64 @@ def calibrate(
         }
         held = hold_and_push(player, **most, quick=quick)
         shaft = estimate_shaft(*held, free.cogging_nm, free.inertia.value)
-        brake = None
+        brake = stairs = None
         if not quick:
             say(STEPS[3])
-            brake = estimate_brake(
-                slip(player, **most),
-                free.cogging_nm,
-                inertia_kg_m2=free.inertia.value,
-                viscous_nm_s_per_rad=free.viscous.value,
-                flexible_s2=_flexible_s2(free, shaft),
-                remanent=True,
-            )
+            stairs = slip(player, **most)
+            brake = _brake(stairs, free, shaft)
         seconds = player.seconds
-    return _put_together(knob, actuator, free, shaft, brake, seconds, ambient_c)
+    parts = _Parts(free, shaft, brake)
+    found = _quantities(parts)
+    if player.drive is not None:
+        found = {name: _honest(of, _LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+        for drive in player.drive.others():
+            logs = [log.driven_by(drive) for log in (turns, *held)]
+            through = None if stairs is None else stairs.driven_by(drive)
+            with suppress(Refusal):
+                other = _quantities(_parts_of(logs, through, slow_s))
+                found = _widened(found, other)
+    return _put_together(knob, actuator, parts, found, seconds, ambient_c)
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What the steps found, one by one."""
+
+    free: Free
+    shaft: Shaft
+    brake: Brake | None
+
+
+def _brake(stairs: Recording, free: Free, shaft: Shaft) -> Brake:
+    return estimate_brake(
+        stairs,
+        free.cogging_nm,
+        inertia_kg_m2=free.inertia.value,
+        viscous_nm_s_per_rad=free.viscous.value,
+        flexible_s2=_flexible_s2(free, shaft),
+        remanent=True,
+    )
+
+
+def _parts_of(logs: Sequence[Recording], stairs: Recording | None, slow_s: float) -> _Parts:
+    """Estimate all from recordings: of the turns, the pulls and the steps, and of the brake."""
+    turns, pulls, steps = logs
+    free = estimate_free(turns, slow_s=slow_s)
+    shaft = estimate_shaft(pulls, steps, free.cogging_nm, free.inertia.value)
+    return _Parts(free, shaft, None if stairs is None else _brake(stairs, free, shaft))
+
+
+def _widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:
+    """Add to each uncertainty by how much the value is another in another case."""
+    return {
+        name: replace(
+            of,
+            standard_uncertainty=math.hypot(
+                of.standard_uncertainty, other[name].value - of.value if name in other else 0.0
+            ),
+        )
+        for name, of in found.items()
+    }
 
 
 def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
@@ -197,9 +261,9 @@ def _flexible_s2(free: Free, shaft: Shaft) -> float:
     return max(free.inertia.value - knob, 0.0) / shaft.stiffness.value
 
 
-def _honest(quantity: Quantity) -> Quantity:
+def _honest(quantity: Quantity, left_out: dict[str, tuple[float, float]] = _LEFT_OUT) -> Quantity:
     """Add to the uncertainty what the fit cannot know of: what its model leaves out."""
-    share, least = _LEFT_OUT.get(quantity.name, (0.0, 0.0))
+    share, least = left_out.get(quantity.name, (0.0, 0.0))
     sigma = math.hypot(quantity.standard_uncertainty, share * quantity.value, least)
     return replace(quantity, standard_uncertainty=sigma)
 
@@ -262,15 +326,8 @@ def _bent(shaft: Shaft) -> ShaftConfig:
     )
 
 
-def _put_together(
-    knob: Knob,
-    actuator: ActuatorConfig,
-    free: Free,
-    shaft: Shaft,
-    brake: Brake | None,
-    seconds: float,
-    ambient_c: float | None,
-) -> Calibration:
+def _quantities(parts: _Parts) -> dict[str, Quantity]:
+    free, shaft, brake = parts.free, parts.shaft, parts.brake
     inertia, knob_coulomb = _honest(free.inertia), _honest(shaft.knob_coulomb)
     found = [
         *(inertia, free.coulomb, free.viscous, free.offset),
@@ -283,23 +340,12 @@ def _put_together(
         ),
         *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
-    proposed = replace(
-        actuator,
-        spring_stiffness_nm_per_rad=shaft.stiffness.value,
-        knob_coulomb_nm=max(shaft.knob_coulomb.value, 0.0),
-        knob_viscous_nm_s_per_rad=max(free.viscous.value, 0.0),
-    )
     if shaft.knob_inertia is not None:
         knob_inertia = _honest(shaft.knob_inertia)
         found += [
             knob_inertia,
             _difference("brake_inertia_kg_m2", inertia, knob_inertia, "of pulleys and brake"),
         ]
-        proposed = replace(
-            proposed,
-            knob_inertia_kg_m2=knob_inertia.value,
-            brake_inertia_kg_m2=max(inertia.value - knob_inertia.value, 0.0),
-        )
     if brake is not None:
         # The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
         passing = (SLOW_RAD_S * free.periods_per_rev) ** 2 * _flexible_s2(free, shaft)
@@ -308,15 +354,38 @@ def _put_together(
         )
         cogging = replace(free.cogging, standard_uncertainty=cogging_sigma)
         found += [cogging, brake.gain, brake.hysteresis, brake.rise, brake.release]
-        proposed = replace(
-            proposed,
-            brake_time_constant_s=brake.rise.value,
-            brake_release_time_constant_s=brake.release.value,
-            brake_hysteresis_nm=max(brake.hysteresis.value, 0.0),
-        )
     done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
-    quantities = {of.name: of if of.name in done else _honest(of) for of in found}
-    proposed = replace(proposed, brake_drag_nm=max(quantities["brake_drag_nm"].value, 0.0))
+    return {of.name: of if of.name in done else _honest(of) for of in found}
+
+
+_PROPOSED_FROM: Final = {
+    "spring_stiffness_nm_per_rad": "stiffness_nm_per_rad",
+    "knob_coulomb_nm": "knob_coulomb_nm",
+    "knob_viscous_nm_s_per_rad": "viscous_nm_s_per_rad",
+    "knob_inertia_kg_m2": "knob_inertia_kg_m2",
+    "brake_inertia_kg_m2": "brake_inertia_kg_m2",
+    "brake_time_constant_s": "rise_s",
+    "brake_release_time_constant_s": "release_s",
+    "brake_hysteresis_nm": "hysteresis_nm",
+    "brake_drag_nm": "brake_drag_nm",
+}
+
+
+def _put_together(
+    knob: Knob,
+    actuator: ActuatorConfig,
+    parts: _Parts,
+    quantities: dict[str, Quantity],
+    seconds: float,
+    ambient_c: float | None,
+) -> Calibration:
+    free, shaft, brake = parts.free, parts.shaft, parts.brake
+    values: dict[str, Any] = {
+        name: max(quantities[of].value, 0.0)
+        for name, of in _PROPOSED_FROM.items()
+        if of in quantities
+    }
+    proposed = replace(actuator, **values)
     info = knob.info
     now = datetime.datetime.now(datetime.timezone.utc)
     # Ten seconds may miss a knee, and are not enough to know the brake: what was known stays.

@@ -32,6 +32,7 @@ from torsio.scenes import (
     EndStops,
     Excitation,
     Friction,
+    Impact,
     Inertia,
     Periodic,
     Ramp,
@@ -59,6 +60,7 @@ SCENE: Final[tuple[Effect, ...]] = (
     EndStops(lower_rad=-1.0, upper_rad=1.0, stiffness_nm_per_rad=1.0),
     Texture(torque_nm=1e-2, grains_per_turn=100),
     Curve(torque_nm=(0.0, 0.1)),
+    Impact(strength_nm_s_per_rad=1e-2, pulse_nm_s_per_rad=1e-2),
 )
 PLANT: Final = PlantParams(
     shaft_hardening=ShaftHardening(),

@@ -1,0 +1,85 @@
+"""What the motor gives of what it is told, where a current loop makes its torque."""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torsio.calibration.quantity import Array
+from torsio.errors import Error
+from torsio.knob import Knob
+
+__all__ = ["Drive", "drive_of"]
+
+# From the middle of the bridge's pulse to the moment that the current is read: what interrupt and
+# converter take, of which no more is known.
+_LATE_S, _LATE_SIGMA = 1.0e-6, 0.35
+# The current sensor's noise, and how often the current loop acts on it.
+_NOISE_V, _PERIOD_S = 1e-3, 25e-6
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A motor on a bridge whose current is read a little late.
+
+    While the bridge drives, the current rises; in the middle of the pulse it is at its mean. Who
+    reads it later reads too much, and holds the mean too low by ``rise_a * (1 - |share|)``,
+    whichever way the bridge drives. Near no share at all the sensor's noise has it drive now this
+    way, now that.
+
+    Attributes
+    ----------
+    rise_a
+        Of the current from the middle of the pulse until it is read, under the whole supply.
+    blur
+        Standard deviation of the bridge's share, by noise.
+    """
+
+    torque_constant_nm_per_a: float
+    resistance_ohm: float
+    supply_v: float
+    rise_a: float
+    blur: float
+
+    def missing_nm(self, told_nm: Array, speed_rad_s: Array) -> Array:
+        """Give what is missing of a torque, with its sign."""
+        constant = self.torque_constant_nm_per_a
+        voltage_v = self.resistance_ohm / constant * told_nm + constant * speed_rad_s
+        share = np.clip(voltage_v / self.supply_v, -1.0, 1.0)
+        # Nearly the mean of a sign under noise of a normal distribution.
+        way = np.tanh(math.sqrt(2.0 / math.pi) * share / self.blur)
+        missing: Array = constant * self.rise_a * way * (1.0 - np.abs(share))
+        return missing
+
+    def others(self) -> tuple[Drive, ...]:
+        """Give what it may be as well: each by a standard uncertainty another."""
+        return (
+            replace(self, rise_a=(1.0 + _LATE_SIGMA) * self.rise_a),
+            replace(self, blur=1.5 * self.blur),
+        )
+
+
+def drive_of(knob: Knob) -> Drive | None:
+    """Give the drive of a knob; None for an emulated one that has no electrics."""
+    if knob.is_emulated:
+        has_electrics = False
+        with suppress(Error):
+            has_electrics = knob.emulator.electrics is not None
+        if not has_electrics:
+            return None
+    board = knob.board_config()
+    resistance, inductance = board.motor_resistance_ohm, board.motor_inductance_h
+    approach = -math.expm1(-2.0 * math.pi * board.current_bandwidth_hz * _PERIOD_S)
+    # It answers a wrong reading, and takes that back a period later: twice the variance.
+    approach *= math.sqrt(2.0)
+    v_per_a = approach * resistance / -math.expm1(-resistance * _PERIOD_S / inductance)
+    return Drive(
+        board.motor_torque_constant_nm_per_a,
+        resistance,
+        board.supply_v,
+        board.supply_v / inductance * _LATE_S,
+        v_per_a * _NOISE_V / board.current_sense_v_per_a / board.supply_v,
+    )

@@ -1,0 +1,56 @@
+"""Calibration through a current loop: it knows what the motor gives less than it is told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import torsio
+from tests.board import pico
+from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board
+from torsio.calibration.drive import Drive, drive_of
+from torsio_studies.calibration.knobs import hidden_knob
+
+pico.choose("pico2")
+
+
+def test_torque_that_is_missing_is_that_of_the_current_that_rises_until_it_is_read() -> None:
+    # 12 V at 1.5 mH for a microsecond are 8 mA, of which half is left at half the voltage.
+    drive = Drive(0.05, 2.5, 12.0, 12.0 / 1.5e-3 * 1e-6, 0.02)
+    half_nm = 6.0 / 2.5 * 0.05
+    told_nm = np.array([half_nm, -half_nm, 0.0, 0.0])
+    speed_rad_s = np.array([0.0, 0.0, 60.0, 0.0])  # whose back EMF is 3 V
+    expected = [0.05 * 4e-3, -0.05 * 4e-3, 0.05 * 6e-3, 0.0]
+    assert drive.missing_nm(told_nm, speed_rad_s) == pytest.approx(expected)
+
+
+def test_sign_under_noise_is_its_mean() -> None:
+    drive = Drive(0.05, 2.5, 12.0, 8e-3, 0.02)
+    for share in (0.005, 0.02, 0.05):
+        told_nm = np.array([12.0 * share / 2.5 * 0.05])
+        mean = math.erf(share / 0.02 / math.sqrt(2.0)) * (1.0 - share)
+        assert drive.missing_nm(told_nm, np.zeros(1))[0] == pytest.approx(4e-4 * mean, rel=0.04)
+
+
+@pytest.mark.parametrize("number", [1003, 1006, 1012])
+def test_intervals_hold_the_truth_with_a_current_loop(number: int) -> None:
+    found = calibrate_hidden(hidden_knob(number), quick=True, emulated=True)["found"]
+    for name in ("coulomb_nm", "stiffness_nm_per_rad", "brake_drag_nm", "viscous_nm_s_per_rad"):
+        value, sigma, truth = found[name]
+        assert abs(value - truth) < 3.0 * sigma, name
+        assert sigma < 0.2 * truth
+
+
+def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> None:
+    hidden = hidden_knob(1003)
+    with hidden_board(hidden, emulated=True) as knob:
+        drive = drive_of(knob)
+        assert drive is not None
+        assert drive.rise_a == pytest.approx(8e-3)
+        electrics = electric_plant(hidden).electrics
+        assert electrics is not None
+        assert drive.torque_constant_nm_per_a == electrics.torque_constant_nm_per_a
+    with torsio.open("emulated") as knob:
+        assert drive_of(knob) is None
