@@ -77,7 +77,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   static_assert(core::kLaws.size() == protocol::Enumerators<protocol::Law>::names.size());
   const auto law = static_cast<core::Law>(control.law);
 
-  LoopConfig loop;
+  LoopConfig loop{};  // GCC 14 takes the braces left out for a value that nobody uses
   loop.controller.motion = core::make_motion_params(
       resolution, actuator.counter_bits, actuator.encoder_reversed == protocol::Toggle::on,
       control.speed_bandwidth_hz);
