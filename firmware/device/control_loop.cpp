@@ -394,7 +394,8 @@ void ControlLoop::choose_torque(bool playing, core::ForceSource* other_force) {
                     static_cast<float>(config_.passive_ramp_ticks);
   }
   changes_ = soft || local_model_on_ || other_force != nullptr;
-  if (overlay_.bounds && !changes_ && !(scene_ != nullptr && core::plays_in_time(*scene_))) {
+  if (overlay_.bounds && !changes_ && !overlay_.impacts &&
+      !(scene_ != nullptr && core::plays_in_time(*scene_))) {
     // The first tick after a change still has to tell the bound of it.
     const core::BoundState& bound = controller_.bound;
     overlay_.only_bounds = !bound.new_scene && bound.in_time_nm == 0.0F;
