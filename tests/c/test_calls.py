@@ -33,14 +33,14 @@ def test_scene_of_all_effects_plays(
         "end_stops": {"lower_rad": -1.0, "upper_rad": 1.0},
     }
     names = [name for name in HEADER.functions if name.startswith("torsio_scene_add_")]
-    assert len(names) == 12
+    assert len(names) == 13
     for name in names:
         kind = name.removeprefix("torsio_scene_add_")
         effect = made(lib, f"torsio_{kind}", **special.get(kind, {}))
         if kind == "ramp":
             effect.timing.duration_s = 1.0
         good(lib, getattr(lib, name)(scene, ctypes.byref(effect)))
-    assert lib.torsio_scene_count(scene) == 12
+    assert lib.torsio_scene_count(scene) == 13
     good(lib, lib.torsio_knob_play(knob, scene))
     good(lib, lib.torsio_scene_clear(scene))
     assert lib.torsio_scene_count(scene) == 0

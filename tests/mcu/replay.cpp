@@ -97,10 +97,13 @@ int main() {
   mcu::for_each_kind([]<class Report>(std::string_view name, const Report& report) {
     run(name, protocol::Law::paper, 1, [&report](Bench& bench) { bench.send(report); });
   });
-  constexpr std::string_view laws[] = {"all, paper", "all, compensated", "all, parallel",
-                                       "all, motor_only"};
-  for (int law = 0; law < 4; ++law) {
-    run(laws[law], static_cast<protocol::Law>(law), 0x0FFF, [](Bench& bench) {
+  unsigned kinds = 0;
+  mcu::for_each_kind([&kinds](std::string_view, const auto&) { ++kinds; });
+  const auto all = static_cast<std::uint16_t>((1U << kinds) - 1);
+  for (std::uint8_t law = 0; law < protocol::Enumerators<protocol::Law>::names.size(); ++law) {
+    mcu::print("all, ");
+    const std::string_view name = protocol::Enumerators<protocol::Law>::names[law];
+    run(name, static_cast<protocol::Law>(law), all, [](Bench& bench) {
       protocol::CurvePoints points;
       points.points = 8;
       for (int i = 0; i < 8; ++i) {
