@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -85,3 +86,34 @@ def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> Non
         assert drive.torque_constant_nm_per_a == electrics.torque_constant_nm_per_a
     with torsio.open("emulated") as knob:
         assert drive_of(knob) is None
+
+
+@pytest.mark.parametrize(
+    ("board", "share"),
+    [
+        # 10 kHz at 40 kHz: 1 - exp(-pi / 2), answered and taken back.
+        ("pico2", math.sqrt(2.0) * 0.79212 / (1.0 - math.exp(-25e-6 / 0.6e-3))),
+        # Held at a tenth of 10 kHz: 1 - exp(-pi / 5).
+        ("pico", 0.46651 / (1.0 - math.exp(-100e-6 / 0.6e-3))),
+        ("another", None),
+    ],
+)
+def test_bridge_answers_the_noise_as_the_board_s_current_loop_does(
+    board: str, share: float | None
+) -> None:
+    config = torsio.BoardConfig(
+        motor_resistance_ohm=2.5,
+        motor_inductance_h=1.5e-3,
+        current_bandwidth_hz=10e3,
+        current_sense_v_per_a=0.5,
+        supply_v=12.0,
+    )
+    knob: Any = SimpleNamespace(
+        is_emulated=False, info=SimpleNamespace(board=board), board_config=lambda: config
+    )
+    drive = drive_of(knob)
+    if share is None:
+        assert drive is None
+    else:
+        assert drive is not None
+        assert drive.blur == pytest.approx(share * 2.5 * 2e-3 / 12.0, rel=1e-4)
