@@ -306,7 +306,11 @@ float add_impacts(const Scene& scene, SceneState& state, const Motion& motion,
     const auto* impact = std::get_if<Impact>(&scene.effect[slot]);
     if (impact == nullptr) continue;
     ImpactState& own = state.impact[slot];
-    if (!went_on) own.sine_nm = own.pulse_nm = own.push_nm = 0.0F;
+    if (!went_on) {
+      // Meanwhile the knob may have come in: where it begins is no impact.
+      own.ready = false;
+      own.sine_nm = own.pulse_nm = own.push_nm = 0.0F;
+    }
     const Moment now{scene, motion, resolution, tick, state, slot};
     const float push_nm = ask_push(own, *impact, now);
     const float with_it_nm = limited(told_nm + gain * (impact->outward * push_nm));

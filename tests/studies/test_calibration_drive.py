@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +13,19 @@ import pytest
 import torsio
 from tests.board import pico
 from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board
+from torsio.calibration import procedure
 from torsio.calibration.drive import Drive, drive_of
+from torsio.calibration.quantity import Quantity, Refusal
 from torsio_studies.calibration.knobs import hidden_knob
 
-pico.choose("pico2")
+
+@pytest.fixture(autouse=True)
+def _model() -> Iterator[None]:
+    """Run on a pico2, and leave what other tests had chosen."""
+    before = pico.chosen.name
+    pico.choose("pico2")
+    yield
+    pico.choose(before)
 
 
 def test_torque_that_is_missing_is_that_of_the_current_that_rises_until_it_is_read() -> None:
@@ -43,6 +55,26 @@ def test_intervals_hold_the_truth_with_a_current_loop(number: int) -> None:
         assert sigma < 0.2 * truth
 
 
+def test_what_is_refused_under_a_drive_that_may_be_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refuse(*_: Any) -> Any:
+        raise Refusal("shaft", "locked", "it does not twist")
+
+    monkeypatch.setattr(procedure, "_parts_of", refuse)
+    refused = calibrate_hidden(hidden_knob(1003), quick=True, emulated=True)["refused"]
+    assert refused is not None
+    assert refused.startswith("locked")
+
+
+def test_what_is_not_there_under_a_drive_that_may_be_is_uncertain_by_all_of_itself() -> None:
+    found = {"knee_rad": Quantity("knee_rad", 0.3, 0.01)}
+    for case, expected in (({"knee_rad": Quantity("knee_rad", 0.26, 0.02)}, 0.04), ({}, 0.3)):
+        knee = procedure._widened(found, case)["knee_rad"]
+        assert knee.value == 0.3
+        assert knee.standard_uncertainty == pytest.approx(math.sqrt(1e-4 + expected**2))
+
+
 def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> None:
     hidden = hidden_knob(1003)
     with hidden_board(hidden, emulated=True) as knob:
@@ -54,3 +86,34 @@ def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> Non
         assert drive.torque_constant_nm_per_a == electrics.torque_constant_nm_per_a
     with torsio.open("emulated") as knob:
         assert drive_of(knob) is None
+
+
+@pytest.mark.parametrize(
+    ("board", "share"),
+    [
+        # 10 kHz at 40 kHz: 1 - exp(-pi / 2), answered and taken back.
+        ("pico2", math.sqrt(2.0) * 0.79212 / (1.0 - math.exp(-25e-6 / 0.6e-3))),
+        # Held at a tenth of 10 kHz: 1 - exp(-pi / 5).
+        ("pico", 0.46651 / (1.0 - math.exp(-100e-6 / 0.6e-3))),
+        ("another", None),
+    ],
+)
+def test_bridge_answers_the_noise_as_the_board_s_current_loop_does(
+    board: str, share: float | None
+) -> None:
+    config = torsio.BoardConfig(
+        motor_resistance_ohm=2.5,
+        motor_inductance_h=1.5e-3,
+        current_bandwidth_hz=10e3,
+        current_sense_v_per_a=0.5,
+        supply_v=12.0,
+    )
+    knob: Any = SimpleNamespace(
+        is_emulated=False, info=SimpleNamespace(board=board), board_config=lambda: config
+    )
+    drive = drive_of(knob)
+    if share is None:
+        assert drive is None
+    else:
+        assert drive is not None
+        assert drive.blur == pytest.approx(share * 2.5 * 2e-3 / 12.0, rel=1e-4)

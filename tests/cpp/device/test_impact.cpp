@@ -222,6 +222,19 @@ TEST_CASE("an impact that was interrupted does not go on") {
   CHECK(bench.at(3, 3.0) == 0.0F);
 }
 
+TEST_CASE("where an impact is taken up again inside is no impact") {
+  Bench bench(solid());
+  CHECK(bench.at(-10, 3.0) == 0.0F);
+  bench.pass(1);
+  for (int i = 100; i < 200; ++i) CHECK(bench.at(i, 3.0) == 0.0F);
+  // Outside it is ready at once.
+  CHECK(bench.at(-10, 3.0) == 0.0F);
+  bench.pass(1);
+  CHECK(bench.at(-10, 3.0) == 0.0F);
+  bench.at(1, 3.0);
+  CHECK(bench.at(2, 3.0) != 0.0F);
+}
+
 TEST_CASE("an impact never gives back more than it has taken, but for a tick's motion") {
   std::mt19937 random(20);
   const auto between = [&](double low, double high) {

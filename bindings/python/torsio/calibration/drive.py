@@ -17,8 +17,30 @@ __all__ = ["Drive", "drive_of"]
 # From the middle of the bridge's pulse to the moment that the current is read: what interrupt and
 # converter take, of which no more is known.
 _LATE_S, _LATE_SIGMA = 1.0e-6, 0.35
-# The current sensor's noise, and how often the current loop acts on it.
-_NOISE_V, _PERIOD_S = 1e-3, 25e-6
+_NOISE_V = 1e-3  # of the current sensor
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """A board's current loop: how often it acts, and whether it is the predictive one."""
+
+    period_s: float
+    predicts: bool
+
+    def approach(self, bandwidth_hz: float) -> float:
+        """Give how much of a wrong reading it answers, as a share."""
+        per_period = bandwidth_hz * self.period_s
+        if not self.predicts:
+            return -math.expm1(-2.0 * math.pi * min(per_period, 0.1))
+        # It takes the answer back a period later: twice the variance.
+        return -math.expm1(-2.0 * math.pi * per_period) * math.sqrt(2.0)
+
+
+_LOOPS = {
+    "pico": _Loop(100e-6, predicts=False),
+    "pico2": _Loop(25e-6, predicts=True),
+    "emulated": _Loop(25e-6, predicts=True),  # as `torsio.Electrics` is unless told otherwise
+}
 
 
 @dataclass(frozen=True)
@@ -63,7 +85,13 @@ class Drive:
 
 
 def drive_of(knob: Knob) -> Drive | None:
-    """Give the drive of a knob; None for an emulated one that has no electrics."""
+    """Give the drive of a knob; None for an emulated one that has no electrics, or another board's.
+
+    An emulated knob does not tell which current loop it has: it counts as a pico2.
+    """
+    loop = _LOOPS.get(knob.info.board)
+    if loop is None:
+        return None
     if knob.is_emulated:
         has_electrics = False
         with suppress(Error):
@@ -72,10 +100,8 @@ def drive_of(knob: Knob) -> Drive | None:
             return None
     board = knob.board_config()
     resistance, inductance = board.motor_resistance_ohm, board.motor_inductance_h
-    approach = -math.expm1(-2.0 * math.pi * board.current_bandwidth_hz * _PERIOD_S)
-    # It answers a wrong reading, and takes that back a period later: twice the variance.
-    approach *= math.sqrt(2.0)
-    v_per_a = approach * resistance / -math.expm1(-resistance * _PERIOD_S / inductance)
+    settled = -math.expm1(-resistance * loop.period_s / inductance)
+    v_per_a = loop.approach(board.current_bandwidth_hz) * resistance / settled
     return Drive(
         board.motor_torque_constant_nm_per_a,
         resistance,

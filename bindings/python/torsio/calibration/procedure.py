@@ -199,9 +199,8 @@ def calibrate(
         for drive in player.drive.others():
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)
-            with suppress(Refusal):
-                other = _quantities(_parts_of(logs, through, slow_s))
-                found = _widened(found, other)
+            # What is refused under it is refused: nobody would know how far it is from the truth.
+            found = _widened(found, _quantities(_parts_of(logs, through, slow_s)))
     return _put_together(knob, actuator, parts, found, seconds, ambient_c)
 
 
@@ -234,12 +233,16 @@ def _parts_of(logs: Sequence[Recording], stairs: Recording | None, slow_s: float
 
 
 def _widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:
-    """Add to each uncertainty by how much the value is another in another case."""
+    """Add to each uncertainty by how much the value is another in another case.
+
+    What is not there in that case counts as nothing, so that it is uncertain by all of itself.
+    """
+    values = {name: of.value for name, of in other.items()}
     return {
         name: replace(
             of,
             standard_uncertainty=math.hypot(
-                of.standard_uncertainty, other[name].value - of.value if name in other else 0.0
+                of.standard_uncertainty, values.get(name, 0.0) - of.value
             ),
         )
         for name, of in found.items()
