@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from torsio import ShaftConfig
 from torsio.calibration import calibrate
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.knobs import (
     QUANTITIES,
+    RATE_HZ,
+    WALL_NM_PER_RAD,
     emulated,
     hidden_knob,
     measure,
@@ -19,6 +23,7 @@ from torsio_studies.calibration.knobs import (
 )
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
 from torsio_studies.execution import execute
+from torsio_studies.paper.runs import push_options, run_push
 
 KNOBS = 4
 
@@ -31,6 +36,20 @@ def rows() -> list[dict[str, float]]:
 def test_hidden_knobs_are_found_to_the_end_within_the_time(rows: list[dict[str, float]]) -> None:
     assert all(row["complete"] == 1.0 and row["refused_rightly"] == 1.0 for row in rows)
     assert max(row["knob_seconds"] for row in rows) < 90.0
+
+
+def test_wall_is_as_good_with_what_was_found_as_with_the_true_values(
+    rows: list[dict[str, float]],
+) -> None:
+    for row in rows:
+        assert 0.0 < row["wall_found"] <= 1.2 * row["wall_true"]
+    # What the device knows of its parts before is far from that.
+    plant = hidden_knob(1000).plant
+    with emulated(plant) as knob:
+        believed = knob.actuator_config()
+    options = push_options(WALL_NM_PER_RAD, "calibrated", rate_hz=RATE_HZ, plant=plant)
+    unknown = run_push(replace(options, actuator=believed, shaft=ShaftConfig()))[1]
+    assert unknown.tracking_rms_out > 2.0 * rows[0]["wall_found"]
 
 
 def test_nearly_all_intervals_hold_the_truth(rows: list[dict[str, float]]) -> None:
@@ -93,6 +112,7 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     def instead(batch):  # type: ignore[no-untyped-def]
         asked.extend(batch.designs)
         row = {"number": 0.0, "refused_rightly": 1.0, "complete": 1.0, "knob_seconds": 30.0}
+        row |= {"wall_found": 0.011, "wall_true": 0.01}
         for name in QUANTITIES:
             row |= {f"{name}_truth": 1.0, f"{name}_value": 1.01, f"{name}_sigma": 0.01}
         return [row | {"number": float(number)} for number in batch.designs]
@@ -109,5 +129,7 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     again = execute("calibration", out=tmp_path, settings=settings)
     assert len(asked) == 4
     assert again["rows"] == first["rows"]
-    assert json.loads((tmp_path / "calibration.json").read_text())["rows"][0]["coverage"] == 1.0
+    kept = json.loads((tmp_path / "calibration.json").read_text())
+    assert kept["rows"][0]["coverage"] == 1.0
+    assert kept["wall"] == pytest.approx({"found": 0.011, "true": 0.01, "near": 1.0, "worst": 1.1})
     assert (tmp_path / "calibration_coverage.png").stat().st_size > 10_000

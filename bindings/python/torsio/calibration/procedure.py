@@ -55,7 +55,7 @@ _LEFT_OUT = {
     "shaft_damping_nm_s_per_rad": (0.15, 1e-5),
     "brake_gain": (8e-4, 0.0),
     "rise_s": (5e-4, 5e-5),
-    "release_s": (1e-3, 1e-4),
+    "release_s": (5e-3, 1e-4),
 }
 # The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019).
 _LEFT_OUT_BY_DRIVE = {

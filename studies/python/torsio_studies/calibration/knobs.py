@@ -12,11 +12,15 @@ import numpy as np
 
 import torsio
 from torsio import calibration
+from torsio.calibration import Calibration
+from torsio.closed_loop import LoopOptions
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
+from torsio_studies.paper import runs
 
 RATE_HZ: Final = 10_000.0
-EVALUATION: Final = 2
 MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/calibration.md were made with
+WALL_NM_PER_RAD: Final = math.degrees(30e-3)
+EVALUATION: Final = 3
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
@@ -157,13 +161,42 @@ def emulated(plant: PlantParams, *, reversed: bool = False, seed: int = 0) -> to
     )
 
 
+def wall_error(plant: PlantParams, found: Calibration | None = None) -> float:
+    """Give the error on the way out of a stiff wall, RMS as a share of the peak, law `calibrated`.
+
+    Parameters
+    ----------
+    found
+        What the device takes its parts for; None: what they are.
+    """
+    options = runs.push_options(WALL_NM_PER_RAD, "calibrated", rate_hz=RATE_HZ, plant=plant)
+    if found is not None:
+        return _error_out(replace(options, actuator=found.actuator, shaft=found.shaft))
+    if plant.belt is None:
+        return _error_out(options)
+    # A device knows of one spring: shaft and belt together.
+    truth = truth_of(plant)
+    stiffness = truth["stiffness_nm_per_rad"]
+    shaft = torsio.ShaftConfig()
+    if plant.shaft_hardening is not None:
+        hard = truth["stiffness_factor"] * stiffness
+        shaft = torsio.ShaftConfig(knee_1_rad=truth["knee_rad"], knee_1_nm_per_rad=hard)
+    actuator = replace(plant.matching_config(), spring_stiffness_nm_per_rad=stiffness)
+    return _error_out(replace(options, actuator=actuator, shaft=shaft))
+
+
+def _error_out(options: LoopOptions) -> float:
+    return runs.run_push(options)[1].tracking_rms_out
+
+
 def measure(hidden: HiddenKnob) -> dict[str, float]:
     """Calibrate a knob; a reversed encoder must be refused first."""
     begin = time.perf_counter()
     row = {"number": float(hidden.number), "refused_rightly": 1.0, "complete": 0.0}
     row |= {f"{name}_truth": value for name, value in truth_of(hidden.plant).items()}
     row |= {f"{name}_{part}": math.nan for name in QUANTITIES for part in ("value", "sigma")}
-    row["knob_seconds"] = math.nan
+    row["knob_seconds"] = row["wall_found"] = math.nan
+    row["wall_true"] = wall_error(hidden.plant)
     with emulated(hidden.plant, reversed=hidden.reversed, seed=hidden.number) as knob:
         if hidden.reversed:
             try:
@@ -176,6 +209,7 @@ def measure(hidden: HiddenKnob) -> dict[str, float]:
             found = calibration.calibrate(knob)
             row["complete"] = 1.0
             row["knob_seconds"] = found.seconds
+            row["wall_found"] = wall_error(hidden.plant, found)
             for name, quantity in found.quantities.items():
                 row[f"{name}_value"] = quantity.value
                 row[f"{name}_sigma"] = quantity.standard_uncertainty

@@ -20,6 +20,7 @@ from torsio_studies.design.store import Store
 
 Array = npt.NDArray[np.float64]
 _BATCH = 4
+_NEAR = 1.2  # so much larger the error in a wall may be than with the true values
 
 
 def run(study: Study) -> Results:
@@ -60,7 +61,20 @@ def run(study: Study) -> Results:
         "complete": int(table["complete"].sum()),
         "reversed_refused": bool(np.all(table["refused_rightly"] == 1.0)),
         "knob_seconds": float(np.nanmax(table["knob_seconds"])),
+        "wall": walls(table),
         "sabotages": refused,
+    }
+
+
+def walls(table: dict[str, Array]) -> dict[str, float]:
+    """Compare the errors in a wall with what was found and with what is true."""
+    known = np.isfinite(table["wall_found"])
+    found, true = table["wall_found"][known], table["wall_true"][known]
+    return {
+        "found": float(np.median(found)),
+        "true": float(np.median(true)),
+        "near": float(np.mean(found <= _NEAR * true)),
+        "worst": float(np.max(found / true)),
     }
 
 
@@ -112,6 +126,13 @@ def show(results: Results, console: Console) -> None:
     console.print(
         f"\n{results['complete']} of {results['knobs']} knobs to the end; at most "
         f"{results['knob_seconds']:.0f} s of a knob's time",
+    )
+    wall = results["wall"]
+    console.print(
+        f"in a wall of 30 mN m/deg with the law calibrated, error on the way out: "
+        f"{100 * wall['found']:.2g} % with what was found, {100 * wall['true']:.2g} % with the "
+        f"true values (medians); {100 * wall['near']:.1f} % of the knobs are within "
+        f"{100 * (_NEAR - 1):.0f} %, the worst has {wall['worst']:.1f} times",
     )
     for row in results["sabotages"]:
         right = row["reason"] in row["right"]
