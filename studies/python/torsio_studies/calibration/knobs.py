@@ -15,8 +15,9 @@ from torsio import calibration
 from torsio.plant import Belt, BrakeHysteresis, Cogging, PlantParams, ShaftHardening
 
 RATE_HZ: Final = 10_000.0
-EVALUATION: Final = 2
 MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/calibration.md were made with
+
+EVALUATION: Final = 2
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
