@@ -148,7 +148,8 @@ function steps(travel: Travel): Step[] {
     },
     {
       title: "Calibrate",
-      text: "Under Calibrate below. The knob turns by itself for half a minute, and what it is made of is measured.",
+      text: "Raise the speed limit to 160 rad/s, which the turns take, and go on under Calibrate below. The knob turns " +
+        "by itself for half a minute, and what it is made of is measured.",
     },
   ];
 }

@@ -119,7 +119,7 @@ export const FAULTS: readonly Bit[] = [
     "name": "actuator",
     "bit": 3,
     "doc": "the power stage reports an error",
-    "advice": "check supply, motor cable and temperature, then clear the fault",
+    "advice": "check supply, motor cable, temperature, and the current sensor, whose wire is off or whose output is at its end, then clear the fault",
   },
   {
     "name": "overrun",

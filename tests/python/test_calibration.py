@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from torsio.calibrate_cli import words_of
 from torsio.calibration import numeric
 from torsio.calibration.figure import save_figure
 from torsio.cli import app
+from torsio.doctor_knob import missing
 
 
 @pytest.fixture(autouse=True)
@@ -151,6 +153,16 @@ def test_limit_that_the_turns_would_break_is_named_before_anything_turns() -> No
         assert refused.value.reason == "limited"
         assert knob.health().faults == ()
         assert knob.control_config().speed_limit_rad_s == 40.0
+
+
+def test_limit_that_the_doctor_recommends_is_one_that_calibration_takes() -> None:
+    with torsio.open("emulated") as knob:
+        none = replace(knob.limits(), speed_limit_rad_s=0.0)
+        lacks = missing("pico2", none)
+        assert lacks is not None
+        (limit,) = re.findall(r"speed_limit_rad_s=([0-9.]+)", lacks[1])
+        knob.update(speed_limit_rad_s=float(limit))
+        calibration.calibrate(knob, quick=True)
 
 
 def _as_board(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -447,8 +447,8 @@ def test_real_board_without_a_speed_limit_is_told_to_set_one(facts: KnobFacts) -
     finding = doctor_knob.check_parts(dataclasses.replace(emulated, info=board))
     assert not finding.ok
     assert "any speed" in finding.text
-    assert "speed_limit_rad_s=" in finding.advice
-    limited = dataclasses.replace(free, speed_limit_rad_s=40.0)
+    assert "speed_limit_rad_s=160`" in finding.advice
+    limited = dataclasses.replace(free, speed_limit_rad_s=160.0)
     assert doctor_knob.check_parts(dataclasses.replace(facts, info=board, limits=limited)).ok
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 
 import torsio
+from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.doctor_facts import KnobFacts
 from torsio.findings import Finding
 from torsio.records import Limits
@@ -24,8 +25,8 @@ _HOW_TO_CONFIRM = (
     "values_are=stated instead"
 )
 _HOW_TO_LIMIT = (
-    "set a speed that your hand never gives the knob, as in `torsio config set "
-    "speed_limit_rad_s=40`: without one nothing stops a knob that runs away"
+    f"`torsio config set speed_limit_rad_s={FREE_LIMIT_RAD_S:g}`, which is what `torsio calibrate` "
+    "takes: without a limit nothing stops a knob that runs away"
 )
 
 _FAULTS_FOUND = {

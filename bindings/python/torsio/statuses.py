@@ -40,7 +40,10 @@ FAULT_ADVICE: Final = {
         "limit is speed_limit_rad_s of the control configuration"
     ),
     "encoder": ("check the encoder's cable and supply, then clear the fault"),
-    "actuator": ("check supply, motor cable and temperature, then clear the fault"),
+    "actuator": (
+        "check supply, motor cable, temperature, and the current sensor, whose wire is off or"
+        " whose output is at its end, then clear the fault"
+    ),
     "overrun": (
         "clear the fault; if it comes back the scene is too much for the board: play fewer effects"
     ),

@@ -237,7 +237,8 @@ FAULT = Bits(
         Value(
             "actuator",
             "the power stage reports an error",
-            "check supply, motor cable and temperature, then clear the fault",
+            "check supply, motor cable, temperature, and the current sensor, whose wire is off or "
+            "whose output is at its end, then clear the fault",
         ),
         Value(
             "overrun",

@@ -44,6 +44,7 @@ def run(name: str, context: typer.Context) -> None:
 
     settings = dict(context.params)
     as_json, out, quick = (settings.pop(option) for option in ("as_json", "out", "quick"))
+    out = Path(out)  # older versions of Typer keep it as text in the parameters
     json_file = out / f"{name}.json"
     console = err if as_json else screen.out
     try:
