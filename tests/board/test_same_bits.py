@@ -39,6 +39,10 @@ SCENES: dict[str, dict[str, dict[str, Any]]] = {
         "periodic": {
             **{"waveform": "sine", "amplitude_nm": 0.02, "frequency_hz": 60.0, "timing": LIFE}
         },
+        "impact": {
+            **{"strength_nm_s_per_rad": 2e-3, "frequency_hz": 300.0, "decay_s": 5e-3},
+            **{"pulse_nm_s_per_rad": 1e-3, "pulse_s": 5e-3, "torque_limit_nm": 0.05},
+        },
     },
 }
 
@@ -67,6 +71,7 @@ def _play(pico: EmulatedPico, law: str, effects: dict[str, dict[str, Any]]) -> N
                      first_point=0)["status"] == 0  # fmt: skip
     for slot, (kind, changes) in enumerate(effects.items()):
         assert pico.send(kind, slot=slot, **_values(kind, changes))["status"] == 0
+    assert pico.command("zero") == "ok"
     assert pico.command("arm") == "ok"
     assert pico.send("commit", active=(1 << len(effects)) - 1)["status"] == 0
 
@@ -104,6 +109,12 @@ def lives(_model: None) -> tuple[Trace, Trace]:
             pico.enumerate()
             _live(pico)
         return trace, again(pico, trace)
+
+
+def test_scenes_have_every_kind_of_effect() -> None:
+    played = {kind for effects in SCENES.values() for kind in effects}
+    kinds = {name for name, report in wire.REPORTS.items() if "target.slot" in report.paths}
+    assert played == kinds
 
 
 def test_every_tick_puts_out_the_same_bits(lives: tuple[Trace, Trace]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from torsio_studies.execution import execute
-from torsio_studies.impact import trials
+from torsio_studies.impact import study, trials
 
 
 def test_cue_at_the_knob_has_the_frequency_the_decay_and_the_size_that_were_asked_for() -> None:
@@ -31,6 +31,14 @@ def test_spectrum_at_the_knob_peaks_at_the_set_frequency_and_without_it_does_not
     _, with_it = trials.spectrum(tap.acceleration_rad_s2)
     there = int(np.argmin(np.abs(frequency_hz - 300.0)))
     assert with_it[there] > 4.0 * plain[there]
+
+
+def test_impact_gives_little_of_the_energy_that_knob_and_finger_brought() -> None:
+    taps = [(speed, trials.CUE) for speed in study.SPEEDS_RAD_S]
+    taps += [(1.0, trials.with_cue(frequency_hz=f, decay_s=3e-3)) for f in study.FREQUENCIES_HZ]
+    for speed_rad_s, cue in taps:
+        tap = trials.tap(speed_rad_s, cue)
+        assert tap.given_j < 0.1 * tap.energy_j
 
 
 def test_cue_grows_with_the_speed_of_the_contact() -> None:

@@ -80,6 +80,23 @@ TEST_CASE("every field of an effect arrives in its own place") {
   CHECK(periodic.timing.fade_level == 0.0625F);
   CHECK(periodic.timing.fade_s == 4.0F);
 
+  const auto impact = wire<protocol::Impact>(Impact{.angle_rad = kTurn,
+                                                    .side = Side::below,
+                                                    .strength_nm_s_per_rad = 0.25,
+                                                    .frequency_hz = 128,
+                                                    .decay_s = 0.015625,
+                                                    .pulse_nm_s_per_rad = 0.5,
+                                                    .pulse_s = 0.03125,
+                                                    .torque_limit_nm = 2});
+  CHECK(impact.angle_turns_q32 == 1LL << 32);
+  CHECK(impact.side == protocol::Side::below);
+  CHECK(impact.strength_nm_s_per_rad == 0.25F);
+  CHECK(impact.frequency_hz == 128.0F);
+  CHECK(impact.decay_s == 0.015625F);
+  CHECK(impact.pulse_nm_s_per_rad == 0.5F);
+  CHECK(impact.pulse_s == 0.03125F);
+  CHECK(impact.torque_limit_nm == 2.0F);
+
   const auto stops = wire<protocol::EndStops>(EndStops{.lower_rad = -kTurn,
                                                        .upper_rad = 2 * kTurn,
                                                        .stiffness_nm_per_rad = 3,
@@ -165,23 +182,6 @@ TEST_CASE("every field of the simple effects arrives in its own place") {
 
 TEST_CASE("what is not given is what the device has by default") {
   CHECK(protocol::encode(to_wire(BoardConfig{})) == protocol::encode(protocol::BoardConfig{}));
-  const auto impact = wire<protocol::Impact>(Impact{.angle_rad = kTurn,
-                                                    .side = Side::below,
-                                                    .strength_nm_s_per_rad = 0.25,
-                                                    .frequency_hz = 128,
-                                                    .decay_s = 0.015625,
-                                                    .pulse_nm_s_per_rad = 0.5,
-                                                    .pulse_s = 0.03125,
-                                                    .torque_limit_nm = 2});
-  CHECK(impact.angle_turns_q32 == 1LL << 32);
-  CHECK(impact.side == protocol::Side::below);
-  CHECK(impact.strength_nm_s_per_rad == 0.25F);
-  CHECK(impact.frequency_hz == 128.0F);
-  CHECK(impact.decay_s == 0.015625F);
-  CHECK(impact.pulse_nm_s_per_rad == 0.5F);
-  CHECK(impact.pulse_s == 0.03125F);
-  CHECK(impact.torque_limit_nm == 2.0F);
-
   CHECK(protocol::encode(to_wire(ActuatorConfig{})) ==
         protocol::encode(protocol::ActuatorConfig{}));
   CHECK(protocol::encode(to_wire(ControlConfig{})) == protocol::encode(protocol::ControlConfig{}));

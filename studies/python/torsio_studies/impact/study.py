@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 
 from rich.console import Console
-from rich.table import Table
 
+from torsio.screen import table
 from torsio_studies.common import Results, Study
 from torsio_studies.impact import figure, trials
 
@@ -61,15 +61,13 @@ def _row(tap: trials.Tap) -> Results:
 
 def show(results: Results, console: Console) -> None:
     """Print what was asked for beside what was found at the knob."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in (
+    printed = table(
         "speed\nrad/s", "asked\nHz", "found\nHz", "peak\nHz", "asked\nms", "found\nms",
         "asked\nrad/s²", "found\nrad/s²", "rest",
-    ):  # fmt: skip
-        table.add_column(heading, justify="right")
+    )  # fmt: skip
     for row in results["rows"]:
         found = row["found"]
-        table.add_row(
+        printed.add_row(
             f"{row['speed_rad_s']:.2f}",
             f"{row['frequency_hz']:.0f}",
             f"{found['frequency_hz']:.0f}",
@@ -80,4 +78,4 @@ def show(results: Results, console: Console) -> None:
             f"{found['amplitude_rad_s2']:.0f}",
             f"{100 * found['rest']:.0f} %",
         )
-    console.print(table, highlight=False)
+    console.print(printed, highlight=False)

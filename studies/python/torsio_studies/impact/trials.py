@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from torsio.closed_loop import InitialState, LoopOptions, simulate
 from torsio.config import ControlConfig
-from torsio.hands import ImpedanceHand
+from torsio.demos.wall import HAND_INERTIA_KG_M2, fingers
 from torsio.plant import Electrics, PlantParams
 from torsio.scenes import Impact, Wall
 
@@ -23,7 +23,6 @@ WALL_NM_PER_RAD: Final = 2.0
 SURFACE_RAD: Final = 0.05
 PRESS_RAD: Final = 0.03
 AFTER_S: Final = 0.06
-FINGER_KG_M2: Final = 1e-4
 CUE: Final = Impact(angle_rad=SURFACE_RAD, strength_nm_s_per_rad=0.02)
 """What is tried unless another is said: 300 Hz and 5 ms."""
 
@@ -89,12 +88,7 @@ def _options(speed_rad_s: float, impact: Impact | None) -> LoopOptions:
     path = [(0.0, 0.0), (deepest_rad / speed_rad_s, deepest_rad)]
     return LoopOptions(
         scene=[wall] if impact is None else [wall, impact],
-        hand=ImpedanceHand(
-            intended_angle_rad=path,
-            stiffness_nm_per_rad=1.0,
-            damping_nm_s_per_rad=10e-3,
-            inertia_kg_m2=FINGER_KG_M2,
-        ),
+        hand=fingers(path),
         control=ControlConfig(law="calibrated"),
         plant=plant,
         actuator=plant.matching_config(),
@@ -105,7 +99,7 @@ def _options(speed_rad_s: float, impact: Impact | None) -> LoopOptions:
 
 def inertia_kg_m2() -> float:
     """Give what the torque of the motor turns: knob, rotor and finger."""
-    return PlantParams().knob_inertia_kg_m2 + FINGER_KG_M2
+    return PlantParams().knob_inertia_kg_m2 + HAND_INERTIA_KG_M2
 
 
 def tap(speed_rad_s: float, impact: Impact = CUE) -> Tap:
