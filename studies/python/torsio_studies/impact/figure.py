@@ -6,16 +6,8 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
-from torsio_studies.common import (
-    BLACK,
-    BLUE,
-    GREY,
-    ORANGE,
-    Results,
-    Study,
-    headline,
-    label,
-)
+from torsio.drawing import BLACK, BLUE, GREY, ORANGE, headline, label
+from torsio_studies.common import Results, Study
 from torsio_studies.impact import trials
 
 
