@@ -90,6 +90,8 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
   }
   shares.motor_command_nm = add_impacts(scene, state.scene, motion, params.motion.resolution,
                                         state.tick, shares.motor_command_nm, overlay.gain, range);
+  const float told_nm = absolute(shares.motor_command_nm);
+  if (state.scene.knock_nm != 0.0F && told_nm >= most_nm) shares.motor_saturated = true;
   return is_finite(shares.motor_command_nm) ? shares : Shares{};
 }
 

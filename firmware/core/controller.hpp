@@ -82,7 +82,7 @@ constexpr bool is_needed(const Overlay& overlay) {
   return overlay.ledger || overlay.bent || overlay.impacts;
 }
 
-/// What scene and knock asked of a law that bounds, at the last tick.
+/// What the scene asked of a law that bounds at the last tick, and what its impacts gave.
 inline float asked_torque(const ControllerState& state, const Overlay& overlay) {
   return asked_torque(state.bound) + (overlay.impacts ? state.scene.knock_nm : 0.0F);
 }

@@ -40,7 +40,7 @@ struct SceneState {
   std::array<float, kMaxEffects> twist_rad{};  // of a friction's spring
   std::array<ImpactState, kMaxEffects> impact{};
   std::uint64_t impacts_tick = 0;  // the last in which they had a say
-  float knock_nm = 0;              // of all of them, then
+  float knock_nm = 0;              // that all of them together gave then, of what they asked
 };
 
 /// Makes the effects of `slots` (bit n: slot n) begin at `tick`.

@@ -174,8 +174,7 @@ TEST_CASE("a knob that trembles at the surface knocks once") {
   CHECK(fresh(5, kRestTicks));
 }
 
-TEST_CASE(
-    "an impact asks of the motor no more than there is, and keeps quiet where nothing is left") {
+TEST_CASE("an impact gives no more than the motor has left, and nothing where nothing is left") {
   wire::Impact report = solid();
   report.pulse_nm_s_per_rad = 1.0F;
   for (const bool above : {true, false}) {

@@ -57,7 +57,8 @@ _LEFT_OUT = {
     "rise_s": (5e-4, 5e-5),
     "release_s": (5e-3, 1e-4),
 }
-# The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019).
+# The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019), the
+# latter those of `./dev bench calibration`.
 _LEFT_OUT_BY_DRIVE = {
     "inertia_kg_m2": (1.0e-3, 0.0),
     "viscous_nm_s_per_rad": (1e-2, 2e-6),
