@@ -114,22 +114,21 @@ void ControlLoop::fall_behind(std::uint32_t missed_ticks) {
 }
 
 Snapshot ControlLoop::snapshot() const {
-  return between_ticks([&] {
-    return Snapshot{controller_.tick, controller_.motion.position_counts, state_, owner_, faults_,
-                    counters_};
+  return between_ticks(controller_.tick, [&](std::uint64_t tick) {
+    return Snapshot{tick, controller_.motion.position_counts, state_, owner_, faults_, counters_};
   });
 }
 
 protocol::Ledger ControlLoop::ledger() const {
   core::ShaftParams shaft;
-  protocol::Ledger ledger = between_ticks([&] {
+  protocol::Ledger ledger = between_ticks(controller_.tick, [&](std::uint64_t tick) {
     const core::ControllerParams& params = config_.controller;
     shaft = params.shaft;
     const bool kept = core::traits(params.partition.law).bounds;
     const bool bounds = overlay_.bounds && !controller_.bound.new_scene;
     const core::Ledger& sums = controller_.ledger;
     return protocol::Ledger{
-        controller_.tick,
+        tick,
         kept ? protocol::Toggle::on : protocol::Toggle::off,
         sums.motor,
         sums.spring_twice,

@@ -116,6 +116,22 @@ struct Now {
   protocol::Owner owner = protocol::Owner::none;
 };
 
+/// For the main loop: calls `take(number of this tick)` until no tick came while it read.
+/// @param counted the ticks done, counted by the interrupt that writes what `take` reads
+template <class Take>
+auto between_ticks(const std::uint64_t& counted, Take&& take) {
+  for (;;) {
+    // Before anything is taken, and once more after everything: without the fences the compiler
+    // may look twice at the same moment. A number that was itself read in two halves is none that
+    // comes back.
+    const std::uint64_t tick = counted;
+    std::atomic_signal_fence(std::memory_order_acq_rel);
+    const auto copy = take(tick);
+    std::atomic_signal_fence(std::memory_order_acq_rel);
+    if (counted == tick) return copy;
+  }
+}
+
 class ControlLoop {
  public:
   ControlLoop(const LoopConfig& config, const game::ForceParams& game_params,
@@ -173,9 +189,6 @@ class ControlLoop {
 
   bool armed() const { return state_ == protocol::State::armed; }
   bool plays() const { return armed() && !passive_; }
-  /// Calls `take()` until no tick came between its begin and its end.
-  template <class Take>
-  auto between_ticks(Take&& take) const;
   /// The next tick must decide anew.
   void call() { attention_.store(1, std::memory_order_release); }  // after the change
 
@@ -239,22 +252,10 @@ class ControlLoop {
   dial::Detents dial_;
 };
 
-template <class Take>
-auto ControlLoop::between_ticks(Take&& take) const {
-  for (;;) {
-    const auto copy = take();
-    std::atomic_signal_fence(std::memory_order_acq_rel);
-    // An interrupt that came between has counted a tick. A number that was itself read in two
-    // halves is none that comes back.
-    if (controller_.tick == copy.tick) return copy;
-    std::atomic_signal_fence(std::memory_order_acq_rel);
-  }
-}
-
 // Here, so that a round keeps it in registers: a copy in memory would be waited for.
 inline Now ControlLoop::now() const {
-  return between_ticks([&] {
-    return Now{controller_.tick, controller_.motion.position_counts, counters_.zeroings, owner_};
+  return between_ticks(controller_.tick, [&](std::uint64_t tick) {
+    return Now{tick, controller_.motion.position_counts, counters_.zeroings, owner_};
   });
 }
 

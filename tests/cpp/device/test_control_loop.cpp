@@ -201,3 +201,39 @@ TEST_CASE("accepted reports are counted") {
   loop.give(Order::Kind::arm);
   CHECK(loop.loop->snapshot().counters.reports_accepted == 2);
 }
+
+TEST_CASE("what a tick changes while it is read is read again") {
+  // A tick that comes before, between and after the two words of a position, in the first round.
+  for (int when = 0; when < 3; ++when) {
+    CAPTURE(when);
+    std::uint64_t ticks = 0xFFFF'FFFFU;
+    std::uint32_t low = 0xFFFF'FFFFU;
+    std::uint32_t high = 0xFFFF'FFFFU;
+    int rounds = 0;
+    const auto tick_comes_at = [&](int place) {
+      if (rounds > 1 || place != when) return;
+      ++ticks;
+      low = 0;
+      high = 0;
+    };
+    struct Taken {
+      std::uint64_t tick;
+      std::uint32_t low;
+      std::uint32_t high;
+    };
+    const Taken taken = device::between_ticks(ticks, [&](std::uint64_t tick) {
+      ++rounds;
+      Taken now{tick, 0, 0};
+      tick_comes_at(0);
+      now.low = low;
+      tick_comes_at(1);
+      now.high = high;
+      tick_comes_at(2);
+      return now;
+    });
+    CHECK(rounds == 2);
+    CHECK(taken.tick == 0x1'0000'0000U);
+    CHECK(taken.low == 0);
+    CHECK(taken.high == 0);
+  }
+}
