@@ -19,6 +19,17 @@ const char* name(core::StabilityLimit limit) {
   return "";
 }
 
+/// The controller's equation has an encoder without steps. But a swing at its edge is only some
+/// counts wide, and every count is a step of the torque that comes late as a whole, the later the
+/// more volts it needs. What is stable with both is less than with either, as with two springs one
+/// behind the other; tests/studies/test_bench_stiffness.py tries it with the boards' electrics.
+double with_steps(double stiffness_nm_per_rad, const core::Parts& parts) {
+  const double whole_motor_in_a_count =
+      static_cast<double>(parts.motor_torque_max_nm) / static_cast<double>(parts.rad_per_count);
+  return stiffness_nm_per_rad * whole_motor_in_a_count /
+         (stiffness_nm_per_rad + whole_motor_in_a_count);
+}
+
 }  // namespace
 
 StableStiffness stable_stiffness(const protocol::ActuatorConfig& actuator,
@@ -26,9 +37,10 @@ StableStiffness stable_stiffness(const protocol::ActuatorConfig& actuator,
                                  std::uint32_t control_period_ns) {
   const core::Resolution resolution =
       core::make_resolution(actuator.counts_per_rev, control_period_ns);
-  const core::StableStiffness found =
-      core::stable_stiffness(device::parts(actuator, control, resolution));
-  return {static_cast<double>(found.stiffness_nm_per_rad), name(found.limited_by)};
+  const core::Parts parts = device::parts(actuator, control, resolution);
+  const core::StableStiffness found = core::stable_stiffness(parts);
+  return {with_steps(static_cast<double>(found.stiffness_nm_per_rad), parts),
+          name(found.limited_by)};
 }
 
 }  // namespace torsio::conversion

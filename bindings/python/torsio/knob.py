@@ -255,7 +255,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
         """Ask how stiff a spring the knob's parts can render, by its configuration.
 
         Beyond that the knob may swing for ever in a spring or wall, at the motor's full torque,
-        unless the law is ``"calibrated"``. `torsio.stability` has the map over damping.
+        unless the law is ``"calibrated"``. A board's current loop, the supply behind it and the
+        encoder's steps are reckoned with; parts that are not what they are configured to be are
+        not. `torsio.stability` has the map over damping.
         """
         return StableStiffness(**self._knob.stable_stiffness())
 
