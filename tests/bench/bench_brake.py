@@ -5,6 +5,8 @@ electrics, at 20 kHz with 32,768 counts. A line tells for one law and one way to
 
 - ``torque_gap_nm``: the most that the wall lacks on the way out;
 - ``exit_error``: the error on the way out, root of the mean square as a share of the peak;
+- ``exit_s``: when the knob has left a wall of 25 mN m a degree into which a weight had pulled it,
+  after the string was cut; none if friction holds it there;
 - ``sensor_nm``: the error of the sensed torque, root of the mean square;
 - ``stable_nm_per_rad``: up to where a spring that catches the knob comes to rest, the worst of five
   speeds, in steps of 6 %; what is stiffer buzzes;
@@ -27,7 +29,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
-from tests.bench.bench_stiffness import SPEEDS_RAD_S, islands, springs, stable_to
+from tests.bench.bench_stiffness import SPEEDS_RAD_S, TRIED_S, islands, springs, stable_to
 from torsio import BoardConfig, BrakeHysteresis, Electrics, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions, simulate, simulate_many
 from torsio.config import Law
@@ -94,15 +96,22 @@ def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
         one = _told(runs.bounce_options(float(k), law, rate_hz=RATE_HZ), way)
         assert one.spin_up is not None
         cases += [replace(one, spin_up=replace(one.spin_up, speed_rad_s=v)) for v in SPEEDS_RAD_S]
-    rows = simulate_many(cases, duration_s=1.0, record_every=20)
+    rows = simulate_many(cases, duration_s=TRIED_S, record_every=20)
     calm = np.reshape([runs.count_bounces(one).at_rest for one in rows], (len(stiffness), -1))
     worst = [all(row) for row in calm]
     return stable_to(stiffness, worst), islands(stiffness, worst)
 
 
+def exit_s(law: Law, way: Way) -> float | None:
+    """When the knob has left a wall after the string of a weight was cut."""
+    options = _told(runs.cut_options(math.degrees(25e-3), law), way)
+    _, cut = runs.run_cut(replace(options, control_period_ns=round(1e9 / RATE_HZ)))
+    return cut.exit_s
+
+
 def main() -> None:
     """Print a line for each law and way."""
-    laws: tuple[Law, ...] = ("paper", "compensated")
+    laws: tuple[Law, ...] = ("paper", "compensated", "calibrated")
     for law in laws:
         for way in WAYS:
             wall = math.degrees(30e-3)
@@ -117,6 +126,7 @@ def main() -> None:
                 "coil": way.name,
                 "torque_gap_nm": float(f"{push.torque_gap_nm:.3g}"),
                 "exit_error": float(f"{push.tracking_rms_out:.3g}"),
+                "exit_s": exit_s(law, way),
                 "sensor_nm": float(f"{push.sensor_rms_nm:.3g}"),
                 "stable_nm_per_rad": round(stiffness, 1),
                 "islands": found,
