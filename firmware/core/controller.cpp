@@ -81,13 +81,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
     shares = partition(params.partition, desired_nm, spring_nm);
   }
   const float most_nm = params.partition.motor_torque_max_nm;
-  const float step_nm = params.limits.motor_step_nm_per_tick;
-  MotorRange range{-most_nm, most_nm};
-  if (step_nm > 0.0F) {
-    const float before_nm = state.limits.motor_command_nm;
-    range = {larger(range.low_nm, before_nm - step_nm),
-             smaller(range.high_nm, before_nm + step_nm)};
-  }
+  const MotorRange range = motor_range(state.limits, params.limits, most_nm);
   shares.motor_command_nm = add_impacts(scene, state.scene, motion, params.motion.resolution,
                                         state.tick, shares.motor_command_nm, overlay.gain, range);
   const float told_nm = absolute(shares.motor_command_nm);
@@ -142,14 +136,14 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
     if (in.overlay->only_bounds) {
       spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
       desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
-    } else if (in.overlay->ledger) {
-      spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
-    } else if (in.overlay->bent) {
-      spring_nm = sense_bent(state, params, out.motion.delta_rad);
     } else {
-      spring_nm = sense_brake(state, params, out.motion.delta_rad);
-    }
-    if (!in.overlay->only_bounds) {
+      if (in.overlay->ledger) {
+        spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
+      } else if (in.overlay->bent) {
+        spring_nm = sense_bent(state, params, out.motion.delta_rad);
+      } else {
+        spring_nm = sense_brake(state, params, out.motion.delta_rad);
+      }
       // Field by field: a copy as a whole would put the motion into memory in every tick.
       const Motion& now = out.motion;
       const Motion copy{now.position_counts, now.delta_counts, now.delta_rad, now.speed_rad_s,

@@ -14,6 +14,22 @@ struct LimitState {
   float motor_command_nm = 0;  // the last that was let through
 };
 
+/// What the motor can be told in a tick.
+struct MotorRange {
+  float low_nm = 0;
+  float high_nm = 0;
+};
+
+/// The same rate, for who has to know beforehand what it lets through.
+/// @param most_nm that the motor gives, either way
+constexpr MotorRange motor_range(const LimitState& state, const LimitParams& params,
+                                 float most_nm) {
+  const float step_nm = params.motor_step_nm_per_tick;
+  if (step_nm <= 0.0F) return {-most_nm, most_nm};
+  return {larger(-most_nm, state.motor_command_nm - step_nm),
+          smaller(most_nm, state.motor_command_nm + step_nm)};
+}
+
 /// Holds the motor's torque within its rate.
 constexpr float limit_motor(LimitState& state, const LimitParams& params, float motor_nm) {
   float allowed_nm = motor_nm;

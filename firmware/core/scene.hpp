@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "core/effects.hpp"
+#include "core/limits.hpp"
 #include "core/motion.hpp"
 
 namespace torsio::core {
@@ -64,12 +65,6 @@ float evaluate_timed(const Scene& scene, SceneState& state, const Resolution& re
 
 /// Whether one of the active effects is an Impact.
 bool has_impacts(const Scene& scene);
-
-/// What the motor can be told in a tick.
-struct MotorRange {
-  float low_nm = 0;
-  float high_nm = 0;
-};
 
 /// Adds what the impacts give to what the motor is told for all else. What does not fit is not
 /// given, and does not count in their energy. Apart from the other effects, which must not be
