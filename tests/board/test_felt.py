@@ -28,6 +28,8 @@ def visits(_model: None) -> Visits:
         with place(params) as bench:
             felt.prepare(bench)
             pushed = felt.push(bench, STIFFNESS, move_s=0.06, hold_s=0.06)
+            # Until the brake has let go: how soon requests are answered is another matter.
+            bench.board.run(60)
             cut = felt.cut(bench, STIFFNESS, ramp_s=0.03, hold_s=0.03, after_s=0.05)
             both.append({"push": pushed, "cut": cut})
     return {name: (both[0][name], both[1][name]) for name in both[0]}
@@ -56,19 +58,17 @@ def test_knob_leaves_the_wall_when_the_string_is_cut(visits: Visits) -> None:
     assert depth[-1] < 0.0
 
 
-@pytest.mark.parametrize(
-    ("visit", "usual_nm", "most_nm"), [("push", 1e-3, 4e-3), ("cut", 2e-3, 8e-3)]
-)
-def test_binary_and_emulated_device_feel_the_same(
-    visits: Visits, visit: str, usual_nm: float, most_nm: float
-) -> None:
-    # As far apart as two emulated devices whose sensors' noise differs: 0.45 mN m on a pico2. A
-    # knob that is thrown out of a wall passes a count a little sooner in one than in the other.
+@pytest.mark.parametrize("visit", ["push", "cut"])
+def test_binary_and_emulated_device_feel_the_same(visits: Visits, visit: str) -> None:
+    # As far apart as two emulated devices whose sensors' noise differs: 0.4 to 0.55 mN m on a
+    # pico2, 2.1 at most, and a knob that is thrown out of a wall ends 1 to 4 mrad elsewhere.
     binary, emulated = visits[visit]
     usual, most = difference_nm(binary, emulated)
-    assert usual < usual_nm
-    assert most < most_nm
-    assert abs(binary["angle_rad"][-1] - emulated["angle_rad"][-1]) < 30e-3
+    assert usual < 1e-3
+    assert most < 4e-3
+    size = min(len(binary["angle_rad"]), len(emulated["angle_rad"]))
+    end_rad = binary["angle_rad"][size - 1] - emulated["angle_rad"][size - 1]
+    assert abs(end_rad) < 10e-3
 
 
 @pytest.fixture(scope="module")
