@@ -170,7 +170,7 @@ def settle(board: EmulatedPico, danger: Danger) -> None:
     if board.get("health")["state"] == "armed":
         assert board.command("disarm") == "ok"
     board.turn(-board.get("clock")["position_counts"], period_us=2)
-    board.run(2)
+    board.run(1 + 2 * danger.by_chance_ms)
     if board.get("health")["state"] == "fault":
         assert board.command("clear_fault") == "ok"
     assert board.get("health")["state"] == "disarmed"
