@@ -78,6 +78,7 @@ void PowerPath::run(Plant& plant, const device::TickOutputs& wanted) {
     const std::int64_t period_ns =
         left_ns < 2 * std::int64_t{board_.current_period_ns} ? left_ns : board_.current_period_ns;
     const device::PowerDrive drive = logic_->step(wanted, read_current(plant));
+    if (logic_->wants_supply()) logic_->see_supply(read_supply(plant));
     const std::int64_t delay_ns = std::min<std::int64_t>(board_.output_delay_ns, period_ns);
     // Switching off goes past the PWM, by the enable line.
     if (!drive.enabled) acting_ = {};
@@ -96,7 +97,7 @@ void PowerPath::stand_still(Plant& plant) {
   }
 }
 
-/// What the converter makes of the sensor's voltage now.
+/// What the converter makes of the current sensor's voltage now.
 std::int32_t PowerPath::read_current(const Plant& plant) {
   double noise_v = 0.0;
   if (electrics_.sensor_noise_v > 0.0) {
@@ -120,6 +121,15 @@ std::int32_t PowerPath::read_current(const Plant& plant) {
       shown_v = electrics_.sensor_range_v;
       break;
   }
+  return converted(shown_v);
+}
+
+/// What it makes of the divider's.
+std::int32_t PowerPath::read_supply(const Plant& plant) const {
+  return converted(circuit_.state(plant).supply_v / electrics_.supply_divider_ratio);
+}
+
+std::int32_t PowerPath::converted(double shown_v) const {
   const double most = std::ldexp(1.0, electrics_.sensor_bits) - 1.0;
   return static_cast<std::int32_t>(std::clamp(
       std::floor(std::ldexp(shown_v / electrics_.sensor_range_v, electrics_.sensor_bits)), 0.0,

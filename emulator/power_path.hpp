@@ -53,6 +53,8 @@ class PowerPath {
 
  private:
   [[nodiscard]] std::int32_t read_current(const Plant& plant);
+  [[nodiscard]] std::int32_t read_supply(const Plant& plant) const;
+  [[nodiscard]] std::int32_t converted(double shown_v) const;
   [[nodiscard]] BridgeShares shares_of(const device::PowerDrive& drive) const;
 
   Electrics electrics_;

@@ -115,6 +115,7 @@ ELECTRICS = Structure(
         positive("supply_v", "V", "without load", 12.0),
         amount("supply_resistance_ohm", "ohm", "of the supply; it takes no current back", 0.1),
         positive("supply_capacitance_f", "F", "behind that", 2.2e-3),
+        positive("supply_divider_ratio", "", "the supply's voltage over what a board with supply_sense_pin measures of it", 11.0),
         for_hosts(number("ambient_c", "degree C", -100.0, 300.0, "of the air; everything begins there", default=25.0)),
         positive("winding_heat_j_per_k", "J/K", "heat capacity of the motor's winding", 12.0),
         positive("winding_to_rotor_k_per_w", "K/W", "from there to the rotor", 4.0),

@@ -24,7 +24,8 @@ constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
 // What reported_by() and hold_back() make of the inputs, and nothing else does.
 constexpr std::uint32_t kReported = fault::emergency_stop | fault::actuator |
-                                    fault::current_sensor | fault::winding | fault::temperature;
+                                    fault::current_sensor | fault::winding | fault::temperature |
+                                    fault::supply;
 
 /// Faults that inputs report.
 std::uint32_t reported_by(const TickInputs& in) {
@@ -72,6 +73,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   usual_tick_ns_ = std::min(counters_.tick_time_max_ns, config_.tick_budget_ns);
   // An order sees the inputs of its own tick: a stop that is let go can be cleared at once.
   causes_ = static_cast<std::uint16_t>((causes_ & ~kReported) | reported_by(in));
+  if (forgives_) (void)clear_fault();
   if (const Order* order = orders_.front(); order != nullptr && !must_let_go(*order)) {
     carry_out(*order);
     orders_.pop();
@@ -431,6 +433,8 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if (causes != 0) call();
   if ((causes & ~faults_) != 0) {
     faults_ = static_cast<std::uint16_t>(faults_ | causes);
+    // Often the board is at its computer before its supply is on: nobody need clear that.
+    forgives_ = faults_ == fault::supply && state_ == State::disarmed;
     set_state(State::fault);
     game.forget();
   }

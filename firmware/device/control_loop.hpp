@@ -215,6 +215,7 @@ class ControlLoop {
   std::uint32_t game_idle_ticks_ = 0;
   std::uint16_t faults_ = 0;
   std::uint16_t causes_ = 0;  // faults whose cause is present now
+  bool forgives_ = false;     // what was latched last goes with its cause
   const core::Scene* scene_ = nullptr;
 
   core::LocalModel local_model_;

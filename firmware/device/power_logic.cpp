@@ -30,7 +30,21 @@ constexpr float kWindingS = 10.0F;
 constexpr float kCoilS = 100.0F;
 constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often, nor the supply
 
+// A divider of resistors that are a twentieth off is a tenth off, the converter 3 %; supplies are a
+// twentieth off and sag by as much.
+constexpr float kSupplyBand = 0.25F;
+constexpr float kSupplyPeriodS = 0.5e-3F;
+constexpr std::uint8_t kSupplyReadings = 3;  // noise makes one that is wrong
+
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
+
+/// What the converter shows of so large a share of the configured supply; its very end is none.
+std::int32_t supply_steps(const protocol::BoardConfig& config, const PowerBoard& board,
+                          float share) {
+  const float pin_v = share * config.supply_v / static_cast<float>(config.supply_sense_ratio);
+  return static_cast<std::int32_t>(
+      core::smaller(pin_v / board.converter_v_per_step, board.converter_top_steps - 1.0F));
+}
 
 }  // namespace
 
@@ -60,6 +74,10 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
       supply_v_(config.supply_v),
       converter_top_steps_(board.converter_top_steps),
       zero_margin_steps_(trip_a_ / amperes_per_step_),
+      watches_supply_(config.supply_sense_pin != 0),
+      supply_low_steps_(supply_steps(config, board, 1.0F - kSupplyBand)),
+      supply_high_steps_(supply_steps(config, board, 1.0F + kSupplyBand)),
+      supply_period_steps_(core::round_to_u32(kSupplyPeriodS / seconds(board.current_period_ns))),
       settle_steps_(core::round_to_u32(kSettleS / seconds(board.current_period_ns))),
       winding_params_(core::make_winding(
           config.motor_resistance_ohm, config.motor_inductance_h,
@@ -88,7 +106,8 @@ std::uint16_t PowerLogic::find_faults(bool bridge_reports) const {
   return static_cast<std::uint16_t>(
       (over_current() || (bridge_reports && settled) ? fault::actuator : 0) |
       (zero_fits ? 0 : fault::current_sensor) | (believed_ ? 0 : fault::winding) |
-      (motor_heat_.too_hot || coil_heat_.too_hot ? fault::temperature : 0));
+      (motor_heat_.too_hot || coil_heat_.too_hot ? fault::temperature : 0) |
+      (supply_fits_ ? 0 : fault::supply));
 }
 
 void PowerLogic::measure(std::int32_t current_steps) {
@@ -108,8 +127,21 @@ void PowerLogic::measure(std::int32_t current_steps) {
   }
 }
 
+/// One that is too low for a moment sags; one that is wrong stays so.
+void PowerLogic::see_supply(std::int32_t supply_steps) {
+  steps_to_supply_ = supply_period_steps_;
+  const bool fits = supply_steps >= supply_low_steps_ && supply_steps <= supply_high_steps_;
+  if (fits == supply_fits_) {
+    supply_contradictions_ = 0;
+  } else if (++supply_contradictions_ == kSupplyReadings) {
+    supply_fits_ = fits;
+    supply_contradictions_ = 0;
+  }
+}
+
 PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_steps) {
   measure(current_steps);
+  if (steps_to_supply_ != 0) --steps_to_supply_;
   if (!wanted.enabled) {
     if (enabled_) rest();
     look(0.0F, 0.0F);

@@ -41,6 +41,11 @@ class PowerLogic {
   /// @param current_steps the converter's reading of this period
   PowerDrive step(const TickOutputs& wanted, std::int32_t current_steps);
 
+  /// After a step: whether the supply's divider is to be measured before the next one.
+  bool wants_supply() const { return watches_supply_ && steps_to_supply_ == 0; }
+  /// @param supply_steps the converter's reading of the divider
+  void see_supply(std::int32_t supply_steps);
+
   /// True while the current is far above its limit.
   bool over_current() const;
 
@@ -83,6 +88,13 @@ class PowerLogic {
   float supply_v_;
   float converter_top_steps_;
   float zero_margin_steps_;  // to either end of the converter, or the trip level cannot be seen
+  bool watches_supply_;
+  std::int32_t supply_low_steps_;
+  std::int32_t supply_high_steps_;
+  std::uint32_t supply_period_steps_;  // from one measurement to the next
+  std::uint32_t steps_to_supply_ = 0;
+  std::uint8_t supply_contradictions_ = 0;  // of supply_fits_, on end
+  bool supply_fits_ = true;
   std::uint32_t settle_steps_;
   std::uint32_t steps_enabled_ = 0;  // up to settle_steps_
   core::WindingParams winding_params_;

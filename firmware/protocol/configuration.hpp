@@ -160,7 +160,7 @@ struct BoardConfig {
   float motor_current_continuous_a = 1;
   float motor_resistance_ohm = 2.5F;
   float motor_inductance_h = 0.0015F;
-  float current_bandwidth_hz = 1e4F;
+  std::uint16_t current_bandwidth_hz = 10000;
   float current_sense_v_per_a = 0.2F;
   float brake_torque_constant_nm_per_a = 0.44F;
   float brake_current_max_a = 0.3F;
@@ -170,6 +170,7 @@ struct BoardConfig {
   Toggle confirmed = Toggle::off;
   std::uint8_t brake_continuous_percent = 100;
   std::uint8_t ambient_c = 25;
+  std::uint8_t supply_sense_ratio = 11;
   std::uint8_t encoder_pin = 2;
   std::uint8_t motor_pin = 6;
   std::uint8_t brake_pin = 8;
@@ -177,6 +178,7 @@ struct BoardConfig {
   std::uint8_t emergency_stop_pin = 11;
   std::uint8_t driver_fault_pin = 12;
   std::uint8_t current_sense_pin = 26;
+  std::uint8_t supply_sense_pin = 0;
   std::uint8_t light_pin = 25;
 };
 template <>
@@ -203,7 +205,7 @@ struct Layout<BoardConfig> {
              "of the winding"),
       number("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6F, 1,
              "of the winding"),
-      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 1e5F,
+      number("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1, 65535,
              "of the current loop; on a pico held at a tenth of the control rate"),
       number("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001F, 10,
              "of the current sensor; its zero is measured while the power is off"),
@@ -226,6 +228,8 @@ struct Layout<BoardConfig> {
              "given for a while, then less and less"),
       number("ambient_c", &BoardConfig::ambient_c, "degree C", 0, 100,
              "of the air round motor and brake, the warmest that it gets"),
+      number("supply_sense_ratio", &BoardConfig::supply_sense_ratio, "", 1, 255,
+             "of the divider at supply_sense_pin: the supply's voltage over the pin's"),
       number("encoder_pin", &BoardConfig::encoder_pin, "", 0, 28, "GPIO of A; B is the next one"),
       number("motor_pin", &BoardConfig::motor_pin, "", 0, 28,
              "GPIO of the first input of the motor's bridge, even; the second is the next one"),
@@ -239,6 +243,8 @@ struct Layout<BoardConfig> {
              "GPIO, low when a bridge reports an error"),
       number("current_sense_pin", &BoardConfig::current_sense_pin, "", 26, 28,
              "GPIO of the motor's current sensor"),
+      number("supply_sense_pin", &BoardConfig::supply_sense_pin, "", 0, 28,
+             "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none"),
       number("light_pin", &BoardConfig::light_pin, "", 0, 29, "GPIO of the status light"),
   };
 };

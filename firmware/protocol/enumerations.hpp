@@ -286,9 +286,11 @@ inline constexpr std::uint16_t current_sensor = 1
 inline constexpr std::uint16_t winding = 1 << 7;  // voltage, current and speed do not fit together
 inline constexpr std::uint16_t temperature =
     1 << 8;  // the motor's winding or the brake's coil is too hot, by the currents that they had
-inline constexpr std::array<std::string_view, 9> names{
-    "emergency_stop", "over_speed",     "encoder", "actuator",   "overrun",
-    "numeric",        "current_sensor", "winding", "temperature"};  // from bit 0 on
+inline constexpr std::uint16_t supply =
+    1 << 9;  // the supply's voltage, as the board measures it, is not the configured one
+inline constexpr std::array<std::string_view, 10> names{
+    "emergency_stop", "over_speed",     "encoder", "actuator",    "overrun",
+    "numeric",        "current_sensor", "winding", "temperature", "supply"};  // from bit 0 on
 }  // namespace fault
 
 /// Bits of telemetry's `flags`; the two lowest are the state.

@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 3401938157;
+export const FINGERPRINT: number = 3510894216;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -150,6 +150,12 @@ export const FAULTS: readonly Bit[] = [
     "bit": 8,
     "doc": "the motor's winding or the brake's coil is too hot, by the currents that they had",
     "advice": "let it cool down; then look for a current that nobody asked for, and compare motor_current_continuous_a, brake_continuous_percent and ambient_c of the board configuration with the parts; clear the fault",
+  },
+  {
+    "name": "supply",
+    "bit": 9,
+    "doc": "the supply's voltage, as the board measures it, is not the configured one",
+    "advice": "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and the divider's wire with the board configuration. A fault from before anybody armed goes by itself; clear any other",
   },
 ];
 
@@ -317,7 +323,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "motor_current_continuous_a", "kind": "number", "doc": "that the winding stands for ever in air of 25 degrees; more is given for seconds, then less and less", "wire": "motor_current_continuous_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 1.0, "shown": true},
       {"name": "motor_resistance_ohm", "kind": "number", "doc": "of the winding", "wire": "motor_resistance_ohm", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "ohm", "default": 2.5, "shown": true},
       {"name": "motor_inductance_h", "kind": "number", "doc": "of the winding", "wire": "motor_inductance_h", "type": "f32", "low": 1e-06, "high": 1.0, "unit": "H", "default": 0.0015, "shown": true},
-      {"name": "current_bandwidth_hz", "kind": "number", "doc": "of the current loop; on a pico held at a tenth of the control rate", "wire": "current_bandwidth_hz", "type": "f32", "low": 1.0, "high": 100000.0, "unit": "Hz", "default": 10000.0, "shown": true},
+      {"name": "current_bandwidth_hz", "kind": "whole", "doc": "of the current loop; on a pico held at a tenth of the control rate", "wire": "current_bandwidth_hz", "type": "u16", "low": 1, "high": 65535, "unit": "Hz", "default": 10000, "shown": true},
       {"name": "current_sense_v_per_a", "kind": "number", "doc": "of the current sensor; its zero is measured while the power is off", "wire": "current_sense_v_per_a", "type": "f32", "low": 0.001, "high": 10.0, "unit": "V/A", "default": 0.2, "shown": true},
       {"name": "brake_torque_constant_nm_per_a", "kind": "number", "doc": "on the pulley", "wire": "brake_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 1000.0, "unit": "N m/A", "default": 0.44, "shown": true},
       {"name": "brake_current_max_a", "kind": "number", "doc": "of the coil", "wire": "brake_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 0.3, "shown": true},
@@ -327,6 +333,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "confirmed", "kind": "switch", "doc": "on: somebody has checked that these are the parts. Until then, and until `values_are` is no longer `assumed`, a real board holds torques and speed low. Acts at once", "wire": "confirmed", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false, "shown": true},
       {"name": "brake_continuous_percent", "kind": "whole", "doc": "of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for a while, then less and less", "wire": "brake_continuous_percent", "type": "u8", "low": 0, "high": 100, "unit": "%", "default": 100, "shown": true},
       {"name": "ambient_c", "kind": "whole", "doc": "of the air round motor and brake, the warmest that it gets", "wire": "ambient_c", "type": "u8", "low": 0, "high": 100, "unit": "degree C", "default": 25, "shown": true},
+      {"name": "supply_sense_ratio", "kind": "whole", "doc": "of the divider at supply_sense_pin: the supply's voltage over the pin's", "wire": "supply_sense_ratio", "type": "u8", "low": 1, "high": 255, "default": 11, "shown": true},
       {"name": "encoder_pin", "kind": "whole", "doc": "GPIO of A; B is the next one", "wire": "encoder_pin", "type": "u8", "low": 0, "high": 28, "default": 2, "shown": true},
       {"name": "motor_pin", "kind": "whole", "doc": "GPIO of the first input of the motor's bridge, even; the second is the next one", "wire": "motor_pin", "type": "u8", "low": 0, "high": 28, "default": 6, "shown": true},
       {"name": "brake_pin", "kind": "whole", "doc": "GPIO of the first input of the brake's bridge, even; the second is the next one", "wire": "brake_pin", "type": "u8", "low": 0, "high": 28, "default": 8, "shown": true},
@@ -334,6 +341,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "emergency_stop_pin", "kind": "whole", "doc": "GPIO, low to run; an open wire stops", "wire": "emergency_stop_pin", "type": "u8", "low": 0, "high": 29, "default": 11, "shown": true},
       {"name": "driver_fault_pin", "kind": "whole", "doc": "GPIO, low when a bridge reports an error", "wire": "driver_fault_pin", "type": "u8", "low": 0, "high": 29, "default": 12, "shown": true},
       {"name": "current_sense_pin", "kind": "whole", "doc": "GPIO of the motor's current sensor", "wire": "current_sense_pin", "type": "u8", "low": 26, "high": 28, "default": 26, "shown": true},
+      {"name": "supply_sense_pin", "kind": "whole", "doc": "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none", "wire": "supply_sense_pin", "type": "u8", "low": 0, "high": 28, "default": 0, "shown": true},
       {"name": "light_pin", "kind": "whole", "doc": "GPIO of the status light", "wire": "light_pin", "type": "u8", "low": 0, "high": 29, "default": 25, "shown": true},
     ],
   },

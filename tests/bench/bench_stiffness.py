@@ -74,7 +74,7 @@ class Loop:
 LAG_S = PlantParams().motor_time_constant_s
 FAST = Electrics()
 SIMPLE = Electrics(predictive=False, current_period_s=0.0)
-HALF_KILOHERTZ = BoardConfig(current_bandwidth_hz=500.0)
+HALF_KILOHERTZ = BoardConfig(current_bandwidth_hz=500)
 LOOPS = (
     Loop("predictive at 40 kHz", "pico2", 20e3, FAST),
     Loop("simple, 500 Hz", "pico2", 20e3, SIMPLE, HALF_KILOHERTZ),

@@ -25,6 +25,7 @@ const PWM_PERIOD_NS = 25e3;
 const PHASES = [0b00, 0b01, 0b11, 0b10]; // of A (bit 0) and B in the order in which a knob passes them
 const TICK_EXCEPTION = 16 + 4; // PWM_IRQ_WRAP
 const HARD_FAULT = 3;
+const SUPPLY_CHANNEL = 1; // GP27
 
 const BUF_AVAILABLE = 1 << 10;
 const BUF_STALL = 1 << 11;
@@ -53,7 +54,7 @@ export class Chip {
     this.low = new Set([11]); // pins that the world connects to ground: the emergency stop runs
     this.zero = 2048; // steps of the current sensor without a current
     this.sensorAmperes = null; // what the sensor says; null: the truth
-    this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2 };
+    this.motor = { ohm: 2.5, henry: 1.5e-3, supply: 12, voltsPerAmpere: 0.2, divider: 11 };
     this.cut = new Set(); // pins whose wire is cut
     this.instructions = 0;
     this.world = null; // (motor's share, brake's share, enabled) => {amperes, edges}
@@ -331,14 +332,19 @@ export class Chip {
     for (; cycles > 0; --cycles) pio.step();
   }
 
-  /** The motor's winding between its PWM pins (6 and 7) and its current sensor. */
+  /** The motor's winding between its PWM pins (6 and 7), its current sensor, and a divider at the supply. */
   fitMotor() {
     const { adc } = this.mcu;
     this.amperes = 0;
     let last = this.clock.nanos;
     const plain = adc.onADCRead;
     adc.onADCRead = (channel) => {
-      const { ohm, henry, supply, voltsPerAmpere } = this.motor;
+      const { ohm, henry, supply, voltsPerAmpere, divider } = this.motor;
+      if (channel === SUPPLY_CHANNEL) {
+        adc.channelValues[channel] = Math.min(4095, Math.round((supply / divider / 3.3) * 4096));
+        plain(channel);
+        return;
+      }
       if (!this.world) {
         const seconds = (this.clock.nanos - last) * 1e-9;
         last = this.clock.nanos;

@@ -13,7 +13,7 @@ from tests.board.unguarded import start_without, take_away
 
 FAULTS = (
     *("emergency_stop", "over_speed", "encoder", "actuator", "overrun", "numeric"),
-    *("current_sensor", "winding", "temperature"),
+    *("current_sensor", "winding", "temperature", "supply"),
 )
 STACK_ENDS_AT = {"pico": 0x20041000, "pico2": 0x20081000}
 FINE_MS, COARSE_MS = 0.05, 0.25
@@ -43,6 +43,8 @@ class Danger:
         It happens to a board that is armed and asks for nothing.
     behind
         The guard behind it, which must be away as well to see what is left.
+    by_chance_ms
+        So much of the time depends on when it happens.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Danger:
     restarts: bool = False
     rests: bool = False
     behind: str = ""
+    by_chance_ms: float = 0.0
 
     def __str__(self) -> str:
         return self.name
@@ -123,6 +126,18 @@ DANGERS = (
 )  # fmt: skip
 
 
+# To a board with a divider at its supply. The winding's guard is behind it, and comes later.
+SUPPLY_DANGERS = tuple(
+    Danger(f"{name}, with the divider", _motor(supply=supply_v), "supply", "supply", 2.5,
+           _motor(supply=12), behind="winding", by_chance_ms=0.5)
+    for name, supply_v in (
+        ("supply missing", 0), ("supply of a quarter", 3), ("supply of half", 6),
+        ("supply of twice", 24),
+    )
+)  # fmt: skip
+DIVIDER: dict[str, Any] = {"supply_sense_pin": 27}
+
+
 def shift_zero(board: EmulatedPico, amperes: float) -> None:
     """Have the current sensor show so much more from now on."""
     board.do("motor", zero=round(2048 + SENSOR_STEPS_PER_A * amperes))
@@ -155,7 +170,7 @@ def settle(board: EmulatedPico, danger: Danger) -> None:
     if board.get("health")["state"] == "armed":
         assert board.command("disarm") == "ok"
     board.turn(-board.get("clock")["position_counts"], period_us=2)
-    board.run(1)
+    board.run(1 + 2 * danger.by_chance_ms)
     if board.get("health")["state"] == "fault":
         assert board.command("clear_fault") == "ok"
     assert board.get("health")["state"] == "disarmed"

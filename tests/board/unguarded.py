@@ -64,6 +64,7 @@ GUARDS = {
                           "bridge_reports && settled"),
     "bridge's waking": Guard(POWER, "!enabled_ || steps_enabled_ == settle_steps_", "true"),
     "winding": Guard(POWER, "believed_ ? 0 : fault::winding", "0"),
+    "supply": Guard(POWER, "supply_fits_ ? 0 : fault::supply", "0"),
     "sensor's zero": Guard(POWER, "zero_fits ? 0 : fault::current_sensor", "0"),
     "motor's heat": Guard(
         POWER, "current_max_a_ = core::allow_current(motor_heat_, motor_heat_params_);", ";",

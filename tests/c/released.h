@@ -198,6 +198,8 @@ enum {
   TORSIO_FAULT_TEMPERATURE =
       1
       << 8,
+  TORSIO_FAULT_SUPPLY =
+      1 << 9,
 };
 typedef struct torsio_knot {
   double time_s;
@@ -385,7 +387,7 @@ typedef struct torsio_board_config {
   double motor_current_continuous_a;
   double motor_resistance_ohm;
   double motor_inductance_h;
-  double current_bandwidth_hz;
+  int32_t current_bandwidth_hz;
   double current_sense_v_per_a;
   double brake_torque_constant_nm_per_a;
   double brake_current_max_a;
@@ -395,6 +397,7 @@ typedef struct torsio_board_config {
   bool confirmed;
   int32_t brake_continuous_percent;
   int32_t ambient_c;
+  int32_t supply_sense_ratio;
   int32_t encoder_pin;
   int32_t motor_pin;
   int32_t brake_pin;
@@ -402,6 +405,7 @@ typedef struct torsio_board_config {
   int32_t emergency_stop_pin;
   int32_t driver_fault_pin;
   int32_t current_sense_pin;
+  int32_t supply_sense_pin;
   int32_t light_pin;
 } torsio_board_config;
 TORSIO_API torsio_result torsio_board_config_init(torsio_board_config* structure);
@@ -513,6 +517,7 @@ typedef struct torsio_electrics {
   double supply_v;
   double supply_resistance_ohm;
   double supply_capacitance_f;
+  double supply_divider_ratio;
   double ambient_c;
   double winding_heat_j_per_k;
   double winding_to_rotor_k_per_w;

@@ -104,7 +104,8 @@ def test_arm_says_that_a_real_board_has_no_speed_limit(monkeypatch: pytest.Monke
     assert "missing" not in run("arm", "--seconds", "0")
     with torsio.open(DEVICE[1]) as knob:
         monkeypatch.setattr(torsio.Knob, "info", dataclasses.replace(knob.info, board="pico2"))
-    assert "speed_limit_rad_s=160" in run("arm", "--seconds", "0")
+    with pytest.warns(torsio.NoSpeedLimitWarning, match=r"speed_limit_rad_s=\.\.\."):
+        assert "speed_limit_rad_s=160" in run("arm", "--seconds", "0")
     run("config", "set", "speed_limit_rad_s=12")
     assert "missing" not in run("arm", "--seconds", "0")
 

@@ -38,7 +38,7 @@ def opened(
         control_rate_hz=rate_hz,
         plant=PlantParams(electrics=replace(electrics, **parts)),
         control=ControlConfig(law="motor_only", passive_ramp_s=0.005, watchdog_s=5.0),
-        board=config or BoardConfig(current_bandwidth_hz=1000.0 if board == "pico" else 1e4),
+        board=config or BoardConfig(current_bandwidth_hz=1000 if board == "pico" else 10_000),
         hand=hand,
     )
     with torsio.open("emulated", emulator=options) as knob:
@@ -131,6 +131,60 @@ def test_supply_of_twice_the_configured_voltage_is_a_fault(board: str) -> None:
         knob.arm()
         _, faults = fault_after(knob, 0.15)
         assert faults == ("winding",)
+
+
+WATCHING = BoardConfig(current_bandwidth_hz=1000, supply_sense_pin=27)
+
+
+@pytest.mark.parametrize("supply_v", [0.0, 6.0, 16.0, 24.0])
+def test_supply_that_is_measured_cuts_the_power_within_two_milliseconds_of_being_wrong(
+    board: str, supply_v: float
+) -> None:
+    with opened(board, config=WATCHING) as knob:
+        push(knob)
+        knob.emulator.set_supply(supply_v)
+        time_s, faults = fault_after(knob)
+        assert faults == ("supply",)
+        # What the winding takes empties the supply's capacitor to three quarters first.
+        lasts_s = 0.5 * 2.2e-3 * (12.0**2 - 9.0**2) / (2.5 * 1.7**2) if supply_v < 12.0 else 0.0
+        assert 0.9 * lasts_s + 1e-3 <= time_s < 1.1 * lasts_s + 2e-3
+        with pytest.raises(torsio.Refused, match="fault_persists"):
+            knob.clear_fault()
+        knob.emulator.set_supply(12.0)
+        if supply_v > 12.0:
+            return  # nothing empties the capacitor while the power is off
+        knob.sleep(0.05)
+        assert knob.faults() == ("supply",)
+        knob.clear_fault()
+        push(knob)
+
+
+@pytest.mark.parametrize("parts", [{"supply_v": 24.0}, {"supply_divider_ratio": 4.0}])
+def test_supply_that_is_not_the_configured_one_keeps_the_device_from_arming(
+    board: str, parts: dict[str, Any]
+) -> None:
+    with opened(board, config=WATCHING, **parts) as knob:
+        assert knob.faults() == ("supply",)
+        with pytest.raises(torsio.Refused, match="fault_latched"):
+            knob.arm()
+        assert knob.emulator.electrics.coil_current_a == 0.0
+
+
+def test_supply_that_comes_after_the_computer_needs_no_clearing(board: str) -> None:
+    with opened(board, config=WATCHING, supply_v=0.5) as knob:
+        assert (knob.state, knob.faults()) == ("fault", ("supply",))
+        knob.emulator.set_supply(12.0)
+        knob.sleep(0.01)
+        assert (knob.state, knob.faults()) == ("disarmed", ())
+        push(knob)
+
+
+def test_supply_that_sags_under_motor_and_brake_is_none(board: str) -> None:
+    # 1.7 A of the motor and 0.3 A of the coil take 2 V of the 12 from this one.
+    with opened(board, config=WATCHING, supply_resistance_ohm=1.0) as knob:
+        push(knob)
+        knob.sleep(0.5)
+        assert knob.faults() == ()
 
 
 def test_motor_that_spins_unseen_is_a_fault(board: str) -> None:

@@ -225,7 +225,7 @@ def test_loop_of_the_rp2350_trails_by_44_microseconds() -> None:
 
 def test_loop_of_the_rp2040_trails_as_its_bandwidth_has_it() -> None:
     simple = replace(CLEAN, predictive=False, current_period_s=0.0)
-    lag_s = effective_lag_s(simple, BoardConfig(current_bandwidth_hz=500.0))
+    lag_s = effective_lag_s(simple, BoardConfig(current_bandwidth_hz=500))
     # What is missing adds up to 1 / share periods, whatever the delay.
     share = -math.expm1(-2 * math.pi * 500.0 * 25e-6)
     assert lag_s == pytest.approx(25e-6 * (1 / share - 0.5), rel=0.02)

@@ -53,6 +53,7 @@ PYTHON_ONLY = {
     "DisarmedWarning": "Recording::disarmed",
     "StiffnessWarning": "C++ compares with Knob::stable_stiffness by itself",
     "HeldLowWarning": "Knob::limits",
+    "NoSpeedLimitWarning": "Knob::limits",
     "MalformedReport": "of torsio.protocol, which C++ has not",
     "open": "Knob::open",
     "watch": "the constructor of DeviceWatch",

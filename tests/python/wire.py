@@ -93,11 +93,12 @@ REPORTS = {
             "H sequence, B axis, f supply_v, f motor_torque_constant_nm_per_a, "
             "f motor_current_max_a, f motor_current_continuous_a, f motor_resistance_ohm, "
             "f motor_inductance_h, "
-            "f current_bandwidth_hz, f current_sense_v_per_a, f brake_torque_constant_nm_per_a, "
+            "H current_bandwidth_hz, f current_sense_v_per_a, f brake_torque_constant_nm_per_a, "
             "f brake_current_max_a, f brake_resistance_ohm, f brake_inductance_h, "
             "B motor_reversed, B confirmed, B brake_continuous_percent, B ambient_c, "
-            "B encoder_pin, B motor_pin, B brake_pin, B enable_pin, "
-            "B emergency_stop_pin, B driver_fault_pin, B current_sense_pin, B light_pin",
+            "B supply_sense_ratio, B encoder_pin, B motor_pin, B brake_pin, B enable_pin, "
+            "B emergency_stop_pin, B driver_fault_pin, B current_sense_pin, B supply_sense_pin, "
+            "B light_pin",
         ),
         _report(
             "game_config",

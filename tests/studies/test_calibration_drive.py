@@ -104,7 +104,7 @@ def test_bridge_answers_the_noise_as_the_board_s_current_loop_does(
     config = torsio.BoardConfig(
         motor_resistance_ohm=2.5,
         motor_inductance_h=1.5e-3,
-        current_bandwidth_hz=10e3,
+        current_bandwidth_hz=10_000,
         current_sense_v_per_a=0.5,
         supply_v=12.0,
     )

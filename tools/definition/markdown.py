@@ -173,7 +173,7 @@ def wiring(of: Structure) -> str:
         if field.kind == "switch":
             default = "on" if field.default else "off"
         elif field.name.endswith("_pin"):
-            default = f"GP{field.default}"
+            default = f"GP{field.default}" if field.default else "none"
         else:
             default = f"{value_of(field.default):g}"  # type: ignore[arg-type]
         out += f"| `{field.name}` | {default} | {field.unit} | {field.doc} |\n"

@@ -167,7 +167,7 @@ class BoardConfig:
     motor_inductance_h
         Of the winding; 1e-6 to 1.
     current_bandwidth_hz
-        Of the current loop; on a pico held at a tenth of the control rate; 1 to 1e5.
+        Of the current loop; on a pico held at a tenth of the control rate; 1 to 65535.
     current_sense_v_per_a
         Of the current sensor; its zero is measured while the power is off; 0.001 to 10.
     brake_torque_constant_nm_per_a
@@ -189,6 +189,8 @@ class BoardConfig:
         for a while, then less and less; 0 to 100.
     ambient_c
         Of the air round motor and brake, the warmest that it gets; 0 to 100.
+    supply_sense_ratio
+        Of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255.
     encoder_pin
         GPIO of A; B is the next one; 0 to 28.
     motor_pin
@@ -203,6 +205,8 @@ class BoardConfig:
         GPIO, low when a bridge reports an error; 0 to 29.
     current_sense_pin
         GPIO of the motor's current sensor; 26 to 28.
+    supply_sense_pin
+        GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none; 0 to 28.
     light_pin
         GPIO of the status light; 0 to 29.
     """
@@ -214,7 +218,7 @@ class BoardConfig:
     motor_current_continuous_a: float = 1.0
     motor_resistance_ohm: float = 2.5
     motor_inductance_h: float = 0.0015
-    current_bandwidth_hz: float = 10000.0
+    current_bandwidth_hz: int = 10000
     current_sense_v_per_a: float = 0.2
     brake_torque_constant_nm_per_a: float = 0.44
     brake_current_max_a: float = 0.3
@@ -224,6 +228,7 @@ class BoardConfig:
     confirmed: bool = False
     brake_continuous_percent: int = 100
     ambient_c: int = 25
+    supply_sense_ratio: int = 11
     encoder_pin: int = 2
     motor_pin: int = 6
     brake_pin: int = 8
@@ -231,6 +236,7 @@ class BoardConfig:
     emergency_stop_pin: int = 11
     driver_fault_pin: int = 12
     current_sense_pin: int = 26
+    supply_sense_pin: int = 0
     light_pin: int = 25
 
 

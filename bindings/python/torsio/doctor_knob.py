@@ -42,6 +42,7 @@ _FAULTS_FOUND = {
     ),
     "winding": "the motor's voltage, its current and the knob's speed did not fit together",
     "temperature": "the motor's winding or the brake's coil got too hot, by the currents they had",
+    "supply": "the supply's voltage is not the configured one, as the board measures it",
     "overrun": "ticks were missed, or took nearly the whole control period",
     "numeric": "the control law gave a torque that is no number",
 }

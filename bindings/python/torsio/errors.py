@@ -17,6 +17,7 @@ __all__ = [
     "HeldLowWarning",
     "InvalidArgument",
     "MalformedReport",
+    "NoSpeedLimitWarning",
     "PermissionDenied",
     "ProtocolMismatch",
     "Refused",
@@ -103,6 +104,10 @@ class Disarmed(Error, RuntimeError):
 
 class HeldLowWarning(UserWarning):
     """`Knob.arm` has armed a board that gives little: its parts are not confirmed, or not known."""
+
+
+class NoSpeedLimitWarning(UserWarning):
+    """`Knob.arm` has armed a board that nothing stops when its knob runs away."""
 
 
 class DisarmedWarning(UserWarning):

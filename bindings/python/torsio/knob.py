@@ -18,7 +18,7 @@ from torsio.events import tell
 from torsio.knob_configuration import KnobConfiguration
 from torsio.knob_recording import KnobRecording
 from torsio.knob_telemetry import KnobTelemetry
-from torsio.knob_warnings import held_low, too_stiff
+from torsio.knob_warnings import held_low, no_speed_limit, too_stiff
 from torsio.recording import RecordingFile
 from torsio.records import (
     Clock,
@@ -172,11 +172,14 @@ class Knob(KnobConfiguration, KnobTelemetry):
         """Torque on. Raises `Refused` while a fault is latched.
 
         Warns with `HeldLowWarning` if this is a board whose parts nobody has confirmed or knows,
-        which gives little; `limits` tells how much.
+        which gives little; `limits` tells how much. With `NoSpeedLimitWarning` if nobody has set a
+        board's `speed_limit_rad_s`.
         """
         self._arm()
         if self._is_held_low():
             warnings.warn(held_low(self.limits()), stacklevel=2)
+        elif self.info.board != "emulated" and self.limits().speed_limit_rad_s == 0.0:
+            warnings.warn(no_speed_limit(), stacklevel=2)
 
     def _arm(self) -> None:
         self._recording.note("arm")

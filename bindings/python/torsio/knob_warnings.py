@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from torsio.errors import DisarmedWarning, HeldLowWarning, StiffnessWarning
+from torsio.errors import (
+    DisarmedWarning,
+    HeldLowWarning,
+    NoSpeedLimitWarning,
+    StiffnessWarning,
+)
 from torsio.records import Disarm, Limits, StableStiffness
 from torsio.stability import LIMITS
 
-__all__ = ["armed_late", "disarmed", "held_low", "too_stiff"]
+__all__ = ["armed_late", "disarmed", "held_low", "no_speed_limit", "too_stiff"]
 
 
 def held_low(limits: Limits) -> HeldLowWarning:
@@ -17,6 +22,14 @@ def held_low(limits: Limits) -> HeldLowWarning:
         "most: set what motor, brake and encoder it has (docs/hardware.md, first power), then "
         "knob.update(confirmed=True) and knob.save(), and calibrate; who answers for the values "
         "does knob.update(values_are='stated') instead"
+    )
+
+
+def no_speed_limit() -> NoSpeedLimitWarning:
+    """Say that nothing stops a knob that runs away, and what would."""
+    return NoSpeedLimitWarning(
+        "this board has no speed limit, so nothing stops a knob that runs away: give it one with "
+        "knob.update(speed_limit_rad_s=...) and knob.save() (docs/hardware.md, first power)"
     )
 
 

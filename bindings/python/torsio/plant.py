@@ -126,6 +126,8 @@ class Electrics:
         Of the supply; it takes no current back; >= 0.
     supply_capacitance_f
         Behind that; > 0.
+    supply_divider_ratio
+        The supply's voltage over what a board with supply_sense_pin measures of it; > 0.
     ambient_c
         Of the air; everything begins there; -100 to 300.
     winding_heat_j_per_k
@@ -176,6 +178,7 @@ class Electrics:
     supply_v: float = 12.0
     supply_resistance_ohm: float = 0.1
     supply_capacitance_f: float = 0.0022
+    supply_divider_ratio: float = 11.0
     ambient_c: float = 25.0
     winding_heat_j_per_k: float = 12.0
     winding_to_rotor_k_per_w: float = 4.0

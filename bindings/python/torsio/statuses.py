@@ -62,5 +62,10 @@ FAULT_ADVICE: Final = {
         "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
         "configuration with the parts; clear the fault"
     ),
+    "supply": (
+        "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and "
+        "the divider's wire with the board configuration. A fault from before anybody armed "
+        "goes by itself; clear any other"
+    ),
 }
 """What to do about each fault of the device."""

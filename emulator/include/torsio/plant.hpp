@@ -105,6 +105,8 @@ struct Electrics {
   double supply_v = 12.0;                       ///< without load; > 0
   double supply_resistance_ohm = 0.1;           ///< of the supply; it takes no current back; >= 0
   double supply_capacitance_f = 0.0022;         ///< behind that; > 0
+  /// the supply's voltage over what a board with supply_sense_pin measures of it; > 0
+  double supply_divider_ratio = 11.0;
   double ambient_c = 25.0;                ///< of the air; everything begins there; -100 to 300
   double winding_heat_j_per_k = 12.0;     ///< heat capacity of the motor's winding; > 0
   double winding_to_rotor_k_per_w = 4.0;  ///< from there to the rotor; > 0

@@ -127,6 +127,8 @@ struct Fields<Electrics> {
             "of the supply; it takes no current back"),
       field("supply_capacitance_f", &Electrics::supply_capacitance_f, "F", 1e-15, 1e15,
             "behind that"),
+      field("supply_divider_ratio", &Electrics::supply_divider_ratio, "", 1e-15, 1e15,
+            "the supply's voltage over what a board with supply_sense_pin measures of it"),
       field("ambient_c", &Electrics::ambient_c, "degree C", -100.0, 300.0,
             "of the air; everything begins there"),
       field("winding_heat_j_per_k", &Electrics::winding_heat_j_per_k, "J/K", 1e-15, 1e15,

@@ -18,6 +18,8 @@ namespace torsio::boards::rp2 {
 /// bus voltage.
 inline constexpr std::uint32_t kPicoPins = (1U << 23) | (1U << 24);
 
+inline constexpr std::uint8_t kFirstAdcPin = 26;
+
 /// No pin has two jobs, what needs a hardware unit of its own gets one, and no pin is one that the
 /// board uses itself.
 /// @param taken pins that the board uses itself, bit n for GPn
@@ -36,6 +38,11 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
   if (unit(config.brake_pin) == unit(config.motor_pin)) {
     return PinConflict{brake, config.brake_pin, "the motor has this PWM unit; pins 16 apart share"};
   }
+  constexpr auto supply = field_index<BoardConfig>("supply_sense_pin");
+  const bool watches_supply = config.supply_sense_pin != 0;
+  if (watches_supply && config.supply_sense_pin < kFirstAdcPin) {
+    return PinConflict{supply, config.supply_sense_pin, "only GP26, GP27 and GP28 can measure"};
+  }
   struct Use {
     std::uint8_t first_pin;
     std::uint8_t pins;
@@ -49,6 +56,7 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
       Use{config.emergency_stop_pin, 1, field_index<BoardConfig>("emergency_stop_pin")},
       Use{config.driver_fault_pin, 1, field_index<BoardConfig>("driver_fault_pin")},
       Use{config.current_sense_pin, 1, field_index<BoardConfig>("current_sense_pin")},
+      Use{config.supply_sense_pin, watches_supply ? std::uint8_t{1} : std::uint8_t{0}, supply},
       Use{config.light_pin, 1, field_index<BoardConfig>("light_pin")},
   };
   for (const Use& use : uses) {

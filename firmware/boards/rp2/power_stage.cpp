@@ -6,6 +6,7 @@
 #include <hardware/irq.h>
 #include <hardware/pwm.h>
 
+#include "boards/rp2/pins.hpp"
 #include "core/math.hpp"
 
 namespace torsio::boards {
@@ -13,8 +14,6 @@ namespace {
 
 // Above hearing, and a whole multiple of every rate of a current loop.
 constexpr std::uint32_t kPwmHz = 40'000;
-
-constexpr std::uint32_t kFirstAdcPin = 26;
 
 // For cut_power(), which knows no object.
 std::uint32_t output_pins = 0;
@@ -62,7 +61,8 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, const device::PowerB
 
   adc_init();
   adc_gpio_init(config.current_sense_pin);
-  adc_select_input(config.current_sense_pin - kFirstAdcPin);
+  if (config.supply_sense_pin != 0) adc_gpio_init(config.supply_sense_pin);
+  select(config.current_sense_pin);
 }
 
 void PowerStage::start(void (*handler)()) {
@@ -75,8 +75,15 @@ void PowerStage::start(void (*handler)()) {
   pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << step_unit_));
 }
 
+void PowerStage::select(std::uint8_t pin) const { adc_select_input(pin - rp2::kFirstAdcPin); }
+
 void PowerStage::begin() {
   pwm_clear_irq(step_unit_);
+  if (measures_supply_) [[unlikely]] {
+    logic_.see_supply(finish_measurement());
+    select(config_.current_sense_pin);
+    measures_supply_ = false;
+  }
   hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
 }
 
@@ -95,6 +102,12 @@ std::int32_t PowerStage::finish_measurement() const {
 void PowerStage::apply(const device::TickOutputs& outputs) {
   wanted_ = outputs;
   const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
+  if (logic_.wants_supply()) [[unlikely]] {
+    // Between two measurements of the current, which come at their times as ever.
+    select(config_.supply_sense_pin);
+    hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+    measures_supply_ = true;
+  }
   if (!drive.enabled) {
     if (enabled_) switch_off();
     return;

@@ -38,6 +38,7 @@ class PowerStage {
 
  private:
   std::int32_t finish_measurement() const;
+  void select(std::uint8_t pin) const;
   void set_bridge(std::uint32_t unit, float share);
   void switch_off();
 
@@ -50,6 +51,7 @@ class PowerStage {
   std::uint32_t step_cycles_;
   std::uint16_t pwm_steps_;
   bool enabled_ = false;
+  bool measures_supply_ = false;  // since the end of the last handler
 };
 
 /// Outputs off, from any state of the program.

@@ -126,9 +126,10 @@ BOARD_CONFIG = _configuration(
     ),
     number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=2.5),
     number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=1.5e-3),
-    number(
-        "current_bandwidth_hz", "Hz", 1.0, 1e5,
-        "of the current loop; on a pico held at a tenth of the control rate", default=1e4,
+    whole(
+        "current_bandwidth_hz", "u16", 1, 0xFFFF,
+        "of the current loop; on a pico held at a tenth of the control rate",
+        default=10_000, unit="Hz",
     ),
     number(
         "current_sense_v_per_a", "V/A", 1e-3, 10.0,
@@ -162,6 +163,10 @@ BOARD_CONFIG = _configuration(
         "ambient_c", "u8", 0, 100,
         "of the air round motor and brake, the warmest that it gets", default=25, unit="degree C",
     ),
+    whole(
+        "supply_sense_ratio", "u8", 1, 0xFF,
+        "of the divider at supply_sense_pin: the supply's voltage over the pin's", default=11,
+    ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(
         "motor_pin", "u8", 0, 28,
@@ -181,6 +186,10 @@ BOARD_CONFIG = _configuration(
         "driver_fault_pin", "u8", 0, 29, "GPIO, low when a bridge reports an error", default=12
     ),
     whole("current_sense_pin", "u8", 26, 28, "GPIO of the motor's current sensor", default=26),
+    whole(
+        "supply_sense_pin", "u8", 0, 28,
+        "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none",
+    ),
     whole("light_pin", "u8", 0, 29, "GPIO of the status light", default=25),
 )  # fmt: skip
 

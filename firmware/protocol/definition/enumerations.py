@@ -272,6 +272,13 @@ FAULT = Bits(
             "motor_current_continuous_a, brake_continuous_percent and ambient_c of the board "
             "configuration with the parts; clear the fault",
         ),
+        Value(
+            "supply",
+            "the supply's voltage, as the board measures it, is not the configured one",
+            "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and "
+            "the divider's wire with the board configuration. A fault from before anybody armed "
+            "goes by itself; clear any other",
+        ),
     ),
     "Faults, latched until cleared: bits of every `faults` field.",
 )

@@ -211,6 +211,8 @@ enum {
   TORSIO_FAULT_TEMPERATURE =
       1
       << 8,  ///< the motor's winding or the brake's coil is too hot, by the currents that they had
+  TORSIO_FAULT_SUPPLY =
+      1 << 9,  ///< the supply's voltage, as the board measures it, is not the configured one
 };
 
 /// One corner of a piecewise-linear function of time. The first value holds before the first knot,
@@ -563,8 +565,8 @@ typedef struct torsio_board_config {
   double motor_resistance_ohm;
   /// of the winding; 1e-6 to 1; at first 0.0015
   double motor_inductance_h;
-  /// of the current loop; on a pico held at a tenth of the control rate; 1 to 1e5; at first 10000
-  double current_bandwidth_hz;
+  /// of the current loop; on a pico held at a tenth of the control rate; 1 to 65535; at first 10000
+  int32_t current_bandwidth_hz;
   /// of the current sensor; its zero is measured while the power is off; 0.001 to 10; at first 0.2
   double current_sense_v_per_a;
   /// on the pulley; 1e-4 to 1000; at first 0.44
@@ -586,6 +588,8 @@ typedef struct torsio_board_config {
   int32_t brake_continuous_percent;
   /// of the air round motor and brake, the warmest that it gets; 0 to 100; at first 25
   int32_t ambient_c;
+  /// of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255; at first 11
+  int32_t supply_sense_ratio;
   /// GPIO of A; B is the next one; 0 to 28; at first 2
   int32_t encoder_pin;
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28; at
@@ -602,6 +606,8 @@ typedef struct torsio_board_config {
   int32_t driver_fault_pin;
   /// GPIO of the motor's current sensor; 26 to 28; at first 26
   int32_t current_sense_pin;
+  /// GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none; 0 to 28
+  int32_t supply_sense_pin;
   /// GPIO of the status light; 0 to 29; at first 25
   int32_t light_pin;
 } torsio_board_config;
@@ -810,6 +816,8 @@ typedef struct torsio_electrics {
   double supply_resistance_ohm;
   /// behind that; > 0; at first 0.0022
   double supply_capacitance_f;
+  /// the supply's voltage over what a board with supply_sense_pin measures of it; > 0; at first 11
+  double supply_divider_ratio;
   /// of the air; everything begins there; -100 to 300; at first 25
   double ambient_c;
   /// heat capacity of the motor's winding; > 0; at first 12

@@ -21,9 +21,9 @@
 
 namespace torsio::c {
 
-inline constexpr std::array<std::string_view, 9> kFaultNames{
-    "emergency_stop", "over_speed",     "encoder", "actuator",   "overrun",
-    "numeric",        "current_sensor", "winding", "temperature"};
+inline constexpr std::array<std::string_view, 10> kFaultNames{
+    "emergency_stop", "over_speed",     "encoder", "actuator",    "overrun",
+    "numeric",        "current_sensor", "winding", "temperature", "supply"};
 
 /// Bits of the faults with these names; a later device may have some without a bit.
 inline std::uint32_t fault_bits(const std::vector<std::string>& names) {
@@ -229,6 +229,7 @@ inline BoardConfig from_c(const torsio_board_config& from) {
   to.confirmed = flag(from.confirmed);
   to.brake_continuous_percent = from.brake_continuous_percent;
   to.ambient_c = from.ambient_c;
+  to.supply_sense_ratio = from.supply_sense_ratio;
   to.encoder_pin = from.encoder_pin;
   to.motor_pin = from.motor_pin;
   to.brake_pin = from.brake_pin;
@@ -236,6 +237,7 @@ inline BoardConfig from_c(const torsio_board_config& from) {
   to.emergency_stop_pin = from.emergency_stop_pin;
   to.driver_fault_pin = from.driver_fault_pin;
   to.current_sense_pin = from.current_sense_pin;
+  to.supply_sense_pin = from.supply_sense_pin;
   to.light_pin = from.light_pin;
   return to;
 }
@@ -344,6 +346,7 @@ inline Electrics from_c(const torsio_electrics& from) {
   to.supply_v = from.supply_v;
   to.supply_resistance_ohm = from.supply_resistance_ohm;
   to.supply_capacitance_f = from.supply_capacitance_f;
+  to.supply_divider_ratio = from.supply_divider_ratio;
   to.ambient_c = from.ambient_c;
   to.winding_heat_j_per_k = from.winding_heat_j_per_k;
   to.winding_to_rotor_k_per_w = from.winding_to_rotor_k_per_w;
@@ -609,6 +612,7 @@ inline torsio_board_config to_c([[maybe_unused]] const BoardConfig& from) {
   to.confirmed = from.confirmed;
   to.brake_continuous_percent = from.brake_continuous_percent;
   to.ambient_c = from.ambient_c;
+  to.supply_sense_ratio = from.supply_sense_ratio;
   to.encoder_pin = from.encoder_pin;
   to.motor_pin = from.motor_pin;
   to.brake_pin = from.brake_pin;
@@ -616,6 +620,7 @@ inline torsio_board_config to_c([[maybe_unused]] const BoardConfig& from) {
   to.emergency_stop_pin = from.emergency_stop_pin;
   to.driver_fault_pin = from.driver_fault_pin;
   to.current_sense_pin = from.current_sense_pin;
+  to.supply_sense_pin = from.supply_sense_pin;
   to.light_pin = from.light_pin;
   return to;
 }
@@ -738,6 +743,7 @@ inline torsio_electrics to_c([[maybe_unused]] const Electrics& from) {
   to.supply_v = from.supply_v;
   to.supply_resistance_ohm = from.supply_resistance_ohm;
   to.supply_capacitance_f = from.supply_capacitance_f;
+  to.supply_divider_ratio = from.supply_divider_ratio;
   to.ambient_c = from.ambient_c;
   to.winding_heat_j_per_k = from.winding_heat_j_per_k;
   to.winding_to_rotor_k_per_w = from.winding_to_rotor_k_per_w;

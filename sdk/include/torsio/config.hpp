@@ -96,8 +96,8 @@ struct BoardConfig {
   double motor_current_continuous_a = 1.0;
   double motor_resistance_ohm = 2.5;   ///< of the winding; 0.001 to 1000
   double motor_inductance_h = 0.0015;  ///< of the winding; 1e-6 to 1
-  /// of the current loop; on a pico held at a tenth of the control rate; 1 to 1e5
-  double current_bandwidth_hz = 1e4;
+  /// of the current loop; on a pico held at a tenth of the control rate; 1 to 65535
+  int current_bandwidth_hz = 10000;
   /// of the current sensor; its zero is measured while the power is off; 0.001 to 10
   double current_sense_v_per_a = 0.2;
   double brake_torque_constant_nm_per_a = 0.44;  ///< on the pulley; 1e-4 to 1000
@@ -114,7 +114,9 @@ struct BoardConfig {
   /// of brake_current_max_a, that the coil stands for ever in air of 25 degrees; more is given for
   /// a while, then less and less; 0 to 100
   int brake_continuous_percent = 100;
-  int ambient_c = 25;   ///< of the air round motor and brake, the warmest that it gets; 0 to 100
+  int ambient_c = 25;  ///< of the air round motor and brake, the warmest that it gets; 0 to 100
+  /// of the divider at supply_sense_pin: the supply's voltage over the pin's; 1 to 255
+  int supply_sense_ratio = 11;
   int encoder_pin = 2;  ///< GPIO of A; B is the next one; 0 to 28
   /// GPIO of the first input of the motor's bridge, even; the second is the next one; 0 to 28
   int motor_pin = 6;
@@ -124,7 +126,9 @@ struct BoardConfig {
   int emergency_stop_pin = 11;  ///< GPIO, low to run; an open wire stops; 0 to 29
   int driver_fault_pin = 12;    ///< GPIO, low when a bridge reports an error; 0 to 29
   int current_sense_pin = 26;   ///< GPIO of the motor's current sensor; 26 to 28
-  int light_pin = 25;           ///< GPIO of the status light; 0 to 29
+  /// GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none; 0 to 28
+  int supply_sense_pin = 0;
+  int light_pin = 25;  ///< GPIO of the status light; 0 to 29
 };
 
 /// What games may do over the game interface, and how their numbers become torques; docs/games.md.

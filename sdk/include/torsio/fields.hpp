@@ -392,7 +392,7 @@ struct Fields<BoardConfig> {
             "of the winding"),
       field("motor_inductance_h", &BoardConfig::motor_inductance_h, "H", 1e-6, 1.0,
             "of the winding"),
-      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 1e5,
+      field("current_bandwidth_hz", &BoardConfig::current_bandwidth_hz, "Hz", 1.0, 65535.0,
             "of the current loop; on a pico held at a tenth of the control rate"),
       field("current_sense_v_per_a", &BoardConfig::current_sense_v_per_a, "V/A", 0.001, 10.0,
             "of the current sensor; its zero is measured while the power is off"),
@@ -415,6 +415,8 @@ struct Fields<BoardConfig> {
             "given for a while, then less and less"),
       field("ambient_c", &BoardConfig::ambient_c, "degree C", 0.0, 100.0,
             "of the air round motor and brake, the warmest that it gets"),
+      field("supply_sense_ratio", &BoardConfig::supply_sense_ratio, "", 1.0, 255.0,
+            "of the divider at supply_sense_pin: the supply's voltage over the pin's"),
       field("encoder_pin", &BoardConfig::encoder_pin, "", 0.0, 28.0,
             "GPIO of A; B is the next one"),
       field("motor_pin", &BoardConfig::motor_pin, "", 0.0, 28.0,
@@ -429,6 +431,8 @@ struct Fields<BoardConfig> {
             "GPIO, low when a bridge reports an error"),
       field("current_sense_pin", &BoardConfig::current_sense_pin, "", 26.0, 28.0,
             "GPIO of the motor's current sensor"),
+      field("supply_sense_pin", &BoardConfig::supply_sense_pin, "", 0.0, 28.0,
+            "GPIO of a divider at the supply, 26 to 28, which is then watched; 0: there is none"),
       field("light_pin", &BoardConfig::light_pin, "", 0.0, 29.0, "GPIO of the status light"),
   };
 };

@@ -31,6 +31,8 @@ from tests.board.rp2350.rom import HZ, LOOP, Rom
 from tests.board.rp2350.usb import Usb
 
 ADC_CYCLES = HZ // 500_000  # a conversion takes two microseconds
+SUPPLY_CHANNEL = 1  # GP27
+SUPPLY = {"supply": 12, "divider": 11}
 PWM_LINE, USB_LINE = 8, 14
 
 CLOCKS, RESETS, IO_BANK, PADS = 0x10, 0x20, 0x28, 0x38
@@ -57,7 +59,7 @@ class Chip:
         self.low = {11}  # pins that the world connects to ground: the emergency stop runs
         self.zero = 2048  # steps of the current sensor without a current
         self.sensor_amperes: float | None = None  # what the sensor says; None: the truth
-        self.motor = {"ohm": 2.5, "henry": 1.5e-3, "supply": 12, "voltsPerAmpere": 0.2}
+        self.motor = {"ohm": 2.5, "henry": 1.5e-3, "voltsPerAmpere": 0.2, **SUPPLY}
         self.cut: set[int] = set()  # pins whose wire is cut
         self.world: World | None = None
         self._world_at = 0  # the next PWM period
@@ -495,8 +497,12 @@ class Chip:
 
     # The motor's winding between its PWM pins (6 and 7) and its current sensor --------------------
 
-    def _convert(self, _channel: int) -> None:
+    def _convert(self, channel: int) -> None:
         self._adc_ready = self.now + ADC_CYCLES
+        if channel == SUPPLY_CHANNEL:
+            steps = round(self.motor["supply"] / self.motor["divider"] / 3.3 * 4096)
+            self._adc_result = min(4095, steps)
+            return
         if not self.world:
             self._follow_pins()
         seen = self.amperes if self.sensor_amperes is None else self.sensor_amperes

@@ -2,6 +2,7 @@
 // told and whatever it measures. tests/board runs the real binary.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -209,6 +210,34 @@ TEST_CASE("what the current loop has wound up is forgotten when the power goes")
   bench.apply({});
   bench.apply(on(0.0F));
   CHECK(std::abs(bench.motor()) < 1e-3);
+}
+
+TEST_CASE("the supply is measured between two measurements of the current") {
+  namespace fault = torsio::protocol::fault;
+  BoardConfig config;
+  config.supply_sense_pin = 27;
+  config.current_sense_pin = 28;
+  Bench bench(config, {100'000, 100'000, false});
+  fake::adc.started.clear();
+  const auto run = [&](int steps, double supply_v) {
+    for (int i = 0; i < steps; ++i) {
+      // What its last conversion left there.
+      if (fake::adc.input == 1)
+        fake::adc.result = static_cast<std::uint32_t>(supply_v / 11 / 3.3 * 4096);
+      bench.stage->begin();
+      REQUIRE(fake::adc.input == 2);
+      bench.measure(0.0);
+      bench.stage->apply({});
+    }
+  };
+  run(100, 12.0);
+  CHECK(std::ranges::count(fake::adc.started, 2U) == 100);
+  CHECK(std::ranges::count(fake::adc.started, 1U) == 20);
+  CHECK(bench.stage->find_faults() == 0);
+  run(16, 24.0);
+  CHECK(bench.stage->find_faults() == fault::supply);
+  run(16, 12.0);
+  CHECK(bench.stage->find_faults() == 0);
 }
 
 TEST_CASE("cutting the power needs no object and takes the pins from the PWM") {

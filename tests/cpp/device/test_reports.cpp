@@ -234,6 +234,15 @@ TEST_CASE("wiring is read back as it was set, and refused when a pin has two job
   CHECK(refused([](BoardConfig& c) { c.motor_pin = 4, c.brake_pin = 20; }) == "brake_pin");
   CHECK(refused([](BoardConfig& c) { c.enable_pin = 3; }) == "enable_pin");  // encoder B
   CHECK(refused([](BoardConfig& c) { c.light_pin = 24; }) == "light_pin");
+  // Of the pins only three can measure, and none is there for "no divider", which is 0.
+  CHECK(refused([](BoardConfig& c) { c.supply_sense_pin = 25, c.light_pin = 22; }) ==
+        "supply_sense_pin");
+  CHECK(refused([](BoardConfig& c) { c.supply_sense_pin = 26; }) == "supply_sense_pin");
+  CHECK(refused([](BoardConfig& c) { c.supply_sense_pin = c.light_pin = 27; }) == "light_pin");
+  BoardConfig watching = wiring;
+  watching.supply_sense_pin = 27;
+  watching.light_pin = 0;
+  CHECK(rig.set(watching).ok());
   CHECK(refused([](BoardConfig& c) { c.encoder_pin = 22; }) == "encoder_pin");
 }
 

@@ -222,9 +222,10 @@ TEST_CASE("the longest jump that is none is what a knob makes at 2000 rad/s") {
 }
 
 TEST_CASE("a fault of the power stage is called what the board calls it") {
-  for (const std::uint16_t named :
-       {fault::current_sensor, fault::winding, fault::actuator, fault::temperature}) {
+  for (const std::uint16_t named : {fault::current_sensor, fault::winding, fault::actuator,
+                                    fault::temperature, fault::supply}) {
     Rig rig;
+    REQUIRE(rig.command(Op::arm) == Status::ok);
     rig.inputs.actuator_fault = true;
     rig.inputs.power_faults = named;
     rig.tick();
@@ -249,6 +250,56 @@ TEST_CASE("a fault of the power stage hides no other, and its name without it sa
     rig.inputs.actuator_fault = true;
     rig.tick();
     CHECK(rig.get<Health>().faults == (fault::emergency_stop | fault::winding));
+  }
+}
+
+TEST_CASE("a supply that is not there before anybody arms is waited for") {
+  Rig rig;
+  rig.inputs.actuator_fault = true;
+  rig.inputs.power_faults = fault::supply;
+  rig.tick();
+  CHECK(rig.get<Health>().faults == fault::supply);
+  CHECK(rig.command(Op::arm) == Status::fault_latched);
+  CHECK(rig.command(Op::clear_fault) == Status::fault_persists);
+  rig.inputs.actuator_fault = false;
+  rig.inputs.power_faults = 0;
+  // In the tick in which it is there.
+  CHECK(rig.command(Op::arm) == Status::ok);
+  CHECK(rig.get<Health>().faults == 0);
+
+  // From an armed device it is latched as any other.
+  rig.inputs.actuator_fault = true;
+  rig.inputs.power_faults = fault::supply;
+  rig.tick();
+  CHECK_FALSE(rig.outputs.enabled);
+  rig.inputs.actuator_fault = false;
+  rig.inputs.power_faults = 0;
+  rig.tick(5);
+  CHECK(rig.get<Health>().faults == fault::supply);
+  CHECK(rig.command(Op::arm) == Status::fault_latched);
+  CHECK(rig.command(Op::clear_fault) == Status::ok);
+}
+
+TEST_CASE("a supply that comes back takes no other fault with it") {
+  for (const bool supply_first : {true, false}) {
+    Rig rig;
+    CAPTURE(supply_first);
+    rig.inputs.actuator_fault = true;
+    rig.inputs.power_faults = supply_first ? fault::supply : fault::winding;
+    rig.tick();
+    rig.inputs.power_faults = fault::supply | fault::winding;
+    rig.tick();
+    rig.inputs.actuator_fault = false;
+    rig.inputs.power_faults = 0;
+    rig.tick(5);
+    CHECK(rig.get<Health>().faults == (fault::supply | fault::winding));
+    CHECK(rig.command(Op::clear_fault) == Status::ok);
+    // What was cleared by hand does not clear the next.
+    rig.inputs.emergency_stop = true;
+    rig.tick();
+    rig.inputs.emergency_stop = false;
+    rig.tick(5);
+    CHECK(rig.get<Health>().faults == fault::emergency_stop);
   }
 }
 

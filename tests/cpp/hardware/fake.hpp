@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 // NOLINTBEGIN: these names are the SDK's.
 using uint = unsigned;
@@ -29,6 +30,8 @@ inline Chip chip;
 struct Adc {
   std::uint32_t cs = ADC_CS_READY_BITS;
   std::uint32_t result = 0;
+  unsigned input = 0;
+  std::vector<unsigned> started;  // the input of each conversion
 };
 inline Adc adc;
 
@@ -36,7 +39,9 @@ inline Adc adc;
 
 inline fake::Adc* const adc_hw = &fake::adc;
 inline std::uint32_t clock_get_hz(unsigned) { return 150'000'000; }
-inline void hw_set_bits(std::uint32_t*, std::uint32_t) {}
+inline void hw_set_bits(std::uint32_t*, std::uint32_t) {
+  fake::adc.started.push_back(fake::adc.input);
+}
 inline void gpio_init(unsigned) {}
 inline void gpio_pull_up(unsigned) {}
 inline void gpio_init_mask(std::uint32_t pins) { fake::chip.levels &= ~pins; }
@@ -51,7 +56,7 @@ inline void gpio_put(unsigned pin, bool high) {
 inline void gpio_clr_mask(std::uint32_t pins) { fake::chip.levels &= ~pins; }
 inline void adc_init() {}
 inline void adc_gpio_init(unsigned) {}
-inline void adc_select_input(unsigned) {}
+inline void adc_select_input(unsigned input) { fake::adc.input = input; }
 
 struct pwm_config {
   std::uint16_t wrap = 0;

@@ -20,12 +20,12 @@ TEST_CASE("a configuration is dumped with all its fields, as JSON") {
     config.motor_torque_cap_nm = 0.1 + 0.2;
     config.autonomous = true;
   });
-  knob.update([](BoardConfig& config) { config.current_bandwidth_hz = 1e5; });
+  knob.update([](BoardConfig& config) { config.motor_resistance_ohm = 1e3; });
   const json found = json::parse(dump_config(knob));
   CHECK(found.size() == 6);
   CHECK(found.at("actuator_config").size() == 16);
   CHECK(found.at("control_config").size() == 12);
-  CHECK(found.at("board_config").size() == 24);
+  CHECK(found.at("board_config").size() == 26);
   CHECK(found.at("actuator_config").at("counts_per_rev").is_number_integer());
   CHECK(found.at("actuator_config").at("counts_per_rev") == 8192);
   CHECK(found.at("control_config").at("law") == "calibrated");
@@ -34,7 +34,7 @@ TEST_CASE("a configuration is dumped with all its fields, as JSON") {
   CHECK(found.at("control_config").at("motor_torque_cap_nm").get<double>() ==
         knob.control_config().motor_torque_cap_nm);
   CHECK(found.at("control_config").at("brake_torque_cap_nm").is_number_float());
-  CHECK(found.at("board_config").at("current_bandwidth_hz") == 1e5);
+  CHECK(found.at("board_config").at("motor_resistance_ohm") == 1e3);
   CHECK(found.at("game_config").at("dial_use") == "wheel");
 }
 

@@ -82,6 +82,7 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
                                                           .brake_current_max_a = 8,
                                                           .brake_resistance_ohm = 9,
                                                           .motor_reversed = true,
+                                                          .supply_sense_ratio = 16,
                                                           .encoder_pin = 3,
                                                           .motor_pin = 14,
                                                           .brake_pin = 16,
@@ -89,18 +90,20 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
                                                           .emergency_stop_pin = 19,
                                                           .driver_fault_pin = 20,
                                                           .current_sense_pin = 28,
+                                                          .supply_sense_pin = 27,
                                                           .light_pin = 29});
   CHECK(board.supply_v == 24.0F);
   CHECK(board.motor_torque_constant_nm_per_a == 0.5F);
   CHECK(board.motor_current_max_a == 3.0F);
   CHECK(board.motor_resistance_ohm == 4.0F);
   CHECK(board.motor_inductance_h == 0.25F);
-  CHECK(board.current_bandwidth_hz == 5.0F);
+  CHECK(board.current_bandwidth_hz == 5);
   CHECK(board.current_sense_v_per_a == 6.0F);
   CHECK(board.brake_torque_constant_nm_per_a == 7.0F);
   CHECK(board.brake_current_max_a == 8.0F);
   CHECK(board.brake_resistance_ohm == 9.0F);
   CHECK(board.motor_reversed == protocol::Toggle::on);
+  CHECK(board.supply_sense_ratio == 16);
   CHECK(board.encoder_pin == 3);
   CHECK(board.motor_pin == 14);
   CHECK(board.brake_pin == 16);
@@ -108,6 +111,7 @@ TEST_CASE("every field of the board's configuration arrives in its own place and
   CHECK(board.emergency_stop_pin == 19);
   CHECK(board.driver_fault_pin == 20);
   CHECK(board.current_sense_pin == 28);
+  CHECK(board.supply_sense_pin == 27);
   CHECK(board.light_pin == 29);
   CHECK(protocol::encode(to_wire(convert_back<BoardConfig>(board))) == protocol::encode(board));
   CHECK(to_wire(convert_back<BoardConfig>(board), wiring_rule(kPico2)).motor_pin == 14);

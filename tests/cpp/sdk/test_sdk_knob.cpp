@@ -123,6 +123,10 @@ TEST_CASE(
                  "motor_pin is 2: this pin has another job"));
   CHECK(contains(complaint([](BoardConfig& c) { c.encoder_pin = 22; }),
                  "encoder_pin is 22: the next pin has another job"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.supply_sense_pin = 22; }),
+                 "supply_sense_pin is 22: only GP26, GP27 and GP28 can measure"));
+  CHECK(contains(complaint([](BoardConfig& c) { c.supply_sense_pin = 26; }),
+                 "supply_sense_pin is 26: this pin has another job"));
   CHECK(contains(complaint([](BoardConfig& c) { c.light_pin = 3; }),
                  "light_pin is 3: this pin has another job"));
   CHECK(knob.board_config().motor_pin == 14);
