@@ -70,6 +70,7 @@ from torsio.records import (
     Limits,
     LinkStatistics,
     ListedDevice,
+    MotorCurrent,
     StableStiffness,
 )
 from torsio.replaying import Replayed, replay
@@ -124,6 +125,7 @@ __all__ = [
     "LinkStatistics",
     "ListedDevice",
     "MalformedReport",
+    "MotorCurrent",
     "NoHand",
     "PermissionDenied",
     "PlantParams",
