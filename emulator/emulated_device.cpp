@@ -72,7 +72,10 @@ device::StoredSlots with_overrides(const EmulatedDeviceOptions& options) {
 
 EmulatedDevice::EmulatedDevice(EmulatedDeviceOptions options)
     : options_(checked(std::move(options))),
-      power_(make_power_path(options_.plant, options_.control_period_ns, options_.seed)),
+      power_(options_.plant.electrics
+                 ? std::make_unique<PowerPath>(*options_.plant.electrics,
+                                               options_.control_period_ns, options_.seed)
+                 : nullptr),
       plant_(options_.plant, options_.hand,
              power_ ? power_->step_ns() : options_.control_period_ns),
       encoder_(options_.encoder),
@@ -107,6 +110,7 @@ void EmulatedDevice::power_up() {
   device_->set_connected(plugged_);
   if (power_) {
     power_->power_up(device_->board_config(), device_->actuator_config().brake_time_constant_s);
+    device_->measure_by(power_->logic());
   }
 }
 

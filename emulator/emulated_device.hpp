@@ -151,7 +151,8 @@ class EmulatedDevice {
   void log_report(InputKind kind, std::span<const std::uint8_t> report);
 
   EmulatedDeviceOptions options_;
-  std::optional<PowerPath> power_;  // of a plant with electrics
+  // Of a plant with electrics; where it is the device knows.
+  std::unique_ptr<PowerPath> power_;
   Plant plant_;
   Encoder encoder_;
   UsbLink link_;

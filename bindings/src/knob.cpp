@@ -396,6 +396,7 @@ void bind_knob(py::module_& module) {
       .def("info", call(&Knob::info))
       .def("health", call(&Knob::health))
       .def("energies", call(&Knob::energies))
+      .def("motor_current", call(&Knob::motor_current))
       .def("limits", call(&Knob::limits))
       .def("faults", call(&Knob::faults))
       .def("clock", call(&Knob::clock))

@@ -48,7 +48,7 @@ constexpr bool accepted_as(Direction direction) {
   constexpr bool read_only =
       std::is_same_v<Report, protocol::Identity> || std::is_same_v<Report, protocol::Clock> ||
       std::is_same_v<Report, protocol::Health> || std::is_same_v<Report, protocol::GameMonitor> ||
-      std::is_same_v<Report, protocol::Ledger>;
+      std::is_same_v<Report, protocol::Ledger> || std::is_same_v<Report, protocol::MotorCurrent>;
   return Layout<Report>::direction == direction && !read_only && direction != Direction::input;
 }
 
@@ -374,6 +374,11 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
       return Status::ok;
     case Layout<protocol::Ledger>::id:
       report = protocol::encode(loop_.ledger());
+      return Status::ok;
+    case Layout<protocol::MotorCurrent>::id:
+      report = protocol::encode(
+          power_ == nullptr ? protocol::MotorCurrent{}
+                            : power_->sums([&] { return loop_.now().position_counts; }));
       return Status::ok;
     default:
       return Status::unknown_report;

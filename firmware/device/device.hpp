@@ -19,6 +19,7 @@
 #include "device/dial/dial.hpp"
 #include "device/game/params.hpp"
 #include "device/game/pid_engine.hpp"
+#include "device/power_logic.hpp"
 #include "device/ring.hpp"
 #include "device/scene_builder.hpp"
 #include "device/telemetry_batch.hpp"
@@ -49,6 +50,10 @@ class Device {
 
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
+
+  /// A board that measures the motor's current says who does it, once.
+  /// @param power outlives this, or is followed by another
+  void measure_by(const PowerLogic& power) { power_ = &power; }
 
   // Control interrupt ------------------------------------------------------------------------
 
@@ -162,6 +167,7 @@ class Device {
   ControlLoop loop_;
   game::PidEngine game_;
   dial::Dial dial_;
+  const PowerLogic* power_ = nullptr;  // nullptr: no current is measured
   SceneBuilder scene_;
   bool commit_given_ = false;
   TelemetryBatch batch_;

@@ -50,7 +50,9 @@ std::int32_t supply_steps(const protocol::BoardConfig& config, const PowerBoard&
 
 PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board,
                        float brake_lag_s)
-    : predicts_(board.predicts),
+    : period_ns_(board.current_period_ns),
+      delay_ns_(board.output_delay_ns),
+      predicts_(board.predicts),
       predictive_params_(core::make_predictive_loop(
           config.motor_resistance_ohm, config.motor_inductance_h, config.current_bandwidth_hz,
           static_cast<float>(board.current_period_ns) * 1e-9F,
@@ -142,6 +144,12 @@ void PowerLogic::see_supply(std::int32_t supply_steps) {
 PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_steps) {
   measure(current_steps);
   if (steps_to_supply_ != 0) --steps_to_supply_;
+  const PowerDrive given = drive(wanted);
+  count(current_steps, given.motor_share * direction_);
+  return given;
+}
+
+PowerDrive PowerLogic::drive(const TickOutputs& wanted) {
   if (!wanted.enabled) {
     if (enabled_) rest();
     look(0.0F, 0.0F);
@@ -159,6 +167,16 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   const float brake_share = drive_brake(wanted.brake_command_nm);
   look(current_a_, coil_a_);
   return {direction_ * share, brake_share, true};
+}
+
+/// In whole numbers, of which nothing is lost however many they are.
+void PowerLogic::count(std::int32_t current_steps, float motor_share) {
+  sums_.reading = current_steps;
+  sums_.share_before = sums_.share;
+  sums_.share = static_cast<std::int32_t>(motor_share * kSharesPerSupply);
+  sums_.readings += current_steps;
+  sums_.shares += sums_.share;
+  ++sums_.periods;
 }
 
 float PowerLogic::drive_brake(float command_nm) {

@@ -31,6 +31,17 @@ struct PowerDrive {
   bool enabled = false;   // false: the bridges let go
 };
 
+/// What was measured and driven since the start, for who wants to know the winding.
+struct PowerSums {
+  std::uint64_t periods = 0;
+  std::int64_t readings = 0;  // of the converter
+  std::int64_t shares = 0;    // of the bridge, 1 / kSharesPerSupply of the supply
+  std::int32_t reading = 0;   // the newest
+  std::int32_t share = 0;     // that answers it
+  std::int32_t share_before = 0;
+};
+inline constexpr float kSharesPerSupply = 16384.0F;
+
 class PowerLogic {
  public:
   /// @param brake_lag_s with which the brake shall follow, if its inductance is configured
@@ -60,13 +71,39 @@ class PowerLogic {
   /// Of the last step; positive turns the knob to larger angles.
   float current_a() const { return current_a_; }
 
+  /// For the main loop, all of one moment.
+  /// @param position of the newest tick, asked for at the same moment
+  template <class Position>
+  protocol::MotorCurrent sums(Position&& position) const {
+    return between_ticks(sums_.periods, [&](std::uint64_t periods) {
+      return protocol::MotorCurrent{protocol::Toggle::on,
+                                    position(),
+                                    period_ns_,
+                                    delay_ns_,
+                                    periods,
+                                    sums_.readings,
+                                    sums_.shares,
+                                    sums_.reading,
+                                    static_cast<std::int16_t>(sums_.share),
+                                    static_cast<std::int16_t>(sums_.share_before),
+                                    zero_steps_,
+                                    amperes_per_step_,
+                                    amperes_per_nm_};
+    });
+  }
+
  private:
+  PowerDrive drive(const TickOutputs& wanted);
   void measure(std::int32_t current_steps);
+  void count(std::int32_t current_steps, float motor_share);
   void watch(float motor_share);
   void look(float motor_a, float coil_a);
   float drive_brake(float command_nm);
   void rest();
 
+  PowerSums sums_;
+  std::uint32_t period_ns_;
+  std::uint32_t delay_ns_;
   bool predicts_;
   core::PredictiveParams predictive_params_;
   core::PredictiveState predictive_;

@@ -383,6 +383,9 @@ struct CalibrationConfig {
   float sigma_brake_release_time_constant_s = 0;
   float sigma_brake_inertia_kg_m2 = 0;
   float sigma_brake_hysteresis_nm = 0;
+  std::uint8_t sigma_motor_resistance_permille = 0;
+  std::uint8_t sigma_motor_inductance_permille = 0;
+  std::uint8_t sigma_motor_torque_constant_permille = 0;
 };
 template <>
 struct Layout<CalibrationConfig> {
@@ -428,6 +431,18 @@ struct Layout<CalibrationConfig> {
              0, 1e6F, "of `brake_inertia_kg_m2`"),
       number("sigma_brake_hysteresis_nm", &CalibrationConfig::sigma_brake_hysteresis_nm, "N m", 0,
              1e6F, "of `brake_hysteresis_nm`"),
+      number("sigma_motor_resistance_permille", &CalibrationConfig::sigma_motor_resistance_permille,
+             "", 0, 255,
+             "standard uncertainty of the board's `motor_resistance_ohm` in thousandths of it; 0: "
+             "it was not measured"),
+      number("sigma_motor_inductance_permille", &CalibrationConfig::sigma_motor_inductance_permille,
+             "", 0, 255,
+             "standard uncertainty of the board's `motor_inductance_h` in thousandths of it; 0: it "
+             "was not measured"),
+      number("sigma_motor_torque_constant_permille",
+             &CalibrationConfig::sigma_motor_torque_constant_permille, "", 0, 255,
+             "standard uncertainty of the board's `motor_torque_constant_nm_per_a` in thousandths "
+             "of it; 0: it was not measured"),
   };
 };
 
@@ -437,6 +452,6 @@ static_assert(wire_size<ControlConfig>() == 45);
 static_assert(wire_size<BoardConfig>() == 63);
 static_assert(wire_size<GameConfig>() == 48);
 static_assert(wire_size<ShaftConfig>() == 35);
-static_assert(wire_size<CalibrationConfig>() == 60);
+static_assert(wire_size<CalibrationConfig>() == 63);
 
 }  // namespace torsio::protocol

@@ -216,6 +216,59 @@ struct Layout<Ledger> {
   };
 };
 
+/// What the motor's current sensor has shown, and what its bridge was told, in every period of the
+/// current loop since the board started: of two readings of this report the difference tells what
+/// was between them, however long that is. Read only.
+struct MotorCurrent {
+  Toggle measured = Toggle::off;
+  std::int64_t position_counts = 0;
+  std::uint32_t period_ns = 0;
+  std::uint32_t delay_ns = 0;
+  std::uint64_t periods = 0;
+  std::int64_t reading_sum = 0;
+  std::int64_t share_sum = 0;
+  std::int32_t reading = 0;
+  std::int16_t share = 0;
+  std::int16_t share_before = 0;
+  float zero = 0;
+  float a_per_step = 0;
+  float a_per_nm = 0;
+};
+template <>
+struct Layout<MotorCurrent> {
+  static constexpr std::uint8_t id = 0x0C;
+  static constexpr Direction direction = Direction::feature;
+  static constexpr std::string_view name = "motor_current";
+  static constexpr std::string_view doc =
+      "What the motor's current sensor has shown, and what its bridge was told, in every period of "
+      "the current loop since the board started: of two readings of this report the difference "
+      "tells what was between them, however long that is. Read only.";
+  static constexpr FieldList fields{
+      choice("measured", &MotorCurrent::measured, "there is a current sensor; off: all else is 0"),
+      number("position_counts", &MotorCurrent::position_counts, "count", std::int64_t{-1} << 62,
+             std::int64_t{1} << 62, "at the newest tick"),
+      any_number("period_ns", &MotorCurrent::period_ns, "ns", "of the current loop"),
+      any_number("delay_ns", &MotorCurrent::delay_ns, "ns",
+                 "from a measurement to the voltage that answers it"),
+      number("periods", &MotorCurrent::periods, "", 0, std::uint64_t{1} << 62,
+             "done, each with one measurement"),
+      any_number("reading_sum", &MotorCurrent::reading_sum, "step",
+                 "of what the sensor's converter read in each"),
+      any_number("share_sum", &MotorCurrent::share_sum, "2^-14 of the supply",
+                 "of the bridge's share, positive to larger angles"),
+      any_number("reading", &MotorCurrent::reading, "step", "the newest"),
+      any_number("share", &MotorCurrent::share, "2^-14 of the supply", "that answers it"),
+      any_number("share_before", &MotorCurrent::share_before, "2^-14 of the supply",
+                 "that answered the reading before"),
+      any_number("zero", &MotorCurrent::zero, "step",
+                 "what is read without current, as learnt while the power was off"),
+      any_number("a_per_step", &MotorCurrent::a_per_step, "A",
+                 "positive or negative, as the board was configured when it started"),
+      any_number("a_per_nm", &MotorCurrent::a_per_nm, "A/(N m)",
+                 "asked of the motor for a torque, likewise"),
+  };
+};
+
 /// An order without values: keep_alive: nothing but a sign of life, not acknowledged; arm; disarm;
 /// stop: disarm and empty the scene; zero: this position becomes angle 0; only while disarmed;
 /// relax: the shaft's spring is known to be relaxed now; only while disarmed; save: keep the
@@ -502,9 +555,9 @@ struct Layout<Event> {
 /// Every report, in the order of the documentation.
 using AllReports =
     std::tuple<Identity, Clock, Health, ActuatorConfig, ControlConfig, BoardConfig, GameConfig,
-               ShaftConfig, CalibrationConfig, GameMonitor, Ledger, Command, Commit, Stream,
-               LocalModel, Excitation, Wall, Spring, Damper, Friction, Inertia, Constant, Ramp,
-               Periodic, Detents, EndStops, Texture, Curve, Impact, CurvePoints, Telemetry,
+               ShaftConfig, CalibrationConfig, GameMonitor, Ledger, MotorCurrent, Command, Commit,
+               Stream, LocalModel, Excitation, Wall, Spring, Damper, Friction, Inertia, Constant,
+               Ramp, Periodic, Detents, EndStops, Texture, Curve, Impact, CurvePoints, Telemetry,
                Acknowledgement, Event>;
 
 // The sizes as literals: a change of the wire must be seen in a diff.
@@ -513,6 +566,7 @@ static_assert(wire_size<Clock>() == 24);
 static_assert(wire_size<Health>() == 33);
 static_assert(wire_size<GameMonitor>() == 53);
 static_assert(wire_size<Ledger>() == 37);
+static_assert(wire_size<MotorCurrent>() == 61);
 static_assert(wire_size<Command>() == 4);
 static_assert(wire_size<Commit>() == 5);
 static_assert(wire_size<Stream>() == 5);

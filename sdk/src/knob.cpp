@@ -270,6 +270,30 @@ Energies Knob::energies() {
   return conversion::energies(ledger, info.counts_per_rev, info.control_rate_hz);
 }
 
+MotorCurrent Knob::motor_current() {
+  constexpr double kShare = 0x1p-14;
+  const auto sums = impl().session.get<protocol::MotorCurrent>();
+  const double step_a = static_cast<double>(sums.a_per_step);
+  const double zero = static_cast<double>(sums.zero);
+  const double period_s = 1e-9 * sums.period_ns;
+  return {.measured = sums.measured == protocol::Toggle::on,
+          .time_s = static_cast<double>(sums.periods) * period_s,
+          .angle_rad = static_cast<double>(sums.position_counts) * 2.0 * std::numbers::pi /
+                       impl().info().counts_per_rev,
+          .period_s = period_s,
+          .delay_s = 1e-9 * sums.delay_ns,
+          .periods = sums.periods,
+          .current_a = (sums.reading - zero) * step_a,
+          .zero_a = zero * step_a,
+          .step_a = std::abs(step_a),
+          .current_sum_a = static_cast<double>(sums.reading_sum) * step_a,
+          .share = sums.share * kShare,
+          .share_before = sums.share_before * kShare,
+          .share_sum = static_cast<double>(sums.share_sum) * kShare,
+          .torque_constant_nm_per_a =
+              sums.a_per_nm > 0.0F ? 1.0 / static_cast<double>(sums.a_per_nm) : 0.0};
+}
+
 Limits Knob::limits() {
   const protocol::Identity device = impl().identity();
   const auto actuator = impl().session.get<protocol::ActuatorConfig>();

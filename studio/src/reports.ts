@@ -4,7 +4,7 @@
 
 import type { Bit, Report } from "./fields";
 
-export const FINGERPRINT: number = 3510894216;
+export const FINGERPRINT: number = 822249471;
 
 export const PROTOCOL_VERSION: number = 1;
 
@@ -398,7 +398,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "title": "CalibrationConfig",
     "doc": "How well the values of actuator and shaft are known, and since when. It is about the values that the device has as it takes this: as soon as one is another, `values_are` reads `assumed`. A `sigma` is the standard uncertainty of a value; 0: it was not measured.",
     "notes": "Set only while disarmed.",
-    "size": 60,
+    "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
       {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
@@ -417,6 +417,9 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "sigma_brake_release_time_constant_s", "kind": "number", "doc": "of `brake_release_time_constant_s`", "wire": "sigma_brake_release_time_constant_s", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "s", "default": 0.0, "shown": true},
       {"name": "sigma_brake_inertia_kg_m2", "kind": "number", "doc": "of `brake_inertia_kg_m2`", "wire": "sigma_brake_inertia_kg_m2", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "kg m^2", "default": 0.0, "shown": true},
       {"name": "sigma_brake_hysteresis_nm", "kind": "number", "doc": "of `brake_hysteresis_nm`", "wire": "sigma_brake_hysteresis_nm", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m", "default": 0.0, "shown": true},
+      {"name": "sigma_motor_resistance_permille", "kind": "whole", "doc": "standard uncertainty of the board's `motor_resistance_ohm` in thousandths of it; 0: it was not measured", "wire": "sigma_motor_resistance_permille", "type": "u8", "low": 0, "high": 255, "default": 0, "shown": true},
+      {"name": "sigma_motor_inductance_permille", "kind": "whole", "doc": "standard uncertainty of the board's `motor_inductance_h` in thousandths of it; 0: it was not measured", "wire": "sigma_motor_inductance_permille", "type": "u8", "low": 0, "high": 255, "default": 0, "shown": true},
+      {"name": "sigma_motor_torque_constant_permille", "kind": "whole", "doc": "standard uncertainty of the board's `motor_torque_constant_nm_per_a` in thousandths of it; 0: it was not measured", "wire": "sigma_motor_torque_constant_permille", "type": "u8", "low": 0, "high": 255, "default": 0, "shown": true},
     ],
   },
   "game_monitor": {
@@ -453,6 +456,29 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "spring", "kind": "whole", "doc": "that spring's torque on the knob now", "wire": "spring", "type": "i32", "unit": "2^-23 N m", "default": 0},
       {"name": "stored_j", "kind": "whole", "doc": "energy of that spring now, by the configuration", "wire": "stored_j", "type": "f32", "unit": "J", "default": 0},
       {"name": "bound_nm_per_rad", "kind": "whole", "doc": "the stiffest that is rendered now; 0 without a scene, or with a law that bounds nothing", "wire": "bound_nm_per_rad", "type": "f32", "unit": "N m/rad", "default": 0},
+    ],
+  },
+  "motor_current": {
+    "id": 12,
+    "direction": "feature",
+    "title": "MotorCurrent",
+    "doc": "What the motor's current sensor has shown, and what its bridge was told, in every period of the current loop since the board started: of two readings of this report the difference tells what was between them, however long that is. Read only.",
+    "notes": "",
+    "size": 61,
+    "fields": [
+      {"name": "measured", "kind": "switch", "doc": "there is a current sensor; off: all else is 0", "wire": "measured", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
+      {"name": "position_counts", "kind": "whole", "doc": "at the newest tick", "wire": "position_counts", "type": "i64", "low": "-4611686018427387904", "high": "4611686018427387904", "unit": "count", "default": "0"},
+      {"name": "period_ns", "kind": "whole", "doc": "of the current loop", "wire": "period_ns", "type": "u32", "unit": "ns", "default": 0},
+      {"name": "delay_ns", "kind": "whole", "doc": "from a measurement to the voltage that answers it", "wire": "delay_ns", "type": "u32", "unit": "ns", "default": 0},
+      {"name": "periods", "kind": "whole", "doc": "done, each with one measurement", "wire": "periods", "type": "u64", "low": "0", "high": "4611686018427387904", "default": "0"},
+      {"name": "reading_sum", "kind": "whole", "doc": "of what the sensor's converter read in each", "wire": "reading_sum", "type": "i64", "unit": "step", "default": "0"},
+      {"name": "share_sum", "kind": "whole", "doc": "of the bridge's share, positive to larger angles", "wire": "share_sum", "type": "i64", "unit": "2^-14 of the supply", "default": "0"},
+      {"name": "reading", "kind": "whole", "doc": "the newest", "wire": "reading", "type": "i32", "unit": "step", "default": 0},
+      {"name": "share", "kind": "whole", "doc": "that answers it", "wire": "share", "type": "i16", "unit": "2^-14 of the supply", "default": 0},
+      {"name": "share_before", "kind": "whole", "doc": "that answered the reading before", "wire": "share_before", "type": "i16", "unit": "2^-14 of the supply", "default": 0},
+      {"name": "zero", "kind": "whole", "doc": "what is read without current, as learnt while the power was off", "wire": "zero", "type": "f32", "unit": "step", "default": 0},
+      {"name": "a_per_step", "kind": "whole", "doc": "positive or negative, as the board was configured when it started", "wire": "a_per_step", "type": "f32", "unit": "A", "default": 0},
+      {"name": "a_per_nm", "kind": "whole", "doc": "asked of the motor for a torque, likewise", "wire": "a_per_nm", "type": "f32", "unit": "A/(N m)", "default": 0},
     ],
   },
   "command": {

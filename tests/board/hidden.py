@@ -21,9 +21,11 @@ from torsio_studies.calibration.knobs import HiddenKnob, truth_of
 def electric_plant(hidden: HiddenKnob) -> PlantParams:
     """Give a knob the electrics of the board; its brake then lags by its coil.
 
-    When the board reads its current, after the middle of the pulse, is hidden too.
+    When the board reads its current, after the middle of the pulse, is hidden too; and supply,
+    current sensor and winding are up to a tenth off from what the board is configured to.
     """
     electrics = ELECTRICS[pico.chosen.name]
+    supply, sensor, winding = np.random.default_rng([17, hidden.number]).uniform(0.9, 1.1, 3)
     late_s = np.random.default_rng([16, hidden.number]).normal(1.0e-6, 0.35e-6)
     return replace(
         hidden.plant,
@@ -31,8 +33,40 @@ def electric_plant(hidden: HiddenKnob) -> PlantParams:
             electrics,
             coil_inductance_h=hidden.plant.brake_time_constant_s * electrics.coil_resistance_ohm,
             sample_offset_s=max(float(late_s), 0.0),
+            supply_v=float(supply) * electrics.supply_v,
+            sensor_v_per_a=float(sensor) * electrics.sensor_v_per_a,
+            winding_resistance_ohm=float(winding) * electrics.winding_resistance_ohm,
         ),
     )
+
+
+def seen_truth(plant: PlantParams, *, circuit_known: bool) -> dict[str, float]:
+    """Give what a perfect calibration would find through the board's sensor and its supply.
+
+    Torques are as the board sees them: of the torque constant that it was configured to, or of the
+    one that it found with the supply that it was told, times the current that its sensor says.
+    """
+    electrics = plant.electrics
+    assert electrics is not None
+    told = torsio.BoardConfig()
+    supply = told.supply_v / electrics.supply_v
+    sensor = electrics.sensor_v_per_a / told.current_sense_v_per_a
+    constant = electrics.torque_constant_nm_per_a * supply
+    known = constant if circuit_known else told.motor_torque_constant_nm_per_a
+    torque = known * sensor / electrics.torque_constant_nm_per_a
+    # The coil's current is not measured: its voltage is what the brake gives more or less.
+    truth = truth_of(plant) | {"brake_gain": 1.0 / supply}
+    of_torque = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
+    return {
+        name: torque * value if name.endswith(of_torque) else value for name, value in truth.items()
+    } | {
+        "current_zero_v": electrics.sensor_zero_v,
+        "current_noise_a": electrics.sensor_noise_v / told.current_sense_v_per_a,
+        "motor_resistance_ohm": electrics.winding_resistance_ohm * supply / sensor,
+        "motor_inductance_h": electrics.winding_inductance_h * supply / sensor,
+        "motor_torque_constant_nm_per_a": constant,
+        "current_gain": sensor,
+    }
 
 
 @contextmanager
@@ -90,7 +124,7 @@ def calibrate_hidden(hidden: HiddenKnob, *, quick: bool, emulated: bool = False)
         except calibration.Refusal as refusal:
             row["refused"] = f"{refusal.reason}: {refusal}"
             return row
-        truth = truth_of(hidden.plant)
+        truth = seen_truth(electric_plant(hidden), circuit_known=found.board is not None)
         row["knob_seconds"] = found.seconds
         row["found"] = {
             name: (of.value, of.standard_uncertainty, truth[name])

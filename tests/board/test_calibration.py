@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.board.hidden import hidden_board
+from tests.board.hidden import electric_plant, hidden_board, seen_truth
+from torsio.calibration.electric import intervals
 from torsio.calibration.play import Player, Recording
-from torsio_studies.calibration.knobs import hidden_knob, truth_of
+from torsio.records import MotorCurrent
+from torsio_studies.calibration.knobs import hidden_knob
 
 TORQUE_NM, STRETCH_S = 40e-3, 0.06
 
@@ -39,5 +41,42 @@ def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> 
         faster = _acceleration(log, begin_s) - _acceleration(log, begin_s + STRETCH_S)
     # It turns one way in both, so friction drops out; the configuration has its encoder reversed.
     sign = -1.0 if hidden.reversed else 1.0
-    inertia = truth_of(hidden.plant)["inertia_kg_m2"]
+    inertia = seen_truth(electric_plant(hidden), circuit_known=False)["inertia_kg_m2"]
     assert sign * 2.0 * TORQUE_NM / faster == pytest.approx(inertia, rel=0.05)
+
+
+@pytest.mark.parametrize("number", [1000])
+def test_currents_of_a_held_knob_tell_its_resistance_through_the_binary(number: int) -> None:
+    hidden = hidden_knob(number)
+    looks: dict[int, list[MotorCurrent]] = {}
+    with hidden_board(hidden) as knob:
+        supply_v = knob.board_config().supply_v
+        with Player.playing(knob) as player:
+            log = player.chain(
+                [
+                    (0.3, {"motor_command_nm": 0.0}),
+                    (0.06, {"motor_command_nm": 15e-3}),
+                    (0.06, {"motor_command_nm": 40e-3}),
+                ],
+                look=lambda stretch: looks.setdefault(stretch, []).append(player.motor_current()),
+                look_every_s=0.02,
+                brake_command_nm=0.1,
+                travel_rad=0.4,
+                speed_limit_rad_s=60.0,
+                torque_limit_nm=40e-3,
+            )
+    assert log.stopped == ""
+    # The last 40 ms of each: what winding and shaft do at first is over.
+    less, more = (intervals(looks[stretch][-3:], supply_v) for stretch in (1, 2))
+    volts, amperes = (
+        [float(np.sum(of) / np.sum(part.duration_s)) for part, of in pairs]
+        for pairs in (
+            ((less, less.voltage_v_s), (more, more.voltage_v_s)),
+            ((less, less.charge_c), (more, more.charge_c)),
+        )
+    )
+    # What the bridge takes for itself is in both.
+    resistance = (volts[1] - volts[0]) / (amperes[1] - amperes[0])
+    truth = seen_truth(electric_plant(hidden), circuit_known=False)["motor_resistance_ohm"]
+    assert resistance == pytest.approx(truth, rel=0.03)
+    assert amperes[1] == pytest.approx(40e-3 / 0.05, rel=0.02)

@@ -457,6 +457,9 @@ typedef struct torsio_calibration_config {
   double sigma_brake_release_time_constant_s;
   double sigma_brake_inertia_kg_m2;
   double sigma_brake_hysteresis_nm;
+  int32_t sigma_motor_resistance_permille;
+  int32_t sigma_motor_inductance_permille;
+  int32_t sigma_motor_torque_constant_permille;
 } torsio_calibration_config;
 TORSIO_API torsio_result torsio_calibration_config_init(torsio_calibration_config* structure);
 typedef struct torsio_torque_hand {
@@ -626,6 +629,24 @@ typedef struct torsio_energies {
   double bound_nm_per_rad;
 } torsio_energies;
 TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
+typedef struct torsio_motor_current {
+  uint32_t struct_size;
+  bool measured;
+  double time_s;
+  double angle_rad;
+  double period_s;
+  double delay_s;
+  uint64_t periods;
+  double current_a;
+  double zero_a;
+  double step_a;
+  double current_sum_a;
+  double share;
+  double share_before;
+  double share_sum;
+  double torque_constant_nm_per_a;
+} torsio_motor_current;
+TORSIO_API torsio_result torsio_motor_current_init(torsio_motor_current* structure);
 typedef struct torsio_limits {
   uint32_t struct_size;
   double motor_torque_max_nm;
@@ -826,6 +847,8 @@ TORSIO_API torsio_result torsio_knob_last_disarm(torsio_knob* knob, torsio_disar
 TORSIO_API torsio_result torsio_knob_faults(torsio_knob* knob, uint32_t* faults);
 TORSIO_API torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health);
 TORSIO_API torsio_result torsio_knob_energies(torsio_knob* knob, torsio_energies* energies);
+TORSIO_API torsio_result torsio_knob_motor_current(torsio_knob* knob,
+                                                   torsio_motor_current* motor_current);
 TORSIO_API torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits);
 TORSIO_API torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* clock);
 TORSIO_API torsio_result torsio_knob_position_rad(torsio_knob* knob, double* position_rad);

@@ -120,6 +120,12 @@ REPORTS = {
             "Q tick, B kept, q motor, q spring_twice, i spring, f stored_j, f bound_nm_per_rad",
         ),
         _report(
+            "motor_current",
+            0x0C,
+            "B measured, q position_counts, I period_ns, I delay_ns, Q periods, q reading_sum, "
+            "q share_sum, i reading, h share, h share_before, f zero, f a_per_step, f a_per_nm",
+        ),
+        _report(
             "shaft_config",
             0x0A,
             "H sequence, B axis, f knee_1_rad, f knee_1_nm_per_rad, f knee_2_rad, "
@@ -134,7 +140,9 @@ REPORTS = {
             "f sigma_knob_viscous_nm_s_per_rad, f sigma_spring_stiffness_nm_per_rad, "
             "f sigma_knee_1_rad, f sigma_knee_1_nm_per_rad, f sigma_brake_drag_nm, "
             "f sigma_brake_time_constant_s, f sigma_brake_release_time_constant_s, "
-            "f sigma_brake_inertia_kg_m2, f sigma_brake_hysteresis_nm",
+            "f sigma_brake_inertia_kg_m2, f sigma_brake_hysteresis_nm, "
+            "B sigma_motor_resistance_permille, B sigma_motor_inductance_permille, "
+            "B sigma_motor_torque_constant_permille",
         ),
         _report("command", 0x10, "H sequence, B axis, B op"),
         _report("commit", 0x11, "H sequence, B axis, H active"),
@@ -242,6 +250,7 @@ ENUMERATORS = {
     ),
     "paused": ("off", "on"),
     "kept": ("off", "on"),
+    "measured": ("off", "on"),
     "join_updates": ("off", "on"),
     "personality": ("game_controller", "dial"),
     "dial_use": ("wheel", "pan", "volume"),

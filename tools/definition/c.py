@@ -25,6 +25,7 @@ TOLD = (
     "Clock",
     "Health",
     "Energies",
+    "MotorCurrent",
     "Limits",
     "GameStatus",
     "LinkStatistics",

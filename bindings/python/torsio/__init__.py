@@ -71,6 +71,7 @@ from torsio.records import (
     Limits,
     LinkStatistics,
     ListedDevice,
+    MotorCurrent,
     StableStiffness,
 )
 from torsio.replaying import Replayed, replay
@@ -125,6 +126,7 @@ __all__ = [
     "LinkStatistics",
     "ListedDevice",
     "MalformedReport",
+    "MotorCurrent",
     "NoSpeedLimitWarning",
     "NoHand",
     "PermissionDenied",

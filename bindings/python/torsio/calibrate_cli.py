@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
@@ -14,6 +15,8 @@ from torsio.calibration import report
 from torsio.extras import need_matplotlib
 from torsio.knob import Knob
 from torsio.screen import line, table
+
+_UNIT = re.compile("_(ohm|h|nm_per_a)$")
 
 __all__ = ["measure", "save", "show", "words_of"]
 
@@ -53,6 +56,11 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
         quantities.add_row(*row)
     out.print(quantities)
     out.print(f"\n{found.seconds:.0f} s of the knob's time")
+    if not found.conditions["current_measured"]:
+        out.print(
+            "this device does not measure the motor's current: its winding and its torque constant "
+            "stay as they are configured"
+        )
     if measured["compared_with"] is not None:
         out.print(
             f"compared with {measured['compared_with']}: "
@@ -62,9 +70,11 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
             out.print(f"  {report.change(drift.name, drift.before, drift.now)}")
     proposed = report.proposals(knob, found)
     if proposed:
-        out.print("\nproposed for the configuration of actuator and shaft:")
+        out.print("\nproposed for the configuration:")
     for name, old, new in proposed:
         out.print(f"  {report.change(name, old, new)}")
+    if found.board is not None:
+        out.print("what is the motor's takes effect when the knob is plugged in the next time")
 
 
 def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
@@ -90,6 +100,11 @@ def words_of(knob: Knob) -> dict[str, Any]:
     values = asdict(knob.actuator_config()) | asdict(knob.shaft_config())
     for name, sigma in asdict(known).items():
         of = name.removeprefix("sigma_")
-        if of != name and sigma:
+        if of != name and of in values and sigma:
             words[of] = f"{values[of]:.4g} +- {sigma:.2g}"
+    board = asdict(knob.board_config())
+    for of in ("motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"):
+        permille = getattr(known, f"sigma_{_UNIT.sub('', of)}_permille")
+        if permille:
+            words[of] = f"{board[of]:.4g} +- {0.1 * permille:.1f} %"
     return words

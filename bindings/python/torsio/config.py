@@ -385,6 +385,15 @@ class CalibrationConfig:
         Of `brake_inertia_kg_m2`; 0 to 1e6.
     sigma_brake_hysteresis_nm
         Of `brake_hysteresis_nm`; 0 to 1e6.
+    sigma_motor_resistance_permille
+        Standard uncertainty of the board's `motor_resistance_ohm` in thousandths of it; 0: it was
+        not measured; 0 to 255.
+    sigma_motor_inductance_permille
+        Standard uncertainty of the board's `motor_inductance_h` in thousandths of it; 0: it was not
+        measured; 0 to 255.
+    sigma_motor_torque_constant_permille
+        Standard uncertainty of the board's `motor_torque_constant_nm_per_a` in thousandths of it;
+        0: it was not measured; 0 to 255.
     """
 
     _: KW_ONLY
@@ -403,3 +412,6 @@ class CalibrationConfig:
     sigma_brake_release_time_constant_s: float = 0.0
     sigma_brake_inertia_kg_m2: float = 0.0
     sigma_brake_hysteresis_nm: float = 0.0
+    sigma_motor_resistance_permille: int = 0
+    sigma_motor_inductance_permille: int = 0
+    sigma_motor_torque_constant_permille: int = 0

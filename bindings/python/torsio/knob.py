@@ -31,6 +31,7 @@ from torsio.records import (
     Health,
     Limits,
     LinkStatistics,
+    MotorCurrent,
     StableStiffness,
     State,
 )
@@ -134,6 +135,14 @@ class Knob(KnobConfiguration, KnobTelemetry):
         And how stiff a wall is rendered now; docs/theory.md, "Bounded stiffness".
         """
         return Energies(**self._knob.energies())
+
+    def motor_current(self) -> MotorCurrent:
+        """Tell what the current sensor has shown and the bridge was told since the board started.
+
+        Nothing is `measured` on a board without a current sensor, and on an emulated knob without
+        `torsio.Electrics`.
+        """
+        return MotorCurrent(**self._knob.motor_current())
 
     def limits(self) -> Limits:
         """Tell the most that the device gives, and whether it is held low."""

@@ -20,6 +20,7 @@ __all__ = [
     "Limits",
     "LinkStatistics",
     "ListedDevice",
+    "MotorCurrent",
     "StableStiffness",
     "State",
 ]
@@ -212,6 +213,60 @@ class Energies:
     stored_j: float
     brake_j: float
     bound_nm_per_rad: float
+
+
+@dataclass(frozen=True)
+class MotorCurrent:
+    """What the motor's current sensor has shown and its bridge was told since the board started.
+
+    Of two readings the difference tells what was between them.
+
+    Attributes
+    ----------
+    measured
+        There is a current sensor; else all of this is nothing.
+    time_s
+        Periods of the current loop since the board started.
+    angle_rad
+        At the newest tick.
+    period_s
+        Of the current loop.
+    delay_s
+        From a measurement to the voltage that answers it.
+    periods
+        Done, each with one measurement.
+    current_a
+        The newest measurement, without its zero.
+    zero_a
+        What is measured without current.
+    step_a
+        Of the converter.
+    current_sum_a
+        Of all measurements, each with its zero.
+    share
+        Of the supply's voltage that answers the newest.
+    share_before
+        That answered the one before.
+    share_sum
+        Of all.
+    torque_constant_nm_per_a
+        That the board reckons with: what it was configured to when it started.
+    """
+
+    measured: bool
+    time_s: float
+    angle_rad: float
+    period_s: float
+    delay_s: float
+    periods: int
+    current_a: float
+    zero_a: float
+    step_a: float
+    current_sum_a: float
+    share: float
+    share_before: float
+    share_sum: float
+    torque_constant_nm_per_a: float
 
 
 @dataclass(frozen=True)

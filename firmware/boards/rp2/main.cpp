@@ -152,6 +152,7 @@ device::BoardInfo board_info() {
 void start_control(const protocol::BoardConfig& config, const protocol::ActuatorConfig& actuator) {
   encoder.make(config.encoder_pin);
   power.make(config, kBoard.power, actuator.brake_time_constant_s);
+  the_device->measure_by(power->logic());
   emergency_stop_pin = config.emergency_stop_pin;
   gpio_init(config.light_pin);
   gpio_set_dir(config.light_pin, GPIO_OUT);

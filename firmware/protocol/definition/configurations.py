@@ -280,6 +280,11 @@ def _sigma(field: str, unit: str) -> Field:
     return number(f"sigma_{field}", unit, 0.0, 1e6, f"of `{field}`")
 
 
+def _permille(field: str, of: str) -> Field:
+    doc = f"standard uncertainty of the board's `{of}` in thousandths of it; 0: it was not measured"
+    return whole(f"sigma_{field}_permille", "u8", 0, 255, doc)
+
+
 CALIBRATION_CONFIG = _configuration(
     0x0B,
     "CalibrationConfig",
@@ -308,6 +313,9 @@ CALIBRATION_CONFIG = _configuration(
     _sigma("brake_release_time_constant_s", "s"),
     _sigma("brake_inertia_kg_m2", "kg m^2"),
     _sigma("brake_hysteresis_nm", "N m"),
+    _permille("motor_resistance", "motor_resistance_ohm"),
+    _permille("motor_inductance", "motor_inductance_h"),
+    _permille("motor_torque_constant", "motor_torque_constant_nm_per_a"),
 )  # fmt: skip
 
 CONFIGURATIONS = (

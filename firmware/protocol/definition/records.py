@@ -92,6 +92,34 @@ ENERGIES = Structure(
     ),
     comparable=True,
 )
+MOTOR_CURRENT = Structure(
+    "MotorCurrent",
+    "What the motor's current sensor has shown and its bridge was told since the board started: of two "
+    "readings the difference tells what was between them.",
+    (
+        for_hosts(
+            switch("measured", e.TOGGLE, "there is a current sensor; else all of this is nothing")
+        ),
+        told("time_s", "double", "periods of the current loop since the board started"),
+        told("angle_rad", "double", "at the newest tick"),
+        told("period_s", "double", "of the current loop"),
+        told("delay_s", "double", "from a measurement to the voltage that answers it"),
+        told("periods", "std::uint64_t", "done, each with one measurement"),
+        told("current_a", "double", "the newest measurement, without its zero"),
+        told("zero_a", "double", "what is measured without current"),
+        told("step_a", "double", "of the converter"),
+        told("current_sum_a", "double", "of all measurements, each with its zero"),
+        told("share", "double", "of the supply's voltage that answers the newest"),
+        told("share_before", "double", "that answered the one before"),
+        told("share_sum", "double", "of all"),
+        told(
+            "torque_constant_nm_per_a",
+            "double",
+            "that the board reckons with: what it was configured to when it started",
+        ),
+    ),
+    comparable=True,
+)
 LIMITS = Structure(
     "Limits",
     "The most that the device gives, by its configuration as it is now.",
@@ -208,7 +236,7 @@ TELEMETRY_SAMPLE = Structure(
 )
 
 RECORDS = (
-    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, ENERGIES, LIMITS, STABLE_STIFFNESS, GAME_STATUS, GAME_EFFECT,
+    LISTED_DEVICE, DEVICE_INFO, CLOCK, HEALTH, ENERGIES, MOTOR_CURRENT, LIMITS, STABLE_STIFFNESS, GAME_STATUS, GAME_EFFECT,
     LINK_STATISTICS, EVENT, DISARM,
 )  # fmt: skip
 __all__ = ["RECORDS", "TELEMETRY_SAMPLE", "replace"]

@@ -139,6 +139,29 @@ LEDGER = Structure(
     id=0x09,
     direction="feature",
 )  # fmt: skip
+MOTOR_CURRENT = Structure(
+    "MotorCurrent",
+    "What the motor's current sensor has shown, and what its bridge was told, in every period of the "
+    "current loop since the board started: of two readings of this report the difference tells what "
+    "was between them, however long that is. Read only.",
+    (
+        on_wire(switch("measured", e.TOGGLE, "there is a current sensor; off: all else is 0")),
+        raw("position_counts", "i64", "at the newest tick", "count", -_FOR_EVER, _FOR_EVER),
+        raw("period_ns", "u32", "of the current loop", "ns"),
+        raw("delay_ns", "u32", "from a measurement to the voltage that answers it", "ns"),
+        raw("periods", "u64", "done, each with one measurement", "", 0, _FOR_EVER),
+        raw("reading_sum", "i64", "of what the sensor's converter read in each", "step"),
+        raw("share_sum", "i64", "of the bridge's share, positive to larger angles", "2^-14 of the supply"),
+        raw("reading", "i32", "the newest", "step"),
+        raw("share", "i16", "that answers it", "2^-14 of the supply"),
+        raw("share_before", "i16", "that answered the reading before", "2^-14 of the supply"),
+        raw("zero", "f32", "what is read without current, as learnt while the power was off", "step"),
+        raw("a_per_step", "f32", "positive or negative, as the board was configured when it started", "A"),
+        raw("a_per_nm", "f32", "asked of the motor for a torque, likewise", "A/(N m)"),
+    ),
+    id=0x0C,
+    direction="feature",
+)  # fmt: skip
 COMMAND = Structure(
     "Command",
     "An order without values: "
@@ -292,7 +315,7 @@ EVENT = Structure(
 )
 
 ALL_REPORTS = (
-    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, LEDGER, COMMAND, COMMIT, STREAM, LOCAL_MODEL, EXCITATION,
+    IDENTITY, CLOCK, HEALTH, *CONFIGURATIONS, GAME_MONITOR, LEDGER, MOTOR_CURRENT, COMMAND, COMMIT, STREAM, LOCAL_MODEL, EXCITATION,
     *EFFECTS,
     CURVE_POINTS, TELEMETRY, ACKNOWLEDGEMENT, EVENT,
 )  # fmt: skip

@@ -122,6 +122,9 @@ TORSIO_API torsio_result torsio_knob_faults(torsio_knob* knob, uint32_t* faults)
 TORSIO_API torsio_result torsio_knob_health(torsio_knob* knob, torsio_health* health);
 /// What motor, brake and shaft have done to the knob, if the law is TORSIO_LAW_CALIBRATED.
 TORSIO_API torsio_result torsio_knob_energies(torsio_knob* knob, torsio_energies* energies);
+/// What the current sensor has shown and the bridge was told since the board started.
+TORSIO_API torsio_result torsio_knob_motor_current(torsio_knob* knob,
+                                                   torsio_motor_current* motor_current);
 /// The most that the device gives now, and whether it is held low until its parts are confirmed.
 TORSIO_API torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits);
 TORSIO_API torsio_result torsio_knob_clock(torsio_knob* knob, torsio_clock* clock);

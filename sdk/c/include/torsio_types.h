@@ -714,6 +714,15 @@ typedef struct torsio_calibration_config {
   double sigma_brake_inertia_kg_m2;
   /// of `brake_hysteresis_nm`; 0 to 1e6
   double sigma_brake_hysteresis_nm;
+  /// standard uncertainty of the board's `motor_resistance_ohm` in thousandths of it; 0: it was not
+  /// measured; 0 to 255
+  int32_t sigma_motor_resistance_permille;
+  /// standard uncertainty of the board's `motor_inductance_h` in thousandths of it; 0: it was not
+  /// measured; 0 to 255
+  int32_t sigma_motor_inductance_permille;
+  /// standard uncertainty of the board's `motor_torque_constant_nm_per_a` in thousandths of it; 0:
+  /// it was not measured; 0 to 255
+  int32_t sigma_motor_torque_constant_permille;
 } torsio_calibration_config;
 TORSIO_API torsio_result torsio_calibration_config_init(torsio_calibration_config* structure);
 
@@ -1031,6 +1040,41 @@ typedef struct torsio_energies {
   double bound_nm_per_rad;
 } torsio_energies;
 TORSIO_API torsio_result torsio_energies_init(torsio_energies* structure);
+
+/// What the motor's current sensor has shown and its bridge was told since the board started: of
+/// two readings the difference tells what was between them.
+typedef struct torsio_motor_current {
+  uint32_t struct_size;  ///< bytes of a torsio_motor_current
+  /// there is a current sensor; else all of this is nothing
+  bool measured;
+  /// periods of the current loop since the board started
+  double time_s;
+  /// at the newest tick
+  double angle_rad;
+  /// of the current loop
+  double period_s;
+  /// from a measurement to the voltage that answers it
+  double delay_s;
+  /// done, each with one measurement
+  uint64_t periods;
+  /// the newest measurement, without its zero
+  double current_a;
+  /// what is measured without current
+  double zero_a;
+  /// of the converter
+  double step_a;
+  /// of all measurements, each with its zero
+  double current_sum_a;
+  /// of the supply's voltage that answers the newest
+  double share;
+  /// that answered the one before
+  double share_before;
+  /// of all
+  double share_sum;
+  /// that the board reckons with: what it was configured to when it started
+  double torque_constant_nm_per_a;
+} torsio_motor_current;
+TORSIO_API torsio_result torsio_motor_current_init(torsio_motor_current* structure);
 
 /// The most that the device gives, by its configuration as it is now.
 typedef struct torsio_limits {

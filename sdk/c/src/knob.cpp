@@ -165,6 +165,10 @@ torsio_result torsio_knob_energies(torsio_knob* knob, torsio_energies* energies)
   return torsio::c::get(knob, energies, "torsio_energies", &torsio::Knob::energies);
 }
 
+torsio_result torsio_knob_motor_current(torsio_knob* knob, torsio_motor_current* motor_current) {
+  return torsio::c::get(knob, motor_current, "torsio_motor_current", &torsio::Knob::motor_current);
+}
+
 torsio_result torsio_knob_limits(torsio_knob* knob, torsio_limits* limits) {
   return torsio::c::get(knob, limits, "torsio_limits", &torsio::Knob::limits);
 }

@@ -163,6 +163,9 @@ torsio_result torsio_health_init(torsio_health* structure) {
 torsio_result torsio_energies_init(torsio_energies* structure) {
   return torsio::c::init<torsio::Energies>(structure);
 }
+torsio_result torsio_motor_current_init(torsio_motor_current* structure) {
+  return torsio::c::init<torsio::MotorCurrent>(structure);
+}
 torsio_result torsio_limits_init(torsio_limits* structure) {
   return torsio::c::init<torsio::Limits>(structure);
 }

@@ -289,6 +289,9 @@ inline CalibrationConfig from_c(const torsio_calibration_config& from) {
   to.sigma_brake_release_time_constant_s = from.sigma_brake_release_time_constant_s;
   to.sigma_brake_inertia_kg_m2 = from.sigma_brake_inertia_kg_m2;
   to.sigma_brake_hysteresis_nm = from.sigma_brake_hysteresis_nm;
+  to.sigma_motor_resistance_permille = from.sigma_motor_resistance_permille;
+  to.sigma_motor_inductance_permille = from.sigma_motor_inductance_permille;
+  to.sigma_motor_torque_constant_permille = from.sigma_motor_torque_constant_permille;
   return to;
 }
 inline TorqueHand from_c(const torsio_torque_hand& from) {
@@ -675,6 +678,9 @@ inline torsio_calibration_config to_c([[maybe_unused]] const CalibrationConfig& 
   to.sigma_brake_release_time_constant_s = from.sigma_brake_release_time_constant_s;
   to.sigma_brake_inertia_kg_m2 = from.sigma_brake_inertia_kg_m2;
   to.sigma_brake_hysteresis_nm = from.sigma_brake_hysteresis_nm;
+  to.sigma_motor_resistance_permille = from.sigma_motor_resistance_permille;
+  to.sigma_motor_inductance_permille = from.sigma_motor_inductance_permille;
+  to.sigma_motor_torque_constant_permille = from.sigma_motor_torque_constant_permille;
   return to;
 }
 inline torsio_torque_hand to_c([[maybe_unused]] const TorqueHand& from) {
@@ -857,6 +863,25 @@ inline torsio_energies to_c([[maybe_unused]] const Energies& from) {
   to.stored_j = from.stored_j;
   to.brake_j = from.brake_j;
   to.bound_nm_per_rad = from.bound_nm_per_rad;
+  return to;
+}
+inline torsio_motor_current to_c([[maybe_unused]] const MotorCurrent& from) {
+  torsio_motor_current to{};
+  to.struct_size = sizeof(torsio_motor_current);
+  to.measured = from.measured;
+  to.time_s = from.time_s;
+  to.angle_rad = from.angle_rad;
+  to.period_s = from.period_s;
+  to.delay_s = from.delay_s;
+  to.periods = from.periods;
+  to.current_a = from.current_a;
+  to.zero_a = from.zero_a;
+  to.step_a = from.step_a;
+  to.current_sum_a = from.current_sum_a;
+  to.share = from.share;
+  to.share_before = from.share_before;
+  to.share_sum = from.share_sum;
+  to.torque_constant_nm_per_a = from.torque_constant_nm_per_a;
   return to;
 }
 inline torsio_limits to_c([[maybe_unused]] const Limits& from) {

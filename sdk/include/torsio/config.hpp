@@ -204,6 +204,15 @@ struct CalibrationConfig {
   double sigma_brake_release_time_constant_s = 0.0;
   double sigma_brake_inertia_kg_m2 = 0.0;  ///< of `brake_inertia_kg_m2`; 0 to 1e6
   double sigma_brake_hysteresis_nm = 0.0;  ///< of `brake_hysteresis_nm`; 0 to 1e6
+  /// standard uncertainty of the board's `motor_resistance_ohm` in thousandths of it; 0: it was not
+  /// measured; 0 to 255
+  int sigma_motor_resistance_permille = 0;
+  /// standard uncertainty of the board's `motor_inductance_h` in thousandths of it; 0: it was not
+  /// measured; 0 to 255
+  int sigma_motor_inductance_permille = 0;
+  /// standard uncertainty of the board's `motor_torque_constant_nm_per_a` in thousandths of it; 0:
+  /// it was not measured; 0 to 255
+  int sigma_motor_torque_constant_permille = 0;
 };
 
 }  // namespace torsio

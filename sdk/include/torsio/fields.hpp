@@ -528,6 +528,18 @@ struct Fields<CalibrationConfig> {
             0.0, 1e6, "of `brake_inertia_kg_m2`"),
       field("sigma_brake_hysteresis_nm", &CalibrationConfig::sigma_brake_hysteresis_nm, "N m", 0.0,
             1e6, "of `brake_hysteresis_nm`"),
+      field("sigma_motor_resistance_permille", &CalibrationConfig::sigma_motor_resistance_permille,
+            "", 0.0, 255.0,
+            "standard uncertainty of the board's `motor_resistance_ohm` in thousandths of it; 0: "
+            "it was not measured"),
+      field("sigma_motor_inductance_permille", &CalibrationConfig::sigma_motor_inductance_permille,
+            "", 0.0, 255.0,
+            "standard uncertainty of the board's `motor_inductance_h` in thousandths of it; 0: it "
+            "was not measured"),
+      field("sigma_motor_torque_constant_permille",
+            &CalibrationConfig::sigma_motor_torque_constant_permille, "", 0.0, 255.0,
+            "standard uncertainty of the board's `motor_torque_constant_nm_per_a` in thousandths "
+            "of it; 0: it was not measured"),
   };
 };
 template <>
@@ -653,6 +665,36 @@ struct Fields<Energies> {
       field("brake_j", &Energies::brake_j, "", -kNoLimit, kNoLimit, "taken by the brake"),
       field("bound_nm_per_rad", &Energies::bound_nm_per_rad, "", -kNoLimit, kNoLimit,
             "the stiffest that is rendered now, found out from the knob's swings; 0: no bound"),
+  };
+};
+template <>
+struct Fields<MotorCurrent> {
+  static constexpr std::string_view name = "MotorCurrent";
+  static constexpr std::tuple list{
+      field("measured", &MotorCurrent::measured, "", -kNoLimit, kNoLimit,
+            "there is a current sensor; else all of this is nothing"),
+      field("time_s", &MotorCurrent::time_s, "", -kNoLimit, kNoLimit,
+            "periods of the current loop since the board started"),
+      field("angle_rad", &MotorCurrent::angle_rad, "", -kNoLimit, kNoLimit, "at the newest tick"),
+      field("period_s", &MotorCurrent::period_s, "", -kNoLimit, kNoLimit, "of the current loop"),
+      field("delay_s", &MotorCurrent::delay_s, "", -kNoLimit, kNoLimit,
+            "from a measurement to the voltage that answers it"),
+      field("periods", &MotorCurrent::periods, "", -kNoLimit, kNoLimit,
+            "done, each with one measurement"),
+      field("current_a", &MotorCurrent::current_a, "", -kNoLimit, kNoLimit,
+            "the newest measurement, without its zero"),
+      field("zero_a", &MotorCurrent::zero_a, "", -kNoLimit, kNoLimit,
+            "what is measured without current"),
+      field("step_a", &MotorCurrent::step_a, "", -kNoLimit, kNoLimit, "of the converter"),
+      field("current_sum_a", &MotorCurrent::current_sum_a, "", -kNoLimit, kNoLimit,
+            "of all measurements, each with its zero"),
+      field("share", &MotorCurrent::share, "", -kNoLimit, kNoLimit,
+            "of the supply's voltage that answers the newest"),
+      field("share_before", &MotorCurrent::share_before, "", -kNoLimit, kNoLimit,
+            "that answered the one before"),
+      field("share_sum", &MotorCurrent::share_sum, "", -kNoLimit, kNoLimit, "of all"),
+      field("torque_constant_nm_per_a", &MotorCurrent::torque_constant_nm_per_a, "", -kNoLimit,
+            kNoLimit, "that the board reckons with: what it was configured to when it started"),
   };
 };
 template <>

@@ -155,6 +155,9 @@ class TORSIO_EXPORT Knob {
   /// What motor, brake and shaft have done to the knob, if the law is `calibrated`; and how stiff
   /// a wall is rendered now. docs/theory.md, "Bounded stiffness".
   [[nodiscard]] Energies energies();
+  /// What the current sensor has shown and the bridge was told since the board started, if it has
+  /// a current sensor.
+  [[nodiscard]] MotorCurrent motor_current();
   /// The most that the device gives now, and whether it is held low until its parts are confirmed
   /// and known.
   [[nodiscard]] Limits limits();

@@ -168,6 +168,28 @@ struct Energies {
   friend bool operator==(const Energies&, const Energies&) = default;
 };
 
+/// What the motor's current sensor has shown and its bridge was told since the board started: of
+/// two readings the difference tells what was between them.
+struct MotorCurrent {
+  bool measured = false;       ///< there is a current sensor; else all of this is nothing
+  double time_s = 0.0;         ///< periods of the current loop since the board started
+  double angle_rad = 0.0;      ///< at the newest tick
+  double period_s = 0.0;       ///< of the current loop
+  double delay_s = 0.0;        ///< from a measurement to the voltage that answers it
+  std::uint64_t periods = 0;   ///< done, each with one measurement
+  double current_a = 0.0;      ///< the newest measurement, without its zero
+  double zero_a = 0.0;         ///< what is measured without current
+  double step_a = 0.0;         ///< of the converter
+  double current_sum_a = 0.0;  ///< of all measurements, each with its zero
+  double share = 0.0;          ///< of the supply's voltage that answers the newest
+  double share_before = 0.0;   ///< that answered the one before
+  double share_sum = 0.0;      ///< of all
+  /// that the board reckons with: what it was configured to when it started
+  double torque_constant_nm_per_a = 0.0;
+
+  friend bool operator==(const MotorCurrent&, const MotorCurrent&) = default;
+};
+
 /// The most that the device gives, by its configuration as it is now.
 struct Limits {
   double motor_torque_max_nm = 0.0;             ///< of the motor, for seconds

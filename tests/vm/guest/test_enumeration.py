@@ -88,7 +88,7 @@ def test_report_descriptor_is_ours_and_the_kernel_parsed_it(knob: VirtualKnob) -
         kind: {int(number) for number in re.findall(rf"{kind}\((\d+)\)\[", parsed)}
         for kind in ("INPUT", "OUTPUT", "FEATURE")
     }
-    assert found["FEATURE"] == set(range(0x01, 0x0C))
+    assert found["FEATURE"] == set(range(0x01, 0x0D))
     assert found["OUTPUT"] == {*range(0x10, 0x15), *range(0x20, 0x2D), 0x2F}
     assert found["INPUT"] == {0x40, 0x41, 0x42}
     sizes = set(re.findall(r"Report Size\((\d+)\)", parsed))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from torsio.calibration.circuit import ELECTRIC_STEPS
 from torsio.calibration.keeping import Drift, drifts, keep, kept
 from torsio.calibration.procedure import STEPS, Calibration, apply, calibrate
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 
 __all__ = [
+    "ELECTRIC_STEPS",
     "STEPS",
     "Calibration",
     "Drift",

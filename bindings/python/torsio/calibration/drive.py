@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from torsio.calibration.quantity import Array
+from torsio.config import BoardConfig
 from torsio.errors import Error
 from torsio.knob import Knob
 
@@ -84,10 +85,15 @@ class Drive:
         )
 
 
-def drive_of(knob: Knob) -> Drive | None:
+def drive_of(knob: Knob, board: BoardConfig | None = None) -> Drive | None:
     """Give the drive of a knob; None for an emulated one that has no electrics, or another board's.
 
     An emulated knob does not tell which current loop it has: it counts as a pico2.
+
+    Parameters
+    ----------
+    board
+        What its motor is; None: as the knob is configured.
     """
     loop = _LOOPS.get(knob.info.board)
     if loop is None:
@@ -98,7 +104,7 @@ def drive_of(knob: Knob) -> Drive | None:
             has_electrics = knob.emulator.electrics is not None
         if not has_electrics:
             return None
-    board = knob.board_config()
+    board = board or knob.board_config()
     resistance, inductance = board.motor_resistance_ohm, board.motor_inductance_h
     settled = -math.expm1(-resistance * loop.period_s / inductance)
     v_per_a = loop.approach(board.current_bandwidth_hz) * resistance / settled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,6 +13,7 @@ from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Array
 from torsio.errors import Refused
 from torsio.knob import Knob
+from torsio.records import MotorCurrent
 from torsio.scenes import Excitation
 from torsio.telemetry import Record
 
@@ -79,6 +80,8 @@ class Player:
         Of the knob's time that were used so far.
     drive
         What makes the motor's torque; None if it is what the motor is told.
+    torque_share
+        What the motor's torque is over what the board takes it for, once that is known.
     """
 
     def __init__(self, knob: Knob, rate_hz: float, motor_lag_s: float, drive: Drive | None) -> None:
@@ -87,6 +90,7 @@ class Player:
         self._tick_s = 1.0 / knob.info.control_rate_hz
         self._motor_lag_s = motor_lag_s
         self.drive = drive
+        self.torque_share = 1.0
         self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
         self.seconds = 0.0
 
@@ -109,6 +113,16 @@ class Player:
                 knob.configure(actuator)
                 knob.configure(control)
 
+    def motor_current(self) -> MotorCurrent:
+        """Ask the device what it has measured of the motor's current."""
+        return self._knob.motor_current()
+
+    def known(self, log: Recording) -> Recording:
+        """Give a recording from before `torque_share` was known as it is with it."""
+        told_nm = self.torque_share * log.told_nm
+        log = replace(log, told_nm=told_nm, motor_nm=told_nm)
+        return log if self.drive is None else log.driven_by(self.drive)
+
     def watch(self, duration_s: float) -> Recording:
         """Record without torque."""
         self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
@@ -117,7 +131,12 @@ class Player:
         return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)], "")
 
     def chain(
-        self, stretches: Sequence[tuple[float, dict[str, Any]]], **bounds: float
+        self,
+        stretches: Sequence[tuple[float, dict[str, Any]]],
+        *,
+        look: Callable[[int], object] | None = None,
+        look_every_s: float = 1.0,
+        **bounds: float,
     ) -> Recording:
         """Play stretches one after the other.
 
@@ -125,6 +144,8 @@ class Player:
         ----------
         stretches
             Duration in seconds, and fields of an `Excitation`.
+        look, look_every_s
+            Called with the number of the stretch that plays, every so often.
         bounds
             Fields of all of them.
         """
@@ -134,10 +155,13 @@ class Player:
         stopped = ""
         try:
             knob._arm()  # that it is held low until this is done goes without saying
-            for duration_s, values in stretches:
+            for number, (duration_s, values) in enumerate(stretches):
                 given = {**bounds, **values}
                 knob.excite(Excitation(duration_s=duration_s + _SLACK_S, **given))
-                knob.sleep(duration_s)
+                if look is None:
+                    knob.sleep(duration_s)
+                else:
+                    self._look_on(duration_s, look_every_s, lambda n=number: look(n))
                 self.seconds += duration_s
                 pieces.append(knob.read(max_samples=_MOST_SAMPLES))
                 if knob.state != "armed":
@@ -153,13 +177,20 @@ class Player:
             knob.disarm()
         return self._recording(pieces, stopped)
 
+    def _look_on(self, duration_s: float, every_s: float, look: Callable[[], object]) -> None:
+        for _ in range(max(round(duration_s / every_s), 1)):
+            self._knob.sleep(every_s)
+            look()
+            if self._knob.state != "armed":
+                return
+
     def _recording(self, pieces: list[Record], stopped: str) -> Recording:
         log = np.concatenate(pieces)
         time_s = log["time_s"].astype(np.float64)
         delay_s = 0.5 * self._tick_s + self._motor_lag_s
         motor_nm = log["motor_command_nm"].astype(np.float64)
         counts = log["position_counts"].astype(np.float64)
-        told_nm = np.interp(time_s - delay_s, time_s, motor_nm)
+        told_nm = self.torque_share * np.interp(time_s - delay_s, time_s, motor_nm)
         recording = Recording(
             time_s,
             counts,

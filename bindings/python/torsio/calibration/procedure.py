@@ -14,6 +14,7 @@ import numpy as np
 
 from torsio import checks, perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
+from torsio.calibration.circuit import Circuit, CircuitSteps
 from torsio.calibration.free import (
     FAST_RAD_S,
     FREE_LIMIT_RAD_S,
@@ -27,7 +28,7 @@ from torsio.calibration.free import (
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
-from torsio.config import ActuatorConfig, CalibrationConfig, ShaftConfig
+from torsio.config import ActuatorConfig, BoardConfig, CalibrationConfig, ShaftConfig
 from torsio.errors import Error
 from torsio.knob import Knob
 
@@ -78,7 +79,8 @@ class Calibration:
     Attributes
     ----------
     quantities
-        By name; all torques as parts of the motor's, whose torque constant the device believes.
+        By name; all torques as parts of the motor's: with the torque constant that was measured, or
+        else the one that the device believes.
     actuator, shaft
         The configurations that are proposed; nothing was saved.
     known
@@ -90,7 +92,10 @@ class Calibration:
     seconds
         Of the knob's time.
     conditions
-        Serial number, board, firmware, rate, date.
+        Serial number, board, firmware, rate, date, whether the motor's current is measured.
+    board
+        The same, of the motor; it takes effect when the knob starts the next time, and torques are
+        these from then on. None: nothing of it was measured.
     """
 
     quantities: dict[str, Quantity]
@@ -102,6 +107,7 @@ class Calibration:
     seconds: float
     conditions: dict[str, Any]
     fits: tuple[Fit, ...] = field(repr=False)
+    board: BoardConfig | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Give all but the pictures, as JSON has it."""
@@ -117,6 +123,7 @@ class Calibration:
             },
             "actuator": dataclasses.asdict(self.actuator),
             "shaft": dataclasses.asdict(self.shaft),
+            "board": None if self.board is None else dataclasses.asdict(self.board),
             "known": dataclasses.asdict(self.known),
             "periods_per_rev": self.periods_per_rev,
             "curve": [list(corner) for corner in self.curve],
@@ -139,11 +146,12 @@ def calibrate(
     Parameters
     ----------
     quick
-        Ten seconds, for a comparison with what was found before: no cogging, no swings, no brake.
+        Ten seconds, for a comparison with what was found before: no circuit, no cogging, no swings,
+        no brake.
     ambient_c
         How warm it is, for the record; above -273 degrees.
     progress
-        Called with the name of each step as it begins; one of `STEPS`.
+        Called with the name of each step as it begins; one of `STEPS` or `ELECTRIC_STEPS`.
 
     Raises
     ------
@@ -172,19 +180,25 @@ def calibrate(
             "confirmed=on",
         )  # fmt: skip
     with Player.playing(knob) as player:
+        most = {"motor_nm": motor_nm, "brake_nm": brake_nm}
+        circuit, electric = None, None if quick else CircuitSteps.of(knob, player, say)
+        if electric is not None:
+            electric.look(motor_nm)
         say(STEPS[0])
         loose_nm = find_signs(player, motor_nm)
+        if electric is not None:
+            electric.turn(motor_nm)
         say(STEPS[1])
         slow_s = 0.8 if quick else SLOW_S
         turns = spin(player, motor_nm, slow_s=slow_s)
         free = estimate_free(turns, slow_s=slow_s)
+        if electric is not None:
+            circuit = electric.hold(**most)
+            turns = player.known(turns)
+            free = estimate_free(turns, slow_s=slow_s)
         _check_plausible(free, actuator)
         say(STEPS[2])
-        most = {
-            "motor_nm": motor_nm,
-            "brake_nm": brake_nm,
-            "coulomb_nm": max(free.coulomb.value, 0.5 * loose_nm),
-        }
+        most |= {"coulomb_nm": max(free.coulomb.value, 0.5 * loose_nm)}
         held = hold_and_push(player, **most, quick=quick)
         shaft = estimate_shaft(*held, free.cogging_nm, free.inertia.value)
         brake = stairs = None
@@ -202,7 +216,11 @@ def calibrate(
             through = None if stairs is None else stairs.driven_by(drive)
             # What is refused under it is refused: nobody would know how far it is from the truth.
             found = _widened(found, _quantities(_parts_of(logs, through, slow_s)))
-    return _put_together(knob, actuator, parts, found, seconds, ambient_c)
+    if circuit is not None:
+        found = {of.name: of for of in circuit.quantities} | {
+            name: circuit.scaled(of) for name, of in found.items()
+        }
+    return _put_together(knob, actuator, parts, found, circuit, seconds, ambient_c)
 
 
 @dataclass(frozen=True)
@@ -278,11 +296,16 @@ def _difference(name: str, whole: Quantity, part: Quantity, meaning: str) -> Qua
 
 
 def apply(knob: Knob, calibration: Calibration) -> None:
-    """Configure a disarmed knob as proposed, or change nothing; `Knob.save` keeps that."""
-    before = (knob.actuator_config(), knob.shaft_config(), knob.calibration_config())
+    """Configure a disarmed knob as proposed, or change nothing; `Knob.save` keeps that.
+
+    What is proposed for the board takes effect when the knob starts the next time.
+    """
+    board = knob.board_config()
+    before = (knob.actuator_config(), knob.shaft_config(), board, knob.calibration_config())
+    proposed = calibration.board or board
     try:
         # What is known comes last: it is about the values that the device has by then.
-        for config in (calibration.actuator, calibration.shaft, calibration.known):
+        for config in (calibration.actuator, calibration.shaft, proposed, calibration.known):
             knob.configure(config)
     except Error:
         with suppress(Error):
@@ -380,6 +403,7 @@ def _put_together(
     actuator: ActuatorConfig,
     parts: _Parts,
     quantities: dict[str, Quantity],
+    circuit: Circuit | None,
     seconds: float,
     ambient_c: float | None,
 ) -> Calibration:
@@ -403,7 +427,7 @@ def _put_together(
         calibrated_unix_s=int(now.timestamp()),
         ambient_k=0.0 if ambient_c is None else ambient_c + 273.15,
         calibrated_rate_hz=info.control_rate_hz,
-        **(straight | _sigmas(quantities)),
+        **(straight | _sigmas(quantities) | ({} if circuit is None else circuit.sigmas())),
     )
     return Calibration(
         quantities,
@@ -420,7 +444,12 @@ def _put_together(
             "control_rate_hz": info.control_rate_hz,
             "counts_per_rev": info.counts_per_rev,
             "ambient_c": ambient_c,
+            "current_measured": knob.motor_current().measured,
             "date": now.isoformat(timespec="seconds"),
         },
-        (*free.fits, *shaft.fits, *(brake.fits if brake is not None else ())),
+        (
+            *(circuit.motor.fits if circuit is not None else ()),
+            *(*free.fits, *shaft.fits, *(brake.fits if brake is not None else ())),
+        ),
+        None if circuit is None else circuit.board,
     )

@@ -49,4 +49,7 @@ def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float, float]]:
     """Give the fields of a knob's configuration that a proposal changes, with both values."""
     old = asdict(knob.actuator_config()) | asdict(knob.shaft_config())
     new = asdict(found.actuator) | asdict(found.shaft)
+    if found.board is not None:
+        old |= asdict(knob.board_config())
+        new |= asdict(found.board)
     return [(name, old[name], new[name]) for name in old if old[name] != new[name]]

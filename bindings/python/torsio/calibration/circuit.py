@@ -1,0 +1,292 @@
+"""The steps that measure the motor's circuit: power off, brake held, knob turned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torsio.calibration.drive import drive_of
+from torsio.calibration.electric import (
+    Intervals,
+    Motor,
+    check_current,
+    current_zero,
+    intervals,
+    motor,
+    winding,
+)
+from torsio.calibration.play import Player
+from torsio.calibration.quantity import Quantity, Refusal
+from torsio.config import BoardConfig
+from torsio.knob import Knob
+from torsio.records import MotorCurrent
+
+__all__ = ["ELECTRIC_STEPS", "Circuit", "CircuitSteps"]
+
+ELECTRIC_STEPS = ("current sensor", "torque constant", "winding")
+"""What a device with a current sensor does more, as `progress` names it: before the signs, after
+them, and before the shaft. What holds the brake comes late: a brake may keep some of its torque."""
+
+_REST_READINGS, _REST_EVERY_S = 300, 1e-3
+# To and fro, so that the knob comes to rest; longer than a fault takes.
+_PULSES, _PULSE_S, _PULSE_SHARE, _PULSE_RAD = (1.0, -1.0, -1.0, 1.0), 0.015, 0.2, 0.25
+_HOLD_S = 0.5  # until the brake holds
+_LEVELS = (0.4, -0.4, 0.7, -0.7, 1.0, -1.0)
+_LEVEL_S, _RAMP_S, _LEVEL_SETTLE_S = 0.1, 4e-3, 12e-3
+# About a middle that is higher, so that the voltage keeps its sign; too fast for the shaft.
+_WAVE_S, _WAVE_MIDDLE, _WAVE_PEAK, _WAVE_HZ = 0.5, 0.75, 0.35, (230.0, 330.0)
+_REST_S, _LET_GO_S = 0.3, 0.6  # until what twisted the shaft has died away; until the brake is off
+_LOOK_S = 2e-3
+_TRAVEL_RAD = 0.4
+_SPEEDS_RAD_S = (25.0, 50.0, 75.0)
+_TURN_S, _TURN_SETTLE_S, _TURN_LOOK_S = 0.3, 0.12, 20e-3
+_TURN_LIMIT_RAD_S = 150.0
+
+
+def listen_at_rest(player: Player, board: BoardConfig) -> tuple[Quantity, Quantity]:
+    """Listen to the current sensor while nothing flows; give its zero and its noise.
+
+    Raises
+    ------
+    Refusal
+        "dead_sensor", "saturated_sensor".
+    """
+    readings: list[MotorCurrent] = []
+    for _ in range(_REST_READINGS):
+        player.watch(_REST_EVERY_S)
+        readings.append(player.motor_current())
+    return current_zero(
+        np.array([of.current_a + of.zero_a for of in readings]) * np.sign(readings[0].zero_a),
+        step_a=readings[0].step_a,
+        v_per_a=board.current_sense_v_per_a,
+    )
+
+
+def pulse(player: Player, board: BoardConfig, *, motor_nm: float) -> None:
+    """Give the motor small pulses, and look whether the current is what the voltage should make.
+
+    Raises
+    ------
+    Refusal
+        "no_current", "reversed_sensor", or why the device disarmed.
+    """
+    readings = [player.motor_current()]
+    log = player.chain(
+        [(_PULSE_S, {"motor_command_nm": way * _PULSE_SHARE * motor_nm}) for way in _PULSES],
+        look=lambda _: readings.append(player.motor_current()),
+        look_every_s=_PULSE_S,
+        travel_rad=_PULSE_RAD,
+        speed_limit_rad_s=60.0,
+        torque_limit_nm=motor_nm,
+    )
+    readings.append(player.motor_current())
+    over = intervals(readings, board.supply_v)
+    check_current(over.chosen(np.abs(over.voltage_v_s) > 0.0), board.motor_resistance_ohm)
+    if log.stopped not in ("", "excitation_stopped"):
+        raise Refusal(
+            ELECTRIC_STEPS[0], log.stopped, f"the device disarmed ({log.stopped}): torsio doctor "
+            "says more",
+        )  # fmt: skip
+    player.watch(_LET_GO_S)
+
+
+class _Looks:
+    """Readings of what plays, by stretch, from so long after its begin."""
+
+    def __init__(self, player: Player, settle_s: float) -> None:
+        self._player, self._settle_s = player, settle_s
+        self.all: list[MotorCurrent] = []
+        self._parts: dict[int, list[MotorCurrent]] = {}
+        self._begin_s: dict[int, float] = {}
+
+    def __call__(self, stretch: int) -> None:
+        now = self._player.motor_current()
+        self.all.append(now)
+        if now.time_s >= self._begin_s.setdefault(stretch, now.time_s) + self._settle_s:
+            self._parts.setdefault(stretch, []).append(now)
+
+    def intervals(self, stretches: Iterable[int], supply_v: float) -> Intervals:
+        """Give those within these stretches; none reaches from one into the next."""
+        parts = [self._parts.get(stretch, []) for stretch in stretches]
+        return Intervals.together([intervals(part, supply_v) for part in parts if len(part) > 1])
+
+
+def push_current(
+    player: Player, board: BoardConfig, *, motor_nm: float, brake_nm: float
+) -> Intervals:
+    """Hold the brake; drive currents both ways, then waves of current.
+
+    The motor's current loop makes them, so all of its limits hold.
+
+    Raises
+    ------
+    Refusal
+        "does_not_hold", or why the device disarmed.
+    """
+    continuous_nm = board.motor_current_continuous_a * board.motor_torque_constant_nm_per_a
+    most_nm = min(0.45 * motor_nm, 0.5 * brake_nm, 0.9 * continuous_nm)
+    levels = [
+        (_LEVEL_S, {"motor_command_nm": share * most_nm, "ramp_s": _RAMP_S}) for share in _LEVELS
+    ]
+    begin_hz, end_hz = _WAVE_HZ
+    wave = {"sine_nm": _WAVE_PEAK * most_nm, "sine_begin_hz": begin_hz, "sine_end_hz": end_hz}
+    waves = [
+        (_WAVE_S, {"motor_command_nm": way * _WAVE_MIDDLE * most_nm, "ramp_s": _RAMP_S, **wave})
+        for way in (1.0, -1.0)
+    ]
+    rest = (_REST_S, {"motor_command_nm": 0.0, "ramp_s": 0.5 * _REST_S})
+    looks = _Looks(player, _LEVEL_SETTLE_S)
+    log = player.chain(
+        [(_HOLD_S, {"motor_command_nm": 0.0}), *levels, *waves, rest],
+        look=looks,
+        look_every_s=_LOOK_S,
+        brake_command_nm=brake_nm,
+        travel_rad=_TRAVEL_RAD,
+        speed_limit_rad_s=60.0,
+        torque_limit_nm=most_nm,
+    )
+    if log.stopped:
+        raise Refusal(
+            "winding", "does_not_hold" if log.stopped == "excitation_stopped" else log.stopped,
+            f"the brake was told to hold {1e3 * brake_nm:.0f} mN m, the motor to push with "
+            f"{1e3 * most_nm:.0f}, and the device disarmed ({log.stopped})"
+            + (": brake or its wires are dead, or a coupling slips"
+               if log.stopped == "excitation_stopped" else ": torsio doctor says more"),
+        )  # fmt: skip
+    player.watch(_LET_GO_S)
+    return looks.intervals(range(1, 1 + len(levels) + len(waves)), board.supply_v)
+
+
+def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Intervals:
+    """Turn the knob at several speeds, both ways.
+
+    Raises
+    ------
+    Refusal
+        "runs_away", or why the device disarmed.
+    """
+    # Between the two ways it stands: what the motor gives back raises the supply for a moment.
+    speeds = (*_SPEEDS_RAD_S, 0.0, *(-speed for speed in _SPEEDS_RAD_S), 0.0)
+    looks = _Looks(player, _TURN_SETTLE_S)
+    log = player.chain(
+        [
+            (_TURN_S, {"damping_nm_s_per_rad": 6e-3, "servo_rad_s": speed})
+            for speed in speeds
+        ],
+        look=looks,
+        look_every_s=_TURN_LOOK_S,
+        travel_rad=600.0,
+        speed_limit_rad_s=_TURN_LIMIT_RAD_S,
+        torque_limit_nm=0.75 * motor_nm,
+    )  # fmt: skip
+    if log.stopped:
+        raise Refusal(
+            "torque constant", "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
+            f"the device stopped the turns ({log.stopped}): the knob is not what it was a moment "
+            "ago",
+        )  # fmt: skip
+    turning = [stretch for stretch, speed in enumerate(speeds) if speed != 0.0]
+    return looks.intervals(turning, board.supply_v)
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """What was found of the motor's circuit.
+
+    Attributes
+    ----------
+    board
+        The configuration that is proposed.
+    """
+
+    quantities: tuple[Quantity, ...]
+    motor: Motor
+    board: BoardConfig
+
+    def sigmas(self) -> dict[str, int]:
+        """Give what the device keeps of the uncertainties: thousandths, rounded up."""
+        found = self.motor
+        return {
+            f"sigma_{name}_permille": min(math.ceil(1e3 * of.standard_uncertainty / of.value), 255)
+            for name, of in (
+                ("motor_resistance", found.resistance),
+                ("motor_inductance", found.inductance),
+                ("motor_torque_constant", found.constant),
+            )
+        }
+
+    def scaled(self, quantity: Quantity) -> Quantity:
+        """Give what is a torque over something with the uncertainty of the torque constant."""
+        if not quantity.name.endswith(_OF_TORQUE):
+            return quantity
+        constant = self.motor.constant
+        share = constant.standard_uncertainty / constant.value
+        sigma = math.hypot(quantity.standard_uncertainty, share * quantity.value)
+        return replace(quantity, standard_uncertainty=sigma)
+
+
+# They are measured in torques of the motor.
+_OF_TORQUE = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
+
+
+class CircuitSteps:
+    """The steps of a device that measures its motor's current.
+
+    Parameters
+    ----------
+    say
+        Told the name of each step.
+    """
+
+    def __init__(self, knob: Knob, player: Player, say: Callable[[str], object]) -> None:
+        self._knob, self._player, self._say = knob, player, say
+        self._board = knob.board_config()
+
+    @classmethod
+    def of(cls, knob: Knob, player: Player, say: Callable[[str], object]) -> CircuitSteps | None:
+        """Give them; None for a device that measures no current."""
+        return cls(knob, player, say) if player.motor_current().measured else None
+
+    def look(self, motor_nm: float) -> None:
+        """Look at the current sensor before anything turns; raises as `listen_at_rest`, `pulse`."""
+        self._say(ELECTRIC_STEPS[0])
+        self._sensor = listen_at_rest(self._player, self._board)
+        pulse(self._player, self._board, motor_nm=motor_nm)
+
+    def turn(self, motor_nm: float) -> None:
+        """Turn the knob, which is free. Raises as `turn_steadily`."""
+        self._say(ELECTRIC_STEPS[1])
+        self._turned = turn_steadily(self._player, self._board, motor_nm=motor_nm)
+
+    def hold(self, *, motor_nm: float, brake_nm: float) -> Circuit:
+        """Hold the knob, and estimate all; the player knows from then on what torques are.
+
+        Raises
+        ------
+        Refusal
+            As `push_current`, and `winding` and `motor` of `torsio.calibration.electric`.
+        """
+        self._say(ELECTRIC_STEPS[2])
+        board = self._board
+        held = push_current(self._player, board, motor_nm=motor_nm, brake_nm=brake_nm)
+        winding(
+            held,
+            believed_ohm=board.motor_resistance_ohm,
+            constant_nm_per_a=board.motor_torque_constant_nm_per_a,
+        )
+        found = motor(held, self._turned, believed_ohm=board.motor_resistance_ohm)
+        proposed = replace(
+            board,
+            motor_resistance_ohm=found.resistance.value,
+            motor_inductance_h=found.inductance.value,
+            motor_torque_constant_nm_per_a=found.constant.value,
+        )
+        # What it has reckoned with since it started may be another than what is configured now.
+        believed = self._player.motor_current().torque_constant_nm_per_a
+        self._player.torque_share = found.constant.value / believed
+        self._player.drive = drive_of(self._knob, proposed)
+        quantities = (*self._sensor, found.resistance, found.inductance, found.gain, found.constant)
+        return Circuit(quantities, found, proposed)

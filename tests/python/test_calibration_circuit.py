@@ -1,0 +1,137 @@
+"""A calibration of the motor's circuit, on emulated knobs whose electrics are hidden from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import torsio
+from torsio import calibration
+from torsio.calibrate_cli import words_of
+from torsio.calibration.circuit import ELECTRIC_STEPS
+from torsio.cli import app
+
+OHM, HENRY, SUPPLY_V, SENSOR_V_PER_A = 2.3, 1.7e-3, 12.8, 0.19
+ELECTRICS = torsio.Electrics(
+    winding_resistance_ohm=OHM,
+    winding_inductance_h=HENRY,
+    supply_v=SUPPLY_V,
+    sensor_v_per_a=SENSOR_V_PER_A,
+)
+CIRCUIT = ("motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a")
+
+
+def opened(electrics: torsio.Electrics | None, name: str = "emulated") -> torsio.Knob:
+    plant = torsio.PlantParams(electrics=electrics)
+    knob = torsio.open(name, emulator=torsio.EmulatorOptions(plant=plant, control_rate_hz=20_000.0))
+    knob.sleep(0.2)  # the board learns its sensor's zero
+    return knob
+
+
+@pytest.fixture(autouse=True)
+def data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+
+
+@pytest.fixture(scope="module")
+def measured() -> tuple[calibration.Calibration, list[str]]:
+    steps: list[str] = []
+    with opened(ELECTRICS) as knob:
+        return calibration.calibrate(knob, progress=steps.append), steps
+
+
+def test_circuit_is_found_as_the_board_sees_it(measured: Any) -> None:
+    found, _ = measured
+    supply = 12.0 / SUPPLY_V  # what the board believes in over what there is
+    sensor = SENSOR_V_PER_A / 0.2
+    expected = (OHM * supply / sensor, HENRY * supply / sensor, 0.05 * supply)
+    for name, truth in zip(CIRCUIT, expected, strict=True):
+        low, high = found.quantities[name].interval
+        assert low <= truth <= high, name
+        assert high - low < 0.06 * truth
+        assert getattr(found.board, name) == found.quantities[name].value
+    zero, noise = found.quantities["current_zero_v"], found.quantities["current_noise_a"]
+    assert zero.interval[0] <= 1.65 <= zero.interval[1]
+    assert noise.interval[0] <= 5e-3 <= noise.interval[1]
+    low, high = found.quantities["current_gain"].interval
+    assert low < sensor < high
+
+
+def test_torques_are_those_of_the_constant_that_was_found(measured: Any) -> None:
+    found, _ = measured
+    # Of 1 N m told 0.05 / 0.2 / (SENSOR / 0.2) flow; it is taken for as many A as the sensor says.
+    plant = torsio.PlantParams()
+    measure = SENSOR_V_PER_A / 0.2 * 12.0 / SUPPLY_V
+    for name, truth in (
+        ("inertia_kg_m2", plant.knob_inertia_kg_m2 + plant.brake_inertia_kg_m2),
+        ("stiffness_nm_per_rad", plant.shaft_stiffness_nm_per_rad),
+    ):
+        assert found.quantities[name].value == pytest.approx(measure * truth, rel=0.01), name
+
+
+def test_steps_are_told_in_their_order(measured: Any) -> None:
+    sensor, constant, winding = ELECTRIC_STEPS
+    signs, free, *others = calibration.STEPS
+    assert measured[1] == [sensor, signs, constant, free, winding, *others]
+
+
+def test_board_keeps_what_was_found_and_info_shows_it(measured: Any) -> None:
+    found, _ = measured
+    with opened(ELECTRICS, "emulated:circuit") as knob:
+        calibration.apply(knob, found)
+        knob.save()
+    with opened(ELECTRICS, "emulated:circuit") as knob:
+        for name in CIRCUIT:
+            quantity = found.quantities[name]
+            assert getattr(knob.board_config(), name) == pytest.approx(quantity.value, rel=1e-6)
+            short = name.removesuffix("_ohm").removesuffix("_h").removesuffix("_nm_per_a")
+            kept = getattr(knob.calibration_config(), f"sigma_{short}_permille")
+            assert kept == pytest.approx(
+                1e3 * quantity.standard_uncertainty / quantity.value, abs=1.0
+            )
+            value, sigma = words_of(knob)[name].split(" +- ")
+            assert float(value) == pytest.approx(quantity.value, rel=1e-3)
+            assert sigma.endswith(" %")
+        # With it, the board reckons as the world is, seen by its sensor.
+        told = knob.motor_current().torque_constant_nm_per_a
+        assert told == pytest.approx(found.quantities[CIRCUIT[2]].value, rel=1e-6)
+
+
+def sensor(state: str) -> Callable[[torsio.Knob], None]:
+    return lambda knob: knob.emulator.set_current_sensor(state)
+
+
+@pytest.mark.parametrize(
+    ("electrics", "sabotage", "reason"),
+    [
+        (ELECTRICS, sensor("dead"), "dead_sensor"),
+        (ELECTRICS, sensor("saturated"), "saturated_sensor"),
+        (ELECTRICS, sensor("stuck"), "no_current"),
+        (replace(ELECTRICS, winding_resistance_ohm=900.0), None, "no_current"),
+        (replace(ELECTRICS, winding_resistance_ohm=4.4), None, "winding_values"),
+        (replace(ELECTRICS, coil_torque_constant_nm_per_a=0.01), None, "does_not_hold"),
+    ],
+)
+def test_what_is_broken_is_refused_with_its_reason(
+    electrics: torsio.Electrics, sabotage: Callable[[torsio.Knob], None] | None, reason: str
+) -> None:
+    with opened(electrics) as knob:
+        if sabotage is not None:
+            sabotage(knob)
+            knob.sleep(0.2)
+        with pytest.raises(calibration.Refusal) as refusal:
+            calibration.calibrate(knob)
+        assert refusal.value.reason == reason
+        assert knob.state != "armed"
+
+
+def test_knob_that_measures_no_current_is_calibrated_without_and_says_so() -> None:
+    done = CliRunner().invoke(app, ["calibrate", "--device", "emulated"])
+    assert done.exit_code == 0, done.output
+    assert "does not measure the motor's current" in " ".join(done.output.split())
+    assert "motor_resistance_ohm" not in done.output

@@ -1,0 +1,73 @@
+"""What a knob tells of its motor's current and voltage, against its plant's truth."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import torsio
+
+OHM, CONSTANT_NM_PER_A, SUPPLY_V = 3.1, 0.05, 12.0
+# Stiff against the motor, so that nothing turns.
+HAND = torsio.ImpedanceHand(
+    intended_angle_rad=[(0.0, 0.0)], stiffness_nm_per_rad=500.0, damping_nm_s_per_rad=0.5
+)
+
+
+def opened(electrics: torsio.Electrics | None, rate_hz: float = 1000.0) -> torsio.Knob:
+    plant = torsio.PlantParams(electrics=electrics)
+    return torsio.open(
+        "emulated",
+        emulator=torsio.EmulatorOptions(
+            plant=plant, hand=HAND, log_truth=True, control_rate_hz=rate_hz
+        ),
+    )
+
+
+def test_knob_without_electrics_measures_nothing() -> None:
+    with opened(None) as knob:
+        knob.sleep(0.1)
+        told = dataclasses.asdict(knob.motor_current())
+    assert told.pop("measured") is False
+    told.pop("angle_rad")
+    assert not any(told.values())
+
+
+@pytest.mark.parametrize("rate_hz", [1000.0, 20_000.0])
+def test_sums_tell_the_charge_and_the_voltage_of_a_held_knob(rate_hz: float) -> None:
+    electrics = torsio.Electrics(winding_resistance_ohm=OHM, supply_resistance_ohm=0.0)
+    with opened(electrics, rate_hz) as knob:
+        knob.sleep(0.2)  # the board learns its sensor's zero
+        knob.play(torsio.Constant(torque_nm=0.03))
+        knob.arm()
+        knob.sleep(0.3)
+        before, begin_s = knob.motor_current(), knob.emulator.time_s
+        knob.emulator.truth()
+        knob.sleep(0.2)
+        after, end_s = knob.motor_current(), knob.emulator.time_s
+        truth = knob.emulator.truth()
+    periods = after.periods - before.periods
+    assert periods * after.period_s == pytest.approx(end_s - begin_s, abs=2.0 / rate_hz)
+    assert after.time_s - before.time_s == pytest.approx(end_s - begin_s, abs=2.0 / rate_hz)
+    current_a = (after.current_sum_a - before.current_sum_a) / periods - after.zero_a
+    true_a = float(np.mean(truth["motor_torque_nm"])) / CONSTANT_NM_PER_A
+    # Read a microsecond after the middle of the pulse: up to 12 V / 1.5 mH * 1 us = 8 mA too much.
+    assert 0.0 <= current_a - true_a < 9e-3
+    voltage_v = SUPPLY_V * (after.share_sum - before.share_sum) / periods
+    assert voltage_v == pytest.approx(OHM * true_a, rel=0.01)
+    assert after.step_a == pytest.approx(3.3 / 4096 / 0.2)
+    assert abs(after.current_a - current_a) < 0.05
+    assert after.torque_constant_nm_per_a == pytest.approx(CONSTANT_NM_PER_A)
+
+
+def test_disarmed_board_goes_on_to_measure_and_drives_nothing() -> None:
+    with opened(torsio.Electrics(sensor_zero_v=1.6)) as knob:
+        knob.sleep(0.2)
+        told = knob.motor_current()
+    assert told.measured
+    assert told.periods > 1000
+    assert told.share_sum == told.share == 0.0
+    # The converter cuts off what is less than a step of 0.8 mV.
+    assert told.zero_a * 0.2 == pytest.approx(1.6, abs=1e-3)
