@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import torsio
 from torsio import calibration
 from torsio.calibrate_cli import words_of
-from torsio.calibration import numeric
+from torsio.calibration import numeric, report
 from torsio.calibration.figure import save_figure
 from torsio.cli import app
 from torsio.doctor_knob import missing
@@ -59,6 +59,9 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     assert result.actuator.brake_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.brake_release_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.counts_per_rev == before.counts_per_rev
+    assert result.law == "calibrated"
+    # 0.6 of what is there for certain: 9 mN m of the knob's side and the brake's drag of 2.
+    assert 0.98 * 0.6 * 11e-3 < result.free_assist_nm < 0.6 * 11e-3
     assert result.seconds < 90.0
 
 
@@ -93,12 +96,32 @@ def test_device_keeps_what_is_known_until_a_value_changes(found: Any) -> None:
         assert knob.calibration_config().values_are == "stated"
 
 
+def test_law_is_taken_with_the_rest_and_what_was_set_meanwhile_stays(found: Any) -> None:
+    result = found[0]
+    with torsio.open("emulated") as knob:
+        before = knob.control_config()
+        assert before.law != "calibrated"
+        knob.update(speed_limit_rad_s=20.0, motor_torque_cap_nm=0.0625)
+        told = {name: (old, new) for name, old, new in report.proposals(knob, result)}
+        assert told["law"] == (before.law, "calibrated")
+        assert told["free_assist_nm"] == (0.0, result.free_assist_nm)
+        calibration.apply(knob, result)
+        after = knob.control_config()
+    assert after.free_assist_nm == pytest.approx(result.free_assist_nm)
+    assert replace(after, free_assist_nm=0.0) == replace(
+        before, speed_limit_rad_s=20.0, motor_torque_cap_nm=0.0625, law="calibrated"
+    )
+
+
 def test_info_shows_values_with_uncertainty_date_and_conditions(found: Any) -> None:
     runner = CliRunner()
     with torsio.open("emulated") as knob:
         assert "assumed" in words_of(knob)["values_are"]
         calibration.apply(knob, found[0])
         words = words_of(knob)
+        knob.update(law="paper")
+        assert words_of(knob)["law"] == "paper; calibrated would use all of these values"
+    assert words["law"] == "calibrated, which uses all of these values"
     assert words["values_are"] == "measured"
     assert (words["control_rate_hz"], words["ambient_c"]) == (10_000.0, 21.5)
     assert words["date"].startswith(found[0].conditions["date"][:13])
@@ -206,20 +229,23 @@ def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
     with torsio.open("emulated") as knob:
         knob.configure(bent)
         knob.update(values_are="measured", sigma_knee_1_rad=1e-3)
+        knob.update(law="paper", free_assist_nm=1e-3)
+        control = knob.control_config()
         found = calibration.calibrate(knob, quick=True)
     assert found.shaft == bent
     assert found.known.sigma_knee_1_rad == pytest.approx(1e-3)
     assert found.known.values_are == "measured"
+    assert (found.law, found.free_assist_nm) == (control.law, control.free_assist_nm)
 
 
 def test_calibration_that_is_refused_in_part_changes_nothing(found: Any) -> None:
     measured, *_ = found
     with torsio.open("emulated") as knob:
-        before = knob.actuator_config()
+        before = (knob.actuator_config(), knob.control_config())
         wrong = replace(measured, known=replace(measured.known, ambient_k=-1.0))
         with pytest.raises(torsio.InvalidArgument):
             calibration.apply(knob, wrong)
-        assert knob.actuator_config() == before
+        assert (knob.actuator_config(), knob.control_config()) == before
 
 
 def test_command_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -62,7 +62,7 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
             out.print(f"  {report.change(drift.name, drift.before, drift.now)}")
     proposed = report.proposals(knob, found)
     if proposed:
-        out.print("\nproposed for the configuration of actuator and shaft:")
+        out.print("\nproposed for the configuration of actuator, shaft and control:")
     for name, old, new in proposed:
         out.print(f"  {report.change(name, old, new)}")
 
@@ -92,4 +92,7 @@ def words_of(knob: Knob) -> dict[str, Any]:
         of = name.removeprefix("sigma_")
         if of != name and sigma:
             words[of] = f"{values[of]:.4g} +- {sigma:.2g}"
+    law = knob.control_config().law
+    uses = ", which uses" if law == "calibrated" else "; calibrated would use"
+    words["law"] = f"{law}{uses} all of these values"
     return words

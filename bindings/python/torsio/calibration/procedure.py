@@ -27,7 +27,7 @@ from torsio.calibration.free import (
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
-from torsio.config import ActuatorConfig, CalibrationConfig, ShaftConfig
+from torsio.config import ActuatorConfig, CalibrationConfig, Law, ShaftConfig
 from torsio.errors import Error
 from torsio.knob import Knob
 
@@ -38,6 +38,9 @@ STEPS = ("signs", "friction and inertia", "shaft", "brake")
 
 # What a device of this kind may be at most from what its configuration says: beyond it is a fault.
 _PLAUSIBLE = 5.0
+
+# Of the friction that is certain: bearings wear in.
+_ASSISTED = 0.6
 
 # What the models leave out, as a share and at least: found on 88 emulated knobs (numbers 0 to 87)
 # that `torsio study calibration` does not use.
@@ -81,6 +84,9 @@ class Calibration:
         By name; all torques as parts of the motor's, whose torque constant the device believes.
     actuator, shaft
         The configurations that are proposed; nothing was saved.
+    law, free_assist_nm
+        What is proposed of the control: the law that uses all of these values, and of the friction
+        what is certain; after a quick look what the knob has.
     known
         How well their values are known, with date and conditions, for the device to keep.
     periods_per_rev
@@ -96,6 +102,8 @@ class Calibration:
     quantities: dict[str, Quantity]
     actuator: ActuatorConfig
     shaft: ShaftConfig
+    law: Law
+    free_assist_nm: float
     known: CalibrationConfig
     periods_per_rev: int
     curve: tuple[tuple[float, float], ...]
@@ -117,6 +125,8 @@ class Calibration:
             },
             "actuator": dataclasses.asdict(self.actuator),
             "shaft": dataclasses.asdict(self.shaft),
+            "law": self.law,
+            "free_assist_nm": self.free_assist_nm,
             "known": dataclasses.asdict(self.known),
             "periods_per_rev": self.periods_per_rev,
             "curve": [list(corner) for corner in self.curve],
@@ -279,10 +289,13 @@ def _difference(name: str, whole: Quantity, part: Quantity, meaning: str) -> Qua
 
 def apply(knob: Knob, calibration: Calibration) -> None:
     """Configure a disarmed knob as proposed, or change nothing; `Knob.save` keeps that."""
-    before = (knob.actuator_config(), knob.shaft_config(), knob.calibration_config())
+    control = knob.control_config()
+    # Its caps and limits may be others by now.
+    proposed = replace(control, law=calibration.law, free_assist_nm=calibration.free_assist_nm)
+    before = (knob.actuator_config(), knob.shaft_config(), control, knob.calibration_config())
     try:
         # What is known comes last: it is about the values that the device has by then.
-        for config in (calibration.actuator, calibration.shaft, calibration.known):
+        for config in (calibration.actuator, calibration.shaft, proposed, calibration.known):
             knob.configure(config)
     except Error:
         with suppress(Error):
@@ -375,6 +388,11 @@ _PROPOSED_FROM: Final = {
 }
 
 
+def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
+    """Give what may be taken off the friction: that is there for certain, and wears off."""
+    return _ASSISTED * max(quantities["coulomb_nm"].interval[0], 0.0)
+
+
 def _put_together(
     knob: Knob,
     actuator: ActuatorConfig,
@@ -396,7 +414,7 @@ def _put_together(
     keeps_shaft = brake is None and shaft.knee is None
     bent = knob.shaft_config() if keeps_shaft else _bent(shaft)
     straight = {} if keeps_shaft else {"sigma_knee_1_rad": 0.0, "sigma_knee_1_nm_per_rad": 0.0}
-    before = knob.calibration_config()
+    before, control = knob.calibration_config(), knob.control_config()
     known = replace(
         before,
         values_are=before.values_are if brake is None else "measured",
@@ -409,6 +427,8 @@ def _put_together(
         quantities,
         proposed,
         bent,
+        control.law if brake is None else "calibrated",
+        control.free_assist_nm if brake is None else _certain_assist_nm(quantities),
         known,
         free.periods_per_rev,
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),

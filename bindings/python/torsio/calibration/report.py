@@ -39,14 +39,19 @@ def lines(calibration: Calibration) -> list[tuple[str, str, str, str]]:
     return found
 
 
-def change(name: str, old: float, new: float) -> str:
+def change(name: str, old: float | str, new: float | str) -> str:
     """Say how a value changes, and what a finger would make of that."""
+    if isinstance(old, str) or isinstance(new, str):
+        return f"{name}: {old} -> {new}"
     jnds = felt(name, old, new - old)
     return f"{name}: {old:.4g} -> {new:.4g}" + (f" ({jnds})" if jnds else "")
 
 
-def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float, float]]:
+def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float | str, float | str]]:
     """Give the fields of a knob's configuration that a proposal changes, with both values."""
+    control = knob.control_config()
     old = asdict(knob.actuator_config()) | asdict(knob.shaft_config())
+    old |= {"law": control.law, "free_assist_nm": control.free_assist_nm}
     new = asdict(found.actuator) | asdict(found.shaft)
+    new |= {"law": found.law, "free_assist_nm": found.free_assist_nm}
     return [(name, old[name], new[name]) for name in old if old[name] != new[name]]
