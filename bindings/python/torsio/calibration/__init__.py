@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from torsio.calibration.brake_curve import BrakeCurve, BrakePoint
+from torsio.calibration.cogging import Cogging
 from torsio.calibration.keeping import Drift, drifts, keep, kept
 from torsio.calibration.procedure import STEPS, Calibration, apply, calibrate
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 
 __all__ = [
     "STEPS",
+    "BrakeCurve",
+    "BrakePoint",
     "Calibration",
+    "Cogging",
     "Drift",
     "Fit",
     "Quantity",

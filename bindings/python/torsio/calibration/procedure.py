@@ -14,6 +14,8 @@ import numpy as np
 
 from torsio import checks, perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
+from torsio.calibration.brake_curve import BrakeCurve
+from torsio.calibration.cogging import Cogging
 from torsio.calibration.free import (
     FAST_RAD_S,
     FREE_LIMIT_RAD_S,
@@ -89,10 +91,12 @@ class Calibration:
         what is certain; after a quick look what the knob has.
     known
         How well their values are known, with date and conditions, for the device to keep.
-    periods_per_rev
-        Of the cogging; 0 if none was found.
+    cogging
+        Over the angle from the device's zero; None after a quick look.
     curve
         Twist in rad and torque in N m of the shaft's corners.
+    brake_curve
+        The brake's torque over its command, up and down; None after a quick look.
     seconds
         Of the knob's time.
     conditions
@@ -105,8 +109,9 @@ class Calibration:
     law: Law
     free_assist_nm: float
     known: CalibrationConfig
-    periods_per_rev: int
+    cogging: Cogging | None
     curve: tuple[tuple[float, float], ...]
+    brake_curve: BrakeCurve | None
     seconds: float
     conditions: dict[str, Any]
     fits: tuple[Fit, ...] = field(repr=False)
@@ -128,8 +133,11 @@ class Calibration:
             "law": self.law,
             "free_assist_nm": self.free_assist_nm,
             "known": dataclasses.asdict(self.known),
-            "periods_per_rev": self.periods_per_rev,
+            "cogging": None if self.cogging is None else self.cogging.as_dict(),
             "curve": [list(corner) for corner in self.curve],
+            "brake_curve": None
+            if self.brake_curve is None
+            else self.brake_curve.as_dict(self.conditions["brake_torque_constant_nm_per_a"]),
             "seconds": self.seconds,
             "conditions": self.conditions,
         }
@@ -196,7 +204,7 @@ def calibrate(
             "coulomb_nm": max(free.coulomb.value, 0.5 * loose_nm),
         }
         held = hold_and_push(player, **most, quick=quick)
-        shaft = estimate_shaft(*held, free.cogging_nm, free.inertia.value)
+        shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
         brake = stairs = None
         if not quick:
             say(STEPS[3])
@@ -204,15 +212,22 @@ def calibrate(
             brake = _brake(stairs, free, shaft)
         seconds = player.seconds
     parts = _Parts(free, shaft, brake)
-    found = _quantities(parts)
+    found, curve = _quantities(parts), None
+    if brake is not None:
+        curve = brake.curve.with_left_out(_LEFT_OUT["brake_gain"][0])
     if player.drive is not None:
         found = {name: _honest(of, _LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+        if curve is not None:
+            curve = curve.with_left_out(_LEFT_OUT_BY_DRIVE["brake_gain"][0])
         for drive in player.drive.others():
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)
             # What is refused under it is refused: nobody would know how far it is from the truth.
-            found = _widened(found, _quantities(_parts_of(logs, through, slow_s)))
-    return _put_together(knob, actuator, parts, found, seconds, ambient_c)
+            other = _parts_of(logs, through, slow_s)
+            found = _widened(found, _quantities(other))
+            if curve is not None and other.brake is not None:
+                curve = curve.widened(other.brake.curve)
+    return _put_together(knob, actuator, parts, (found, curve), seconds, ambient_c)
 
 
 @dataclass(frozen=True)
@@ -227,9 +242,10 @@ class _Parts:
 def _brake(stairs: Recording, free: Free, shaft: Shaft) -> Brake:
     return estimate_brake(
         stairs,
-        free.cogging_nm,
+        free.cogging.torque_nm,
         inertia_kg_m2=free.inertia.value,
         viscous_nm_s_per_rad=free.viscous.value,
+        coulomb=_honest(free.coulomb),
         flexible_s2=_flexible_s2(free, shaft),
         remanent=True,
     )
@@ -239,7 +255,7 @@ def _parts_of(logs: Sequence[Recording], stairs: Recording | None, slow_s: float
     """Estimate all from recordings: of the turns, the pulls and the steps, and of the brake."""
     turns, pulls, steps = logs
     free = estimate_free(turns, slow_s=slow_s)
-    shaft = estimate_shaft(pulls, steps, free.cogging_nm, free.inertia.value)
+    shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
     return _Parts(free, shaft, None if stairs is None else _brake(stairs, free, shaft))
 
 
@@ -273,6 +289,15 @@ def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
 def _flexible_s2(free: Free, shaft: Shaft) -> float:
     knob = 0.6 * free.inertia.value if shaft.knob_inertia is None else shaft.knob_inertia.value
     return max(free.inertia.value - knob, 0.0) / shaft.stiffness.value
+
+
+def _passing(free: Free, shaft: Shaft) -> Callable[[int], float]:
+    """Give how much of a wave's amplitude may be missing, as a share, by its periods in a turn.
+
+    The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
+    """
+    flexible_s2 = _flexible_s2(free, shaft)
+    return lambda periods: 0.5 * (SLOW_RAD_S * periods) ** 2 * flexible_s2
 
 
 def _honest(quantity: Quantity, left_out: dict[str, tuple[float, float]] = _LEFT_OUT) -> Quantity:
@@ -364,13 +389,14 @@ def _quantities(parts: _Parts) -> dict[str, Quantity]:
             _difference("brake_inertia_kg_m2", inertia, knob_inertia, "of pulleys and brake"),
         ]
     if brake is not None:
-        # The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
-        passing = (SLOW_RAD_S * free.periods_per_rev) ** 2 * _flexible_s2(free, shaft)
-        cogging_sigma = math.hypot(
-            free.cogging.standard_uncertainty, 0.5 * passing * free.cogging.value
-        )
-        cogging = replace(free.cogging, standard_uncertainty=cogging_sigma)
-        found += [cogging, brake.gain, brake.hysteresis, brake.rise, brake.release]
+        amplitude = free.amplitude
+        if free.cogging.periods_per_rev:
+            sigma = math.hypot(
+                amplitude.standard_uncertainty,
+                _passing(free, shaft)(free.cogging.periods_per_rev[0]) * amplitude.value,
+            )
+            amplitude = replace(amplitude, standard_uncertainty=sigma)
+        found += [amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
     done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
     return {of.name: of if of.name in done else _honest(of) for of in found}
 
@@ -393,22 +419,29 @@ def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
     return _ASSISTED * max(quantities["coulomb_nm"].interval[0], 0.0)
 
 
+def _mapped(free: Free, shaft: Shaft) -> Cogging:
+    """Give the cogging with what its waves cannot know of."""
+    passing, (left_out, _) = _passing(free, shaft), _LEFT_OUT["cogging_nm"]
+    return free.cogging.widened(lambda periods: math.hypot(passing(periods), left_out))
+
+
 def _put_together(
     knob: Knob,
     actuator: ActuatorConfig,
     parts: _Parts,
-    quantities: dict[str, Quantity],
+    found: tuple[dict[str, Quantity], BrakeCurve | None],
     seconds: float,
     ambient_c: float | None,
 ) -> Calibration:
     free, shaft, brake = parts.free, parts.shaft, parts.brake
+    quantities, brake_curve = found
     values: dict[str, Any] = {
         name: max(quantities[of].value, 0.0)
         for name, of in _PROPOSED_FROM.items()
         if of in quantities
     }
     proposed = replace(actuator, **values)
-    info = knob.info
+    info, board = knob.info, knob.board_config()
     now = datetime.datetime.now(datetime.timezone.utc)
     # Ten seconds may miss a knee, and are not enough to know the brake: what was known stays.
     keeps_shaft = brake is None and shaft.knee is None
@@ -430,8 +463,9 @@ def _put_together(
         control.law if brake is None else "calibrated",
         control.free_assist_nm if brake is None else _certain_assist_nm(quantities),
         known,
-        free.periods_per_rev,
+        None if brake is None else _mapped(free, shaft),
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
+        brake_curve,
         seconds,
         {
             "serial": info.serial,
@@ -439,6 +473,7 @@ def _put_together(
             "firmware_version": info.firmware_version,
             "control_rate_hz": info.control_rate_hz,
             "counts_per_rev": info.counts_per_rev,
+            "brake_torque_constant_nm_per_a": board.brake_torque_constant_nm_per_a,
             "ambient_c": ambient_c,
             "date": now.isoformat(timespec="seconds"),
         },

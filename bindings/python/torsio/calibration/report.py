@@ -34,8 +34,17 @@ def lines(calibration: Calibration) -> list[tuple[str, str, str, str]]:
         (of.name, number(of), felt(of.name, of.value, of.standard_uncertainty), of.meaning)
         for of in calibration.quantities.values()
     ]
-    if calibration.periods_per_rev:
-        found.append(("periods_per_rev", str(calibration.periods_per_rev), "", "of the cogging"))
+    if calibration.cogging is not None and calibration.cogging.periods_per_rev:
+        waves = ", ".join(
+            f"{periods} ({1e3 * amplitude:.2g} mN m)"
+            for periods, amplitude in zip(
+                calibration.cogging.periods_per_rev, calibration.cogging.amplitudes_nm, strict=True
+            )
+        )
+        found.append(("periods_per_rev", waves, "", "of the cogging's waves"))
+    if calibration.brake_curve is not None:
+        words = calibration.brake_curve.in_words()
+        found.append(("brake_curve", words, "", "brake's torque over its current"))
     return found
 
 
