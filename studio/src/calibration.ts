@@ -21,7 +21,7 @@ interface Found {
   /** Name, value with its uncertainty, meaning. */
   quantities: [string, string, string][];
   /** Name, value in the knob, value proposed. */
-  changes: [string, number, number][];
+  changes: [string, number | string, number | string][];
   compared_with: string | null;
   drifted: [string, number, number][];
   fits: Fit[];
@@ -42,6 +42,10 @@ function table(headings: readonly string[], rows: readonly (readonly string[])[]
     element("thead", {}, element("tr", {}, ...headings.map((text) => element("th", { scope: "col" }, text)))),
     element("tbody", {}, ...rows.map((row) => element("tr", {}, ...row.map((text) => element("td", {}, text))))),
   );
+}
+
+function digits(value: number | string): string {
+  return typeof value === "number" ? value.toPrecision(4) : value;
 }
 
 /** Data as dots, the model as small squares upon them, in the style of the other curves. */
@@ -177,9 +181,9 @@ export class Calibrating {
       table(["quantity", "value ± standard uncertainty", "what it is"],
         found.quantities.map(([name, value, meaning]) => [name, value.replace("+-", "±"), meaning])),
       element("div", { class: "pictures" }, ...found.fits.map(picture)),
-      element("p", {}, found.changes.length ? "Proposed for the configuration of actuator and shaft:" : "There is nothing to change."),
+      element("p", {}, found.changes.length ? "Proposed for the configuration of actuator, shaft and control:" : "There is nothing to change."),
       table(["field", "in the knob", "proposed"],
-        found.changes.map(([name, before, after]) => [name, before.toPrecision(4), after.toPrecision(4)])),
+        found.changes.map(([name, before, after]) => [name, digits(before), digits(after)])),
       element("div", { class: "buttons" }, keep, leave),
     );
   }

@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
 from torsio.calibrate_cli import words_of
-from torsio.calibration import numeric
+from torsio.calibration import brake, numeric, procedure, report
 from torsio.calibration.figure import save_figure
 from torsio.cli import app
 from torsio.doctor_knob import missing
@@ -59,7 +60,100 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     assert result.actuator.brake_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.brake_release_time_constant_s == pytest.approx(40e-3, rel=0.01)
     assert result.actuator.counts_per_rev == before.counts_per_rev
+    assert result.law == "calibrated"
+    # 0.6 of what is there for certain: 9 mN m of the knob's side and the brake's drag of 2.
+    assert 0.98 * 0.6 * 11e-3 < result.free_assist_nm < 0.6 * 11e-3
     assert result.seconds < 90.0
+
+
+def _profile_nm(cogging: torsio.Cogging, angle_rad: npt.NDArray[np.float64]) -> Any:
+    """The plant's own table: straight lines between its corners."""
+    along = np.mod(angle_rad * cogging.periods_per_rev / (2.0 * np.pi), 1.0)
+    table = list(cogging.torque_nm)
+    corners = [*table, table[0]]
+    return np.interp(along, np.linspace(0.0, 1.0, len(corners)), corners)
+
+
+def test_map_of_the_cogging_is_that_of_the_plant_over_the_whole_turn() -> None:
+    place = 2.0 * np.pi * np.arange(32) / 32
+    table = 1.5e-3 * np.sin(place + 0.3) + 0.6e-3 * np.sin(2.0 * place + 1.0)
+    cogging = torsio.Cogging(periods_per_rev=7, torque_nm=tuple(table.tolist()))
+    plant = torsio.PlantParams(cogging=cogging, encoder_noise_counts=0.2)
+    options = torsio.EmulatorOptions(seed=5, control_rate_hz=10_000.0, plant=plant)
+    with torsio.open("emulated", emulator=options) as knob:
+        found = calibration.calibrate(knob)
+    told = json.loads(json.dumps(found.as_dict()))["cogging"]
+    assert [wave["periods_per_rev"] for wave in told["waves"]] == [7, 14]
+    angle_rad = np.array(told["angle_rad"])
+    assert np.ptp(angle_rad) > 6.2
+    assert np.max(np.diff(angle_rad)) < np.pi / 64
+    errors = np.array(told["torque_nm"]) - _profile_nm(cogging, angle_rad)
+    sigma = np.array(told["standard_uncertainty_nm"])
+    assert np.mean(np.abs(errors) < 1.96 * sigma) > 0.9
+    assert np.max(sigma) < 0.1 * np.max(table)
+    # The JSON says it as waves, too.
+    waves = sum(
+        wave["amplitude_nm"] * np.sin(wave["periods_per_rev"] * angle_rad + wave["phase_rad"])
+        for wave in told["waves"]
+    )
+    assert waves == pytest.approx(np.array(told["torque_nm"]), abs=1e-9)
+    assert any(row[0] == "periods_per_rev" and "7 (1.5 mN m)" in row[1] for row in
+               report.lines(found))  # fmt: skip
+
+
+def test_motor_without_cogging_has_a_map_of_nothing(found: Any) -> None:
+    cogging = found[0].cogging
+    assert cogging.periods_per_rev == ()
+    angle_rad = np.linspace(0.0, 6.0, 50)
+    assert np.all(cogging.torque_nm(angle_rad) == 0.0)
+    assert 0.0 < float(np.max(cogging.sigma_nm(angle_rad))) < 0.1e-3
+
+
+def test_brake_s_torque_over_its_current_is_that_of_the_plant_up_and_down(found: Any) -> None:
+    told = json.loads(json.dumps(found[0].as_dict()))["brake_curve"]
+    ways = [point["way"] for point in told["points"]]
+    assert ways == ["up"] * 4 + ["down"] * 4
+    held_nm = 8e-3  # the plant's play, after the brake has held
+    for point in told["points"]:
+        command_nm = point["command_nm"]
+        assert point["current_a"] == pytest.approx(command_nm / 0.44)
+        held_nm = min(max(held_nm, command_nm - 8e-3), command_nm + 8e-3)
+        sigma = point["standard_uncertainty_nm"]
+        assert abs(point["torque_nm"] - held_nm) < 3.0 * sigma
+        assert sigma < 0.3e-3
+    assert told["in_words"].startswith("straight, within")
+    assert any(line[0] == "brake_curve" and line[1] == told["in_words"]
+               for line in report.lines(found[0]))  # fmt: skip
+
+
+def test_brake_that_is_no_straight_line_is_told_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whose commands are other numbers than the knob was told, as if it saturated."""
+    top_nm = 50e-3
+
+    def torque_of(command_nm: Any) -> Any:
+        share = command_nm / top_nm
+        return top_nm * (share - 0.2 * share**2) / 0.8
+
+    commands_nm = np.linspace(0.0, 2.0 * top_nm, 10_000)
+
+    def relabelled(*args: Any, **values: Any) -> Any:
+        log = brake.slip(*args, **values)
+        before_nm = np.interp(log.brake_nm, torque_of(commands_nm), commands_nm)
+        return replace(log, brake_nm=before_nm)
+
+    monkeypatch.setattr(procedure, "slip", relabelled)
+    options = torsio.EmulatorOptions(control_rate_hz=10_000.0)
+    with torsio.open("emulated", emulator=options) as knob:
+        result = calibration.calibrate(knob)
+    assert result.brake_curve is not None
+    for point in result.brake_curve.points:
+        true_nm = float(torque_of(point.command_nm))
+        assert point.torque_nm == pytest.approx(true_nm, abs=max(4.0 * point.sigma_nm, 0.2e-3))
+    assert not result.brake_curve.is_straight
+    words = result.brake_curve.in_words()
+    assert re.fullmatch(
+        r"bent: at [\d.]+ mN m [\d.]+ % of its most \w+ than a straight line", words
+    )
 
 
 def test_device_keeps_what_is_known_until_a_value_changes(found: Any) -> None:
@@ -93,12 +187,32 @@ def test_device_keeps_what_is_known_until_a_value_changes(found: Any) -> None:
         assert knob.calibration_config().values_are == "stated"
 
 
+def test_law_is_taken_with_the_rest_and_what_was_set_meanwhile_stays(found: Any) -> None:
+    result = found[0]
+    with torsio.open("emulated") as knob:
+        before = knob.control_config()
+        assert before.law != "calibrated"
+        knob.update(speed_limit_rad_s=20.0, motor_torque_cap_nm=0.0625)
+        told = {name: (old, new) for name, old, new in report.proposals(knob, result)}
+        assert told["law"] == (before.law, "calibrated")
+        assert told["free_assist_nm"] == (0.0, result.free_assist_nm)
+        calibration.apply(knob, result)
+        after = knob.control_config()
+    assert after.free_assist_nm == pytest.approx(result.free_assist_nm)
+    assert replace(after, free_assist_nm=0.0) == replace(
+        before, speed_limit_rad_s=20.0, motor_torque_cap_nm=0.0625, law="calibrated"
+    )
+
+
 def test_info_shows_values_with_uncertainty_date_and_conditions(found: Any) -> None:
     runner = CliRunner()
     with torsio.open("emulated") as knob:
         assert "assumed" in words_of(knob)["values_are"]
         calibration.apply(knob, found[0])
         words = words_of(knob)
+        knob.update(law="paper")
+        assert words_of(knob)["law"] == "paper; calibrated would use all of these values"
+    assert words["law"] == "calibrated, which uses all of these values"
     assert words["values_are"] == "measured"
     assert (words["control_rate_hz"], words["ambient_c"]) == (10_000.0, 21.5)
     assert words["date"].startswith(found[0].conditions["date"][:13])
@@ -133,7 +247,7 @@ def test_damaged_file_is_named(data_folder: Path, content: str) -> None:
 def test_picture_shows_every_fit(found: Any, tmp_path: Path) -> None:
     save_figure(found[0], tmp_path / "fits.png")
     assert (tmp_path / "fits.png").read_bytes().startswith(b"\x89PNG")
-    assert len(found[0].fits) == 5
+    assert len(found[0].fits) == 7
 
 
 def test_command_prints_quantities_and_saves_only_when_told(data_folder: Path) -> None:
@@ -206,20 +320,24 @@ def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
     with torsio.open("emulated") as knob:
         knob.configure(bent)
         knob.update(values_are="measured", sigma_knee_1_rad=1e-3)
+        knob.update(law="paper", free_assist_nm=1e-3)
+        control = knob.control_config()
         found = calibration.calibrate(knob, quick=True)
     assert found.shaft == bent
     assert found.known.sigma_knee_1_rad == pytest.approx(1e-3)
     assert found.known.values_are == "measured"
+    assert (found.law, found.free_assist_nm) == (control.law, control.free_assist_nm)
+    assert found.cogging is None
 
 
 def test_calibration_that_is_refused_in_part_changes_nothing(found: Any) -> None:
     measured, *_ = found
     with torsio.open("emulated") as knob:
-        before = knob.actuator_config()
+        before = (knob.actuator_config(), knob.control_config())
         wrong = replace(measured, known=replace(measured.known, ambient_k=-1.0))
         with pytest.raises(torsio.InvalidArgument):
             calibration.apply(knob, wrong)
-        assert knob.actuator_config() == before
+        assert (knob.actuator_config(), knob.control_config()) == before
 
 
 def test_command_says_what_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -107,4 +107,7 @@ def words_of(knob: Knob) -> dict[str, Any]:
         permille = getattr(known, f"sigma_{_UNIT.sub('', of)}_permille")
         if permille:
             words[of] = f"{board[of]:.4g} +- {0.1 * permille:.1f} %"
+    law = knob.control_config().law
+    uses = ", which uses" if law == "calibrated" else "; calibrated would use"
+    words["law"] = f"{law}{uses} all of these values"
     return words

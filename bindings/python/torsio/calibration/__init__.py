@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from torsio.calibration.brake_curve import BrakeCurve, BrakePoint
 from torsio.calibration.circuit import ELECTRIC_STEPS
+from torsio.calibration.cogging import Cogging
 from torsio.calibration.keeping import Drift, drifts, keep, kept
 from torsio.calibration.procedure import STEPS, Calibration, apply, calibrate
 from torsio.calibration.quantity import Fit, Quantity, Refusal
@@ -10,7 +12,10 @@ from torsio.calibration.quantity import Fit, Quantity, Refusal
 __all__ = [
     "ELECTRIC_STEPS",
     "STEPS",
+    "BrakeCurve",
+    "BrakePoint",
     "Calibration",
+    "Cogging",
     "Drift",
     "Fit",
     "Quantity",

@@ -8,14 +8,15 @@ from functools import partial
 
 import numpy as np
 
+from torsio.calibration.brake_curve import BrakeCurve, curve_of
 from torsio.calibration.numeric import Solution, gauss_newton, kernel, play_of, smooth
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 
-__all__ = ["Brake", "estimate_brake", "slip"]
+__all__ = ["STAIRS", "Brake", "estimate_brake", "slip"]
 
 _STEP = "brake"
-_STAIRS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 1.0, 0.0, 1.0, 0.0)
+STAIRS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 1.0, 0.0, 1.0, 0.0)
 _DWELL_S, _BEGIN_S = 0.5, 0.8
 _SPEED_RAD_S = 4.0
 
@@ -29,6 +30,7 @@ class Brake:
     rise: Quantity
     release: Quantity
     friction: Quantity
+    curve: BrakeCurve
     fits: tuple[Fit, ...]
 
 
@@ -46,7 +48,7 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
         "damping_nm_s_per_rad": 6e-3,
         "servo_rad_s": _SPEED_RAD_S,
     }
-    stairs = [(_DWELL_S, {**servo, "brake_command_nm": share * top_nm}) for share in _STAIRS]
+    stairs = [(_DWELL_S, {**servo, "brake_command_nm": share * top_nm}) for share in STAIRS]
     log = player.chain(
         [(_BEGIN_S, {**servo, "brake_command_nm": 0.0}), *stairs],
         travel_rad=60.0,
@@ -118,12 +120,27 @@ def _coil_first(
     return result
 
 
+def _over_command(curve: BrakeCurve, gain: float, half_width_nm: float) -> Fit:
+    """Give the picture of the brake's torque over its command."""
+    command, torque = (
+        np.array([getattr(one, name) for one in curve.points])
+        for name in ("command_nm", "torque_nm")
+    )
+    side = np.array([-1.0 if one.way == "up" else 1.0 for one in curve.points])
+    line = gain * np.maximum(command + side * half_width_nm, 0.0)
+    return Fit(
+        f"Brake over its command: {curve.in_words()}", "command, N m", "torque, N m",
+        command, torque, line,
+    )  # fmt: skip
+
+
 def estimate_brake(
     log: Recording,
     cogging_nm: Callable[[Array], Array],
     *,
     inertia_kg_m2: float,
     viscous_nm_s_per_rad: float,
+    coulomb: Quantity,
     flexible_s2: float,
     remanent: bool,
 ) -> Brake:
@@ -133,8 +150,8 @@ def estimate_brake(
     ----------
     cogging_nm
         Torque on the knob over the angle.
-    inertia_kg_m2, viscous_nm_s_per_rad
-        Of all that turns.
+    inertia_kg_m2, viscous_nm_s_per_rad, coulomb
+        Of all that turns, the brake off.
     flexible_s2
         The brake's inertia over the shaft's stiffness.
     remanent
@@ -209,16 +226,23 @@ def estimate_brake(
             "with hysteresis "
             "and a lag: it is at its limit, sticks, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
+    fitted_nm = measured - best.residual
+    curve = curve_of(
+        time_s[chosen], measured, fitted_nm - friction, (begins, commands),
+        gain=gain, half_width_nm=abs(width), friction=coulomb,
+    )  # fmt: skip
     return Brake(
         Quantity("brake_gain", gain, best.sigma(0), "torque over command"),
         Quantity("hysteresis_nm", abs(width), best.sigma(1), "half the width of its loop"),
         Quantity("rise_s", abs(rise), best.sigma(2), "lag on the way up"),
         Quantity("release_s", abs(release), best.sigma(3), "lag on the way down"),
         Quantity("friction_nm", friction, best.sigma(4), "of all that turns, brake off"),
+        curve,
         (
             Fit(
                 "Brake stairs: torque, hysteresis and lags", "time, s", "brake and friction, N m",
-                time_s[chosen] - log.time_s[0], measured, measured - best.residual,
+                time_s[chosen] - log.time_s[0], measured, fitted_nm,
             ),
+            _over_command(curve, gain, abs(width)),
         ),
     )  # fmt: skip

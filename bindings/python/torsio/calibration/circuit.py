@@ -218,13 +218,16 @@ class Circuit:
             )
         }
 
+    @property
+    def torque_share(self) -> float:
+        """How uncertain every torque is, as a share of it: as the torque constant."""
+        return self.motor.constant.standard_uncertainty / self.motor.constant.value
+
     def scaled(self, quantity: Quantity) -> Quantity:
         """Give what is a torque over something with the uncertainty of the torque constant."""
         if not quantity.name.endswith(_OF_TORQUE):
             return quantity
-        constant = self.motor.constant
-        share = constant.standard_uncertainty / constant.value
-        sigma = math.hypot(quantity.standard_uncertainty, share * quantity.value)
+        sigma = math.hypot(quantity.standard_uncertainty, self.torque_share * quantity.value)
         return replace(quantity, standard_uncertainty=sigma)
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
+from torsio.calibration.cogging import Cogging, find_waves
 from torsio.calibration.numeric import Solution, kernel, linear, smooth
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
@@ -20,7 +22,6 @@ _FREE_RAD = 0.25
 SLOW_RAD_S, FAST_RAD_S = 3.0, 80.0
 FREE_LIMIT_RAD_S = 160.0  # what the turns may overshoot to
 SLOW_S = 2.5
-_MOST_PERIODS = 64
 
 
 @dataclass(frozen=True)
@@ -29,31 +30,19 @@ class Free:
 
     Attributes
     ----------
-    inertia, coulomb, viscous, cogging
-        Of knob and brake side together; the cogging's is its amplitude.
-    periods_per_rev
-        Of the cogging; 0 if none was found.
-    cogging_cosine_nm, cogging_sine_nm
-        Torque on the knob at an angle from the device's zero.
+    inertia, coulomb, viscous
+        Of knob and brake side together.
+    amplitude
+        Of the cogging's largest wave.
     """
 
     inertia: Quantity
     coulomb: Quantity
     viscous: Quantity
-    cogging: Quantity
+    amplitude: Quantity
     offset: Quantity
-    periods_per_rev: int
-    cogging_cosine_nm: float
-    cogging_sine_nm: float
+    cogging: Cogging
     fits: tuple[Fit, ...]
-
-    def cogging_nm(self, angle_rad: Array) -> Array:
-        """Torque of the cogging on the knob."""
-        phase = self.periods_per_rev * angle_rad
-        result: Array = self.cogging_cosine_nm * np.cos(phase) + self.cogging_sine_nm * np.sin(
-            phase
-        )
-        return result
 
 
 def find_signs(player: Player, torque_nm: float) -> float:
@@ -205,42 +194,24 @@ def _rows(log: Recording, half_s: float, least_rad_s: float) -> _Rows:
     )
 
 
-def _columns(rows: _Rows, periods: int) -> Array:
+def _columns(rows: _Rows, periods: tuple[int, ...]) -> Array:
+    """Give the equations' columns, cosine and sine of waves of so many periods at their end."""
     columns = [rows.acceleration, np.sign(rows.speed), rows.speed, np.ones_like(rows.speed)]
-    if periods:
+    since = (np.arange(len(rows.window)) - len(rows.window) // 2) * rows.period_s
+    for count in periods:
         # The window takes some of a wave that passes within it.
-        since = (np.arange(len(rows.window)) - len(rows.window) // 2) * rows.period_s
-        left = np.cos(np.outer(periods * rows.speed, since)) @ rows.window
-        columns += [
-            -left * np.cos(periods * rows.angle),
-            -left * np.sin(periods * rows.angle),
-        ]
+        left = np.cos(np.outer(count * rows.speed, since)) @ rows.window
+        columns += [-left * np.cos(count * rows.angle), -left * np.sin(count * rows.angle)]
     return np.column_stack(columns)
 
 
-def _find_cogging(rows: _Rows) -> int:
-    """Give the periods in a turn that explain most of slow turns; 0 if none explains much."""
-    plain = linear(_columns(rows, 0), rows.motor_nm)
-    before = float(np.sum(plain.residual**2))
-    after = []
-    for periods in range(2, _MOST_PERIODS + 1):
-        fit = linear(_columns(rows, periods), rows.motor_nm)
-        after.append(float(np.sum(fit.residual**2)))
-    best = int(np.argmin(after))
-    # Noise alone gives the best of so many a few parts in a hundred.
-    return best + 2 if after[best] < 0.6 * before else 0
-
-
-def _joint(slow: _Rows, fast: _Rows, periods: int) -> tuple[Solution, Array]:
-    """Fit slow and fast turns together, each weighed by what it leaves."""
-    slow_part = _columns(slow, periods)
+def _joint(slow: _Rows, fast: _Rows, periods: tuple[int, ...]) -> tuple[Solution, Array]:
+    """Fit slow and fast turns together, each weighed by what it leaves; the waves come last."""
     flexible = np.column_stack([fast.jerk, -fast.motor_curve])
-    fast_part = np.column_stack([_columns(fast, 0), flexible])
-    if periods:
-        fast_part = np.column_stack(
-            [fast_part[:, :4], np.zeros((len(fast_part), 2)), fast_part[:, 4:]]
-        )
-    slow_part = np.column_stack([slow_part, np.zeros((len(slow_part), 2))])
+    slow_part = np.insert(_columns(slow, periods), [4, 4], 0.0, axis=1)
+    fast_part = np.column_stack([_columns(fast, ()), flexible])
+    waves = np.zeros((len(fast_part), 2 * len(periods)))
+    fast_part = np.column_stack([fast_part, waves])
     slow_rms = float(np.std(linear(slow_part, slow.motor_nm).residual)) + 1e-9
     fast_rms = float(np.std(linear(fast_part, fast.motor_nm).residual)) + 1e-9
     weights = np.concatenate(
@@ -249,6 +220,18 @@ def _joint(slow: _Rows, fast: _Rows, periods: int) -> tuple[Solution, Array]:
     slopes = np.vstack([slow_part, fast_part])
     measured = np.concatenate([slow.motor_nm, fast.motor_nm])
     return linear(slopes * weights[:, None], measured * weights, lags=8), weights
+
+
+def _over_the_turn(slow: _Rows, cogging: Cogging, value: Array, unexplained: Array) -> Fit:
+    """Give the picture of the cogging: what slow turns need less friction and inertia."""
+    waves = slow.motor_nm - _columns(slow, ()) @ value[:4]
+    left = unexplained[: len(waves)]
+    count = len(cogging.periods_per_rev)
+    return Fit(
+        f"Cogging over the turn: {count} wave{'s' * (count != 1)}",
+        "angle, turns", "torque on the knob, N m",
+        np.mod(slow.angle / (2.0 * np.pi), 1.0), -waves, left - waves,
+    )  # fmt: skip
 
 
 def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
@@ -275,19 +258,19 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
             "the knob does not turn evenly: it is held, or rubs somewhere in its turn",
         )
     # Less than a turn does not tell cogging from a rough spot.
-    periods = _find_cogging(slow) if slow_s == SLOW_S else 0
+    whole_turn = slow_s == SLOW_S
+    find = partial(find_waves, partial(_columns, slow), slow.motor_nm)
+    periods, left_nm = find() if whole_turn else ((), 0.0)
     fit, weights = _joint(slow, fast, periods)
     value = fit.value
-    cosine, sine = (float(value[4]), float(value[5])) if periods else (0.0, 0.0)
-    amplitude = float(np.hypot(cosine, sine))
-    amplitude_sigma = 0.0
+    unexplained = fit.residual / weights
+    cogging = Cogging(periods, value[6::2], value[7::2], fit.covariance[6:, 6:], left_nm)
     if periods:
-        along = np.array([cosine, sine]) / max(amplitude, 1e-12)
-        amplitude_sigma = float(np.sqrt(along @ fit.covariance[4:6, 4:6] @ along))
+        amplitude, amplitude_sigma = cogging.amplitudes_nm[0], cogging.sigmas_nm[0]
     else:
         # What was not found may be as large as what is left, and more.
-        amplitude_sigma = 3.0 * float(np.std(linear(_columns(slow, 0), slow.motor_nm).residual))
-    unexplained = fit.residual / weights
+        plain = linear(_columns(slow, ()), slow.motor_nm)
+        amplitude, amplitude_sigma = 0.0, 3.0 * float(np.std(plain.residual))
     left = float(np.sqrt(np.mean(unexplained**2)))
     coulomb = float(value[1])
     if abs(value[3]) > 0.2 * abs(coulomb) + 5.0 * fit.sigma(3):
@@ -308,11 +291,12 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
         Quantity("inertia_kg_m2", float(value[0]), fit.sigma(0), "of all that turns"),
         Quantity("coulomb_nm", coulomb, fit.sigma(1), "dry friction of all that turns"),
         Quantity("viscous_nm_s_per_rad", float(value[2]), fit.sigma(2), "viscous friction"),
-        Quantity("cogging_nm", amplitude, amplitude_sigma, "amplitude of the motor's cogging"),
+        Quantity(
+            "cogging_nm", float(amplitude), float(amplitude_sigma),
+            "amplitude of the cogging's largest wave",
+        ),
         Quantity("offset_nm", float(value[3]), fit.sigma(3), "steady torque on the knob"),
-        periods,
-        cosine,
-        sine,
+        cogging,
         (
             Fit(
                 "Slow turns: friction and cogging", "angle, rad", "motor, N m",
@@ -322,5 +306,6 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
                 "Fast turns: inertia and viscous friction", "speed, rad/s", "motor, N m",
                 fast.speed, fast.motor_nm, fast_fitted,
             ),
+            *((_over_the_turn(slow, cogging, value, unexplained),) if whole_turn else ()),
         ),
     )  # fmt: skip

@@ -14,7 +14,9 @@ import numpy as np
 
 from torsio import checks, perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
+from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import Circuit, CircuitSteps
+from torsio.calibration.cogging import Cogging
 from torsio.calibration.free import (
     FAST_RAD_S,
     FREE_LIMIT_RAD_S,
@@ -28,7 +30,7 @@ from torsio.calibration.free import (
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
-from torsio.config import ActuatorConfig, BoardConfig, CalibrationConfig, ShaftConfig
+from torsio.config import ActuatorConfig, BoardConfig, CalibrationConfig, Law, ShaftConfig
 from torsio.errors import Error
 from torsio.knob import Knob
 
@@ -39,6 +41,9 @@ STEPS = ("signs", "friction and inertia", "shaft", "brake")
 
 # What a device of this kind may be at most from what its configuration says: beyond it is a fault.
 _PLAUSIBLE = 5.0
+
+# Of the friction that is certain: bearings wear in.
+_ASSISTED = 0.6
 
 # What the models leave out, as a share and at least: found on 88 emulated knobs (numbers 0 to 87)
 # that `torsio study calibration` does not use.
@@ -83,12 +88,17 @@ class Calibration:
         else the one that the device believes.
     actuator, shaft
         The configurations that are proposed; nothing was saved.
+    law, free_assist_nm
+        What is proposed of the control: the law that uses all of these values, and of the friction
+        what is certain; after a quick look what the knob has.
     known
         How well their values are known, with date and conditions, for the device to keep.
-    periods_per_rev
-        Of the cogging; 0 if none was found.
+    cogging
+        Over the angle from the device's zero; None after a quick look.
     curve
         Twist in rad and torque in N m of the shaft's corners.
+    brake_curve
+        The brake's torque over its command, up and down; None after a quick look.
     seconds
         Of the knob's time.
     conditions
@@ -101,9 +111,12 @@ class Calibration:
     quantities: dict[str, Quantity]
     actuator: ActuatorConfig
     shaft: ShaftConfig
+    law: Law
+    free_assist_nm: float
     known: CalibrationConfig
-    periods_per_rev: int
+    cogging: Cogging | None
     curve: tuple[tuple[float, float], ...]
+    brake_curve: BrakeCurve | None
     seconds: float
     conditions: dict[str, Any]
     fits: tuple[Fit, ...] = field(repr=False)
@@ -124,9 +137,14 @@ class Calibration:
             "actuator": dataclasses.asdict(self.actuator),
             "shaft": dataclasses.asdict(self.shaft),
             "board": None if self.board is None else dataclasses.asdict(self.board),
+            "law": self.law,
+            "free_assist_nm": self.free_assist_nm,
             "known": dataclasses.asdict(self.known),
-            "periods_per_rev": self.periods_per_rev,
+            "cogging": None if self.cogging is None else self.cogging.as_dict(),
             "curve": [list(corner) for corner in self.curve],
+            "brake_curve": None
+            if self.brake_curve is None
+            else self.brake_curve.as_dict(self.conditions["brake_torque_constant_nm_per_a"]),
             "seconds": self.seconds,
             "conditions": self.conditions,
         }
@@ -200,7 +218,7 @@ def calibrate(
         say(STEPS[2])
         most |= {"coulomb_nm": max(free.coulomb.value, 0.5 * loose_nm)}
         held = hold_and_push(player, **most, quick=quick)
-        shaft = estimate_shaft(*held, free.cogging_nm, free.inertia.value)
+        shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
         brake = stairs = None
         if not quick:
             say(STEPS[3])
@@ -208,19 +226,28 @@ def calibrate(
             brake = _brake(stairs, free, shaft)
         seconds = player.seconds
     parts = _Parts(free, shaft, brake)
-    found = _quantities(parts)
+    found, curve = _quantities(parts), None
+    if brake is not None:
+        curve = brake.curve.with_left_out(_LEFT_OUT["brake_gain"][0])
     if player.drive is not None:
         found = {name: _honest(of, _LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+        if curve is not None:
+            curve = curve.with_left_out(_LEFT_OUT_BY_DRIVE["brake_gain"][0])
         for drive in player.drive.others():
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)
             # What is refused under it is refused: nobody would know how far it is from the truth.
-            found = _widened(found, _quantities(_parts_of(logs, through, slow_s)))
+            other = _parts_of(logs, through, slow_s)
+            found = _widened(found, _quantities(other))
+            if curve is not None and other.brake is not None:
+                curve = curve.widened(other.brake.curve)
     if circuit is not None:
         found = {of.name: of for of in circuit.quantities} | {
             name: circuit.scaled(of) for name, of in found.items()
         }
-    return _put_together(knob, actuator, parts, found, circuit, seconds, ambient_c)
+        if curve is not None:
+            curve = curve.with_left_out(circuit.torque_share)
+    return _put_together(knob, actuator, parts, (found, curve), circuit, seconds, ambient_c)
 
 
 @dataclass(frozen=True)
@@ -235,9 +262,10 @@ class _Parts:
 def _brake(stairs: Recording, free: Free, shaft: Shaft) -> Brake:
     return estimate_brake(
         stairs,
-        free.cogging_nm,
+        free.cogging.torque_nm,
         inertia_kg_m2=free.inertia.value,
         viscous_nm_s_per_rad=free.viscous.value,
+        coulomb=_honest(free.coulomb),
         flexible_s2=_flexible_s2(free, shaft),
         remanent=True,
     )
@@ -247,7 +275,7 @@ def _parts_of(logs: Sequence[Recording], stairs: Recording | None, slow_s: float
     """Estimate all from recordings: of the turns, the pulls and the steps, and of the brake."""
     turns, pulls, steps = logs
     free = estimate_free(turns, slow_s=slow_s)
-    shaft = estimate_shaft(pulls, steps, free.cogging_nm, free.inertia.value)
+    shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
     return _Parts(free, shaft, None if stairs is None else _brake(stairs, free, shaft))
 
 
@@ -283,6 +311,15 @@ def _flexible_s2(free: Free, shaft: Shaft) -> float:
     return max(free.inertia.value - knob, 0.0) / shaft.stiffness.value
 
 
+def _passing(free: Free, shaft: Shaft) -> Callable[[int], float]:
+    """Give how much of a wave's amplitude may be missing, as a share, by its periods in a turn.
+
+    The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
+    """
+    flexible_s2 = _flexible_s2(free, shaft)
+    return lambda periods: 0.5 * (SLOW_RAD_S * periods) ** 2 * flexible_s2
+
+
 def _honest(quantity: Quantity, left_out: dict[str, tuple[float, float]] = _LEFT_OUT) -> Quantity:
     """Add to the uncertainty what the fit cannot know of: what its model leaves out."""
     share, least = left_out.get(quantity.name, (0.0, 0.0))
@@ -300,16 +337,19 @@ def apply(knob: Knob, calibration: Calibration) -> None:
 
     What is proposed for the board takes effect when the knob starts the next time.
     """
-    board = knob.board_config()
-    before = (knob.actuator_config(), knob.shaft_config(), board, knob.calibration_config())
-    proposed = calibration.board or board
+    board, control = knob.board_config(), knob.control_config()
+    before = (knob.actuator_config(), knob.shaft_config(), board, control)
+    # Its caps and limits may be others by now.
+    law = replace(control, law=calibration.law, free_assist_nm=calibration.free_assist_nm)
+    proposed = (calibration.actuator, calibration.shaft, calibration.board or board, law)
+    known = knob.calibration_config()
     try:
         # What is known comes last: it is about the values that the device has by then.
-        for config in (calibration.actuator, calibration.shaft, proposed, calibration.known):
+        for config in (*proposed, calibration.known):
             knob.configure(config)
     except Error:
         with suppress(Error):
-            for config in before:
+            for config in (*before, known):
                 knob.configure(config)
         raise
 
@@ -374,13 +414,14 @@ def _quantities(parts: _Parts) -> dict[str, Quantity]:
             _difference("brake_inertia_kg_m2", inertia, knob_inertia, "of pulleys and brake"),
         ]
     if brake is not None:
-        # The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
-        passing = (SLOW_RAD_S * free.periods_per_rev) ** 2 * _flexible_s2(free, shaft)
-        cogging_sigma = math.hypot(
-            free.cogging.standard_uncertainty, 0.5 * passing * free.cogging.value
-        )
-        cogging = replace(free.cogging, standard_uncertainty=cogging_sigma)
-        found += [cogging, brake.gain, brake.hysteresis, brake.rise, brake.release]
+        amplitude = free.amplitude
+        if free.cogging.periods_per_rev:
+            sigma = math.hypot(
+                amplitude.standard_uncertainty,
+                _passing(free, shaft)(free.cogging.periods_per_rev[0]) * amplitude.value,
+            )
+            amplitude = replace(amplitude, standard_uncertainty=sigma)
+        found += [amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
     done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
     return {of.name: of if of.name in done else _honest(of) for of in found}
 
@@ -398,29 +439,42 @@ _PROPOSED_FROM: Final = {
 }
 
 
+def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
+    """Give what may be taken off the friction: that is there for certain, and wears off."""
+    return _ASSISTED * max(quantities["coulomb_nm"].interval[0], 0.0)
+
+
+def _mapped(free: Free, shaft: Shaft, circuit: Circuit | None) -> Cogging:
+    """Give the cogging with what its waves cannot know of."""
+    passing, (left_out, _) = _passing(free, shaft), _LEFT_OUT["cogging_nm"]
+    constant = 0.0 if circuit is None else circuit.torque_share
+    return free.cogging.widened(lambda periods: math.hypot(passing(periods), left_out, constant))
+
+
 def _put_together(
     knob: Knob,
     actuator: ActuatorConfig,
     parts: _Parts,
-    quantities: dict[str, Quantity],
+    found: tuple[dict[str, Quantity], BrakeCurve | None],
     circuit: Circuit | None,
     seconds: float,
     ambient_c: float | None,
 ) -> Calibration:
     free, shaft, brake = parts.free, parts.shaft, parts.brake
+    quantities, brake_curve = found
     values: dict[str, Any] = {
         name: max(quantities[of].value, 0.0)
         for name, of in _PROPOSED_FROM.items()
         if of in quantities
     }
     proposed = replace(actuator, **values)
-    info = knob.info
+    info, board = knob.info, knob.board_config()
     now = datetime.datetime.now(datetime.timezone.utc)
     # Ten seconds may miss a knee, and are not enough to know the brake: what was known stays.
     keeps_shaft = brake is None and shaft.knee is None
     bent = knob.shaft_config() if keeps_shaft else _bent(shaft)
     straight = {} if keeps_shaft else {"sigma_knee_1_rad": 0.0, "sigma_knee_1_nm_per_rad": 0.0}
-    before = knob.calibration_config()
+    before, control = knob.calibration_config(), knob.control_config()
     known = replace(
         before,
         values_are=before.values_are if brake is None else "measured",
@@ -433,9 +487,12 @@ def _put_together(
         quantities,
         proposed,
         bent,
+        control.law if brake is None else "calibrated",
+        control.free_assist_nm if brake is None else _certain_assist_nm(quantities),
         known,
-        free.periods_per_rev,
+        None if brake is None else _mapped(free, shaft, circuit),
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
+        brake_curve,
         seconds,
         {
             "serial": info.serial,
@@ -443,6 +500,7 @@ def _put_together(
             "firmware_version": info.firmware_version,
             "control_rate_hz": info.control_rate_hz,
             "counts_per_rev": info.counts_per_rev,
+            "brake_torque_constant_nm_per_a": board.brake_torque_constant_nm_per_a,
             "ambient_c": ambient_c,
             "current_measured": knob.motor_current().measured,
             "date": now.isoformat(timespec="seconds"),

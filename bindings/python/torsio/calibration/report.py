@@ -34,22 +34,36 @@ def lines(calibration: Calibration) -> list[tuple[str, str, str, str]]:
         (of.name, number(of), felt(of.name, of.value, of.standard_uncertainty), of.meaning)
         for of in calibration.quantities.values()
     ]
-    if calibration.periods_per_rev:
-        found.append(("periods_per_rev", str(calibration.periods_per_rev), "", "of the cogging"))
+    if calibration.cogging is not None and calibration.cogging.periods_per_rev:
+        waves = ", ".join(
+            f"{periods} ({1e3 * amplitude:.2g} mN m)"
+            for periods, amplitude in zip(
+                calibration.cogging.periods_per_rev, calibration.cogging.amplitudes_nm, strict=True
+            )
+        )
+        found.append(("periods_per_rev", waves, "", "of the cogging's waves"))
+    if calibration.brake_curve is not None:
+        words = calibration.brake_curve.in_words()
+        found.append(("brake_curve", words, "", "brake's torque over its current"))
     return found
 
 
-def change(name: str, old: float, new: float) -> str:
+def change(name: str, old: float | str, new: float | str) -> str:
     """Say how a value changes, and what a finger would make of that."""
+    if isinstance(old, str) or isinstance(new, str):
+        return f"{name}: {old} -> {new}"
     jnds = felt(name, old, new - old)
     return f"{name}: {old:.4g} -> {new:.4g}" + (f" ({jnds})" if jnds else "")
 
 
-def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float, float]]:
+def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float | str, float | str]]:
     """Give the fields of a knob's configuration that a proposal changes, with both values."""
+    control = knob.control_config()
     old = asdict(knob.actuator_config()) | asdict(knob.shaft_config())
+    old |= {"law": control.law, "free_assist_nm": control.free_assist_nm}
     new = asdict(found.actuator) | asdict(found.shaft)
     if found.board is not None:
         old |= asdict(knob.board_config())
         new |= asdict(found.board)
+    new |= {"law": found.law, "free_assist_nm": found.free_assist_nm}
     return [(name, old[name], new[name]) for name in old if old[name] != new[name]]
