@@ -37,6 +37,7 @@ TESTS = {
     "test_command_without_its_extra_says_how_to_install_it": _TREE,
     "test_demo_without_matplotlib_measures_and_says_how_to_get_its_picture": _TREE,
     "test_disk_that_is_full_is_told": _LINUX,
+    "test_every_message_of_every_topic_is_as_its_schema_says": "node, of Linux, reads it too",
     "test_file_that_is_no_hid_device_is_found_out_by_opening_it": _LINUX,
     "test_file_that_is_not_a_hid_device_is_refused_by_name": _PATHS,
     "test_file_whose_name_is_no_text_is_told": "Windows keeps names as text",

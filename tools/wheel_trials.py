@@ -6,6 +6,7 @@ Python of theirs, which runs under QEMU or Wine.
 
 from __future__ import annotations
 
+import os
 import shutil
 import time
 from pathlib import Path
@@ -30,18 +31,23 @@ def at_home(wheel: Path, python: Path) -> str:
     own = environment(folder, python)
     bare = {"PATH": str(folder / "bin"), "CC": "/none", "CXX": "/none", "PYTHONPATH": ""}
     steps = shutil.copy(FIRST_STEPS, folder)
-    begin_s = time.monotonic()
+    begin_s, begun = time.monotonic(), os.times()
     install = ("install", "--only-binary", ":all:", f"{wheel}[cli,plot]")
     run("trial-pip", *pip(own), *install, **bare)
     command = (own, "-m", "torsio", "demo", "wall", "--device", "emulated", "--out", folder)
     run("trial-demo", *command, **bare)
-    took_s = time.monotonic() - begin_s
+    took_s, done = time.monotonic() - begin_s, os.times()
+    # On a machine that others use too the clock says little.
+    own_s = sum(done[2:4]) - sum(begun[2:4])
     assert (folder / PICTURE).stat().st_size > 0
     told = run("trial", own, "-W", "error", steps, **bare)
     run("trial-command", folder / "bin/torsio", "--version", **bare)
     ask_doctor(folder / "bin/torsio", **bare)
     run("trial-virtual-knob", _virtual_knob(own), "--help", **bare)
-    took = f"from pip install to the first picture {took_s:.0f} s, the aim is {PICTURE_AIM_S} s"
+    took = (
+        f"from pip install to the first picture {took_s:.0f} s, of them {own_s:.0f} s of processor "
+        f"time; the aim is {PICTURE_AIM_S} s"
+    )
     return f"{told.splitlines()[-1]}; {took}"
 
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
+#include <mutex>
 
 namespace torsio {
 
@@ -11,21 +13,25 @@ namespace torsio {
 class FairMutex {
  public:
   void lock() {
-    const unsigned ticket = next_ticket_.fetch_add(1, std::memory_order_relaxed);
-    while (true) {
-      const unsigned now_serving = now_serving_.load(std::memory_order_acquire);
-      if (now_serving == ticket) return;
-      now_serving_.wait(now_serving, std::memory_order_relaxed);
-    }
+    const unsigned ticket = next_ticket_.fetch_add(1);
+    if (now_serving_ == ticket) return;
+    // Not std::atomic's own wait: that of MinGW's GCC 12 looks, and sleeps through a call that
+    // comes before it is asleep.
+    std::unique_lock lock(waiting_);
+    called_.wait(lock, [&] { return now_serving_ == ticket; });
   }
   void unlock() {
-    now_serving_.fetch_add(1, std::memory_order_release);
-    now_serving_.notify_all();
+    const unsigned next = now_serving_.fetch_add(1) + 1;
+    if (next_ticket_ == next) return;  // nobody waits
+    const std::lock_guard lock(waiting_);
+    called_.notify_all();
   }
 
  private:
   std::atomic<unsigned> next_ticket_{0};
   std::atomic<unsigned> now_serving_{0};
+  std::mutex waiting_;
+  std::condition_variable called_;
 };
 
 }  // namespace torsio

@@ -34,7 +34,10 @@ void Session::close(bool disarm_first) noexcept {
   if (closing_.exchange(true)) {
     // Who closes waits for the callback, or has called it, so the callback must not wait for that.
     if (events_.tells_here()) return;
-    all_closed_.wait(false);
+    {
+      std::unique_lock lock(mutex_);
+      news_.wait(lock, [&] { return all_closed_; });
+    }
     events_.close();
     return;
   }
@@ -53,8 +56,9 @@ void Session::close(bool disarm_first) noexcept {
   if (reader_.joinable()) reader_.join();
   events_.close();
   transport_->close();
+  const std::lock_guard lock(mutex_);
   all_closed_ = true;
-  all_closed_.notify_all();
+  news_.notify_all();
 }
 
 /// Sends a report and gives the device a moment to answer; whether it does is all the same.

@@ -235,15 +235,15 @@ class Session {
   std::thread reader_;
   std::atomic<bool> closing_{false};  // somebody does
   std::atomic<bool> closed_{false};   // from here on nobody uses it
-  std::atomic<bool> all_closed_{false};
-  std::atomic<int> unasked_{0};    // calls that do not ask the user
-  std::atomic<int> disarming_{0};  // orders to disarm that are under way
+  std::atomic<int> unasked_{0};       // calls that do not ask the user
+  std::atomic<int> disarming_{0};     // orders to disarm that are under way
   std::atomic<std::uint16_t> sequence_{0};
   std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
   std::atomic<std::uint64_t> reports_sent_{0};
 
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable news_;
+  bool all_closed_ = false;
   EventFeed events_;  // has locks of its own
   std::string lost_;  // why the device is gone; empty while it is there
   State state_ = State::disarmed;

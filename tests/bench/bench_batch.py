@@ -2,7 +2,9 @@
 
 Closed loops with a wall and a hand at 1 kHz: by themselves, together with the same plant and with
 one of their own each, and with actions every step; the Gymnasium environment; and how much of that
-more threads bring. CPU time for one thread, the clock for several; the least of several repeats.
+more threads bring: by the clock, of which other programs take their share, and in processor time,
+which is what one thread takes to what several take together. Else processor time of one thread; the
+least of several repeats.
 """
 
 from __future__ import annotations
@@ -107,8 +109,9 @@ def measure(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
         run = together(n, ticks, OPTIONS, threads)
         seconds = shortest_s(run, repeats, time.perf_counter)
         scaling = round(clock_s / seconds / threads, 3)
+        processor_scaling = round(one_thread_s / shortest_s(run, repeats), 3)
         add("ticks, threads", n * ticks, seconds, threads=threads, scaling=scaling,
-            goal_scaling=GOAL_SCALING)  # fmt: skip
+            processor_scaling=processor_scaling, goal_scaling=GOAL_SCALING)  # fmt: skip
     return lines
 
 

@@ -2,6 +2,7 @@
 //
 //   device   the whole emulated device in closed loop, the host's end of the cable included
 //   part     each part of it alone, fed with what it was fed there
+//   loop     plant, encoder and law alone, where each waits for the other as in the device
 //   plant    the plant alone, with and without parts that a scene may name
 //
 // Measurements take turns over the repeats, and the least of each counts: what else the machine
@@ -21,6 +22,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "emulator/closed_loop.hpp"
 #include "emulator/emulated_device.hpp"
 #include "protocol/axis_samples.hpp"
 #include "protocol/registry.hpp"
@@ -31,6 +33,8 @@ namespace device = torsio::device;
 namespace protocol = torsio::protocol;
 using namespace torsio::emulator;
 using protocol::ReportBytes;
+
+constexpr protocol::Wall kWall{.target = {1, 0, 0}, .stiffness_nm_per_rad = 1.432F};
 
 double cpu_ns() {
   timespec now{};
@@ -59,7 +63,7 @@ std::unique_ptr<EmulatedDevice> make_device(std::int64_t period_ns, double secon
   control.autonomous = protocol::Toggle::on;  // this host sends nothing while it measures
   auto device = std::make_unique<EmulatedDevice>(EmulatedDeviceOptions{
       .control_period_ns = period_ns, .hand = busy_hand(seconds + 1.0), .control = control});
-  send(*device, protocol::Wall{.target = {1, 0, 0}, .stiffness_nm_per_rad = 1.432F});
+  send(*device, kWall);
   send(*device, protocol::Commit{2, 0, 1});
   send(*device, protocol::Command{3, 0, protocol::Op::arm});
   // Telemetry at 1 kHz whatever the control rate.
@@ -125,6 +129,17 @@ double run_device(std::int64_t period_ns, double seconds) {
   return took;
 }
 
+double run_loop(std::int64_t period_ns, double seconds) {
+  ClosedLoop loop(
+      {.control_period_ns = period_ns, .hand = busy_hand(seconds + 1.0), .scene = {kWall}});
+  loop.run(50'000'000 / static_cast<std::uint64_t>(period_ns), {});  // as long as to make a device
+  const double begin = cpu_ns();
+  loop.run(static_cast<std::uint64_t>(seconds * 1e9) / static_cast<std::uint64_t>(period_ns), {});
+  const double took = cpu_ns() - begin;
+  g_sink = g_sink + loop.plant().state().knob_angle_rad();
+  return took;
+}
+
 double run_plant(Plant& plant, const std::vector<Command>& commands, std::int64_t period_ns) {
   plant.set_command({});
   plant.set_state({});
@@ -165,7 +180,7 @@ double run_firmware(const std::vector<std::uint32_t>& counts, std::int64_t perio
     device.service();
     (void)device.tick({.encoder_count = counts.front()});
   };
-  give(protocol::Wall{.target = {1, 0, 0}, .stiffness_nm_per_rad = 1.432F});
+  give(kWall);
   give(protocol::Commit{2, 0, 1});
   give(protocol::Command{3, 0, protocol::Op::arm});
   if (main_loop) {
@@ -222,6 +237,7 @@ int main(int count, char** arguments) {
       measurements.push_back({std::move(json), ticks, period_ns, std::move(run)});
     };
     add(text("device", "all"), [=] { return run_device(period_ns, seconds); });
+    add(text("loop", "plant_and_law"), [=] { return run_loop(period_ns, seconds); });
     add(text("part", "control"), [=] { return run_firmware(recording->counts, period_ns, false); });
     add(text("part", "control_and_protocol"),
         [=] { return run_firmware(recording->counts, period_ns, true); });

@@ -1,7 +1,8 @@
 """What the emulated device costs, in CPU time of one core: one JSON line each.
 
-The whole device in closed loop at 1 and 10 kHz with a wall, a hand and telemetry; its parts alone,
-fed with what they were fed there; and the plant with and without the parts that a scene may name.
+The whole device in closed loop at 1 and 10 kHz with a wall, a hand and telemetry; plant and law
+alone in a loop, where each waits for the other; its parts alone, fed with what they were fed there,
+for which nothing waits; and the plant with and without the parts that a scene may name.
 The numbers are the least of several repeats, in turns. Lines `first_run` tell what a plant's first
 visit to a wall takes longer than its next, because it meets each regime for the first time.
 """
@@ -58,6 +59,7 @@ def summarise(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
             "control_rate_hz": rate_hz,
             "realtime_factor": round(1e9 / rate_hz / total),
             "ns_per_tick": round(total, 1),
+            "ns_per_tick_of_plant_and_law_in_a_loop": ns("loop", "plant_and_law"),
             "ns_per_tick_by_part": {
                 "plant": round(plant, 1),
                 "control": round(control, 1),

@@ -24,4 +24,5 @@ def test_bench_batch_prints_a_line_for_each_measurement() -> None:
         "steps of 1 ms of RenderWall in Gymnasium",
     ]
     assert set(what[5:]) <= {"ticks, threads"}
+    assert all(line["processor_scaling"] > 0 for line in lines[5:])
     assert all(line["per_s"] > 0 for line in lines)

@@ -31,6 +31,7 @@ def test_bench_emulator_prints_a_line_per_rate_and_plant() -> None:
         (device,) = (line for line in of_rate if line["what"] == "device")
         assert device["realtime_factor"] > 0
         assert set(device["ns_per_tick_by_part"]) == PARTS
+        assert device["ns_per_tick_of_plant_and_law_in_a_loop"] > 0
         plants = {line["parts"]: line for line in of_rate if line["what"] == "plant"}
         assert {name: line["states"] for name, line in plants.items()} == STATES
         assert plants["all_parts"]["saved_of_all_parts"] == 0.0

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 #include "fair_mutex.hpp"
 
@@ -29,4 +30,22 @@ TEST_CASE("a thread that lets go of a fair mutex and comes back at once finds ot
     other.join();
   }
   CHECK(polite > kTimes / 2);
+}
+
+TEST_CASE("nobody who waits for a fair mutex is forgotten, however often it is handed over") {
+  torsio::FairMutex mutex;
+  constexpr int kThreads = 4;
+  constexpr int kTimes = 5000;
+  int sum = 0;  // guarded by the mutex, and by nothing else
+  std::vector<std::thread> threads;
+  for (int t = 0; t < kThreads; ++t) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < kTimes; ++i) {
+        const std::lock_guard<torsio::FairMutex> guard(mutex);
+        ++sum;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();  // or it never ends
+  CHECK(sum == kThreads * kTimes);
 }
