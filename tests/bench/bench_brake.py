@@ -102,6 +102,13 @@ def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
     return stable_to(stiffness, worst), islands(stiffness, worst)
 
 
+def pushed(law: Law, way: Way) -> runs.Push:
+    """Push into a wall of 30 mN m a degree and come out again."""
+    wall = math.degrees(30e-3)
+    options = _told(runs.push_options(wall, law, rate_hz=RATE_HZ), way)
+    return runs.measure_push(simulate(options, duration_s=runs.PUSH_DURATION_S), wall)
+
+
 def exit_s(law: Law, way: Way) -> float | None:
     """When the knob has left a wall after the string of a weight was cut."""
     options = _told(runs.cut_options(math.degrees(25e-3), law), way)
@@ -114,12 +121,7 @@ def main() -> None:
     laws: tuple[Law, ...] = ("paper", "compensated", "calibrated")
     for law in laws:
         for way in WAYS:
-            wall = math.degrees(30e-3)
-            rows = simulate(
-                _told(runs.push_options(wall, law, rate_hz=RATE_HZ), way),
-                duration_s=runs.PUSH_DURATION_S,
-            )
-            push = runs.measure_push(rows, wall)
+            push = pushed(law, way)
             stiffness, found = stable(law, way)
             line = {
                 "law": law,

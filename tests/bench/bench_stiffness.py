@@ -163,6 +163,11 @@ def bandwidth_hz(time_s: Array, response: Array) -> float:
     return float(frequency[below[0]]) if len(below) else float(frequency[-1])
 
 
+def lag_s(time_s: Array, response: Array) -> float:
+    """By how much a torque with this step response trails."""
+    return float(time_s[1] * (np.sum(1 - response) - 0.5 * (1 - response[0])))
+
+
 def rise_s(loop: Loop) -> float:
     """How long a step to the motor's limit takes to nine tenths of it."""
     time_s, response = step_response(loop, loop.plant().motor_limit_nm)
@@ -247,10 +252,9 @@ def main(arguments: list[str]) -> None:
             }
             print(json.dumps(line), flush=True)
         time_s, response = step_response(loop)
-        lag_s = time_s[1] * (np.sum(1 - response) - 0.5 * (1 - response[0]))
         line = {
             **known,
-            "lag_us": round(1e6 * float(lag_s), 1),
+            "lag_us": round(1e6 * lag_s(time_s, response), 1),
             "bandwidth_hz": round(bandwidth_hz(time_s, response)),
             "full_rise_us": round(1e6 * rise_s(loop)),
             "noise_nm": float(f"{noise_nm(loop):.2g}"),

@@ -14,6 +14,7 @@ import pytest
 
 import torsio
 from torsio import BoardConfig, ControlConfig, Electrics, Emulator, EmulatorOptions, PlantParams
+from torsio.calibration import calibrate
 
 # The current loops and control rates of both boards.
 BOARDS: dict[str, tuple[Electrics, float]] = {
@@ -185,6 +186,12 @@ def test_supply_that_sags_under_motor_and_brake_is_none(board: str) -> None:
         push(knob)
         knob.sleep(0.5)
         assert knob.faults() == ()
+
+
+def test_calibration_goes_through_on_a_supply_that_is_measured() -> None:
+    with opened("pico2", torsio.NoHand(), WATCHING) as knob:
+        calibrate(knob)
+        assert (knob.state, knob.faults()) == ("disarmed", ())
 
 
 def test_motor_that_spins_unseen_is_a_fault(board: str) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +13,31 @@ from tests.bench import bench_stiffness as bench
 
 # By how much each board's own current loop trails: the motor's lag of its configuration.
 LAGS_S = {"pico2": 44e-6, "pico": 160e-6}
+
+
+# Of the hardware guide's table what takes no minutes: lag, -3 dB, noise.
+ROWS = re.findall(
+    r"^\| `(\w+)`, \d+ kHz \| (.+?) \| ([\d.]+ [um]s) \| ([\d.]+) kHz \| ([\d.]+) mN m \| .+ \|$",
+    (Path(__file__).parents[2] / "docs" / "hardware.md").read_text(encoding="utf-8"),
+    re.MULTILINE,
+)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}, {row[1]}")
+def test_table_of_the_current_loops_is_the_benchmark_s(row: tuple[str, ...]) -> None:
+    board, name, lag, kilohertz, noise_mnm = row
+    (loop,) = (one for one in bench.LOOPS if (one.board, one.name) == (board, name))
+    time_s, response = bench.step_response(loop)
+    number, unit = lag.split()
+    told_s = float(number) * {"us": 1e-6, "ms": 1e-3}[unit]
+    # As many digits as the page has.
+    assert bench.lag_s(time_s, response) == pytest.approx(told_s, rel=0.03)
+    assert 1e-3 * bench.bandwidth_hz(time_s, response) == pytest.approx(float(kilohertz), rel=0.05)
+    assert 1e3 * bench.noise_nm(loop) == pytest.approx(float(noise_mnm), rel=0.08)
+
+
+def test_table_of_the_current_loops_is_there() -> None:
+    assert len(ROWS) == len([loop for loop in bench.LOOPS if loop.electrics])
 
 
 def test_full_step_takes_what_supply_and_winding_need_and_the_period_until_the_voltage_acts() -> (
