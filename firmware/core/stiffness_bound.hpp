@@ -20,11 +20,13 @@ struct BoundParams {
 };
 
 /// A wall that somebody leans on can be several times as stiff as a spring that swings freely, so
-/// the bound begins well above what is stable in every case and comes down when it must.
-constexpr BoundParams make_bound_params(const StableStiffness& stable,
-                                        const Resolution& resolution) {
+/// the bound begins well above what is stable in every case and comes down when it must. One count
+/// switches no more than half the motor: what swings within two counts is no swing to be judged.
+constexpr BoundParams make_bound_params(const StableStiffness& stable, const Resolution& resolution,
+                                        float motor_torque_max_nm) {
   BoundParams params;
-  params.slope_nm_per_count = 3.0F * stable.stiffness_nm_per_rad * resolution.rad_per_count;
+  params.slope_nm_per_count = smaller(3.0F * stable.stiffness_nm_per_rad * resolution.rad_per_count,
+                                      0.5F * motor_torque_max_nm);
   params.buzz_ticks = round_to_u32(0.04F / resolution.period_s);
   return params;
 }

@@ -86,8 +86,9 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
       core::make_shaft_params(actuator.spring_stiffness_nm_per_rad, knees_of(config.shaft),
                               actuator.brake_inertia_kg_m2, period_s, actuator.knob_coulomb_nm);
   loop.controller.partition = {law, control.beta, motor_max_nm(config), brake_max_nm};
-  loop.controller.bound = core::make_bound_params(
-      core::stable_stiffness(parts(actuator, control, resolution)), resolution);
+  loop.controller.bound =
+      core::make_bound_params(core::stable_stiffness(parts(actuator, control, resolution)),
+                              resolution, loop.controller.partition.motor_torque_max_nm);
   // No slower than what one count looks like.
   const float full_rad_s =
       core::larger(0.1F, core::kTwoPi * control.speed_bandwidth_hz * resolution.rad_per_count);

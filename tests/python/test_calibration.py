@@ -106,6 +106,7 @@ def test_motor_without_cogging_has_a_map_of_nothing(found: Any) -> None:
     assert cogging.periods_per_rev == ()
     angle_rad = np.linspace(0.0, 6.0, 50)
     assert np.all(cogging.torque_nm(angle_rad) == 0.0)
+    assert cogging.torque_nm(np.empty(0)).shape == (0,)
     assert 0.0 < float(np.max(cogging.sigma_nm(angle_rad))) < 0.1e-3
 
 

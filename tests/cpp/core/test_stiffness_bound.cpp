@@ -118,9 +118,15 @@ TEST_CASE("a touch after a while begins anew with the whole bound") {
 
 TEST_CASE("the bound begins at three times what is stable, and a hand's swing takes over 40 ms") {
   const BoundParams params =
-      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000));
+      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.1F);
   CHECK(params.slope_nm_per_count == Approx(36.0 * 2.0 * 3.14159265358979 / 8192.0));
   CHECK(params.buzz_ticks == 400);
+}
+
+TEST_CASE("the bound begins no higher than where one count switches half the motor") {
+  const BoundParams params =
+      make_bound_params({12.0F, StabilityLimit::lag}, make_resolution(8192, 100'000), 0.05F);
+  CHECK(params.slope_nm_per_count == Approx(0.025));
 }
 
 TEST_CASE("a scene that is new comes up whole where the knob is; then its walls are bounded") {

@@ -59,7 +59,8 @@ class Cogging:
 
     def _slopes(self, angle_rad: Array) -> Array:
         phase = np.outer(angle_rad, np.array(self.periods_per_rev, dtype=np.float64))
-        return np.stack([np.cos(phase), np.sin(phase)], axis=-1).reshape(len(angle_rad), -1)
+        pairs = np.stack([np.cos(phase), np.sin(phase)], axis=-1)
+        return pairs.reshape(len(angle_rad), 2 * len(self.periods_per_rev))
 
     def torque_nm(self, angle_rad: Array) -> Array:
         """Give the torque on the knob, shape (n,)."""

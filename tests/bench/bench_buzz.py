@@ -1,0 +1,67 @@
+"""Whether the law `calibrated` brings every spring to rest on the boards' own loops, as JSON lines.
+
+``./dev bench buzz`` throws and pushes the emulated knob, with the electrics of a board, into walls
+and two-sided springs from 0 to 10^6 N m/rad: at five speeds, let go, in a stiff hand and in a soft
+one, with a tick of delay and without, with three encoders, and with a winding that is what the
+board takes it for or a third off in resistance and inductance. A line tells for one board, encoder
+and winding how many trials there were, how many counts the knob of the worst one moves by from half
+a second after contact on, and which trials move by more than two, with how often their knob turns
+round: one that does not only creeps to where it stays. The exit status is 1 if any turns round.
+
+With ``quick`` as argument every tenth stiffness is tried; with names of boards, only those.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent.parent))
+
+from tests.python.buzzing import BOARDS, HANDS, REST_COUNTS, SPEEDS_RAD_S, Trial, motion
+
+COUNTS = (8192, 32768, 131072)
+WINDINGS = ((1.0, 1.0), *itertools.product((0.7, 1.3), repeat=2))
+STIFFNESS_NM_PER_RAD = (0.0, *np.geomspace(0.5, 1e6, 24).tolist())
+
+
+def main(arguments: list[str]) -> int:
+    """Print a line for each board, encoder and winding."""
+    stiffness = STIFFNESS_NM_PER_RAD[:: 10 if "quick" in arguments else 1]
+    boards = [name for name in BOARDS if name in arguments] or list(BOARDS)
+    rests = True
+    with ThreadPoolExecutor() as pool:
+        for board, counts, winding in itertools.product(boards, COUNTS, WINDINGS):
+            trials = [
+                Trial(
+                    board, spring, speed, hand, two_sided, delay, counts,
+                    resistance=winding[0], inductance=winding[1],
+                )
+                for spring, speed, hand, two_sided, delay in itertools.product(
+                    stiffness, SPEEDS_RAD_S, HANDS, (False, True), (0, 1)
+                )
+            ]  # fmt: skip
+            motions = list(pool.map(motion, trials))
+            moving = [
+                asdict(trial) | {"moves_counts": moved, "turns": turns}
+                for trial, (moved, turns) in zip(trials, motions, strict=True)
+                if moved > REST_COUNTS
+            ]
+            rests = rests and not any(one["turns"] for one in moving)
+            line = {
+                "board": board, "counts_per_rev": counts, "resistance": winding[0],
+                "inductance": winding[1], "trials": len(trials),
+                "most_counts": max(moved for moved, _ in motions), "moving": moving,
+            }  # fmt: skip
+            print(json.dumps(line), flush=True)
+    return 0 if rests else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,31 @@
+"""Bounded stiffness on the boards' own current loops; ./dev bench buzz tries far more."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from tests.python.buzzing import BOARDS, HANDS, REST_COUNTS, SPEEDS_RAD_S, Trial, motion
+
+
+@pytest.mark.parametrize("two_sided", [False, True], ids=["wall", "spring"])
+@pytest.mark.parametrize("board", BOARDS)
+def test_knob_comes_to_rest_on_the_board_s_own_loop(board: str, two_sided: bool) -> None:
+    trials = [
+        Trial(board, stiffness, speed, hand, two_sided, delay)
+        for stiffness, speed, hand, delay in itertools.product(
+            (0.0, 1.0, 8.0, 20.0, 50.0, 200.0, 1e4, 1e6), SPEEDS_RAD_S, HANDS, (0, 1)
+        )
+    ]
+    moved = {trial: motion(trial)[0] for trial in trials}
+    assert {trial: counts for trial, counts in moved.items() if counts > REST_COUNTS} == {}
+
+
+@pytest.mark.parametrize("board", BOARDS)
+def test_trials_can_tell_a_knob_that_buzzes(board: str) -> None:
+    for speed_rad_s in SPEEDS_RAD_S:
+        trial = Trial(board, 1e6, speed_rad_s, two_sided=True, law="compensated")
+        moved, turns = motion(trial)
+        assert moved > 100
+        assert turns > 10
