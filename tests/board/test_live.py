@@ -20,7 +20,7 @@ MOVE_S, HOLD_S = 0.12, 0.04
 
 def visit(knob: torsio.Knob, begin_hand: Any) -> Record:
     """Push into a wall and come out again: a program as a user writes it."""
-    knob.update(law="compensated", passive_ramp_s=0.005)
+    knob.update(law="compensated", passive_ramp_s=0.005, speed_limit_rad_s=100.0)
     knob.play(WALL)
     knob.arm()
     begin_hand(

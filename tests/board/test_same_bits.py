@@ -11,6 +11,7 @@ from tests.board.pico import EmulatedPico, confirm
 from tests.board.tracing import Trace, again, traced
 from tests.python import wire
 
+SAMPLES_PER_REPORT = 4
 TURN = 1 << 32
 LIFE = {"attack_s": 0.01, "attack_level": 0.25, "duration_s": 0.05, "fade_s": 0.02}
 # A law and what it renders, of every kind of effect; each felt within the turn below.
@@ -151,5 +152,9 @@ def test_every_sample_has_the_same_values(lives: tuple[Trace, Trace]) -> None:
         return found
 
     board, own = lives
-    assert len(samples(board)) > len(board.outputs) / 10
-    assert samples(board) == samples(own)
+    there, here = samples(board), samples(own)
+    assert len(there) > len(board.outputs) / 10
+    # A tick may come while the last report is put together: the other side has it in the next one.
+    together = min(len(there), len(here))
+    assert there[:together] == here[:together]
+    assert max(len(there), len(here)) - together <= SAMPLES_PER_REPORT
