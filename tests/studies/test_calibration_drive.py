@@ -13,7 +13,7 @@ import pytest
 import torsio
 from tests.board import pico
 from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board
-from torsio.calibration import procedure
+from torsio.calibration import calibrate, procedure
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Quantity, Refusal
 from torsio_studies.calibration.knobs import hidden_knob
@@ -53,6 +53,21 @@ def test_intervals_hold_the_truth_with_a_current_loop(number: int) -> None:
         value, sigma, truth = found[name]
         assert abs(value - truth) < 3.0 * sigma, name
         assert sigma < 0.2 * truth
+
+
+def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -> None:
+    hidden = hidden_knob(1012)  # whose current is read later than most boards read it
+    assert hidden.plant.brake_hysteresis is not None
+    half_nm = hidden.plant.brake_hysteresis.half_width_nm
+    with hidden_board(hidden, emulated=True) as knob:
+        knob.update(encoder_reversed=False)
+        curve = calibrate(knob).brake_curve
+    assert curve is not None
+    held_nm = half_nm
+    for point in curve.points:
+        held_nm = min(max(held_nm, point.command_nm - half_nm), point.command_nm + half_nm)
+        assert abs(point.torque_nm - held_nm) < 3.0 * point.sigma_nm < 1.5e-3
+    assert curve.is_straight
 
 
 def test_what_is_refused_under_a_drive_that_may_be_is_refused(

@@ -53,10 +53,10 @@ class BrakeCurve:
         )
         return replace(self, points=points)
 
-    def with_left_out(self, share: float) -> BrakeCurve:
-        """Add such a share of each torque to its uncertainty."""
+    def with_left_out(self, share: float, least_nm: float) -> BrakeCurve:
+        """Add such a share of each torque to its uncertainty, and so much."""
         points = tuple(
-            replace(one, sigma_nm=math.hypot(one.sigma_nm, share * one.torque_nm))
+            replace(one, sigma_nm=math.hypot(one.sigma_nm, share * one.torque_nm, least_nm))
             for one in self.points
         )
         return replace(self, points=points)
@@ -145,7 +145,7 @@ def curve_of(
     loop = play_of(commands, half_width_nm, half_width_nm)
     settled = gain * loop
     ends_s = np.append(begins_s[1:], time_s[-1])
-    gathered: dict[tuple[str, float, bool], list[tuple[float, float]]] = {}
+    gathered: dict[tuple[str, float], list[tuple[float, float, bool]]] = {}
     for index in range(1, len(commands)):
         chosen = (time_s > ends_s[index] - _SETTLED_S) & (time_s < ends_s[index])
         if np.count_nonzero(chosen) < 8:
@@ -156,13 +156,15 @@ def curve_of(
         torque = float(mean.value[0]) + settled[index] - friction.value
         sigma = math.hypot(mean.sigma(0), _LAG_BELIEVED * coming)
         way = "up" if commands[index] > commands[index - 1] else "down"
-        stair = (way, float(commands[index]), bool(loop[index] != loop[index - 1]))
-        gathered.setdefault(stair, []).append((torque, sigma))
+        follows = bool(loop[index] != loop[index - 1])
+        gathered.setdefault((way, float(commands[index])), []).append((torque, sigma, follows))
     points = []
-    for (way, command_nm, follows), many in gathered.items():
-        torque = sum(one for one, _ in many) / len(many)
+    for (way, command_nm), many in gathered.items():
+        torque = sum(one for one, _, _ in many) / len(many)
         # The same stair again is known as well each time: what is wrong with it is wrong again.
-        sigma = math.hypot(sum(one for _, one in many) / len(many), friction.standard_uncertainty)
+        settles = sum(one for _, one, _ in many) / len(many)
+        sigma = math.hypot(settles, friction.standard_uncertainty)
+        follows = all(one for _, _, one in many)
         points.append(BrakePoint(command_nm, way, follows, torque, sigma))
     points.sort(key=lambda one: (one.way != "up", one.command_nm * (1 if one.way == "up" else -1)))
     return BrakeCurve(tuple(points), gain * half_width_nm)

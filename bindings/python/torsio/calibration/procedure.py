@@ -60,6 +60,7 @@ _LEFT_OUT = {
     "knob_inertia_kg_m2": (7e-3, 0.0),
     "shaft_damping_nm_s_per_rad": (0.15, 1e-5),
     "brake_gain": (8e-4, 0.0),
+    "brake_curve": (8e-4, 0.0),
     "rise_s": (5e-4, 5e-5),
     "release_s": (5e-3, 1e-4),
 }
@@ -71,6 +72,7 @@ _LEFT_OUT_BY_DRIVE = {
     "offset_nm": (0.0, 1.0e-5),
     "cogging_nm": (4e-2, 0.0),
     "brake_gain": (4e-3, 0.0),
+    "brake_curve": (4e-3, 2e-4),
     "hysteresis_nm": (2.5e-2, 1.5e-5),
     "rise_s": (5e-3, 0.0),
     "release_s": (6e-3, 0.0),
@@ -228,11 +230,11 @@ def calibrate(
     parts = _Parts(free, shaft, brake)
     found, curve = _quantities(parts), None
     if brake is not None:
-        curve = brake.curve.with_left_out(_LEFT_OUT["brake_gain"][0])
+        curve = brake.curve.with_left_out(*_LEFT_OUT["brake_curve"])
     if player.drive is not None:
         found = {name: _honest(of, _LEFT_OUT_BY_DRIVE) for name, of in found.items()}
         if curve is not None:
-            curve = curve.with_left_out(_LEFT_OUT_BY_DRIVE["brake_gain"][0])
+            curve = curve.with_left_out(*_LEFT_OUT_BY_DRIVE["brake_curve"])
         for drive in player.drive.others():
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)

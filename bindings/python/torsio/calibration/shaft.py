@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -53,11 +54,17 @@ class Shaft:
 
 
 def hold_and_push(
-    player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float, quick: bool = False
+    player: Player,
+    *,
+    motor_nm: float,
+    brake_nm: float,
+    coulomb_nm: float,
+    quick: bool = False,
+    shake: Sequence[tuple[float, dict[str, Any]]] | None = None,
 ) -> tuple[Recording, Recording]:
     """Hold the brake; pull slowly both ways, then in steps. Gives the two recordings.
 
-    `quick` pulls once each way, and leaves the steps out.
+    `quick` pulls once each way, and leaves the steps out; `shake` is played in their place.
 
     Raises
     ------
@@ -73,7 +80,7 @@ def hold_and_push(
         for sweep in range(2 if quick else _SWEEPS)
     ]
     step_nm = min(coulomb_nm + 0.16 * motor_nm, 0.4 * motor_nm)
-    steps = [
+    steps = shake or [
         (
             _STEP_S * (1.0 + 0.3 * (step % 3)),
             # Not a jump: whose moment telemetry does not tell to a tick.
