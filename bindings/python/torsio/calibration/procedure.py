@@ -200,7 +200,7 @@ def calibrate(
             "confirmed=on",
         )  # fmt: skip
     with Player.playing(knob) as player:
-        most = {"motor_nm": motor_nm, "brake_nm": brake_nm}
+        most: dict[str, Any] = {"motor_nm": motor_nm, "brake_nm": brake_nm}
         circuit, electric = None, None if quick else CircuitSteps.of(knob, player, say)
         if electric is not None:
             electric.look(motor_nm)
@@ -248,7 +248,7 @@ def calibrate(
             name: circuit.scaled(of) for name, of in found.items()
         }
         if curve is not None:
-            curve = curve.with_left_out(circuit.torque_share)
+            curve = curve.with_left_out(circuit.torque_share, 0.0)
     return _put_together(knob, actuator, parts, (found, curve), circuit, seconds, ambient_c)
 
 
