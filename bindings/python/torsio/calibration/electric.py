@@ -180,13 +180,12 @@ def _columns(of: Intervals, settle_s: float) -> Array:
 
 def _fit(of: Intervals, settle_s: float, constant_nm_per_a: float | None = None) -> Solution:
     """Fit R, L, drop and, unless it is given, k; the time constant by which the drop counts too."""
-    known = constant_nm_per_a is not None
     for _ in range(3):
         columns = _columns(of, settle_s)
-        if known:
-            fit = linear(columns[:, :3], of.voltage_v_s - constant_nm_per_a * of.angle_rad, lags=2)
-        else:
+        if constant_nm_per_a is None:
             fit = linear(columns, of.voltage_v_s, lags=2)
+        else:
+            fit = linear(columns[:, :3], of.voltage_v_s - constant_nm_per_a * of.angle_rad, lags=2)
         if fit.value[0] <= 0.0 or fit.value[1] <= 0.0:
             break
         settle_s = float(fit.value[1] / fit.value[0])
