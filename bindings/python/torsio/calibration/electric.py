@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+import numpy.typing as npt
 
 from torsio.calibration.numeric import Solution, linear
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
@@ -114,7 +115,7 @@ class Intervals:
         """Give the time that the drop counts, with its sign, for a winding that settles so."""
         return self.duration_s * _way(self.share) + settle_s * self.change_late
 
-    def chosen(self, these: Array) -> Intervals:
+    def chosen(self, these: npt.NDArray[np.bool_]) -> Intervals:
         """Give some of them."""
         return Intervals(*(getattr(self, of.name)[these] for of in fields(self)))
 
