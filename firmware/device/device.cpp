@@ -376,9 +376,9 @@ Status Device::get_feature(std::uint8_t id, protocol::ReportBytes& report) {
       report = protocol::encode(loop_.ledger());
       return Status::ok;
     case Layout<protocol::MotorCurrent>::id:
-      report = protocol::encode(
-          power_ == nullptr ? protocol::MotorCurrent{}
-                            : power_->sums([&] { return loop_.now().position_counts; }));
+      report = protocol::encode(power_ == nullptr ? protocol::MotorCurrent{} : power_->sums([&] {
+        return loop_.now().position_counts;
+      }));
       return Status::ok;
     default:
       return Status::unknown_report;

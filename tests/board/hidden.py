@@ -56,6 +56,8 @@ def seen_truth(plant: PlantParams, *, circuit_known: bool) -> dict[str, float]:
     torque = known * sensor / electrics.torque_constant_nm_per_a
     # The coil's current is not measured: its voltage is what the brake gives more or less.
     truth = truth_of(plant) | {"brake_gain": 1.0 / supply}
+    # A play of the brake's command is one of the command.
+    truth["hysteresis_nm"] *= supply / torque
     of_torque = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
     return {
         name: torque * value if name.endswith(of_torque) else value for name, value in truth.items()

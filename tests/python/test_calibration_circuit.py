@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 from typer.testing import CliRunner
@@ -102,7 +102,7 @@ def test_board_keeps_what_was_found_and_info_shows_it(measured: Any) -> None:
         assert told == pytest.approx(found.quantities[CIRCUIT[2]].value, rel=1e-6)
 
 
-def sensor(state: str) -> Callable[[torsio.Knob], None]:
+def sensor(state: Literal["dead", "stuck", "saturated"]) -> Callable[[torsio.Knob], None]:
     return lambda knob: knob.emulator.set_current_sensor(state)
 
 

@@ -116,7 +116,7 @@ def test_without_noise_any_intervals_tell_the_winding(
 ) -> None:
     """The sums are those of the equation but for the current between two measurements."""
     held = pushed(np.random.default_rng(seed), delay_share=delay_share, noise_a=0.0, henry=henry)
-    fit = winding(held, believed_ohm=2.5, constant_nm_per_a=0.05)
+    fit = winding(held, believed_ohm=2.5, believed_h=1.5e-3, constant_nm_per_a=0.05)
     assert fit.value[0] == pytest.approx(OHM, rel=2e-4)
     # A straight line from one measurement to the next, for a current that bends.
     assert fit.value[1] == pytest.approx(henry, rel=1e-2)
@@ -127,7 +127,7 @@ def test_intervals_hold_the_motor_that_is_measured() -> None:
     hits = np.zeros(3)
     for seed in range(20):
         random = np.random.default_rng(seed)
-        found = motor(pushed(random), turned(random), believed_ohm=2.5)
+        found = motor(pushed(random), turned(random), believed_ohm=2.5, believed_h=1.5e-3)
         three = (found.resistance, found.inductance, found.constant)
         hits += [covers(of, true) for of, true in zip(three, (OHM, HENRY, CONSTANT), strict=True)]
         assert found.resistance.value == pytest.approx(OHM, rel=5e-3)
@@ -149,7 +149,7 @@ def test_intervals_hold_the_motor_that_is_measured() -> None:
 def test_winding_is_refused_with_its_fault(gain: float, reason: str) -> None:
     held = pushed(np.random.default_rng(0), gain=gain, noise_a=1e-4)
     with pytest.raises(Refusal) as caught:
-        winding(held, believed_ohm=2.5, constant_nm_per_a=0.05)
+        winding(held, believed_ohm=2.5, believed_h=1.5e-3, constant_nm_per_a=0.05)
     assert caught.value.reason == reason
 
 
@@ -163,11 +163,17 @@ def test_torque_constant_refuses_a_knob_that_turned_one_way_or_the_wrong_one() -
     random = np.random.default_rng(3)
     held = pushed(random)
     with pytest.raises(Refusal, match="one way only"):
-        motor(held, turned(random, (25.0, 75.0)), believed_ohm=2.5)
+        motor(held, turned(random, (25.0, 75.0)), believed_ohm=2.5, believed_h=1.5e-3)
     both = turned(random)
     mirrored = Intervals(
-        both.duration_s, both.voltage_v_s, both.charge_c, both.change_a, -both.angle_rad, both.share
+        both.duration_s,
+        both.voltage_v_s,
+        both.charge_c,
+        both.change_a,
+        -both.angle_rad,
+        both.share,
+        both.change_late,
     )
     with pytest.raises(Refusal) as caught:
-        motor(held, mirrored, believed_ohm=2.5)
+        motor(held, mirrored, believed_ohm=2.5, believed_h=1.5e-3)
     assert caught.value.reason == "reversed_emf"

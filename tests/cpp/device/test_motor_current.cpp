@@ -31,7 +31,8 @@ TEST_CASE("the sums are those of all periods, the bridge's share as it turns the
     PowerLogic power(config, {25'000, 20'000, true}, 0.06F);
     Rig rig;
     rig.device->measure_by(power);
-    rig.inputs.encoder_count = 5;
+    rig.tick(1);  // where it is is its zero
+    rig.inputs.encoder_count += 5;
     rig.tick(1);
     std::int64_t readings = 0;
     std::int64_t shares = 0;

@@ -275,12 +275,12 @@ class CircuitSteps:
         self._say(ELECTRIC_STEPS[2])
         board = self._board
         held = push_current(self._player, board, motor_nm=motor_nm, brake_nm=brake_nm)
-        winding(
-            held,
-            believed_ohm=board.motor_resistance_ohm,
-            constant_nm_per_a=board.motor_torque_constant_nm_per_a,
-        )
-        found = motor(held, self._turned, believed_ohm=board.motor_resistance_ohm)
+        believed_by_board = {
+            "believed_ohm": board.motor_resistance_ohm,
+            "believed_h": board.motor_inductance_h,
+        }
+        winding(held, **believed_by_board, constant_nm_per_a=board.motor_torque_constant_nm_per_a)
+        found = motor(held, self._turned, **believed_by_board)
         proposed = replace(
             board,
             motor_resistance_ohm=found.resistance.value,

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+import numpy.typing as npt
 
 from torsio.calibration.numeric import Solution, linear
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
@@ -29,7 +30,7 @@ __all__ = ["Intervals", "Motor", "check_current", "current_zero", "intervals", "
 # voltage acts; an angle that is a tick old. Found on emulated knobs 100 to 111.
 _LEFT_OUT = {
     "motor_resistance_ohm": 7e-3,
-    "motor_inductance_h": 1e-2,
+    "motor_inductance_h": 1.5e-2,
     "motor_torque_constant_nm_per_a": 2e-3,
 }
 # Supply, sensor and winding may each be a tenth off, evenly: the standard deviation of one.
@@ -81,6 +82,11 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
     )  # fmt: skip
 
 
+def _way(share: Array) -> Array:
+    """Sign of a bridge's share, less while it drives more."""
+    return np.asarray(np.sign(share) * (1.0 - np.abs(share)))
+
+
 @dataclass(frozen=True)
 class Intervals:
     """What was between readings, each of shape (n,).
@@ -92,6 +98,9 @@ class Intervals:
         of the current as the sensor says it.
     share
         Mean of the bridge's.
+    change_late
+        Of the bridge's way, less while it drives more, at the measurements at both ends: what is
+        read too late is too much by this.
     """
 
     duration_s: Array
@@ -100,13 +109,13 @@ class Intervals:
     change_a: Array
     angle_rad: Array
     share: Array
+    change_late: Array
 
-    @property
-    def drop_s(self) -> Array:
-        """Time that the drop counts, with the voltage's sign: less while the bridge drives more."""
-        return np.asarray(self.duration_s * np.sign(self.share) * (1.0 - np.abs(self.share)))
+    def drop_s(self, settle_s: float) -> Array:
+        """Give the time that the drop counts, with its sign, for a winding that settles so."""
+        return self.duration_s * _way(self.share) + settle_s * self.change_late
 
-    def chosen(self, these: Array) -> Intervals:
+    def chosen(self, these: npt.NDArray[np.bool_]) -> Intervals:
         """Give some of them."""
         return Intervals(*(getattr(self, of.name)[these] for of in fields(self)))
 
@@ -138,6 +147,7 @@ def intervals(readings: Sequence[MotorCurrent], supply_v: float) -> Intervals:
         change_a,
         np.diff([of.angle_rad for of in some]),
         acted / number,
+        np.diff(_way(np.array([of.share_before for of in some]))),
     )
 
 
@@ -165,15 +175,31 @@ def check_current(over: Intervals, believed_ohm: float) -> None:
         )  # fmt: skip
 
 
-def _columns(of: Intervals) -> Array:
-    return np.column_stack([of.charge_c, of.change_a, of.drop_s, of.angle_rad])
+def _columns(of: Intervals, settle_s: float) -> Array:
+    return np.column_stack([of.charge_c, of.change_a, of.drop_s(settle_s), of.angle_rad])
+
+
+def _fit(of: Intervals, settle_s: float, constant_nm_per_a: float | None = None) -> Solution:
+    """Fit R, L, drop and, unless it is given, k; the time constant by which the drop counts too."""
+    for _ in range(3):
+        columns = _columns(of, settle_s)
+        if constant_nm_per_a is None:
+            fit = linear(columns, of.voltage_v_s, lags=2)
+        else:
+            fit = linear(columns[:, :3], of.voltage_v_s - constant_nm_per_a * of.angle_rad, lags=2)
+        if fit.value[0] <= 0.0 or fit.value[1] <= 0.0:
+            break
+        settle_s = float(fit.value[1] / fit.value[0])
+    return fit
 
 
 def _quantity(name: str, value: float, sigma: float, meaning: str) -> Quantity:
     return Quantity(name, value, math.hypot(sigma, _LEFT_OUT[name] * value), meaning)
 
 
-def winding(held: Intervals, *, believed_ohm: float, constant_nm_per_a: float) -> Solution:
+def winding(
+    held: Intervals, *, believed_ohm: float, believed_h: float, constant_nm_per_a: float
+) -> Solution:
     """Estimate resistance in ohm, inductance in H and drop in V while the knob is held.
 
     Parameters
@@ -187,9 +213,7 @@ def winding(held: Intervals, *, believed_ohm: float, constant_nm_per_a: float) -
         "no_current", "reversed_sensor", "winding_values".
     """
     check_current(held, believed_ohm)
-    fit = linear(
-        _columns(held)[:, :3], held.voltage_v_s - constant_nm_per_a * held.angle_rad, lags=2
-    )
+    fit = _fit(held, believed_h / believed_ohm, constant_nm_per_a)
     gain = believed_ohm / float(fit.value[0])
     if not _LEAST_GAIN < gain < _MOST_GAIN or fit.value[1] <= 0.0:
         raise Refusal(
@@ -221,7 +245,7 @@ class Motor:
     fits: tuple[Fit, ...]
 
 
-def motor(held: Intervals, turned: Intervals, *, believed_ohm: float) -> Motor:
+def motor(held: Intervals, turned: Intervals, *, believed_ohm: float, believed_h: float) -> Motor:
     """Estimate all from intervals in which the knob was held, and such in which it turned.
 
     Raises
@@ -233,7 +257,7 @@ def motor(held: Intervals, turned: Intervals, *, believed_ohm: float) -> Motor:
     if np.min(speed) > 0.0 or np.max(speed) < 0.0:
         raise Refusal("torque constant", "one_way", "the knob turned one way only: it is held")
     both = Intervals.together([held, turned])
-    fit = linear(_columns(both), both.voltage_v_s, lags=2)
+    fit = _fit(both, believed_h / believed_ohm)
     ohm, henry, drop_v, constant = (float(value) for value in fit.value)
     if constant <= 0.0:
         raise Refusal(
@@ -242,9 +266,11 @@ def motor(held: Intervals, turned: Intervals, *, believed_ohm: float) -> Motor:
             "encoder_reversed", constant_nm_per_a=constant,
         )  # fmt: skip
     gain = believed_ohm / ohm
-    emf_v = (turned.voltage_v_s - _columns(turned)[:, :3] @ fit.value[:3]) / turned.duration_s
+    settle_s = henry / ohm
+    other_v_s = _columns(turned, settle_s)[:, :3] @ fit.value[:3]
+    emf_v = (turned.voltage_v_s - other_v_s) / turned.duration_s
     held_v = held.voltage_v_s / held.duration_s
-    told_v = _columns(held) @ fit.value / held.duration_s
+    told_v = _columns(held, settle_s) @ fit.value / held.duration_s
     return Motor(
         _quantity("motor_resistance_ohm", ohm, fit.sigma(0), "of the winding, seen by its board"),
         _quantity("motor_inductance_h", henry, fit.sigma(1), "of the winding, seen by its board"),

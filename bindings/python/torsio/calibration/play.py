@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -161,7 +162,7 @@ class Player:
                 if look is None:
                     knob.sleep(duration_s)
                 else:
-                    self._look_on(duration_s, look_every_s, lambda n=number: look(n))
+                    self._look_on(duration_s, look_every_s, partial(look, number))
                 self.seconds += duration_s
                 pieces.append(knob.read(max_samples=_MOST_SAMPLES))
                 if knob.state != "armed":
