@@ -8,6 +8,10 @@
 namespace torsio::emulator {
 namespace {
 
+// Of two bridges that are awake, the board's regulator and the divider: what else empties a
+// supply's capacitor that braking has charged.
+constexpr double kStandbyA = 5e-3;
+
 /// When something that goes from a value to an end, of the other sign, with a time constant is
 /// zero.
 double zero_after_s(double value, double end, double time_constant_s) {
@@ -199,7 +203,8 @@ void Circuit::follow_supply(double drawn_a, double duration_s) {
   if (resistance == 0.0) return;
   // What the supply gives it takes from its capacitor first; it takes nothing back, so that braking
   // charges the capacitor.
-  const double lone_v = supply_v_ - drawn_a * duration_s / electrics_.supply_capacitance_f;
+  const double lone_v =
+      supply_v_ - (drawn_a + kStandbyA) * duration_s / electrics_.supply_capacitance_f;
   if (lone_v >= electrics_.supply_v) {
     supply_v_ = lone_v;
     return;

@@ -22,6 +22,9 @@ constexpr std::uint32_t kLatenessLimit = 16 * kLateTickCost;
 
 constexpr std::uint32_t kForever = 0xFFFFFFFFU;
 
+// What bridges, sensor and divider say that have no supply.
+constexpr std::uint32_t kUnpowered = fault::supply | fault::actuator | fault::current_sensor;
+
 // What reported_by() and hold_back() make of the inputs, and nothing else does.
 constexpr std::uint32_t kReported = fault::emergency_stop | fault::actuator |
                                     fault::current_sensor | fault::winding | fault::temperature |
@@ -433,8 +436,11 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   if (causes != 0) call();
   if ((causes & ~faults_) != 0) {
     faults_ = static_cast<std::uint16_t>(faults_ | causes);
-    // Often the board is at its computer before its supply is on: nobody need clear that.
-    forgives_ = faults_ == fault::supply && state_ == State::disarmed;
+    // Often the board is at its computer before its supply is on: nobody need clear that, nor what
+    // bridges and sensor say that have no supply.
+    unpowered_ = (state_ == State::fault ? unpowered_ : state_ == State::disarmed) &&
+                 (faults_ & ~kUnpowered) == 0;
+    forgives_ = unpowered_ && (faults_ & fault::supply) != 0;
     set_state(State::fault);
     game.forget();
   }

@@ -215,7 +215,8 @@ class ControlLoop {
   std::uint32_t game_idle_ticks_ = 0;
   std::uint16_t faults_ = 0;
   std::uint16_t causes_ = 0;  // faults whose cause is present now
-  bool forgives_ = false;     // what was latched last goes with its cause
+  bool unpowered_ = false;    // nobody was armed, and all that was latched may be for want of power
+  bool forgives_ = false;     // what was latched goes with its causes
   const core::Scene* scene_ = nullptr;
 
   core::LocalModel local_model_;

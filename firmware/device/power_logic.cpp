@@ -34,7 +34,8 @@ constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often
 // twentieth off and sag by as much.
 constexpr float kSupplyBand = 0.25F;
 constexpr float kSupplyPeriodS = 0.5e-3F;
-constexpr std::uint8_t kSupplyReadings = 3;  // noise makes one that is wrong
+constexpr std::uint8_t kSupplyReadings = 3;   // noise makes one that is wrong
+constexpr std::uint8_t kSupplyReturns = 200;  // at the edge of the band it must not flutter
 
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
 
@@ -62,6 +63,7 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
           static_cast<float>(board.current_period_ns) * 1e-9F, config.supply_v)),
       amperes_per_step_(board.converter_v_per_step / config.current_sense_v_per_a),
       direction_(config.motor_reversed == protocol::Toggle::on ? -1.0F : 1.0F),
+      shares_(direction_ * kSharesPerSupply),
       amperes_per_nm_(1.0F / config.motor_torque_constant_nm_per_a),
       current_max_a_(config.motor_current_max_a),
       coil_share_per_a_(config.brake_resistance_ohm / config.supply_v),
@@ -135,7 +137,7 @@ void PowerLogic::see_supply(std::int32_t supply_steps) {
   const bool fits = supply_steps >= supply_low_steps_ && supply_steps <= supply_high_steps_;
   if (fits == supply_fits_) {
     supply_contradictions_ = 0;
-  } else if (++supply_contradictions_ == kSupplyReadings) {
+  } else if (++supply_contradictions_ == (fits ? kSupplyReturns : kSupplyReadings)) {
     supply_fits_ = fits;
     supply_contradictions_ = 0;
   }
@@ -145,7 +147,7 @@ PowerDrive PowerLogic::step(const TickOutputs& wanted, std::int32_t current_step
   measure(current_steps);
   if (steps_to_supply_ != 0) --steps_to_supply_;
   const PowerDrive given = drive(wanted);
-  count(current_steps, given.motor_share * direction_);
+  count(current_steps, given.motor_share);
   return given;
 }
 
@@ -173,7 +175,7 @@ PowerDrive PowerLogic::drive(const TickOutputs& wanted) {
 void PowerLogic::count(std::int32_t current_steps, float motor_share) {
   sums_.reading = current_steps;
   sums_.share_before = sums_.share;
-  sums_.share = static_cast<std::int32_t>(motor_share * kSharesPerSupply);
+  sums_.share = static_cast<std::int32_t>(motor_share * shares_);
   sums_.readings += current_steps;
   sums_.shares += sums_.share;
   ++sums_.periods;

@@ -150,7 +150,7 @@ struct Layout<ControlConfig> {
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
 /// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
-/// starts the next time. The emulated device keeps it and has no use for it.
+/// starts the next time. Of the emulated device it concerns what has Electrics.
 struct BoardConfig {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -189,7 +189,7 @@ struct Layout<BoardConfig> {
   static constexpr std::string_view doc =
       "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. "
       "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
-      "device starts the next time. The emulated device keeps it and has no use for it.";
+      "device starts the next time. Of the emulated device it concerns what has Electrics.";
   static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &BoardConfig::axis, "", "which axis; 0 is the first"),

@@ -155,7 +155,7 @@ export const FAULTS: readonly Bit[] = [
     "name": "supply",
     "bit": 9,
     "doc": "the supply's voltage, as the board measures it, is not the configured one",
-    "advice": "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and the divider's wire with the board configuration. A fault from before anybody armed goes by itself; clear any other",
+    "advice": "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and the divider's wire with the board configuration. A fault while nobody was armed goes by itself; clear any other",
   },
 ];
 
@@ -312,7 +312,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "direction": "feature",
     "title": "BoardConfig",
     "doc": "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
-    "notes": "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device starts the next time. The emulated device keeps it and has no use for it.",
+    "notes": "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device starts the next time. Of the emulated device it concerns what has Electrics.",
     "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},

@@ -212,6 +212,7 @@ def facts() -> KnobFacts:
             before=health,
             after=health,
             watchdog_s=0.25,
+            watches_supply=False,
             limits=knob.limits(),
             clock=ClockFit(offset_s=-12.5, drift_ppm=30.0, uncertainty_ppm=100.0),
             round_trips=RoundTrips(200, 2e-3, 3e-3, 5e-3),
@@ -449,7 +450,11 @@ def test_real_board_without_a_speed_limit_is_told_to_set_one(facts: KnobFacts) -
     assert "any speed" in finding.text
     assert "speed_limit_rad_s=160`" in finding.advice
     limited = dataclasses.replace(free, speed_limit_rad_s=160.0)
-    assert doctor_knob.check_parts(dataclasses.replace(facts, info=board, limits=limited)).ok
+    sound = dataclasses.replace(facts, info=board, limits=limited)
+    assert doctor_knob.check_parts(sound).ok
+    assert "does not measure its supply" in doctor_knob.check_parts(sound).text
+    watching = dataclasses.replace(sound, watches_supply=True)
+    assert "its supply" not in doctor_knob.check_parts(watching).text
 
 
 def test_every_way_in_which_an_encoder_fails_is_told(facts: KnobFacts) -> None:

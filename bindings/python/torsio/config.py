@@ -149,7 +149,7 @@ class BoardConfig:
     """What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.
 
     A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the
-    device starts the next time. The emulated device keeps it and has no use for it.
+    device starts the next time. Of the emulated device it concerns what has Electrics.
 
     Attributes
     ----------

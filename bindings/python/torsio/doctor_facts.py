@@ -104,6 +104,7 @@ class KnobFacts:
     before: Health
     after: Health
     watchdog_s: float
+    watches_supply: bool
     limits: Limits
     clock: ClockFit
     round_trips: RoundTrips | None
@@ -225,6 +226,7 @@ def examine(knob: Knob) -> KnobFacts:
         before=before,
         clock=fit_clock(first, ask_clock(knob.clock), 1 / knob.info.control_rate_hz),
         watchdog_s=knob.control_config().watchdog_s,
+        watches_supply=knob.board_config().supply_sense_pin != 0,
         limits=knob.limits(),
         round_trips=round_trips,
         samples=len(samples),

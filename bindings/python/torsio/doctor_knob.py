@@ -130,7 +130,9 @@ def check_parts(facts: KnobFacts) -> Finding:
     most = f"it gives at most: {limits_text(facts.limits)}"
     lacks = missing(facts.info.board, facts.limits)
     if lacks is None:
-        return Finding("parts", True, most, values=values)
+        real = facts.info.board != "emulated"
+        blind = "; it does not measure its supply" if real and not facts.watches_supply else ""
+        return Finding("parts", True, most + blind, values=values)
     what, advice = lacks
     return Finding("parts", False, f"{what}; {most}", advice, values)
 

@@ -64,8 +64,8 @@ FAULT_ADVICE: Final = {
     ),
     "supply": (
         "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and "
-        "the divider's wire with the board configuration. A fault from before anybody armed "
-        "goes by itself; clear any other"
+        "the divider's wire with the board configuration. A fault while nobody was armed goes"
+        " by itself; clear any other"
     ),
 }
 """What to do about each fault of the device."""

@@ -43,6 +43,10 @@ constexpr std::optional<device::PinConflict> find_pin_conflict(const protocol::B
   if (watches_supply && config.supply_sense_pin < kFirstAdcPin) {
     return PinConflict{supply, config.supply_sense_pin, "only GP26, GP27 and GP28 can measure"};
   }
+  if (watches_supply && 1.25F * config.supply_v > 3.3F * config.supply_sense_ratio) {
+    return PinConflict{field_index<BoardConfig>("supply_sense_ratio"), config.supply_sense_ratio,
+                       "a quarter more than supply_v must be below 3.3 V at the pin"};
+  }
   struct Use {
     std::uint8_t first_pin;
     std::uint8_t pins;

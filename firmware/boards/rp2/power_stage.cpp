@@ -79,12 +79,15 @@ void PowerStage::select(std::uint8_t pin) const { adc_select_input(pin - rp2::kF
 
 void PowerStage::begin() {
   pwm_clear_irq(step_unit_);
-  if (measures_supply_) [[unlikely]] {
-    logic_.see_supply(finish_measurement());
-    select(config_.current_sense_pin);
-    measures_supply_ = false;
+  if (!measures_supply_) [[likely]] {
+    hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+    return;
   }
+  const std::int32_t supply = finish_measurement();
+  select(config_.current_sense_pin);
   hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+  measures_supply_ = false;
+  logic_.see_supply(supply);
 }
 
 std::uint16_t PowerStage::find_faults() const {
@@ -103,7 +106,7 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
   wanted_ = outputs;
   const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
   if (logic_.wants_supply()) [[unlikely]] {
-    // Between two measurements of the current, which come at their times as ever.
+    // Between two measurements of the current, the next of which comes a fraction of a us later.
     select(config_.supply_sense_pin);
     hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
     measures_supply_ = true;

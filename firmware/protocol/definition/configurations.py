@@ -109,7 +109,7 @@ BOARD_CONFIG = _configuration(
     "BoardConfig",
     "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
     "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
-    "device starts the next time. The emulated device keeps it and has no use for it.",
+    "device starts the next time. Of the emulated device it concerns what has Electrics.",
     number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=12.0),
     number(
         "motor_torque_constant_nm_per_a", "N m/A", 1e-4, 100.0, "at the knob", default=0.05

@@ -276,7 +276,7 @@ FAULT = Bits(
             "supply",
             "the supply's voltage, as the board measures it, is not the configured one",
             "switch the supply on and measure it; then compare supply_v, supply_sense_ratio and "
-            "the divider's wire with the board configuration. A fault from before anybody armed "
+            "the divider's wire with the board configuration. A fault while nobody was armed "
             "goes by itself; clear any other",
         ),
     ),

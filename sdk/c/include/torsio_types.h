@@ -549,7 +549,7 @@ TORSIO_API torsio_result torsio_control_config_init(torsio_control_config* struc
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
 /// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
-/// starts the next time. The emulated device keeps it and has no use for it.
+/// starts the next time. Of the emulated device it concerns what has Electrics.
 typedef struct torsio_board_config {
   uint32_t struct_size;  ///< bytes of a torsio_board_config
   /// of both H-bridges; 3 to 60; at first 12

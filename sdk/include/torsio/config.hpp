@@ -85,7 +85,7 @@ struct ControlConfig {
 
 /// What is wired to the board, and the electrical values of motor and brake; docs/hardware.md. A
 /// pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the device
-/// starts the next time. The emulated device keeps it and has no use for it.
+/// starts the next time. Of the emulated device it concerns what has Electrics.
 struct BoardConfig {
   double supply_v = 12.0;                        ///< of both H-bridges; 3 to 60
   double motor_torque_constant_nm_per_a = 0.05;  ///< at the knob; 1e-4 to 100

@@ -280,6 +280,38 @@ TEST_CASE("a supply that is not there before anybody arms is waited for") {
   CHECK(rig.command(Op::clear_fault) == Status::ok);
 }
 
+TEST_CASE("what bridges and sensor say for want of a supply goes with it, in any order") {
+  for (const std::uint16_t before : {fault::actuator, fault::supply, fault::current_sensor}) {
+    Rig rig;
+    CAPTURE(before);
+    const auto tell = [&](std::uint16_t power_faults) {
+      rig.inputs.actuator_fault = power_faults != 0;
+      rig.inputs.power_faults = power_faults;
+      rig.tick();
+    };
+    tell(before);
+    tell(fault::actuator | fault::supply | fault::current_sensor);
+    tell(fault::actuator);
+    CHECK(rig.get<Health>().faults != 0);
+    tell(0);
+    rig.tick();
+    CHECK(rig.get<Health>().faults == 0);
+    CHECK(rig.command(Op::arm) == Status::ok);
+    // From an armed device nothing is forgiven.
+    tell(fault::actuator | fault::supply);
+    tell(0);
+    rig.tick();
+    CHECK(rig.get<Health>().faults == (fault::actuator | fault::supply));
+  }
+  // Without a word of the supply a bridge's fault is one.
+  Rig rig;
+  rig.inputs.actuator_fault = true;
+  rig.tick();
+  rig.inputs.actuator_fault = false;
+  rig.tick(5);
+  CHECK(rig.get<Health>().faults == fault::actuator);
+}
+
 TEST_CASE("a supply that comes back takes no other fault with it") {
   for (const bool supply_first : {true, false}) {
     Rig rig;
