@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <type_traits>
 
 #include "protocol/codec.hpp"
@@ -102,7 +103,15 @@ bool are_assumed(const Config& config) {
 std::uint32_t crc32(std::span<const std::uint8_t> bytes) { return ~follow(0xFFFFFFFFU, bytes); }
 
 std::uint32_t values_checksum(const Config& config) {
-  return ~follow_values(follow_values(0xFFFFFFFFU, config.actuator), config.shaft);
+  std::uint32_t crc = follow_values(follow_values(0xFFFFFFFFU, config.actuator), config.shaft);
+  // What every torque is measured by; pins and limits may change.
+  const protocol::BoardConfig& board = config.board;
+  for (const float value : {board.supply_v, board.motor_torque_constant_nm_per_a,
+                            board.motor_resistance_ohm, board.motor_inductance_h,
+                            board.brake_torque_constant_nm_per_a, board.current_sense_v_per_a}) {
+    crc = follow(crc, std::bit_cast<std::array<std::uint8_t, sizeof value>>(value));
+  }
+  return ~crc;
 }
 
 protocol::CalibrationConfig calibration_now(const Config& config) {

@@ -331,6 +331,38 @@ def test_quick_look_leaves_the_knees_that_it_does_not_see() -> None:
     assert found.cogging is None
 
 
+def test_knob_that_knows_its_brake_is_measured_as_one_that_does_not(found: Any) -> None:
+    first, *_ = found
+    plant = torsio.PlantParams(
+        brake_time_constant_s=40e-3, brake_hysteresis=torsio.BrakeHysteresis(half_width_nm=8e-3)
+    )
+    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=10_000.0)
+    with torsio.open("emulated", emulator=options) as knob:
+        calibration.apply(knob, first)
+        assert knob.control_config().law == "calibrated"
+        again = calibration.calibrate(knob).quantities
+    for name, truth in (("hysteresis_nm", 8e-3), ("rise_s", 40e-3), ("release_s", 40e-3)):
+        assert again[name].value == pytest.approx(truth, rel=0.02), name
+
+
+def test_restoring_goes_on_where_a_part_fails(found: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured, *_ = found
+    with torsio.open("emulated") as knob:
+        before = (knob.actuator_config(), knob.shaft_config(), knob.control_config())
+        configure, calls = knob.configure, []
+
+        def fails_twice(config: Any) -> None:
+            calls.append(config)
+            if config == measured.known or (len(calls) > 1 and config == before[1]):
+                raise torsio.Timeout("lost")
+            configure(config)
+
+        monkeypatch.setattr(knob, "configure", fails_twice)
+        with pytest.raises(torsio.Timeout):
+            calibration.apply(knob, measured)
+        assert (knob.actuator_config(), knob.control_config()) == (before[0], before[2])
+
+
 def test_calibration_that_is_refused_in_part_changes_nothing(found: Any) -> None:
     measured, *_ = found
     with torsio.open("emulated") as knob:

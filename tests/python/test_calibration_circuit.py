@@ -102,6 +102,22 @@ def test_board_keeps_what_was_found_and_info_shows_it(measured: Any) -> None:
         assert told == pytest.approx(found.quantities[CIRCUIT[2]].value, rel=1e-6)
 
 
+def test_what_was_configured_meanwhile_stays_and_a_look_before_the_next_start_sees_no_drift(
+    measured: Any,
+) -> None:
+    found, _ = measured
+    with opened(ELECTRICS) as knob:
+        board = replace(knob.board_config(), motor_current_max_a=1.7, light_pin=3)
+        knob.configure(board)
+        calibration.apply(knob, found)
+        circuit = {name: getattr(found.board, name) for name in CIRCUIT}
+        assert replace(board, **circuit) == knob.board_config()
+        assert knob.calibration_config().values_are == "measured"
+        knob.sleep(0.5)
+        looked = calibration.calibrate(knob, quick=True)
+        assert calibration.drifts(found.as_dict(), looked) == []
+
+
 def sensor(state: Literal["dead", "stuck", "saturated"]) -> Callable[[torsio.Knob], None]:
     return lambda knob: knob.emulator.set_current_sensor(state)
 

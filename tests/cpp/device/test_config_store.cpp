@@ -229,6 +229,22 @@ TEST_CASE("what a calibration is about is saved with it") {
   other = *loaded;
   other.actuator.counts_per_rev = 4096;
   CHECK(calibration_now(other).values_are == Basis::assumed);
+  // Torques are measured by these; a pin or a limit is no part of it.
+  using torsio::protocol::BoardConfig;
+  for (float BoardConfig::* const value :
+       {&BoardConfig::supply_v, &BoardConfig::motor_torque_constant_nm_per_a,
+        &BoardConfig::motor_resistance_ohm, &BoardConfig::motor_inductance_h,
+        &BoardConfig::brake_torque_constant_nm_per_a, &BoardConfig::current_sense_v_per_a}) {
+    other = *loaded;
+    other.board.*value *= 1.1F;
+    CHECK(calibration_now(other).values_are == Basis::assumed);
+    other.board.*value = loaded->board.*value;
+    CHECK(calibration_now(other).values_are == Basis::measured);
+  }
+  other = *loaded;
+  other.board.motor_current_max_a = 0.5F;
+  other.board.light_pin = 3;
+  CHECK(calibration_now(other).values_are == Basis::measured);
 }
 
 TEST_CASE("the same change of two values that stand at the same place of two reports is seen") {

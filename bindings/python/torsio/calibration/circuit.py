@@ -24,11 +24,16 @@ from torsio.config import BoardConfig
 from torsio.knob import Knob
 from torsio.records import MotorCurrent
 
-__all__ = ["ELECTRIC_STEPS", "Circuit", "CircuitSteps"]
+__all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "Circuit", "CircuitSteps"]
 
 ELECTRIC_STEPS = ("current sensor", "torque constant", "winding")
 """What a device with a current sensor does more, as `progress` names it: before the signs, after
 them, and before the shaft. What holds the brake comes late: a brake may keep some of its torque."""
+
+MEASURED_OF_BOARD = (
+    *("supply_v", "motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"),
+)
+"""What is proposed of `BoardConfig`; the supply only where its voltage was told."""
 
 _REST_READINGS, _REST_EVERY_S = 300, 1e-3
 # To and fro, so that the knob comes to rest; longer than a fault takes.

@@ -101,8 +101,9 @@ class Player:
         """Prepare a disarmed knob, and leave its configuration as it was."""
         actuator, control = knob.actuator_config(), knob.control_config()
         knob.stop()
-        # With no lag in its model the device tells the brake's command itself.
-        knob.configure(replace(actuator, brake_time_constant_s=0.0))
+        # With nothing of the brake in its model the device tells the brake's command itself.
+        none = {"brake_time_constant_s": 0.0, "brake_release_time_constant_s": 0.0}
+        knob.configure(replace(actuator, brake_hysteresis_nm=0.0, **none))
         knob.configure(replace(control, motor_slew_nm_per_s=0.0, autonomous=False))
         try:
             rate_hz = knob.start_telemetry()
@@ -117,6 +118,16 @@ class Player:
     def motor_current(self) -> MotorCurrent:
         """Ask the device what it has measured of the motor's current."""
         return self._knob.motor_current()
+
+    def believe_configured(self) -> None:
+        """Reckon with the configured torque constant, where the board does not do so yet.
+
+        It takes a new one when it starts.
+        """
+        now = self.motor_current()
+        if now.measured:
+            constant = self._knob.board_config().motor_torque_constant_nm_per_a
+            self.torque_share = constant / now.torque_constant_nm_per_a
 
     def known(self, log: Recording) -> Recording:
         """Give a recording from before `torque_share` was known as it is with it."""

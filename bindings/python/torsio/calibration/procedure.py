@@ -15,7 +15,7 @@ import numpy as np
 from torsio import checks, perception
 from torsio.calibration.brake import Brake, estimate_brake, slip
 from torsio.calibration.brake_curve import BrakeCurve
-from torsio.calibration.circuit import Circuit, CircuitSteps
+from torsio.calibration.circuit import MEASURED_OF_BOARD, Circuit, CircuitSteps
 from torsio.calibration.cogging import Cogging
 from torsio.calibration.free import (
     FAST_RAD_S,
@@ -202,7 +202,9 @@ def calibrate(
     with Player.playing(knob) as player:
         most: dict[str, Any] = {"motor_nm": motor_nm, "brake_nm": brake_nm}
         circuit, electric = None, None if quick else CircuitSteps.of(knob, player, say)
-        if electric is not None:
+        if electric is None:
+            player.believe_configured()
+        else:
             electric.look(motor_nm)
         say(STEPS[0])
         loose_nm = find_signs(player, motor_nm)
@@ -341,17 +343,21 @@ def apply(knob: Knob, calibration: Calibration) -> None:
     """
     board, control = knob.board_config(), knob.control_config()
     before = (knob.actuator_config(), knob.shaft_config(), board, control)
-    # Its caps and limits may be others by now.
+    # Its caps, limits and pins may be others by now.
     law = replace(control, law=calibration.law, free_assist_nm=calibration.free_assist_nm)
-    proposed = (calibration.actuator, calibration.shaft, calibration.board or board, law)
+    motor = board
+    if calibration.board is not None:
+        measured = dataclasses.asdict(calibration.board)
+        motor = replace(board, **{name: measured[name] for name in MEASURED_OF_BOARD})
+    proposed = (calibration.actuator, calibration.shaft, motor, law)
     known = knob.calibration_config()
     try:
         # What is known comes last: it is about the values that the device has by then.
         for config in (*proposed, calibration.known):
             knob.configure(config)
     except Error:
-        with suppress(Error):
-            for config in (*before, known):
+        for config in (*before, known):
+            with suppress(Error):
                 knob.configure(config)
         raise
 
