@@ -33,8 +33,9 @@ type Said =
   | { kind: "kept"; path: string }
   | { kind: "refused"; why: string };
 
-const STEPS = ["signs", "friction and inertia", "shaft", "brake"];
-const QUICK_STEPS = 3;
+// Those of the circuit only a knob has that measures its motor's current.
+const STEPS = ["current sensor", "signs", "torque constant", "friction and inertia", "winding", "shaft", "brake"];
+const QUICK_STEPS = ["signs", "friction and inertia", "shaft"];
 
 function table(headings: readonly string[], rows: readonly (readonly string[])[]): HTMLElement {
   return element(
@@ -122,7 +123,8 @@ export class Calibrating {
 
   async #run(): Promise<void> {
     const quick = this.#quick.checked;
-    const places = STEPS.slice(0, quick ? QUICK_STEPS : STEPS.length).map((name) => element("li", {}, name));
+    const steps = quick ? QUICK_STEPS : STEPS;
+    const places = steps.map((name) => element("li", {}, name));
     this.#result.replaceChildren(element("ol", { id: "calibration-steps" }, ...places));
     const address = this.address()!;
     await this.letGo();
@@ -135,8 +137,11 @@ export class Calibrating {
     socket.onmessage = (event: MessageEvent<string>) => {
       const said = JSON.parse(event.data) as Said;
       if (said.kind === "step") {
-        const at = STEPS.indexOf(said.name);
-        places.forEach((place, i) => (place.className = i < at ? "done" : i === at ? "now" : ""));
+        const at = steps.indexOf(said.name);
+        places.forEach((place, i) => {
+          if (i < at && place.className === "") place.hidden = true; // this knob does without
+          place.className = i < at ? "done" : i === at ? "now" : "";
+        });
       } else if (said.kind === "refused") {
         found = true;
         tell(said.why);
@@ -181,7 +186,7 @@ export class Calibrating {
       table(["quantity", "value ± standard uncertainty", "what it is"],
         found.quantities.map(([name, value, meaning]) => [name, value.replace("+-", "±"), meaning])),
       element("div", { class: "pictures" }, ...found.fits.map(picture)),
-      element("p", {}, found.changes.length ? "Proposed for the configuration of actuator, shaft and control:" : "There is nothing to change."),
+      element("p", {}, found.changes.length ? "Proposed for the configuration; what is the motor's takes effect when the knob is plugged in the next time:" : "There is nothing to change."),
       table(["field", "in the knob", "proposed"],
         found.changes.map(([name, before, after]) => [name, digits(before), digits(after)])),
       element("div", { class: "buttons" }, keep, leave),
