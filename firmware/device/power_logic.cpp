@@ -35,7 +35,7 @@ constexpr std::uint32_t kLookSteps = 64;  // it need not be looked at more often
 constexpr float kSupplyBand = 0.25F;
 constexpr float kSupplyPeriodS = 0.5e-3F;
 constexpr std::uint8_t kSupplyReadings = 3;   // noise makes one that is wrong
-constexpr std::uint8_t kSupplyReturns = 200;  // at the edge of the band it must not flutter
+constexpr std::uint8_t kSupplyReturns = 100;  // at the edge of the band it must not flutter
 
 float seconds(std::uint32_t ns) { return static_cast<float>(ns) * 1e-9F; }
 

@@ -45,6 +45,8 @@ class Danger:
         The guard behind it, which must be away as well to see what is left.
     by_chance_ms
         So much of the time depends on when it happens.
+    mended_after_ms
+        When the board believes that it is mended.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Danger:
     rests: bool = False
     behind: str = ""
     by_chance_ms: float = 0.0
+    mended_after_ms: float = 1.0
 
     def __str__(self) -> str:
         return self.name
@@ -126,10 +129,12 @@ DANGERS = (
 )  # fmt: skip
 
 
+SUPPLY_RETURNS_MS = 55.0
 # To a board with a divider at its supply. The winding's guard is behind it, and comes later.
 SUPPLY_DANGERS = tuple(
     Danger(f"{name}, with the divider", _motor(supply=supply_v), "supply", "supply", 2.5,
-           _motor(supply=12), behind="winding", by_chance_ms=0.5)
+           _motor(supply=12), behind="winding", by_chance_ms=0.5,
+           mended_after_ms=SUPPLY_RETURNS_MS)
     for name, supply_v in (
         ("supply missing", 0), ("supply of a quarter", 3), ("supply of half", 6),
         ("supply of twice", 24),
@@ -170,7 +175,7 @@ def settle(board: EmulatedPico, danger: Danger) -> None:
     if board.get("health")["state"] == "armed":
         assert board.command("disarm") == "ok"
     board.turn(-board.get("clock")["position_counts"], period_us=2)
-    board.run(1 + 2 * danger.by_chance_ms)
+    board.run(danger.mended_after_ms)
     if board.get("health")["state"] == "fault":
         assert board.command("clear_fault") == "ok"
     assert board.get("health")["state"] == "disarmed"

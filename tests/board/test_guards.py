@@ -22,6 +22,7 @@ from tests.board.dangers import (
     PLENTY,
     PUSHED_A,
     SUPPLY_DANGERS,
+    SUPPLY_RETURNS_MS,
     Danger,
     arm_while_bridge_wakes,
     endure,
@@ -155,7 +156,7 @@ def test_another_supply_keeps_a_board_that_measures_it_from_arming_while_it_last
     assert pico.command("clear_fault") == "fault_persists"
     # It need not be cleared: nobody was at it.
     pico.do("motor", supply=12)
-    pico.run(2.5)
+    pico.run(SUPPLY_RETURNS_MS)
     health = pico.get("health")
     assert (health["state"], health["faults"]) == ("disarmed", 0)
     assert pico.command("arm") == "ok"
@@ -170,7 +171,7 @@ def test_another_supply_may_arm_without_the_guard(bare_watching_pico: EmulatedPi
     assert pico.command("arm") == "ok"
     assert pico.command("disarm") == "ok"
     pico.do("motor", supply=12)
-    pico.run(2.5)
+    pico.run(SUPPLY_RETURNS_MS)
     take_away(pico)
 
 

@@ -107,7 +107,7 @@ def test_what_was_configured_meanwhile_stays_and_a_look_before_the_next_start_se
 ) -> None:
     found, _ = measured
     with opened(ELECTRICS) as knob:
-        board = replace(knob.board_config(), motor_current_max_a=1.7, light_pin=3)
+        board = replace(knob.board_config(), motor_current_max_a=1.7, brake_current_max_a=0.2)
         knob.configure(board)
         calibration.apply(knob, found)
         circuit = {name: getattr(found.board, name) for name in CIRCUIT}

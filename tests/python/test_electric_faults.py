@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -212,10 +213,10 @@ def test_fast_knob_that_is_stopped_gently_lifts_the_supply(
             knob.sleep(0.1)
             knob.emulator.set_hand(torsio.NoHand())
             knob.play(torsio.Constant(torque_nm=-0.02))
-            for _ in range(400):
+            before_rad, knob_rad = -math.inf, knob.clock().angle_rad
+            while not knob.faults() and knob_rad > before_rad:
                 knob.sleep(1e-3)
-                if knob.faults() or knob.emulator.plant["speed_rad_s"] < 0.0:
-                    break
+                before_rad, knob_rad = knob_rad, knob.clock().angle_rad
             assert knob.faults() == faults
 
 

@@ -185,17 +185,18 @@ class Knob(KnobConfiguration, KnobTelemetry):
         board's `speed_limit_rad_s`.
         """
         # Before the torque, so that whoever makes errors of warnings is not armed.
-        if self.info.board != "emulated":
-            limits = self.limits()
-            if limits.held_low:
-                warnings.warn(held_low(limits), stacklevel=2)
-            elif limits.speed_limit_rad_s == 0.0:
-                warnings.warn(no_speed_limit(), stacklevel=2)
+        if self._is_held_low():
+            warnings.warn(held_low(self.limits()), stacklevel=2)
+        elif self.info.board != "emulated" and self.limits().speed_limit_rad_s == 0.0:
+            warnings.warn(no_speed_limit(), stacklevel=2)
         self._arm()
 
     def _arm(self) -> None:
         self._recording.note("arm")
         self._knob.arm()
+
+    def _is_held_low(self) -> bool:
+        return self.info.board != "emulated" and self.limits().held_low
 
     def disarm(self) -> None:
         """Torque off; the scene stays."""

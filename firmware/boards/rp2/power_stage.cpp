@@ -79,10 +79,15 @@ void PowerStage::select(std::uint8_t pin) const { adc_select_input(pin - rp2::kF
 
 void PowerStage::begin() {
   pwm_clear_irq(step_unit_);
-  if (!measures_supply_) [[likely]] {
-    hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+  if (measures_supply_) [[unlikely]] {
+    see_supply();
     return;
   }
+  hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+}
+
+/// Out of line, or every other interrupt would save and restore its registers.
+[[gnu::noinline]] void PowerStage::see_supply() {
   const std::int32_t supply = finish_measurement();
   select(config_.current_sense_pin);
   hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);

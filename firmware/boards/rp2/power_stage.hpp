@@ -39,6 +39,7 @@ class PowerStage {
   void apply() { apply(wanted_); }
 
  private:
+  void see_supply();
   std::int32_t finish_measurement() const;
   void select(std::uint8_t pin) const;
   void set_bridge(std::uint32_t unit, float share);

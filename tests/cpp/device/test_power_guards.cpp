@@ -496,8 +496,8 @@ TEST_CASE("a supply a quarter beside the configured one is a fault, while it las
         CHECK(found_s <= soon_s);
         CHECK(divider.logic.find_faults(false) == fault::supply);
         CHECK(divider.watch(wrong * supply_v, 0.1) == 0.0);
-        // Back again it must stay so for a tenth of a second, then all is well.
-        divider.watch(supply_v, 0.098, true);
+        // Back again it must stay so for a twentieth of a second, then all is well.
+        divider.watch(supply_v, 0.048, true);
         CHECK(divider.logic.find_faults(false) == fault::supply);
         divider.watch(supply_v, 3e-3, true);
         CHECK(divider.logic.find_faults(false) == 0);
