@@ -7,13 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
 from torsio.calibrate_cli import words_of
-from torsio.calibration.circuit import ELECTRIC_STEPS
+from torsio.calibration.circuit import ELECTRIC_STEPS, push_current
+from torsio.calibration.play import Player
 from torsio.cli import app
 
 OHM, HENRY, SUPPLY_V, SENSOR_V_PER_A = 2.3, 1.7e-3, 12.8, 0.19
@@ -128,6 +130,32 @@ def test_what_is_broken_is_refused_with_its_reason(
             calibration.calibrate(knob)
         assert refusal.value.reason == reason
         assert knob.state != "armed"
+
+
+def test_stretch_is_as_long_as_it_is_however_long_each_look_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ask = torsio.Knob.motor_current
+
+    def slow(knob: torsio.Knob) -> torsio.MotorCurrent:
+        knob.sleep(2e-3)
+        return ask(knob)
+
+    with opened(ELECTRICS) as knob:
+        actuator, board = knob.actuator_config(), knob.board_config()
+        monkeypatch.setattr(torsio.Knob, "motor_current", slow)
+        with Player.playing(knob) as player:
+            begin_s = ask(knob).time_s
+            held = push_current(
+                player,
+                board,
+                motor_nm=actuator.motor_torque_max_nm,
+                brake_nm=actuator.brake_torque_max_nm,
+            )
+            passed_s = ask(knob).time_s - begin_s
+            assert player.seconds == pytest.approx(passed_s, abs=1e-3)
+    # Six levels and two waves, less what is not looked at of each.
+    assert float(np.sum(held.duration_s)) == pytest.approx(6 * 0.086 + 2 * 0.486, abs=8 * 10e-3)
 
 
 def test_knob_that_measures_no_current_is_calibrated_without_and_says_so() -> None:

@@ -35,14 +35,14 @@ _REST_READINGS, _REST_EVERY_S = 300, 1e-3
 _PULSES, _PULSE_S, _PULSE_SHARE, _PULSE_RAD = (1.0, -1.0, -1.0, 1.0), 0.015, 0.2, 0.25
 _HOLD_S = 0.5  # until the brake holds
 _LEVELS = (0.4, -0.4, 0.7, -0.7, 1.0, -1.0)
-_LEVEL_S, _RAMP_S, _LEVEL_SETTLE_S = 0.1, 4e-3, 12e-3
+_LEVEL_S, _RAMP_S, _LEVEL_SETTLE_S = 0.1, 4e-3, 14e-3
 # About a middle that is higher, so that the voltage keeps its sign; too fast for the shaft.
 _WAVE_S, _WAVE_MIDDLE, _WAVE_PEAK, _WAVE_HZ = 0.5, 0.75, 0.35, (230.0, 330.0)
 _REST_S, _LET_GO_S = 0.3, 0.6  # until what twisted the shaft has died away; until the brake is off
-_LOOK_S = 2e-3
+_LOOK_S = 5e-3
 _TRAVEL_RAD = 0.4
 _SPEEDS_RAD_S = (25.0, 50.0, 75.0)
-_TURN_S, _TURN_SETTLE_S, _TURN_LOOK_S = 0.3, 0.12, 20e-3
+_TURN_S, _TURN_SETTLE_S, _TURN_LOOK_S = 0.3, 0.14, 20e-3
 _TURN_LIMIT_RAD_S = 150.0
 
 
@@ -73,18 +73,20 @@ def pulse(player: Player, board: BoardConfig, *, motor_nm: float) -> None:
     Refusal
         "no_current", "reversed_sensor", or why the device disarmed.
     """
-    readings = [player.motor_current()]
+    begin = player.motor_current()
+    looks = _Looks(player, 0.0)
     log = player.chain(
         [(_PULSE_S, {"motor_command_nm": way * _PULSE_SHARE * motor_nm}) for way in _PULSES],
-        look=lambda _: readings.append(player.motor_current()),
+        look=looks,
         look_every_s=_PULSE_S,
         travel_rad=_PULSE_RAD,
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,
     )
-    readings.append(player.motor_current())
-    over = intervals(readings, board.supply_v)
-    check_current(over.chosen(np.abs(over.voltage_v_s) > 0.0), board.motor_resistance_ohm)
+    over = intervals([begin, *looks.all, player.motor_current()], board.supply_v)
+    pushed = over.chosen(np.abs(over.voltage_v_s) > 0.0)
+    if pushed.duration_s.size > 0:
+        check_current(pushed, board.motor_resistance_ohm)
     if log.stopped not in ("", "excitation_stopped"):
         raise Refusal(
             ELECTRIC_STEPS[0], log.stopped, f"the device disarmed ({log.stopped}): torsio doctor "
@@ -102,11 +104,12 @@ class _Looks:
         self._parts: dict[int, list[MotorCurrent]] = {}
         self._begin_s: dict[int, float] = {}
 
-    def __call__(self, stretch: int) -> None:
+    def __call__(self, stretch: int) -> MotorCurrent:
         now = self._player.motor_current()
         self.all.append(now)
         if now.time_s >= self._begin_s.setdefault(stretch, now.time_s) + self._settle_s:
             self._parts.setdefault(stretch, []).append(now)
+        return now
 
     def intervals(self, stretches: Iterable[int], supply_v: float) -> Intervals:
         """Give those within these stretches; none reaches from one into the next."""

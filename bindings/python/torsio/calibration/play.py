@@ -22,6 +22,7 @@ __all__ = ["Player", "Recording"]
 
 # The device goes on for so long when the host is late with the next stretch; then it disarms.
 _SLACK_S = 0.25
+_LEAST_SLEEP_S = 1e-3
 # What the library keeps unless it is told otherwise.
 _MOST_SAMPLES = 65536
 
@@ -77,8 +78,6 @@ class Player:
 
     Attributes
     ----------
-    seconds
-        Of the knob's time that were used so far.
     drive
         What makes the motor's torque; None if it is what the motor is told.
     torque_share
@@ -93,7 +92,7 @@ class Player:
         self.drive = drive
         self.torque_share = 1.0
         self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
-        self.seconds = 0.0
+        self._begin_s = knob.clock().time_s
 
     @classmethod
     @contextmanager
@@ -114,6 +113,11 @@ class Player:
                 knob.configure(actuator)
                 knob.configure(control)
 
+    @property
+    def seconds(self) -> float:
+        """Of the knob's time that have passed so far."""
+        return self._knob.clock().time_s - self._begin_s
+
     def motor_current(self) -> MotorCurrent:
         """Ask the device what it has measured of the motor's current."""
         return self._knob.motor_current()
@@ -128,15 +132,14 @@ class Player:
         """Record without torque."""
         self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         self._knob.sleep(duration_s)
-        self.seconds += duration_s
         return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)], "")
 
     def chain(
         self,
         stretches: Sequence[tuple[float, dict[str, Any]]],
         *,
-        look: Callable[[int], object] | None = None,
-        look_every_s: float = 1.0,
+        look: Callable[[int], MotorCurrent] | None = None,
+        look_every_s: float = 5e-3,
         **bounds: float,
     ) -> Recording:
         """Play stretches one after the other.
@@ -146,7 +149,8 @@ class Player:
         stretches
             Duration in seconds, and fields of an `Excitation`.
         look, look_every_s
-            Called with the number of the stretch that plays, every so often.
+            Asks the device for its current, at the begin of each stretch, whose number it is told,
+            and every so often from then on.
         bounds
             Fields of all of them.
         """
@@ -163,7 +167,6 @@ class Player:
                     knob.sleep(duration_s)
                 else:
                     self._look_on(duration_s, look_every_s, partial(look, number))
-                self.seconds += duration_s
                 pieces.append(knob.read(max_samples=_MOST_SAMPLES))
                 if knob.state != "armed":
                     break
@@ -178,12 +181,13 @@ class Player:
             knob.disarm()
         return self._recording(pieces, stopped)
 
-    def _look_on(self, duration_s: float, every_s: float, look: Callable[[], object]) -> None:
-        for _ in range(max(round(duration_s / every_s), 1)):
-            self._knob.sleep(every_s)
-            look()
-            if self._knob.state != "armed":
-                return
+    def _look_on(self, duration_s: float, every_s: float, look: Callable[[], MotorCurrent]) -> None:
+        """Look until a stretch is over by the device's time: a look takes time as well."""
+        now_s = look().time_s
+        end_s = now_s + duration_s
+        while now_s < end_s and self._knob.state == "armed":
+            self._knob.sleep(max(min(every_s, end_s - now_s), _LEAST_SLEEP_S))
+            now_s = look().time_s
 
     def _recording(self, pieces: list[Record], stopped: str) -> Recording:
         log = np.concatenate(pieces)
