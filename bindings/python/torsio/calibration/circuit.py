@@ -10,6 +10,8 @@ import numpy as np
 
 from torsio.calibration.drive import drive_of
 from torsio.calibration.electric import (
+    SUPPLY_CONFIGURED,
+    SUPPLY_METERED,
     Intervals,
     Motor,
     check_current,
@@ -203,11 +205,15 @@ class Circuit:
     ----------
     board
         The configuration that is proposed.
+    torque_share
+        How uncertain every torque is, as a share of it, in the measure of the proposed torque
+        constant.
     """
 
     quantities: tuple[Quantity, ...]
     motor: Motor
     board: BoardConfig
+    torque_share: float
 
     def sigmas(self) -> dict[str, int]:
         """Give what the device keeps of the uncertainties: thousandths, rounded up."""
@@ -221,13 +227,8 @@ class Circuit:
             )
         }
 
-    @property
-    def torque_share(self) -> float:
-        """How uncertain every torque is, as a share of it: as the torque constant."""
-        return self.motor.constant.standard_uncertainty / self.motor.constant.value
-
     def scaled(self, quantity: Quantity) -> Quantity:
-        """Give what is a torque over something with the uncertainty of the torque constant."""
+        """Give what is a torque over something with the uncertainty of every torque."""
         if not quantity.name.endswith(_OF_TORQUE):
             return quantity
         sigma = math.hypot(quantity.standard_uncertainty, self.torque_share * quantity.value)
@@ -245,16 +246,34 @@ class CircuitSteps:
     ----------
     say
         Told the name of each step.
+    supply_v
+        What a meter says; None: nobody has measured it.
     """
 
-    def __init__(self, knob: Knob, player: Player, say: Callable[[str], object]) -> None:
+    def __init__(
+        self, knob: Knob, player: Player, say: Callable[[str], object], supply_v: float | None
+    ) -> None:
         self._knob, self._player, self._say = knob, player, say
-        self._board = knob.board_config()
+        self._board = board = knob.board_config()
+        self._supply_sigma = 0.0
+        self._guesses_supply = supply_v is None and board.supply_sense_pin == 0
+        if supply_v is not None:
+            self._board = replace(board, supply_v=supply_v)
+            self._supply_sigma = SUPPLY_METERED
+        elif self._guesses_supply:
+            self._supply_sigma = SUPPLY_CONFIGURED
 
     @classmethod
-    def of(cls, knob: Knob, player: Player, say: Callable[[str], object]) -> CircuitSteps | None:
+    def of(
+        cls,
+        knob: Knob,
+        player: Player,
+        say: Callable[[str], object],
+        *,
+        supply_v: float | None = None,
+    ) -> CircuitSteps | None:
         """Give them; None for a device that measures no current."""
-        return cls(knob, player, say) if player.motor_current().measured else None
+        return cls(knob, player, say, supply_v) if player.motor_current().measured else None
 
     def look(self, motor_nm: float) -> None:
         """Look at the current sensor before anything turns; raises as `listen_at_rest`, `pulse`."""
@@ -283,16 +302,21 @@ class CircuitSteps:
             "believed_h": board.motor_inductance_h,
         }
         winding(held, **believed_by_board, constant_nm_per_a=board.motor_torque_constant_nm_per_a)
-        found = motor(held, self._turned, **believed_by_board)
+        found = motor(held, self._turned, **believed_by_board, supply_sigma=self._supply_sigma)
+        constant = found.constant.value
+        low, high = found.constant.interval
+        # A data sheet is the better guess where the supply is one.
+        if self._guesses_supply and low <= board.motor_torque_constant_nm_per_a <= high:
+            constant = board.motor_torque_constant_nm_per_a
         proposed = replace(
             board,
             motor_resistance_ohm=found.resistance.value,
             motor_inductance_h=found.inductance.value,
-            motor_torque_constant_nm_per_a=found.constant.value,
+            motor_torque_constant_nm_per_a=constant,
         )
         # What it has reckoned with since it started may be another than what is configured now.
         believed = self._player.motor_current().torque_constant_nm_per_a
-        self._player.torque_share = found.constant.value / believed
+        self._player.torque_share = constant / believed
         self._player.drive = drive_of(self._knob, proposed)
         quantities = (*self._sensor, found.resistance, found.inductance, found.gain, found.constant)
-        return Circuit(quantities, found, proposed)
+        return Circuit(quantities, found, proposed, found.constant_sigma)

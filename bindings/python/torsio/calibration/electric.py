@@ -15,7 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,17 @@ from torsio.calibration.numeric import Solution, linear
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 from torsio.records import MotorCurrent
 
-__all__ = ["Intervals", "Motor", "check_current", "current_zero", "intervals", "motor", "winding"]
+__all__ = [
+    "SUPPLY_CONFIGURED",
+    "SUPPLY_METERED",
+    "Intervals",
+    "Motor",
+    "check_current",
+    "current_zero",
+    "intervals",
+    "motor",
+    "winding",
+]
 
 # What the equation leaves out, as a share: a supply that sags, a winding that gets warm; when the
 # voltage acts; an angle that is a tick old. Found on emulated knobs 100 to 111.
@@ -35,6 +45,9 @@ _LEFT_OUT = {
 }
 # Supply, sensor and winding may each be a tenth off, evenly: the standard deviation of one.
 _TENTH = 0.1 / math.sqrt(3.0)
+SUPPLY_CONFIGURED, SUPPLY_METERED = _TENTH, 1e-2
+"""How uncertain the supply is, as a share: as it is configured, as a meter says it."""
+
 # Beyond what they make together it is a fault.
 _LEAST_GAIN, _MOST_GAIN = 0.6, 1.6
 
@@ -233,6 +246,10 @@ class Motor:
 
     Attributes
     ----------
+    constant
+        Uncertain by what the supply is, too.
+    constant_sigma
+        Without that, as a share: how well torques are those of this constant.
     gain
         Of the sensor, over what it should have, if supply and resistance are what the configuration
         says: the three cannot be told apart.
@@ -241,17 +258,30 @@ class Motor:
     resistance: Quantity
     inductance: Quantity
     constant: Quantity
+    constant_sigma: float
     gain: Quantity
     fits: tuple[Fit, ...]
 
 
-def motor(held: Intervals, turned: Intervals, *, believed_ohm: float, believed_h: float) -> Motor:
+def motor(
+    held: Intervals,
+    turned: Intervals,
+    *,
+    believed_ohm: float,
+    believed_h: float,
+    supply_sigma: float,
+) -> Motor:
     """Estimate all from intervals in which the knob was held, and such in which it turned.
+
+    Parameters
+    ----------
+    supply_sigma
+        Of the supply that made the voltages, as a share.
 
     Raises
     ------
     Refusal
-        "one_way", "reversed_emf", "constant".
+        "one_way", "reversed_emf".
     """
     speed = turned.angle_rad / turned.duration_s
     if np.min(speed) > 0.0 or np.max(speed) < 0.0:
@@ -271,15 +301,18 @@ def motor(held: Intervals, turned: Intervals, *, believed_ohm: float, believed_h
     emf_v = (turned.voltage_v_s - other_v_s) / turned.duration_s
     held_v = held.voltage_v_s / held.duration_s
     told_v = _columns(held, settle_s) @ fit.value / held.duration_s
+    seen = _quantity(
+        "motor_torque_constant_nm_per_a", constant, fit.sigma(3),
+        "from the back EMF, as true as supply_v",
+    )  # fmt: skip
+    sigma = math.hypot(seen.standard_uncertainty, supply_sigma * constant)
     return Motor(
         _quantity("motor_resistance_ohm", ohm, fit.sigma(0), "of the winding, seen by its board"),
         _quantity("motor_inductance_h", henry, fit.sigma(1), "of the winding, seen by its board"),
-        _quantity(
-            "motor_torque_constant_nm_per_a", constant, fit.sigma(3),
-            "from the back EMF, as true as supply_v",
-        ),
+        replace(seen, standard_uncertainty=sigma),
+        seen.standard_uncertainty / constant,
         Quantity(
-            "current_gain", gain, math.sqrt(2.0) * _TENTH,
+            "current_gain", gain, math.hypot(_TENTH, supply_sigma),
             "of the current sensor, over what it should have; a guess: see docs/calibration.md",
         ),
         (
