@@ -151,18 +151,31 @@ def sensor(state: Literal["dead", "stuck", "saturated"]) -> Callable[[torsio.Kno
 
 
 @pytest.mark.parametrize(
-    ("electrics", "sabotage", "reason"),
+    ("electrics", "sabotage", "step", "reason"),
     [
-        (ELECTRICS, sensor("dead"), "dead_sensor"),
-        (ELECTRICS, sensor("saturated"), "saturated_sensor"),
-        (ELECTRICS, sensor("stuck"), "no_current"),
-        (replace(ELECTRICS, winding_resistance_ohm=900.0), None, "no_current"),
-        (replace(ELECTRICS, winding_resistance_ohm=4.4), None, "winding_values"),
-        (replace(ELECTRICS, coil_torque_constant_nm_per_a=0.01), None, "does_not_hold"),
+        (ELECTRICS, sensor("dead"), "current sensor", "dead_sensor"),
+        (ELECTRICS, sensor("saturated"), "current sensor", "saturated_sensor"),
+        (ELECTRICS, sensor("stuck"), "current sensor", "no_current"),
+        (
+            replace(ELECTRICS, winding_resistance_ohm=900.0),
+            None,
+            "current sensor",
+            "no_current",
+        ),
+        (replace(ELECTRICS, winding_resistance_ohm=4.4), None, "winding", "winding_values"),
+        (
+            replace(ELECTRICS, coil_torque_constant_nm_per_a=0.01),
+            None,
+            "winding",
+            "does_not_hold",
+        ),
     ],
 )
 def test_what_is_broken_is_refused_with_its_reason(
-    electrics: torsio.Electrics, sabotage: Callable[[torsio.Knob], None] | None, reason: str
+    electrics: torsio.Electrics,
+    sabotage: Callable[[torsio.Knob], None] | None,
+    step: str,
+    reason: str,
 ) -> None:
     with opened(electrics) as knob:
         if sabotage is not None:
@@ -171,7 +184,21 @@ def test_what_is_broken_is_refused_with_its_reason(
         with pytest.raises(calibration.Refusal) as refusal:
             calibration.calibrate(knob)
         assert refusal.value.reason == reason
+        assert refusal.value.step == step
         assert knob.state != "armed"
+
+
+@pytest.mark.parametrize("step", [ELECTRIC_STEPS[1], *calibration.STEPS])
+def test_fault_on_the_way_is_named(step: str) -> None:
+    with opened(ELECTRICS) as knob:
+
+        def press(name: str) -> None:
+            if name == step:
+                knob.emulator.set_emergency_stop(pressed=True)
+
+        with pytest.raises(calibration.Refusal, match="the fault emergency_stop") as refusal:
+            calibration.calibrate(knob, progress=press)
+        assert (refusal.value.step, refusal.value.reason) == (step, "fault")
 
 
 def test_stretch_is_as_long_as_it_is_however_long_each_look_takes(

@@ -102,12 +102,19 @@ def test_zero_and_noise_are_those_of_the_samples() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reading_a", "reason"), [(0.0, "dead_sensor"), (16.4, "saturated_sensor")]
+    ("reading_a", "reason"),
+    [(0.0, "dead_sensor"), (0.3, "dead_sensor"), (16.4, "saturated_sensor")],
 )
 def test_sensor_that_always_says_the_same_is_refused(reading_a: float, reason: str) -> None:
     with pytest.raises(Refusal, match="all the time") as caught:
         current_zero(np.full(100, reading_a), step_a=4e-3, v_per_a=0.2)
     assert caught.value.reason == reason
+
+
+def test_sensor_without_noise_is_none_that_is_broken() -> None:
+    zero, noise = current_zero(np.full(100, 8.25), step_a=4e-3, v_per_a=0.2)
+    assert covers(zero, 1.65)
+    assert covers(noise, 0.0)
 
 
 @given(delay_share=st.floats(0.0, 1.0), seed=st.integers(0, 2**32), henry=st.floats(0.5e-3, 5e-3))
@@ -169,7 +176,9 @@ def test_winding_is_refused_with_its_fault(gain: float, reason: str) -> None:
 def test_current_that_fits_is_believed_whichever_way_it_flows() -> None:
     for way in (1.0, -1.0):
         share = np.full(2000, way * 0.1)
-        check_current(intervals(readings(share, 0.0, np.random.default_rng(2)), SUPPLY_V), 2.5)
+        check_current(
+            intervals(readings(share, 0.0, np.random.default_rng(2)), SUPPLY_V), 2.5, step=""
+        )
 
 
 def test_torque_constant_refuses_a_knob_that_turned_one_way_or_the_wrong_one() -> None:

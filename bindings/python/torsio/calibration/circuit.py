@@ -21,7 +21,7 @@ from torsio.calibration.electric import (
     winding,
 )
 from torsio.calibration.play import Player
-from torsio.calibration.quantity import Quantity, Refusal
+from torsio.calibration.quantity import Quantity
 from torsio.config import BoardConfig
 from torsio.knob import Knob
 from torsio.records import MotorCurrent
@@ -88,12 +88,9 @@ def pulse(player: Player, board: BoardConfig, *, motor_nm: float) -> None:
     over = intervals([begin, *looks.all, player.motor_current()], board.supply_v)
     pushed = over.chosen(np.abs(over.voltage_v_s) > 0.0)
     if pushed.duration_s.size > 0:
-        check_current(pushed, board.motor_resistance_ohm)
-    if log.stopped not in ("", "excitation_stopped"):
-        raise Refusal(
-            ELECTRIC_STEPS[0], log.stopped, f"the device disarmed ({log.stopped}): torsio doctor "
-            "says more",
-        )  # fmt: skip
+        check_current(pushed, board.motor_resistance_ohm, step=ELECTRIC_STEPS[0])
+    if log.stopped != "excitation_stopped":  # a quarter of a radian is enough, too
+        log.refuse_if_stopped(ELECTRIC_STEPS[0], "", "")
     player.watch(_LET_GO_S)
 
 
@@ -153,14 +150,11 @@ def push_current(
         speed_limit_rad_s=60.0,
         torque_limit_nm=most_nm,
     )
-    if log.stopped:
-        raise Refusal(
-            "winding", "does_not_hold" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the brake was told to hold {1e3 * brake_nm:.0f} mN m, the motor to push with "
-            f"{1e3 * most_nm:.0f}, and the device disarmed ({log.stopped})"
-            + (": brake or its wires are dead, or a coupling slips"
-               if log.stopped == "excitation_stopped" else ": torsio doctor says more"),
-        )  # fmt: skip
+    log.refuse_if_stopped(
+        ELECTRIC_STEPS[2], "does_not_hold", f"the brake was told to hold {1e3 * brake_nm:.0f} "
+        f"mN m, the motor to push with {1e3 * most_nm:.0f}, and the knob came loose: brake or its "
+        "wires are dead, or a coupling slips",
+    )  # fmt: skip
     player.watch(_LET_GO_S)
     return looks.intervals(range(1, 1 + len(levels) + len(waves)), board.supply_v)
 
@@ -187,12 +181,10 @@ def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Int
         speed_limit_rad_s=_TURN_LIMIT_RAD_S,
         torque_limit_nm=0.75 * motor_nm,
     )  # fmt: skip
-    if log.stopped:
-        raise Refusal(
-            "torque constant", "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the device stopped the turns ({log.stopped}): the knob is not what it was a moment "
-            "ago",
-        )  # fmt: skip
+    log.refuse_if_stopped(
+        ELECTRIC_STEPS[1], "runs_away", "the device stopped the turns: the knob is not what it was "
+        "a moment ago",
+    )  # fmt: skip
     turning = [stretch for stretch, speed in enumerate(speeds) if speed != 0.0]
     return looks.intervals(turning, board.supply_v)
 

@@ -48,6 +48,8 @@ _TENTH = 0.1 / math.sqrt(3.0)
 SUPPLY_CONFIGURED, SUPPLY_METERED = _TENTH, 1e-2
 """How uncertain the supply is, as a share: as it is configured, as a meter says it."""
 
+# Of the boards' converter, and how near an end of its range no sensor's zero is.
+_CONVERTER_V, _END_V = 3.3, 0.1
 # Beyond what they make together it is a fault.
 _LEAST_GAIN, _MOST_GAIN = 0.6, 1.6
 
@@ -67,12 +69,14 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
     Raises
     ------
     Refusal
-        "dead_sensor", "saturated_sensor": the very same number all the time.
+        "dead_sensor", "saturated_sensor": the very same number all the time, at an end of the
+        converter's range.
     """
     mean_a, noise_a = float(np.mean(current_a)), float(np.std(current_a, ddof=1))
     zero_v = v_per_a * mean_a
-    if float(np.ptp(current_a)) < 0.5 * step_a:
-        dead = zero_v < 0.1
+    dead = zero_v < _END_V
+    saturated = zero_v > _CONVERTER_V - _END_V
+    if float(np.ptp(current_a)) < 0.5 * step_a and (dead or saturated):
         raise Refusal(
             "current sensor", "dead_sensor" if dead else "saturated_sensor", "the current sensor "
             f"says {zero_v:.2f} V all the time: "
@@ -164,7 +168,7 @@ def intervals(readings: Sequence[MotorCurrent], supply_v: float) -> Intervals:
     )
 
 
-def check_current(over: Intervals, believed_ohm: float) -> None:
+def check_current(over: Intervals, believed_ohm: float, *, step: str) -> None:
     """Look whether the current is one that the voltage can have made.
 
     Raises
@@ -177,13 +181,13 @@ def check_current(over: Intervals, believed_ohm: float) -> None:
     flowed_a = float(np.sum(np.sign(over.share) * over.charge_c)) / seconds
     if abs(flowed_a) * believed_ohm < 0.1 * pushed_v:
         raise Refusal(
-            "winding", "no_current", f"{pushed_v:.2g} V drive {1e3 * abs(flowed_a):.0f} mA only: "
+            step, "no_current", f"{pushed_v:.2g} V drive {1e3 * abs(flowed_a):.0f} mA only: "
             "the motor or its current sensor is not connected, or it has no supply",
             current_a=flowed_a,
         )  # fmt: skip
     if flowed_a < 0.0:
         raise Refusal(
-            "winding", "reversed_sensor", "the current sensor counts down where the voltage drives "
+            step, "reversed_sensor", "the current sensor counts down where the voltage drives "
             "up: swap its two wires", current_a=flowed_a,
         )  # fmt: skip
 
@@ -225,7 +229,7 @@ def winding(
     Refusal
         "no_current", "reversed_sensor", "winding_values".
     """
-    check_current(held, believed_ohm)
+    check_current(held, believed_ohm, step="winding")
     fit = _fit(held, believed_h / believed_ohm, constant_nm_per_a)
     gain = believed_ohm / float(fit.value[0])
     if not _LEAST_GAIN < gain < _MOST_GAIN or fit.value[1] <= 0.0:
