@@ -40,11 +40,12 @@ def electric_plant(hidden: HiddenKnob) -> PlantParams:
     )
 
 
-def seen_truth(plant: PlantParams, *, circuit_known: bool) -> dict[str, float]:
+def seen_truth(plant: PlantParams, *, constant_known: bool) -> dict[str, float]:
     """Give what a perfect calibration would find through the board's sensor and its supply.
 
     Torques are as the board sees them: of the torque constant that it was configured to, or of the
-    one that it found with the supply that it was told, times the current that its sensor says.
+    one that it found with the supply that it was told, and proposes, times the current that its
+    sensor says.
     """
     electrics = plant.electrics
     assert electrics is not None
@@ -52,7 +53,7 @@ def seen_truth(plant: PlantParams, *, circuit_known: bool) -> dict[str, float]:
     supply = told.supply_v / electrics.supply_v
     sensor = electrics.sensor_v_per_a / told.current_sense_v_per_a
     constant = electrics.torque_constant_nm_per_a * supply
-    known = constant if circuit_known else told.motor_torque_constant_nm_per_a
+    known = constant if constant_known else told.motor_torque_constant_nm_per_a
     torque = known * sensor / electrics.torque_constant_nm_per_a
     # The coil's current is not measured: its voltage is what the brake gives more or less.
     truth = truth_of(plant) | {"brake_gain": 1.0 / supply}
@@ -126,7 +127,12 @@ def calibrate_hidden(hidden: HiddenKnob, *, quick: bool, emulated: bool = False)
         except calibration.Refusal as refusal:
             row["refused"] = f"{refusal.reason}: {refusal}"
             return row
-        truth = seen_truth(electric_plant(hidden), circuit_known=found.board is not None)
+        told = torsio.BoardConfig().motor_torque_constant_nm_per_a
+        truth = seen_truth(
+            electric_plant(hidden),
+            constant_known=found.board is not None
+            and found.board.motor_torque_constant_nm_per_a != told,
+        )
         row["knob_seconds"] = found.seconds
         row["found"] = {
             name: (of.value, of.standard_uncertainty, truth[name])

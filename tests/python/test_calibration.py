@@ -74,6 +74,12 @@ def _profile_nm(cogging: torsio.Cogging, angle_rad: npt.NDArray[np.float64]) -> 
     return np.interp(along, np.linspace(0.0, 1.0, len(corners)), corners)
 
 
+def test_knob_that_still_swings_from_the_last_calibration_is_waited_for() -> None:
+    with torsio.open("emulated") as knob:
+        calibration.calibrate(knob)
+        assert calibration.calibrate(knob, quick=True).quantities
+
+
 def test_map_of_the_cogging_is_that_of_the_plant_over_the_whole_turn() -> None:
     place = 2.0 * np.pi * np.arange(32) / 32
     table = 1.5e-3 * np.sin(place + 0.3) + 0.6e-3 * np.sin(2.0 * place + 1.0)

@@ -7,13 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
 from torsio.calibrate_cli import words_of
-from torsio.calibration.circuit import ELECTRIC_STEPS
+from torsio.calibration.circuit import ELECTRIC_STEPS, push_current
+from torsio.calibration.play import Player
 from torsio.cli import app
 
 OHM, HENRY, SUPPLY_V, SENSOR_V_PER_A = 2.3, 1.7e-3, 12.8, 0.19
@@ -42,36 +44,78 @@ def data_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def measured() -> tuple[calibration.Calibration, list[str]]:
     steps: list[str] = []
     with opened(ELECTRICS) as knob:
-        return calibration.calibrate(knob, progress=steps.append), steps
+        return calibration.calibrate(knob, supply_v=SUPPLY_V, progress=steps.append), steps
 
 
-def test_circuit_is_found_as_the_board_sees_it(measured: Any) -> None:
-    found, _ = measured
-    supply = 12.0 / SUPPLY_V  # what the board believes in over what there is
-    sensor = SENSOR_V_PER_A / 0.2
-    expected = (OHM * supply / sensor, HENRY * supply / sensor, 0.05 * supply)
-    for name, truth in zip(CIRCUIT, expected, strict=True):
-        low, high = found.quantities[name].interval
-        assert low <= truth <= high, name
-        assert high - low < 0.06 * truth
-        assert getattr(found.board, name) == found.quantities[name].value
-    zero, noise = found.quantities["current_zero_v"], found.quantities["current_noise_a"]
-    assert zero.interval[0] <= 1.65 <= zero.interval[1]
-    assert noise.interval[0] <= 5e-3 <= noise.interval[1]
-    low, high = found.quantities["current_gain"].interval
-    assert low < sensor < high
-
-
-def test_torques_are_those_of_the_constant_that_was_found(measured: Any) -> None:
-    found, _ = measured
-    # Of 1 N m told 0.05 / 0.2 / (SENSOR / 0.2) flow; it is taken for as many A as the sensor says.
+def assert_torques(found: calibration.Calibration, measure: float) -> None:
     plant = torsio.PlantParams()
-    measure = SENSOR_V_PER_A / 0.2 * 12.0 / SUPPLY_V
     for name, truth in (
         ("inertia_kg_m2", plant.knob_inertia_kg_m2 + plant.brake_inertia_kg_m2),
         ("stiffness_nm_per_rad", plant.shaft_stiffness_nm_per_rad),
     ):
         assert found.quantities[name].value == pytest.approx(measure * truth, rel=0.01), name
+
+
+def test_circuit_is_found_as_the_board_sees_it(measured: Any) -> None:
+    found, _ = measured
+    sensor = SENSOR_V_PER_A / 0.2
+    expected = (OHM / sensor, HENRY / sensor, 0.05)
+    for name, truth in zip(CIRCUIT, expected, strict=True):
+        low, high = found.quantities[name].interval
+        assert low <= truth <= high, name
+        assert high - low < 0.06 * truth
+        assert getattr(found.board, name) == found.quantities[name].value
+    assert found.board.supply_v == SUPPLY_V
+    zero, noise = found.quantities["current_zero_v"], found.quantities["current_noise_a"]
+    assert zero.interval[0] <= 1.65 <= zero.interval[1]
+    assert noise.interval[0] <= 5e-3 <= noise.interval[1]
+    low, high = found.quantities["current_gain"].interval
+    assert low < sensor < high
+    # The current is less than the board takes it for.
+    assert_torques(found, sensor)
+
+
+@pytest.mark.parametrize("supply_v", [10.8, 13.2])
+def test_supply_that_nobody_measured_spoils_no_torque_constant(supply_v: float) -> None:
+    with opened(torsio.Electrics(supply_v=supply_v)) as knob:
+        before = knob.board_config()
+        found = calibration.calibrate(knob)
+        assert found.board is not None
+        assert found.board.supply_v == before.supply_v == 12.0
+        told, name = found.quantities[CIRCUIT[2]], CIRCUIT[2]
+        assert told.value == pytest.approx(0.05 * 12.0 / supply_v, rel=5e-3)
+        assert told.interval[0] < 0.05 < told.interval[1]
+        assert getattr(found.board, name) == getattr(before, name) == pytest.approx(0.05)
+        assert_torques(found, 1.0)
+        known = calibration.calibrate(knob, supply_v=supply_v)
+        assert known.board is not None
+        assert known.board.supply_v == supply_v
+        told = known.quantities[name]
+        assert told.interval[0] <= 0.05 <= told.interval[1]
+        assert told.standard_uncertainty == pytest.approx(0.01 * 0.05, rel=0.05)
+        assert getattr(known.board, name) == told.value
+        assert_torques(known, 1.0)
+
+
+def test_supply_that_the_board_watches_is_not_guessed() -> None:
+    with opened(ELECTRICS, "emulated:watched") as knob:
+        knob.update(supply_sense_pin=28, supply_sense_ratio=11)
+        found = calibration.calibrate(knob)
+    told = found.quantities[CIRCUIT[2]]
+    assert told.standard_uncertainty < 3e-3 * told.value
+    assert found.board is not None
+    assert found.board.motor_torque_constant_nm_per_a == told.value
+
+
+def test_torque_constant_that_no_supply_explains_is_proposed_and_torques_are_its() -> None:
+    with opened(replace(ELECTRICS, torque_constant_nm_per_a=0.04)) as knob:
+        found = calibration.calibrate(knob)
+    told = found.quantities[CIRCUIT[2]]
+    assert told.value == pytest.approx(0.04 * 12.0 / SUPPLY_V, rel=5e-3)
+    assert found.board is not None
+    assert found.board.motor_torque_constant_nm_per_a == told.value
+    # Of 1 N m told 0.04 / 0.05 / (SENSOR / 0.2) flow; it is taken for as many A as the sensor says.
+    assert_torques(found, SENSOR_V_PER_A / 0.2 * 12.0 / SUPPLY_V)
 
 
 def test_steps_are_told_in_their_order(measured: Any) -> None:
@@ -123,18 +167,31 @@ def sensor(state: Literal["dead", "stuck", "saturated"]) -> Callable[[torsio.Kno
 
 
 @pytest.mark.parametrize(
-    ("electrics", "sabotage", "reason"),
+    ("electrics", "sabotage", "step", "reason"),
     [
-        (ELECTRICS, sensor("dead"), "dead_sensor"),
-        (ELECTRICS, sensor("saturated"), "saturated_sensor"),
-        (ELECTRICS, sensor("stuck"), "no_current"),
-        (replace(ELECTRICS, winding_resistance_ohm=900.0), None, "no_current"),
-        (replace(ELECTRICS, winding_resistance_ohm=4.4), None, "winding_values"),
-        (replace(ELECTRICS, coil_torque_constant_nm_per_a=0.01), None, "does_not_hold"),
+        (ELECTRICS, sensor("dead"), "current sensor", "dead_sensor"),
+        (ELECTRICS, sensor("saturated"), "current sensor", "saturated_sensor"),
+        (ELECTRICS, sensor("stuck"), "current sensor", "no_current"),
+        (
+            replace(ELECTRICS, winding_resistance_ohm=900.0),
+            None,
+            "current sensor",
+            "no_current",
+        ),
+        (replace(ELECTRICS, winding_resistance_ohm=4.4), None, "winding", "winding_values"),
+        (
+            replace(ELECTRICS, coil_torque_constant_nm_per_a=0.01),
+            None,
+            "winding",
+            "does_not_hold",
+        ),
     ],
 )
 def test_what_is_broken_is_refused_with_its_reason(
-    electrics: torsio.Electrics, sabotage: Callable[[torsio.Knob], None] | None, reason: str
+    electrics: torsio.Electrics,
+    sabotage: Callable[[torsio.Knob], None] | None,
+    step: str,
+    reason: str,
 ) -> None:
     with opened(electrics) as knob:
         if sabotage is not None:
@@ -143,7 +200,73 @@ def test_what_is_broken_is_refused_with_its_reason(
         with pytest.raises(calibration.Refusal) as refusal:
             calibration.calibrate(knob)
         assert refusal.value.reason == reason
+        assert refusal.value.step == step
         assert knob.state != "armed"
+
+
+@pytest.mark.parametrize("step", [ELECTRIC_STEPS[1], *calibration.STEPS])
+def test_fault_on_the_way_is_named(step: str) -> None:
+    with opened(ELECTRICS) as knob:
+
+        def press(name: str) -> None:
+            if name == step:
+                knob.emulator.set_emergency_stop(pressed=True)
+
+        with pytest.raises(calibration.Refusal, match="the fault emergency_stop") as refusal:
+            calibration.calibrate(knob, progress=press)
+        assert (refusal.value.step, refusal.value.reason) == (step, "fault")
+
+
+def test_stretch_is_as_long_as_it_is_however_long_each_look_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ask = torsio.Knob.motor_current
+
+    def slow(knob: torsio.Knob) -> torsio.MotorCurrent:
+        knob.sleep(2e-3)
+        return ask(knob)
+
+    with opened(ELECTRICS) as knob:
+        actuator, board = knob.actuator_config(), knob.board_config()
+        monkeypatch.setattr(torsio.Knob, "motor_current", slow)
+        with Player.playing(knob) as player:
+            begin_s = ask(knob).time_s
+            held = push_current(
+                player,
+                board,
+                motor_nm=actuator.motor_torque_max_nm,
+                brake_nm=actuator.brake_torque_max_nm,
+            )
+            passed_s = ask(knob).time_s - begin_s
+            assert player.seconds == pytest.approx(passed_s, abs=1e-3)
+    # Six levels and two waves, less what is not looked at of each.
+    assert float(np.sum(held.duration_s)) == pytest.approx(6 * 0.086 + 2 * 0.486, abs=8 * 10e-3)
+
+
+def test_command_says_what_the_supply_is_taken_for_before_anything_turns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[float | None] = []
+
+    def refuse(*_: Any, supply_v: float | None, **__: Any) -> None:
+        asked.append(supply_v)
+        raise calibration.Refusal("signs", "still", "nothing moves")
+
+    monkeypatch.setattr(calibration, "calibrate", refuse)
+    original = torsio.open
+    monkeypatch.setattr(
+        torsio,
+        "open",
+        lambda *_, **__: original(
+            "emulated",
+            emulator=torsio.EmulatorOptions(plant=torsio.PlantParams(electrics=ELECTRICS)),
+        ),
+    )
+    for supply, says in (([], True), (["--supply", "13.2"], False)):
+        done = CliRunner().invoke(app, ["calibrate", "--device", "emulated", *supply])
+        assert done.exit_code == 1
+        assert ("supply   taken for 12 V" in done.output) is says
+    assert asked == [None, 13.2]
 
 
 def test_knob_that_measures_no_current_is_calibrated_without_and_says_so() -> None:

@@ -22,6 +22,7 @@ from torsio.calibration.quantity import Array, Quantity
 from torsio.records import MotorCurrent
 
 OHM, HENRY, CONSTANT, SUPPLY_V = 2.31, 1.7e-3, 0.047, 12.0
+BELIEVED = {"believed_ohm": 2.5, "believed_h": 1.5e-3}
 PERIOD_S, ZERO_A, NOISE_A = 25e-6, 8.25, 5e-3
 
 
@@ -101,12 +102,19 @@ def test_zero_and_noise_are_those_of_the_samples() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reading_a", "reason"), [(0.0, "dead_sensor"), (16.4, "saturated_sensor")]
+    ("reading_a", "reason"),
+    [(0.0, "dead_sensor"), (0.3, "dead_sensor"), (16.4, "saturated_sensor")],
 )
 def test_sensor_that_always_says_the_same_is_refused(reading_a: float, reason: str) -> None:
     with pytest.raises(Refusal, match="all the time") as caught:
         current_zero(np.full(100, reading_a), step_a=4e-3, v_per_a=0.2)
     assert caught.value.reason == reason
+
+
+def test_sensor_without_noise_is_none_that_is_broken() -> None:
+    zero, noise = current_zero(np.full(100, 8.25), step_a=4e-3, v_per_a=0.2)
+    assert covers(zero, 1.65)
+    assert covers(noise, 0.0)
 
 
 @given(delay_share=st.floats(0.0, 1.0), seed=st.integers(0, 2**32), henry=st.floats(0.5e-3, 5e-3))
@@ -127,7 +135,7 @@ def test_intervals_hold_the_motor_that_is_measured() -> None:
     hits = np.zeros(3)
     for seed in range(20):
         random = np.random.default_rng(seed)
-        found = motor(pushed(random), turned(random), believed_ohm=2.5, believed_h=1.5e-3)
+        found = motor(pushed(random), turned(random), **BELIEVED, supply_sigma=0.0)
         three = (found.resistance, found.inductance, found.constant)
         hits += [covers(of, true) for of, true in zip(three, (OHM, HENRY, CONSTANT), strict=True)]
         assert found.resistance.value == pytest.approx(OHM, rel=5e-3)
@@ -135,6 +143,18 @@ def test_intervals_hold_the_motor_that_is_measured() -> None:
         assert found.constant.value == pytest.approx(CONSTANT, rel=5e-3)
         assert found.gain.value == pytest.approx(2.5 / found.resistance.value)
     assert (hits >= 18).all(), hits
+
+
+def test_supply_that_is_guessed_makes_the_torque_constant_as_uncertain() -> None:
+    random = np.random.default_rng(5)
+    held, turns = pushed(random), turned(random)
+    sure = motor(held, turns, **BELIEVED, supply_sigma=0.0)
+    unsure = motor(held, turns, **BELIEVED, supply_sigma=0.05)
+    assert unsure.constant.value == sure.constant.value
+    assert unsure.constant.standard_uncertainty == pytest.approx(0.05 * CONSTANT, rel=0.01)
+    assert unsure.constant_sigma == sure.constant_sigma < 0.01
+    assert unsure.resistance == sure.resistance
+    assert unsure.gain.standard_uncertainty > sure.gain.standard_uncertainty
 
 
 @pytest.mark.parametrize(
@@ -156,14 +176,16 @@ def test_winding_is_refused_with_its_fault(gain: float, reason: str) -> None:
 def test_current_that_fits_is_believed_whichever_way_it_flows() -> None:
     for way in (1.0, -1.0):
         share = np.full(2000, way * 0.1)
-        check_current(intervals(readings(share, 0.0, np.random.default_rng(2)), SUPPLY_V), 2.5)
+        check_current(
+            intervals(readings(share, 0.0, np.random.default_rng(2)), SUPPLY_V), 2.5, step=""
+        )
 
 
 def test_torque_constant_refuses_a_knob_that_turned_one_way_or_the_wrong_one() -> None:
     random = np.random.default_rng(3)
     held = pushed(random)
     with pytest.raises(Refusal, match="one way only"):
-        motor(held, turned(random, (25.0, 75.0)), believed_ohm=2.5, believed_h=1.5e-3)
+        motor(held, turned(random, (25.0, 75.0)), **BELIEVED, supply_sigma=0.0)
     both = turned(random)
     mirrored = Intervals(
         both.duration_s,
@@ -175,5 +197,5 @@ def test_torque_constant_refuses_a_knob_that_turned_one_way_or_the_wrong_one() -
         both.change_late,
     )
     with pytest.raises(Refusal) as caught:
-        motor(held, mirrored, believed_ohm=2.5, believed_h=1.5e-3)
+        motor(held, mirrored, **BELIEVED, supply_sigma=0.0)
     assert caught.value.reason == "reversed_emf"

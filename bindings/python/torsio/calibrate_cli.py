@@ -22,18 +22,38 @@ __all__ = ["measure", "save", "show", "words_of"]
 
 
 def measure(
-    knob: Knob, say: Console, *, quick: bool, ambient_c: float | None, picture: Path | None
+    knob: Knob,
+    say: Console,
+    *,
+    quick: bool,
+    ambient_c: float | None,
+    supply_v: float | None,
+    picture: Path | None,
 ) -> dict[str, Any]:
     """Calibrate with a line of progress a step, draw, and give all as JSON has it."""
     if picture is not None:
         need_matplotlib()
     before = calibration.kept(knob.info.serial)
+    board = knob.board_config()
+    if (
+        not quick
+        and supply_v is None
+        and board.supply_sense_pin == 0
+        and knob.motor_current().measured
+    ):
+        line(
+            say,
+            f"supply   taken for {board.supply_v:g} V: measure it and say --supply VOLTS, or the "
+            "torque constant comes out as uncertain as that, and a data sheet's is kept",
+        )
     say.print("hands off: the knob turns by itself for half a minute")
 
     def step(name: str) -> None:
         say.print(f"step     {name}")
 
-    found = calibration.calibrate(knob, quick=quick, ambient_c=ambient_c, progress=step)
+    found = calibration.calibrate(
+        knob, quick=quick, ambient_c=ambient_c, supply_v=supply_v, progress=step
+    )
     if picture is not None:
         from torsio.calibration.figure import save_figure
 
@@ -55,6 +75,7 @@ def show(knob: Knob, measured: dict[str, Any], out: Console) -> None:
     for row in report.lines(found):
         quantities.add_row(*row)
     out.print(quantities)
+    out.print("all torques are as true as the motor's torque constant")
     out.print(f"\n{found.seconds:.0f} s of the knob's time")
     if not found.conditions["current_measured"]:
         out.print(

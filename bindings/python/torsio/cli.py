@@ -178,6 +178,10 @@ def calibrate_command(
         float | None,
         typer.Option("--ambient", metavar="CELSIUS", help="How warm it is, for the record."),
     ] = None,
+    supply_v: Annotated[
+        float | None,
+        typer.Option("--supply", metavar="VOLTS", help="What a meter says of the motor's supply."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure the knob: friction, inertia, shaft, brake. Take your hand off; it turns by itself.
@@ -188,7 +192,7 @@ def calibrate_command(
     say = err if as_json else out
     with opened(device, say) as knob:
         measured = calibrate_cli.measure(
-            knob, say, quick=quick, ambient_c=ambient_c, picture=picture
+            knob, say, quick=quick, ambient_c=ambient_c, supply_v=supply_v, picture=picture
         )
         found = measured["calibration"]
         if as_json:

@@ -40,7 +40,7 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
     Raises
     ------
     Refusal
-        "runs_away".
+        "runs_away", or why the device disarmed.
     """
     top_nm = min(0.7 * motor_nm - coulomb_nm, brake_nm)
     servo = {
@@ -55,11 +55,7 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,
     )
-    if log.stopped:
-        raise Refusal(
-            _STEP, "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the device stopped the turn through the brake ({log.stopped})",
-        )  # fmt: skip
+    log.refuse_if_stopped(_STEP, "runs_away", "the device stopped the turn through the brake")
     return log
 
 
@@ -160,7 +156,7 @@ def estimate_brake(
     Raises
     ------
     Refusal
-        "no_brake", "stuck", "unexplained".
+        "no_brake", "unexplained".
     """
     half = max(round(12e-3 / log.period_s), 3)
     window, first, second = kernel(half, log.period_s)

@@ -10,6 +10,8 @@ import numpy as np
 
 from torsio.calibration.drive import drive_of
 from torsio.calibration.electric import (
+    SUPPLY_CONFIGURED,
+    SUPPLY_METERED,
     Intervals,
     Motor,
     check_current,
@@ -19,7 +21,7 @@ from torsio.calibration.electric import (
     winding,
 )
 from torsio.calibration.play import Player
-from torsio.calibration.quantity import Quantity, Refusal
+from torsio.calibration.quantity import Quantity
 from torsio.config import BoardConfig
 from torsio.knob import Knob
 from torsio.records import MotorCurrent
@@ -40,14 +42,14 @@ _REST_READINGS, _REST_EVERY_S = 300, 1e-3
 _PULSES, _PULSE_S, _PULSE_SHARE, _PULSE_RAD = (1.0, -1.0, -1.0, 1.0), 0.015, 0.2, 0.25
 _HOLD_S = 0.5  # until the brake holds
 _LEVELS = (0.4, -0.4, 0.7, -0.7, 1.0, -1.0)
-_LEVEL_S, _RAMP_S, _LEVEL_SETTLE_S = 0.1, 4e-3, 12e-3
+_LEVEL_S, _RAMP_S, _LEVEL_SETTLE_S = 0.1, 4e-3, 14e-3
 # About a middle that is higher, so that the voltage keeps its sign; too fast for the shaft.
 _WAVE_S, _WAVE_MIDDLE, _WAVE_PEAK, _WAVE_HZ = 0.5, 0.75, 0.35, (230.0, 330.0)
 _REST_S, _LET_GO_S = 0.3, 0.6  # until what twisted the shaft has died away; until the brake is off
-_LOOK_S = 2e-3
+_LOOK_S = 5e-3
 _TRAVEL_RAD = 0.4
 _SPEEDS_RAD_S = (25.0, 50.0, 75.0)
-_TURN_S, _TURN_SETTLE_S, _TURN_LOOK_S = 0.3, 0.12, 20e-3
+_TURN_S, _TURN_SETTLE_S, _TURN_LOOK_S = 0.3, 0.14, 20e-3
 _TURN_LIMIT_RAD_S = 150.0
 
 
@@ -78,23 +80,22 @@ def pulse(player: Player, board: BoardConfig, *, motor_nm: float) -> None:
     Refusal
         "no_current", "reversed_sensor", or why the device disarmed.
     """
-    readings = [player.motor_current()]
+    begin = player.motor_current()
+    looks = _Looks(player, 0.0)
     log = player.chain(
         [(_PULSE_S, {"motor_command_nm": way * _PULSE_SHARE * motor_nm}) for way in _PULSES],
-        look=lambda _: readings.append(player.motor_current()),
+        look=looks,
         look_every_s=_PULSE_S,
         travel_rad=_PULSE_RAD,
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,
     )
-    readings.append(player.motor_current())
-    over = intervals(readings, board.supply_v)
-    check_current(over.chosen(np.abs(over.voltage_v_s) > 0.0), board.motor_resistance_ohm)
-    if log.stopped not in ("", "excitation_stopped"):
-        raise Refusal(
-            ELECTRIC_STEPS[0], log.stopped, f"the device disarmed ({log.stopped}): torsio doctor "
-            "says more",
-        )  # fmt: skip
+    over = intervals([begin, *looks.all, player.motor_current()], board.supply_v)
+    pushed = over.chosen(np.abs(over.voltage_v_s) > 0.0)
+    if pushed.duration_s.size > 0:
+        check_current(pushed, board.motor_resistance_ohm, step=ELECTRIC_STEPS[0])
+    if log.stopped != "excitation_stopped":  # a quarter of a radian is enough, too
+        log.refuse_if_stopped(ELECTRIC_STEPS[0], "", "")
     player.watch(_LET_GO_S)
 
 
@@ -107,11 +108,12 @@ class _Looks:
         self._parts: dict[int, list[MotorCurrent]] = {}
         self._begin_s: dict[int, float] = {}
 
-    def __call__(self, stretch: int) -> None:
+    def __call__(self, stretch: int) -> MotorCurrent:
         now = self._player.motor_current()
         self.all.append(now)
         if now.time_s >= self._begin_s.setdefault(stretch, now.time_s) + self._settle_s:
             self._parts.setdefault(stretch, []).append(now)
+        return now
 
     def intervals(self, stretches: Iterable[int], supply_v: float) -> Intervals:
         """Give those within these stretches; none reaches from one into the next."""
@@ -153,14 +155,11 @@ def push_current(
         speed_limit_rad_s=60.0,
         torque_limit_nm=most_nm,
     )
-    if log.stopped:
-        raise Refusal(
-            "winding", "does_not_hold" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the brake was told to hold {1e3 * brake_nm:.0f} mN m, the motor to push with "
-            f"{1e3 * most_nm:.0f}, and the device disarmed ({log.stopped})"
-            + (": brake or its wires are dead, or a coupling slips"
-               if log.stopped == "excitation_stopped" else ": torsio doctor says more"),
-        )  # fmt: skip
+    log.refuse_if_stopped(
+        ELECTRIC_STEPS[2], "does_not_hold", f"the brake was told to hold {1e3 * brake_nm:.0f} "
+        f"mN m, the motor to push with {1e3 * most_nm:.0f}, and the knob came loose: brake or its "
+        "wires are dead, or a coupling slips",
+    )  # fmt: skip
     player.watch(_LET_GO_S)
     return looks.intervals(range(1, 1 + len(levels) + len(waves)), board.supply_v)
 
@@ -187,12 +186,10 @@ def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Int
         speed_limit_rad_s=_TURN_LIMIT_RAD_S,
         torque_limit_nm=0.75 * motor_nm,
     )  # fmt: skip
-    if log.stopped:
-        raise Refusal(
-            "torque constant", "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the device stopped the turns ({log.stopped}): the knob is not what it was a moment "
-            "ago",
-        )  # fmt: skip
+    log.refuse_if_stopped(
+        ELECTRIC_STEPS[1], "runs_away", "the device stopped the turns: the knob is not what it was "
+        "a moment ago",
+    )  # fmt: skip
     turning = [stretch for stretch, speed in enumerate(speeds) if speed != 0.0]
     return looks.intervals(turning, board.supply_v)
 
@@ -205,11 +202,15 @@ class Circuit:
     ----------
     board
         The configuration that is proposed.
+    torque_share
+        How uncertain every torque is, as a share of it, in the measure of the proposed torque
+        constant.
     """
 
     quantities: tuple[Quantity, ...]
     motor: Motor
     board: BoardConfig
+    torque_share: float
 
     def sigmas(self) -> dict[str, int]:
         """Give what the device keeps of the uncertainties: thousandths, rounded up."""
@@ -223,13 +224,8 @@ class Circuit:
             )
         }
 
-    @property
-    def torque_share(self) -> float:
-        """How uncertain every torque is, as a share of it: as the torque constant."""
-        return self.motor.constant.standard_uncertainty / self.motor.constant.value
-
     def scaled(self, quantity: Quantity) -> Quantity:
-        """Give what is a torque over something with the uncertainty of the torque constant."""
+        """Give what is a torque over something with the uncertainty of every torque."""
         if not quantity.name.endswith(_OF_TORQUE):
             return quantity
         sigma = math.hypot(quantity.standard_uncertainty, self.torque_share * quantity.value)
@@ -247,16 +243,34 @@ class CircuitSteps:
     ----------
     say
         Told the name of each step.
+    supply_v
+        What a meter says; None: nobody has measured it.
     """
 
-    def __init__(self, knob: Knob, player: Player, say: Callable[[str], object]) -> None:
+    def __init__(
+        self, knob: Knob, player: Player, say: Callable[[str], object], supply_v: float | None
+    ) -> None:
         self._knob, self._player, self._say = knob, player, say
-        self._board = knob.board_config()
+        self._board = board = knob.board_config()
+        self._supply_sigma = 0.0
+        self._guesses_supply = supply_v is None and board.supply_sense_pin == 0
+        if supply_v is not None:
+            self._board = replace(board, supply_v=supply_v)
+            self._supply_sigma = SUPPLY_METERED
+        elif self._guesses_supply:
+            self._supply_sigma = SUPPLY_CONFIGURED
 
     @classmethod
-    def of(cls, knob: Knob, player: Player, say: Callable[[str], object]) -> CircuitSteps | None:
+    def of(
+        cls,
+        knob: Knob,
+        player: Player,
+        say: Callable[[str], object],
+        *,
+        supply_v: float | None = None,
+    ) -> CircuitSteps | None:
         """Give them; None for a device that measures no current."""
-        return cls(knob, player, say) if player.motor_current().measured else None
+        return cls(knob, player, say, supply_v) if player.motor_current().measured else None
 
     def look(self, motor_nm: float) -> None:
         """Look at the current sensor before anything turns; raises as `listen_at_rest`, `pulse`."""
@@ -285,16 +299,21 @@ class CircuitSteps:
             "believed_h": board.motor_inductance_h,
         }
         winding(held, **believed_by_board, constant_nm_per_a=board.motor_torque_constant_nm_per_a)
-        found = motor(held, self._turned, **believed_by_board)
+        found = motor(held, self._turned, **believed_by_board, supply_sigma=self._supply_sigma)
+        constant = found.constant.value
+        low, high = found.constant.interval
+        # A data sheet is the better guess where the supply is one.
+        if self._guesses_supply and low <= board.motor_torque_constant_nm_per_a <= high:
+            constant = board.motor_torque_constant_nm_per_a
         proposed = replace(
             board,
             motor_resistance_ohm=found.resistance.value,
             motor_inductance_h=found.inductance.value,
-            motor_torque_constant_nm_per_a=found.constant.value,
+            motor_torque_constant_nm_per_a=constant,
         )
         # What it has reckoned with since it started may be another than what is configured now.
         believed = self._player.motor_current().torque_constant_nm_per_a
-        self._player.torque_share = found.constant.value / believed
+        self._player.torque_share = constant / believed
         self._player.drive = drive_of(self._knob, proposed)
         quantities = (*self._sensor, found.resistance, found.inductance, found.gain, found.constant)
-        return Circuit(quantities, found, proposed)
+        return Circuit(quantities, found, proposed, found.constant_sigma)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,17 @@ from torsio.calibration.numeric import Solution, linear
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 from torsio.records import MotorCurrent
 
-__all__ = ["Intervals", "Motor", "check_current", "current_zero", "intervals", "motor", "winding"]
+__all__ = [
+    "SUPPLY_CONFIGURED",
+    "SUPPLY_METERED",
+    "Intervals",
+    "Motor",
+    "check_current",
+    "current_zero",
+    "intervals",
+    "motor",
+    "winding",
+]
 
 # What the equation leaves out, as a share: a supply that sags, a winding that gets warm; when the
 # voltage acts; an angle that is a tick old. Found on emulated knobs 100 to 111.
@@ -35,6 +45,11 @@ _LEFT_OUT = {
 }
 # Supply, sensor and winding may each be a tenth off, evenly: the standard deviation of one.
 _TENTH = 0.1 / math.sqrt(3.0)
+SUPPLY_CONFIGURED, SUPPLY_METERED = _TENTH, 1e-2
+"""How uncertain the supply is, as a share: as it is configured, as a meter says it."""
+
+# Of the boards' converter, and how near an end of its range no sensor's zero is.
+_CONVERTER_V, _END_V = 3.3, 0.1
 # Beyond what they make together it is a fault.
 _LEAST_GAIN, _MOST_GAIN = 0.6, 1.6
 
@@ -54,12 +69,14 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
     Raises
     ------
     Refusal
-        "dead_sensor", "saturated_sensor": the very same number all the time.
+        "dead_sensor", "saturated_sensor": the very same number all the time, at an end of the
+        converter's range.
     """
     mean_a, noise_a = float(np.mean(current_a)), float(np.std(current_a, ddof=1))
     zero_v = v_per_a * mean_a
-    if float(np.ptp(current_a)) < 0.5 * step_a:
-        dead = zero_v < 0.1
+    dead = zero_v < _END_V
+    saturated = zero_v > _CONVERTER_V - _END_V
+    if float(np.ptp(current_a)) < 0.5 * step_a and (dead or saturated):
         raise Refusal(
             "current sensor", "dead_sensor" if dead else "saturated_sensor", "the current sensor "
             f"says {zero_v:.2f} V all the time: "
@@ -151,7 +168,7 @@ def intervals(readings: Sequence[MotorCurrent], supply_v: float) -> Intervals:
     )
 
 
-def check_current(over: Intervals, believed_ohm: float) -> None:
+def check_current(over: Intervals, believed_ohm: float, *, step: str) -> None:
     """Look whether the current is one that the voltage can have made.
 
     Raises
@@ -164,13 +181,13 @@ def check_current(over: Intervals, believed_ohm: float) -> None:
     flowed_a = float(np.sum(np.sign(over.share) * over.charge_c)) / seconds
     if abs(flowed_a) * believed_ohm < 0.1 * pushed_v:
         raise Refusal(
-            "winding", "no_current", f"{pushed_v:.2g} V drive {1e3 * abs(flowed_a):.0f} mA only: "
+            step, "no_current", f"{pushed_v:.2g} V drive {1e3 * abs(flowed_a):.0f} mA only: "
             "the motor or its current sensor is not connected, or it has no supply",
             current_a=flowed_a,
         )  # fmt: skip
     if flowed_a < 0.0:
         raise Refusal(
-            "winding", "reversed_sensor", "the current sensor counts down where the voltage drives "
+            step, "reversed_sensor", "the current sensor counts down where the voltage drives "
             "up: swap its two wires", current_a=flowed_a,
         )  # fmt: skip
 
@@ -212,7 +229,7 @@ def winding(
     Refusal
         "no_current", "reversed_sensor", "winding_values".
     """
-    check_current(held, believed_ohm)
+    check_current(held, believed_ohm, step="winding")
     fit = _fit(held, believed_h / believed_ohm, constant_nm_per_a)
     gain = believed_ohm / float(fit.value[0])
     if not _LEAST_GAIN < gain < _MOST_GAIN or fit.value[1] <= 0.0:
@@ -233,6 +250,10 @@ class Motor:
 
     Attributes
     ----------
+    constant
+        Uncertain by what the supply is, too.
+    constant_sigma
+        Without that, as a share: how well torques are those of this constant.
     gain
         Of the sensor, over what it should have, if supply and resistance are what the configuration
         says: the three cannot be told apart.
@@ -241,17 +262,30 @@ class Motor:
     resistance: Quantity
     inductance: Quantity
     constant: Quantity
+    constant_sigma: float
     gain: Quantity
     fits: tuple[Fit, ...]
 
 
-def motor(held: Intervals, turned: Intervals, *, believed_ohm: float, believed_h: float) -> Motor:
+def motor(
+    held: Intervals,
+    turned: Intervals,
+    *,
+    believed_ohm: float,
+    believed_h: float,
+    supply_sigma: float,
+) -> Motor:
     """Estimate all from intervals in which the knob was held, and such in which it turned.
+
+    Parameters
+    ----------
+    supply_sigma
+        Of the supply that made the voltages, as a share.
 
     Raises
     ------
     Refusal
-        "one_way", "reversed_emf", "constant".
+        "one_way", "reversed_emf".
     """
     speed = turned.angle_rad / turned.duration_s
     if np.min(speed) > 0.0 or np.max(speed) < 0.0:
@@ -271,15 +305,18 @@ def motor(held: Intervals, turned: Intervals, *, believed_ohm: float, believed_h
     emf_v = (turned.voltage_v_s - other_v_s) / turned.duration_s
     held_v = held.voltage_v_s / held.duration_s
     told_v = _columns(held, settle_s) @ fit.value / held.duration_s
+    seen = _quantity(
+        "motor_torque_constant_nm_per_a", constant, fit.sigma(3),
+        "from the back EMF, as true as supply_v",
+    )  # fmt: skip
+    sigma = math.hypot(seen.standard_uncertainty, supply_sigma * constant)
     return Motor(
         _quantity("motor_resistance_ohm", ohm, fit.sigma(0), "of the winding, seen by its board"),
         _quantity("motor_inductance_h", henry, fit.sigma(1), "of the winding, seen by its board"),
-        _quantity(
-            "motor_torque_constant_nm_per_a", constant, fit.sigma(3),
-            "from the back EMF, as true as supply_v",
-        ),
+        replace(seen, standard_uncertainty=sigma),
+        seen.standard_uncertainty / constant,
         Quantity(
-            "current_gain", gain, math.sqrt(2.0) * _TENTH,
+            "current_gain", gain, math.hypot(_TENTH, supply_sigma),
             "of the current sensor, over what it should have; a guess: see docs/calibration.md",
         ),
         (

@@ -53,9 +53,10 @@ def find_signs(player: Player, torque_nm: float) -> float:
     Refusal
         "moved", "still", "held", "reversed", "one_way".
     """
-    idle = player.watch(0.3)
-    moved = float(np.ptp(idle.counts))
     noise_counts = 4.0
+    # It may still swing from what was before.
+    idle = player.settled(0.3, noise_counts)
+    moved = float(np.ptp(idle.counts))
     if moved > noise_counts + 0.02 / player.count_rad:
         raise Refusal(
             _SIGNS, "moved", f"the knob moved by {moved:.0f} counts with the motor off: take your "
@@ -88,10 +89,8 @@ def find_signs(player: Player, torque_nm: float) -> float:
 def _breakaway(log: Recording, way: float, torque_nm: float) -> float:
     turned = way * (log.angle_rad - log.angle_rad[0])
     reached, against = float(turned.max()), float(-turned.min())
-    if log.stopped not in ("", "excitation_stopped"):
-        raise Refusal(
-            _SIGNS, log.stopped, f"the device disarmed ({log.stopped}): torsio doctor says more"
-        )
+    if log.stopped != "excitation_stopped":  # that it leaves its bounds is what is looked for
+        log.refuse_if_stopped(_SIGNS, "", "")
     if against > max(reached, 0.1):
         raise Refusal(
             _SIGNS, "reversed", "the encoder counts down while the motor's torque is positive: "
@@ -140,12 +139,9 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
         speed_limit_rad_s=FREE_LIMIT_RAD_S,
         torque_limit_nm=0.75 * torque_nm,
     )
-    if log.stopped:
-        raise Refusal(
-            _FREE, "runs_away" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the device stopped the turns ({log.stopped}): the knob is not what it was a "
-            "moment ago",
-        )  # fmt: skip
+    log.refuse_if_stopped(
+        _FREE, "runs_away", "the device stopped the turns: the knob is not what it was a moment ago"
+    )
     return log
 
 

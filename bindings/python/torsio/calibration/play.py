@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from torsio.calibration.drive import Drive, drive_of
-from torsio.calibration.quantity import Array
+from torsio.calibration.quantity import Array, Refusal
 from torsio.errors import Refused
 from torsio.knob import Knob
 from torsio.records import MotorCurrent
@@ -22,6 +22,8 @@ __all__ = ["Player", "Recording"]
 
 # The device goes on for so long when the host is late with the next stretch; then it disarms.
 _SLACK_S = 0.25
+_LEAST_SLEEP_S = 1e-3
+_SETTLE_S = 2.0
 # What the library keeps unless it is told otherwise.
 _MOST_SAMPLES = 65536
 
@@ -40,6 +42,8 @@ class Recording:
         From the device's zero; `count_rad` is one of them.
     stopped
         Why the device disarmed before the end: a `DisarmReason`, or "".
+    faults
+        That were latched then.
     """
 
     time_s: Array
@@ -52,6 +56,17 @@ class Recording:
     count_rad: float
     period_s: float
     stopped: str = ""
+    faults: tuple[str, ...] = ()
+
+    def refuse_if_stopped(self, step: str, reason: str, sentence: str, **facts: Any) -> None:
+        """Raise a `Refusal`, if it left its bounds with this one, else with the device's reason."""
+        if self.stopped == "excitation_stopped":
+            raise Refusal(step, reason, sentence, **facts)
+        if self.stopped:
+            why = " and ".join(f"the fault {name}" for name in self.faults) or self.stopped
+            raise Refusal(
+                step, self.stopped, f"the device disarmed ({why}): torsio doctor says more"
+            )
 
     def between(self, begin_s: float, end_s: float) -> Recording:
         """Give the part between two times since the first sample."""
@@ -77,8 +92,6 @@ class Player:
 
     Attributes
     ----------
-    seconds
-        Of the knob's time that were used so far.
     drive
         What makes the motor's torque; None if it is what the motor is told.
     torque_share
@@ -93,7 +106,7 @@ class Player:
         self.drive = drive
         self.torque_share = 1.0
         self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
-        self.seconds = 0.0
+        self._begin_s = knob.clock().time_s
 
     @classmethod
     @contextmanager
@@ -114,6 +127,11 @@ class Player:
                 knob.stop_telemetry()
                 knob.configure(actuator)
                 knob.configure(control)
+
+    @property
+    def seconds(self) -> float:
+        """Of the knob's time that have passed so far."""
+        return self._knob.clock().time_s - self._begin_s
 
     def motor_current(self) -> MotorCurrent:
         """Ask the device what it has measured of the motor's current."""
@@ -139,15 +157,22 @@ class Player:
         """Record without torque."""
         self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         self._knob.sleep(duration_s)
-        self.seconds += duration_s
-        return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)], "")
+        return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)])
+
+    def settled(self, duration_s: float, counts: float) -> Recording:
+        """Record without torque until it moves by so little, or for two seconds in all."""
+        end_s = self.seconds + _SETTLE_S
+        while True:
+            log = self.watch(duration_s)
+            if float(np.ptp(log.counts)) <= counts or self.seconds >= end_s:
+                return log
 
     def chain(
         self,
         stretches: Sequence[tuple[float, dict[str, Any]]],
         *,
-        look: Callable[[int], object] | None = None,
-        look_every_s: float = 1.0,
+        look: Callable[[int], MotorCurrent] | None = None,
+        look_every_s: float = 5e-3,
         **bounds: float,
     ) -> Recording:
         """Play stretches one after the other.
@@ -157,7 +182,8 @@ class Player:
         stretches
             Duration in seconds, and fields of an `Excitation`.
         look, look_every_s
-            Called with the number of the stretch that plays, every so often.
+            Asks the device for its current, at the begin of each stretch, whose number it is told,
+            and every so often from then on.
         bounds
             Fields of all of them.
         """
@@ -165,6 +191,7 @@ class Player:
         knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         pieces: list[Record] = []
         stopped = ""
+        faults: tuple[str, ...] = ()
         try:
             knob._arm()  # that it is held low until this is done goes without saying
             for number, (duration_s, values) in enumerate(stretches):
@@ -174,7 +201,6 @@ class Player:
                     knob.sleep(duration_s)
                 else:
                     self._look_on(duration_s, look_every_s, partial(look, number))
-                self.seconds += duration_s
                 pieces.append(knob.read(max_samples=_MOST_SAMPLES))
                 if knob.state != "armed":
                     break
@@ -184,19 +210,22 @@ class Player:
         if knob.state != "armed":
             last = knob.last_disarm
             stopped = "fault" if knob.state == "fault" or last is None else str(last.reason)
+            if stopped == "fault":
+                faults = knob.faults()
             pieces.append(knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.1))
         else:
             knob.disarm()
-        return self._recording(pieces, stopped)
+        return replace(self._recording(pieces), stopped=stopped, faults=faults)
 
-    def _look_on(self, duration_s: float, every_s: float, look: Callable[[], object]) -> None:
-        for _ in range(max(round(duration_s / every_s), 1)):
-            self._knob.sleep(every_s)
-            look()
-            if self._knob.state != "armed":
-                return
+    def _look_on(self, duration_s: float, every_s: float, look: Callable[[], MotorCurrent]) -> None:
+        """Look until a stretch is over by the device's time: a look takes time as well."""
+        now_s = look().time_s
+        end_s = now_s + duration_s
+        while now_s < end_s and self._knob.state == "armed":
+            self._knob.sleep(max(min(every_s, end_s - now_s), _LEAST_SLEEP_S))
+            now_s = look().time_s
 
-    def _recording(self, pieces: list[Record], stopped: str) -> Recording:
+    def _recording(self, pieces: list[Record]) -> Recording:
         log = np.concatenate(pieces)
         time_s = log["time_s"].astype(np.float64)
         delay_s = 0.5 * self._tick_s + self._motor_lag_s
@@ -213,6 +242,5 @@ class Player:
             log["brake_capacity_nm"].astype(np.float64),
             self.count_rad,
             self._period_s,
-            stopped,
         )
         return recording if self.drive is None else recording.driven_by(self.drive)

@@ -86,8 +86,8 @@ class Calibration:
     Attributes
     ----------
     quantities
-        By name; all torques as parts of the motor's: with the torque constant that was measured, or
-        else the one that the device believes.
+        By name; all torques as parts of the motor's, with the torque constant that is proposed, or
+        else the one that the device believes: they are as true as that.
     actuator, shaft
         The configurations that are proposed; nothing was saved.
     law, free_assist_nm
@@ -157,6 +157,7 @@ def calibrate(
     *,
     quick: bool = False,
     ambient_c: float | None = None,
+    supply_v: float | None = None,
     progress: Callable[[str], object] | None = None,
 ) -> Calibration:
     """Measure a knob that nobody touches; it turns by itself, some dozen turns both ways.
@@ -170,6 +171,10 @@ def calibrate(
         no brake.
     ambient_c
         How warm it is, for the record; above -273 degrees.
+    supply_v
+        What a meter says of the motor's supply, for the electrical steps, and proposed if it is
+        another than what is configured; 3 to 60. None: nobody has measured it, and a torque
+        constant that may be right stays as it is.
     progress
         Called with the name of each step as it begins; one of `STEPS` or `ELECTRIC_STEPS`.
 
@@ -182,6 +187,8 @@ def calibrate(
     """
     if ambient_c is not None:
         checks.number("ambient_c", ambient_c, -273.0, 700.0)
+    if supply_v is not None:
+        checks.number("supply_v", supply_v, 3.0, 60.0)
     say = progress or (lambda _: None)
     actuator, control = knob.actuator_config(), knob.control_config()
     motor_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
@@ -201,7 +208,9 @@ def calibrate(
         )  # fmt: skip
     with Player.playing(knob) as player:
         most: dict[str, Any] = {"motor_nm": motor_nm, "brake_nm": brake_nm}
-        circuit, electric = None, None if quick else CircuitSteps.of(knob, player, say)
+        circuit = electric = None
+        if not quick:
+            electric = CircuitSteps.of(knob, player, say, supply_v=supply_v)
         if electric is None:
             player.believe_configured()
         else:

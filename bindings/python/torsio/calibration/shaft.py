@@ -69,7 +69,7 @@ def hold_and_push(
     Raises
     ------
     Refusal
-        "does_not_hold".
+        "does_not_hold", or why the device disarmed.
     """
     pull_nm = min(0.9 * motor_nm, 0.8 * brake_nm)
     sweeps = [
@@ -101,15 +101,12 @@ def hold_and_push(
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,
     )
-    if log.stopped:
-        slipped = abs(float(log.motor_nm[-3])) if len(log.motor_nm) > 3 else 0.0
-        raise Refusal(
-            _STEP, "does_not_hold" if log.stopped == "excitation_stopped" else log.stopped,
-            f"the brake was told to hold {1e3 * brake_nm:.0f} mN m and the knob came loose at "
-            f"{1e3 * slipped:.0f}: brake or its wires are dead, it is weaker than "
-            "brake_torque_max_nm "
-            "says, or a coupling slips", slipped_at_nm=slipped,
-        )  # fmt: skip
+    slipped = abs(float(log.motor_nm[-3])) if len(log.motor_nm) > 3 else 0.0
+    log.refuse_if_stopped(
+        _STEP, "does_not_hold", f"the brake was told to hold {1e3 * brake_nm:.0f} mN m and the "
+        f"knob came loose at {1e3 * slipped:.0f}: brake or its wires are dead, it is weaker than "
+        "brake_torque_max_nm says, or a coupling slips", slipped_at_nm=slipped,
+    )  # fmt: skip
     begin = _SETTLE_S + 0.3
     middle = begin + len(sweeps) * _SWEEP_S
     return log.between(begin, middle), log.between(middle + _REST_S - 0.05, 1e9)
@@ -272,7 +269,7 @@ def estimate_shaft(
     Raises
     ------
     Refusal
-        "rigid", "soft", "unexplained".
+        "rigid", "unexplained".
     """
     edges = _edges(sweeps, cogging_nm)
     if len(edges.angle_rad) < 12:
