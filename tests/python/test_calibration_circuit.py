@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import torsio
 from torsio import calibration
 from torsio.calibrate_cli import words_of
-from torsio.calibration.circuit import ELECTRIC_STEPS, push_current
+from torsio.calibration.circuit import ELECTRIC_STEPS, MEASURED_OF_BOARD, push_current
 from torsio.calibration.play import Player
 from torsio.cli import app
 
@@ -151,11 +151,11 @@ def test_what_was_configured_meanwhile_stays_and_a_look_before_the_next_start_se
 ) -> None:
     found, _ = measured
     with opened(ELECTRICS) as knob:
-        board = replace(knob.board_config(), motor_current_max_a=1.7, brake_current_max_a=0.2)
+        board = replace(knob.board_config(), motor_current_max_a=1.75, brake_current_max_a=0.25)
         knob.configure(board)
         calibration.apply(knob, found)
-        circuit = {name: getattr(found.board, name) for name in CIRCUIT}
-        assert replace(board, **circuit) == knob.board_config()
+        circuit = {name: getattr(board, name) for name in MEASURED_OF_BOARD}
+        assert replace(knob.board_config(), **circuit) == board
         assert knob.calibration_config().values_are == "measured"
         knob.sleep(0.5)
         looked = calibration.calibrate(knob, quick=True)

@@ -497,7 +497,7 @@ TEST_CASE("a supply a quarter beside the configured one is a fault, while it las
         CHECK(divider.logic.find_faults(false) == fault::supply);
         CHECK(divider.watch(wrong * supply_v, 0.1) == 0.0);
         // Back again it must stay so for a twentieth of a second, then all is well.
-        divider.watch(supply_v, 0.048, true);
+        divider.watch(supply_v, 0.0491, true);
         CHECK(divider.logic.find_faults(false) == fault::supply);
         divider.watch(supply_v, 3e-3, true);
         CHECK(divider.logic.find_faults(false) == 0);
