@@ -95,10 +95,25 @@ def covers(quantity: Quantity, truth: float) -> bool:
 def test_zero_and_noise_are_those_of_the_samples() -> None:
     steps = np.floor(np.random.default_rng(1).normal(2047.5, 5.0, 5000))
     zero, noise = current_zero(4e-3 * steps, step_a=4e-3, v_per_a=0.2)
-    assert zero.value == pytest.approx(0.2 * 4e-3 * 2047.5, abs=0.2 * 4e-3 * 0.6)
     assert covers(zero, 0.2 * 4e-3 * 2047.5)
     assert noise.value == pytest.approx(5.0 * 4e-3, rel=0.05)
     assert covers(noise, 5.0 * 4e-3)
+
+
+@pytest.mark.parametrize("noise_steps", [0.0, 0.05, 0.2, 0.4, 0.6, 1.2])
+def test_zero_s_interval_holds_it_though_the_converter_cuts_off(noise_steps: float) -> None:
+    random = np.random.default_rng(4)
+    errors, hits = [], 0
+    for _ in range(400):
+        truth = random.uniform(2000.0, 2100.0)
+        steps = np.floor(random.normal(truth, noise_steps, 300))
+        zero, _ = current_zero(4e-3 * steps, step_a=4e-3, v_per_a=0.2)
+        errors.append((zero.value - 0.8e-3 * truth) / zero.standard_uncertainty)
+        hits += covers(zero, 0.8e-3 * truth)
+    assert abs(np.mean(errors)) < 0.15
+    assert hits >= 0.9 * 400
+    if noise_steps > 1.0:
+        assert zero.standard_uncertainty == pytest.approx(0.8e-3 * noise_steps / 300**0.5, rel=0.2)
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
     current_a
         Shape (n,), from the bottom of the converter's range.
     step_a
-        Of the converter; what is less than it is cut off, or rounded.
+        Of the converter, which cuts off what is less: half of it in the mean.
     v_per_a
         Of the sensor.
 
@@ -73,7 +73,7 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
         converter's range.
     """
     mean_a, noise_a = float(np.mean(current_a)), float(np.std(current_a, ddof=1))
-    zero_v = v_per_a * mean_a
+    zero_v = v_per_a * (mean_a + 0.5 * step_a)
     dead = zero_v < _END_V
     saturated = zero_v > _CONVERTER_V - _END_V
     if float(np.ptp(current_a)) < 0.5 * step_a and (dead or saturated):
@@ -86,9 +86,11 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
         )  # fmt: skip
     count = len(current_a)
     noise = math.sqrt(max(noise_a**2 - step_a**2 / 12.0, 0.0))
+    # Noise tells where between two steps the zero is; with less, the mean clings to one of them.
+    within_step_a = 0.0 if noise > 0.5 * step_a else step_a / 12**0.5
     return (
         Quantity(
-            "current_zero_v", zero_v, v_per_a * math.hypot(noise_a / count**0.5, 0.5 * step_a),
+            "current_zero_v", zero_v, v_per_a * math.hypot(noise_a / count**0.5, within_step_a),
             "of the current sensor, with no current",
         ),
         Quantity(
