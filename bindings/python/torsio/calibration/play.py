@@ -101,8 +101,15 @@ class Player:
         """Prepare a disarmed knob, and leave its configuration as it was."""
         actuator, control = knob.actuator_config(), knob.control_config()
         knob.stop()
-        # With no lag in its model the device tells the brake's command itself.
-        knob.configure(replace(actuator, brake_time_constant_s=0.0))
+        # With nothing in its model the device tells the brake's command itself.
+        knob.configure(
+            replace(
+                actuator,
+                brake_time_constant_s=0.0,
+                brake_release_time_constant_s=0.0,
+                brake_hysteresis_nm=0.0,
+            )
+        )
         knob.configure(replace(control, motor_slew_nm_per_s=0.0, autonomous=False))
         try:
             rate_hz = knob.start_telemetry()
