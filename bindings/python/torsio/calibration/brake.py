@@ -2,36 +2,69 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from torsio.calibration.brake_curve import BrakeCurve, curve_of
-from torsio.calibration.numeric import Solution, gauss_newton, kernel, play_of, smooth
+from torsio.calibration.numeric import Solution, gauss_newton, kernel, linear, play_of, smooth
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 
-__all__ = ["STAIRS", "Brake", "estimate_brake", "slip"]
+__all__ = ["STAIRS", "Brake", "estimate_brake", "hold_and_let_go", "slip"]
 
 _STEP = "brake"
 STAIRS = (0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 1.0, 0.0, 1.0, 0.0)
 _DWELL_S, _BEGIN_S = 0.5, 0.8
 _SPEED_RAD_S = 4.0
+# Longer than a slow brake takes, and than a board waits before it demagnetises one.
+_HOLD_S, _LET_GO_S = 0.6, 1.0
 
 
 @dataclass(frozen=True)
 class Brake:
-    """What is known of the brake; lags from command to torque."""
+    """What is known of the brake; lags from command to torque.
+
+    Attributes
+    ----------
+    left
+        What it holds without current, its drag aside, once it has held and let go.
+    """
 
     gain: Quantity
     hysteresis: Quantity
     rise: Quantity
     release: Quantity
-    friction: Quantity
+    left: Quantity
     curve: BrakeCurve
     fits: tuple[Fit, ...]
+
+
+def hold_and_let_go(player: Player, brake_nm: float) -> None:
+    """Hold the brake and let go of it, so that it leaves what it always leaves.
+
+    What a brake with hysteresis has of an earlier use is another thing each time: nothing when it
+    is new, and afterwards half the width of its loop, or what a board leaves that demagnetises it.
+
+    Raises
+    ------
+    Refusal
+        Why the device disarmed.
+    """
+    log = player.chain(
+        [(_HOLD_S, {"brake_command_nm": brake_nm}), (_LET_GO_S, {"brake_command_nm": 0.0})],
+        travel_rad=60.0,
+        speed_limit_rad_s=60.0,
+        torque_limit_nm=0.0,
+    )
+    # What turns the knob meanwhile the steps that look at the knob will say.
+    if log.stopped not in ("", "excitation_stopped"):
+        raise Refusal(
+            _STEP, log.stopped, f"the device disarmed ({log.stopped}): torsio doctor says more"
+        )
 
 
 def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float) -> Recording:
@@ -97,7 +130,10 @@ def _coil_first(
     lags: tuple[float, float],
     flexible_s2: float,
 ) -> Array:
-    """Answer of a brake whose coil lags, and whose torque follows the coil with a play."""
+    """Answer of a brake whose coil lags, and whose torque follows the coil with a play.
+
+    `first` is what is left of it without current.
+    """
     result = np.full(len(time_s), first)
     current, torque = float(commands[0]), first
     ends = np.append(begins_s[1:], time_s[-1] + 1.0)
@@ -113,6 +149,7 @@ def _coil_first(
         result[chosen] = np.where(moves, follows - taken * left, torque)
         current = command + (current - command) * float(np.exp(-(end - begin) / lag))
         torque = max(torque, current - width) if rises else min(torque, current + width)
+        torque = first if command == 0.0 else torque
     return result
 
 
@@ -138,20 +175,20 @@ def estimate_brake(
     viscous_nm_s_per_rad: float,
     coulomb: Quantity,
     flexible_s2: float,
-    remanent: bool,
+    demagnetised: bool,
 ) -> Brake:
-    """Estimate the brake from `slip`.
+    """Estimate the brake from `slip`, after `hold_and_let_go`.
 
     Parameters
     ----------
     cogging_nm
         Torque on the knob over the angle.
     inertia_kg_m2, viscous_nm_s_per_rad, coulomb
-        Of all that turns, the brake off.
+        Of all that turns, once the brake has held and let go.
     flexible_s2
         The brake's inertia over the shaft's stiffness.
-    remanent
-        True if the brake was held before, so that its hysteresis holds it from the start.
+    demagnetised
+        True if the board takes away what is left of it a while after it has let go, all or some.
 
     Raises
     ------
@@ -173,13 +210,16 @@ def estimate_brake(
     commands = np.append(log.brake_nm[0], log.brake_nm[changes])
     top = float(np.max(commands))
     thin = max(round(2e-3 / log.period_s), 1)
-    chosen = np.flatnonzero(turning)[::thin]
+    # When a board demagnetises, and how much of it, no model says.
+    told = commands[np.searchsorted(begins, time_s, side="right") - 1]
+    known = turning & ~(demagnetised & (told == 0.0))
+    chosen = np.flatnonzero(known)[::thin]
 
     def model(value: Array, *, coil_first: bool) -> Array:
         gain, width, rise, release, friction = (float(number) for number in value)
         width, lags = abs(width), (abs(rise), abs(release))
-        targets = play_of(commands, width, width if remanent else 0.0)
-        begin = float(targets[0])
+        begin = 0.0 if demagnetised else width
+        targets = np.where(commands == 0.0, begin, play_of(commands, width, begin))
         if coil_first:
             braked = _coil_first(time_s, begins, commands, width, begin, lags, flexible_s2)
         else:
@@ -223,16 +263,29 @@ def estimate_brake(
             "and a lag: it is at its limit, sticks, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
     fitted_nm = measured - best.residual
+    left_behind = Quantity(
+        "left_nm", gain * abs(width), math.hypot(gain * best.sigma(1), width * best.sigma(0)),
+        "once it has held and let go",
+    )  # fmt: skip
+    if demagnetised:
+        idle = torque[turning & (time_s < begins[1])]
+        mean = linear(np.ones((len(idle), 1)), idle, lags=max(len(idle) // 4, 1))
+        left_behind = replace(
+            left_behind,
+            value=float(mean.value[0]) - friction,
+            standard_uncertainty=math.hypot(mean.sigma(0), best.sigma(4)),
+        )
     curve = curve_of(
         time_s[chosen], measured, fitted_nm - friction, (begins, commands),
-        gain=gain, half_width_nm=abs(width), friction=coulomb,
+        gain=gain, half_width_nm=abs(width),
+        friction=coulomb.less("friction_nm", left_behind, "the loop aside"),
     )  # fmt: skip
     return Brake(
         Quantity("brake_gain", gain, best.sigma(0), "torque over command"),
         Quantity("hysteresis_nm", abs(width), best.sigma(1), "half the width of its loop"),
         Quantity("rise_s", abs(rise), best.sigma(2), "lag on the way up"),
         Quantity("release_s", abs(release), best.sigma(3), "lag on the way down"),
-        Quantity("friction_nm", friction, best.sigma(4), "of all that turns, brake off"),
+        left_behind,
         curve,
         (
             Fit(

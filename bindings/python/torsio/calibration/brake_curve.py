@@ -21,7 +21,7 @@ _STRAIGHT = 0.02
 
 @dataclass(frozen=True)
 class BrakePoint:
-    """What the brake holds beyond the friction of the knob without current, at one command.
+    """What the brake holds beyond the friction without current and without loop, at one command.
 
     Attributes
     ----------
@@ -138,8 +138,8 @@ def curve_of(
     gain, half_width_nm
         Of the fit, for what of a stair was still to come.
     friction
-        Of all that turns without current, from the step before: a brake that is no straight line
-        would have the fit of the whole take it for another.
+        Of all that turns without current, what the loop leaves taken off, from the step before: a
+        brake that is no straight line would have the fit of the whole take it for another.
     """
     begins_s, commands = stairs
     loop = play_of(commands, half_width_nm, half_width_nm)

@@ -31,7 +31,7 @@ class Free:
     Attributes
     ----------
     inertia, coulomb, viscous
-        Of knob and brake side together.
+        Of knob and brake side together; the dry friction once the brake has held and let go.
     amplitude
         Of the cogging's largest wave.
     """
@@ -285,7 +285,7 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
     fast_fitted = fast.motor_nm - unexplained[len(slow.speed) :]
     return Free(
         Quantity("inertia_kg_m2", float(value[0]), fit.sigma(0), "of all that turns"),
-        Quantity("coulomb_nm", coulomb, fit.sigma(1), "dry friction of all that turns"),
+        Quantity("coulomb_nm", coulomb, fit.sigma(1), "dry friction, as the brake leaves it"),
         Quantity("viscous_nm_s_per_rad", float(value[2]), fit.sigma(2), "viscous friction"),
         Quantity(
             "cogging_nm", float(amplitude), float(amplitude_sigma),

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from torsio import checks, perception
-from torsio.calibration.brake import Brake, estimate_brake, slip
+from torsio.calibration.brake import Brake, estimate_brake, hold_and_let_go, slip
 from torsio.calibration.brake_curve import BrakeCurve
 from torsio.calibration.circuit import MEASURED_OF_BOARD, Circuit, CircuitSteps
 from torsio.calibration.cogging import Cogging
@@ -206,6 +206,7 @@ def calibrate(
             "and encoder it has (docs/hardware.md, first power), then torsio config set "
             "confirmed=on",
         )  # fmt: skip
+    demagnetised = knob.board_config().brake_inductance_h > 0.0
     with Player.playing(knob) as player:
         most: dict[str, Any] = {"motor_nm": motor_nm, "brake_nm": brake_nm}
         circuit = electric = None
@@ -216,6 +217,8 @@ def calibrate(
         else:
             electric.look(motor_nm)
         say(STEPS[0])
+        # All steps shall find the brake as it is left, whether it was used before or not.
+        hold_and_let_go(player, brake_nm)
         loose_nm = find_signs(player, motor_nm)
         if electric is not None:
             electric.turn(motor_nm)
@@ -235,8 +238,9 @@ def calibrate(
         brake = stairs = None
         if not quick:
             say(STEPS[3])
+            hold_and_let_go(player, brake_nm)  # what the shaft was held with dies away
             stairs = slip(player, **most)
-            brake = _brake(stairs, free, shaft)
+            brake = _brake(stairs, free, shaft, demagnetised=demagnetised)
         seconds = player.seconds
     parts = _Parts(free, shaft, brake)
     found, curve = _quantities(parts), None
@@ -250,7 +254,7 @@ def calibrate(
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)
             # What is refused under it is refused: nobody would know how far it is from the truth.
-            other = _parts_of(logs, through, slow_s)
+            other = _parts_of(logs, through, slow_s, demagnetised=demagnetised)
             found = _widened(found, _quantities(other))
             if curve is not None and other.brake is not None:
                 curve = curve.widened(other.brake.curve)
@@ -272,7 +276,7 @@ class _Parts:
     brake: Brake | None
 
 
-def _brake(stairs: Recording, free: Free, shaft: Shaft) -> Brake:
+def _brake(stairs: Recording, free: Free, shaft: Shaft, *, demagnetised: bool) -> Brake:
     return estimate_brake(
         stairs,
         free.cogging.torque_nm,
@@ -280,16 +284,20 @@ def _brake(stairs: Recording, free: Free, shaft: Shaft) -> Brake:
         viscous_nm_s_per_rad=free.viscous.value,
         coulomb=_honest(free.coulomb),
         flexible_s2=_flexible_s2(free, shaft),
-        remanent=True,
+        demagnetised=demagnetised,
     )
 
 
-def _parts_of(logs: Sequence[Recording], stairs: Recording | None, slow_s: float) -> _Parts:
+def _parts_of(
+    logs: Sequence[Recording], stairs: Recording | None, slow_s: float, *, demagnetised: bool
+) -> _Parts:
     """Estimate all from recordings: of the turns, the pulls and the steps, and of the brake."""
     turns, pulls, steps = logs
     free = estimate_free(turns, slow_s=slow_s)
     shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
-    return _Parts(free, shaft, None if stairs is None else _brake(stairs, free, shaft))
+    if stairs is None:
+        return _Parts(free, shaft, None)
+    return _Parts(free, shaft, _brake(stairs, free, shaft, demagnetised=demagnetised))
 
 
 def _widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:
@@ -338,11 +346,6 @@ def _honest(quantity: Quantity, left_out: dict[str, tuple[float, float]] = _LEFT
     share, least = left_out.get(quantity.name, (0.0, 0.0))
     sigma = math.hypot(quantity.standard_uncertainty, share * quantity.value, least)
     return replace(quantity, standard_uncertainty=sigma)
-
-
-def _difference(name: str, whole: Quantity, part: Quantity, meaning: str) -> Quantity:
-    sigma = math.hypot(whole.standard_uncertainty, part.standard_uncertainty)
-    return Quantity(name, whole.value - part.value, sigma, meaning)
 
 
 def apply(knob: Knob, calibration: Calibration) -> None:
@@ -416,21 +419,21 @@ def _quantities(parts: _Parts) -> dict[str, Quantity]:
     found = [
         *(inertia, free.coulomb, free.viscous, free.offset),
         *(shaft.stiffness, shaft.backlash, knob_coulomb),
-        _difference(
-            "brake_drag_nm",
-            free.coulomb,
-            knob_coulomb,
-            "what the brake holds with no current",
-        ),
         *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
     if shaft.knob_inertia is not None:
         knob_inertia = _honest(shaft.knob_inertia)
         found += [
             knob_inertia,
-            _difference("brake_inertia_kg_m2", inertia, knob_inertia, "of pulleys and brake"),
+            inertia.less("brake_inertia_kg_m2", knob_inertia, "of pulleys and brake"),
         ]
     if brake is not None:
+        held_off = _honest(free.coulomb).less("", knob_coulomb, "")
+        found.append(
+            held_off.less(
+                "brake_drag_nm", brake.left, "what the brake holds with no current, its loop aside"
+            )
+        )
         amplitude = free.amplitude
         if free.cogging.periods_per_rev:
             sigma = math.hypot(
@@ -457,8 +460,13 @@ _PROPOSED_FROM: Final = {
 
 
 def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
-    """Give what may be taken off the friction: that is there for certain, and wears off."""
-    return _ASSISTED * max(quantities["coulomb_nm"].interval[0], 0.0)
+    """Give what may be taken off the friction: that is there for certain, and wears off.
+
+    What the brake's loop leaves is not: a knob that has not braked yet is without it.
+    """
+    # Of the sum nobody knows less than of the drag, which is all the friction less the knob's.
+    certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]
+    return _ASSISTED * max(certain_nm, 0.0)
 
 
 def _mapped(free: Free, shaft: Shaft, circuit: Circuit | None) -> Cogging:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +40,11 @@ class Quantity:
         """Ends of the interval that holds the truth in 95 of 100 cases."""
         reach = 1.96 * self.standard_uncertainty
         return self.value - reach, self.value + reach
+
+    def less(self, name: str, part: Quantity, meaning: str) -> Quantity:
+        """Give what is left of it without a part that was measured by itself."""
+        sigma = math.hypot(self.standard_uncertainty, part.standard_uncertainty)
+        return Quantity(name, self.value - part.value, sigma, meaning)
 
 
 @dataclass(frozen=True)
