@@ -41,7 +41,7 @@ def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> 
         faster = _acceleration(log, begin_s) - _acceleration(log, begin_s + STRETCH_S)
     # It turns one way in both, so friction drops out; the configuration has its encoder reversed.
     sign = -1.0 if hidden.reversed else 1.0
-    inertia = seen_truth(electric_plant(hidden), circuit_known=False)["inertia_kg_m2"]
+    inertia = seen_truth(electric_plant(hidden), constant_known=False)["inertia_kg_m2"]
     assert sign * 2.0 * TORQUE_NM / faster == pytest.approx(inertia, rel=0.05)
 
 
@@ -52,13 +52,19 @@ def test_currents_of_a_held_knob_tell_its_resistance_through_the_binary(number: 
     with hidden_board(hidden) as knob:
         supply_v = knob.board_config().supply_v
         with Player.playing(knob) as player:
+
+            def look(stretch: int) -> MotorCurrent:
+                now = player.motor_current()
+                looks.setdefault(stretch, []).append(now)
+                return now
+
             log = player.chain(
                 [
                     (0.3, {"motor_command_nm": 0.0}),
                     (0.06, {"motor_command_nm": 15e-3}),
                     (0.06, {"motor_command_nm": 40e-3}),
                 ],
-                look=lambda stretch: looks.setdefault(stretch, []).append(player.motor_current()),
+                look=look,
                 look_every_s=0.02,
                 brake_command_nm=0.1,
                 travel_rad=0.4,
@@ -77,6 +83,6 @@ def test_currents_of_a_held_knob_tell_its_resistance_through_the_binary(number: 
     )
     # What the bridge takes for itself is in both.
     resistance = (volts[1] - volts[0]) / (amperes[1] - amperes[0])
-    truth = seen_truth(electric_plant(hidden), circuit_known=False)["motor_resistance_ohm"]
+    truth = seen_truth(electric_plant(hidden), constant_known=False)["motor_resistance_ohm"]
     assert resistance == pytest.approx(truth, rel=0.03)
     assert amperes[1] == pytest.approx(40e-3 / 0.05, rel=0.02)

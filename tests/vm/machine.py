@@ -14,7 +14,9 @@ TREE = Path(__file__).parent.parent.parent
 ACCELERATOR_VARIABLE = "TORSIO_VM_ACCEL"
 # Not cx16: under QEMU 7.2 a boot has died of a double fault right behind an emulated cmpxchg16b in
 # the kernel's allocator, with flags that no instruction sets. The kernel does well without.
-_PROCESSORS = {"kvm": "qemu64", "tcg": "qemu64,-cx16"}
+# The rest is what NumPy's wheels ask of a processor.
+_FEATURES = "+ssse3,+sse4.1,+sse4.2,+popcnt"
+_PROCESSORS = {"kvm": f"qemu64,{_FEATURES}", "tcg": f"qemu64,-cx16,{_FEATURES}"}
 # An emulated processor takes one nanosecond of the guest's time for an instruction; where it waits,
 # time jumps to what comes next. So a test comes out the same however busy the host is. Only with
 # one thread does QEMU count.

@@ -115,8 +115,10 @@ class Player:
         actuator, control = knob.actuator_config(), knob.control_config()
         knob.stop()
         # With nothing of the brake in its model the device tells the brake's command itself.
-        none = {"brake_time_constant_s": 0.0, "brake_release_time_constant_s": 0.0}
-        knob.configure(replace(actuator, brake_hysteresis_nm=0.0, **none))
+        none: dict[str, Any] = dict.fromkeys(
+            ("brake_time_constant_s", "brake_release_time_constant_s", "brake_hysteresis_nm"), 0.0
+        )
+        knob.configure(replace(actuator, **none))
         knob.configure(replace(control, motor_slew_nm_per_s=0.0, autonomous=False))
         try:
             rate_hz = knob.start_telemetry()
