@@ -131,6 +131,8 @@ void PowerLogic::measure(std::int32_t current_steps) {
   }
 }
 
+bool PowerLogic::wants_supply() const { return watches_supply_ && steps_to_supply_ == 0; }
+
 /// One that is too low for a moment sags; one that is wrong stays so.
 void PowerLogic::see_supply(std::int32_t supply_steps) {
   steps_to_supply_ = supply_period_steps_;

@@ -53,7 +53,7 @@ class PowerLogic {
   PowerDrive step(const TickOutputs& wanted, std::int32_t current_steps);
 
   /// After a step: whether the supply's divider is to be measured before the next one.
-  bool wants_supply() const { return watches_supply_ && steps_to_supply_ == 0; }
+  bool wants_supply() const;
   /// @param supply_steps the converter's reading of the divider
   void see_supply(std::int32_t supply_steps);
 

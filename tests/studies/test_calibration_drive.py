@@ -12,11 +12,11 @@ import pytest
 
 import torsio
 from tests.board import pico
-from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board
+from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board, seen_truth
 from torsio.calibration import calibrate, procedure
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Quantity, Refusal
-from torsio_studies.calibration.knobs import hidden_knob
+from torsio_studies.calibration.knobs import hidden_knob, truth_of
 
 
 @pytest.fixture(autouse=True)
@@ -49,7 +49,7 @@ def test_sign_under_noise_is_its_mean() -> None:
 @pytest.mark.parametrize("number", [1003, 1006, 1012])
 def test_intervals_hold_the_truth_with_a_current_loop(number: int) -> None:
     found = calibrate_hidden(hidden_knob(number), quick=True, emulated=True)["found"]
-    for name in ("coulomb_nm", "stiffness_nm_per_rad", "brake_drag_nm", "viscous_nm_s_per_rad"):
+    for name in ("coulomb_nm", "stiffness_nm_per_rad", "viscous_nm_s_per_rad"):
         value, sigma, truth = found[name]
         assert abs(value - truth) < 3.0 * sigma, name
         assert sigma < 0.2 * truth
@@ -61,19 +61,30 @@ def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -
     half_nm = hidden.plant.brake_hysteresis.half_width_nm
     with hidden_board(hidden, emulated=True) as knob:
         knob.update(encoder_reversed=False)
-        curve = calibrate(knob).brake_curve
+        found = calibrate(knob)
+    curve = found.brake_curve
     assert curve is not None
+    # What the board takes for a torque, and for a command, when supply and sensor are off.
+    board = found.board
+    told = torsio.BoardConfig().motor_torque_constant_nm_per_a
+    seen = seen_truth(
+        electric_plant(hidden),
+        constant_known=board is not None and board.motor_torque_constant_nm_per_a != told,
+    )
+    measure = seen["inertia_kg_m2"] / truth_of(hidden.plant)["inertia_kg_m2"]
+    command = seen["brake_gain"] / measure
     held_nm = half_nm
     for point in curve.points:
-        held_nm = min(max(held_nm, point.command_nm - half_nm), point.command_nm + half_nm)
-        assert abs(point.torque_nm - held_nm) < 3.0 * point.sigma_nm < 1.5e-3
+        given_nm = command * point.command_nm
+        held_nm = min(max(held_nm, given_nm - half_nm), given_nm + half_nm)
+        assert abs(point.torque_nm - measure * held_nm) < 3.0 * point.sigma_nm < 1.5e-3
     assert curve.is_straight
 
 
 def test_what_is_refused_under_a_drive_that_may_be_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def refuse(*_: Any) -> Any:
+    def refuse(*_: Any, **__: Any) -> Any:
         raise Refusal("shaft", "locked", "it does not twist")
 
     monkeypatch.setattr(procedure, "_parts_of", refuse)
