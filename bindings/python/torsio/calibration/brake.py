@@ -43,7 +43,7 @@ class Brake:
     fits: tuple[Fit, ...]
 
 
-def hold_and_let_go(player: Player, brake_nm: float) -> None:
+def hold_and_let_go(player: Player, brake_nm: float, step: str = _STEP) -> None:
     """Hold the brake and let go of it, so that it leaves what it always leaves.
 
     What a brake with hysteresis has of an earlier use is another thing each time: nothing when it
@@ -62,7 +62,7 @@ def hold_and_let_go(player: Player, brake_nm: float) -> None:
     )
     # What turns the knob meanwhile the steps that look at the knob will say.
     if log.stopped != "excitation_stopped":
-        log.refuse_if_stopped(_STEP, "", "")
+        log.refuse_if_stopped(step, "", "")
 
 
 def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float) -> Recording:

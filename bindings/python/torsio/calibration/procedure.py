@@ -218,7 +218,7 @@ def calibrate(
             electric.look(motor_nm)
         say(STEPS[0])
         # All steps shall find the brake as it is left, whether it was used before or not.
-        hold_and_let_go(player, brake_nm)
+        hold_and_let_go(player, brake_nm, STEPS[0])
         loose_nm = find_signs(player, motor_nm)
         if electric is not None:
             electric.turn(motor_nm)
