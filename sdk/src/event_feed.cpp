@@ -1,9 +1,16 @@
 #include "event_feed.hpp"
 
+#include <chrono>
 #include <iterator>
 #include <utility>
 
 namespace torsio {
+namespace {
+
+// How long a callback that is late may still be told what came before the knob was closed.
+constexpr std::chrono::seconds kLastWords{1};
+
+}  // namespace
 
 void EventFeed::add(const Event& event) {
   {
@@ -113,6 +120,14 @@ bool EventFeed::tells_here() const {
 }
 
 void EventFeed::close() noexcept {
+  if (own_thread_) {
+    // That the torque went is the last there is to tell, and mostly comes right before this.
+    std::unique_lock lock(telling_->mutex);
+    telling_->news.wait_for(lock, kLastWords, [&] {
+      return telling_->teller == std::this_thread::get_id() || telling_->callback == nullptr ||
+             (telling_->events.empty() && telling_->teller == std::thread::id());
+    });
+  }
   // A callback often has the knob that has it: kept any longer, neither would ever go.
   std::shared_ptr<const Callback> dropped;
   {

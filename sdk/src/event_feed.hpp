@@ -45,8 +45,9 @@ class EventFeed {
   /// True in the callback itself.
   [[nodiscard]] bool tells_here() const;
 
-  /// No callback runs any more when it returns, unless the callback itself calls it. Calling it
-  /// again is fine.
+  /// The callback is told first what has come, unless that takes it more than a second or it is the
+  /// callback that calls. No callback runs any more when it returns, unless the callback itself
+  /// calls it. Calling it again is fine.
   void close() noexcept;
 
   static constexpr std::size_t kMost = 1024;

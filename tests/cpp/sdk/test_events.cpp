@@ -280,6 +280,23 @@ TEST_CASE("a knob that is closed lets go of its callback") {
   }
 }
 
+TEST_CASE("a callback that is slow is told what happened until its knob was closed") {
+  for (const bool is_paced : {false, true}) {
+    CAPTURE(is_paced);
+    Knob knob = open_emulated(is_paced);
+    std::vector<State> told;
+    knob.on_event([&](const Event& event) {
+      std::this_thread::sleep_for(20ms);
+      told.push_back(event.state);
+    });
+    knob.arm();
+    knob.disarm();
+    knob.arm();
+    knob.close();
+    CHECK(told == std::vector{State::armed, State::disarmed, State::armed, State::disarmed});
+  }
+}
+
 TEST_CASE("what a callback throws ends it, and comes out of the next on_event") {
   for (const bool is_paced : {false, true}) {
     CAPTURE(is_paced);
