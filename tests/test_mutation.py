@@ -42,6 +42,15 @@ def test_share_of_the_mutants_dies_by_the_device_s_own_tests() -> None:
     assert count >= 80
 
 
+def test_source_that_no_list_names_any_more_is_no_longer_in_front_of_its_original(
+    tmp_path: Path,
+) -> None:
+    name = "firmware/core/math.hpp"
+    short.put_sources(tmp_path, {name: [], "firmware/core/angle.hpp": []})
+    short.put_sources(tmp_path, {name: []})
+    assert [str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.hpp")] == [name]
+
+
 SOURCE = "int held(int torque, int cap) {\n  if (torque > cap) return cap;\n  return torque;\n}\n"
 
 

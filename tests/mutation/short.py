@@ -49,6 +49,16 @@ def _files(places: Sequence[Place]) -> dict[str, list[tuple[Place, list[int]]]]:
     return of_file
 
 
+def put_sources(tree: Path, of_file: dict[str, list[tuple[Place, list[int]]]]) -> None:
+    """Have these sources below a folder, mutated, and no others: they go before the product's."""
+    for old in tree.rglob("*"):
+        if old.is_file() and str(old.relative_to(tree)) not in of_file:
+            old.unlink()
+    for name, places in of_file.items():
+        text = (TREE / name).read_text(encoding="utf-8")
+        mutate.put(tree / name, mutate.mutate_source(text, places).encode())
+
+
 def _compiling() -> dict[str, str]:
     """Return how the preset compiles each file, by its name from the top of the tree."""
     entries = json.loads((PRESET / "compile_commands.json").read_text(encoding="utf-8"))
@@ -78,9 +88,7 @@ def build(log: Path) -> Path:
     of_file = _files(places)
     count = len(mutate.mutants_of(places))
     tree = BUILD / "tree"
-    for name, its_places in of_file.items():
-        text = (TREE / name).read_text(encoding="utf-8")
-        mutate.put(tree / name, mutate.mutate_source(text, its_places).encode())
+    put_sources(tree, of_file)
     compiling = _compiling()
     objects: list[Path] = []
     lines = [_RULES]
