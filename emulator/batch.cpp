@@ -1,7 +1,6 @@
 #include "emulator/batch.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <exception>
 #include <stdexcept>

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutation import mutate, short
-from tests.mutation.mutate import BadList, Mutant, Place, Replacement
+from tests.mutation import lists, mutate, short
+from tests.mutation.lists import BadList, Mutant, Place, Replacement
 
 
 @pytest.fixture(scope="module")
 def mutants() -> list[Mutant]:
-    return mutate.mutants_of(mutate.read_lists())
+    return lists.mutants_of(lists.read_lists())
 
 
 def test_there_are_mutants_enough_and_each_has_a_killer_or_a_reason(mutants: list[Mutant]) -> None:
@@ -29,10 +29,10 @@ def test_there_are_mutants_enough_and_each_has_a_killer_or_a_reason(mutants: lis
 
 def test_every_list_fits_its_sources() -> None:
     of_file: dict[str, list[tuple[Place, list[int]]]] = {}
-    for place in mutate.read_lists():
+    for place in lists.read_lists():
         of_file.setdefault(place.file, []).append((place, [1] * len(place.replacements)))
     for file, places in of_file.items():
-        mutate.mutate_source((mutate.TREE / file).read_text(encoding="utf-8"), places)
+        lists.mutate_source((mutate.TREE / file).read_text(encoding="utf-8"), places)
 
 
 def test_share_of_the_mutants_dies_by_the_device_s_own_tests() -> None:
@@ -40,6 +40,15 @@ def test_share_of_the_mutants_dies_by_the_device_s_own_tests() -> None:
     count, living = short.attack(program)
     assert [str(mutant) for mutant in living] == []
     assert count >= 80
+
+
+def test_source_that_no_list_names_any_more_is_no_longer_in_front_of_its_original(
+    tmp_path: Path,
+) -> None:
+    name = "firmware/core/math.hpp"
+    short.put_sources(tmp_path, {name: [], "firmware/core/angle.hpp": []})
+    short.put_sources(tmp_path, {name: []})
+    assert [str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.hpp")] == [name]
 
 
 SOURCE = "int held(int torque, int cap) {\n  if (torque > cap) return cap;\n  return torque;\n}\n"
@@ -50,12 +59,12 @@ def place(context: str, *replacements: str) -> Place:
 
 
 def test_expression_becomes_a_choice() -> None:
-    text = mutate.mutate_source(SOURCE, [(place("torque > cap", "false"), [7])])
+    text = lists.mutate_source(SOURCE, [(place("torque > cap", "false"), [7])])
     assert "if ((torsio_mutant_is(7) ? (false) : (torque > cap))) return cap;" in text
 
 
 def test_statement_becomes_a_branch_and_has_several_mutants() -> None:
-    text = mutate.mutate_source(SOURCE, [(place("return torque;", "return 0;", ";"), [1, 2])])
+    text = lists.mutate_source(SOURCE, [(place("return torque;", "return 0;", ";"), [1, 2])])
     assert (
         "if (torsio_mutant_is(1)) { return 0; } else "
         "{ if (torsio_mutant_is(2)) { ; } else { return torque; } }" in text
@@ -63,7 +72,7 @@ def test_statement_becomes_a_branch_and_has_several_mutants() -> None:
 
 
 def test_marks_choose_a_piece_of_what_makes_it_the_only_one() -> None:
-    text = mutate.mutate_source(SOURCE, [(place("return @{cap}@; return", "0"), [1])])
+    text = lists.mutate_source(SOURCE, [(place("return @{cap}@; return", "0"), [1])])
     assert "return (torsio_mutant_is(1) ? (0) : (cap));\n  return torque;" in text
 
 
@@ -76,13 +85,13 @@ def test_marks_choose_a_piece_of_what_makes_it_the_only_one() -> None:
 )
 def test_place_that_is_not_there_once_is_an_error(context: str, message: str) -> None:
     with pytest.raises(BadList, match=message):
-        mutate.mutate_source(SOURCE, [(place(context, "false"), [1])])
+        lists.mutate_source(SOURCE, [(place(context, "false"), [1])])
 
 
 def test_places_that_overlap_are_an_error() -> None:
     places = [(place("torque > cap", "false"), [1]), (place("> cap", "< cap"), [2])]
     with pytest.raises(BadList, match="overlaps another place"):
-        mutate.mutate_source(SOURCE, places)
+        lists.mutate_source(SOURCE, places)
 
 
 @pytest.mark.parametrize(
@@ -96,12 +105,12 @@ def test_places_that_overlap_are_an_error() -> None:
 def test_list_that_cannot_be_read_says_where(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "bad.txt").write_text(text)
     with pytest.raises(BadList, match=rf"^bad.txt:\d: {message}"):
-        mutate.read_list(tmp_path / "bad.txt")
+        lists.read_list(tmp_path / "bad.txt")
 
 
 def test_mutant_that_is_there_twice_is_an_error() -> None:
     with pytest.raises(BadList, match="this mutant is there twice"):
-        mutate.mutants_of([place("a", "b"), place("a", "b")])
+        lists.mutants_of([place("a", "b"), place("a", "b")])
 
 
 def test_equivalent_mutant_that_dies_is_told() -> None:

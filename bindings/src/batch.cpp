@@ -9,14 +9,10 @@
 #include <memory>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
-
-namespace py = pybind11;
-using py::arg;
 
 namespace torsio::bindings {
 namespace {

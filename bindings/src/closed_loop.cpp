@@ -10,7 +10,6 @@
 #include <memory>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "attributes.hpp"
 #include "bytes.hpp"
@@ -22,9 +21,6 @@
 #include "module.hpp"
 #include "stepper_capsule.hpp"
 #include "torsio/emulator.hpp"
-
-namespace py = pybind11;
-using py::arg;
 
 namespace torsio::bindings {
 namespace {

@@ -16,9 +16,6 @@
 #include "module.hpp"
 #include "protocol/enumerations.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::bindings {
 namespace {
 

@@ -5,15 +5,11 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <utility>
-#include <variant>
-#include <vector>
 
 #include "bytes.hpp"
 #include "convert.hpp"
@@ -29,14 +25,11 @@
 #include "module.hpp"
 #include "stepper_capsule.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::bindings {
 namespace {
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
-using Release = py::call_guard<torsio::bindings::Unlocked>;
+using Release = py::call_guard<Unlocked>;
 
 PlantParams plant_params(const py::object& source) {
   return source.is_none() ? PlantParams{} : from_python<PlantParams>(source);

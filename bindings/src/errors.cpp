@@ -10,8 +10,6 @@
 #include "module.hpp"
 #include "torsio/error.hpp"
 
-namespace py = pybind11;
-
 namespace torsio::bindings {
 namespace {
 

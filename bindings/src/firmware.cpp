@@ -6,7 +6,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,9 +15,6 @@
 #include "interpreter.hpp"
 #include "module.hpp"
 #include "torsio/knob.hpp"
-
-namespace py = pybind11;
-using py::arg;
 
 namespace torsio::bindings {
 namespace {

@@ -14,9 +14,6 @@
 #include "interpreter.hpp"
 #include "module.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::bindings {
 namespace {
 

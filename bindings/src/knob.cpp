@@ -29,12 +29,10 @@
 #include "protocol/codec.hpp"
 #include "torsio/config_file.hpp"
 
-namespace py = pybind11;
-using py::arg;
-using Release = py::call_guard<torsio::bindings::Unlocked>;
-
 namespace torsio::bindings {
 namespace {
+
+using Release = py::call_guard<Unlocked>;
 
 /// Closing waits for the device, so the lock must be free whichever way the knob goes.
 class PyKnob {

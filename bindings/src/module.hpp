@@ -6,16 +6,19 @@
 
 namespace torsio::bindings {
 
-void bind_errors(pybind11::module_& module);
-void bind_protocol(pybind11::module_& module);
-void bind_core(pybind11::module_& module);
-void bind_scene(pybind11::module_& module);
-void bind_emulator(pybind11::module_& module);
-void bind_closed_loop(pybind11::module_& emulator);
-void bind_batch(pybind11::module_& emulator);
-void bind_knob(pybind11::module_& module);
-void bind_firmware(pybind11::module_& module);
-void bind_watch(pybind11::module_& module);
-void bind_transport(pybind11::module_& module);
+namespace py = pybind11;
+using py::arg;
+
+void bind_errors(py::module_& module);
+void bind_protocol(py::module_& module);
+void bind_core(py::module_& module);
+void bind_scene(py::module_& module);
+void bind_emulator(py::module_& module);
+void bind_closed_loop(py::module_& emulator);
+void bind_batch(py::module_& emulator);
+void bind_knob(py::module_& module);
+void bind_firmware(py::module_& module);
+void bind_watch(py::module_& module);
+void bind_transport(py::module_& module);
 
 }  // namespace torsio::bindings

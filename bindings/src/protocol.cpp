@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -16,8 +15,6 @@
 #include "protocol/codec.hpp"
 #include "protocol/registry.hpp"
 #include "protocol/usb_ids.hpp"
-
-namespace py = pybind11;
 
 namespace torsio::bindings {
 namespace {

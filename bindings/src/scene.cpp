@@ -22,9 +22,6 @@
 #include "protocol/registry.hpp"
 #include "torsio/error.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::bindings {
 namespace {
 

@@ -16,9 +16,6 @@
 #include "module.hpp"
 #include "torsio/knob.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::bindings {
 namespace {
 

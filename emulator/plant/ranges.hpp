@@ -2,7 +2,6 @@
 /// Checks what the plant is given against the ranges of the field lists.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>

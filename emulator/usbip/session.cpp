@@ -1,7 +1,5 @@
 #include "emulator/usbip/session.hpp"
 
-#include <utility>
-
 namespace torsio::emulator::usbip {
 
 Session::~Session() {

@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 #include "core/enumerations.hpp"
 #include "core/math.hpp"

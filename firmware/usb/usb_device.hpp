@@ -4,7 +4,6 @@
 /// in a process.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "device/device.hpp"

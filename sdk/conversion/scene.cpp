@@ -5,7 +5,6 @@
 #include <numbers>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <variant>
 
 #include "conversion/convert.hpp"

@@ -1,5 +1,4 @@
 // The way to new firmware: a device that waits for it.
-#include <cmath>
 #include <cstdint>
 #include <string_view>
 

@@ -5,8 +5,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <exception>
 #include <functional>
 #include <limits>
 #include <string>

@@ -1,6 +1,5 @@
 /// @file
-/// What the path of a knob means to this system; hid_files.cpp, hid_files_macos.cpp,
-/// hid_files_windows.cpp.
+/// What the path of a knob means to this system; hid_files.cpp, and hid_files_other.cpp.
 #pragma once
 
 #include <memory>

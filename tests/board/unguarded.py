@@ -1,7 +1,7 @@
 """The boards' firmware with guards that tests can switch off, to see what they are there for.
 
 A copy of the sources in ``build/unguarded`` in which each guard is a choice at run time, as mutants
-are (``tests/mutation/mutate.py``): bit n of a word in RAM, which the tests find by its name in the
+are (``tests/mutation/lists.py``): bit n of a word in RAM, which the tests find by its name in the
 ELF file, takes away guard n. It is not cleared at start-up, so that what happens there can be
 without a guard too.
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from tests.board import pico
 from tests.board.pico import EmulatedPico, enumerated
-from tests.mutation.mutate import Place, Replacement, mutate_source, put
+from tests.mutation.lists import Place, Replacement, mutate_source, put
 
 TREE = pico.TREE
 BUILD = TREE / "build" / "unguarded"
@@ -126,7 +126,7 @@ def mutated() -> dict[str, str]:
 
     Raises
     ------
-    tests.mutation.mutate.BadList
+    tests.mutation.lists.BadList
         A guard is not where it is said to be.
     """
     found = {}

@@ -9,23 +9,31 @@ A mutant dies by a test case that fails, crashes or hangs with it. The tests tha
 from __future__ import annotations
 
 import argparse
-import hashlib
-import itertools
 import json
 import os
-import re
 import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from tests.mutation.lists import (
+    HERE,
+    BadList,
+    Mutant,
+    Place,
+    mutants_of,
+    mutate_source,
+    put,
+    read_lists,
+    squeezed,
+)
+
 TREE = Path(__file__).parent.parent.parent
-HERE = Path(__file__).parent
 BUILD = TREE / "build/mutation"
 COPY = BUILD / "tree"
 KILLERS = HERE / "killers.json"
@@ -34,206 +42,6 @@ FOLDERS = ("firmware", "emulator", "sdk", "cmake", "tests/cpp", "tests/fuzz", "t
 LEAST_LIMIT_S = 5.0  # of the processor's time
 # These wait for other threads, and take long on a busy machine.
 LEFT_OUT = ("a ring carries everything in order from one thread to another",)
-
-
-class BadList(Exception):
-    """A list of mutants does not fit the sources; says which line, and what to do."""
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """One change of one place.
-
-    Attributes
-    ----------
-    number
-        By which it is switched on; from 1, in the order of the lists.
-    file
-        Of the source, from the top of the tree.
-    original, replacement
-        What stands there, and what would stand there instead.
-    where
-        Line of the list, for messages.
-    equivalent
-        Why no test can tell it from the original; empty if one must.
-    """
-
-    number: int
-    file: str
-    original: str
-    replacement: str
-    where: str
-    equivalent: str = ""
-
-    @property
-    def key(self) -> str:
-        """What it is kept by: it stays when mutants come or go."""
-        text = f"{self.file}\n{_squeezed(self.original)}\n{_squeezed(self.replacement)}"
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-    def __str__(self) -> str:
-        new = _squeezed(self.replacement) or "(nothing)"
-        return f"{self.number}: {self.file}: {_squeezed(self.original)}  ->  {new}"
-
-
-@dataclass
-class Replacement:
-    """What would stand there, what the list says of it, and in which of its lines."""
-
-    text: str
-    where: str
-    equivalent: str = ""
-
-
-@dataclass
-class Place:
-    """A piece of a source and all its mutants."""
-
-    file: str
-    context: str
-    where: str
-    replacements: list[Replacement] = field(default_factory=list)
-
-
-def _squeezed(text: str) -> str:
-    return " ".join(text.split())
-
-
-# --- the lists -----------------------------------------------------------------------------------
-
-
-def read_list(path: Path) -> list[Place]:
-    """Read one list.
-
-    ``file NAME``, then ``-`` lines with what stands there, ``+`` lines with one mutant each, and
-    behind a mutant ``=`` why it is equivalent.
-    """
-    places: list[Place] = []
-    file = ""
-    last = ""
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-        where = f"{path.name}:{number}"
-        kind, text = line[:1], line[2:]
-        if line.startswith("file "):
-            file = line.removeprefix("file ").strip()
-        elif kind == "-":
-            if last == "-":
-                places[-1].context += f"\n{text}"
-            else:
-                places.append(Place(file, text, where))
-        elif kind == "+" and places:
-            places[-1].replacements.append(Replacement(text, where))
-        elif kind == "=" and places and places[-1].replacements:
-            mutant = places[-1].replacements[-1]
-            mutant.equivalent = f"{mutant.equivalent} {text}".strip()
-        elif line and kind != "#":
-            raise BadList(f"{where}: begin a line with 'file ', '- ', '+ ', '= ' or '# '")
-        last = kind
-    for place in places:
-        for text in (_marked(place)[1], *(one.text for one in place.replacements)):
-            if any(text.count(pair[0]) != text.count(pair[1]) for pair in ("()", "{}", "[]")):
-                raise BadList(f"{place.where}: '{text}' opens a bracket that it does not close")
-        if not place.file:
-            raise BadList(f"{place.where}: say which file first, in a line 'file NAME'")
-        if not place.replacements:
-            raise BadList(f"{place.where}: a place without a mutant; add a line that begins with +")
-    return places
-
-
-def read_lists(folder: Path = HERE / "mutants") -> list[Place]:
-    """Read all lists, in the order of their names."""
-    return [place for path in sorted(folder.glob("*.txt")) for place in read_list(path)]
-
-
-def mutants_of(places: Iterable[Place]) -> list[Mutant]:
-    """Number the mutants of places."""
-    found: list[Mutant] = []
-    for place in places:
-        found += [
-            Mutant(
-                len(found) + 1 + n,
-                place.file,
-                place.context,
-                one.text,
-                one.where,
-                one.equivalent,
-            )
-            for n, one in enumerate(place.replacements)
-        ]
-    keys = [mutant.key for mutant in found]
-    for mutant in found:
-        if keys.count(mutant.key) > 1:
-            raise BadList(f"{mutant.where}: this mutant is there twice; leave one")
-    return found
-
-
-def _marked(place: Place) -> tuple[str, str, str]:
-    """Return what stands before, in and behind the marks ``@{`` and ``}@``."""
-    before, mark, rest = place.context.partition("@{")
-    if not mark:
-        return "", place.context, ""
-    inside, _, behind = rest.partition("}@")
-    return before, inside, behind
-
-
-# --- the mutated copy ----------------------------------------------------------------------------
-
-
-def _pattern(text: str) -> str:
-    return r"\s*".join(re.escape(word) for word in text.split())
-
-
-def _switched(original: str, numbered: Sequence[tuple[int, str]]) -> str:
-    """Return C++ that does what the original does, or what the mutant does that is switched on."""
-    if all(text.rstrip().endswith((";", "}")) for text in (original, *(r for _, r in numbered))):
-        code = original
-        for number, text in reversed(numbered):
-            code = f"if (torsio_mutant_is({number})) {{ {text} }} else {{ {code} }}"
-        return code
-    code = f"({original})"
-    for number, text in reversed(numbered):
-        code = f"(torsio_mutant_is({number}) ? ({text}) : {code})"
-    return code
-
-
-def mutate_source(text: str, places: Sequence[tuple[Place, Sequence[int]]]) -> str:
-    """Return a source with the mutants of these places in it.
-
-    Raises
-    ------
-    BadList
-        If a place is not there, or there twice, or two of them overlap.
-    """
-    cuts: list[tuple[int, int, str, Place]] = []
-    for place, numbers in places:
-        before, inside, behind = _marked(place)
-        pattern = rf"{_pattern(before)}(\s*){_pattern(inside)}(\s*){_pattern(behind)}"
-        found = list(re.finditer(pattern, text))
-        if len(found) != 1:
-            problem = "is not in" if not found else f"stands {len(found)} times in"
-            raise BadList(
-                f"{place.where}: '{_squeezed(place.context)}' {problem} {place.file}; "
-                "write what stands there now, with as much before and behind as makes it the only "
-                "one and @{...}@ round what is mutated"
-            )
-        begin, end = found[0].end(1), found[0].start(2)
-        numbered = [(n, one.text) for n, one in zip(numbers, place.replacements, strict=True)]
-        cuts.append((begin, end, _switched(text[begin:end], numbered), place))
-    cuts.sort(key=lambda cut: cut[0])
-    for (_, end, _, _), (begin, _, _, place) in itertools.pairwise(cuts):
-        if begin < end:
-            raise BadList(f"{place.where}: overlaps another place; put its + lines there")
-    for begin, end, code, _ in reversed(cuts):
-        text = text[:begin] + code + text[end:]
-    return text
-
-
-def put(path: Path, content: bytes) -> None:
-    """Write a file unless it says so already, so that nothing is compiled twice."""
-    if path.exists() and path.read_bytes() == content:
-        return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(content)
 
 
 def make_copy(places: Sequence[Place]) -> int:
@@ -426,7 +234,7 @@ def write_killers(killers: dict[str, str], mutants: Sequence[Mutant]) -> None:
     kept: dict[str, dict[str, str]] = {}
     for mutant in mutants:
         if mutant.key in killers:
-            line = f"{mutant.file}: {_squeezed(mutant.original)} -> {_squeezed(mutant.replacement)}"
+            line = f"{mutant.file}: {squeezed(mutant.original)} -> {squeezed(mutant.replacement)}"
             kept.setdefault(killers[mutant.key], {})[mutant.key] = line
     text = json.dumps(dict(sorted(kept.items())), indent=1, ensure_ascii=False)
     KILLERS.write_text(text + "\n", encoding="utf-8")

@@ -14,8 +14,9 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from tests.mutation import mutate
-from tests.mutation.mutate import TREE, BadList, Campaign, Mutant, Place
+from tests.mutation import lists, mutate
+from tests.mutation.lists import BadList, Mutant, Place
+from tests.mutation.mutate import TREE, Campaign
 
 PRESET = TREE / "build/asan-ubsan"
 BUILD = TREE / "build/mutation-short"
@@ -49,6 +50,16 @@ def _files(places: Sequence[Place]) -> dict[str, list[tuple[Place, list[int]]]]:
     return of_file
 
 
+def put_sources(tree: Path, of_file: dict[str, list[tuple[Place, list[int]]]]) -> None:
+    """Have these sources below a folder, mutated, and no others: they go before the product's."""
+    for old in tree.rglob("*"):
+        if old.is_file() and str(old.relative_to(tree)) not in of_file:
+            old.unlink()
+    for name, places in of_file.items():
+        text = (TREE / name).read_text(encoding="utf-8")
+        lists.put(tree / name, lists.mutate_source(text, places).encode())
+
+
 def _compiling() -> dict[str, str]:
     """Return how the preset compiles each file, by its name from the top of the tree."""
     entries = json.loads((PRESET / "compile_commands.json").read_text(encoding="utf-8"))
@@ -74,13 +85,11 @@ def build(log: Path) -> Path:
     BadList
         If a list does not fit the sources, or something does not compile; says where to look.
     """
-    places = mutate.read_lists()
+    places = lists.read_lists()
     of_file = _files(places)
-    count = len(mutate.mutants_of(places))
+    count = len(lists.mutants_of(places))
     tree = BUILD / "tree"
-    for name, its_places in of_file.items():
-        text = (TREE / name).read_text(encoding="utf-8")
-        mutate.put(tree / name, mutate.mutate_source(text, its_places).encode())
+    put_sources(tree, of_file)
     compiling = _compiling()
     objects: list[Path] = []
     lines = [_RULES]
@@ -91,13 +100,13 @@ def build(log: Path) -> Path:
         lines.append(f"build {output}: cc {source}\n  folder = {PRESET}\n  words = {command}")
         objects.append(output)
 
-    switch = ("-include", str(mutate.HERE / "switch.hpp"), f"-I{tree / 'firmware'}")
+    switch = ("-include", str(lists.HERE / "switch.hpp"), f"-I{tree / 'firmware'}")
     for name in compiling:
         if name.startswith(FOLDERS) and Path(name).stem in SOURCES and "/game/" not in name:
             mutated = tree / name if name in of_file else TREE / name
             compile_one(name, mutated, *switch)
     # doctest's main program gives way to the runner.
-    compile_one(MAIN, mutate.HERE / "runner.cpp", f"-DTORSIO_MUTANTS={count}")
+    compile_one(MAIN, lists.HERE / "runner.cpp", f"-DTORSIO_MUTANTS={count}")
     listing = subprocess.run(
         ["ninja", "-t", "commands", PROGRAM], cwd=PRESET, capture_output=True, text=True, check=True
     ).stdout
@@ -113,7 +122,7 @@ def build(log: Path) -> Path:
         f"build {program}: link {' '.join(map(str, (*objects, *needs)))}\n"
         f"  folder = {PRESET}\n  words = {shlex.join(words)}\n"
     )
-    mutate.put(BUILD / "build.ninja", "\n".join(lines).encode())
+    lists.put(BUILD / "build.ninja", "\n".join(lines).encode())
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("w") as output:
         status = subprocess.run(
@@ -130,7 +139,7 @@ def chosen(
     """Return the mutants of a test run: a share of those that one of these test cases kills."""
     compiled = {
         name
-        for name in _files(mutate.read_lists())
+        for name in _files(lists.read_lists())
         if Path(name).suffix == ".hpp" or Path(name).stem in SOURCES
     }
     known = set(cases)
@@ -145,7 +154,7 @@ def chosen(
 
 def attack(program: Path) -> tuple[int, list[Mutant]]:
     """Try to kill the chosen mutants with their killers; return how many, and those that live."""
-    mutants = mutate.mutants_of(mutate.read_lists())
+    mutants = lists.mutants_of(lists.read_lists())
     killers = mutate.read_killers()
     wanted = chosen(mutants, killers, mutate.cases(program))
     campaign = Campaign(program, {mutant.key: killers[mutant.key] for mutant in wanted})

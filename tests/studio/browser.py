@@ -100,6 +100,13 @@ def state_is(page: Page, state: str) -> None:
     page.wait_for_selector(f"#state[value='{state}']", state="attached")
 
 
+def armed(page: Page) -> None:
+    """Arm the knob as a person does, once it is there."""
+    state_is(page, "disarmed")
+    page.click("#arm")
+    state_is(page, "armed")
+
+
 def drag_to(page: Page, angle_rad: float, steps: int = 12) -> None:
     """Take the knob at its right and drag it round by an angle; it stays held."""
     box = page.locator("#dial").bounding_box()

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, expect
 
 import torsio
 from tests.recordings import check_recording, counts_in_foxglove
 from tests.studio.browser import (
+    armed,
     drag_to,
     faults_of_access,
     news,
@@ -37,12 +37,6 @@ STEP_NM = STIFFNESS * 2 * 2 * math.pi / 8192
 FLOAT = 1e-6
 
 
-def _armed(page: Page) -> None:
-    state_is(page, "disarmed")
-    page.click("#arm")
-    state_is(page, "armed")
-
-
 def _shared(wanted_nm: float, sensed_nm: float) -> tuple[float, float]:
     """What motor and brake are given: (3) and (4) of docs/theory.md, half of it to the brake."""
     helps = wanted_nm * sensed_nm >= 0
@@ -53,7 +47,7 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
     with opened(browser, site) as page:
         state_is(page, "disarmed")
         assert number(page, "desired_torque_nm") == 0.0
-        _armed(page)
+        armed(page)
         drag_to(page, 0.4)
         settled(page, "angle_rad", within=1e-4)
         # Slowly into it: what the wall threw back may have wound the spring the other way.
@@ -86,7 +80,7 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
         expect(page.locator("#link")).to_contain_text("0 lost")
 
 
-def test_key_disarms_a_knob_that_is_about_to_be_armed(browser: Browser, site: str) -> None:
+def test_key_disarms_a_knob_that_is_about_to_bearmed(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         state_is(page, "disarmed")
         # Both keys before the page knows of either's answer.
@@ -104,7 +98,7 @@ def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
     browser: Browser, site: str
 ) -> None:
     with opened(browser, site) as page:
-        _armed(page)
+        armed(page)
         page.get_by_role("button", name="remove Wall").click()
         page.select_option("#new-effect", "spring")
         page.click("#add-effect")
@@ -186,7 +180,7 @@ def test_curve_is_drawn_as_its_numbers_say_by_keys_too(browser: Browser, site: s
 def test_torque_beyond_telemetry_is_named_so(browser: Browser, site: str) -> None:
     """A sample has room for 32,767 steps of 10 uN m."""
     with opened(browser, site) as page:
-        _armed(page)
+        armed(page)
         page.get_by_role("button", name="remove Wall").click()
         page.select_option("#new-effect", "constant")
         page.click("#add-effect")
@@ -224,7 +218,7 @@ def test_connection_that_fails_leaves_nothing_of_the_knob_before(
 
 def test_fault_is_named_with_what_to_do_and_can_be_cleared(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
-        _armed(page)
+        armed(page)
         page.click("#emergency-stop")
         state_is(page, "fault")
         expect(page.locator("#faults li")).to_contain_text("emergency stop")
@@ -302,7 +296,7 @@ def test_law_that_counts_energy_shows_what_became_of_it(browser: Browser, site: 
         control.locator("select[name=law]").select_option("calibrated")
         control.locator("button.apply").click()
         expect(page.locator("#motor_j")).to_be_visible()
-        _armed(page)
+        armed(page)
         page.evaluate("scrollTo(0, 0)")  # back to the dial
         drag_to(page, 0.4)
         deep_rad = settled(page, "angle_rad", within=1e-4) - WALL_RAD
@@ -354,68 +348,6 @@ def test_axe_finds_no_fault_with_everything_unfolded(browser: Browser, site: str
                 page.emulate_media(color_scheme=scheme)
                 assert faults_of_access(page) == [], (scheme, width)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
-
-
-def _udev_line() -> str:
-    rules = (TREE / "sdk/60-torsio.rules").read_text(encoding="utf-8")
-    return next(line for line in rules.splitlines() if '"hidraw"' in line)
-
-
-def _usb_ids() -> dict[str, int]:
-    found = re.findall(r'ATTRS{id(?:Vendor|Product)}=="([0-9a-f]{4})"', _udev_line())
-    return dict(zip(("VENDOR_ID", "PRODUCT_ID"), (int(id, 16) for id in found), strict=True))
-
-
-# A browser whose knob the system keeps from it, as Chromium has it.
-REFUSED = """
-const { VENDOR_ID: vendorId, PRODUCT_ID: productId } = IDS;
-const refusal = new DOMException("Failed to open the device.", "NotAllowedError");
-const open = () => Promise.reject(refusal);
-const knob = { vendorId, productId, collections: [{ usagePage: 0xff00 }], opened: false, open };
-Object.defineProperty(navigator, "hid", { value: { getDevices: async () => [knob] } });
-"""
-
-
-def _connected_over_webhid(browser: Browser, site: str, knobs: str) -> Page:
-    """Open the page in a browser with these knobs, and press connect."""
-    page = browser.new_page()
-    page.add_init_script(knobs.replace("IDS", json.dumps(_usb_ids())))
-    page.goto(site)
-    state_is(page, "disarmed")
-    page.select_option("#connection", "webhid")
-    page.click("#connect")
-    return page
-
-
-def test_page_that_may_not_open_the_knob_shows_the_udev_line(browser: Browser, site: str) -> None:
-    page = _connected_over_webhid(browser, site, REFUSED)
-    expect(page.locator("#message")).to_contain_text(_udev_line())
-    expect(page.locator("#message")).to_contain_text("Failed to open the device")
-    page.close()
-
-
-# A browser with knobs that it was allowed; the dialogue offers the second.
-TWO_KNOBS = """
-const { VENDOR_ID: vendorId, PRODUCT_ID: productId } = IDS;
-const made = (productName) => ({
-  vendorId, productId, productName, collections: [{ usagePage: 0xff00 }], opened: false,
-  open: () => Promise.reject(new Error(`opened ${productName}`)),
-});
-const knobs = [made("first"), made("second")];
-window.allowed = knobs;
-const hid = { getDevices: async () => allowed, requestDevice: async () => [knobs[1]] };
-Object.defineProperty(navigator, "hid", { value: hid });
-"""
-
-
-def test_one_of_two_allowed_knobs_is_chosen_in_the_dialogue(browser: Browser, site: str) -> None:
-    page = _connected_over_webhid(browser, site, TWO_KNOBS)
-    expect(page.locator("#message")).to_contain_text("opened second")
-    # Where only one can be meant nobody is asked.
-    page.evaluate("allowed.pop()")
-    page.click("#connect")
-    expect(page.locator("#message")).to_contain_text("opened first")
-    page.close()
 
 
 def test_pointer_is_seen_where_the_user_has_forced_the_colours(browser: Browser, site: str) -> None:
@@ -487,106 +419,3 @@ def test_recording_of_the_page_is_one_that_the_library_loads_and_replays(
     assert len(replayed.replayed) > len(samples) / 2
     assert replayed.largest_differences()["position_counts"] == 0
     assert replayed.largest_differences()["desired_torque_nm"] <= STEP_NM
-
-
-def _step(page: Page, title: str) -> Locator:
-    """A step of first power."""
-    label = page.get_by_text(title, exact=True)
-    return page.locator("#first-power-steps li").filter(has=label)
-
-
-def _tick_off_until(page: Page, title: str) -> None:
-    """Tick off, as a person may, what comes before a step."""
-    for box in page.locator("#first-power-steps li").all():
-        if box.locator("label").text_content() == title:
-            return
-        box.locator("input").check()
-
-
-# The emergency stop pressed, released and its fault cleared while nothing is drawn.
-PRESSED_BETWEEN_TWO_PICTURES = """async () => {
-  const draw = requestAnimationFrame, waiting = [];
-  window.requestAnimationFrame = (picture) => waiting.push(picture);
-  const there = (id) => document.getElementById(id);
-  const becomes = (when) => new Promise((resolve) => {
-    const look = () => (when() ? resolve() : setTimeout(look, 1));
-    look();
-  });
-  there("emergency-stop").click();
-  await becomes(() => there("faults").children.length);
-  const told = there("faults").textContent;
-  there("emergency-stop").click();
-  there("clear-fault").click();
-  await becomes(() => there("state").value === "disarmed");
-  window.requestAnimationFrame = draw;
-  waiting.forEach((picture) => draw(picture));
-  return told;
-}"""
-
-
-def test_first_power_stops_the_motor_in_a_tab_that_is_hidden(browser: Browser, site: str) -> None:
-    with opened(browser, site) as page:
-        state_is(page, "disarmed")
-        page.click("#first-power summary")
-        _tick_off_until(page, "Motor")
-        _step(page, "Motor").locator("button").click()
-        expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
-        # Of which the browser draws no picture any more.
-        page.evaluate("window.requestAnimationFrame = () => 0")
-        page.click("#arm")
-        expect(_step(page, "Motor").locator("input")).to_be_checked()
-        state_is(page, "disarmed")
-
-
-def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, site: str) -> None:
-    with opened(browser, site) as page:
-        state_is(page, "disarmed")
-        page.click("#first-power summary")
-        # Those of docs/hardware.md, in its order, and then calibration.
-        titles = page.locator("#first-power-steps label").all_text_contents()
-        assert titles == [
-            *("Link", "Encoder", "Supply", "Emergency stop", "Motor", "PWM", "Brake"),
-            *("Silence", "Confirm", "A soft wall", "Calibrate"),
-        ]
-        done = {title: _step(page, title).locator("input") for title in titles}
-        expect(done["Link"]).to_be_checked()
-        # Turned by hand, backwards first.
-        expect(_step(page, "Encoder")).to_contain_text("of 360")
-        page.focus("#dial")
-        for _ in range(4):
-            page.keyboard.press("PageDown")
-        expect(_step(page, "Encoder")).to_contain_text("counts backwards")
-        for _ in range(24):
-            page.keyboard.press("PageUp")
-        expect(done["Encoder"]).to_be_checked()
-        # What needs a meter it cannot see.
-        done["Supply"].check()
-        page.keyboard.press("Backspace")
-        assert "close its contact to ground" in page.evaluate(PRESSED_BETWEEN_TWO_PICTURES)
-        expect(done["Emergency stop"]).to_be_checked()
-        # Nobody holds the knob: the push turns it, and then the page disarms.
-        expect(done["Motor"]).not_to_be_checked()
-        _step(page, "Motor").locator("button").click()
-        expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
-        caps = {"motor_torque_cap_nm": 0.015, "brake_torque_cap_nm": 0.015, "speed_limit_rad_s": 10}
-        for name, value in caps.items():
-            expect(page.locator(f"#control_config input[name={name}]")).to_have_value(str(value))
-        assert page.locator("#state").get_attribute("value") == "disarmed"
-        # It may be over before anybody sees the knob armed.
-        page.click("#arm")
-        expect(done["Motor"]).to_be_checked()
-        state_is(page, "disarmed")
-        done["PWM"].check()
-        _step(page, "Brake").locator("button").click()
-        expect(page.locator("#python")).to_contain_text("torsio.Friction(torque_nm=0.01)")
-        page.wait_for_selector("#control_config")
-        _armed(page)
-        page.focus("#dial")
-        for _ in range(100):
-            if done["Brake"].is_checked():
-                break
-            # In small steps: more than 10 rad/s are a fault now.
-            page.keyboard.press("ArrowRight")
-            news(page)
-        expect(done["Brake"]).to_be_checked()
-        expect(page.locator("#message")).to_be_hidden()

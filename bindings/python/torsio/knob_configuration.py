@@ -147,8 +147,9 @@ def _config_of(name: str) -> type[Config]:
     """Give the configuration that has a field of this name."""
     if name in _CONFIG_OF:
         return _CONFIG_OF[name]
-    candidates = get_close_matches(name, _CONFIG_OF) or sorted(_CONFIG_OF)
+    near = get_close_matches(name, _CONFIG_OF)
+    there = ", ".join(f"{field} ({_CONFIG_OF[field].__name__})" for field in near)
     raise TypeError(
-        f"no configuration has a field {name!r}; there are "
-        + ", ".join(f"{field} ({_CONFIG_OF[field].__name__})" for field in candidates)
+        f"no configuration has a field {name!r}; "
+        + (f"there are {there}" if near else "`torsio config get` and torsio.config show all")
     )

@@ -8,8 +8,6 @@
 #include <pico/bootrom.h>
 #include <pico/unique_id.h>
 
-#include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <new>

@@ -80,6 +80,14 @@ struct Values {
   static constexpr unsigned bytes = 2 * N;
 };
 
+/// Which report it is: number, way, and the usage of the collection that it stands in; 0: none.
+template <std::uint8_t number, Main way, std::uint8_t collection = 0>
+struct Heading {
+  static constexpr std::uint8_t id = number;
+  static constexpr Main main = way;
+  static constexpr std::uint8_t usage = collection;
+};
+
 template <class Report>
 struct PidLayout;
 

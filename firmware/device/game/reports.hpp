@@ -66,11 +66,9 @@ struct Joystick {
 
   friend bool operator==(const Joystick&, const Joystick&) = default;
 };
+// Stands in the application collection itself.
 template <>
-struct PidLayout<Joystick> {
-  static constexpr std::uint8_t id = 0x01;
-  static constexpr Main main = Main::input;
-  static constexpr std::uint8_t usage = 0;  // stands in the application collection itself
+struct PidLayout<Joystick> : Heading<0x01, Main::input> {
   static constexpr protocol::FieldList fields{
       Value{&Joystick::x, game::usage::desktop, 0x30, -kFull, kFull},
       Bits<Joystick, kButtons>{&Joystick::buttons,
@@ -94,10 +92,7 @@ inline constexpr std::uint8_t override_switch = 1 << 2;
 inline constexpr std::uint8_t actuator_power = 1 << 3;  // the game has the actuator
 }  // namespace state_bit
 template <>
-struct PidLayout<PidState> {
-  static constexpr std::uint8_t id = 0x02;
-  static constexpr Main main = Main::input;
-  static constexpr std::uint8_t usage = 0x92;
+struct PidLayout<PidState> : Heading<0x02, Main::input, 0x92> {
   static constexpr protocol::FieldList fields{
       Bits<PidState, 4>{&PidState::status,
                         {{{game::usage::pid, 0x9F},
@@ -121,10 +116,7 @@ struct SetEffect {
   std::array<std::uint16_t, 2> direction{};
 };
 template <>
-struct PidLayout<SetEffect> {
-  static constexpr std::uint8_t id = 0x11;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x21;
+struct PidLayout<SetEffect> : Heading<0x11, Main::output, 0x21> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetEffect::block),
       // What a block is was said when it was created. Linux before June 2026 names the type of the
@@ -152,10 +144,7 @@ struct SetEnvelope {
   std::uint16_t fade_ms = 0;
 };
 template <>
-struct PidLayout<SetEnvelope> {
-  static constexpr std::uint8_t id = 0x12;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x5A;
+struct PidLayout<SetEnvelope> : Heading<0x12, Main::output, 0x5A> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetEnvelope::block),
       detail::level(&SetEnvelope::attack_level, 0x5B, 0),
@@ -176,10 +165,7 @@ struct SetCondition {
   std::uint16_t dead_band = 0;
 };
 template <>
-struct PidLayout<SetCondition> {
-  static constexpr std::uint8_t id = 0x13;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x5F;
+struct PidLayout<SetCondition> : Heading<0x13, Main::output, 0x5F> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetCondition::block),
       Value{&SetCondition::parameter_block, game::usage::pid, 0x23, 0, 1},
@@ -200,10 +186,7 @@ struct SetPeriodic {
   std::uint16_t period_ms = 0;
 };
 template <>
-struct PidLayout<SetPeriodic> {
-  static constexpr std::uint8_t id = 0x14;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x6E;
+struct PidLayout<SetPeriodic> : Heading<0x14, Main::output, 0x6E> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetPeriodic::block),
       detail::level(&SetPeriodic::magnitude, 0x70, 0),
@@ -218,10 +201,7 @@ struct SetConstant {
   std::int16_t magnitude = 0;
 };
 template <>
-struct PidLayout<SetConstant> {
-  static constexpr std::uint8_t id = 0x15;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x73;
+struct PidLayout<SetConstant> : Heading<0x15, Main::output, 0x73> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetConstant::block),
       detail::level(&SetConstant::magnitude, 0x70, -kFull),
@@ -234,10 +214,7 @@ struct SetRamp {
   std::int16_t end = 0;
 };
 template <>
-struct PidLayout<SetRamp> {
-  static constexpr std::uint8_t id = 0x16;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x74;
+struct PidLayout<SetRamp> : Heading<0x16, Main::output, 0x74> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&SetRamp::block),
       detail::level(&SetRamp::start, 0x75, -kFull),
@@ -253,10 +230,7 @@ struct EffectOperation {
   std::uint8_t loops = 1;
 };
 template <>
-struct PidLayout<EffectOperation> {
-  static constexpr std::uint8_t id = 0x1A;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x77;
+struct PidLayout<EffectOperation> : Heading<0x1A, Main::output, 0x77> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&EffectOperation::block),
       Choice<EffectOperation, 3>{&EffectOperation::operation, 0x78, {0x79, 0x7A, 0x7B}},
@@ -268,10 +242,7 @@ struct BlockFree {
   std::uint8_t block = 0;
 };
 template <>
-struct PidLayout<BlockFree> {
-  static constexpr std::uint8_t id = 0x1B;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x90;
+struct PidLayout<BlockFree> : Heading<0x1B, Main::output, 0x90> {
   static constexpr protocol::FieldList fields{detail::block_index(&BlockFree::block)};
 };
 
@@ -288,11 +259,9 @@ enum class Control : std::uint8_t {
 struct DeviceControl {
   std::uint8_t control = 0;
 };
+// The choice's own collection is the report's.
 template <>
-struct PidLayout<DeviceControl> {
-  static constexpr std::uint8_t id = 0x1C;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0;  // the choice's own collection is the report's
+struct PidLayout<DeviceControl> : Heading<0x1C, Main::output> {
   static constexpr protocol::FieldList fields{
       Choice<DeviceControl, 6>{&DeviceControl::control, 0x96, {0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C}},
   };
@@ -302,10 +271,7 @@ struct DeviceGain {
   std::uint16_t gain = 0;
 };
 template <>
-struct PidLayout<DeviceGain> {
-  static constexpr std::uint8_t id = 0x1D;
-  static constexpr Main main = Main::output;
-  static constexpr std::uint8_t usage = 0x7D;
+struct PidLayout<DeviceGain> : Heading<0x1D, Main::output, 0x7D> {
   static constexpr protocol::FieldList fields{detail::level(&DeviceGain::gain, 0x7E, 0)};
 };
 
@@ -314,10 +280,7 @@ struct CreateEffect {
   std::uint16_t custom_bytes = 0;  // of custom forces, which there are none of
 };
 template <>
-struct PidLayout<CreateEffect> {
-  static constexpr std::uint8_t id = 0x21;
-  static constexpr Main main = Main::feature;
-  static constexpr std::uint8_t usage = 0xAB;
+struct PidLayout<CreateEffect> : Heading<0x21, Main::feature, 0xAB> {
   static constexpr protocol::FieldList fields{
       detail::effect_type(&CreateEffect::type, true),
       Value<CreateEffect, std::uint16_t>{&CreateEffect::custom_bytes, game::usage::desktop, 0x3B, 0,
@@ -333,10 +296,7 @@ struct BlockLoad {
   std::uint16_t pool_available = 0;
 };
 template <>
-struct PidLayout<BlockLoad> {
-  static constexpr std::uint8_t id = 0x22;
-  static constexpr Main main = Main::feature;
-  static constexpr std::uint8_t usage = 0x89;
+struct PidLayout<BlockLoad> : Heading<0x22, Main::feature, 0x89> {
   static constexpr protocol::FieldList fields{
       detail::block_index(&BlockLoad::block),
       Choice<BlockLoad, 3>{&BlockLoad::status, 0x8B, {0x8C, 0x8D, 0x8E}},
@@ -350,10 +310,7 @@ struct Pool {
   std::uint8_t managed = 1;  // bit 0: by the device; bit 1: parameter blocks are shared
 };
 template <>
-struct PidLayout<Pool> {
-  static constexpr std::uint8_t id = 0x23;
-  static constexpr Main main = Main::feature;
-  static constexpr std::uint8_t usage = 0x7F;
+struct PidLayout<Pool> : Heading<0x23, Main::feature, 0x7F> {
   static constexpr protocol::FieldList fields{
       Value{&Pool::size, game::usage::pid, 0x80, 0, kFull},
       Value{&Pool::simultaneous, game::usage::pid, 0x83, 0, kBlocks},

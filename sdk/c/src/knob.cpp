@@ -1,6 +1,5 @@
 // torsio.h: find a knob, open it, play on it, record it.
 #include <algorithm>
-#include <cmath>
 #include <span>
 
 #include "handles.hpp"

@@ -20,19 +20,6 @@ from torsio.drawing import drawn
 from torsio.errors import Error
 from torsio.whole_file import beside
 
-__all__ = [
-    "SCHEMA",
-    "Results",
-    "Study",
-    "StudyError",
-    "check_replaceable",
-    "load",
-    "make_folder",
-    "plain",
-    "save",
-    "write_atomically",
-]
-
 T = TypeVar("T")
 Results = dict[str, Any]
 

@@ -24,8 +24,6 @@ from torsio_studies.common import (
     save,
 )
 
-__all__ = ["execute"]
-
 
 class _Module(Protocol):
     def run(self, study: Study) -> Results: ...

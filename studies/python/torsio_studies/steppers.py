@@ -16,8 +16,6 @@ from torsio.hands import Hand
 from torsio.plant import PlantParams
 from torsio_studies import _studies
 
-__all__ = ["METHODS", "Method", "make_plant", "stepped_by"]
-
 Method = Literal["exact", "exact_single", "trapezoid", "semi_implicit", "regularised"]
 METHODS: Final[tuple[Method, ...]] = get_args(Method)
 

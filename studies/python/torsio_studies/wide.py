@@ -9,8 +9,6 @@ from torsio.closed_loop import REPLAY_DTYPE, LoopOptions, reports
 from torsio.telemetry import Record
 from torsio_studies import _studies
 
-__all__ = ["replay"]
-
 
 def replay(options: LoopOptions, counts: npt.ArrayLike) -> Record:
     """Do what `torsio.closed_loop.replay` does, in the same sources built with 64 bits."""

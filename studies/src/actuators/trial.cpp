@@ -1,9 +1,7 @@
 #include "actuators/trial.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
 #include "emulator/plant/require.hpp"
 

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <cstring>
 #include <map>
-#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,9 +16,6 @@
 #include "actuators/trial.hpp"
 #include "bindings/module.hpp"
 #include "emulator/plant/hand.hpp"
-
-namespace py = pybind11;
-using py::arg;
 
 namespace torsio::studies::bindings {
 namespace {

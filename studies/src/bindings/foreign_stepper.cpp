@@ -8,9 +8,6 @@
 
 #include "bindings/module.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::studies::bindings {
 namespace {
 

@@ -6,9 +6,12 @@
 
 namespace torsio::studies::bindings {
 
-void bind_actuators(pybind11::module_& module);
-void bind_foreign_stepper(pybind11::module_& module);
-void bind_steppers(pybind11::module_& module);
-void bind_wide(pybind11::module_& module);
+namespace py = pybind11;
+using py::arg;
+
+void bind_actuators(py::module_& module);
+void bind_foreign_stepper(py::module_& module);
+void bind_steppers(py::module_& module);
+void bind_wide(py::module_& module);
 
 }  // namespace torsio::studies::bindings

@@ -8,9 +8,6 @@
 #include "bindings/module.hpp"
 #include "bindings/src/stepper_capsule.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::studies::bindings {
 
 void bind_steppers(py::module_& module) {

@@ -15,9 +15,6 @@
 #include "protocol/codec.hpp"
 #include "wide/emulator/replay.hpp"
 
-namespace py = pybind11;
-using py::arg;
-
 namespace torsio::studies::bindings {
 namespace {
 

@@ -2,96 +2,21 @@
 // how soon, and when it must be quiet.
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <functional>
 #include <random>
 #include <utility>
 
-#include "device/power_logic.hpp"
+#include "power_motor.hpp"
 
-using torsio::device::PowerBoard;
-using torsio::device::PowerDrive;
-using torsio::device::PowerLogic;
-using torsio::device::TickOutputs;
-using torsio::protocol::BoardConfig;
 namespace fault = torsio::protocol::fault;
+using torsio::device::PowerLogic;
+using torsio::protocol::BoardConfig;
+using torsio::tests::kFast;
+using torsio::tests::kSlow;
+using torsio::tests::Motor;
+using torsio::tests::PowerBoard;
 
 namespace {
-
-constexpr PowerBoard kFast{25'000, 25'000, true};
-constexpr PowerBoard kSlow{100'000, 100'000, false};
-
-/// A winding with its bridge and its sensor. Its values are those of the configuration unless a
-/// test says otherwise.
-struct Motor {
-  explicit Motor(const PowerBoard& on, BoardConfig of = {})
-      : config(of), board(on), logic(config, board, 0.06F) {
-    run(0.0, 0.1);
-  }
-
-  double period_s() const { return 1e-9 * board.current_period_ns; }
-  double honest_steps() const { return zero_steps + amperes * volts_per_a / 3.3 * 4096.0; }
-
-  /// Wants a torque for so long, or lets go of the bridges with 0 N m at rest.
-  /// @returns when a fault was seen, in s; negative: never
-  double run(double torque_nm, double time_s, bool enabled = false) {
-    const double decay = std::exp(-period_s() * ohm / henry);
-    for (double now_s = 0.0; now_s < time_s; now_s += period_s()) {
-      const double steps = sensor ? sensor(*this) : honest_steps();
-      logic.set_speed(static_cast<float>(seen_speed));
-      const PowerDrive drive =
-          logic.step({static_cast<float>(torque_nm), 0.0F, enabled},
-                     static_cast<std::int32_t>(std::clamp(std::round(steps), 0.0, 4095.0)));
-      const double lost_v = std::clamp(amperes / 0.02, -1.0, 1.0) * dead_time_v;
-      const double volts =
-          enabled ? supply * static_cast<double>(acting) - emf_v_s * speed - lost_v : 0.0;
-      const double end = enabled ? volts / ohm : 0.0;
-      amperes = end + (amperes - end) * decay;  // flows on when the bridge has let go
-      if (inertia > 0.0) turn();
-      most = std::max(most, std::abs(amperes));
-      acting = drive.motor_share;
-      if (logic.find_faults(bridge_reports) != 0) return now_s + period_s();
-    }
-    return -1.0;
-  }
-  /// A period of a knob that nobody holds, with the friction of the reference actuator.
-  void turn() {
-    const double pushed = speed + period_s() * emf_v_s * amperes / inertia;
-    const double friction = period_s() * 8e-3 / inertia;
-    speed = pushed - std::clamp(pushed, -friction, friction);
-    look();
-  }
-  /// What a speed estimate with 100 Hz makes of a period of such speed.
-  void look() {
-    const double pole = 2 * 3.14159265 * 100.0;
-    behind += period_s() * (speed - seen_speed - 2 * pole * behind);
-    seen_speed += period_s() * pole * pole * behind;
-  }
-  void shift_zero(double by_a) { zero_steps += by_a * volts_per_a / 3.3 * 4096.0; }
-  double push(double torque_nm, double time_s) { return run(torque_nm, time_s, true); }
-
-  BoardConfig config;
-  PowerBoard board;
-  PowerLogic logic;
-  double ohm = 2.5;
-  double henry = 1.5e-3;
-  double supply = 12.0;
-  double volts_per_a = 0.2;
-  double emf_v_s = 0.05;
-  double speed = 0.0;        // rad/s
-  double seen_speed = 0.0;   // what the encoder says
-  double behind = 0.0;       // the estimate's position, in rad
-  double inertia = 0.0;      // of a knob that turns by itself; 0: it turns as a test says
-  double dead_time_v = 0.0;  // of its voltage that the bridge keeps
-  double zero_steps = 2048.0;
-  double amperes = 0.0;
-  double most = 0.0;
-  float acting = 0.0F;
-  bool bridge_reports = false;
-  std::function<double(const Motor&)> sensor;
-};
 
 /// What the supply makes of the winding is told within a fifth of a second, and over with the
 /// torque.
@@ -103,38 +28,6 @@ void check_found_out(Motor& motor, double torque_nm) {
   motor.run(0.0, 1e-3);
   CHECK(motor.logic.find_faults(false) == 0);
 }
-
-/// A board that measures its supply.
-struct Divider {
-  Divider(const PowerBoard& on, double supply_v, int ratio)
-      : board(on), of(ratio), logic(configured(supply_v, ratio), on, 0.06F) {}
-
-  static BoardConfig configured(double supply_v, int ratio) {
-    BoardConfig config;
-    config.supply_v = static_cast<float>(supply_v);
-    config.supply_sense_pin = 27;
-    config.supply_sense_ratio = static_cast<std::uint8_t>(ratio);
-    return config;
-  }
-  double period_s() const { return 1e-9 * board.current_period_ns; }
-
-  /// The supply gives so many volts for so long.
-  /// @param on goes on when there is a fault
-  /// @returns when a fault was seen, in s; negative: never
-  double watch(double volts, double time_s, bool on = false) {
-    const double steps = std::clamp(std::floor(volts / of / 3.3 * 4096.0), 0.0, 4095.0);
-    for (double now_s = 0.0; now_s < time_s; now_s += period_s()) {
-      if (!on && logic.find_faults(false) != 0) return now_s;
-      logic.step({}, 2048);
-      if (logic.wants_supply()) logic.see_supply(static_cast<std::int32_t>(steps));
-    }
-    return -1.0;
-  }
-
-  PowerBoard board;
-  double of;
-  PowerLogic logic;
-};
 
 }  // namespace
 
@@ -472,73 +365,6 @@ TEST_CASE("a zero without room for the trip level is a fault before anybody can 
   CHECK(motor.logic.find_faults(false) == fault::current_sensor);
 }
 
-TEST_CASE("without a divider nobody asks for the supply") {
-  Motor motor(kFast);
-  for (int i = 0; i < 1000; ++i) {
-    motor.logic.step({}, 2048);
-    REQUIRE_FALSE(motor.logic.wants_supply());
-  }
-}
-
-TEST_CASE("a supply a quarter beside the configured one is a fault, while it lasts") {
-  for (const PowerBoard& board : {kFast, kSlow}) {
-    for (const auto& [supply_v, ratio] : {std::pair{12.0, 11}, {24.0, 16}, {5.0, 2}, {36.0, 11}}) {
-      Divider divider(board, supply_v, ratio);
-      CAPTURE(supply_v);
-      // Three readings, each half a millisecond after the last.
-      const double soon_s = 1.5e-3 + divider.period_s();
-      CHECK(divider.watch(supply_v, 0.1) < 0.0);
-      for (const double wrong : {0.0, 0.25, 0.5, 0.74, 1.26, 2.0, 20.0}) {
-        CAPTURE(wrong);
-        const double found_s = divider.watch(wrong * supply_v, 0.1);
-        // A converter whose range ends below that sees its end.
-        CHECK(found_s > 0.9e-3);
-        CHECK(found_s <= soon_s);
-        CHECK(divider.logic.find_faults(false) == fault::supply);
-        CHECK(divider.watch(wrong * supply_v, 0.1) == 0.0);
-        // Back again it must stay so for a twentieth of a second, then all is well.
-        divider.watch(supply_v, 0.0491, true);
-        CHECK(divider.logic.find_faults(false) == fault::supply);
-        divider.watch(supply_v, 3e-3, true);
-        CHECK(divider.logic.find_faults(false) == 0);
-      }
-      for (const double right : {0.76, 0.9, 1.0, supply_v < 36.0 ? 1.24 : 1.0}) {
-        CAPTURE(right);
-        CHECK(divider.watch(right * supply_v, 0.1) < 0.0);
-      }
-    }
-  }
-}
-
-TEST_CASE("a supply at the edge of the band does not flutter") {
-  Divider divider(kFast, 12.0, 11);
-  int changes = 0;
-  std::uint16_t before = 0;
-  std::uint32_t noise = 1;
-  for (int step = 0; step < 400'000; ++step) {
-    divider.logic.step({}, 2048);
-    noise = 1664525U * noise + 1013904223U;
-    // 9 V are 1015 steps.
-    const auto steps = static_cast<std::int32_t>(1013 + (noise >> 30));
-    if (divider.logic.wants_supply()) divider.logic.see_supply(steps);
-    const std::uint16_t now = divider.logic.find_faults(false);
-    changes += now == before ? 0 : 1;
-    before = now;
-  }
-  CHECK(changes == 1);  // of ten seconds
-}
-
-TEST_CASE("a reading or two that are wrong are noise, however often they come") {
-  Divider divider(kFast, 12.0, 11);
-  int readings = 0;
-  for (int step = 0; step < 100'000; ++step) {
-    divider.logic.step({}, 2048);
-    if (divider.logic.wants_supply()) divider.logic.see_supply(++readings % 3 == 0 ? 1354 : 0);
-    REQUIRE(divider.logic.find_faults(false) == 0);
-  }
-  CHECK(readings == 100'000 / 20);
-}
-
 TEST_CASE("a bridge is not believed in the millisecond in which it wakes up") {
   for (const PowerBoard& board : {kFast, kSlow}) {
     Motor motor(board);
@@ -553,71 +379,4 @@ TEST_CASE("a bridge is not believed in the millisecond in which it wakes up") {
     motor.bridge_reports = true;
     CHECK(motor.push(0.0, 0.1) >= 0.9e-3);  // each time that it wakes up
   }
-}
-
-TEST_CASE("warm air leaves less for ever") {
-  BoardConfig config;
-  config.ambient_c = 65;
-  Motor motor(kSlow, config);
-  CHECK(motor.push(0.085, 100.0) < 0.0);
-  // 60 of the 100 degrees that 1 A makes.
-  CHECK(motor.amperes == doctest::Approx(std::sqrt(0.6)).scale(0).epsilon(0.03));
-}
-
-TEST_CASE("a current that warms more than was allowed is a fault until the winding has cooled") {
-  Motor motor(kSlow);
-  std::mt19937 random(1);
-  // 1 A on the average and 0.8 A to and fro, which nobody asked for: 1.64 times the heat.
-  motor.sensor = [&](const Motor& of) {
-    return of.honest_steps() + (random() % 2 == 0 ? -1.0 : 1.0) * 0.8 * 0.2 / 3.3 * 4096.0;
-  };
-  const double found_s = motor.push(0.085, 100.0);
-  CHECK(found_s > 5.0);
-  CHECK(motor.logic.find_faults(false) == fault::temperature);
-  motor.sensor = nullptr;
-  // From 145 to 125 degrees in air of 25, with a time constant of 10 s.
-  double cooled_s = 0.0;
-  while (motor.logic.find_faults(false) != 0 && cooled_s < 5.0) {
-    motor.run(0.0, 1e-3);
-    cooled_s += motor.period_s();
-  }
-  CHECK(cooled_s == doctest::Approx(10.0 * std::log(120.0 / 100.0)).scale(0).epsilon(0.05));
-  CHECK(motor.push(0.0, 0.1) < 0.0);
-}
-
-TEST_CASE("a coil gets more than its continuous current for a while, driven or not") {
-  for (const float inductance_h : {0.0F, 2.4F}) {
-    CAPTURE(inductance_h);
-    BoardConfig config;
-    config.brake_continuous_percent = 50;
-    config.brake_inductance_h = inductance_h;
-    PowerLogic logic(config, kSlow, 0.06F);
-    const TickOutputs full{0.0F, 0.132F, true};  // 0.3 A
-    const auto mean_a = [&](double time_s) {
-      double sum = 0.0;
-      const int n = static_cast<int>(time_s / 100e-6);
-      for (int i = 0; i < n; ++i) {
-        sum += static_cast<double>(logic.step(full, 2048).brake_share) * 12.0 / 40.0;
-        REQUIRE(logic.find_faults(false) == 0);
-      }
-      return sum / n;
-    };
-    mean_a(0.5);  // so long a driven coil rises
-    CHECK(mean_a(10.0) == doctest::Approx(0.3).scale(0).epsilon(0.01));
-    mean_a(400.0);
-    CHECK(mean_a(1.0) == doctest::Approx(0.15).scale(0).epsilon(0.03));
-  }
-}
-
-TEST_CASE("the peak current is for seconds, the continuous one for ever") {
-  Motor motor(kSlow);
-  const double wanted_nm = 1.7 * 0.05;
-  CHECK(motor.push(wanted_nm, 1.0) < 0.0);
-  CHECK(motor.amperes == doctest::Approx(1.7).scale(0).epsilon(0.02));
-  CHECK(motor.push(wanted_nm, 100.0) < 0.0);
-  // The square of the current is what warms: 1 A is the default.
-  CHECK(motor.amperes == doctest::Approx(1.0).scale(0).epsilon(0.03));
-  motor.run(0.0, 60.0);  // cools down, let go
-  CHECK(motor.push(wanted_nm, 0.2) < 0.0);
-  CHECK(motor.amperes == doctest::Approx(1.7).scale(0).epsilon(0.02));
 }

@@ -31,8 +31,6 @@ from torsio_studies.fidelity.mujoco_model import Settings, Simulation
 from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
 from torsio_studies.steppers import Method, stepped_by
 
-__all__ = ["closed_loop_rows", "law_error", "played_rows"]
-
 Array = npt.NDArray[np.float64]
 
 RATES_HZ: Final = (1_000, 2_000, 5_000, 10_000, 20_000)
@@ -67,7 +65,8 @@ def _least_s(run: Callable[[], object]) -> float:
     return min(times)
 
 
-def _options(hand: Hand, rate_hz: int, plant: PlantParams) -> LoopOptions:
+def at_the_wall(hand: Hand, rate_hz: int = 1_000, plant: PlantParams = PLANT) -> LoopOptions:
+    """Give the closed loop of a visit to the wall, under the paper's law."""
     return LoopOptions(
         scene=Wall(
             angle_rad=wall.WALL_ANGLE_RAD, stiffness_nm_per_rad=wall.WALL_STIFFNESS_NM_PER_RAD
@@ -94,7 +93,7 @@ def law_error(hand: Hand, duration_s: float) -> dict[str, float]:
 
     The law runs again over the counts of a visit, in both precisions. Relative to the peak.
     """
-    options = _options(hand, 1_000, PLANT)
+    options = at_the_wall(hand)
     counts = simulate(options, duration_s=duration_s)["position_counts"]
     single, double = replay(options, counts), wide.replay(options, counts)
     peak_nm = error_nm = square = 0.0
@@ -113,7 +112,7 @@ def closed_loop_rows(hand: Hand, duration_s: float, *, knobs: int) -> list[dict[
 
     The error is of the torque that the hand feels, relative to its peak.
     """
-    truth_nm = _felt_nm(_options(hand, RATES_HZ[-1], EVERYTHING), duration_s)
+    truth_nm = _felt_nm(at_the_wall(hand, RATES_HZ[-1], EVERYTHING), duration_s)
     peak_nm = float(np.abs(truth_nm).max())
     exact: Method = "exact"
     wanted = [(parts, rate_hz, exact) for parts in ("all", "none") for rate_hz in RATES_HZ]
@@ -121,7 +120,7 @@ def closed_loop_rows(hand: Hand, duration_s: float, *, knobs: int) -> list[dict[
     wanted += [("all", rate_hz, "exact_single") for rate_hz in (RATES_HZ[0], RATES_HZ[-1])]
     rows = []
     for parts, rate_hz, method in wanted:
-        options = stepped_by(method, _options(hand, rate_hz, PLANTS[parts]))
+        options = stepped_by(method, at_the_wall(hand, rate_hz, PLANTS[parts]))
         error_nm = _felt_nm(options, duration_s) - truth_nm
         together = Knobs(knobs, options, threads=1)
         ticks = round(duration_s * rate_hz)
@@ -147,9 +146,7 @@ class _Played:
     """What is played: the motor's commands for a wall that the motor alone renders."""
 
     def __init__(self, hand: ImpedanceHand, duration_s: float) -> None:
-        self.options = replace(
-            _options(hand, 1_000, PLANT), control=ControlConfig(law="motor_only")
-        )
+        self.options = replace(at_the_wall(hand), control=ControlConfig(law="motor_only"))
         rows = simulate(self.options, duration_s=duration_s)
         self.duration_s = duration_s
         self.hand = hand_torque(hand)

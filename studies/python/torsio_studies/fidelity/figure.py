@@ -21,8 +21,6 @@ from torsio.drawing import (
     headline,
 )
 
-__all__ = ["draw"]
-
 Rows = list[dict[str, Any]]
 
 LOWEST: Final = 1e-14

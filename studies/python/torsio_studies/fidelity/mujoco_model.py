@@ -26,8 +26,6 @@ from torsio_studies import _studies
 from torsio_studies.common import StudyError
 from torsio_studies.fidelity.truth import HandTorque
 
-__all__ = ["Settings", "Simulation", "mujoco_version"]
-
 Array = npt.NDArray[np.float64]
 
 _UNUSED = (

@@ -19,12 +19,10 @@ import numpy as np
 import numpy.typing as npt
 from rich.console import Console
 
-from torsio.closed_loop import LoopOptions, simulate
-from torsio.config import ControlConfig
+from torsio.closed_loop import simulate
 from torsio.demos import wall
 from torsio.emulator import Plant
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
-from torsio.scenes import Wall
 from torsio.screen import table
 from torsio_studies.common import Results, Study
 from torsio_studies.fidelity import batch
@@ -32,8 +30,6 @@ from torsio_studies.fidelity.figure import draw
 from torsio_studies.fidelity.mujoco_model import Settings, Simulation, mujoco_version
 from torsio_studies.fidelity.truth import PLANT, hand_torque, simulate_truth
 from torsio_studies.steppers import METHODS, make_plant
-
-__all__ = ["run", "show"]
 
 Array = npt.NDArray[np.float64]
 
@@ -61,6 +57,7 @@ class Scenario:
 
     @property
     def duration_s(self) -> float:
+        """Of the visit."""
         return PERIOD_S * len(self.motor_nm)
 
     def errors(self, angles: Array) -> tuple[float, float]:
@@ -99,15 +96,7 @@ def _knots(profile: Any) -> list[tuple[float, float]]:
 
 
 def _prepare(study: Study, number: int, about: str, hand: Hand, duration_s: float) -> Scenario:
-    options = LoopOptions(
-        scene=Wall(
-            angle_rad=wall.WALL_ANGLE_RAD, stiffness_nm_per_rad=wall.WALL_STIFFNESS_NM_PER_RAD
-        ),
-        hand=hand,
-        plant=PLANT,
-        control=ControlConfig(law="paper", beta=wall.BETA),
-    )
-    rows = simulate(options, duration_s=duration_s)
+    rows = simulate(batch.at_the_wall(hand), duration_s=duration_s)
     motor_nm = rows["motor_command_nm"].astype(np.float64)
     brake_nm = rows["brake_command_nm"].astype(np.float64)
     truth = simulate_truth(

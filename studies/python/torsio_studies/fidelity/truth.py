@@ -19,8 +19,6 @@ from scipy.integrate import solve_ivp
 from torsio.hands import Hand, ImpedanceHand, TorqueHand
 from torsio.plant import PlantParams
 
-__all__ = ["PLANT", "HandTorque", "Truth", "hand_torque", "simulate_truth"]
-
 Array = npt.NDArray[np.float64]
 
 PLANT: Final = PlantParams(motor_time_constant_s=0.1e-3)

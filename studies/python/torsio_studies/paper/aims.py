@@ -16,8 +16,6 @@ from torsio.plant import BrakeHysteresis, Electrics, PlantParams
 from torsio_studies.common import Results, Study
 from torsio_studies.paper import runs
 
-__all__ = ["AIMS", "COUNTS", "RATE_HZ", "run", "table"]
-
 RATE_HZ, COUNTS, COARSE_COUNTS = 20e3, 32_768, 8192
 WALL, SOFT_WALL = 30.0, 10.0  # mN m per degree
 CUT_WALLS = (10.0, 25.0, 50.0, 100.0)

@@ -9,8 +9,6 @@ from torsio import perception
 from torsio_studies.common import Results
 from torsio_studies.paper import runs
 
-__all__ = ["statements"]
-
 FORMULA_ERROR = 0.03
 """Up to here a formula holds: the bisection, and the ticks, leave less than that."""
 

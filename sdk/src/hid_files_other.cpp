@@ -1,16 +1,22 @@
-// What a knob's path means to macOS: an entry of IOKit's registry, which every user may open.
+// What a knob's path means where it is no file: to Windows the name of a device interface, to macOS
+// an entry of IOKit's registry. Every user may open them.
 #include "hid_files.hpp"
 #include "hid_transport.hpp"
 
 namespace torsio {
 
-// hidapi looks the entry up before it does anything else.
+// hidapi asks the system about the path before it does anything else.
 void refuse_other_files(const std::string&) {}
 
 std::string permission_text(const std::string& path) {
+#ifdef _WIN32
+  return "Windows does not let this program open " + path +
+         ": another program may have it for itself; close that, and plug the knob in again";
+#else
   return "macOS does not let this program open " + path +
          ": allow it under System Settings, Privacy & Security, Input Monitoring, and start it "
          "again; or another program has the knob for itself";
+#endif
 }
 
 std::shared_ptr<const void> keep_open(const std::string&) { return nullptr; }

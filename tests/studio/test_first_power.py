@@ -1,0 +1,110 @@
+"""First power, step by step on the page, as docs/hardware.md has it."""
+
+from __future__ import annotations
+
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from tests.studio.browser import armed, news, opened, state_is
+
+
+def _step(page: Page, title: str) -> Locator:
+    """A step of first power."""
+    label = page.get_by_text(title, exact=True)
+    return page.locator("#first-power-steps li").filter(has=label)
+
+
+def _tick_off_until(page: Page, title: str) -> None:
+    """Tick off, as a person may, what comes before a step."""
+    for box in page.locator("#first-power-steps li").all():
+        if box.locator("label").text_content() == title:
+            return
+        box.locator("input").check()
+
+
+# The emergency stop pressed, released and its fault cleared while nothing is drawn.
+PRESSED_BETWEEN_TWO_PICTURES = """async () => {
+  const draw = requestAnimationFrame, waiting = [];
+  window.requestAnimationFrame = (picture) => waiting.push(picture);
+  const there = (id) => document.getElementById(id);
+  const becomes = (when) => new Promise((resolve) => {
+    const look = () => (when() ? resolve() : setTimeout(look, 1));
+    look();
+  });
+  there("emergency-stop").click();
+  await becomes(() => there("faults").children.length);
+  const told = there("faults").textContent;
+  there("emergency-stop").click();
+  there("clear-fault").click();
+  await becomes(() => there("state").value === "disarmed");
+  window.requestAnimationFrame = draw;
+  waiting.forEach((picture) => draw(picture));
+  return told;
+}"""
+
+
+def test_first_power_stops_the_motor_in_a_tab_that_is_hidden(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#first-power summary")
+        _tick_off_until(page, "Motor")
+        _step(page, "Motor").locator("button").click()
+        expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
+        # Of which the browser draws no picture any more.
+        page.evaluate("window.requestAnimationFrame = () => 0")
+        page.click("#arm")
+        expect(_step(page, "Motor").locator("input")).to_be_checked()
+        state_is(page, "disarmed")
+
+
+def test_first_power_goes_on_as_the_knob_does_what_it_should(browser: Browser, site: str) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        page.click("#first-power summary")
+        # Those of docs/hardware.md, in its order, and then calibration.
+        titles = page.locator("#first-power-steps label").all_text_contents()
+        assert titles == [
+            *("Link", "Encoder", "Supply", "Emergency stop", "Motor", "PWM", "Brake"),
+            *("Silence", "Confirm", "A soft wall", "Calibrate"),
+        ]
+        done = {title: _step(page, title).locator("input") for title in titles}
+        expect(done["Link"]).to_be_checked()
+        # Turned by hand, backwards first.
+        expect(_step(page, "Encoder")).to_contain_text("of 360")
+        page.focus("#dial")
+        for _ in range(4):
+            page.keyboard.press("PageDown")
+        expect(_step(page, "Encoder")).to_contain_text("counts backwards")
+        for _ in range(24):
+            page.keyboard.press("PageUp")
+        expect(done["Encoder"]).to_be_checked()
+        # What needs a meter it cannot see.
+        done["Supply"].check()
+        page.keyboard.press("Backspace")
+        assert "close its contact to ground" in page.evaluate(PRESSED_BETWEEN_TWO_PICTURES)
+        expect(done["Emergency stop"]).to_be_checked()
+        # Nobody holds the knob: the push turns it, and then the page disarms.
+        expect(done["Motor"]).not_to_be_checked()
+        _step(page, "Motor").locator("button").click()
+        expect(page.locator("#python")).to_contain_text("torsio.Constant(torque_nm=")
+        caps = {"motor_torque_cap_nm": 0.015, "brake_torque_cap_nm": 0.015, "speed_limit_rad_s": 10}
+        for name, value in caps.items():
+            expect(page.locator(f"#control_config input[name={name}]")).to_have_value(str(value))
+        assert page.locator("#state").get_attribute("value") == "disarmed"
+        # It may be over before anybody sees the knob armed.
+        page.click("#arm")
+        expect(done["Motor"]).to_be_checked()
+        state_is(page, "disarmed")
+        done["PWM"].check()
+        _step(page, "Brake").locator("button").click()
+        expect(page.locator("#python")).to_contain_text("torsio.Friction(torque_nm=0.01)")
+        page.wait_for_selector("#control_config")
+        armed(page)
+        page.focus("#dial")
+        for _ in range(100):
+            if done["Brake"].is_checked():
+                break
+            # In small steps: more than 10 rad/s are a fault now.
+            page.keyboard.press("ArrowRight")
+            news(page)
+        expect(done["Brake"]).to_be_checked()
+        expect(page.locator("#message")).to_be_hidden()
