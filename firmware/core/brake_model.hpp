@@ -43,7 +43,7 @@ constexpr float sensed_capacity(const BrakeState& state, const BrakeParams& para
 /// @returns sensed_capacity()
 constexpr float model_brake(BrakeState& state, const BrakeParams& params, float held_command_nm) {
   state.capacity_nm =
-      flush_tiny(held_command_nm + (state.capacity_nm - held_command_nm) * params.decay);
+      flush_tiny_number(held_command_nm + (state.capacity_nm - held_command_nm) * params.decay);
   return sensed_capacity(state, params);
 }
 
@@ -52,7 +52,8 @@ constexpr float model_brake(BrakeState& state, const BrakeParams& params, float 
 constexpr float model_real_brake(BrakeState& state, const BrakeParams& params,
                                  float held_command_nm) {
   const float decay = held_command_nm < state.coil_nm ? params.release_decay : params.decay;
-  state.coil_nm = flush_tiny(held_command_nm + (state.coil_nm - held_command_nm) * decay);
+  const float coil_nm = held_command_nm + (state.coil_nm - held_command_nm) * decay;
+  state.coil_nm = coil_nm >= kTiny ? coil_nm : 0.0F;  // flushed; it is never negative
   state.capacity_nm = larger(smaller_number(state.capacity_nm, state.coil_nm + params.play_nm),
                              state.coil_nm - params.play_nm);
   return sensed_capacity(state, params);

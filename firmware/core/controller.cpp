@@ -31,19 +31,19 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
 /// The same at the end of a swing in an ordinary tick; out of line, for that is rare.
 [[gnu::noinline]] float bound_turn(ControllerState& state, float asked_nm,
                                    std::int32_t delta_counts) {
+  keep_ledger(state, delta_counts);
   judge_swing(state.bound, state.tick);
   return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
 }
 
 /// The ordinary tick of the law calibrated: nothing beside the scene, and nothing of it plays in
-/// time. All that is rare in it is a call at its end, so it keeps nothing across one.
-[[gnu::noinline]] float bound_scene(ControllerState& state, float asked_nm,
-                                    std::int32_t delta_counts) {
-  const bool turned = follow_swing(state.bound, delta_counts);
-  keep_ledger(state, delta_counts);
-  if (turned) [[unlikely]] {
+/// time.
+[[gnu::always_inline]] inline float bound_scene(ControllerState& state, float asked_nm,
+                                                std::int32_t delta_counts) {
+  if (follow_swing(state.bound, delta_counts)) [[unlikely]] {
     return bound_turn(state, asked_nm, delta_counts);
   }
+  keep_ledger(state, delta_counts);
   return bound_stiffness(state.bound, asked_nm, 0.0F, delta_counts);
 }
 
@@ -97,9 +97,12 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
                                                       float delta_rad, bool bent) {
   const float capacity_nm = model_real_brake(state.brake, params.brake, state.brake_command_nm);
   const ShaftPiece& middle = params.shaft.middle();
-  const float spring_nm =
-      bent ? sense_bent_shaft<true>(state.sensor, params.shaft, delta_rad, capacity_nm)
-           : sense_piece<true>(state.sensor, middle, delta_rad, capacity_nm);
+  float spring_nm = 0.0F;
+  if (bent) [[unlikely]] {
+    spring_nm = sense_bent_shaft<true>(state.sensor, params.shaft, delta_rad, capacity_nm);
+  } else {
+    spring_nm = sense_piece<true>(state.sensor, middle, delta_rad, capacity_nm);
+  }
   return clamp_number(spring_nm, capacity_nm + middle.brake_side.countered_nm);
 }
 
@@ -136,6 +139,13 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
     if (in.overlay->only_bounds) {
       spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);
       desired_nm = bound_scene(state, desired_nm, out.motion.delta_counts);
+      if (desired_nm == 0.0F) {
+        shares.motor_command_nm = share_free_air(params.partition, params.assist, spring_nm,
+                                                 state.brake.coil_nm, out.motion.speed_rad_s);
+      } else if (is_finite(desired_nm)) [[likely]] {
+        shares = partition_by(Law::calibrated, params.partition, desired_nm, spring_nm);
+      }
+      shared = true;
     } else {
       if (in.overlay->ledger) {
         spring_nm = sense_known_brake(state, params, out.motion.delta_rad, in.overlay->bent);

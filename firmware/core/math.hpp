@@ -55,7 +55,11 @@ constexpr float clamp_number(float value, float limit) {
 
 /// Decaying states end at exactly zero, before they become subnormal: those are slow on some
 /// processors and flushed by others.
-constexpr float flush_tiny(float value) { return absolute(value) < 1e-20F ? 0.0F : value; }
+inline constexpr float kTiny = 1e-20F;
+constexpr float flush_tiny(float value) { return absolute(value) < kTiny ? 0.0F : value; }
+
+/// The same for a number, never NaN: one selection where there is floating point.
+constexpr float flush_tiny_number(float value) { return absolute(value) >= kTiny ? value : 0.0F; }
 
 /// sin(2 pi phase / 2^32). The phase wraps as unsigned integers do, so it never loses precision.
 /// Error below 2e-7 (odd minimax polynomial of degree 9 on a quarter turn).

@@ -68,8 +68,8 @@ constexpr Motion track_motion(MotionState& state, const MotionParams& params,
   const float old_speed = state.speed_counts_per_tick;
   const float innovation = state.lag_counts + static_cast<float>(delta) - old_speed;
   const float change = params.speed_gain * innovation;
-  state.lag_counts = flush_tiny(params.lag_share * innovation);
-  state.speed_counts_per_tick = flush_tiny(old_speed + change);
+  state.lag_counts = flush_tiny_number(params.lag_share * innovation);
+  state.speed_counts_per_tick = flush_tiny_number(old_speed + change);
 
   return {state.position_counts, delta, static_cast<float>(delta) * params.resolution.rad_per_count,
           state.speed_counts_per_tick * params.speed_scale, change * params.acceleration_scale};

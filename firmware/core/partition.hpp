@@ -44,9 +44,11 @@ struct Shares {
   bool brake_saturated = false;
 };
 
+/// @param law        params.law, of one who knows it beforehand: then the others cost nothing
 /// @param desired_nm the scene's torque on the knob
 /// @param spring_nm  the shaft spring's torque on the knob, sensed
-constexpr Shares partition(const PartitionParams& params, float desired_nm, float spring_nm) {
+[[gnu::always_inline]] constexpr Shares partition_by(Law law, const PartitionParams& params,
+                                                     float desired_nm, float spring_nm) {
   // In free space nothing may move the knob. Without this the motor would answer to the sensed
   // torque of a spring that the brake's floor allows, and could drive the knob by itself.
   if (desired_nm == 0.0F) return {};
@@ -54,7 +56,7 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
   const bool spring_helps = desired_nm * spring_nm >= 0.0F;
   float motor_nm = desired_nm;
   float brake_nm = params.beta * absolute(desired_nm);
-  switch (params.law) {
+  switch (law) {
     case Law::paper:
       if (spring_helps) motor_nm = desired_nm - spring_nm;
       if (!spring_helps) brake_nm = 0.0F;
@@ -78,10 +80,14 @@ constexpr Shares partition(const PartitionParams& params, float desired_nm, floa
   }
   bool brake_saturated = false;
   if (brake_nm > params.brake_torque_max_nm) [[unlikely]] {
-    brake_nm = params.brake_torque_max_nm;
+    brake_nm = clamp_symmetric(brake_nm, params.brake_torque_max_nm);
     brake_saturated = true;
   }
   return {motor_nm, brake_nm, motor_saturated, brake_saturated};
+}
+
+constexpr Shares partition(const PartitionParams& params, float desired_nm, float spring_nm) {
+  return partition_by(params.law, params, desired_nm, spring_nm);
 }
 
 /// How the law calibrated takes off friction where the scene asks for nothing.

@@ -41,8 +41,8 @@ std::uint32_t reported_by(const TickInputs& in) {
 // Nearly every tick finds nothing to decide: nobody has said anything, nothing fades, nobody has
 // been silent for too long. Then the last decision stands, and only motion and torques are new.
 TickOutputs ControlLoop::tick(const TickInputs& in) {
-  if (attention_.load(std::memory_order_relaxed) != 0 || silent_ticks_left_ == 0 ||
-      in.missed_ticks != 0 || in.tick_time_ns > usual_tick_ns_ || game.awake()) [[unlikely]] {
+  const std::uint32_t news = attention_.load(std::memory_order_relaxed) | in.missed_ticks;
+  if (news != 0 || silent_ticks_left_ == 0 || in.tick_time_ns > usual_tick_ns_) [[unlikely]] {
     decide(in);
   } else {
     --silent_ticks_left_;
@@ -51,7 +51,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
       controller_, config_.controller, {in.encoder_count, playing_scene_, playing_overlay_});
   const std::uint32_t causes = find_causes(in, out);
   TickOutputs given{out.motor_command_nm, out.brake_command_nm, enabled_};
-  if (causes != 0 || held_back_) [[unlikely]] {
+  if ((causes | static_cast<std::uint32_t>(held_back_)) != 0) [[unlikely]] {
     given = hold_back(causes, in.power_faults);
   }
   if (decimation_ != 0) [[unlikely]] {
@@ -91,7 +91,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   const bool at_rest = !passive_ && controller_.limits.motor_command_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
-  if (held_back_ || changes_ || lateness_ != 0) call();
+  if (held_back_ || changes_ || lateness_ != 0 || game.awake()) call();
 }
 
 void ControlLoop::give(const Order& order) {

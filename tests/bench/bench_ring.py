@@ -2,9 +2,10 @@
 
 ``./dev bench ring`` measures hidden knobs 20 to 39 of `torsio study calibration`, on which none of
 its figures is counted, with the brake held: once by the torque steps that `torsio calibrate` plays,
-and once by a sine of 1.15 times the friction that rises from 10 to 130 Hz in as much of the knob's
-time. A line tells for one knob the errors of inertia and damping and what the fit states of them,
-as shares; the last two their medians, and what nine of ten errors are below.
+and by sines that rise from 10 to 130 Hz in as much of the knob's time, of 1.3, 1.7 and 2.2 times
+the true friction of the knob's side, which a calibration would have to guess. A line tells for one
+knob the errors of inertia and damping and what the fit states of them, as shares, or why it was
+refused; the last of each excitation their medians, and what nine of ten errors are below.
 """
 
 from __future__ import annotations
@@ -15,34 +16,45 @@ from typing import Any
 
 import numpy as np
 
+from torsio.calibration.brake import hold_and_let_go
 from torsio.calibration.free import estimate_free, find_signs, spin
 from torsio.calibration.play import Player
+from torsio.calibration.quantity import Refusal
 from torsio.calibration.shaft import estimate_shaft, hold_and_push
 from torsio_studies.calibration.knobs import emulated, hidden_knob, truth_of
 
 KNOBS = range(20, 40)
 QUANTITIES = ("knob_inertia_kg_m2", "shaft_damping_nm_s_per_rad")
 MOTOR_NM, BRAKE_NM = 85e-3, 0.1
-CHIRP_S, FROM_HZ, TO_HZ, OF_FRICTION = 1.7, 10.0, 130.0, 1.15
+CHIRP_S, FROM_HZ, TO_HZ = 1.7, 10.0, 130.0
+OF_FRICTION = (None, 1.3, 1.7, 2.2)  # None: steps
 
 
-def measure(number: int, *, chirps: bool) -> dict[str, Any]:
+def measure(number: int, of_friction: float | None) -> dict[str, Any]:
     """Measure one knob; errors and stated uncertainties as shares of the truth."""
     hidden = hidden_knob(number)
+    truth = truth_of(hidden.plant)
+    by = "steps" if of_friction is None else f"chirp of {of_friction} times the friction"
+    row: dict[str, Any] = {"number": number, "by": by}
+    shake = None
+    if of_friction is not None:
+        sine = {
+            "sine_nm": of_friction * truth["knob_coulomb_nm"], "sine_begin_hz": FROM_HZ,
+            "sine_end_hz": TO_HZ,
+        }  # fmt: skip
+        shake = [(CHIRP_S, sine)]
     with emulated(hidden.plant, seed=number) as knob, Player.playing(knob) as player:
+        hold_and_let_go(player, BRAKE_NM)
         loose_nm = find_signs(player, MOTOR_NM)
         free = estimate_free(spin(player, MOTOR_NM))
-        coulomb_nm = max(free.coulomb.value, 0.5 * loose_nm)
-        sine = {
-            "sine_nm": OF_FRICTION * coulomb_nm, "sine_begin_hz": FROM_HZ, "sine_end_hz": TO_HZ,
-        }  # fmt: skip
         held = hold_and_push(
-            player, motor_nm=MOTOR_NM, brake_nm=BRAKE_NM, coulomb_nm=coulomb_nm,
-            shake=[(CHIRP_S, sine)] if chirps else None,
+            player, motor_nm=MOTOR_NM, brake_nm=BRAKE_NM, shake=shake,
+            coulomb_nm=max(free.coulomb.value, 0.5 * loose_nm),
         )  # fmt: skip
-        shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
-    truth = truth_of(hidden.plant)
-    row: dict[str, Any] = {"number": number, "by": "chirp" if chirps else "steps"}
+        try:
+            shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
+        except Refusal as refusal:
+            return row | {"refused": str(refusal)}
     for name, found in zip(QUANTITIES, (shaft.knob_inertia, shaft.damping), strict=True):
         assert found is not None
         row[f"{name}_error"] = found.value / truth[name] - 1.0
@@ -53,23 +65,24 @@ def measure(number: int, *, chirps: bool) -> dict[str, Any]:
 def main(arguments: list[str]) -> None:
     """Measure all, or the knobs whose numbers are given."""
     numbers = [int(one) for one in arguments] or list(KNOBS)
-    for chirps in (False, True):
+    for of_friction in OF_FRICTION:
         rows = []
         for number in numbers:
-            rows.append(measure(number, chirps=chirps))
+            rows.append(measure(number, of_friction))
             print(json.dumps(rows[-1]), flush=True)
-        table = {
-            name: np.abs([row[name] for row in rows])
-            for name in rows[0]
-            if name.endswith(("error", "stated"))
+        known = [row for row in rows if "refused" not in row]
+        figures: dict[str, Any] = {
+            "by": rows[0]["by"],
+            "knobs": len(rows),
+            "refused": len(rows) - len(known),
         }
-        medians = {name: float(np.median(of)) for name, of in table.items()}
-        most = {
-            f"{name}_nine_of_ten": float(np.quantile(of, 0.9))
-            for name, of in table.items()
-            if name.endswith("error")
-        }
-        print(json.dumps({"by": rows[0]["by"], "knobs": len(rows), **medians, **most}), flush=True)
+        for name in known[0] if known else ():
+            if name.endswith(("error", "stated")):
+                sizes = np.abs([row[name] for row in known])
+                figures[name] = float(np.median(sizes))
+                if name.endswith("error"):
+                    figures[f"{name}_nine_of_ten"] = float(np.quantile(sizes, 0.9))
+        print(json.dumps(figures), flush=True)
 
 
 if __name__ == "__main__":

@@ -75,6 +75,16 @@ def test_circuit_is_found_as_the_board_sees_it(measured: Any) -> None:
     assert_torques(found, sensor)
 
 
+def test_supply_that_nothing_would_use_is_an_error() -> None:
+    cases = [
+        (opened(torsio.Electrics()), True, "a quick look leaves them out"),
+        (torsio.open("emulated"), False, "this device measures no current"),
+    ]
+    for one, quick, why in cases:
+        with one as knob, pytest.raises(torsio.InvalidArgument, match=why):
+            calibration.calibrate(knob, quick=quick, supply_v=12.3)
+
+
 @pytest.mark.parametrize("supply_v", [10.8, 13.2])
 def test_supply_that_nobody_measured_spoils_no_torque_constant(supply_v: float) -> None:
     with opened(torsio.Electrics(supply_v=supply_v)) as knob:

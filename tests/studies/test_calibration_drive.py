@@ -13,7 +13,7 @@ import pytest
 import torsio
 from tests.board import pico
 from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board, seen_truth
-from torsio.calibration import calibrate, procedure
+from torsio.calibration import calibrate, left_out, procedure
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Quantity, Refusal
 from torsio_studies.calibration.knobs import hidden_knob, truth_of
@@ -96,7 +96,7 @@ def test_what_is_refused_under_a_drive_that_may_be_is_refused(
 def test_what_is_not_there_under_a_drive_that_may_be_is_uncertain_by_all_of_itself() -> None:
     found = {"knee_rad": Quantity("knee_rad", 0.3, 0.01)}
     for case, expected in (({"knee_rad": Quantity("knee_rad", 0.26, 0.02)}, 0.04), ({}, 0.3)):
-        knee = procedure._widened(found, case)["knee_rad"]
+        knee = left_out.widened(found, case)["knee_rad"]
         assert knee.value == 0.3
         assert knee.standard_uncertainty == pytest.approx(math.sqrt(1e-4 + expected**2))
 

@@ -35,12 +35,8 @@ def measure(
         need_matplotlib()
     before = calibration.kept(knob.info.serial)
     board = knob.board_config()
-    if (
-        not quick
-        and supply_v is None
-        and board.supply_sense_pin == 0
-        and knob.motor_current().measured
-    ):
+    watched = board.supply_sense_pin != 0 or not knob.motor_current().measured
+    if not (quick or watched or supply_v is not None):
         line(
             say,
             f"supply   taken for {board.supply_v:g} V: measure it and say --supply VOLTS, or the "

@@ -23,6 +23,7 @@ bool is_steady(const PreparedEffect& effect) {
 bool Forces::give(const ForceOrder& order) {
   if (!orders_.push(order)) return false;
   awake_.store(1, std::memory_order_release);
+  attention_.store(1, std::memory_order_release);
   return true;
 }
 

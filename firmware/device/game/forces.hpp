@@ -102,9 +102,12 @@ struct ForceParams {
 
 class Forces final : public core::ForceSource {
  public:
+  /// @param attention becomes 1 as soon as there is something to do; outlives this
+  explicit Forces(std::atomic<std::uint32_t>& attention) : attention_(attention) {}
+
   // Control interrupt.
 
-  /// There may be something to do. Asked in every tick, so it is one load.
+  /// There may be something to do.
   bool awake() const { return awake_.load(std::memory_order_relaxed) != 0; }
   /// Falls asleep unless something has arrived, plays or fades, or is wanted anyway.
   /// @returns true if it stays awake
@@ -191,6 +194,7 @@ class Forces final : public core::ForceSource {
   float evaluate(std::uint8_t block, const core::Motion& motion, float period_s, std::uint64_t now,
                  bool& ended);
 
+  std::atomic<std::uint32_t>& attention_;
   // Set by both contexts, cleared by the interrupt only.
   std::atomic<std::uint32_t> awake_{0};
   Ring<ForceOrder, 4> orders_;

@@ -9,6 +9,15 @@
 
 namespace core = torsio::core;
 
+TEST_CASE("what is smaller than any torque is nothing, either way") {
+  for (const float sign : {1.0F, -1.0F}) {
+    CHECK(core::flush_tiny(sign * 9e-21F) == 0.0F);
+    CHECK(core::flush_tiny(sign * 2e-20F) == sign * 2e-20F);
+    CHECK(core::flush_tiny_number(sign * 9e-21F) == 0.0F);
+    CHECK(core::flush_tiny_number(sign * 2e-20F) == sign * 2e-20F);
+  }
+}
+
 TEST_CASE("sin_phase agrees with the library over the whole turn") {
   double worst = 0.0;
   for (std::uint64_t phase = 0; phase < (std::uint64_t{1} << 32); phase += 65'521) {

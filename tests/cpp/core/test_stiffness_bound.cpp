@@ -159,8 +159,9 @@ TEST_CASE("the ordinary tick bounds as the one with everything in it does, to th
   params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
   params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
   params.bound = {8.0F * params.motion.resolution.rad_per_count, 1.0F / 64, 400};
+  params.assist = {2e-3F, 1e-3F};
   Scene scene;
-  scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, 40.0F, 0.0F};
+  scene.effect[0] = Wall{make_origin(5LL << 19, 8192), -1.0F, 40.0F, 0.0F};  // five counts away
   scene.active = 1;
   CHECK_FALSE(plays_in_time(scene));
   Overlay all;
@@ -173,17 +174,23 @@ TEST_CASE("the ordinary tick bounds as the one with everything in it does, to th
   (void)control(other, params, {0, &scene, &all});
   std::uint32_t count = 0;
   bool bounded = false;
+  bool helped = false;  // in free air
   for (int n = 0; n < 4000; ++n) {
-    // Fast swings in and out of the wall, with rests.
+    // Fast swings from free air into the wall and out, with rests.
     const int phase = n % 60;
     count += phase < 25 ? 1U : phase < 50 ? 0xFFFFFFFFU : 0U;
     const auto a = control(one, params, {count, &scene, &all});
     const auto b = control(other, params, {count, &scene, &ordinary});
     bounded = bounded || other.bound.bounded;
+    helped = helped || (a.desired_torque_nm == 0.0F && a.motor_command_nm != 0.0F);
     REQUIRE(a.desired_torque_nm == b.desired_torque_nm);
     REQUIRE(a.motor_command_nm == b.motor_command_nm);
+    REQUIRE(a.brake_command_nm == b.brake_command_nm);
+    REQUIRE(a.motor_saturated == b.motor_saturated);
+    REQUIRE(a.brake_saturated == b.brake_saturated);
   }
   CHECK(bounded);
+  CHECK(helped);
   CHECK(other.bound.share < 1.0F);
   CHECK(one.ledger.motor == other.ledger.motor);
   CHECK(one.ledger.spring_twice == other.ledger.spring_twice);
@@ -199,6 +206,23 @@ TEST_CASE("a torque that is none does not stay in the bound of an ordinary tick 
     (void)bench.step(-0.005, 1);
     CHECK(bench.step(-0.005, 1) == Approx(-0.005));
   }
+}
+
+TEST_CASE("a scene whose torque is none gives nothing in an ordinary tick either") {
+  ControllerParams params;
+  params.motion = make_motion_params(make_resolution(8192, 100'000), 32, false, 100);
+  params.partition = {Law::calibrated, 0.5F, 0.5F, 0.2F};
+  Scene scene;
+  scene.effect[0] = Wall{make_origin(0, 8192), -1.0F, std::numeric_limits<float>::infinity(), 0.0F};
+  scene.active = 1;
+  Overlay ordinary;
+  ordinary.bounds = ordinary.ledger = ordinary.only_bounds = true;
+  ControllerState state;
+  (void)control(state, params, {0, &scene, &ordinary});
+  const auto out = control(state, params, {9, &scene, &ordinary});
+  CHECK(out.numeric_error);
+  CHECK(out.motor_command_nm == 0.0F);
+  CHECK(out.brake_command_nm == 0.0F);
 }
 
 TEST_CASE("a torque that is none does not stay in the bound") {

@@ -27,11 +27,12 @@ from torsio.calibration.free import (
     find_signs,
     spin,
 )
+from torsio.calibration.left_out import LEFT_OUT, LEFT_OUT_BY_DRIVE, honest, widened
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
 from torsio.config import ActuatorConfig, BoardConfig, CalibrationConfig, Law, ShaftConfig
-from torsio.errors import Error
+from torsio.errors import Error, InvalidArgument
 from torsio.knob import Knob
 
 __all__ = ["STEPS", "Calibration", "apply", "calibrate"]
@@ -44,39 +45,6 @@ _PLAUSIBLE = 5.0
 
 # Of the friction that is certain: bearings wear in.
 _ASSISTED = 0.6
-
-# What the models leave out, as a share and at least: found on 88 emulated knobs (numbers 0 to 87)
-# that `torsio study calibration` does not use.
-_LEFT_OUT = {
-    "inertia_kg_m2": (5e-4, 0.0),
-    "coulomb_nm": (2e-4, 0.0),
-    "viscous_nm_s_per_rad": (1.3e-3, 0.0),
-    "offset_nm": (0.0, 1.5e-6),
-    "cogging_nm": (6e-3, 0.0),
-    "stiffness_nm_per_rad": (8e-4, 0.0),
-    "knee_rad": (4e-3, 0.0),
-    "stiffness_factor": (7e-3, 0.0),
-    "knob_coulomb_nm": (1e-3, 0.0),
-    "knob_inertia_kg_m2": (7e-3, 0.0),
-    "shaft_damping_nm_s_per_rad": (0.15, 1e-5),
-    "brake_gain": (8e-4, 0.0),
-    "brake_curve": (8e-4, 0.0),
-    "rise_s": (5e-4, 5e-5),
-    "release_s": (5e-3, 1e-4),
-}
-# The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019), the
-# latter those of `./dev bench calibration`.
-_LEFT_OUT_BY_DRIVE = {
-    "inertia_kg_m2": (1.0e-3, 0.0),
-    "viscous_nm_s_per_rad": (1e-2, 2e-6),
-    "offset_nm": (0.0, 1.0e-5),
-    "cogging_nm": (4e-2, 0.0),
-    "brake_gain": (4e-3, 0.0),
-    "brake_curve": (4e-3, 2e-4),
-    "hysteresis_nm": (2.5e-2, 1.5e-5),
-    "rise_s": (5e-3, 0.0),
-    "release_s": (6e-3, 0.0),
-}
 
 
 @dataclass(frozen=True)
@@ -184,11 +152,16 @@ def calibrate(
         Names the step and the likely fault; the knob is disarmed.
     Refused
         The knob is in use, or has a fault.
+    InvalidArgument
+        Of `supply_v` too, where no electrical step would use it.
     """
     if ambient_c is not None:
         checks.number("ambient_c", ambient_c, -273.0, 700.0)
     if supply_v is not None:
         checks.number("supply_v", supply_v, 3.0, 60.0)
+        if quick or not knob.motor_current().measured:
+            why = "a quick look leaves them out" if quick else "this device measures no current"
+            raise InvalidArgument(f"supply_v is for the electrical steps, and {why}")
     say = progress or (lambda _: None)
     actuator, control = knob.actuator_config(), knob.control_config()
     motor_nm = min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)
@@ -245,17 +218,17 @@ def calibrate(
     parts = _Parts(free, shaft, brake)
     found, curve = _quantities(parts), None
     if brake is not None:
-        curve = brake.curve.with_left_out(*_LEFT_OUT["brake_curve"])
+        curve = brake.curve.with_left_out(*LEFT_OUT["brake_curve"])
     if player.drive is not None:
-        found = {name: _honest(of, _LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+        found = {name: honest(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
         if curve is not None:
-            curve = curve.with_left_out(*_LEFT_OUT_BY_DRIVE["brake_curve"])
+            curve = curve.with_left_out(*LEFT_OUT_BY_DRIVE["brake_curve"])
         for drive in player.drive.others():
             logs = [log.driven_by(drive) for log in (turns, *held)]
             through = None if stairs is None else stairs.driven_by(drive)
             # What is refused under it is refused: nobody would know how far it is from the truth.
             other = _parts_of(logs, through, slow_s, demagnetised=demagnetised)
-            found = _widened(found, _quantities(other))
+            found = widened(found, _quantities(other))
             if curve is not None and other.brake is not None:
                 curve = curve.widened(other.brake.curve)
     if circuit is not None:
@@ -282,7 +255,7 @@ def _brake(stairs: Recording, free: Free, shaft: Shaft, *, demagnetised: bool) -
         free.cogging.torque_nm,
         inertia_kg_m2=free.inertia.value,
         viscous_nm_s_per_rad=free.viscous.value,
-        coulomb=_honest(free.coulomb),
+        coulomb=honest(free.coulomb),
         flexible_s2=_flexible_s2(free, shaft),
         demagnetised=demagnetised,
     )
@@ -298,23 +271,6 @@ def _parts_of(
     if stairs is None:
         return _Parts(free, shaft, None)
     return _Parts(free, shaft, _brake(stairs, free, shaft, demagnetised=demagnetised))
-
-
-def _widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:
-    """Add to each uncertainty by how much the value is another in another case.
-
-    What is not there in that case counts as nothing, so that it is uncertain by all of itself.
-    """
-    values = {name: of.value for name, of in other.items()}
-    return {
-        name: replace(
-            of,
-            standard_uncertainty=math.hypot(
-                of.standard_uncertainty, values.get(name, 0.0) - of.value
-            ),
-        )
-        for name, of in found.items()
-    }
 
 
 def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
@@ -339,13 +295,6 @@ def _passing(free: Free, shaft: Shaft) -> Callable[[int], float]:
     """
     flexible_s2 = _flexible_s2(free, shaft)
     return lambda periods: 0.5 * (SLOW_RAD_S * periods) ** 2 * flexible_s2
-
-
-def _honest(quantity: Quantity, left_out: dict[str, tuple[float, float]] = _LEFT_OUT) -> Quantity:
-    """Add to the uncertainty what the fit cannot know of: what its model leaves out."""
-    share, least = left_out.get(quantity.name, (0.0, 0.0))
-    sigma = math.hypot(quantity.standard_uncertainty, share * quantity.value, least)
-    return replace(quantity, standard_uncertainty=sigma)
 
 
 def apply(knob: Knob, calibration: Calibration) -> None:
@@ -415,20 +364,20 @@ def _bent(shaft: Shaft) -> ShaftConfig:
 
 def _quantities(parts: _Parts) -> dict[str, Quantity]:
     free, shaft, brake = parts.free, parts.shaft, parts.brake
-    inertia, knob_coulomb = _honest(free.inertia), _honest(shaft.knob_coulomb)
+    inertia, knob_coulomb = honest(free.inertia), honest(shaft.knob_coulomb)
     found = [
         *(inertia, free.coulomb, free.viscous, free.offset),
         *(shaft.stiffness, shaft.backlash, knob_coulomb),
         *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
     if shaft.knob_inertia is not None:
-        knob_inertia = _honest(shaft.knob_inertia)
+        knob_inertia = honest(shaft.knob_inertia)
         found += [
             knob_inertia,
             inertia.less("brake_inertia_kg_m2", knob_inertia, "of pulleys and brake"),
         ]
     if brake is not None:
-        held_off = _honest(free.coulomb).less("", knob_coulomb, "")
+        held_off = honest(free.coulomb).less("", knob_coulomb, "")
         found.append(
             held_off.less(
                 "brake_drag_nm", brake.left, "what the brake holds with no current, its loop aside"
@@ -443,7 +392,7 @@ def _quantities(parts: _Parts) -> dict[str, Quantity]:
             amplitude = replace(amplitude, standard_uncertainty=sigma)
         found += [amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
     done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
-    return {of.name: of if of.name in done else _honest(of) for of in found}
+    return {of.name: of if of.name in done else honest(of) for of in found}
 
 
 _PROPOSED_FROM: Final = {
@@ -471,7 +420,7 @@ def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
 
 def _mapped(free: Free, shaft: Shaft, circuit: Circuit | None) -> Cogging:
     """Give the cogging with what its waves cannot know of."""
-    passing, (left_out, _) = _passing(free, shaft), _LEFT_OUT["cogging_nm"]
+    passing, (left_out, _) = _passing(free, shaft), LEFT_OUT["cogging_nm"]
     constant = 0.0 if circuit is None else circuit.torque_share
     return free.cogging.widened(lambda periods: math.hypot(passing(periods), left_out, constant))
 

@@ -282,7 +282,8 @@ TEST_CASE("the axis stays at its end however far the knob was turned") {
   for (const std::uint32_t counts_per_rev : {4U, 360U, 8192U, 1U << 24}) {
     device::Config config;
     config.actuator.counts_per_rev = counts_per_rev;
-    device::game::Forces forces;
+    std::atomic<std::uint32_t> attention{0};
+    device::game::Forces forces(attention);
     device::game::PidEngine engine(forces, config, 50'000);
     const auto x = [&](std::int64_t counts) {
       engine.disconnect();  // tells the axis anew
