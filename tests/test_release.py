@@ -58,6 +58,16 @@ def test_list_of_parts_names_version_and_licence_of_each(
     assert versions["TinyUSB"] == "0.1.2"
     assert versions["pico-sdk"] == "2.2.2"
     assert all(part["licenses"][0]["expression"] for part in bill["components"])
+    packages = {part["name"]: part["purl"] for part in bill["components"]}
+    assert packages["hidapi"] == "pkg:github/libusb/hidapi@hidapi-0.13.1"
+    refs = [part["bom-ref"] for part in bill["components"]]
+    assert len(set(refs)) == len(refs)  # the schema asks for it
+    assert bill["dependencies"] == [
+        {"ref": bill["metadata"]["component"]["bom-ref"], "dependsOn": refs}
+    ]
+    assert bill == release.bill_of_materials(sdk)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86401")
+    assert bill["serialNumber"] != release.bill_of_materials(sdk)["serialNumber"]
 
     (sdk / "lib/tinyusb/src/tusb_option.h").write_text("")
     with pytest.raises(RuntimeError, match="version of TinyUSB"):

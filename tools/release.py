@@ -16,7 +16,9 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import uuid
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -36,8 +38,21 @@ def version() -> str:
     return found[1]
 
 
-def components(sdk: Path) -> list[tuple[str, str, str, str]]:
-    """Return what others have made and is inside: name, version, licence, in which files.
+@dataclass(frozen=True)
+class Part:
+    """What others have made and is inside."""
+
+    name: str
+    version: str
+    licence: str
+    where: str
+    """In which files of a release."""
+    package: str
+    """A package URL up to the number of its version: so tools find what is known of it."""
+
+
+def components(sdk: Path) -> list[Part]:
+    """Return what others have made and is inside.
 
     Raises
     ------
@@ -58,48 +73,60 @@ def components(sdk: Path) -> list[tuple[str, str, str, str]]:
     gcc = subprocess.run(
         ["arm-none-eabi-g++", "-dumpfullversion"], capture_output=True, text=True, check=False
     ).stdout.strip()
+    apache = "Apache-2.0 WITH LLVM-exception"
+    gcc_licence = "GPL-3.0-or-later WITH GCC-exception-3.1 AND BSD-3-Clause"
     listed = [
-        ("hidapi", hidapi[1] if hidapi else "", "BSD-3-Clause", "wheels"),
-        ("pybind11", pins.get("pybind11", ""), "BSD-3-Clause", "wheels"),
-        ("libc++ and compiler-rt, of ziglang", zig, "Apache-2.0 WITH LLVM-exception", "wheels"),
-        ("mingw-w64's runtime, of ziglang", zig, "ZPL-2.1", "wheels for Windows"),
-        ("TinyUSB", tinyusb, "MIT", "wheels and firmware"),
-        ("pico-sdk", pico, "BSD-3-Clause", "firmware"),
-        ("libgcc and newlib, of arm-none-eabi-gcc", gcc,
-         "GPL-3.0-or-later WITH GCC-exception-3.1 AND BSD-3-Clause", "firmware"),
-        ("furo", pins.get("furo", ""), "MIT", "site"),
-        ("uplot", lock["packages"]["node_modules/uplot"]["version"], "MIT", "site"),
-        ("wasi-libc and libc++, of ziglang", zig,
-         "MIT AND Apache-2.0 WITH LLVM-exception", "site"),
+        Part("hidapi", hidapi[1] if hidapi else "", "BSD-3-Clause", "wheels",
+             "github/libusb/hidapi@hidapi-"),
+        Part("pybind11", pins.get("pybind11", ""), "BSD-3-Clause", "wheels", "pypi/pybind11@"),
+        Part("libc++ and compiler-rt, of ziglang", zig, apache, "wheels", "pypi/ziglang@"),
+        Part("mingw-w64's runtime, of ziglang", zig, "ZPL-2.1", "wheels for Windows",
+             "pypi/ziglang@"),
+        Part("TinyUSB", tinyusb, "MIT", "wheels and firmware", "github/hathach/tinyusb@"),
+        Part("pico-sdk", pico, "BSD-3-Clause", "firmware", "github/raspberrypi/pico-sdk@"),
+        Part("libgcc and newlib, of arm-none-eabi-gcc", gcc, gcc_licence, "firmware",
+             "generic/arm-none-eabi-gcc@"),
+        Part("furo", pins.get("furo", ""), "MIT", "site", "pypi/furo@"),
+        Part("sphinx", pins.get("sphinx", ""), "BSD-2-Clause", "site", "pypi/sphinx@"),
+        Part("uplot", lock["packages"]["node_modules/uplot"]["version"], "MIT", "site",
+             "npm/uplot@"),
+        Part("wasi-libc and libc++, of ziglang", zig, f"MIT AND {apache}", "site",
+             "pypi/ziglang@"),
     ]  # fmt: skip
-    for name, number, *_ in listed:
-        if not number:
-            raise RuntimeError(f"the version of {name} cannot be found out")
+    for part in listed:
+        if not part.version:
+            raise RuntimeError(f"the version of {part.name} cannot be found out")
     return listed
 
 
 def bill_of_materials(sdk: Path) -> dict[str, Any]:
     """Return the list of parts, as CycloneDX has it."""
     made = datetime.fromtimestamp(int(sdist.epoch()), timezone.utc)
+    own = f"pkg:pypi/torsio@{version()}"
+    parts = components(sdk)
     return {
         "bomFormat": "CycloneDX",
         "specVersion": "1.5",
+        # The same parts at the same time have the same number.
+        "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, f'{own} {made} {parts}')}",
         "version": 1,
         "metadata": {
             "timestamp": made.strftime("%Y-%m-%dT%H:%M:%SZ"),
             "component": {
-                "type": "library", "name": "torsio", "version": version(),
-                "licenses": [{"expression": "MIT"}],
+                "type": "library", "bom-ref": own, "name": "torsio", "version": version(),
+                "licenses": [{"expression": "MIT"}], "purl": own,
             },
         },
         "components": [
             {
-                "type": "library", "name": name, "version": number,
-                "licenses": [{"expression": licence}],
-                "properties": [{"name": "torsio:inside", "value": where}],
+                "type": "library", "bom-ref": part.name, "name": part.name,
+                "version": part.version, "licenses": [{"expression": part.licence}],
+                "purl": f"pkg:{part.package}{part.version}",
+                "properties": [{"name": "torsio:inside", "value": part.where}],
             }
-            for name, number, licence, where in components(sdk)
+            for part in parts
         ],
+        "dependencies": [{"ref": own, "dependsOn": [part.name for part in parts]}],
     }  # fmt: skip
 
 

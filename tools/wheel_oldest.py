@@ -16,8 +16,6 @@ from tools.wheel_commands import BUILD, finish, pip, run
 from tools.wheel_pythons import MachinePython
 
 SUITE = "bullseye"  # of 2021; what Debian had before has gone from its archive
-# The machine's processor is emulated, and has not what the NumPy of newer Pythons asks for.
-PLUGGED_IN = ("3.10", "3.11")
 USER = "nobody"
 # Where its own user has installed the wheel, and where the wheels and Python are.
 HOME, TRIAL = "/tmp/own", "/trial"
@@ -54,10 +52,8 @@ def try_out(wheel: Path, python: MachinePython, own: Path, first_steps: Path) ->
     install = ("install", "--no-index", "--find-links", f"{TRIAL}/wheels", "torsio[cli]")
     run("oldest-install", *enter, f"{HOME}/bin/python", "-m", "pip", *install)
     steps = ("-W", "error", f"{TRIAL}/{first_steps.name}")
-    told = run("oldest", *enter, f"{HOME}/bin/python", *steps)
+    run("oldest", *enter, f"{HOME}/bin/python", *steps)
     run("oldest-command", *enter, f"{HOME}/bin/torsio", "info", "--device", "emulated")
-    if python.version not in PLUGGED_IN:
-        return f"Debian {SUITE}: {told.splitlines()[-1]}"
     guest = (sys.executable, "-m", "tests.vm.wheel", SYSTEM, trial, python.version)
     told = run("oldest-guest", *guest)
     return f"Debian {SUITE}: installed; in a virtual machine, {told.splitlines()[-1]}"
