@@ -25,7 +25,9 @@ constexpr double clamp_symmetric(double value, double limit) {
 
 constexpr double clamp_number(double value, double limit) { return clamp_symmetric(value, limit); }
 
-constexpr double flush_tiny(double value) { return absolute(value) < 1e-20 ? 0.0 : value; }
+inline constexpr double kTiny = 1e-20;
+constexpr double flush_tiny(double value) { return absolute(value) < kTiny ? 0.0 : value; }
+constexpr double flush_tiny_number(double value) { return flush_tiny(value); }
 
 /// sin(2 pi phase / 2^32), by its series on a quarter turn.
 constexpr double sin_phase(std::uint32_t phase) {
