@@ -91,7 +91,7 @@ def components(sdk: Path) -> list[Part]:
         Part("sphinx", pins.get("sphinx", ""), "BSD-2-Clause", "site", "pypi/sphinx@"),
         Part("uplot", lock["packages"]["node_modules/uplot"]["version"], "MIT", "site",
              "npm/uplot@"),
-        Part("wasi-libc and libc++, of ziglang", zig, f"MIT AND {apache}", "site",
+        Part("wasi-libc and libc++, of ziglang", zig, f"MIT AND BSD-2-Clause AND {apache}", "site",
              "pypi/ziglang@"),
     ]  # fmt: skip
     for part in listed:
