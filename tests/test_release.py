@@ -37,6 +37,22 @@ def test_checksums_are_as_sha256sum_reads_them(tmp_path: Path) -> None:
     assert told == "a.whl: OK\nb c.uf2: OK\n"
 
 
+def test_wheel_that_another_commit_made_is_told_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wheel = tmp_path / "a.whl"
+    with zipfile.ZipFile(wheel, "w") as files:
+        files.writestr(zipfile.ZipInfo("a", (2026, 1, 2, 3, 4, 6)), "")
+    # date --utc --date='2026-01-02 03:04:06' +%s says 1767323046; a zip counts pairs of seconds.
+    for epoch_s, same in ((1767323046, True), (1767323047, True), (1767323048, False)):
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", str(epoch_s))
+        assert release.is_of_this_commit(wheel) == same
+    with zipfile.ZipFile(wheel, "a") as files:
+        files.writestr(zipfile.ZipInfo("b", (2026, 1, 2, 3, 4, 8)), "")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767323046")
+    assert not release.is_of_this_commit(wheel)
+
+
 def test_list_of_parts_names_version_and_licence_of_each(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

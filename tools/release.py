@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tarfile
 import uuid
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
@@ -90,7 +91,7 @@ def components(sdk: Path) -> list[Part]:
         Part("sphinx", pins.get("sphinx", ""), "BSD-2-Clause", "site", "pypi/sphinx@"),
         Part("uplot", lock["packages"]["node_modules/uplot"]["version"], "MIT", "site",
              "npm/uplot@"),
-        Part("wasi-libc and libc++, of ziglang", zig, f"MIT AND {apache}", "site",
+        Part("wasi-libc and libc++, of ziglang", zig, f"MIT AND BSD-2-Clause AND {apache}", "site",
              "pypi/ziglang@"),
     ]  # fmt: skip
     for part in listed:
@@ -101,7 +102,7 @@ def components(sdk: Path) -> list[Part]:
 
 def bill_of_materials(sdk: Path) -> dict[str, Any]:
     """Return the list of parts, as CycloneDX has it."""
-    made = datetime.fromtimestamp(int(sdist.epoch()), timezone.utc)
+    made = datetime.fromtimestamp(int(sdist.epoch()) // 2 * 2, timezone.utc)
     own = f"pkg:pypi/torsio@{version()}"
     parts = components(sdk)
     return {
@@ -152,6 +153,13 @@ def checksums(folder: Path) -> str:
     )
 
 
+def is_of_this_commit(wheel: Path) -> bool:
+    """Tell whether a wheel has the last commit's date; a zip counts pairs of seconds."""
+    made = datetime.fromtimestamp(int(sdist.epoch()) // 2 * 2, timezone.utc)
+    with zipfile.ZipFile(wheel) as files:
+        return all(entry.date_time == made.timetuple()[:6] for entry in files.infolist())
+
+
 def collect(sdk: Path) -> list[str]:
     """Fill ``out/release``, and return what is not there.
 
@@ -170,6 +178,11 @@ def collect(sdk: Path) -> list[str]:
             if not any(tag in wheel.name and architecture in wheel.name for wheel in found):
                 command = f"./dev wheels --arch {architecture} --python {python}"
                 missing.append(f"no wheel for Python {python} on {architecture}: {command}")
+    missing += [
+        f"{wheel.name} is of another commit: ./dev wheels"
+        for wheel in found
+        if not is_of_this_commit(wheel)
+    ]
     firmware = [
         TREE / "build/firmware" / f"torsio-{board}.{kind}"
         for board in boards.chips()

@@ -61,6 +61,9 @@ library and a Python package. The knob below runs the device's own firmware, in 
 <iframe src="studio/index.html" title="The studio, with an emulated knob"
   style="width:100%;height:46rem;border:1px solid var(--color-background-border)"></iframe>
 
+Torsio is under the [MIT license](../LICENSE), and what it contains of others
+[under theirs](../NOTICES.md).
+
 """
 
 

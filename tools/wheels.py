@@ -166,6 +166,8 @@ def main(arguments: Sequence[str]) -> int:
     try:
         if os.uname().machine != HOME:
             raise Failed(f"the tools that make wheels are for {HOME} only")
+        # So that a commit meanwhile does not make half of them of another day.
+        os.environ["SOURCE_DATE_EPOCH"] = sdist.epoch()
         get_source()
         own = environment(BUILD / "tools", Path(sys.executable), *TOOLS)
         versions = options.python or [*wheel_pythons.MAVEN]
