@@ -96,21 +96,15 @@ def _lagged(
     targets: Array,
     first: float,
     lags: tuple[float, float],
-    flexible_s2: float,
 ) -> Array:
-    """First-order answer to targets that step at `begins_s`, seen through the shaft.
-
-    `lags` are of rise and release. The brake's inertia on the shaft's spring takes a part of what
-    changes: ``flexible_s2`` is one over the other.
-    """
+    """First-order answer to targets that step at `begins_s`; `lags` are of rise and release."""
     result = np.full(len(time_s), first)
     held = first
     ends = np.append(begins_s[1:], time_s[-1] + 1.0)
     for begin, end, target in zip(begins_s, ends, targets, strict=True):
         lag = max(lags[0] if target > held else lags[1], 1e-4)
         chosen = (time_s >= begin) & (time_s < end)
-        seen = (held - target) / (1.0 + flexible_s2 / lag**2)
-        result[chosen] = target + seen * np.exp(-(time_s[chosen] - begin) / lag)
+        result[chosen] = target + (held - target) * np.exp(-(time_s[chosen] - begin) / lag)
         held = target + (held - target) * np.exp(-(end - begin) / lag)
     return result
 
@@ -126,7 +120,6 @@ def _coil_first(
     width: float,
     first: float,
     lags: tuple[float, float],
-    flexible_s2: float,
 ) -> Array:
     """Answer of a brake whose coil lags, and whose torque follows the coil with a play.
 
@@ -142,9 +135,7 @@ def _coil_first(
         left = (current - command) * np.exp(-(time_s[chosen] - begin) / lag)
         follows = command + left - width if rises else command + left + width
         moves = follows > torque if rises else follows < torque
-        # The brake's inertia on the shaft's spring takes a part of what changes.
-        taken = flexible_s2 / lag**2 / (1.0 + flexible_s2 / lag**2)
-        result[chosen] = np.where(moves, follows - taken * left, torque)
+        result[chosen] = np.where(moves, follows, torque)
         current = command + (current - command) * float(np.exp(-(end - begin) / lag))
         torque = max(torque, current - width) if rises else min(torque, current + width)
         torque = first if command == 0.0 else torque
@@ -195,6 +186,8 @@ def estimate_brake(
     """
     half = max(round(12e-3 / log.period_s), 3)
     window, first, second = kernel(half, log.period_s)
+    # The brake's inertia on the shaft's spring takes a part of how its torque bends.
+    through = window - flexible_s2 * second
     valid = slice(half + 1, len(log.time_s) - half - 1)
     time_s = log.time_s[valid]
     speed = smooth(log.angle_rad - log.angle_rad[0], first, odd=True)
@@ -219,10 +212,10 @@ def estimate_brake(
         begin = 0.0 if demagnetised else width
         targets = np.where(commands == 0.0, begin, play_of(commands, width, begin))
         if coil_first:
-            braked = _coil_first(time_s, begins, commands, width, begin, lags, flexible_s2)
+            braked = _coil_first(time_s, begins, commands, width, begin, lags)
         else:
-            braked = _lagged(time_s, begins, targets, begin, lags, flexible_s2)
-        smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), window, mode="valid")
+            braked = _lagged(time_s, begins, targets, begin, lags)
+        smoothed = np.convolve(np.pad(braked, half + 1, mode="edge"), through, mode="valid")
         return np.asarray(gain * smoothed[: len(time_s)] + friction, dtype=np.float64)[chosen]
 
     measured = torque[chosen]

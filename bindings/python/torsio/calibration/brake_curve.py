@@ -147,7 +147,9 @@ def curve_of(
     ends_s = np.append(begins_s[1:], time_s[-1])
     gathered: dict[tuple[str, float], list[tuple[float, float, bool]]] = {}
     for index in range(1, len(commands)):
-        chosen = (time_s > ends_s[index] - _SETTLED_S) & (time_s < ends_s[index])
+        # A stair that was left out may end after all that was measured.
+        settling_s = max(ends_s[index] - _SETTLED_S, begins_s[index])
+        chosen = (time_s > settling_s) & (time_s < ends_s[index])
         if np.count_nonzero(chosen) < 8:
             continue
         left = measured_nm[chosen] - fitted_nm[chosen]

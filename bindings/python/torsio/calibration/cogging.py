@@ -75,12 +75,9 @@ class Cogging:
         result: Array = np.sqrt(np.maximum(variance, 0.0) + 0.5 * self.left_nm**2)
         return result
 
-    def widened(self, shares: Callable[[int], float]) -> Cogging:
+    def widened(self, share: float) -> Cogging:
         """Give it with such a share of each amplitude added to the uncertainty of its wave."""
-        added = [
-            (shares(periods) * amplitude) ** 2
-            for periods, amplitude in zip(self.periods_per_rev, self.amplitudes_nm, strict=True)
-        ]
+        added = (share * self.amplitudes_nm) ** 2
         # The same error of the amplitude wherever along the wave: half the square on either part.
         return replace(self, covariance=self.covariance + np.diag(np.repeat(added, 2)))
 

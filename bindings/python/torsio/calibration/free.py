@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -13,7 +13,7 @@ from torsio.calibration.numeric import Solution, kernel, linear, smooth
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 
-__all__ = ["Free", "estimate_free", "find_signs", "spin"]
+__all__ = ["Free", "estimate_free", "find_signs", "spin", "through_shaft"]
 
 _SIGNS = "signs"
 _FREE = "friction and inertia"
@@ -216,6 +216,44 @@ def _joint(slow: _Rows, fast: _Rows, periods: tuple[int, ...]) -> tuple[Solution
     slopes = np.vstack([slow_part, fast_part])
     measured = np.concatenate([slow.motor_nm, fast.motor_nm])
     return linear(slopes * weights[:, None], measured * weights, lags=8), weights
+
+
+def through_shaft(
+    free: Free, log: Recording, flexible_s2: float, knob_inertia_kg_m2: float
+) -> Free:
+    """Estimate the cogging anew from `spin` with what the shaft takes of waves that pass fast.
+
+    Parameters
+    ----------
+    flexible_s2
+        The brake's inertia over the shaft's stiffness.
+    knob_inertia_kg_m2
+        Of the knob's side alone.
+    """
+    periods = free.cogging.periods_per_rev
+    if not periods:
+        return free
+    slow = _rows(log.between(0.2, 2 * SLOW_S), 0.02, 0.5)
+    # What the shaft holds bends its twist, and the brake's inertia with it: so every torque on the
+    # knob counts with its own bend.
+    measured = slow.motor_nm + flexible_s2 * (slow.motor_curve - knob_inertia_kg_m2 * slow.jerk)
+    measured -= free.inertia.value * slow.acceleration + free.viscous.value * slow.speed
+    columns = _columns(slow, periods)[:, [1, 3, *range(4, 4 + 2 * len(periods))]]
+    bends = 1.0 - flexible_s2 * np.outer(slow.speed, periods) ** 2
+    columns[:, 2:] *= np.repeat(bends, 2, axis=1)
+    fit = linear(columns, measured, lags=8)
+    cogging = replace(
+        free.cogging,
+        cosine_nm=fit.value[2::2],
+        sine_nm=fit.value[3::2],
+        covariance=fit.covariance[2:, 2:],
+    )
+    amplitude = replace(
+        free.amplitude,
+        value=float(cogging.amplitudes_nm[0]),
+        standard_uncertainty=float(cogging.sigmas_nm[0]),
+    )
+    return replace(free, cogging=cogging, amplitude=amplitude)
 
 
 def _over_the_turn(slow: _Rows, cogging: Cogging, value: Array, unexplained: Array) -> Fit:

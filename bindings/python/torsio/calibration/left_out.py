@@ -13,20 +13,20 @@ __all__ = ["LEFT_OUT", "LEFT_OUT_BY_DRIVE", "honest", "widened"]
 # that `torsio study calibration` does not use.
 LEFT_OUT = {
     "inertia_kg_m2": (5e-4, 0.0),
-    "coulomb_nm": (2e-4, 0.0),
-    "viscous_nm_s_per_rad": (1.3e-3, 0.0),
-    "offset_nm": (0.0, 1.5e-6),
-    "cogging_nm": (6e-3, 0.0),
+    "viscous_nm_s_per_rad": (2e-4, 0.0),
+    "offset_nm": (0.0, 5e-7),
+    "cogging_nm": (2e-3, 0.0),
     "stiffness_nm_per_rad": (8e-4, 0.0),
     "knee_rad": (4e-3, 0.0),
     "stiffness_factor": (7e-3, 0.0),
     "knob_coulomb_nm": (1e-3, 0.0),
     "knob_inertia_kg_m2": (7e-3, 0.0),
     "shaft_damping_nm_s_per_rad": (0.15, 1e-5),
-    "brake_gain": (8e-4, 0.0),
+    "brake_gain": (7e-5, 0.0),
     "brake_curve": (8e-4, 0.0),
-    "rise_s": (5e-4, 5e-5),
-    "release_s": (5e-3, 1e-4),
+    # A step begins somewhere between two samples of the telemetry.
+    "rise_s": (0.0, 9e-5),
+    "release_s": (0.0, 9e-5),
 }
 # The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019), the
 # latter those of `./dev bench calibration`.

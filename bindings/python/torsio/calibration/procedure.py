@@ -20,12 +20,12 @@ from torsio.calibration.cogging import Cogging
 from torsio.calibration.free import (
     FAST_RAD_S,
     FREE_LIMIT_RAD_S,
-    SLOW_RAD_S,
     SLOW_S,
     Free,
     estimate_free,
     find_signs,
     spin,
+    through_shaft,
 )
 from torsio.calibration.left_out import LEFT_OUT, LEFT_OUT_BY_DRIVE, honest, widened
 from torsio.calibration.play import Player, Recording
@@ -208,6 +208,7 @@ def calibrate(
         most |= {"coulomb_nm": max(free.coulomb.value, 0.5 * loose_nm)}
         held = hold_and_push(player, **most, quick=quick)
         shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
+        free = _through(shaft, free, turns)
         brake = stairs = None
         if not quick:
             say(STEPS[3])
@@ -268,6 +269,7 @@ def _parts_of(
     turns, pulls, steps = logs
     free = estimate_free(turns, slow_s=slow_s)
     shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)
+    free = _through(shaft, free, turns)
     if stairs is None:
         return _Parts(free, shaft, None)
     return _Parts(free, shaft, _brake(stairs, free, shaft, demagnetised=demagnetised))
@@ -283,18 +285,16 @@ def _check_plausible(free: Free, actuator: ActuatorConfig) -> None:
         )  # fmt: skip
 
 
+def _knob_inertia(free: Free, shaft: Shaft) -> float:
+    return 0.6 * free.inertia.value if shaft.knob_inertia is None else shaft.knob_inertia.value
+
+
 def _flexible_s2(free: Free, shaft: Shaft) -> float:
-    knob = 0.6 * free.inertia.value if shaft.knob_inertia is None else shaft.knob_inertia.value
-    return max(free.inertia.value - knob, 0.0) / shaft.stiffness.value
+    return max(free.inertia.value - _knob_inertia(free, shaft), 0.0) / shaft.stiffness.value
 
 
-def _passing(free: Free, shaft: Shaft) -> Callable[[int], float]:
-    """Give how much of a wave's amplitude may be missing, as a share, by its periods in a turn.
-
-    The brake's inertia on the shaft's spring takes a part of a wave that passes fast.
-    """
-    flexible_s2 = _flexible_s2(free, shaft)
-    return lambda periods: 0.5 * (SLOW_RAD_S * periods) ** 2 * flexible_s2
+def _through(shaft: Shaft, free: Free, turns: Recording) -> Free:
+    return through_shaft(free, turns, _flexible_s2(free, shaft), _knob_inertia(free, shaft))
 
 
 def apply(knob: Knob, calibration: Calibration) -> None:
@@ -383,14 +383,7 @@ def _quantities(parts: _Parts) -> dict[str, Quantity]:
                 "brake_drag_nm", brake.left, "what the brake holds with no current, its loop aside"
             )
         )
-        amplitude = free.amplitude
-        if free.cogging.periods_per_rev:
-            sigma = math.hypot(
-                amplitude.standard_uncertainty,
-                _passing(free, shaft)(free.cogging.periods_per_rev[0]) * amplitude.value,
-            )
-            amplitude = replace(amplitude, standard_uncertainty=sigma)
-        found += [amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
+        found += [free.amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
     done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
     return {of.name: of if of.name in done else honest(of) for of in found}
 
@@ -418,11 +411,11 @@ def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
     return _ASSISTED * max(certain_nm, 0.0)
 
 
-def _mapped(free: Free, shaft: Shaft, circuit: Circuit | None) -> Cogging:
+def _mapped(free: Free, circuit: Circuit | None) -> Cogging:
     """Give the cogging with what its waves cannot know of."""
-    passing, (left_out, _) = _passing(free, shaft), LEFT_OUT["cogging_nm"]
+    left_out, _ = LEFT_OUT["cogging_nm"]
     constant = 0.0 if circuit is None else circuit.torque_share
-    return free.cogging.widened(lambda periods: math.hypot(passing(periods), left_out, constant))
+    return free.cogging.widened(math.hypot(left_out, constant))
 
 
 def _put_together(
@@ -441,8 +434,13 @@ def _put_together(
         for name, of in _PROPOSED_FROM.items()
         if of in quantities
     }
-    proposed = replace(actuator, **values)
     info, board = knob.info, knob.board_config()
+    sigmas = _sigmas(quantities)
+    if board.brake_inductance_h > 0.0:
+        # The bridge drives the coil as slowly as this says: it would be slower each time.
+        values.pop("brake_time_constant_s", None)
+        sigmas["sigma_brake_time_constant_s"] = 0.0
+    proposed = replace(actuator, **values)
     now = datetime.datetime.now(datetime.timezone.utc)
     # Ten seconds may miss a knee, and are not enough to know the brake: what was known stays.
     keeps_shaft = brake is None and shaft.knee is None
@@ -455,7 +453,7 @@ def _put_together(
         calibrated_unix_s=int(now.timestamp()),
         ambient_k=0.0 if ambient_c is None else ambient_c + 273.15,
         calibrated_rate_hz=info.control_rate_hz,
-        **(straight | _sigmas(quantities) | ({} if circuit is None else circuit.sigmas())),
+        **(straight | sigmas | ({} if circuit is None else circuit.sigmas())),
     )
     return Calibration(
         quantities,
@@ -464,7 +462,7 @@ def _put_together(
         control.law if brake is None else "calibrated",
         control.free_assist_nm if brake is None else _certain_assist_nm(quantities),
         known,
-        None if brake is None else _mapped(free, shaft, circuit),
+        None if brake is None else _mapped(free, circuit),
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),
         brake_curve,
         seconds,
