@@ -37,6 +37,24 @@ def test_checksums_are_as_sha256sum_reads_them(tmp_path: Path) -> None:
     assert told == "a.whl: OK\nb c.uf2: OK\n"
 
 
+def test_wine_begins_when_the_one_before_has_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("wine", "wineserver", "other"):
+        program = tmp_path / name
+        program.write_text('#!/bin/sh\necho "${0##*/} $* $WINEPREFIX" >> "${0%/*}/begun"\n')
+        program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    wheel_commands.finish("wine", "a.exe", WINEPREFIX="here")
+    wheel_commands.finish("other", "b")
+    begun = (tmp_path / "begun").read_text().splitlines()
+    assert [line.rstrip() for line in begun] == [
+        "wineserver --wait here",
+        "wine a.exe here",
+        "other b",
+    ]
+
+
 def test_wheel_that_another_commit_made_is_told_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

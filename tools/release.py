@@ -102,7 +102,7 @@ def components(sdk: Path) -> list[Part]:
 
 def bill_of_materials(sdk: Path) -> dict[str, Any]:
     """Return the list of parts, as CycloneDX has it."""
-    made = datetime.fromtimestamp(int(sdist.epoch()) // 2 * 2, timezone.utc)
+    made = datetime.fromtimestamp(int(sdist.epoch()), timezone.utc)
     own = f"pkg:pypi/torsio@{version()}"
     parts = components(sdk)
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -16,10 +17,16 @@ BUILD = TREE / "build/wheels"
 
 def finish(*command: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
     """Run a command at the top of the tree to its end, with all that it prints as one text."""
+    environ = {**os.environ, **variables}
+    if command[0] == "wine":
+        # Debian's Wine leaves when its last program has; what begins just then, it lets go of.
+        # Where another program keeps it, it stays.
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            subprocess.run(["wineserver", "--wait"], env=environ, check=False, timeout=10)
     return subprocess.run(
         command,
         cwd=TREE,
-        env={**os.environ, **variables},
+        env=environ,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,

@@ -34,9 +34,6 @@ def run(*command: str | Path, show: bool = False) -> str:
     RuntimeError
         If it fails, with the end of what it printed.
     """
-    if command[0] == "wine":
-        # Debian's Wine leaves when its last program has; what begins just then, it lets go of.
-        finish("wineserver", "--wait", **WINE)
     result = finish(*command, **WINE)
     if show:
         print(result.stdout, end="", flush=True)
