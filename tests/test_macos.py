@@ -10,7 +10,7 @@ from tools import macos
 
 TREE = Path(__file__).parent.parent
 # What sdk/CMakeLists.txt takes for macOS, and what calls it.
-SOURCES = ("device_lock", "directory_watch_timed", "hid_files_other", "hid_transport")
+SOURCES = ("device_lock", "directory_watch_timed", "file_sync", "hid_files_other", "hid_transport")
 
 
 def test_what_is_of_the_system_compiles_for_macos(tmp_path: Path) -> None:

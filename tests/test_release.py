@@ -236,3 +236,12 @@ def test_doctor_of_a_wheel_is_asked_and_must_answer(tmp_path: Path) -> None:
     silent.write_text("raise SystemExit(1)")
     with pytest.raises(wheel_commands.Failed, match="torsio doctor"):
         wheel_trials.ask_doctor(sys.executable, silent)
+
+
+def test_changes_that_are_in_no_commit_are_told(tmp_path: Path) -> None:
+    subprocess.run(["git", "init", "-q", tmp_path], check=True)
+    assert release.uncommitted(tmp_path) == []
+    (tmp_path / "new").touch()
+    assert release.uncommitted(tmp_path) == [
+        "the tree has changes that are in no commit: git status"
+    ]

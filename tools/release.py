@@ -160,6 +160,13 @@ def is_of_this_commit(wheel: Path) -> bool:
         return all(entry.date_time == made.timetuple()[:6] for entry in files.infolist())
 
 
+def uncommitted(tree: Path) -> list[str]:
+    """Return what is to be said of changes in no commit, which the sources would bring along."""
+    command = ("git", "status", "--porcelain")
+    changed = subprocess.run(command, cwd=tree, capture_output=True, check=True).stdout
+    return ["the tree has changes that are in no commit: git status"] if changed else []
+
+
 def collect(sdk: Path) -> list[str]:
     """Fill ``out/release``, and return what is not there.
 
@@ -170,7 +177,7 @@ def collect(sdk: Path) -> list[str]:
     """
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
-    missing = []
+    missing = uncommitted(TREE)
     found = sorted(wheels.OUT.glob(f"torsio-{version()}-*.whl"))
     for architecture in wheels.ARCHITECTURES:
         for python in wheel_pythons.MAVEN:

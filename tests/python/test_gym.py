@@ -169,3 +169,20 @@ def test_without_gymnasium_the_line_says_how_to_install_it() -> None:
     result = run("import torsio.tasks, torsio.gym", without=("gymnasium",))
     assert result.returncode == 1
     assert "torsio.gym needs the Python package gymnasium: pip install" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"seed": [1, 2, 3]}, "3 seeds for 4 environments"),
+        ({"seed": []}, "0 seeds for 4 environments"),
+        ({"options": {"reset_mask": np.ones(4, bool)}}, "unknown option reset_mask"),
+    ],
+)
+def test_reset_refuses_what_it_cannot_do(arguments: dict[str, Any], words: str) -> None:
+    env = KnobVectorEnv(RenderWall(), 4)
+    first, _ = env.reset(seed=[7, 0, 0, 0])
+    with pytest.raises(torsio.InvalidArgument, match=words):
+        env.reset(**arguments)
+    again, _ = env.reset(seed=7)
+    assert again.tobytes() == first.tobytes()

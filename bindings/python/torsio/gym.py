@@ -28,6 +28,7 @@ from gymnasium.vector.utils import batch_space
 
 from torsio import checks
 from torsio.batch import Knobs
+from torsio.errors import InvalidArgument
 from torsio.tasks import FindDetent, IdentifyShaft, RenderWall, Task
 
 __all__ = ["FindDetent", "IdentifyShaft", "KnobEnv", "KnobVectorEnv", "RenderWall", "Task"]
@@ -88,9 +89,35 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Draw the knobs and begin. The same seed gives the same knobs, bit for bit."""
-        # One number: the knobs are drawn together.
-        super().reset(seed=seed[0] if isinstance(seed, list) and seed else seed, options=options)  # type: ignore[arg-type]
+        """Draw the knobs and begin. The same seed gives the same knobs, bit for bit.
+
+        Parameters
+        ----------
+        seed
+            One number for all, for the knobs are drawn together. Of a list, which has one for each
+            environment, the first counts.
+        options
+            None is known.
+
+        Raises
+        ------
+        InvalidArgument
+            If a list has another length, or an option is given: a ``reset_mask`` for example, for
+            these environments begin anew by themselves.
+        """
+        if isinstance(seed, list):
+            if len(seed) != self.num_envs:
+                raise InvalidArgument(
+                    f"{len(seed)} seeds for {self.num_envs} environments: give one for all, or one "
+                    "for each, of which the first counts"
+                )
+            seed = seed[0]
+        if options:
+            raise InvalidArgument(
+                f"unknown option {', '.join(map(str, options))}: an environment begins anew by "
+                "itself after its episode, and reset() begins all of them"
+            )
+        super().reset(seed=seed, options=options)
         return self._begin(), {}
 
     def step(
