@@ -66,6 +66,21 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     assert result.seconds < 90.0
 
 
+@pytest.mark.parametrize("rate_hz", [1_000.0, 2_000.0, 10_000.0])
+def test_lags_are_those_of_the_plant_at_every_control_rate(rate_hz: float) -> None:
+    for lag_s in (30e-3, 60e-3, 120e-3):
+        plant = torsio.PlantParams(brake_time_constant_s=lag_s)
+        options = torsio.EmulatorOptions(
+            seed=1, control_rate_hz=rate_hz, plant=plant, actuator=torsio.ActuatorConfig()
+        )
+        with torsio.open("emulated", emulator=options) as knob:
+            quantities = calibration.calibrate(knob).quantities
+        for name in ("rise_s", "release_s"):
+            of = quantities[name]
+            assert abs(of.value - lag_s) < 1.96 * of.standard_uncertainty, (name, of)
+            assert of.standard_uncertainty < 0.4e-3
+
+
 def _profile_nm(cogging: torsio.Cogging, angle_rad: npt.NDArray[np.float64]) -> Any:
     """The plant's own table: straight lines between its corners."""
     along = np.mod(angle_rad * cogging.periods_per_rev / (2.0 * np.pi), 1.0)

@@ -197,7 +197,11 @@ def estimate_brake(
     torque = motor - inertia_kg_m2 * acceleration - viscous_nm_s_per_rad * speed
     turning = (speed > 0.3) & (time_s > log.time_s[0] + 0.4)
     changes = np.flatnonzero(np.abs(np.diff(log.brake_nm)) > 1e-6) + 1
-    begins = np.append(log.time_s[0] - 1.0, log.time_s[changes] - 0.5 * log.period_s)
+    # A sample tells of the command that is in force at its begin, so of the tick before it; and a
+    # step may have been told by any of the ticks since the sample before.
+    began_s = log.time_s[changes] - 0.5 * (log.period_s + log.tick_s)
+    began_sigma_s = math.sqrt(max(log.period_s**2 - log.tick_s**2, 0.0) / 12.0)
+    begins = np.append(log.time_s[0] - 1.0, began_s)
     commands = np.append(log.brake_nm[0], log.brake_nm[changes])
     top = float(np.max(commands))
     thin = max(round(2e-3 / log.period_s), 1)
@@ -274,8 +278,13 @@ def estimate_brake(
     return Brake(
         Quantity("brake_gain", gain, best.sigma(0), "torque over command"),
         Quantity("hysteresis_nm", abs(width), best.sigma(1), "half the width of its loop"),
-        Quantity("rise_s", abs(rise), best.sigma(2), "lag on the way up"),
-        Quantity("release_s", abs(release), best.sigma(3), "lag on the way down"),
+        Quantity(
+            "rise_s", abs(rise), math.hypot(best.sigma(2), began_sigma_s), "lag on the way up"
+        ),
+        Quantity(
+            "release_s", abs(release), math.hypot(best.sigma(3), began_sigma_s),
+            "lag on the way down",
+        ),
         left_behind,
         curve,
         (

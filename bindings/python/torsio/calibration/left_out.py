@@ -24,9 +24,8 @@ LEFT_OUT = {
     "shaft_damping_nm_s_per_rad": (0.15, 1e-5),
     "brake_gain": (7e-5, 0.0),
     "brake_curve": (8e-4, 0.0),
-    # A step begins somewhere between two samples of the telemetry.
-    "rise_s": (0.0, 9e-5),
-    "release_s": (0.0, 9e-5),
+    "rise_s": (0.0, 6e-5),
+    "release_s": (0.0, 6e-5),
 }
 # The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019), the
 # latter those of `./dev bench calibration`.

@@ -40,6 +40,8 @@ class Recording:
         was given.
     counts
         From the device's zero; `count_rad` is one of them.
+    period_s, tick_s
+        Between two samples, and of the device's control.
     stopped
         Why the device disarmed before the end: a `DisarmReason`, or "".
     faults
@@ -55,6 +57,7 @@ class Recording:
     brake_nm: Array
     count_rad: float
     period_s: float
+    tick_s: float
     stopped: str = ""
     faults: tuple[str, ...] = ()
 
@@ -244,5 +247,6 @@ class Player:
             log["brake_capacity_nm"].astype(np.float64),
             self.count_rad,
             self._period_s,
+            self._tick_s,
         )
         return recording if self.drive is None else recording.driven_by(self.drive)
