@@ -81,6 +81,19 @@ def test_lags_are_those_of_the_plant_at_every_control_rate(rate_hz: float) -> No
             assert of.standard_uncertainty < 0.4e-3
 
 
+@pytest.mark.parametrize("brake_viscous", [0.0, 2e-6, 6e-6])
+def test_viscous_friction_that_is_proposed_is_that_of_the_knob_s_side(brake_viscous: float) -> None:
+    plant = torsio.PlantParams(brake_viscous_nm_s_per_rad=brake_viscous)
+    options = torsio.EmulatorOptions(seed=1, control_rate_hz=10_000.0, plant=plant)
+    with torsio.open("emulated", emulator=options) as knob:
+        found = calibration.calibrate(knob)
+    proposed = found.actuator.knob_viscous_nm_s_per_rad
+    sigma = found.known.sigma_knob_viscous_nm_s_per_rad
+    true = plant.knob_viscous_nm_s_per_rad
+    assert abs(proposed - true) < 1.96 * sigma < 0.2 * true
+    assert proposed < 1.1 * true  # more would let a law take a stiff wall for stable
+
+
 def _profile_nm(cogging: torsio.Cogging, angle_rad: npt.NDArray[np.float64]) -> Any:
     """The plant's own table: straight lines between its corners."""
     along = np.mod(angle_rad * cogging.periods_per_rev / (2.0 * np.pi), 1.0)

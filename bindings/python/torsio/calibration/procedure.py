@@ -46,6 +46,10 @@ _PLAUSIBLE = 5.0
 # Of the friction that is certain: bearings wear in.
 _ASSISTED = 0.6
 
+# Of all viscous friction the brake's side has from nothing up to so much, each as likely. Knob and
+# brake turn alike in all that is played, so nothing tells them apart.
+_BRAKE_VISCOUS = 0.25
+
 
 @dataclass(frozen=True)
 class Calibration:
@@ -326,7 +330,7 @@ def apply(knob: Knob, calibration: Calibration) -> None:
 _SIGMA_OF: Final = {
     "sigma_knob_inertia_kg_m2": "knob_inertia_kg_m2",
     "sigma_knob_coulomb_nm": "knob_coulomb_nm",
-    "sigma_knob_viscous_nm_s_per_rad": "viscous_nm_s_per_rad",
+    "sigma_knob_viscous_nm_s_per_rad": "knob_viscous_nm_s_per_rad",
     "sigma_spring_stiffness_nm_per_rad": "stiffness_nm_per_rad",
     "sigma_knee_1_rad": "knee_rad",
     "sigma_brake_drag_nm": "brake_drag_nm",
@@ -362,11 +366,25 @@ def _bent(shaft: Shaft) -> ShaftConfig:
     )
 
 
+def _knob_viscous(viscous: Quantity) -> Quantity:
+    """Give the viscous friction of the knob's side, of that of all that turns."""
+    share = 1.0 - 0.5 * _BRAKE_VISCOUS
+    return Quantity(
+        "knob_viscous_nm_s_per_rad",
+        share * viscous.value,
+        math.hypot(
+            share * viscous.standard_uncertainty, _BRAKE_VISCOUS / math.sqrt(12.0) * viscous.value
+        ),
+        f"of the knob's side, if the brake's has {100 * _BRAKE_VISCOUS:.0f} % of it at most",
+    )
+
+
 def _quantities(parts: _Parts) -> dict[str, Quantity]:
     free, shaft, brake = parts.free, parts.shaft, parts.brake
     inertia, knob_coulomb = honest(free.inertia), honest(shaft.knob_coulomb)
     found = [
         *(inertia, free.coulomb, free.viscous, free.offset),
+        _knob_viscous(honest(free.viscous)),
         *(shaft.stiffness, shaft.backlash, knob_coulomb),
         *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
@@ -391,7 +409,7 @@ def _quantities(parts: _Parts) -> dict[str, Quantity]:
 _PROPOSED_FROM: Final = {
     "spring_stiffness_nm_per_rad": "stiffness_nm_per_rad",
     "knob_coulomb_nm": "knob_coulomb_nm",
-    "knob_viscous_nm_s_per_rad": "viscous_nm_s_per_rad",
+    "knob_viscous_nm_s_per_rad": "knob_viscous_nm_s_per_rad",
     "knob_inertia_kg_m2": "knob_inertia_kg_m2",
     "brake_inertia_kg_m2": "brake_inertia_kg_m2",
     "brake_time_constant_s": "rise_s",

@@ -20,7 +20,7 @@ from torsio_studies.paper import runs
 RATE_HZ: Final = 10_000.0
 MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/calibration.md were made with
 WALL_NM_PER_RAD: Final = math.degrees(30e-3)
-EVALUATION: Final = 5
+EVALUATION: Final = 6
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
@@ -30,7 +30,7 @@ QUANTITIES: Final = (
     "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad", "cogging_nm", "offset_nm",
     "stiffness_nm_per_rad", "backlash_rad", "knee_rad", "stiffness_factor", "knob_coulomb_nm",
     "knob_inertia_kg_m2", "shaft_damping_nm_s_per_rad", "brake_gain", "hysteresis_nm", "rise_s",
-    "release_s", "brake_drag_nm", "brake_inertia_kg_m2",
+    "release_s", "brake_drag_nm", "brake_inertia_kg_m2", "knob_viscous_nm_s_per_rad",
 )  # fmt: skip
 _COGGING_POINTS: Final = 16
 
@@ -142,6 +142,7 @@ def truth_of(plant: PlantParams) -> dict[str, float]:
         "hysteresis_nm": loop_nm,
         "rise_s": plant.brake_time_constant_s,
         "release_s": plant.brake_time_constant_s,
+        "knob_viscous_nm_s_per_rad": plant.knob_viscous_nm_s_per_rad,
         "brake_drag_nm": plant.brake_drag_nm,
         "brake_inertia_kg_m2": plant.brake_inertia_kg_m2,
     }
