@@ -81,10 +81,60 @@ def test_lags_are_those_of_the_plant_at_every_control_rate(rate_hz: float) -> No
             assert of.standard_uncertainty < 0.4e-3
 
 
+def test_what_noise_would_change_is_not_proposed() -> None:
+    with torsio.open("emulated") as knob:
+        first = calibration.calibrate(knob)
+        told = [name for name, _, _ in report.proposals(knob, first)]
+        assert told == ["law", "free_assist_nm"]  # the values are the plant's
+        calibration.apply(knob, first)
+        assert report.proposals(knob, calibration.calibrate(knob)) == []
+        # A loop that is not there.
+        knob.update(brake_hysteresis_nm=1e-3)
+        last = calibration.calibrate(knob)
+        changes = [(name, new) for name, _, new in report.proposals(knob, last)]
+        assert changes == [("brake_hysteresis_nm", 0.0)]
+
+
+def test_bent_shaft_that_is_configured_as_it_is_stays() -> None:
+    hard = torsio.ShaftHardening(knee_rad=0.01, stiffness_factor=2.0)
+    plant = torsio.PlantParams(shaft_hardening=hard)
+    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=10_000.0)
+    with torsio.open("emulated", emulator=options) as knob:
+        true = torsio.ShaftConfig(
+            knee_1_rad=0.01, knee_1_nm_per_rad=2.0 * plant.shaft_stiffness_nm_per_rad
+        )
+        for configured in (true, torsio.ShaftConfig()):
+            knob.configure(configured)
+            before = knob.shaft_config()
+            found = calibration.calibrate(knob)
+            assert (found.shaft == before) == (configured == true)
+            assert found.shaft.knee_1_rad == pytest.approx(0.01, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("value", "sigma", "text"),
+    [
+        (0.00800083, 2.7e-7, "0.00800083 +- 2.7e-07"),
+        (1.0000123, 1.6e-4, "1.00001 +- 0.00016"),
+        (1e-4, 5e-8, "0.000100000 +- 5.0e-08"),
+        (2.8743, 2.5e-3, "2.8743 +- 0.0025"),
+        (-6.6e-8, 5.1e-7, "-7e-08 +- 5.1e-07"),
+        (3e-9, 5.1e-7, "0 +- 5.1e-07"),
+        (123.456, 12.0, "123 +- 12"),
+        (2.87312345, 0.0, "2.873"),
+    ],
+)
+def test_value_has_digits_down_to_its_uncertainty(value: float, sigma: float, text: str) -> None:
+    assert report.number(value, sigma) == text
+
+
 @pytest.mark.parametrize("brake_viscous", [0.0, 2e-6, 6e-6])
 def test_viscous_friction_that_is_proposed_is_that_of_the_knob_s_side(brake_viscous: float) -> None:
     plant = torsio.PlantParams(brake_viscous_nm_s_per_rad=brake_viscous)
-    options = torsio.EmulatorOptions(seed=1, control_rate_hz=10_000.0, plant=plant)
+    configured = replace(torsio.ActuatorConfig(), knob_viscous_nm_s_per_rad=1e-4)
+    options = torsio.EmulatorOptions(
+        seed=1, control_rate_hz=10_000.0, plant=plant, actuator=configured
+    )
     with torsio.open("emulated", emulator=options) as knob:
         found = calibration.calibrate(knob)
     proposed = found.actuator.knob_viscous_nm_s_per_rad

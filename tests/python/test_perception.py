@@ -55,6 +55,7 @@ def test_visit_to_a_wall_in_jnds() -> None:
 
 def test_change_of_a_calibrated_value_says_what_a_finger_makes_of_it() -> None:
     assert report.change("coulomb_nm", 6e-3, 13.62e-3) == "coulomb_nm: 0.006 -> 0.01362 (1 JND)"
+    assert report.change("rise_s", 0.06, 0.0600018) == "rise_s: 0.06 -> 0.060002"
     assert report.change("law", "paper", "calibrated") == "law: paper -> calibrated"
     assert report.felt("offset_nm", 0.0, 1e-6) == "< 0.01 JND"
 

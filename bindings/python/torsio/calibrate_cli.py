@@ -118,7 +118,7 @@ def words_of(knob: Knob) -> dict[str, Any]:
     for name, sigma in asdict(known).items():
         of = name.removeprefix("sigma_")
         if of != name and of in values and sigma:
-            words[of] = f"{values[of]:.4g} +- {sigma:.2g}"
+            words[of] = report.number(values[of], sigma)
     board = asdict(knob.board_config())
     for of in ("motor_resistance_ohm", "motor_inductance_h", "motor_torque_constant_nm_per_a"):
         permille = getattr(known, f"sigma_{_UNIT.sub('', of)}_permille")

@@ -327,27 +327,11 @@ def apply(knob: Knob, calibration: Calibration) -> None:
         raise
 
 
-_SIGMA_OF: Final = {
-    "sigma_knob_inertia_kg_m2": "knob_inertia_kg_m2",
-    "sigma_knob_coulomb_nm": "knob_coulomb_nm",
-    "sigma_knob_viscous_nm_s_per_rad": "knob_viscous_nm_s_per_rad",
-    "sigma_spring_stiffness_nm_per_rad": "stiffness_nm_per_rad",
-    "sigma_knee_1_rad": "knee_rad",
-    "sigma_brake_drag_nm": "brake_drag_nm",
-    "sigma_brake_time_constant_s": "rise_s",
-    "sigma_brake_release_time_constant_s": "release_s",
-    "sigma_brake_inertia_kg_m2": "brake_inertia_kg_m2",
-    "sigma_brake_hysteresis_nm": "hysteresis_nm",
-}
-
-
-def _sigmas(quantities: dict[str, Quantity]) -> dict[str, Any]:
-    """Give the uncertainties of what is configured, of those that were measured."""
-    sigmas = {
-        name: quantities[of].standard_uncertainty
-        for name, of in _SIGMA_OF.items()
-        if of in quantities
-    }
+def _sigmas_of_knee(quantities: dict[str, Quantity]) -> dict[str, Any]:
+    """Give the uncertainties of a knee, if one was found."""
+    sigmas = {}
+    if "knee_rad" in quantities:
+        sigmas["sigma_knee_1_rad"] = quantities["knee_rad"].standard_uncertainty
     stiffness, factor = quantities["stiffness_nm_per_rad"], quantities.get("stiffness_factor")
     if factor is not None:
         sigmas["sigma_knee_1_nm_per_rad"] = math.hypot(
@@ -357,13 +341,18 @@ def _sigmas(quantities: dict[str, Quantity]) -> dict[str, Any]:
     return sigmas
 
 
-def _bent(shaft: Shaft) -> ShaftConfig:
+def _bent(shaft: Shaft, configured: ShaftConfig, sigmas: dict[str, Any]) -> ShaftConfig:
     if shaft.knee is None or shaft.factor is None:
         return ShaftConfig()
-    return ShaftConfig(
+    found = ShaftConfig(
         knee_1_rad=shaft.knee.value,
         knee_1_nm_per_rad=shaft.stiffness.value * shaft.factor.value,
     )
+    is_noise = all(
+        abs(getattr(found, name) - getattr(configured, name)) <= 1.96 * sigmas[f"sigma_{name}"]
+        for name in ("knee_1_rad", "knee_1_nm_per_rad")
+    )
+    return configured if is_noise else found
 
 
 def _knob_viscous(viscous: Quantity) -> Quantity:
@@ -419,14 +408,45 @@ _PROPOSED_FROM: Final = {
 }
 
 
-def _certain_assist_nm(quantities: dict[str, Quantity]) -> float:
+def _proposed(
+    actuator: ActuatorConfig, quantities: dict[str, Quantity]
+) -> tuple[dict[str, float], dict[str, Any]]:
+    """Give what was found, but for changes that are noise, and the uncertainties of that.
+
+    What is configured stays if it may be true; what may as well be nothing is none.
+    """
+    values: dict[str, float] = {}
+    sigmas: dict[str, Any] = {}
+    for name, of in _PROPOSED_FROM.items():
+        if of not in quantities:
+            continue
+        found = quantities[of]
+        configured, best = float(getattr(actuator, name)), max(found.value, 0.0)
+        values[name] = next((one for one in (configured, 0.0) if found.holds(one)), best)
+        sigmas[f"sigma_{name}"] = math.hypot(found.standard_uncertainty, values[name] - best)
+    rise, release = "brake_time_constant_s", "brake_release_time_constant_s"
+    lag_s = float(getattr(actuator, rise))
+    # Without a value of its own it lets go as it takes hold.
+    if (
+        getattr(actuator, release) == 0.0
+        and values.get(rise) == lag_s
+        and quantities["release_s"].holds(lag_s)
+    ):
+        values[release], sigmas[f"sigma_{release}"] = 0.0, 0.0
+    return values, sigmas
+
+
+def _certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> float:
     """Give what may be taken off the friction: that is there for certain, and wears off.
 
-    What the brake's loop leaves is not: a knob that has not braked yet is without it.
+    What the brake's loop leaves is not: a knob that has not braked yet is without it. What is
+    configured stays if noise makes the difference.
     """
     # Of the sum nobody knows less than of the drag, which is all the friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]
-    return _ASSISTED * max(certain_nm, 0.0)
+    certain_nm = _ASSISTED * max(certain_nm, 0.0)
+    noise_nm = _ASSISTED * 1.96 * quantities["brake_drag_nm"].standard_uncertainty
+    return configured_nm if abs(configured_nm - certain_nm) <= noise_nm else certain_nm
 
 
 def _mapped(free: Free, circuit: Circuit | None) -> Cogging:
@@ -447,22 +467,19 @@ def _put_together(
 ) -> Calibration:
     free, shaft, brake = parts.free, parts.shaft, parts.brake
     quantities, brake_curve = found
-    values: dict[str, Any] = {
-        name: max(quantities[of].value, 0.0)
-        for name, of in _PROPOSED_FROM.items()
-        if of in quantities
-    }
+    values, sigmas = _proposed(actuator, quantities)
+    sigmas |= _sigmas_of_knee(quantities)
     info, board = knob.info, knob.board_config()
-    sigmas = _sigmas(quantities)
     if board.brake_inductance_h > 0.0:
         # The bridge drives the coil as slowly as this says: it would be slower each time.
         values.pop("brake_time_constant_s", None)
         sigmas["sigma_brake_time_constant_s"] = 0.0
-    proposed = replace(actuator, **values)
+    proposed = replace(actuator, **values)  # type: ignore[arg-type]
     now = datetime.datetime.now(datetime.timezone.utc)
     # Ten seconds may miss a knee, and are not enough to know the brake: what was known stays.
     keeps_shaft = brake is None and shaft.knee is None
-    bent = knob.shaft_config() if keeps_shaft else _bent(shaft)
+    configured = knob.shaft_config()
+    bent = configured if keeps_shaft else _bent(shaft, configured, sigmas)
     straight = {} if keeps_shaft else {"sigma_knee_1_rad": 0.0, "sigma_knee_1_nm_per_rad": 0.0}
     before, control = knob.calibration_config(), knob.control_config()
     known = replace(
@@ -478,7 +495,9 @@ def _put_together(
         proposed,
         bent,
         control.law if brake is None else "calibrated",
-        control.free_assist_nm if brake is None else _certain_assist_nm(quantities),
+        control.free_assist_nm
+        if brake is None
+        else _certain_assist_nm(quantities, control.free_assist_nm),
         known,
         None if brake is None else _mapped(free, circuit),
         tuple((float(twist), float(torque)) for twist, torque in np.asarray(shaft.curve)),

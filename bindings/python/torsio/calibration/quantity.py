@@ -41,6 +41,11 @@ class Quantity:
         reach = 1.96 * self.standard_uncertainty
         return self.value - reach, self.value + reach
 
+    def holds(self, value: float) -> bool:
+        """Tell whether a value lies in this interval."""
+        low, high = self.interval
+        return low <= value <= high
+
     def less(self, name: str, part: Quantity, meaning: str) -> Quantity:
         """Give what is left of it without a part that was measured by itself."""
         sigma = math.hypot(self.standard_uncertainty, part.standard_uncertainty)

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 
 from torsio import perception
 from torsio.calibration.procedure import Calibration
-from torsio.calibration.quantity import Quantity
 from torsio.knob import Knob
 
 __all__ = ["change", "felt", "lines", "number", "proposals"]
 
+_MOST_DIGITS = 9
 
-def number(quantity: Quantity) -> str:
+
+def number(value: float, sigma: float) -> str:
     """Give a value to the digits that its uncertainty leaves, and the uncertainty."""
-    sigma = quantity.standard_uncertainty
     if sigma <= 0.0:
-        return f"{quantity.value:.4g}"
-    return f"{quantity.value:.4g} +- {sigma:.2g}"
+        return f"{value:.4g}"
+    last = math.floor(math.log10(sigma)) - 1  # the uncertainty's second digit
+    rounded, spread = round(value, -last), f"{sigma:#.2g}".removesuffix(".")
+    if rounded == 0.0:
+        return f"0 +- {spread}"
+    digits = math.floor(math.log10(abs(rounded))) - last + 1
+    text = f"{rounded:#.{min(max(digits, 1), _MOST_DIGITS)}g}".replace(".e", "e")
+    return f"{text.removesuffix('.')} +- {spread}"
 
 
 def felt(name: str, value: float, error: float) -> str:
@@ -31,8 +38,9 @@ def felt(name: str, value: float, error: float) -> str:
 def lines(calibration: Calibration) -> list[tuple[str, str, str, str]]:
     """Give name, value with uncertainty, that in JNDs, and meaning of all that was found."""
     found = [
-        (of.name, number(of), felt(of.name, of.value, of.standard_uncertainty), of.meaning)
+        (of.name, number(of.value, sigma), felt(of.name, of.value, sigma), of.meaning)
         for of in calibration.quantities.values()
+        for sigma in (of.standard_uncertainty,)
     ]
     if calibration.cogging is not None and calibration.cogging.periods_per_rev:
         waves = ", ".join(
@@ -49,11 +57,13 @@ def lines(calibration: Calibration) -> list[tuple[str, str, str, str]]:
 
 
 def change(name: str, old: float | str, new: float | str) -> str:
-    """Say how a value changes, and what a finger would make of that."""
+    """Say how a value changes, with digits enough to see it, and what a finger makes of that."""
     if isinstance(old, str) or isinstance(new, str):
         return f"{name}: {old} -> {new}"
     jnds = felt(name, old, new - old)
-    return f"{name}: {old:.4g} -> {new:.4g}" + (f" ({jnds})" if jnds else "")
+    both = ((f"{old:.{digits}g}", f"{new:.{digits}g}") for digits in range(4, _MOST_DIGITS + 1))
+    before, after = next((two for two in both if two[0] != two[1]), (f"{old:.4g}",) * 2)
+    return f"{name}: {before} -> {after}" + (f" ({jnds})" if jnds else "")
 
 
 def proposals(knob: Knob, found: Calibration) -> list[tuple[str, float | str, float | str]]:

@@ -310,8 +310,8 @@ def estimate_shaft(
     damping = inertia = None
     fits = [
         Fit(
-            "Brake held, slow pulls: the shaft's curve", "angle, rad", "motor, N m",
-            edges.angle_rad, edges.torque_nm, edges.torque_nm - fit.residual,
+            "Brake held, slow pulls: the shaft's curve", "twist, rad", "motor, N m",
+            edges.angle_rad - rest, edges.torque_nm, edges.torque_nm - fit.residual,
         )
     ]  # fmt: skip
     lag_nm = _rate_nm_s(sweeps) * _LAG_S
@@ -322,8 +322,9 @@ def estimate_shaft(
         )
         fits.append(
             Fit(
-                "Brake held, steps: the knob rings on the shaft", "time, s", "angle, rad",
-                steps.time_s - steps.time_s[0], steps.angle_rad + 0.5 * steps.count_rad, ring_angle,
+                "Brake held, steps: the knob rings on the shaft", "time, s", "twist, rad",
+                steps.time_s - steps.time_s[0],
+                steps.angle_rad + 0.5 * steps.count_rad - rest, ring_angle - rest,
             )
         )  # fmt: skip
         inertia = Quantity(
