@@ -25,14 +25,11 @@ sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.board.hidden import calibrate_hidden
 from tests.board.pico import choose
-from torsio_studies.calibration.knobs import FIRST, QUANTITIES, hidden_knob
+from torsio_studies.calibration.driven import ALL
+from torsio_studies.calibration.knobs import FIRST, hidden_knob
 from torsio_studies.common import plain, write_atomically
 
 KNOBS = range(FIRST, FIRST + 20)
-CIRCUIT = (
-    "current_zero_v", "current_noise_a", "motor_resistance_ohm", "motor_inductance_h",
-    "motor_torque_constant_nm_per_a", "current_gain",
-)  # fmt: skip
 FOLDER = Path("out") / "calibration-binary"
 
 
@@ -52,7 +49,7 @@ def measure(number: int, *, quick: bool, emulated: bool) -> dict[str, Any]:
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Count intervals that hold the truth."""
-    held: dict[str, list[bool]] = {name: [] for name in (*QUANTITIES, *CIRCUIT)}
+    held: dict[str, list[bool]] = {name: [] for name in ALL}
     for row in rows:
         for name, (value, sigma, truth) in row["found"].items():
             if truth is not None:

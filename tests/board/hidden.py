@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any
-
-import numpy as np
 
 import torsio
 from tests.board import pico
@@ -15,61 +12,13 @@ from tests.board.felt import ELECTRICS
 from tests.board.live import live_knob
 from torsio import calibration
 from torsio.plant import PlantParams
-from torsio_studies.calibration.knobs import HiddenKnob, truth_of
+from torsio_studies.calibration.driven import electric_plant, seen_truth
+from torsio_studies.calibration.knobs import HiddenKnob
 
 
-def electric_plant(hidden: HiddenKnob) -> PlantParams:
-    """Give a knob the electrics of the board; its brake then lags by its coil.
-
-    When the board reads its current, after the middle of the pulse, is hidden too; and supply,
-    current sensor and winding are up to a tenth off from what the board is configured to.
-    """
-    electrics = ELECTRICS[pico.chosen.name]
-    supply, sensor, winding = np.random.default_rng([17, hidden.number]).uniform(0.9, 1.1, 3)
-    late_s = np.random.default_rng([16, hidden.number]).normal(1.0e-6, 0.35e-6)
-    return replace(
-        hidden.plant,
-        electrics=replace(
-            electrics,
-            coil_inductance_h=hidden.plant.brake_time_constant_s * electrics.coil_resistance_ohm,
-            sample_offset_s=max(float(late_s), 0.0),
-            supply_v=float(supply) * electrics.supply_v,
-            sensor_v_per_a=float(sensor) * electrics.sensor_v_per_a,
-            winding_resistance_ohm=float(winding) * electrics.winding_resistance_ohm,
-        ),
-    )
-
-
-def seen_truth(plant: PlantParams, *, constant_known: bool) -> dict[str, float]:
-    """Give what a perfect calibration would find through the board's sensor and its supply.
-
-    Torques are as the board sees them: of the torque constant that it was configured to, or of the
-    one that it found with the supply that it was told, and proposes, times the current that its
-    sensor says.
-    """
-    electrics = plant.electrics
-    assert electrics is not None
-    told = torsio.BoardConfig()
-    supply = told.supply_v / electrics.supply_v
-    sensor = electrics.sensor_v_per_a / told.current_sense_v_per_a
-    constant = electrics.torque_constant_nm_per_a * supply
-    known = constant if constant_known else told.motor_torque_constant_nm_per_a
-    torque = known * sensor / electrics.torque_constant_nm_per_a
-    # The coil's current is not measured: its voltage is what the brake gives more or less.
-    truth = truth_of(plant) | {"brake_gain": 1.0 / supply}
-    # A play of the brake's command is one of the command.
-    truth["hysteresis_nm"] *= supply / torque
-    of_torque = ("_nm", "_nm_per_rad", "_nm_s_per_rad", "_kg_m2", "brake_gain")
-    return {
-        name: torque * value if name.endswith(of_torque) else value for name, value in truth.items()
-    } | {
-        "current_zero_v": electrics.sensor_zero_v,
-        "current_noise_a": electrics.sensor_noise_v / told.current_sense_v_per_a,
-        "motor_resistance_ohm": electrics.winding_resistance_ohm * supply / sensor,
-        "motor_inductance_h": electrics.winding_inductance_h * supply / sensor,
-        "motor_torque_constant_nm_per_a": constant,
-        "current_gain": sensor,
-    }
+def board_plant(hidden: HiddenKnob) -> PlantParams:
+    """Give a knob the electrics of the chosen board."""
+    return electric_plant(hidden, ELECTRICS[pico.chosen.name])
 
 
 @contextmanager
@@ -95,7 +44,7 @@ def hidden_board(hidden: HiddenKnob, *, emulated: bool = False) -> Iterator[tors
     emulated
         The emulated device in place of the binary.
     """
-    with (_emulated if emulated else _binary)(electric_plant(hidden)) as knob:
+    with (_emulated if emulated else _binary)(board_plant(hidden)) as knob:
         # For so long the winding stands more.
         knob.update(motor_current_continuous_a=2.0)
         knob.update(encoder_reversed=hidden.reversed)
@@ -129,7 +78,7 @@ def calibrate_hidden(hidden: HiddenKnob, *, quick: bool, emulated: bool = False)
             return row
         told = torsio.BoardConfig().motor_torque_constant_nm_per_a
         truth = seen_truth(
-            electric_plant(hidden),
+            board_plant(hidden),
             constant_known=found.board is not None
             and found.board.motor_torque_constant_nm_per_a != told,
         )

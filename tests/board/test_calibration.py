@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.board.hidden import electric_plant, hidden_board, seen_truth
+from tests.board.hidden import board_plant, hidden_board
 from torsio.calibration.electric import intervals
 from torsio.calibration.play import Player, Recording
 from torsio.records import MotorCurrent
+from torsio_studies.calibration.driven import seen_truth
 from torsio_studies.calibration.knobs import hidden_knob
 
 TORQUE_NM, STRETCH_S = 40e-3, 0.06
@@ -41,7 +42,7 @@ def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> 
         faster = _acceleration(log, begin_s) - _acceleration(log, begin_s + STRETCH_S)
     # It turns one way in both, so friction drops out; the configuration has its encoder reversed.
     sign = -1.0 if hidden.reversed else 1.0
-    inertia = seen_truth(electric_plant(hidden), constant_known=False)["inertia_kg_m2"]
+    inertia = seen_truth(board_plant(hidden), constant_known=False)["inertia_kg_m2"]
     assert sign * 2.0 * TORQUE_NM / faster == pytest.approx(inertia, rel=0.05)
 
 
@@ -83,6 +84,6 @@ def test_currents_of_a_held_knob_tell_its_resistance_through_the_binary(number: 
     )
     # What the bridge takes for itself is in both.
     resistance = (volts[1] - volts[0]) / (amperes[1] - amperes[0])
-    truth = seen_truth(electric_plant(hidden), constant_known=False)["motor_resistance_ohm"]
+    truth = seen_truth(board_plant(hidden), constant_known=False)["motor_resistance_ohm"]
     assert resistance == pytest.approx(truth, rel=0.03)
     assert amperes[1] == pytest.approx(40e-3 / 0.05, rel=0.02)

@@ -12,6 +12,7 @@ import pytest
 from torsio import ShaftConfig
 from torsio.calibration import calibrate
 from torsio_studies.calibration import study as calibration_study
+from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.knobs import (
     QUANTITIES,
     RATE_HZ,
@@ -115,6 +116,10 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         row |= {"wall_found": 0.011, "wall_true": 0.01}
         for name in QUANTITIES:
             row |= {f"{name}_truth": 1.0, f"{name}_value": 1.01, f"{name}_sigma": 0.01}
+        row |= {f"driven_{name}": row[name] for name in ("refused_rightly", "complete")}
+        row |= {"driven_knob_seconds": 40.0}
+        for name in ALL:
+            row |= {f"driven_{name}_{part}": 1.0 for part in ("truth", "value", "sigma")}
         return [row | {"number": float(number)} for number in batch.designs]
 
     monkeypatch.setattr(calibration_study, "evaluate_batch", instead)
@@ -131,5 +136,8 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert again["rows"] == first["rows"]
     kept = json.loads((tmp_path / "calibration.json").read_text())
     assert kept["rows"][0]["coverage"] == 1.0
+    assert [row["quantity"] for row in kept["driven"]["rows"]] == list(ALL)
+    assert (kept["driven"]["complete"], kept["driven"]["knob_seconds"]) == (8, 40.0)
     assert kept["wall"] == pytest.approx({"found": 0.011, "true": 0.01, "near": 1.0, "worst": 1.1})
+    assert (tmp_path / "calibration_coverage_driven.png").stat().st_size > 10_000
     assert (tmp_path / "calibration_coverage.png").stat().st_size > 10_000

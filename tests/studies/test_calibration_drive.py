@@ -12,10 +12,17 @@ import pytest
 
 import torsio
 from tests.board import pico
-from tests.board.hidden import calibrate_hidden, electric_plant, hidden_board, seen_truth
+from tests.board.hidden import board_plant, calibrate_hidden, hidden_board
 from torsio.calibration import calibrate, left_out, procedure
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Quantity, Refusal
+from torsio_studies.calibration.driven import (
+    ALL,
+    drawn_electrics,
+    electric_plant,
+    measure_driven,
+    seen_truth,
+)
 from torsio_studies.calibration.knobs import hidden_knob, truth_of
 
 
@@ -55,6 +62,44 @@ def test_intervals_hold_the_truth_with_a_current_loop(number: int) -> None:
         assert sigma < 0.2 * truth
 
 
+def test_study_s_knobs_have_signs_and_electrics_at_random() -> None:
+    hidden = [hidden_knob(number) for number in range(1200, 1240)]
+    drawn = [drawn_electrics(of.number) for of in hidden]
+    for share in (
+        np.mean([of.motor_reversed for of in drawn]),
+        np.mean(
+            [of.motor_reversed != knob.reversed for of, knob in zip(drawn, hidden, strict=True)]
+        ),
+    ):
+        assert 0.25 < share < 0.75
+    told = torsio.BoardConfig()
+    plants = [electric_plant(*both) for both in zip(hidden, drawn, strict=True)]
+    for name, configured in (
+        ("supply_v", told.supply_v),
+        ("sensor_v_per_a", told.current_sense_v_per_a),
+        ("winding_resistance_ohm", told.motor_resistance_ohm),
+        ("winding_inductance_h", told.motor_inductance_h),
+    ):
+        off = np.array([getattr(of.electrics, name) for of in plants]) / configured - 1.0
+        assert 0.08 < np.ptp(off) <= 0.2
+        assert np.max(np.abs(off)) <= 0.1 + 1e-6
+
+
+def test_knob_with_drawn_signs_is_refused_where_they_disagree_and_then_measured() -> None:
+    # Motor and encoder of the first agree, both the wrong way round; those of the second do not.
+    for number, agree in ((1202, True), (1203, False)):
+        hidden = hidden_knob(number)
+        assert (drawn_electrics(number).motor_reversed == hidden.reversed) is agree
+        row = measure_driven(hidden)
+        assert row["complete"] == row["refused_rightly"] == 1.0
+        scores = [
+            abs(row[f"{name}_value"] - row[f"{name}_truth"]) / row[f"{name}_sigma"] for name in ALL
+        ]
+        known = np.array([score for score in scores if np.isfinite(score)])
+        assert len(known) > 20
+        assert np.mean(known <= 1.96) >= 0.8
+
+
 def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -> None:
     hidden = hidden_knob(1012)  # whose current is read later than most boards read it
     assert hidden.plant.brake_hysteresis is not None
@@ -68,7 +113,7 @@ def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -
     board = found.board
     told = torsio.BoardConfig().motor_torque_constant_nm_per_a
     seen = seen_truth(
-        electric_plant(hidden),
+        board_plant(hidden),
         constant_known=board is not None and board.motor_torque_constant_nm_per_a != told,
     )
     measure = seen["inertia_kg_m2"] / truth_of(hidden.plant)["inertia_kg_m2"]
@@ -107,7 +152,7 @@ def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> Non
         drive = drive_of(knob)
         assert drive is not None
         assert drive.rise_a == pytest.approx(8e-3)
-        electrics = electric_plant(hidden).electrics
+        electrics = board_plant(hidden).electrics
         assert electrics is not None
         assert drive.torque_constant_nm_per_a == electrics.torque_constant_nm_per_a
     with torsio.open("emulated") as knob:

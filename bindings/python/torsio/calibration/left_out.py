@@ -27,18 +27,18 @@ LEFT_OUT = {
     "rise_s": (0.0, 6e-5),
     "release_s": (0.0, 6e-5),
 }
-# The same of a drive, on top: found on 32 emulated knobs (numbers 100 to 111 and 1000 to 1019), the
-# latter those of `./dev bench calibration`.
+# The same of a drive, on top: found on 112 emulated knobs (numbers 100 to 111, 200 to 279 and 1000
+# to 1019), the last those of `./dev bench calibration`.
 LEFT_OUT_BY_DRIVE = {
     "inertia_kg_m2": (1.0e-3, 0.0),
     "viscous_nm_s_per_rad": (1e-2, 2e-6),
     "offset_nm": (0.0, 1.0e-5),
     "cogging_nm": (4e-2, 0.0),
-    "brake_gain": (4e-3, 0.0),
+    "brake_gain": (2.4e-3, 0.0),
     "brake_curve": (4e-3, 2e-4),
-    "hysteresis_nm": (2.5e-2, 1.5e-5),
-    "rise_s": (5e-3, 0.0),
-    "release_s": (6e-3, 0.0),
+    "hysteresis_nm": (4e-3, 8e-6),
+    "rise_s": (2.5e-3, 0.0),
+    "release_s": (4e-3, 0.0),
 }
 
 

@@ -13,14 +13,23 @@ from torsio_studies.common import Study
 Array = npt.NDArray[np.float64]
 
 
-def draw(study: Study, table: dict[str, Array], coverage: list[dict[str, Any]]) -> None:
-    """Draw the coverage of every quantity, and how far each knob's values were off."""
+def draw(
+    study: Study,
+    name: str,
+    hidden: str,
+    table: dict[str, Array],
+    coverage: list[dict[str, Any]],
+) -> None:
+    """Draw the coverage of every quantity, and how far each knob's values were off.
+
+    `hidden` says in words what the routine does not know of them.
+    """
     rows = [row for row in coverage if row["knobs"]]
-    with study.figure("coverage", size=(13.5, 0.42 * len(rows) + 3.0)) as picture:
+    with study.figure(name, size=(13.5, 0.42 * len(rows) + 3.0)) as picture:
         headline(
             picture,
             "What a knob says of itself, and what it really is",
-            f"{len(table['number'])} emulated knobs with hidden parameters measured themselves. "
+            f"{len(table['complete'])} emulated knobs with {hidden} measured themselves. "
             "Left: "
             "how many of the stated 95 % intervals hold the truth; the band is 90 to 98 %. "
             "Right: how "
@@ -40,8 +49,8 @@ def draw(study: Study, table: dict[str, Array], coverage: list[dict[str, Any]]) 
         left.set_yticks(places, [row["quantity"] for row in rows])
         left.set_xlabel("intervals that hold the truth, %")
         for place, row in zip(places, rows, strict=True):
-            name = row["quantity"]
-            score = (table[f"{name}_value"] - table[f"{name}_truth"]) / table[f"{name}_sigma"]
+            of = row["quantity"]
+            score = (table[f"{of}_value"] - table[f"{of}_truth"]) / table[f"{of}_sigma"]
             score = np.clip(score[np.isfinite(score)], -6, 6)
             spread = np.random.default_rng(0).uniform(-0.25, 0.25, len(score))
             right.plot(score, place + spread, ".", color=BLUE, markersize=3)

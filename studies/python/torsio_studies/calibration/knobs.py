@@ -20,7 +20,7 @@ from torsio_studies.paper import runs
 RATE_HZ: Final = 10_000.0
 MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/calibration.md were made with
 WALL_NM_PER_RAD: Final = math.degrees(30e-3)
-EVALUATION: Final = 6
+EVALUATION: Final = 7
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
@@ -220,8 +220,3 @@ def measure(hidden: HiddenKnob) -> dict[str, float]:
             row["complete"] = 0.0
     row["seconds"] = time.perf_counter() - begin
     return row
-
-
-def evaluate_batch(batch: Batch) -> list[dict[str, float]]:
-    """Calibrate the knobs of a batch."""
-    return [measure(hidden_knob(number)) for number in batch.designs]

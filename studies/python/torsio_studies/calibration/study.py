@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from rich.console import Console
+from rich.table import Table
 
 from torsio import perception
 from torsio.screen import table
 from torsio_studies.calibration import figure
-from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches, evaluate_batch
+from torsio_studies.calibration.driven import ALL
+from torsio_studies.calibration.evaluation import DRIVEN, evaluate_batch
+from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
 from torsio_studies.common import Results, Study, StudyError
 from torsio_studies.design.spread import spread
@@ -53,16 +56,31 @@ def run(study: Study) -> Results:
         {"sabotage": of.name, "right": list(of.reasons), "reason": try_out(of)}
         for of in study.track(broken, "sabotages")
     ]
+    driven = {
+        name.removeprefix(DRIVEN): column
+        for name, column in table.items()
+        if name.startswith(DRIVEN)
+    }
     coverage = [cover(table, name) for name in QUANTITIES]
-    figure.draw(study, table, coverage)
+    through = [cover(driven, name) for name in ALL]
+    figure.draw(study, "coverage", "hidden parameters", table, coverage)
+    figure.draw(study, "coverage_driven", "hidden parameters and electrics", driven, through)
     return {
         "rows": coverage,
         "knobs": knobs,
+        **whole(table),
+        "driven": {"rows": through, **whole(driven)},
+        "wall": walls(table),
+        "sabotages": refused,
+    }
+
+
+def whole(table: dict[str, Array]) -> dict[str, Any]:
+    """Give how many knobs were measured to the end, and whether the reversed were refused."""
+    return {
         "complete": int(table["complete"].sum()),
         "reversed_refused": bool(np.all(table["refused_rightly"] == 1.0)),
         "knob_seconds": float(np.nanmax(table["knob_seconds"])),
-        "wall": walls(table),
-        "sabotages": refused,
     }
 
 
@@ -105,11 +123,10 @@ def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
     }
 
 
-def show(results: Results, console: Console) -> None:
-    """Print the coverage of every quantity, and what was refused for which reason."""
+def _coverage(rows: list[dict[str, Any]]) -> Table:
     headings = ("knobs", "95 % intervals with the truth", "median error", "to a finger", "stated")
     quantities = table("quantity", *headings, words=1)
-    for row in results["rows"]:
+    for row in rows:
         if not row["knobs"]:
             continue
         unit = " %" if row["relative"] else ""
@@ -122,11 +139,21 @@ def show(results: Results, console: Console) -> None:
             "" if row["median_error_jnds"] is None else f"{row['median_error_jnds']:.2g} JND",
             f"{scale * row['median_sigma']:.2g}{unit}",
         )
-    console.print(quantities)
-    console.print(
-        f"\n{results['complete']} of {results['knobs']} knobs to the end; at most "
-        f"{results['knob_seconds']:.0f} s of a knob's time",
-    )
+    return quantities
+
+
+def show(results: Results, console: Console) -> None:
+    """Print the coverage of every quantity, and what was refused for which reason."""
+    for title, part in (
+        ("torques are what the motor is told", results),
+        ("through a board's electrics, hidden too", results["driven"]),
+    ):
+        console.print(f"\n{title}:")
+        console.print(_coverage(part["rows"]))
+        console.print(
+            f"{part['complete']} of {results['knobs']} knobs to the end; at most "
+            f"{part['knob_seconds']:.0f} s of a knob's time",
+        )
     wall = results["wall"]
     console.print(
         f"in a wall of 30 mN m/deg with the law calibrated, error on the way out: "
