@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from tests.board.hidden import board_plant, hidden_board
+from tests.board.world import World
 from torsio.calibration.electric import intervals
 from torsio.calibration.play import Player, Recording
+from torsio.plant import Electrics, PlantParams
 from torsio.records import MotorCurrent
 from torsio_studies.calibration.driven import seen_truth
 from torsio_studies.calibration.knobs import hidden_knob
@@ -44,6 +46,17 @@ def test_torques_to_and_fro_tell_the_inertia_through_the_binary(number: int) -> 
     sign = -1.0 if hidden.reversed else 1.0
     inertia = seen_truth(board_plant(hidden), constant_known=False)["inertia_kg_m2"]
     assert sign * 2.0 * TORQUE_NM / faster == pytest.approx(inertia, rel=0.05)
+
+
+def test_board_in_a_world_sees_the_current_through_the_sensor_that_is_there() -> None:
+    electrics = Electrics(sensor_v_per_a=0.22, sensor_noise_v=0.0)  # and a board is told 0.2
+    world = World(PlantParams(electrics=electrics))
+    for _ in range(400):
+        world.pass_period(0.3, 0.0, True)
+    flows_a = world.circuit.current_a(electrics.sample_offset_s)
+    seen_a, _ = world.pass_period(0.3, 0.0, True)
+    assert flows_a > 0.1
+    assert seen_a == pytest.approx(1.1 * flows_a)
 
 
 @pytest.mark.parametrize("number", [1000])

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from torsio.config import BoardConfig
 from torsio.emulator import Circuit, Encoder, Plant
 from torsio.hands import Hand
 from torsio.plant import Electrics, PlantParams
@@ -59,12 +60,14 @@ class World:
         Returns
         -------
         tuple
-            What the sensor takes the motor's current for as the period begins, and the encoder's
-            edges: the time of each within the period in ns, negative for one backwards.
+            What the motor's current is as the period begins, to who takes the sensor's volts for
+            those of the sensor that a board is told of, and the encoder's edges: the time of each
+            within the period in ns, negative for one backwards.
         """
         electrics = self._electrics
-        noise_a = electrics.sensor_noise_v / electrics.sensor_v_per_a * self._random.normal()
-        current_a = self.circuit.current_a(electrics.sample_offset_s) + noise_a
+        sensed_v = electrics.sensor_v_per_a * self.circuit.current_a(electrics.sample_offset_s)
+        sensed_v += electrics.sensor_noise_v * self._random.normal()
+        current_a = sensed_v / BoardConfig().current_sense_v_per_a
         if self.periods * PERIOD_NS % ROW_NS == 0:
             self.rows.append(self.plant.state)
         self.circuit.advance(
