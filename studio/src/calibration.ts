@@ -82,6 +82,7 @@ export class Calibrating {
   readonly #start = byId<HTMLButtonElement>("calibrate");
   readonly #clear = byId<HTMLInputElement>("calibrate-clear");
   readonly #quick = byId<HTMLInputElement>("calibrate-quick");
+  readonly #supply = byId<HTMLInputElement>("calibrate-supply");
   readonly #result = byId("calibration-result");
   #socket: WebSocket | undefined;
   #can = false;
@@ -133,7 +134,8 @@ export class Calibrating {
     const tell = (text: string): void => this.#result.append(element("p", { class: "hint" }, text));
     // What is said last, for whoever did not see how it ended.
     let found = false;
-    socket.onopen = () => socket.send(JSON.stringify({ do: "calibrate", quick }));
+    const supply = this.#supply.value === "" ? null : this.#supply.valueAsNumber;
+    socket.onopen = () => socket.send(JSON.stringify({ do: "calibrate", quick, supply_v: supply }));
     socket.onmessage = (event: MessageEvent<string>) => {
       const said = JSON.parse(event.data) as Said;
       if (said.kind === "step") {

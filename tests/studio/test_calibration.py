@@ -18,6 +18,7 @@ from torsio.studio.calibrating import calibrate_for
 
 STIFFNESS = torsio.PlantParams().shaft_stiffness_nm_per_rad
 QUICK = {"do": "calibrate", "quick": True}
+SUPPLY_V = 13.2
 DEEP = "[" * 100_000
 
 
@@ -121,6 +122,50 @@ def test_nothing_is_kept_without_a_yes(knob: torsio.Knob, tmp_path: Path, answer
     assert told[-1]["changes"]
     assert knob.actuator_config() == before
     assert list(tmp_path.rglob("*.json")) == []
+
+
+@pytest.fixture
+def driven(monkeypatch: pytest.MonkeyPatch) -> Iterator[torsio.Knob]:
+    """Give a knob that measures its motor's current, on a supply that is not the configured one."""
+    plant = torsio.PlantParams(electrics=torsio.Electrics(supply_v=SUPPLY_V))
+    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=20_000.0)
+    with torsio.open("emulated", emulator=options) as knob, monkeypatch.context() as patch:
+        patch.setattr(knob, "close", lambda: None)
+        knob.sleep(0.2)
+        yield knob
+
+
+def test_supply_that_a_meter_shows_is_reckoned_with_and_proposed(driven: torsio.Knob) -> None:
+    told = _calibrated(driven, {"do": "calibrate", "supply_v": SUPPLY_V}, {"do": "leave"})
+    assert told[-1]["kind"] == "found", told[-1]
+    changes = {name: after for name, _, after in told[-1]["changes"]}
+    assert changes["supply_v"] == SUPPLY_V
+    constant = {name: value for name, value, _ in told[-1]["quantities"]}[
+        "motor_torque_constant_nm_per_a"
+    ]
+    value, _, sigma = constant.partition(" +- ")
+    assert float(value) == pytest.approx(0.05, abs=2.0 * float(sigma))
+    assert float(sigma) < 0.02 * 0.05
+
+
+@pytest.mark.parametrize("supply_v", ["12", [12.0], 1e9], ids=["text", "list", "far"])
+def test_supply_that_is_none_is_refused(knob: torsio.Knob, supply_v: Any) -> None:
+    told = _calibrated(knob, {"do": "calibrate", "supply_v": supply_v})
+    assert [said["kind"] for said in told] == ["refused"]
+    assert "supply_v" in told[0]["why"]
+
+
+def test_page_tells_the_supply_that_was_typed(browser: Browser, tmp_path: Path) -> None:
+    with bridge(XDG_DATA_HOME=str(tmp_path)) as address, opened(browser, address) as page:
+        state_is(page, "disarmed")
+        page.locator("#calibration summary").click()
+        page.check("#calibrate-clear")
+        page.fill("#calibrate-supply", "12.3")
+        page.click("#calibrate")
+        # This knob measures no current, so nothing would use it.
+        expect(page.locator("#calibration-result")).to_contain_text(
+            "supply_v is for the electrical"
+        )
 
 
 def test_knob_that_is_held_is_refused_with_the_reason(knob: torsio.Knob) -> None:

@@ -91,18 +91,22 @@ async def calibrate_for(socket: WebSocket, open_knob: Callable[[], Knob]) -> Non
         await socket.send_json({"kind": "refused", "why": str(error)})
         return
     try:
-        found = await _measure(socket, knob, quick=asked.get("quick") is True)
+        found = await _measure(
+            socket, knob, quick=asked.get("quick") is True, supply_v=asked.get("supply_v")
+        )
         await socket.send_json(await asyncio.to_thread(described, knob, found))
         if (await _asked(socket)).get("do") == "keep":
             path = await asyncio.to_thread(_keep, knob, found)
             await socket.send_json({"kind": "kept", "path": str(path)})
-    except (calibration.Refusal, Error) as error:
+    except (calibration.Refusal, Error, TypeError) as error:  # the latter of a supply in words
         await socket.send_json({"kind": "refused", "why": str(error)})
     finally:
         await asyncio.to_thread(knob.close)
 
 
-async def _measure(socket: WebSocket, knob: Knob, *, quick: bool) -> calibration.Calibration:
+async def _measure(
+    socket: WebSocket, knob: Knob, *, quick: bool, supply_v: Any
+) -> calibration.Calibration:
     """Calibrate in a thread, and stop the knob if the page goes or says anything."""
     loop = asyncio.get_running_loop()
     stopped = False
@@ -117,7 +121,9 @@ async def _measure(socket: WebSocket, knob: Knob, *, quick: bool) -> calibration
             told.result()
 
     measuring = asyncio.create_task(
-        asyncio.to_thread(calibration.calibrate, knob, quick=quick, progress=tell)
+        asyncio.to_thread(
+            calibration.calibrate, knob, quick=quick, supply_v=supply_v, progress=tell
+        )
     )
     # All that a page can say now is stop.
     listening = asyncio.create_task(socket.receive())
