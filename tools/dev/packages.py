@@ -146,6 +146,8 @@ def install(names: list[str], as_root: list[str], wanted: Iterable[str], log: st
         [*command, "update"],
         [*command, "-y", "install", "--no-install-recommends", *names],
         attempts=3,
+        # Where something else fails meanwhile: half an installation would be left to the user.
+        to_its_end=True,
     )
     if left := missing(wanted):
         raise Failed(f"still missing after apt-get: {' '.join(left)}; log: build/logs/{log}.log")
