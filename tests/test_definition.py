@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import replace
 from pathlib import Path
 
@@ -109,9 +110,9 @@ def test_every_field_of_an_effect_has_words() -> None:
 
 def test_every_data_class_has_words_for_its_fields() -> None:
     for name in ("ActuatorConfig", "ControlConfig", "BoardConfig", "GameConfig", "PlantParams"):
-        documented = getattr(torsio, name).__doc__
+        documented = inspect.getdoc(getattr(torsio, name)) or ""
         for field in getattr(torsio, name).__dataclass_fields__:
             parts = ("_", "shaft_hardening", "brake_hysteresis", "belt", "cogging", "electrics")
-            assert field in parts or f"\n    {field}\n" in documented, (
+            assert field in parts or f"\n{field}\n" in documented, (
                 f"{name}.{field} is not documented"
             )

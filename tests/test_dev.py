@@ -108,6 +108,22 @@ def test_commands_after_a_failed_one_do_not_run(logs: Path, tmp_path: Path) -> N
     assert not (tmp_path / "made").exists()
 
 
+@pytest.mark.parametrize("to_its_end", [True, False])
+def test_what_must_come_to_its_end_is_waited_for(tmp_path: Path, *, to_its_end: bool) -> None:
+    # As apt, which leaves a system that nobody can install on if it is ended half-way.
+    program = (
+        "import pathlib, sys, time; from tools.dev import running\n"
+        "running.LOGS = pathlib.Path(sys.argv[1])\n"
+        "script = 'touch begun; sleep 2; touch ended'\n"
+        "running.later(running.run_logged, 'x', ['sh', '-c', f'cd {sys.argv[1]}; {script}'],\n"
+        f"              to_its_end={to_its_end})\n"
+        "while not (running.LOGS / 'begun').exists(): time.sleep(0.01)\n"
+        "running.stop_all()\n"
+    )
+    subprocess.run([sys.executable, "-c", program, tmp_path], cwd=TREE, check=True, timeout=60)
+    assert (tmp_path / "ended").exists() == to_its_end
+
+
 def test_stamp_is_written_only_after_success(tmp_path: Path) -> None:
     stamp = tmp_path / "folder/stamp"
     with running.stamped(stamp, "key"):

@@ -47,17 +47,15 @@ void put_u32(SlotBytes& bytes, std::size_t at, std::uint32_t value) {
   for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(value >> (8 * i));
 }
 
-std::uint32_t get_u32(const SlotBytes& bytes, std::size_t at) {
+std::uint32_t get_u32(SlotView bytes, std::size_t at) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) value |= static_cast<std::uint32_t>(bytes[at + i]) << (8 * i);
   return value;
 }
 
-std::uint32_t checksum(const SlotBytes& bytes) {
-  return crc32(std::span(bytes).first(kChecksumAt));
-}
+std::uint32_t checksum(SlotView bytes) { return crc32(std::span(bytes).first(kChecksumAt)); }
 
-std::optional<Config> read_slot(const SlotBytes& bytes, WiringRule rule) {
+std::optional<Config> read_slot(SlotView bytes, WiringRule rule) {
   if (get_u32(bytes, 0) != kMagic || get_u32(bytes, kLayoutAt) != protocol::fingerprint() ||
       get_u32(bytes, kChecksumAt) != checksum(bytes)) {
     return std::nullopt;
@@ -126,9 +124,9 @@ Trust trust_in(const Config& config, bool moves_parts) {
   return are_assumed(config) ? Trust::experiments : Trust::all;
 }
 
-ConfigStore::ConfigStore(const StoredSlots& slots, WiringRule rule) {
+ConfigStore::ConfigStore(const SlotViews& slots, WiringRule rule) {
   for (std::uint8_t slot = 0; slot < 2; ++slot) {
-    const SlotBytes& bytes = slots.slot[slot];
+    const SlotView bytes = slots.slot[slot];
     const std::optional<Config> config = read_slot(bytes, rule);
     const std::uint32_t saves = get_u32(bytes, kSavesAt);
     if (!config || (loaded_ && saves < saves_)) continue;

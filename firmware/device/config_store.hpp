@@ -20,6 +20,15 @@ struct StoredSlots {
   std::array<SlotBytes, 2> slot{};
 };
 
+/// Where the slots' bytes are. A board's are in its flash, and fit on no stack.
+using SlotView = std::span<const std::uint8_t, kSlotSize>;
+struct SlotViews {
+  std::array<SlotView, 2> slot;
+  SlotViews(SlotView first, SlotView second) : slot{first, second} {}
+  // NOLINTNEXTLINE(google-explicit-constructor): to have the bytes is to know where they are
+  SlotViews(const StoredSlots& stored) : SlotViews(stored.slot[0], stored.slot[1]) {}
+};
+
 /// A slot to be written.
 struct SlotWrite {
   std::uint8_t slot = 0;
@@ -48,8 +57,9 @@ Trust trust_in(const Config& config, bool moves_parts);
 
 class ConfigStore {
  public:
-  /// @param rule a configuration with another wiring counts as none
-  explicit ConfigStore(const StoredSlots& slots, WiringRule rule = any_wiring);
+  /// @param slots read here, not later
+  /// @param rule  a configuration with another wiring counts as none
+  explicit ConfigStore(const SlotViews& slots, WiringRule rule = any_wiring);
 
   /// The newest intact configuration; nothing if neither slot holds one of this layout.
   const std::optional<Config>& loaded() const { return loaded_; }

@@ -81,7 +81,7 @@ Config default_config(const BoardInfo& board) {
 
 }  // namespace
 
-Device::Device(const BoardInfo& board, const StoredSlots& stored)
+Device::Device(const BoardInfo& board, const SlotViews& stored)
     : board_(board),
       store_(stored, board.wiring_rule),
       config_(store_.loaded().value_or(default_config(board))),

@@ -46,7 +46,7 @@ class Device {
  public:
   /// Powers up: disarmed, with the newest intact configuration of the two stored slots, or the
   /// defaults if there is none.
-  Device(const BoardInfo& board, const StoredSlots& stored);
+  Device(const BoardInfo& board, const SlotViews& stored);
 
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;

@@ -206,7 +206,7 @@ def test_scene_that_takes_too_long_is_a_fault_and_the_bus_stays_alive(
     assert health["tick_overruns"] > 0 or walls == 12
     assert health["tick_time_max_ns"] > 95_000
     assert pico.command("clear_fault") == "ok"
-    pico.arm_at_wall(6, **WEAK_DAMPED)
+    pico.arm_at_wall(4, **WEAK_DAMPED)
     pico.run(20)
     assert pico.get("health")["state"] == "armed"
     assert pico.status()["watchdog_resets"] == 0

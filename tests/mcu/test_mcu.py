@@ -76,9 +76,7 @@ def test_knees_of_the_shaft_cost_the_product_at_most_ten_instructions(
 def test_wall_on_the_product_takes_at_most_250_instructions(
     measured: dict[tuple[str, str], float],
 ) -> None:
-    command = ["arm-none-eabi-g++", "-dumpversion"]
-    version = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    major = int(version.split(".")[0])
+    major = mcu.gcc_major()
     most = MOST_INSTRUCTIONS[max(known for known in MOST_INSTRUCTIONS if known <= major)]
     assert measured["pico2", "wall 1"] <= most
     assert measured["pico2", "walls 1"] <= most
@@ -107,8 +105,7 @@ def test_documents_say_how_many_instructions_a_tick_takes(
         count = measured[board, scene]
         if scene.startswith("bent"):
             count -= measured[board, "straight shaft 1"]
-        # Compilers differ; a document that nobody has looked at for long by more.
-        assert told == pytest.approx(count, rel=0.04, abs=1.0), row
+        assert told == pytest.approx(count, rel=mcu.as_documented(0.04), abs=1.0), row
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ keys; ``./dev mutate`` tries every one.
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import subprocess
 from collections.abc import Sequence
@@ -60,6 +61,11 @@ def put_sources(tree: Path, of_file: dict[str, list[tuple[Place, list[int]]]]) -
         lists.put(tree / name, lists.mutate_source(text, places).encode())
 
 
+def _escaped(path: Path | str) -> str:
+    """Return a path as ninja's own language has it."""
+    return re.sub(r"([$ :])", r"$\1", str(path))
+
+
 def _compiling() -> dict[str, str]:
     """Return how the preset compiles each file, by its name from the top of the tree."""
     entries = json.loads((PRESET / "compile_commands.json").read_text(encoding="utf-8"))
@@ -97,7 +103,10 @@ def build(log: Path) -> Path:
     def compile_one(name: str, source: Path, *options: str) -> None:
         output = BUILD / "objects" / f"{source.stem}.o"
         command = _changed(compiling[name], source, output, *options)
-        lines.append(f"build {output}: cc {source}\n  folder = {PRESET}\n  words = {command}")
+        lines.append(
+            f"build {_escaped(output)}: cc {_escaped(source)}\n"
+            f"  folder = {shlex.quote(str(PRESET))}\n  words = {command}"
+        )
         objects.append(output)
 
     switch = ("-include", str(lists.HERE / "switch.hpp"), f"-I{tree / 'firmware'}")
@@ -119,8 +128,8 @@ def build(log: Path) -> Path:
     words[at:at] = [str(path) for path in objects]
     needs = [PRESET / word for word in words if word.endswith((".o", ".a"))]
     lines.append(
-        f"build {program}: link {' '.join(map(str, (*objects, *needs)))}\n"
-        f"  folder = {PRESET}\n  words = {shlex.join(words)}\n"
+        f"build {_escaped(program)}: link {' '.join(map(_escaped, (*objects, *needs)))}\n"
+        f"  folder = {shlex.quote(str(PRESET))}\n  words = {shlex.join(words)}\n"
     )
     lists.put(BUILD / "build.ninja", "\n".join(lines).encode())
     log.parent.mkdir(parents=True, exist_ok=True)

@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 import time
@@ -171,7 +172,7 @@ def test_missing_permission_says_which_step_is_missing(
 
 
 def test_advice_names_the_rule_that_the_package_brings() -> None:
-    rule = doctor_linux.install_rule_line().split()[4]
+    rule = shlex.split(doctor_linux.install_rule_line())[4]
     assert Path(rule).read_bytes() == (TREE / "sdk/60-torsio.rules").read_bytes()
 
 

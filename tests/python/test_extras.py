@@ -29,7 +29,8 @@ sys.meta_path.insert(0, Block())
 
 WHICH = """
 import sys
-print(*sorted({name.partition(".")[0] for name in sys.modules} - sys.stdlib_module_names))
+site = {"sitecustomize", "usercustomize"}  # a system may bring its own
+print(*sorted({name.partition(".")[0] for name in sys.modules} - sys.stdlib_module_names - site))
 """
 
 COMMAND = """

@@ -235,7 +235,9 @@ def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
     _clone(clone)
     net = _this_network()
     keep = " ".join(name for name in net.variables if name.lower().endswith("_proxy"))
-    sudoers = f'Defaults env_keep += "{keep}"\n{USER} ALL=(ALL) NOPASSWD: ALL\n'
+    sudoers = f"{USER} ALL=(ALL) NOPASSWD: ALL\n"
+    if keep:
+        sudoers += f'Defaults env_keep += "{keep}"\n'
     shutil.rmtree(overlay, ignore_errors=True)
     _write(
         overlay,

@@ -126,7 +126,9 @@ def groups() -> dict[str, tuple[Package, ...]]:
 def missing(wanted: Iterable[str]) -> list[str]:
     """Return the packages of these groups that are not there."""
     every = groups()
-    return [name for group in wanted for name, is_there in every[group] if not is_there()]
+    # A package may be of two groups.
+    packages = dict(package for group in wanted for package in every[group])
+    return [name for name, is_there in packages.items() if not is_there()]
 
 
 def install(names: list[str], as_root: list[str], wanted: Iterable[str], log: str) -> None:
@@ -146,6 +148,8 @@ def install(names: list[str], as_root: list[str], wanted: Iterable[str], log: st
         [*command, "update"],
         [*command, "-y", "install", "--no-install-recommends", *names],
         attempts=3,
+        # Where something else fails meanwhile: half an installation would be left to the user.
+        to_its_end=True,
     )
     if left := missing(wanted):
         raise Failed(f"still missing after apt-get: {' '.join(left)}; log: build/logs/{log}.log")

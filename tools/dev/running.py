@@ -51,14 +51,17 @@ _children_lock = threading.Lock()
 _is_stopping = threading.Event()
 
 
-def _call(command: Sequence[Word], output: Path, environment: dict[str, str]) -> int:
+def _call(
+    command: Sequence[Word], output: Path, environment: dict[str, str], *, to_its_end: bool
+) -> int:
     with output.open("ab") as log, _children_lock:
         if _is_stopping.is_set():
             raise Failed("interrupted")
         child = subprocess.Popen(
             command, cwd=TREE, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log
         )
-        _children.add(child)
+        if not to_its_end:
+            _children.add(child)
     try:
         return child.wait()
     finally:
@@ -66,7 +69,13 @@ def _call(command: Sequence[Word], output: Path, environment: dict[str, str]) ->
             _children.discard(child)
 
 
-def run_logged(name: str, *commands: Sequence[Word], attempts: int = 1, **variables: str) -> None:
+def run_logged(
+    name: str,
+    *commands: Sequence[Word],
+    attempts: int = 1,
+    to_its_end: bool = False,
+    **variables: str,
+) -> None:
     """Run commands one after the other and keep their output in ``build/logs/NAME.log``.
 
     Parameters
@@ -77,6 +86,8 @@ def run_logged(name: str, *commands: Sequence[Word], attempts: int = 1, **variab
         Each runs at the top of the tree.
     attempts
         How often to begin again, all of them, after a failure.
+    to_its_end
+        Never to be ended by `stop_all`: this program waits for it before it ends itself.
     variables
         For their environment, on top of this program's own.
 
@@ -92,7 +103,7 @@ def run_logged(name: str, *commands: Sequence[Word], attempts: int = 1, **variab
     for attempt in range(1, attempts + 1):
         for command in commands:
             try:
-                status = _call(command, log, {**os.environ, **variables})
+                status = _call(command, log, {**os.environ, **variables}, to_its_end=to_its_end)
             except OSError as error:
                 with log.open("a", encoding="utf-8") as text:
                     text.write(f"{command[0]}: {error.strerror}\n")
@@ -188,7 +199,7 @@ def later(
 
 
 def stop_all() -> None:
-    """End every program that still runs in the background, and begin none any more."""
+    """End every program in the background that may be ended, and begin none any more."""
     _is_stopping.set()
     with _children_lock:
         for child in _children:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.resources
+import shlex
 
 from torsio import doctor_facts
 from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, Permission, UsbKnob
@@ -15,8 +16,8 @@ def install_rule_line() -> str:
     """Give the line that installs the udev rule that this package brings."""
     rule = importlib.resources.files("torsio").joinpath(doctor_facts.RULE)
     return (
-        f"sudo install -m 644 {rule} /etc/udev/rules.d/ && sudo udevadm control --reload && "
-        "sudo udevadm trigger --subsystem-match=hidraw"
+        f"sudo install -m 644 {shlex.quote(str(rule))} /etc/udev/rules.d/ && "
+        "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=hidraw"
     )
 
 

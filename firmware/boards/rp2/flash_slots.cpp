@@ -16,22 +16,14 @@ std::uint32_t offset_of(std::uint8_t slot) {
 }
 
 /// The bytes in the flash, past the cache.
-std::span<const std::uint8_t, device::kSlotSize> bytes_of(std::uint8_t slot) {
+device::SlotView bytes_of(std::uint8_t slot) {
   const auto address = static_cast<std::uintptr_t>(XIP_NOCACHE_NOALLOC_BASE + offset_of(slot));
-  return std::span<const std::uint8_t, device::kSlotSize>(
-      reinterpret_cast<const std::uint8_t*>(address), device::kSlotSize);
+  return device::SlotView(reinterpret_cast<const std::uint8_t*>(address), device::kSlotSize);
 }
 
 }  // namespace
 
-device::StoredSlots read_slots() {
-  device::StoredSlots slots;
-  for (std::uint8_t slot = 0; slot < 2; ++slot) {
-    const auto bytes = bytes_of(slot);
-    std::copy(bytes.begin(), bytes.end(), slots.slot[slot].begin());
-  }
-  return slots;
-}
+device::SlotViews slots() { return {bytes_of(0), bytes_of(1)}; }
 
 bool write_slot(const device::SlotWrite& write) {
   flash_range_erase(offset_of(write.slot), FLASH_SECTOR_SIZE);

@@ -7,7 +7,8 @@
 
 namespace torsio::boards {
 
-device::StoredSlots read_slots();
+/// Where they are, past the flash's cache.
+device::SlotViews slots();
 
 /// Erases the slot's sector and writes it. Takes up to half a second, in which interrupts go on:
 /// the program runs from RAM.

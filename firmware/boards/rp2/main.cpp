@@ -142,11 +142,6 @@ device::BoardInfo board_info() {
   return info;
 }
 
-/// The slots' bytes are on the stack no longer than it takes.
-[[gnu::noinline]] device::Device& start_device(const device::BoardInfo& info) {
-  return the_device.make(info, read_slots());
-}
-
 void start_control(const protocol::BoardConfig& config, const protocol::ActuatorConfig& actuator) {
   encoder.make(config.encoder_pin);
   power.make(config, kBoard.power, actuator.brake_time_constant_s);
@@ -216,7 +211,7 @@ int main() {
   guard_stack();
   keep(kLabel);
   const torsio::device::BoardInfo info = board_info();
-  torsio::device::Device& device = start_device(info);
+  torsio::device::Device& device = the_device.make(info, slots());
   start_control(device.board_config(), device.actuator_config());
   usb_device.make(device, info);
   run(device.board_config().light_pin);
