@@ -4,7 +4,7 @@ using System;
 using System.Runtime.InteropServices;
 
 static class Torsio {
-  const string Library = "torsio";  // libtorsio.so.0.1 beside the program, or where the system looks
+  const string Library = "torsio";  // libtorsio.so.0.1 or torsio.dll, beside the program or where the system looks
 
   // struct_size comes first, and torsio_..._init fills it in. An enumeration is an int.
   [StructLayout(LayoutKind.Sequential)]

@@ -1,10 +1,8 @@
-// Pushes the emulated knob into a wall, from Rust. The declarations are bindgen's:
-//   bindgen --allowlist-item '(torsio|TORSIO).*' --no-layout-tests -o torsio.rs torsio.h
-// (where it misses stdbool.h: with `-- -idirafter $(gcc -print-file-name=include)` behind).
-//   rustc --edition 2021 feel_a_wall.rs -l torsio
+// Pushes the emulated knob into a wall, from Rust: `cargo run`, with bindgen's declarations, which
+// build.rs has made of the installed torsio.h.
 #[allow(dead_code, non_camel_case_types, non_upper_case_globals)]
 mod torsio {
-    include!(concat!(env!("TORSIO_BINDINGS"), "/torsio.rs"));
+    include!(concat!(env!("OUT_DIR"), "/torsio.rs"));
 }
 
 use std::ffi::{CStr, CString};

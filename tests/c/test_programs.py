@@ -48,22 +48,19 @@ def test_csharp_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:
 
 def test_rust_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:
     # The distribution's compiler, whatever else a user has installed.
-    rustc = "/usr/bin/rustc" if Path("/usr/bin/rustc").exists() else shutil.which("rustc")
+    system = Path("/usr/bin/cargo"), Path("/usr/bin/rustc")
+    is_there = all(program.exists() for program in system)
+    cargo, rustc = system if is_there else (shutil.which("cargo"), shutil.which("rustc"))
+    assert cargo
     assert rustc
-    listed = ("--allowlist-function", "torsio_.*", "--allowlist-type", "torsio_.*")
-    # bindgen brings Clang's library without its headers; GCC's stdbool.h serves as well.
-    headers = run("gcc", "-print-file-name=include").strip()
-    run(
-        "bindgen", *listed, "--allowlist-var", "TORSIO_.*", "-o", tmp_path / "torsio.rs",
-        prefix / "include/torsio.h", "--", "-idirafter", headers,
+    crate = tmp_path / "rust"  # a copy, for cargo writes beside it
+    shutil.copytree(TREE / "examples/rust", crate)
+    printed = run(
+        cargo, "run", "--quiet", "--offline", "--manifest-path", crate / "Cargo.toml",
+        RUSTC=str(rustc), RUSTFLAGS="-D warnings", CARGO_TARGET_DIR=str(tmp_path / "target"),
+        PKG_CONFIG_PATH=str(prefix / "lib/pkgconfig"), LD_LIBRARY_PATH=str(prefix / "lib"),
     )  # fmt: skip
-    program = tmp_path / "feel_a_wall"
-    source = TREE / "examples/rust/feel_a_wall.rs"
-    run(
-        rustc, "--edition", "2021", source, "-o", program, "-L", prefix / "lib", "-l", "torsio",
-        TORSIO_BINDINGS=str(tmp_path),
-    )  # fmt: skip
-    assert run(program, LD_LIBRARY_PATH=str(prefix / "lib")) == FELT
+    assert printed == FELT
 
 
 def test_octave_example_feels_the_same(tmp_path: Path, prefix: Path, flags: list[str]) -> None:

@@ -90,6 +90,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "wheels": commands.wheels,
     "windows": commands.windows,
     "macos": commands.macos,
+    "ros": commands.ros,
     "udev": _udev,
     "generate": _with_flag("generate", "--check", commands.generate),
     "fresh": _fresh,

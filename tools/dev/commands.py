@@ -337,6 +337,15 @@ def release(arguments: Sequence[str]) -> int:
     return run(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
 
 
+def ros(arguments: Sequence[str]) -> int:
+    """Test the example for ROS 2 with ROS's own library."""
+    with lock():
+        environment.set_up("tests")
+        building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
+        environment.make_ros()
+    become(PYTHON, "-m", "pytest", "tests/ros/check_joint_state.py", *arguments)
+
+
 def udev(*, remove: bool) -> int:
     """Install or remove the udev rule, and let udev apply the change.
 

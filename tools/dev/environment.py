@@ -69,6 +69,32 @@ def _has_recent_cmake() -> bool:
     return found is None or (int(found[1]), int(found[2])) >= (3, 25)
 
 
+def make_ros() -> None:
+    """Make an environment with ROS 2, unless it is whole.
+
+    It is one of its own: with ROS's packages, dozens of them, every Python starts twice.
+
+    Raises
+    ------
+    Failed
+        If it cannot be made.
+    """
+    folder = TREE / "build/ros"
+    needed = TREE / "tests/ros/requirements.txt"
+    stamp = folder / ".installed"
+    key = f"{TREE}\n{sys.executable}\n{needed.read_text(encoding='utf-8')}"
+    if stamp_is(stamp, key):
+        say("ROS 2: up to date")
+        return
+    say("ROS 2: installing into build/ros")
+    shutil.rmtree(folder, ignore_errors=True)
+    with stamped(stamp, key):
+        pip = (folder / "bin/python", "-m", "pip", "--disable-pip-version-check", "--no-input")
+        # Of some packages the newest version is there as sources alone.
+        install = ("install", "--retries", "5", "--prefer-binary", "--requirement", needed)
+        run_logged("ros", [sys.executable, "-m", "venv", folder], [*pip, *install])
+
+
 @dataclass(frozen=True)
 class SetUp:
     """What still comes, in the background, while C++ can be compiled already."""

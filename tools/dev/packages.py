@@ -100,6 +100,7 @@ def groups() -> dict[str, tuple[Package, ...]]:
             ("mono-mcs", _program("mcs")),
             ("mono-runtime", _program("mono")),
             ("libmono-system-core4.0-cil", Path("/usr/lib/mono/4.5/System.Core.dll").exists),
+            ("cargo", _program("cargo")),
             ("rustc", _program("rustc")),
             ("bindgen", _program("bindgen")),
             ("octave-dev", _program("mkoctfile")),
