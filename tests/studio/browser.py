@@ -121,7 +121,7 @@ def drag_to(page: Page, angle_rad: float, steps: int = 12) -> None:
 
 def number(page: Page, name: str) -> float:
     """Return a readout, in SI units."""
-    return float(page.locator(f"#{name}").get_attribute("value") or "nan")
+    return numbers(page, name)[0]
 
 
 def be_patient(page: Page) -> None:
@@ -134,9 +134,13 @@ def be_patient(page: Page) -> None:
 
 
 def numbers(page: Page, *names: str) -> list[float]:
-    """Return readouts of one moment, in SI units."""
-    read = "(names) => names.map((name) => Number(document.getElementById(name).value))"
-    return list(page.evaluate(read, names))
+    """Return readouts of one moment, in SI units, once there are samples to read them from."""
+    # The knob's state is shown as soon as the page has it; its samples come later.
+    read = """(names) => {
+      const shown = names.map((name) => parseFloat(document.getElementById(name).value));
+      return shown.some(Number.isNaN) ? false : shown;
+    }"""
+    return list(page.wait_for_function(read, arg=list(names)).json_value())
 
 
 def news(page: Page, samples: int = 100) -> None:
