@@ -6,7 +6,7 @@ emulated chip, over its USB endpoints. A line tells for one knob what was found 
 with its standard uncertainty, and the truth; the last line counts how many of the stated 95 %
 intervals hold it.
 
-Through the emulated chip a knob takes some four minutes of a core. What is done is kept in
+Through the emulated chip a knob takes five to eleven minutes of a core. What is done is kept in
 ``out/calibration-binary/``, a file for each knob, so a run that was interrupted goes on where it
 was. Arguments are ``quick``, for the calibration of ten seconds, ``emulated``, for the emulated
 device in place of the binary, on the same plant, and numbers of knobs instead of all twenty.
