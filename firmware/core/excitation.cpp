@@ -23,6 +23,24 @@ void begin_excitation(ExcitationState& state, const Excitation& next,
   state.from_brake_command_nm = state.brake_command_nm;
 }
 
+namespace {
+
+/// Whether a servo has pulled with all it may for too long, and nothing moves: the encoder has
+/// failed, or the knob is held. Without this, a servo whose encoder dies makes the knob ever
+/// faster, and nobody sees it.
+bool pulls_in_vain(ExcitationState& state, bool pulls, std::int64_t position_counts) {
+  const std::int64_t moved = position_counts - state.still_counts;
+  // On the border of two counts a knob that stands still shows one of them, then the other.
+  if (!pulls || moved > 1 || moved < -1) {
+    state.still_counts = position_counts;
+    state.still_ticks = 0;
+    return false;
+  }
+  return ++state.still_ticks > state.now.still_ticks;
+}
+
+}  // namespace
+
 Shares excite(ExcitationState& state, const PartitionParams& limits, const Motion& motion,
               float rad_per_count) {
   const Excitation& now = state.now;
@@ -54,14 +72,22 @@ Shares excite(ExcitationState& state, const PartitionParams& limits, const Motio
       now.servo_stiffness_nm_per_rad * stretch_rad +
       now.servo_damping_nm_s_per_rad * (now.servo_rad_s - motion.speed_rad_s);
 
+  const float most_nm = smaller(now.torque_limit_nm, limits.motor_torque_max_nm);
+  const bool saturated = absolute(motor_nm) > most_nm;
+  const bool servo =
+      now.servo_stiffness_nm_per_rad != 0.0F || now.servo_damping_nm_s_per_rad != 0.0F;
+  if (pulls_in_vain(state, servo && saturated, motion.position_counts)) {
+    state.end = ExcitationEnd::out_of_bounds;
+    return {};
+  }
+
   ++state.ticks;
   state.reference_q32 += now.servo_counts_q32;
   state.sine_phase_q64 += state.sine_step_q64;
   state.sine_step_q64 += static_cast<std::uint64_t>(now.sine_growth_q64);
 
-  const float most_nm = smaller(now.torque_limit_nm, limits.motor_torque_max_nm);
   return {clamp_symmetric(motor_nm, most_nm),
-          smaller(state.brake_command_nm, limits.brake_torque_max_nm), absolute(motor_nm) > most_nm,
+          smaller(state.brake_command_nm, limits.brake_torque_max_nm), saturated,
           state.brake_command_nm > limits.brake_torque_max_nm};
 }
 

@@ -27,6 +27,8 @@ struct Excitation {
   float servo_damping_nm_s_per_rad = 0;
   float servo_rad_s = 0;
   std::int64_t servo_counts_q32 = 0;  // its reference moves so far in a tick, 2^-32 counts
+  // A servo that pulls with all it may and sees a knob stand still ends after so many.
+  std::uint32_t still_ticks = ~std::uint32_t{0};
 };
 
 enum class ExcitationEnd : std::uint8_t { none, over, out_of_bounds };
@@ -40,6 +42,8 @@ struct ExcitationState {
   std::int64_t reference_q32 = 0;  // the servo's, from `begin_counts`
   std::uint64_t sine_phase_q64 = 0;
   std::uint64_t sine_step_q64 = 0;
+  std::int64_t still_counts = 0;    // where the knob stands while a servo pulls with all it may
+  std::uint32_t still_ticks = 0;    // for so long by now
   float from_motor_command_nm = 0;  // both where they were when this stretch began
   float from_brake_command_nm = 0;
   float motor_command_nm = 0;  // both where the ramp is

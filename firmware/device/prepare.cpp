@@ -255,6 +255,7 @@ core::Excitation prepare(const protocol::Excitation& in, const Resolution& r) {
     const std::int64_t half = growth * (std::int64_t{1} << 31) / out.duration_ticks;
     out.sine_growth_q64 = static_cast<std::int64_t>(static_cast<std::uint64_t>(half) * 2);
   }
+  out.still_ticks = core::round_to_u32(protocol::excitation_still_s / r.period_s);
   out.servo_stiffness_nm_per_rad = in.stiffness_nm_per_rad;
   out.servo_damping_nm_s_per_rad = in.damping_nm_s_per_rad;
   out.servo_rad_s = in.servo_rad_s;

@@ -26,6 +26,10 @@ inline constexpr float unconfirmed_speed_limit_rad_s = 10;
 // spectrum of a line of this length has its first zero.
 inline constexpr float let_go_s = 0.004F;
 
+// An experiment's servo that asks for all the torque it may for so long, and sees no movement,
+// disarms; all of the reference motor makes the reference knob 40 rad/s faster in it.
+inline constexpr float excitation_still_s = 0.05F;
+
 /// The actuator as built. The defaults are those of the reference actuator. Set only while
 /// disarmed; another encoder empties the scene.
 struct ActuatorConfig {

@@ -385,7 +385,8 @@ struct Layout<LocalModel> {
 /// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
 /// reached from where the last excitation is now, in a straight line. The motor also gets a sine
 /// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
-/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.
+/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
+/// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
 struct Excitation {
   std::uint16_t sequence = 0;
   std::uint8_t axis = 0;
@@ -413,7 +414,8 @@ struct Layout<Excitation> {
       "is reached from where the last excitation is now, in a straight line. The motor also gets a "
       "sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping "
       "(reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, "
-      "disarms.";
+      "disarms; so does a servo that asks for all that the motor may give for 50 ms while the "
+      "encoder stands still.";
   static constexpr FieldList fields{
       any_number("sequence", &Excitation::sequence, "", "returned in the acknowledgement"),
       any_number("axis", &Excitation::axis, "", "which axis; 0 is the first"),

@@ -542,7 +542,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "id": 20,
     "direction": "output",
     "title": "Excitation",
-    "doc": "A bounded experiment: commands of motor and brake that go past scene and law. What it names is reached from where the last excitation is now, in a straight line. The motor also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.",
+    "doc": "A bounded experiment: commands of motor and brake that go past scene and law. What it names is reached from where the last excitation is now, in a straight line. The motor also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a servo that asks for all that the motor may give for 50 ms while the encoder stands still.",
     "notes": "",
     "size": 55,
     "fields": [

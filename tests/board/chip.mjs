@@ -444,6 +444,15 @@ export class Chip {
     };
   }
 
+  /** The boot ROM has the watchdog start a file that it was given, and says so in a register. */
+  startCopied() {
+    const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
+    this.watchdogBit = true;
+    this.scratch = watchdog.scratchData;
+    this.scratch[4] = 0;
+    this.powerUp();
+  }
+
   stopWatchdog() {
     const watchdog = Object.values(this.mcu.peripherals).find((p) => p.name === 'WATCHDOG_BASE');
     watchdog.alarm.enable = false;

@@ -82,6 +82,11 @@ const commands = {
     chip.powerUp();
     return true;
   },
+  /** As the boot ROM does once a file was copied. */
+  start_copied() {
+    chip.startCopied();
+    return true;
+  },
   run({ ns }) {
     chip.runUntil(chip.ns + ns);
     return chip.ns;

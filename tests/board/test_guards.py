@@ -408,6 +408,20 @@ def test_supply_that_was_too_low_for_a_moment_is_told(lasting_pico: EmulatedPico
     assert lasting_pico.motor() is None
 
 
+def test_start_of_a_file_that_was_copied_is_no_program_that_hung(
+    lasting_pico: EmulatedPico,
+) -> None:
+    lasting_pico.do("start_copied")
+    lasting_pico.enumerate()
+    health = lasting_pico.get("health")
+    assert (health["reset_cause"], health["state"]) == ("unknown", "disarmed")
+    # The next hang is one again.
+    lasting_pico.do("hang", masked=False)
+    lasting_pico.run(20)
+    lasting_pico.enumerate()
+    assert lasting_pico.get("health")["reset_cause"] == "watchdog"
+
+
 def test_bridge_may_wake_up_for_a_millisecond_and_no_longer(bare_pico: EmulatedPico) -> None:
     assert arm_while_bridge_wakes(bare_pico, 0.8) == 0
     assert bare_pico.command("disarm") == "ok"

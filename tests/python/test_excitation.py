@@ -122,3 +122,36 @@ def test_value_out_of_range_is_named_and_changes_nothing(knob: torsio.Knob) -> N
     with pytest.raises(TypeError, match="Excitation"):
         knob.excite(torsio.Constant(torque_nm=0.01))  # type: ignore[arg-type]
     assert knob.record(0.02)["motor_command_nm"][-1] == pytest.approx(0.01, abs=2e-5)
+
+
+@pytest.mark.parametrize("electrics", [None, torsio.Electrics()], ids=["simple motor", "electrics"])
+@pytest.mark.parametrize("stiffness_nm_per_rad", [0.0, 0.3])
+@pytest.mark.parametrize("alive_s", [0.0, 0.4])
+def test_servo_whose_encoder_dies_does_not_make_the_knob_ever_faster(
+    alive_s: float, stiffness_nm_per_rad: float, electrics: torsio.Electrics | None
+) -> None:
+    plant = torsio.PlantParams(electrics=electrics)
+    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=10_000, log_truth=True)
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.arm()
+        knob.excite(
+            Excitation(
+                duration_s=3.0,
+                travel_rad=600.0,
+                speed_limit_rad_s=160.0,
+                torque_limit_nm=0.064,
+                stiffness_nm_per_rad=stiffness_nm_per_rad,
+                damping_nm_s_per_rad=6e-3,
+                servo_rad_s=30.0,
+            )
+        )
+        knob.sleep(alive_s)
+        knob.emulator.freeze_encoder(frozen=True)
+        knob.emulator.truth()
+        knob.sleep(1.0)
+        truth = knob.emulator.truth()
+        assert knob.state != "armed"
+        reached = np.abs(truth["speed_rad_s"])
+        # At most 50 ms of 64 mN m on 1e-4 kg m2, 32 rad/s, and what comes before it asks for all.
+        assert reached.max() < 30.0 + 32.0 + 12.0
+        assert truth["time_s"][reached.argmax()] - truth["time_s"][0] < 0.1

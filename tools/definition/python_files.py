@@ -102,6 +102,10 @@ def python_configurations() -> str:
         limits.LET_GO_S,
         "A torque's way to zero when somebody disarms, where the passive ramp is not shorter.",
     )
+    body += python.number(
+        limits.EXCITATION_STILL_S,
+        "For so long an excitation's servo may ask for all its torque and see no count.",
+    )
     body += "".join(map(python.data_class, configurations.CONFIGURATIONS))
     return python.module(
         "Configuration of the device. Defaults: the reference actuator.\n\n"

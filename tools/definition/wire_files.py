@@ -76,6 +76,7 @@ def wire_configuration() -> str:
     body = "// What a real board gives at most until its parts are confirmed and known.\n"
     body += "".join(map(cpp.constant, numbers)) + "\n"
     body += cpp.constant(limits.LET_GO_S) + "\n"
+    body += cpp.constant(limits.EXCITATION_STILL_S) + "\n"
     body += "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)
     return _wire_header(
         "What the device is built of and how it controls: the reports that are kept in flash.",

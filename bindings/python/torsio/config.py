@@ -31,6 +31,9 @@ MAX_TORQUE_NM = 100.0
 LET_GO_S = 0.004
 """A torque's way to zero when somebody disarms, where the passive ramp is not shorter."""
 
+EXCITATION_STILL_S = 0.05
+"""For so long an excitation's servo may ask for all its torque and see no count."""
+
 
 @dataclass(frozen=True)
 class ActuatorConfig:

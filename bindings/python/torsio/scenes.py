@@ -411,7 +411,8 @@ class Excitation:
     What it names is reached from where the last excitation is now, in a straight line. The motor
     also gets a sine and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping
     (reference' - speed)`. Whatever leaves its bounds, or comes to its end without a next one,
-    disarms.
+    disarms; so does a servo that asks for all that the motor may give for 50 ms while the encoder
+    stands still.
 
     Attributes
     ----------

@@ -1,6 +1,7 @@
 #include "boards/rp2/reset_cause.hpp"
 
 #include <hardware/structs/watchdog.h>
+#include <hardware/watchdog.h>
 #if PICO_RP2040
 #include <hardware/structs/vreg_and_chip_reset.h>
 #else
@@ -23,7 +24,9 @@ constexpr std::uint32_t kStackMark = 0x57AC1E0D;
 
 /// What the chip itself knows.
 ResetCause chips_cause() {
-  if (watchdog_hw->reason != 0) return ResetCause::watchdog;
+  if (watchdog_enable_caused_reboot()) return ResetCause::watchdog;
+  // The boot ROM starts a file that was copied by the watchdog too, and the older causes are past.
+  if (watchdog_hw->reason != 0) return ResetCause::unknown;
 #if PICO_RP2040
   // A supply that was too low looks like one that was switched on.
   const std::uint32_t chip = vreg_and_chip_reset_hw->chip_reset;

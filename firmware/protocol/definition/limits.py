@@ -28,6 +28,12 @@ LET_GO_S = Constant(
     "spectrum of a line of this length has its first zero",
 )  # fmt: skip
 
+EXCITATION_STILL_S = Constant(
+    "excitation_still_s", 50e-3,
+    doc="an experiment's servo that asks for all the torque it may for so long, and sees no movement, disarms; "
+    "all of the reference motor makes the reference knob 40 rad/s faster in it",
+)  # fmt: skip
+
 MOTOR_LAG_S = 44e-6
 """By which the reference board's current loop trails: a period of 25 us until its voltage acts, then the
 share 1 - exp(-2 pi 10 kHz 25 us) of the way in each, along lines; 25 us (1 / 2 + 1 / share)."""

@@ -14,6 +14,7 @@ from firmware.protocol.definition.effects import (
 )
 from firmware.protocol.definition.limits import (
     CURVE_POOL_POINTS,
+    EXCITATION_STILL_S,
     GAME_EFFECTS_PER_REPORT,
     MAX_EFFECTS,
     MAX_TORQUE_NM,
@@ -224,7 +225,9 @@ EXCITATION = Structure(
     "A bounded experiment: commands of motor and brake that go past scene and law. What it names is "
     "reached from where the last excitation is now, in a straight line. The motor also gets a sine "
     "and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' - "
-    "speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.",
+    "speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a servo "
+    f"that asks for all that the motor may give for {1e3 * EXCITATION_STILL_S.value:.0f} ms while the encoder "
+    "stands still.",
     (
         _SEQUENCE,
         _AXIS,

@@ -443,7 +443,8 @@ TORSIO_API torsio_result torsio_local_model_init(torsio_local_model* structure);
 /// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
 /// reached from where the last excitation is now, in a straight line. The motor also gets a sine
 /// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
-/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.
+/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
+/// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
 typedef struct torsio_excitation {
   uint32_t struct_size;  ///< bytes of a torsio_excitation
   /// until it disarms, unless the next one comes first; 0.001 to 60

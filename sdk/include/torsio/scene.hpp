@@ -172,7 +172,8 @@ struct LocalModel {
 /// A bounded experiment: commands of motor and brake that go past scene and law. What it names is
 /// reached from where the last excitation is now, in a straight line. The motor also gets a sine
 /// and the torque of a servo, `servo_stiffness (reference - angle) + servo_damping (reference' -
-/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms.
+/// speed)`. Whatever leaves its bounds, or comes to its end without a next one, disarms; so does a
+/// servo that asks for all that the motor may give for 50 ms while the encoder stands still.
 struct Excitation {
   double duration_s = 0.0;  ///< until it disarms, unless the next one comes first; 0.001 to 60
   double travel_rad = 0.0;  ///< further from its first angle disarms; 0.001 to 1000

@@ -45,6 +45,10 @@ class Bench:
         self.chip.power_up(brown_out=brown_out)
         return True
 
+    def do_start_copied(self) -> bool:
+        self.chip.power_up(copied=True)
+        return True
+
     def do_run(self, ns: float) -> float:
         self.chip.run_for(ns)
         return self.chip.ns

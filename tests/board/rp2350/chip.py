@@ -74,11 +74,15 @@ class Chip:
         self.core.left = self._tick_ends
         self.power_up()
 
-    def power_up(self, *, bitten: bool = False, brown_out: bool = False) -> None:
+    def power_up(
+        self, *, bitten: bool = False, copied: bool = False, brown_out: bool = False
+    ) -> None:
         """Start from reset, by the watchdog or not; the flash, the world and its time stay.
 
-        With ``brown_out`` the power was not away, but too low for a moment.
+        With ``copied`` the boot ROM has used the watchdog, to start a file that it was given. With
+        ``brown_out`` the power was not away, but too low for a moment.
         """
+        bitten |= copied
         kept = self._file(WATCHDOG) if bitten else {}
         self.registers = {}
         self.pwm_starts: list[int] = []
@@ -103,6 +107,8 @@ class Chip:
         self.usb = Usb(self._dpram, lambda high: self.core.raise_line(USB_LINE, high))
         self._file(RESETS)[0] = 0x1FFFFFFF
         self._file(WATCHDOG).update({at: kept[at] for at in SCRATCH if at in kept})
+        if copied:
+            self._file(WATCHDOG)[SCRATCH[4]] = 0
         self._file(WATCHDOG)[8] = int(bitten)
         power_on, too_low = 1 << 16, 1 << 17
         self._file(POWMAN)[0x2C] = 0 if bitten else too_low if brown_out else power_on

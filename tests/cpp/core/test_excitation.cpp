@@ -73,6 +73,54 @@ TEST_CASE("an experiment ends above its speed, whichever way the knob turns") {
   }
 }
 
+TEST_CASE("an experiment ends when its servo pulls with all it may and the knob stands still") {
+  Excitation excitation = wide(0.0F);
+  excitation.servo_damping_nm_s_per_rad = 6e-3F;
+  excitation.servo_rad_s = 80.0F;  // asks for 0.48 N m of a motor that gives 0.085
+  excitation.still_ticks = 50;
+  for (const std::int64_t border : {0, 1, -1}) {  // of two counts: one is shown, then the other
+    Bench bench(excitation);
+    for (int n = 0; n < 50; ++n) {
+      bench.motion.position_counts = n % 2 == 0 ? 0 : border;
+      CHECK(bench.tick().motor_command_nm == 0.085F);
+    }
+    CHECK(gives_nothing(bench.tick()));
+    CHECK(bench.state.end == ExcitationEnd::out_of_bounds);
+  }
+  // Two counts in 50 ticks are a knob that moves, either way.
+  for (const int way : {2, -2}) {
+    Bench bench(excitation);
+    for (int n = 0; n < 10; ++n) {
+      bench.tick(50);
+      bench.motion.position_counts += way;
+    }
+    CHECK(bench.state.end == ExcitationEnd::none);
+  }
+}
+
+TEST_CASE("an experiment may hold a knob that stands still, without a servo or below its limit") {
+  Excitation pull = wide(0.9F);  // is given 0.085
+  pull.still_ticks = 50;
+  Excitation servo = wide(0.0F);
+  servo.servo_damping_nm_s_per_rad = 6e-3F;
+  servo.servo_rad_s = 14.0F;  // asks for 0.084
+  servo.still_ticks = 50;
+  for (const Excitation& excitation : {pull, servo}) {
+    Bench bench(excitation);
+    bench.tick(500);
+    CHECK(bench.state.end == ExcitationEnd::none);
+  }
+  // What was pulled in vain before does not count.
+  Bench bench(servo);
+  for (int n = 0; n < 10; ++n) {
+    bench.motion.speed_rad_s = -1.0F;  // asks for 0.09
+    bench.tick(50);
+    bench.motion.speed_rad_s = 0.0F;
+    bench.tick();
+  }
+  CHECK(bench.state.end == ExcitationEnd::none);
+}
+
 TEST_CASE("an experiment lasts as many ticks as it was told, and its next one as many again") {
   Bench bench(wide(0.02F, 0.03F));
   CHECK(bench.tick(600).motor_command_nm == Approx(0.02));

@@ -18,6 +18,7 @@ namespace {
 /// The chip starts anew, with what it knows of why; scratch registers stay.
 ResetCause start(std::uint32_t chip, bool by_watchdog) {
   fake::watchdog.reason = by_watchdog ? 1 : 0;
+  fake::watchdog.scratch[4] = fake::kEnabled;  // as the program before has left it
   fake::power_manager.chip_reset = chip;
   return take_reset_cause();
 }
@@ -34,6 +35,12 @@ TEST_CASE("what the chip knows of its start is told, a watchdog's before the old
     CHECK(start(bits, false) == cause);
     CHECK(start(bits, true) == ResetCause::watchdog);
   }
+}
+
+TEST_CASE("the boot ROM's start of new firmware is no hanging program, nor what was before it") {
+  fake::watchdog = {.reason = 1};  // with 0 in scratch[4], as the boot ROM leaves it
+  fake::power_manager.chip_reset = POWMAN_CHIP_RESET_HAD_POR_BITS;
+  CHECK(take_reset_cause() == ResetCause::unknown);
 }
 
 TEST_CASE("a program that has lost its way leaves word of it, once and for the watchdog's reset") {

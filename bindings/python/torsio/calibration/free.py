@@ -12,6 +12,7 @@ from torsio.calibration.cogging import Cogging, find_waves
 from torsio.calibration.numeric import Solution, kernel, linear, smooth
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
+from torsio.config import EXCITATION_STILL_S
 
 __all__ = ["Free", "estimate_free", "find_signs", "spin", "through_shaft"]
 
@@ -22,6 +23,7 @@ _FREE_RAD = 0.25
 SLOW_RAD_S, FAST_RAD_S = 3.0, 80.0
 FREE_LIMIT_RAD_S = 160.0  # what the turns may overshoot to
 SLOW_S = 2.5
+_FAST_S = 0.7  # until it turns the other way
 
 
 @dataclass(frozen=True)
@@ -120,14 +122,14 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
     Raises
     ------
     Refusal
-        "runs_away", or why the device disarmed.
+        "runs_away", "held", or why the device disarmed.
     """
     slow = {"stiffness_nm_per_rad": 0.3, "damping_nm_s_per_rad": 6e-3}
     fast = {"damping_nm_s_per_rad": 6e-3}
     stretches = [
         (slow_s, {**slow, "servo_rad_s": SLOW_RAD_S}),
         (slow_s, {**slow, "servo_rad_s": -SLOW_RAD_S}),
-        (0.7, {**fast, "servo_rad_s": FAST_RAD_S}),
+        (_FAST_S, {**fast, "servo_rad_s": FAST_RAD_S}),
         (1.2, {**fast, "servo_rad_s": -FAST_RAD_S}),
         (0.8, {**fast, "servo_rad_s": 0.4 * FAST_RAD_S}),
         (0.6, {**fast, "servo_rad_s": -0.4 * FAST_RAD_S}),
@@ -139,10 +141,37 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
         speed_limit_rad_s=FREE_LIMIT_RAD_S,
         torque_limit_nm=0.75 * torque_nm,
     )
+    if log.stopped == "excitation_stopped" and not _encoder_failed(log):
+        _refuse_slow(log)
     log.refuse_if_stopped(
-        _FREE, "runs_away", "the device stopped the turns: the knob is not what it was a moment ago"
-    )
+        _FREE, "runs_away", "the device stopped the turns: the encoder stopped counting while "
+        "the motor pulled, or the knob is not what it was a moment ago; look at the encoder's "
+        "wires, its disc and its coupling",
+    )  # fmt: skip
     return log
+
+
+def _encoder_failed(log: Recording) -> bool:
+    """Whether the counts ended as no knob ends its turn: from one moment to the next."""
+    still_s = 0.8 * EXCITATION_STILL_S
+    last = len(log.counts) - 1
+    moved = np.flatnonzero(np.diff(log.counts))
+    if log.time_s[last] - log.time_s[moved[-1] if len(moved) else 0] < still_s:
+        return True  # it left another bound
+    if float(np.ptp(log.counts)) < 5.0:
+        return True  # a knob that is held gives way as its shaft does
+    end = int(moved[-1]) + 1
+    begin = int(np.searchsorted(log.time_s, log.time_s[end] - 5e-3))
+    speed = (log.angle_rad[end] - log.angle_rad[begin]) / (log.time_s[end] - log.time_s[begin])
+    return abs(float(speed)) > 0.5 * SLOW_RAD_S
+
+
+def _refuse_slow(log: Recording) -> None:
+    speed = float(np.max(np.abs(np.gradient(log.angle_rad[::8], log.time_s[::8]))))
+    raise Refusal(
+        _FREE, "held", f"the knob reaches {speed:.0f} rad/s only: it is held, rubs, "
+        "or the motor is weaker than motor_torque_max_nm says", speed_rad_s=speed,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -274,15 +303,20 @@ def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
     Raises
     ------
     Refusal
-        "held", "pulled", "unexplained".
+        "held", "inertia", "pulled", "unexplained".
     """
     speed = np.gradient(log.angle_rad[::8], log.time_s[::8])
     if float(np.max(np.abs(speed))) < 0.4 * FAST_RAD_S:
-        raise Refusal(
-            _FREE, "held", f"the knob reaches {np.max(np.abs(speed)):.0f} rad/s only: it is "
-            "held, rubs, something heavy is on it, "
-            "or the motor is weaker than motor_torque_max_nm says",
-        )  # fmt: skip
+        # What is held, or rubs, soon turns as fast as it ever will; what is heavy gets ever faster.
+        since_s = log.time_s[::8] - log.time_s[0] - 2 * slow_s
+        middle, end = np.interp([0.5 * _FAST_S, _FAST_S], since_s, speed)
+        if end > 1.6 * middle > 0 and end > 2 * SLOW_RAD_S:
+            raise Refusal(
+                _FREE, "inertia", f"the knob gets faster all the while, and comes to {end:.0f} "
+                "rad/s only: something heavy is on it, or the motor gives far less than "
+                "motor_torque_max_nm says", speed_rad_s=float(end),
+            )  # fmt: skip
+        _refuse_slow(log)
     slow = _rows(log.between(0.2, 2 * slow_s), 0.02, 0.5)
     fast = _rows(log.between(2 * slow_s, 1e9), 0.09, 5.0)
     if len(slow.speed) < 20 or len(fast.speed) < 20:

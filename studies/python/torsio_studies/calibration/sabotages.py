@@ -17,14 +17,14 @@ _FINE = PlantParams()
 
 @dataclass(frozen=True)
 class Sabotage:
-    """What is wrong, and which reasons of a refusal name it.
+    """What is wrong, and which reason of a refusal names it.
 
     `plant` is what was built; `do` does something to the open knob, `reversed` configures the
     encoder the wrong way round, and `during` does something when a step begins.
     """
 
     name: str
-    reasons: tuple[str, ...]
+    reason: str
     plant: PlantParams = _FINE
     do: Callable[[torsio.Knob], object] | None = None
     reversed: bool = False
@@ -49,37 +49,60 @@ def _turning(knob: torsio.Knob) -> None:
     knob.emulator.set_hand(PrescribedMotion(angle_rad=[(0.0, now), (100.0, now + 200.0)]))
 
 
+def _freeze_later(knob: torsio.Knob, after_s: float) -> None:
+    """Have the encoder die while a calibration waits for the knob, so long from now."""
+    since_s = knob.clock().time_s
+    sleep = knob.sleep
+
+    def sleep_and_freeze(duration_s: float) -> None:
+        sleep(duration_s)
+        if knob.clock().time_s - since_s >= after_s:
+            knob.emulator.freeze_encoder(frozen=True)
+
+    knob.sleep = sleep_and_freeze  # type: ignore[method-assign]
+
+
 SABOTAGES: Final = (
-    Sabotage("motor dead", ("still",), replace(_FINE, motor_limit_nm=0.0)),
-    Sabotage("motor gives a tenth", ("held", "still"), replace(_FINE, motor_limit_nm=8.5e-3)),
-    Sabotage("encoder dead", ("still",), do=lambda knob: knob.emulator.freeze_encoder(frozen=True)),
-    Sabotage("encoder reversed", ("reversed",), reversed=True),
+    Sabotage("motor dead", "still", replace(_FINE, motor_limit_nm=0.0)),
+    Sabotage("motor gives a tenth", "held", replace(_FINE, motor_limit_nm=8.5e-3)),
+    Sabotage("encoder dead", "still", do=lambda knob: knob.emulator.freeze_encoder(frozen=True)),
+    Sabotage("encoder reversed", "reversed", reversed=True),
     Sabotage(
-        "encoder dies when the knob spins",
-        ("runs_away", "held", "fault", "unexplained"),
+        "encoder dies before the knob spins",
+        "runs_away",
         during={"friction and inertia": lambda knob: knob.emulator.freeze_encoder(frozen=True)},
     ),
-    Sabotage("encoder jitters", ("noisy",), replace(_FINE, encoder_noise_counts=4.0)),
-    Sabotage("brake stuck on", ("held",), replace(_FINE, brake_drag_nm=0.2)),
-    Sabotage("brake dead", ("does_not_hold",), replace(_FINE, brake_limit_nm=0.0)),
-    Sabotage("coupling slips at 30 mN m", ("does_not_hold",), replace(_FINE, brake_limit_nm=0.03)),
-    Sabotage("shaft cut", ("does_not_hold",), replace(_FINE, shaft_stiffness_nm_per_rad=0.0)),
-    Sabotage("shaft locked", ("rigid",), replace(_FINE, shaft_stiffness_nm_per_rad=400.0)),
-    Sabotage("knob jammed", ("still",), replace(_FINE, knob_coulomb_nm=0.5)),
-    Sabotage("hand holds the knob", ("held",), do=_hand(_holding(2.0, 0.02))),
-    Sabotage("hand holds it firmly", ("held", "still"), do=_hand(_holding(100.0, 0.2))),
-    Sabotage("hand turns the knob", ("moved",), do=_turning),
-    Sabotage("weight on a string", ("pulled", "moved"), do=_hand(TorqueHand(torque_nm=5e-3))),
-    Sabotage("heavy weight", ("moved",), do=_hand(TorqueHand(torque_nm=40e-3))),
-    Sabotage("flywheel on the knob", ("inertia", "held"), replace(_FINE, knob_inertia_kg_m2=2e-3)),
+    Sabotage(
+        "encoder dies as the knob turns slowly",
+        "runs_away",
+        during={"friction and inertia": lambda knob: _freeze_later(knob, 1.0)},
+    ),
+    Sabotage(
+        "encoder dies as the knob spins",
+        "runs_away",
+        during={"friction and inertia": lambda knob: _freeze_later(knob, 5.5)},
+    ),
+    Sabotage("encoder jitters", "noisy", replace(_FINE, encoder_noise_counts=4.0)),
+    Sabotage("brake stuck on", "held", replace(_FINE, brake_drag_nm=0.2)),
+    Sabotage("brake dead", "does_not_hold", replace(_FINE, brake_limit_nm=0.0)),
+    Sabotage("coupling slips at 30 mN m", "does_not_hold", replace(_FINE, brake_limit_nm=0.03)),
+    Sabotage("shaft cut", "does_not_hold", replace(_FINE, shaft_stiffness_nm_per_rad=0.0)),
+    Sabotage("shaft locked", "rigid", replace(_FINE, shaft_stiffness_nm_per_rad=400.0)),
+    Sabotage("knob jammed", "still", replace(_FINE, knob_coulomb_nm=0.5)),
+    Sabotage("hand holds the knob", "held", do=_hand(_holding(2.0, 0.02))),
+    Sabotage("hand holds it firmly", "still", do=_hand(_holding(100.0, 0.2))),
+    Sabotage("hand turns the knob", "moved", do=_turning),
+    Sabotage("weight on a string", "pulled", do=_hand(TorqueHand(torque_nm=5e-3))),
+    Sabotage("heavy weight", "moved", do=_hand(TorqueHand(torque_nm=40e-3))),
+    Sabotage("flywheel on the knob", "inertia", replace(_FINE, knob_inertia_kg_m2=2e-3)),
     Sabotage(
         "hand grips it during the pulls",
-        ("unexplained", "rigid"),
+        "unexplained",
         during={"shaft": lambda knob: knob.emulator.set_hand(_pinching(knob))},
     ),
     Sabotage(
         "emergency stop",
-        ("fault",),
+        "fault",
         during={"shaft": lambda knob: knob.emulator.set_emergency_stop(pressed=True)},
     ),
 )  # fmt: skip

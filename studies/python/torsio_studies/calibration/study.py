@@ -53,7 +53,7 @@ def run(study: Study) -> Results:
     table = store.read(work)["knob"]
     broken = SABOTAGES[::4] if study.quick else SABOTAGES
     refused = [
-        {"sabotage": of.name, "right": list(of.reasons), "reason": try_out(of)}
+        {"sabotage": of.name, "right": of.reason, "reason": try_out(of)}
         for of in study.track(broken, "sabotages")
     ]
     driven = {
@@ -162,7 +162,7 @@ def show(results: Results, console: Console) -> None:
         f"{100 * (_NEAR - 1):.0f} %, the worst has {wall['worst']:.1f} times",
     )
     for row in results["sabotages"]:
-        right = row["reason"] in row["right"]
+        right = row["reason"] == row["right"]
         console.print(
             f"  {'refused' if right else 'WRONG  '}  {row['sabotage']}: "
             f"{row['reason'] or 'accepted'}",
