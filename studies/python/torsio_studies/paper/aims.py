@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from functools import cache
 from itertools import product
 from typing import Final
 
 from rich.table import Table
 
-from torsio import perception, screen
+import torsio
+from torsio import calibration, perception, screen
+from torsio.calibration.circuit import MEASURED_OF_BOARD
 from torsio.closed_loop import LoopOptions, simulate
-from torsio.config import ControlConfig, Law
+from torsio.config import BoardConfig, ControlConfig, Law
 from torsio.hands import ImpedanceHand
 from torsio.plant import BrakeHysteresis, Electrics, PlantParams
 from torsio_studies.common import Results, Study
@@ -27,10 +30,14 @@ DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
 
 @dataclass(frozen=True)
 class Variant:
-    """A law, what its device is told, and what the knob truly is."""
+    """A law, what its device is told, and what the knob truly is.
+
+    `measured` tells it what its own calibration finds, in place of the truth.
+    """
 
     name: str
     law: Law
+    measured: bool = False
     brake_is_known: bool = True
     brake_inertia_kg_m2: float = PlantParams().brake_inertia_kg_m2
 
@@ -39,6 +46,7 @@ VARIANTS: Final = (
     Variant("paper", "paper"),
     Variant("calibrated, brake unknown", "calibrated", brake_is_known=False),
     Variant("calibrated", "calibrated"),
+    Variant("calibrated by itself", "calibrated", measured=True),
     Variant("+ light brake side", "calibrated", brake_inertia_kg_m2=1e-6),
 )
 
@@ -67,7 +75,29 @@ def _push(variant: Variant, wall: float, plant: PlantParams) -> runs.Push:
     return runs.run_push(_told(options, variant))[1]
 
 
+@cache
+def _found(plant: PlantParams) -> calibration.Calibration:
+    """Have a device that knows of its plant but counts and limits calibrate itself."""
+    believed = PlantParams(counts_per_rev=plant.counts_per_rev, electrics=Electrics())
+    options = torsio.EmulatorOptions(
+        plant=plant, control_rate_hz=RATE_HZ, actuator=believed.matching_config()
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        return calibration.calibrate(knob)
+
+
 def _told(options: LoopOptions, variant: Variant) -> LoopOptions:
+    if variant.measured:
+        found = _found(options.plant)
+        board = asdict(found.board) if found.board is not None else {}
+        options = replace(
+            options,
+            actuator=found.actuator,
+            shaft=found.shaft,
+            board=replace(BoardConfig(), **{name: board[name] for name in MEASURED_OF_BOARD}),
+            control=replace(options.control, law=found.law, free_assist_nm=found.free_assist_nm),
+        )
+        return replace(options, control_period_ns=round(1e9 / RATE_HZ))
     actuator, control = options.plant.matching_config(), options.control
     if variant.brake_is_known:
         control = replace(control, free_assist_nm=ASSIST_NM)
