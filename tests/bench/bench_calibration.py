@@ -8,7 +8,7 @@ intervals hold it.
 
 Through the emulated chip a knob takes five to eleven minutes of a core. What is done is kept in
 ``out/calibration-binary/``, a file for each knob, so a run that was interrupted goes on where it
-was. Arguments are ``quick``, for the calibration of ten seconds, ``emulated``, for the emulated
+was. Arguments are ``quick``, for the calibration of 13 seconds, ``emulated``, for the emulated
 device in place of the binary, on the same plant, and numbers of knobs instead of all twenty.
 """
 

@@ -16,7 +16,7 @@ _CALIBRATE = "run `torsio calibrate` with nobody touching the knob, and keep wha
 
 
 def check_drift(knob: Knob) -> Finding:
-    """Calibrate for ten seconds and compare with what was kept; the knob turns by itself.
+    """Calibrate for 13 seconds and compare with what was kept; the knob turns by itself.
 
     An armed knob, or one with a fault, is left as it is.
     """

@@ -39,7 +39,7 @@ def too_stiff(stiffness_nm_per_rad: float, stable: StableStiffness) -> Stiffness
         f"a stiffness of {stiffness_nm_per_rad:g} N m/rad is more than the "
         f"{stable.stiffness_nm_per_rad:.3g} that this knob can render without swinging "
         f"({LIMITS[stable.limited_by]}); make it softer, or set the law 'calibrated', "
-        "which never swings"
+        "which gives as much of it as does not swing"
     )
 
 

@@ -87,7 +87,7 @@ TEST_CASE("an experiment ends when its servo pulls with all it may and the knob 
     CHECK(gives_nothing(bench.tick()));
     CHECK(bench.state.end == ExcitationEnd::out_of_bounds);
   }
-  // Two counts in 50 ticks are a knob that moves, either way.
+  // Two counts in 50 ticks are a knob that moves, either way, until it stands still elsewhere.
   for (const int way : {2, -2}) {
     Bench bench(excitation);
     for (int n = 0; n < 10; ++n) {
@@ -95,7 +95,23 @@ TEST_CASE("an experiment ends when its servo pulls with all it may and the knob 
       bench.motion.position_counts += way;
     }
     CHECK(bench.state.end == ExcitationEnd::none);
+    bench.tick(52);
+    CHECK(bench.state.end == ExcitationEnd::out_of_bounds);
   }
+}
+
+TEST_CASE("a servo that is a spring alone ends as well when the knob does not follow") {
+  Excitation excitation = wide(0.0F);
+  excitation.servo_stiffness_nm_per_rad = 1.0F;
+  excitation.servo_counts_q32 = std::int64_t{1} << 32;  // a count in a tick, 0.77 mN m more
+  excitation.still_ticks = 50;
+  Bench bench(excitation);
+  bench.tick(111);  // 110 counts ask for 84.4 mN m, 111 for more than the 85 there are
+  CHECK(bench.state.end == ExcitationEnd::none);
+  bench.tick(50);
+  CHECK(bench.state.end == ExcitationEnd::none);
+  bench.tick();
+  CHECK(bench.state.end == ExcitationEnd::out_of_bounds);
 }
 
 TEST_CASE("an experiment may hold a knob that stands still, without a servo or below its limit") {
