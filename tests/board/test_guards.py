@@ -228,6 +228,16 @@ def test_trip_level_beyond_the_sensors_range_keeps_the_board_from_arming() -> No
         assert pico.command("arm") == "fault_latched"
 
 
+def test_trip_level_beyond_the_sensors_range_may_arm_without_the_guard() -> None:
+    # And over-current, which waits for 3 A, would then never be seen.
+    with rewired(image(), current_sense_v_per_a=1.0) as pico:
+        pico.power_cycle()
+        take_away(pico, "sensor's zero")
+        pico.enumerate()
+        assert pico.get("health")["faults"] == 0
+        assert pico.command("arm") == "ok"
+
+
 def test_board_whose_parts_nobody_has_confirmed_is_held_low() -> None:
     with EmulatedPico() as pico:
         pico.boot()

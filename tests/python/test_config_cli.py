@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 import torsio
+from torsio import order_commands
 from torsio.cli import app
 
 DEVICE = ["--device", "emulated:config-cli"]
@@ -73,9 +75,33 @@ def test_file_that_is_no_dump_changes_nothing(tmp_path: Path, content: str) -> N
     assert str(file) in run("config", "load", str(file), status=1).replace("\n", "")
 
 
-def test_faults_stop_and_zero_are_commands() -> None:
-    for command in ("clear-fault", "stop", "zero"):
-        run(command)
+def test_faults_stop_and_zero_are_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (0.1, 0.5)])
+    options = torsio.EmulatorOptions(hand=hand)
+    with torsio.open("emulated", emulator=options) as knob:
+        # The knob that the commands open, in a state that each has something to do about.
+        monkeypatch.setattr(order_commands, "opened", lambda *_: nullcontext(knob))
+        knob.sleep(0.2)
+        assert knob.position_rad() == pytest.approx(0.5, abs=1e-3)
+        run("zero")
+        assert knob.position_rad() == pytest.approx(0.0, abs=1e-3)
+
+        knob.emulator.set_emergency_stop(pressed=True)
+        knob.sleep(0.01)
+        knob.emulator.set_emergency_stop(pressed=False)
+        knob.sleep(0.01)
+        assert knob.state == "fault"
+        run("clear-fault")
+        assert knob.state == "disarmed"
+
+        knob.play(torsio.Constant(torque_nm=0.02))
+        knob.arm()
+        knob.start_telemetry()
+        assert knob.record(0.1)["motor_command_nm"][-1] != 0.0
+        run("stop")
+        assert knob.state == "disarmed"
+        knob.arm()  # with a scene that is empty by now
+        assert not knob.record(0.1)["motor_command_nm"].any()
 
 
 def test_arm_says_how_much_there_is_at_most() -> None:
