@@ -15,7 +15,7 @@ from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
 from torsio.config import ActuatorConfig, ControlConfig
 from torsio.core import PartitionParams
 from torsio.plant import PlantParams
-from torsio.scenes import Curve, Damper, Effect, EndStops, Scene, Spring, Wall
+from torsio.scenes import Curve, Damper, Effect, Scene, Spring
 
 __all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure", "steepness_nm_per_rad"]
 
@@ -41,15 +41,13 @@ _ROWS_PER_S: Final = 1000.0
 def steepness_nm_per_rad(effect: Effect) -> float:
     """Give how fast an effect's torque can fall along the angle; 0 if it is none that pushes back.
 
-    Spring, wall and end stops, and a curve between its points.
+    The stiffness of what has one, and a curve's between its points.
     """
-    if isinstance(effect, Wall | Spring | EndStops):
-        return float(effect.stiffness_nm_per_rad)
     if isinstance(effect, Curve):
         torque = np.asarray(tuple(effect.torque_nm), dtype=np.float64)
         fall = -np.diff(torque) * (len(torque) - 1) / effect.span_rad
         return float(np.max(fall, initial=0.0))
-    return 0.0
+    return float(getattr(effect, "stiffness_nm_per_rad", 0.0))
 
 
 def boundary(
