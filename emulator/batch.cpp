@@ -34,6 +34,9 @@ BatchOptions checked(BatchOptions options) {
   return options;
 }
 
+/// Ticks of loops, some 70 ns each, that are worth the 20 us of a thread several times over.
+constexpr std::uint64_t kTicksOfAThread = 2000;
+
 /// The failure of the first loop that fails in a share.
 struct Failure {
   std::size_t loop = 0;
@@ -107,20 +110,27 @@ void Batch::step_one(std::size_t loop, std::uint64_t ticks) {
 
 void Batch::step(std::uint64_t ticks) {
   std::vector<Failure> failures(options_.threads);
-  const auto work = [&](unsigned thread) {
-    const Share mine = share(thread);
-    for (std::size_t loop = mine.begin; loop < mine.end; ++loop) {
-      try {
-        step_one(loop, ticks);
-      } catch (...) {
-        if (!failures[thread].error) failures[thread] = {loop, std::current_exception()};
+  // Threads of this call alone: they cost some 20 us, and nothing of them is left to a fork. So
+  // there are no more than there is work for; the shares stay, as what is in one has its tables in
+  // common.
+  const std::uint64_t worth =
+      1 + states_.size() * std::min(ticks, kTicksOfAThread) / kTicksOfAThread;
+  const auto used = static_cast<unsigned>(std::min<std::uint64_t>(worth, options_.threads));
+  const auto work = [&](unsigned first) {
+    for (unsigned part = first; part < options_.threads; part += used) {
+      const Share mine = share(part);
+      for (std::size_t loop = mine.begin; loop < mine.end; ++loop) {
+        try {
+          step_one(loop, ticks);
+        } catch (...) {
+          if (!failures[part].error) failures[part] = {loop, std::current_exception()};
+        }
       }
     }
   };
-  // Threads of this call alone: they cost some 20 us, and nothing of them is left to a fork.
   std::vector<std::thread> others;
-  others.reserve(options_.threads - 1);
-  for (unsigned thread = 1; thread < options_.threads; ++thread) {
+  others.reserve(used - 1);
+  for (unsigned thread = 1; thread < used; ++thread) {
     try {
       others.emplace_back(work, thread);
     } catch (const std::system_error&) {  // the system has no more of them

@@ -42,15 +42,16 @@ bool same(const LoopRow& a, const LoopRow& b) {
 TEST_CASE("a batch of loops does what each does alone") {
   for (const unsigned threads : {1U, 2U, 5U, 64U}) {
     Batch batch(batch_options(11, threads));
-    batch.step(120);
-    batch.step(80);
+    batch.step(1200);  // so many are worth seven threads, each of which has several shares
+    batch.step(799);
+    batch.step(1);
     for (std::size_t i = 0; i < batch.size(); ++i) {
       ClosedLoopOptions options = kinds()[i % 2];
       options.encoder.seed = 100 + i;
       ClosedLoop alone(options);
-      std::vector<LoopRow> rows(201);
-      alone.run(201, rows);
-      CHECK(same(batch.states()[i], rows[200]));
+      std::vector<LoopRow> rows(2001);
+      alone.run(2001, rows);
+      CHECK(same(batch.states()[i], rows[2000]));
     }
   }
 }
