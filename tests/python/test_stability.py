@@ -182,3 +182,21 @@ def test_command_says_which_laws_there_are() -> None:
     )
     assert result.exit_code != 0
     assert "calibrated" in result.output
+
+
+@pytest.mark.parametrize(
+    ("effect", "steepness"),
+    [
+        (torsio.Wall(angle_rad=0.0, stiffness_nm_per_rad=3.0), 3.0),
+        (torsio.Spring(stiffness_nm_per_rad=4.0), 4.0),
+        (torsio.EndStops(lower_rad=-1.0, upper_rad=1.0, stiffness_nm_per_rad=5.0), 5.0),
+        (torsio.Curve(torque_nm=[0.0, 0.1, -0.1], span_rad=1.0), 0.4),
+        (torsio.Friction(torque_nm=0.02, stiffness_nm_per_rad=50.0), 0.0),
+        (torsio.Damper(damping_nm_s_per_rad=1.0), 0.0),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_steepness_is_the_stiffness_of_what_pushes_back_to_a_place(
+    effect: torsio.Effect, steepness: float
+) -> None:
+    assert stability.steepness_nm_per_rad(effect) == pytest.approx(steepness)

@@ -15,7 +15,7 @@ from torsio.closed_loop import LoopOptions, SpinUp, simulate_many
 from torsio.config import ActuatorConfig, ControlConfig
 from torsio.core import PartitionParams
 from torsio.plant import PlantParams
-from torsio.scenes import Curve, Damper, Effect, Scene, Spring
+from torsio.scenes import Curve, Damper, Effect, Friction, Scene, Spring
 
 __all__ = ["LIMITS", "SPEEDS_RAD_S", "StabilityMap", "boundary", "measure", "steepness_nm_per_rad"]
 
@@ -47,6 +47,8 @@ def steepness_nm_per_rad(effect: Effect) -> float:
         torque = np.asarray(tuple(effect.torque_nm), dtype=np.float64)
         fall = -np.diff(torque) * (len(torque) - 1) / effect.span_rad
         return float(np.max(fall, initial=0.0))
+    if isinstance(effect, Friction):
+        return 0.0  # its spring holds to no place: the anchor is dragged along
     return float(getattr(effect, "stiffness_nm_per_rad", 0.0))
 
 
