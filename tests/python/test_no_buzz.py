@@ -22,6 +22,22 @@ def test_knob_comes_to_rest_on_the_board_s_own_loop(board: str, two_sided: bool)
     assert {trial: counts for trial, counts in moved.items() if counts > REST_COUNTS} == {}
 
 
+@pytest.mark.parametrize("counts", [8192, 131072])
+@pytest.mark.parametrize("board", BOARDS)
+def test_knob_turns_round_no_more_with_a_coarse_or_a_fine_encoder(board: str, counts: int) -> None:
+    trials = [
+        Trial(board, stiffness, speed, hand, two_sided, delay, counts)
+        for stiffness, speed, hand, two_sided, delay in itertools.product(
+            (20.0, 200.0, 1e6), SPEEDS_RAD_S, HANDS, (False, True), (0, 1)
+        )
+    ]
+    moves = {trial: motion(trial) for trial in trials}
+    assert {trial: turns for trial, (_, turns) in moves.items() if turns > 0} == {}
+    # In finer counts it may still creep, by an angle that a coarse encoder does not show.
+    most = REST_COUNTS * max(counts / 32768, 1.0)
+    assert {trial: moved for trial, (moved, _) in moves.items() if moved > most} == {}
+
+
 @pytest.mark.parametrize("board", BOARDS)
 def test_trials_can_tell_a_knob_that_buzzes(board: str) -> None:
     for speed_rad_s in SPEEDS_RAD_S:

@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import torsio
 from torsio import ShaftConfig
-from torsio.calibration import calibrate
+from torsio.calibration import Refusal, calibrate
+from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.knobs import (
@@ -105,6 +107,23 @@ def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:
 @pytest.mark.parametrize("sabotage", SABOTAGES, ids=lambda of: of.name)
 def test_broken_knob_is_refused_for_the_right_reason(sabotage) -> None:  # type: ignore[no-untyped-def]
     assert try_out(sabotage) == sabotage.reason
+
+
+@pytest.mark.parametrize("step", ["friction and inertia", "brake"])
+def test_encoder_that_dies_is_named_and_the_knob_does_not_run_away(step: str) -> None:
+    options = torsio.EmulatorOptions(control_rate_hz=RATE_HZ, log_truth=True)
+    with torsio.open("emulated", emulator=options) as knob:
+
+        def die(begun: str) -> None:
+            if begun == step:
+                knob.emulator.freeze_encoder(frozen=True)
+                knob.emulator.truth()
+
+        with pytest.raises(Refusal, match="encoder stopped counting") as refused:
+            calibrate(knob, progress=die)
+        assert refused.value.reason == "runs_away"
+        # No faster than the turns may be of a knob that is seen.
+        assert np.abs(knob.emulator.truth()["speed_rad_s"]).max() < FREE_LIMIT_RAD_S
 
 
 def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -86,7 +86,10 @@ def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float)
         speed_limit_rad_s=60.0,
         torque_limit_nm=motor_nm,
     )
-    log.refuse_if_stopped(_STEP, "runs_away", "the device stopped the turn through the brake")
+    log.refuse_if_stopped(
+        _STEP, "runs_away", "the device stopped the turn through the brake: the encoder stopped "
+        "counting while the motor pulled, or the brake holds more than it is told",
+    )  # fmt: skip
     return log
 
 

@@ -187,8 +187,8 @@ def turn_steadily(player: Player, board: BoardConfig, *, motor_nm: float) -> Int
         torque_limit_nm=0.75 * motor_nm,
     )  # fmt: skip
     log.refuse_if_stopped(
-        ELECTRIC_STEPS[1], "runs_away", "the device stopped the turns: the knob is not what it was "
-        "a moment ago",
+        ELECTRIC_STEPS[1], "runs_away", "the device stopped the turns: the encoder stopped "
+        "counting while the motor pulled, or the knob is not what it was a moment ago",
     )  # fmt: skip
     turning = [stretch for stretch, speed in enumerate(speeds) if speed != 0.0]
     return looks.intervals(turning, board.supply_v)

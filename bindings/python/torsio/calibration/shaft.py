@@ -276,7 +276,8 @@ def estimate_shaft(
         raise Refusal(
             _STEP, "rigid", f"the shaft twists by {np.ptp(sweeps.angle_rad) * 1e3:.1f} mrad "
             "only, too little "
-            "for this encoder: the shaft is locked, or the knob is held",
+            "for this encoder: the shaft is locked, the knob is held, or the encoder stopped "
+            "counting",
         )  # fmt: skip
     straight = _straight(edges)
     if straight.value[0] <= 0:
