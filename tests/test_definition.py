@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import inspect
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import torsio
-from firmware.protocol.definition import effects, enumerations, reports
+from emulator.definition import plant
+from firmware.protocol.definition import (
+    configurations,
+    effects,
+    enumerations,
+    limits,
+    records,
+    reports,
+)
 from tools.definition import generate, markdown
 from tools.definition.model import Enumeration, Value
 from torsio import protocol
@@ -109,10 +118,18 @@ def test_every_field_of_an_effect_has_words() -> None:
 
 
 def test_every_data_class_has_words_for_its_fields() -> None:
-    for name in ("ActuatorConfig", "ControlConfig", "BoardConfig", "GameConfig", "PlantParams"):
-        documented = inspect.getdoc(getattr(torsio, name)) or ""
-        for field in getattr(torsio, name).__dataclass_fields__:
-            parts = ("_", "shaft_hardening", "brake_hysteresis", "belt", "cogging", "electrics")
-            assert field in parts or f"\n{field}\n" in documented, (
-                f"{name}.{field} is not documented"
-            )
+    listed = (*configurations.CONFIGURATIONS, *records.RECORDS, plant.PLANT_PARAMS)
+    bare = [
+        f"{of.name}.{field.name}"
+        for of in listed
+        for field in of.host_fields
+        if f"\n{field.name}\n" not in (inspect.getdoc(getattr(torsio, of.name)) or "")
+    ]
+    assert not bare
+
+
+def test_ledger_counts_torques_in_the_unit_that_the_page_is_told() -> None:
+    header = (TREE / "firmware/core/ledger.hpp").read_text(encoding="utf-8")
+    found = re.search(r"kLedgerTorquesPerNm = (\w+)F;", header)
+    assert found is not None
+    assert 1.0 / float.fromhex(found[1]) == limits.LEDGER_TORQUE_NM

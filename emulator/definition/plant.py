@@ -7,7 +7,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from firmware.protocol.definition.limits import MOTOR_LAG_S
+from firmware.protocol.definition.limits import (
+    MOTOR_LAG_S,
+    REFERENCE_BRAKE_DRAG_NM,
+    REFERENCE_BRAKE_INERTIA_KG_M2,
+    REFERENCE_BRAKE_TIME_CONSTANT_S,
+    REFERENCE_BRAKE_TORQUE_MAX_NM,
+    REFERENCE_COUNTS_PER_REV,
+    REFERENCE_KNOB_COULOMB_NM,
+    REFERENCE_KNOB_INERTIA_KG_M2,
+    REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
+    REFERENCE_MOTOR_TORQUE_MAX_NM,
+    REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
+)
 from tools.definition.model import (
     Field,
     Structure,
@@ -154,19 +166,52 @@ PLANT_PARAMS = Structure(
     "PlantParams",
     "Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.",
     (
-        positive("knob_inertia_kg_m2", "kg m^2", "motor and knob", 6e-5),
-        amount("knob_viscous_nm_s_per_rad", "N m s/rad", "viscous friction there", 2.6e-5),
-        amount("knob_coulomb_nm", "N m", "dry friction there", 6e-3),
-        positive("brake_inertia_kg_m2", "kg m^2", "pulleys and brake", 4e-5),
+        positive("knob_inertia_kg_m2", "kg m^2", "motor and knob", REFERENCE_KNOB_INERTIA_KG_M2),
+        amount(
+            "knob_viscous_nm_s_per_rad",
+            "N m s/rad",
+            "viscous friction there",
+            REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
+        ),
+        amount("knob_coulomb_nm", "N m", "dry friction there", REFERENCE_KNOB_COULOMB_NM),
+        positive(
+            "brake_inertia_kg_m2", "kg m^2", "pulleys and brake", REFERENCE_BRAKE_INERTIA_KG_M2
+        ),
         amount("brake_viscous_nm_s_per_rad", "N m s/rad", "viscous friction there", 2e-6),
-        amount("brake_drag_nm", "N m", "drag of the released brake", 2e-3),
-        amount("shaft_stiffness_nm_per_rad", "N m/rad", "0: the shaft is cut", 2.873),
+        amount("brake_drag_nm", "N m", "drag of the released brake", REFERENCE_BRAKE_DRAG_NM),
+        amount(
+            "shaft_stiffness_nm_per_rad",
+            "N m/rad",
+            "0: the shaft is cut",
+            REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
+        ),
         amount("shaft_damping_nm_s_per_rad", "N m s/rad", "of the shaft", 2e-4),
-        amount("brake_time_constant_s", "s", "from command to torque; 0: no lag", 60e-3),
+        amount(
+            "brake_time_constant_s",
+            "s",
+            "from command to torque; 0: no lag",
+            REFERENCE_BRAKE_TIME_CONSTANT_S,
+        ),
         amount("motor_time_constant_s", "s", "from command to torque; 0: no lag", MOTOR_LAG_S),
-        amount("motor_limit_nm", "N m", "commands are clipped to it, both ways", 85e-3),
-        amount("brake_limit_nm", "N m", "commands are clipped to it", 110e-3),
-        for_hosts(whole("counts_per_rev", "u32", 1, 1 << 24, "of the encoder", default=8192)),
+        amount(
+            "motor_limit_nm",
+            "N m",
+            "commands are clipped to it, both ways",
+            REFERENCE_MOTOR_TORQUE_MAX_NM,
+        ),
+        amount(
+            "brake_limit_nm", "N m", "commands are clipped to it", REFERENCE_BRAKE_TORQUE_MAX_NM
+        ),
+        for_hosts(
+            whole(
+                "counts_per_rev",
+                "u32",
+                1,
+                1 << 24,
+                "of the encoder",
+                default=REFERENCE_COUNTS_PER_REV,
+            )
+        ),
         for_hosts(choice("encoder_rounding", ENCODER_ROUNDING, "how the encoder counts")),
         told("encoder_phase_counts", "double", "where in a count angle 0 lies"),
         amount("encoder_noise_counts", "", "standard deviation; 0 leaves the noise out", 0.0),

@@ -242,7 +242,7 @@ LinkStatistics Knob::statistics() const { return impl().session.statistics(); }
 bool Knob::is_emulated() const { return impl().emulator != nullptr; }
 
 Emulator& Knob::emulator() const {
-  if (!is_emulated()) throw Error("this knob is real hardware: it has no emulated world");
+  if (!is_emulated()) throw Error("this knob is real hardware: it has no emulator");
   return *impl().emulator;
 }
 

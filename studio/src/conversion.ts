@@ -2,11 +2,10 @@
 
 import { described, type Value, type Values } from "./codec";
 import type { Field } from "./fields";
-import { CURVE_POINTS_PER_REPORT } from "./reports";
+import { CURVE_POINTS_PER_REPORT, MAX_TORQUE_NM } from "./reports";
 
 const TURN_RAD = 2 * Math.PI;
 const Q32 = 2 ** 32;
-const MAX_TORQUE_NM = 100;
 
 export type Given = { [name: string]: Given | number | string | boolean | number[] | undefined };
 /** An effect as a person writes it: its type, and its fields by name. */
@@ -106,6 +105,14 @@ function checkTiming(effect: Effect): void {
   }
 }
 
+function checkOrder(fields: readonly Field[], effect: Effect): void {
+  for (const { name, notBelow } of fields) {
+    if (notBelow !== undefined && Number(effect[name]) < Number(effect[notBelow])) {
+      throw new InvalidValue(`${name} is ${effect[name]}, below ${notBelow}, which is ${effect[notBelow]}`);
+    }
+  }
+}
+
 function notchesQ32(effect: Effect, limits: SceneLimits): bigint {
   const given = [effect.per_turn, effect.pitch_rad].filter((v) => v !== undefined);
   if (given.length !== 1) throw new InvalidValue("give exactly one of per_turn and pitch_rad");
@@ -134,13 +141,12 @@ export function sceneToWire(scene: readonly Effect[], limits: SceneLimits): Wire
   const effects = scene.map((effect, slot) => {
     try {
       checkTiming(effect);
-      const values = toWire(described(effect.type).fields, effect);
+      const { fields } = described(effect.type);
+      const values = toWire(fields, effect);
+      checkOrder(fields, effect);
       if (effect.type === "detents") values.per_turn_q32 = notchesQ32(effect, limits);
       if ((effect.type === "periodic" || effect.type === "impact") && Number(effect.frequency_hz) > 0.5e9 / limits.controlPeriodNs) {
         throw new InvalidValue(`frequency_hz is ${effect.frequency_hz}, above half of this device's control rate`);
-      }
-      if (effect.type === "end_stops" && Number(effect.upper_rad) < Number(effect.lower_rad)) {
-        throw new InvalidValue(`upper_rad is ${effect.upper_rad}, below lower_rad, which is ${effect.lower_rad}`);
       }
       if (effect.type === "curve") Object.assign(values, curve(effect, pool, limits));
       values.target = { slot };
@@ -171,7 +177,7 @@ function curve(effect: Effect, pool: number[], limits: SceneLimits): Values {
   }
   torques.forEach((torque, i) => {
     if (!(Math.abs(torque) <= MAX_TORQUE_NM)) {
-      throw new InvalidValue(`torque_nm[${i}] is ${torque}, allowed are -100 to 100 N m`);
+      throw new InvalidValue(`torque_nm[${i}] is ${torque}, allowed are -${MAX_TORQUE_NM} to ${MAX_TORQUE_NM} N m`);
     }
   });
   const span = Math.round((Number(effect.span_rad) / TURN_RAD) * Q32);

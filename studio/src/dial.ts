@@ -1,5 +1,6 @@
 // The knob as one sees it, and the hand that turns it when it is an emulated one.
 
+import { described } from "./codec";
 import type { Effect } from "./conversion";
 import { byId } from "./page";
 
@@ -18,10 +19,10 @@ function line(angleRad: number, from: number, to: number, name: string): SVGElem
   return made;
 }
 
-/** Marks on the rim where a scene's walls and end stops begin. */
+/** Marks on the rim where what is solid in a scene begins. */
 export function showPlaces(scene: readonly Effect[]): void {
   const places = scene.flatMap((effect) =>
-    effect.type === "wall" ? [effect.angle_rad] : effect.type === "end_stops" ? [effect.lower_rad, effect.upper_rad] : [],
+    described(effect.type).fields.filter((field) => field.surface).map((field) => effect[field.name]),
   );
   byId<SVGElement>("places").replaceChildren(
     ...places.map(Number).filter(Number.isFinite).map((angle) => line(angle, 78, 96, "place")),

@@ -3,12 +3,11 @@
 import type { Values } from "./codec";
 import type { Knob } from "./knob";
 import { show } from "./page";
+import { LEDGER_TORQUE_NM } from "./reports";
 
 const LOOK_MS = 500;
 // Of a law that counts nothing one asks more seldom: it may be changed by another program.
 const IDLE_LOOKS = 4;
-// What the device counts torques in; as in firmware/core/ledger.hpp.
-const TORQUE_NM = 2 ** -23;
 
 export interface Energies {
   /** Given to the knob by the motor. */
@@ -23,7 +22,7 @@ export interface Energies {
 
 /** The device's ledger in joules; motor = felt + stored + brake. */
 export function energiesOf(ledger: Values, countsPerRev: number): Energies {
-  const stepJ = (TORQUE_NM * 2 * Math.PI) / countsPerRev;
+  const stepJ = (LEDGER_TORQUE_NM * 2 * Math.PI) / countsPerRev;
   const motorJ = Number(ledger.motor) * stepJ, springJ = (Number(ledger.spring_twice) / 2) * stepJ;
   const storedJ = Number(ledger.stored_j);
   return { motorJ, feltJ: motorJ + springJ, storedJ, brakeJ: -springJ - storedJ };

@@ -2,6 +2,8 @@
 
 export type Scalar = "u8" | "u16" | "u32" | "u64" | "i8" | "i16" | "i32" | "i64" | "f32";
 
+type Example = { [name: string]: number | number[] | Example };
+
 export interface Field {
   /** As a person writes it, with the unit as suffix. */
   name: string;
@@ -26,6 +28,10 @@ export interface Field {
   default?: number | string | boolean;
   /** A person sees it. */
   shown?: boolean;
+  /** Something solid begins at this angle. */
+  surface?: boolean;
+  /** The field that it must not be below. */
+  notBelow?: string;
 }
 
 export interface Report {
@@ -37,6 +43,8 @@ export interface Report {
   /** Bytes of the fields, without the id. */
   size: number;
   fields: Field[];
+  /** What a new effect is like, so that it can be felt at once; none: it begins empty. */
+  example?: Example;
 }
 
 export interface Bit {

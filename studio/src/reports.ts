@@ -12,6 +12,10 @@ export const USB: { vendorId: number; productId: number } = {"vendorId": 4617, "
 
 export const CURVE_POINTS_PER_REPORT: number = 13;
 
+export const MAX_TORQUE_NM: number = 100.0;
+
+export const LEDGER_TORQUE_NM: number = 1.1920928955078125e-07;
+
 export const STATES: readonly string[] = ["disarmed", "armed", "fault"];
 
 export const OWNERS: readonly string[] = ["none", "sdk", "game", "dial"];
@@ -572,11 +576,12 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 21,
     "fields": [
       {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
-      {"name": "angle_rad", "kind": "angle", "doc": "the wall's surface", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
+      {"name": "angle_rad", "kind": "angle", "doc": "the wall's surface", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true, "surface": true},
       {"name": "side", "kind": "choice", "doc": "on which side of the surface the wall is solid", "wire": "side", "type": "u8", "enumeration": "Side", "values": ["above", "below"], "default": "above", "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "torque per depth", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "shown": true},
       {"name": "damping_nm_s_per_rad", "kind": "number", "doc": "torque per inward speed", "wire": "damping_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
     ],
+    "example": {"angle_rad": 0.3, "stiffness_nm_per_rad": 1.4, "damping_nm_s_per_rad": 0},
   },
   "spring": {
     "id": 33,
@@ -592,6 +597,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "deadband_rad", "kind": "number", "doc": "no torque within this distance of the rest angle", "wire": "deadband_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "rad", "default": 0.0, "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
+    "example": {"stiffness_nm_per_rad": 0.1},
   },
   "damper": {
     "id": 34,
@@ -605,6 +611,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "damping_nm_s_per_rad", "kind": "number", "doc": "torque per speed", "wire": "damping_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
+    "example": {"damping_nm_s_per_rad": 0.002},
   },
   "friction": {
     "id": 35,
@@ -618,6 +625,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "torque_nm", "kind": "number", "doc": "while sliding", "wire": "torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "while sticking", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 1e-06, "high": 1000000.0, "unit": "N m/rad", "default": 1.0, "shown": true},
     ],
+    "example": {"torque_nm": 0.02},
   },
   "inertia": {
     "id": 36,
@@ -631,6 +639,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "inertia_kg_m2", "kind": "number", "doc": "torque per acceleration", "wire": "inertia_kg_m2", "type": "f32", "low": 0.0, "high": 10.0, "unit": "kg m^2", "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
+    "example": {"inertia_kg_m2": 5e-05},
   },
   "constant": {
     "id": 37,
@@ -644,6 +653,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "torque_nm", "kind": "number", "doc": "at full strength", "wire": "torque_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "timing", "kind": "group", "doc": "when it plays, and its envelope", "wire": "timing", "fields": [{"name": "delay_s", "kind": "number", "doc": "silence after the scene begins", "wire": "delay_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "duration_s", "kind": "number", "doc": "0 plays without end", "wire": "duration_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "attack_level", "kind": "number", "doc": "share of the strength at the start", "wire": "attack_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "attack_s", "kind": "number", "doc": "time to full strength", "wire": "attack_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "fade_level", "kind": "number", "doc": "share of the strength at the end", "wire": "fade_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "fade_s", "kind": "number", "doc": "fading time before the end", "wire": "fade_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}], "shown": true},
     ],
+    "example": {"torque_nm": 0.02},
   },
   "ramp": {
     "id": 38,
@@ -658,6 +668,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "end_torque_nm", "kind": "number", "doc": "when it ends", "wire": "end_torque_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "timing", "kind": "group", "doc": "when it plays, and its envelope", "wire": "timing", "fields": [{"name": "delay_s", "kind": "number", "doc": "silence after the scene begins", "wire": "delay_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "duration_s", "kind": "number", "doc": "0 plays without end", "wire": "duration_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "attack_level", "kind": "number", "doc": "share of the strength at the start", "wire": "attack_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "attack_s", "kind": "number", "doc": "time to full strength", "wire": "attack_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "fade_level", "kind": "number", "doc": "share of the strength at the end", "wire": "fade_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "fade_s", "kind": "number", "doc": "fading time before the end", "wire": "fade_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}], "shown": true},
     ],
+    "example": {"start_torque_nm": 0, "end_torque_nm": 0.04, "timing": {"duration_s": 1}},
   },
   "periodic": {
     "id": 39,
@@ -675,6 +686,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "phase_turns", "kind": "number", "doc": "where in the period it starts", "wire": "phase_turns", "type": "f32", "low": 0.0, "high": 1.0, "unit": "turn", "default": 0.0, "shown": true},
       {"name": "timing", "kind": "group", "doc": "when it plays, and its envelope", "wire": "timing", "fields": [{"name": "delay_s", "kind": "number", "doc": "silence after the scene begins", "wire": "delay_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "duration_s", "kind": "number", "doc": "0 plays without end", "wire": "duration_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "attack_level", "kind": "number", "doc": "share of the strength at the start", "wire": "attack_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "attack_s", "kind": "number", "doc": "time to full strength", "wire": "attack_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "fade_level", "kind": "number", "doc": "share of the strength at the end", "wire": "fade_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "fade_s", "kind": "number", "doc": "fading time before the end", "wire": "fade_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}], "shown": true},
     ],
+    "example": {"amplitude_nm": 0.02, "frequency_hz": 2},
   },
   "detents": {
     "id": 40,
@@ -693,6 +705,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "profile", "kind": "choice", "doc": "torque from one notch to the next", "wire": "profile", "type": "u8", "enumeration": "DetentProfile", "values": ["sine", "linear", "click"], "default": "sine", "shown": true},
       {"name": "width", "kind": "number", "doc": "share of the pitch; click only", "wire": "width", "type": "f32", "low": 0.01, "high": 1.0, "default": 0.5, "shown": true},
     ],
+    "example": {"per_turn": 24, "torque_nm": 0.03},
   },
   "end_stops": {
     "id": 41,
@@ -703,11 +716,12 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 28,
     "fields": [
       {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
-      {"name": "lower_rad", "kind": "angle", "doc": "surface of the lower wall", "wire": "lower_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "shown": true},
-      {"name": "upper_rad", "kind": "angle", "doc": "surface of the upper one, not below the lower one", "wire": "upper_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "shown": true},
+      {"name": "lower_rad", "kind": "angle", "doc": "surface of the lower wall", "wire": "lower_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "shown": true, "surface": true},
+      {"name": "upper_rad", "kind": "angle", "doc": "surface of the upper one, not below the lower one", "wire": "upper_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "shown": true, "surface": true, "notBelow": "lower_rad"},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "torque per depth, of either wall", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "shown": true},
       {"name": "damping_nm_s_per_rad", "kind": "number", "doc": "torque per inward speed, of either wall", "wire": "damping_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
     ],
+    "example": {"lower_rad": -0.8, "upper_rad": 0.8, "stiffness_nm_per_rad": 1.4},
   },
   "texture": {
     "id": 42,
@@ -723,6 +737,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "grain", "kind": "choice", "doc": "shape of a grain", "wire": "grain", "type": "u8", "enumeration": "Grain", "values": ["sine", "square", "triangle", "noise"], "default": "noise", "shown": true},
       {"name": "seed", "kind": "whole", "doc": "another seed, another surface; noise only", "wire": "seed", "type": "u32", "default": 0, "shown": true},
     ],
+    "example": {"grains_per_turn": 120, "torque_nm": 0.01},
   },
   "curve": {
     "id": 43,
@@ -741,6 +756,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "first_point", "kind": "whole", "doc": "index in the pool", "wire": "first_point", "type": "u16", "low": 0, "high": 1022, "default": 0},
       {"name": "points", "kind": "whole", "doc": "", "wire": "points", "type": "u16", "low": 2, "high": 1024, "default": 2},
     ],
+    "example": {"span_rad": 1, "torque_nm": [0, 0.03, 0, -0.03, 0]},
   },
   "impact": {
     "id": 44,
@@ -760,6 +776,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "pulse_s", "kind": "number", "doc": "how long the pulse lasts; it ends where the knob stops", "wire": "pulse_s", "type": "f32", "low": 0.0, "high": 0.1, "unit": "s", "default": 0.005, "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
+    "example": {"angle_rad": 0.3, "strength_nm_s_per_rad": 0.02, "pulse_nm_s_per_rad": 0.01},
   },
   "curve_points": {
     "id": 47,

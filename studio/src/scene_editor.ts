@@ -8,25 +8,13 @@ import { cppLines, pythonLines } from "./lines";
 import { byId, element, label } from "./page";
 import { EFFECTS } from "./reports";
 
-/** What a new effect is like, so that it can be felt at once; one that is not here begins empty. */
-const EXAMPLES: Record<string, () => Effect> = {
-  wall: () => ({ type: "wall", angle_rad: 0.3, stiffness_nm_per_rad: 1.4, damping_nm_s_per_rad: 0 }),
-  spring: () => ({ type: "spring", stiffness_nm_per_rad: 0.1 }),
-  damper: () => ({ type: "damper", damping_nm_s_per_rad: 2e-3 }),
-  friction: () => ({ type: "friction", torque_nm: 0.02 }),
-  inertia: () => ({ type: "inertia", inertia_kg_m2: 5e-5 }),
-  constant: () => ({ type: "constant", torque_nm: 0.02 }),
-  ramp: () => ({ type: "ramp", start_torque_nm: 0, end_torque_nm: 0.04, timing: { duration_s: 1 } }),
-  periodic: () => ({ type: "periodic", amplitude_nm: 0.02, frequency_hz: 2 }),
-  detents: () => ({ type: "detents", per_turn: 24, torque_nm: 0.03 }),
-  end_stops: () => ({ type: "end_stops", lower_rad: -0.8, upper_rad: 0.8, stiffness_nm_per_rad: 1.4 }),
-  texture: () => ({ type: "texture", grains_per_turn: 120, torque_nm: 0.01 }),
-  impact: () => ({ type: "impact", angle_rad: 0.3, strength_nm_s_per_rad: 0.02, pulse_nm_s_per_rad: 0.01 }),
-  curve: () => ({ type: "curve", span_rad: 1, torque_nm: [0, 0.03, 0, -0.03, 0] }),
-};
+/** An effect as one begins with it. */
+function begun(type: string): Effect {
+  return { type, ...structuredClone(described(type).example ?? {}) };
+}
 
 export class SceneEditor {
-  scene: Effect[] = [EXAMPLES.wall!()];
+  scene: Effect[] = [begun("wall")];
   readonly #list = byId("effects");
   #timer: ReturnType<typeof setTimeout> | undefined;
 
@@ -35,7 +23,7 @@ export class SceneEditor {
     const kinds = byId<HTMLSelectElement>("new-effect");
     kinds.append(...EFFECTS.map((name) => element("option", { value: name }, label(name))));
     byId("add-effect").addEventListener("click", () => {
-      this.scene.push(EXAMPLES[kinds.value]?.() ?? { type: kinds.value });
+      this.scene.push(begun(kinds.value));
       this.#build();
     });
     for (const [button, lines] of [["copy-python", "python"], ["copy-cpp", "cpp"]] as const) {

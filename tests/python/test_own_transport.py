@@ -106,7 +106,7 @@ def test_transport_of_real_time_is_read_by_a_thread_of_the_knob() -> None:
 def test_knob_over_a_transport_of_python_renders_a_spring_and_tells_it() -> None:
     transport = Simulated()
     with torsio.open(transport) as knob:
-        with pytest.raises(torsio.Error, match="no emulated world"):
+        with pytest.raises(torsio.Error, match="no emulator"):
             _ = knob.emulator
         assert knob.info.control_rate_hz == 1e9 / TICK_NS
         knob.play(torsio.Constant(torque_nm=0.03))

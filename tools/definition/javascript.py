@@ -94,6 +94,10 @@ def field(of: Field) -> dict[str, Any]:
         out["default"] = _default(of)
     if of.host:
         out["shown"] = True
+    if of.surface:
+        out["surface"] = True
+    if of.not_below:
+        out["notBelow"] = of.not_below
     return out
 
 
@@ -108,6 +112,7 @@ def reports(listed: Iterable[Structure]) -> dict[str, Any]:
             "notes": of.notes,
             "size": sum(map(wire_size, of.wire_fields)),
             "fields": [field(f) for f in of.fields],
+            **({"example": of.example} if of.example is not None else {}),
         }
         for of in listed
     }

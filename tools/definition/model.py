@@ -19,6 +19,7 @@ into others by a rule across fields.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -141,6 +142,10 @@ class Field:
     of: Enumeration | Structure | None = None
     rule: str = ""
     """The range in words, where no two numbers bound it: > 0."""
+    surface: bool = False
+    """Something solid begins at this angle: the studio marks it on its dial."""
+    not_below: str = ""
+    """The field that it must not be below, which the studio tells while one types."""
 
     @property
     def name_on_wire(self) -> str:
@@ -167,6 +172,8 @@ class Structure:
     array_record: bool = False
     """Many of them are a NumPy structured array in Python; one has no class."""
     comparable: bool = False
+    example: Mapping[str, object] | None = None
+    """Values that the studio begins with, so that an effect can be felt at once; None: empty fields."""
 
     @property
     def snake(self) -> str:
@@ -289,6 +296,16 @@ def on_wire(field: Field) -> Field:
 def required(field: Field) -> Field:
     """Have Python's users give it."""
     return replace(field, default=None)
+
+
+def surface(field: Field) -> Field:
+    """Have something solid begin at an angle."""
+    return replace(field, surface=True)
+
+
+def not_below(other: str, field: Field) -> Field:
+    """Have a field be at least another one."""
+    return replace(field, not_below=other)
 
 
 def for_hosts(field: Field) -> Field:

@@ -40,6 +40,8 @@ def studio_reports() -> str:
             "USB": ("{ vendorId: number; productId: number }",
                     {"vendorId": vendor, "productId": product}),
             "CURVE_POINTS_PER_REPORT": ("number", limits.CURVE_POINTS_PER_REPORT.value),
+            "MAX_TORQUE_NM": ("number", limits.MAX_TORQUE_NM.value),
+            "LEDGER_TORQUE_NM": ("number", limits.LEDGER_TORQUE_NM),
             "STATES": (names, javascript.values(e.STATE)),
             "OWNERS": (names, javascript.values(e.OWNER)),
             "STATUSES": (

@@ -122,7 +122,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def emulator(self) -> Emulator:
         """The world round an emulated knob. Raises `Error` on real hardware."""
         if not self._knob.is_emulated:
-            raise Error("this knob is real hardware: it has no emulated world")
+            raise Error("this knob is real hardware: it has no emulator")
         return Emulator(self._knob)
 
     def health(self) -> Health:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from firmware.protocol.definition import enumerations as e
 from firmware.protocol.definition.limits import (
@@ -27,12 +28,14 @@ from tools.definition.model import (
     choice,
     for_hosts,
     group,
+    not_below,
     number,
     numbers,
     on_wire,
     optional_number,
     raw,
     required,
+    surface,
     whole,
 )
 
@@ -92,10 +95,17 @@ _PLACE = on_wire(group("target", TARGET))
 _TIMING = group("timing", TIMING, "when it plays, and its envelope")
 
 
-def _effect(id: int, name: str, doc: str, *fields: Field, wire_doc: str = "") -> Structure:
+def _effect(
+    id: int,
+    name: str,
+    doc: str,
+    *fields: Field,
+    wire_doc: str = "",
+    example: Mapping[str, object] | None = None,
+) -> Structure:
     return Structure(
         name, doc, (_PLACE, *fields),
-        id=id, direction="output", wire_doc=wire_doc, base="Effect",
+        id=id, direction="output", wire_doc=wire_doc, base="Effect", example=example,
     )  # fmt: skip
 
 
@@ -103,10 +113,11 @@ WALL = _effect(
     0x20,
     "Wall",
     "A virtual wall: inside it, stiffness times depth plus damping times inward speed, never a pull.",
-    angle_rad("angle_rad", "the wall's surface"),
+    surface(angle_rad("angle_rad", "the wall's surface")),
     choice("side", e.SIDE, "on which side of the surface the wall is solid"),
     stiffness("torque per depth"),
     damping("torque per inward speed"),
+    example={"angle_rad": 0.3, "stiffness_nm_per_rad": 1.4, "damping_nm_s_per_rad": 0},
 )
 SPRING = _effect(
     0x21,
@@ -116,6 +127,7 @@ SPRING = _effect(
     stiffness("torque per distance from the rest angle"),
     number("deadband_rad", "rad", 0.0, 1e3, "no torque within this distance of the rest angle"),
     TORQUE_LIMIT,
+    example={"stiffness_nm_per_rad": 0.1},
 )
 DAMPER = _effect(
     0x22,
@@ -123,6 +135,7 @@ DAMPER = _effect(
     "Torque against the speed.",
     damping("torque per speed", required=True),
     TORQUE_LIMIT,
+    example={"damping_nm_s_per_rad": 2e-3},
 )
 FRICTION = _effect(
     0x23,
@@ -130,6 +143,7 @@ FRICTION = _effect(
     "Dry friction that sticks: a spring to an anchor that is dragged along once the torque is reached.",
     torque("torque_nm", "while sliding"),
     stiffness("while sticking", low=1e-6, default=1.0),
+    example={"torque_nm": 0.02},
 )
 INERTIA = _effect(
     0x24,
@@ -139,6 +153,7 @@ INERTIA = _effect(
         "inertia_kg_m2", "kg m^2", 0.0, MAX_INERTIA_KG_M2, "torque per acceleration", required=True
     ),
     TORQUE_LIMIT,
+    example={"inertia_kg_m2": 5e-5},
 )
 CONSTANT = _effect(
     0x25,
@@ -146,6 +161,7 @@ CONSTANT = _effect(
     "A constant torque.",
     torque("torque_nm", "at full strength", low=-MAX_TORQUE_NM),
     _TIMING,
+    example={"torque_nm": 0.02},
 )
 RAMP = _effect(
     0x26,
@@ -154,6 +170,7 @@ RAMP = _effect(
     torque("start_torque_nm", "when the duration begins", low=-MAX_TORQUE_NM),
     torque("end_torque_nm", "when it ends", low=-MAX_TORQUE_NM),
     _TIMING,
+    example={"start_torque_nm": 0, "end_torque_nm": 0.04, "timing": {"duration_s": 1}},
 )
 PERIODIC = _effect(
     0x27,
@@ -165,6 +182,7 @@ PERIODIC = _effect(
     number("frequency_hz", "Hz", 0.0, 1e4, "at most half the control rate", required=True),
     number("phase_turns", "turn", 0.0, 1.0, "where in the period it starts"),
     _TIMING,
+    example={"amplitude_nm": 0.02, "frequency_hz": 2},
 )
 DETENTS = _effect(
     0x28,
@@ -183,15 +201,22 @@ DETENTS = _effect(
     wire_doc="Notches at equal distances. sine: torque -T sin(2 pi u) at u pitches from a notch; "
     "linear: -2 T u within half a pitch; click: linear within the width, beyond it T toward the "
     "notch.",
+    example={"per_turn": 24, "torque_nm": 0.03},
 )  # fmt: skip
 END_STOPS = _effect(
     0x29,
     "EndStops",
     "Two walls that bound the range between them.",
-    required(angle_rad("lower_rad", "surface of the lower wall")),
-    required(angle_rad("upper_rad", "surface of the upper one, not below the lower one")),
+    surface(required(angle_rad("lower_rad", "surface of the lower wall"))),
+    not_below(
+        "lower_rad",
+        surface(
+            required(angle_rad("upper_rad", "surface of the upper one, not below the lower one"))
+        ),
+    ),
     stiffness("torque per depth, of either wall"),
     damping("torque per inward speed, of either wall"),
+    example={"lower_rad": -0.8, "upper_rad": 0.8, "stiffness_nm_per_rad": 1.4},
 )
 TEXTURE = _effect(
     0x2A,
@@ -203,6 +228,7 @@ TEXTURE = _effect(
     any_whole("seed", "u32", "another seed, another surface; noise only"),
     wire_doc="A rough surface fixed to the knob, the same in every turn. sine, square and triangle "
     "repeat with each grain; noise draws a value between -T and T per grain and joins them smoothly.",
+    example={"grains_per_turn": 120, "torque_nm": 0.01},
 )
 CURVE = _effect(
     0x2B,
@@ -225,6 +251,7 @@ CURVE = _effect(
     raw("points", "u16", "", "", 2, CURVE_POOL_POINTS, default=2),
     wire_doc="A torque over angle, linear between points of the pool. Outside its span it holds its "
     "end values or repeats.",
+    example={"span_rad": 1, "torque_nm": [0, 0.03, 0, -0.03, 0]},
 )  # fmt: skip
 IMPACT = _effect(
     0x2C,
@@ -251,6 +278,7 @@ IMPACT = _effect(
         default=5e-3,
     ),
     TORQUE_LIMIT,
+    example={"angle_rad": 0.3, "strength_nm_s_per_rad": 0.02, "pulse_nm_s_per_rad": 0.01},
 )  # fmt: skip
 
 EFFECTS = (

@@ -34,6 +34,21 @@ EXCITATION_STILL_S = Constant(
     "all of the reference motor makes the reference knob 40 rad/s faster in it",
 )  # fmt: skip
 
+# The reference actuator: what the device takes it for, and what the emulated one is.
+REFERENCE_MOTOR_TORQUE_MAX_NM = 85e-3
+REFERENCE_BRAKE_TORQUE_MAX_NM = 110e-3
+REFERENCE_BRAKE_DRAG_NM = 2e-3
+REFERENCE_BRAKE_TIME_CONSTANT_S = 60e-3
+REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD = 2.873
+REFERENCE_COUNTS_PER_REV = 8192
+REFERENCE_KNOB_INERTIA_KG_M2 = 6e-5
+REFERENCE_KNOB_COULOMB_NM = 6e-3
+REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD = 2.6e-5
+REFERENCE_BRAKE_INERTIA_KG_M2 = 4e-5
+
+LEDGER_TORQUE_NM = 2.0**-23
+"""What the device counts the ledger's torques in; firmware/core/ledger.hpp has the same."""
+
 MOTOR_LAG_S = 44e-6
 """By which the reference board's current loop trails: a period of 25 us until its voltage acts, then the
 share 1 - exp(-2 pi 10 kHz 25 us) of the way in each, along lines; 25 us (1 / 2 + 1 / share)."""
