@@ -15,7 +15,7 @@ PAGE = (TREE / "docs/troubleshooting.md").read_text(encoding="utf-8")
 ENTRIES = set(re.findall(r"^### (\S+)$", PAGE, re.MULTILINE))
 DOCTOR = "".join(
     file.read_text(encoding="utf-8")
-    for file in (TREE / "bindings/python/torsio").glob("doctor*.py")
+    for file in (TREE / "bindings/python/torsio").glob("doctor/*.py")
 )
 
 WANTED = {

@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio import calibration
-from torsio.calibrate_cli import words_of
 from torsio.calibration import brake, numeric, procedure, report
 from torsio.calibration.figure import save_figure
 from torsio.cli import app
-from torsio.doctor_knob import missing
+from torsio.commands.calibrate import words_of
+from torsio.doctor.knob import missing
 
 
 @pytest.fixture(autouse=True)

@@ -18,8 +18,8 @@ import typer
 from typer.testing import CliRunner
 
 import torsio
-from torsio import other_commands
 from torsio.cli import app
+from torsio.commands import other as other_commands
 from torsio.demos import wall, wall_figure
 
 COMMAND = str(Path(sys.executable).with_name("torsio"))

@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 import torsio
-from torsio import order_commands
 from torsio.cli import app
+from torsio.commands import orders
 
 DEVICE = ["--device", "emulated:config-cli"]
 
@@ -80,7 +80,7 @@ def test_faults_stop_and_zero_are_commands(monkeypatch: pytest.MonkeyPatch) -> N
     options = torsio.EmulatorOptions(hand=hand)
     with torsio.open("emulated", emulator=options) as knob:
         # The knob that the commands open, in a state that each has something to do about.
-        monkeypatch.setattr(order_commands, "opened", lambda *_: nullcontext(knob))
+        monkeypatch.setattr(orders, "opened", lambda *_: nullcontext(knob))
         knob.sleep(0.2)
         assert knob.position_rad() == pytest.approx(0.5, abs=1e-3)
         run("zero")

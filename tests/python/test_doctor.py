@@ -17,8 +17,12 @@ import pytest
 
 import torsio
 from tests.python import wire
-from torsio import doctor, doctor_facts, doctor_knob, doctor_linux, doctor_windows
-from torsio.doctor_facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
+from torsio import doctor
+from torsio.doctor import facts as doctor_facts
+from torsio.doctor import knob as doctor_knob
+from torsio.doctor import linux as doctor_linux
+from torsio.doctor import windows as doctor_windows
+from torsio.doctor.facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
 from torsio.statuses import FAULT_ADVICE
 
 TREE = Path(__file__).parents[2]

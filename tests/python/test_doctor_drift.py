@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 import torsio
 from torsio import calibration, doctor
 from torsio.cli import app
-from torsio.doctor_drift import check_drift
-from torsio.findings import Finding
+from torsio.doctor.drift import check_drift
+from torsio.doctor.findings import Finding
 
 
 @pytest.fixture(autouse=True)

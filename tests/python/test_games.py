@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 import torsio
 from tests.python.game import CONSTANT, SPRING, Game
-from torsio import games_cli
 from torsio.cli import app
+from torsio.commands import games as games_cli
 from torsio.games import GameMonitor
 
 FULL_NM = 0.08

@@ -20,7 +20,7 @@ from rich.console import Console
 
 import torsio
 from tests.recordings import check_recording, counts_in_foxglove
-from torsio.live_commands import monitor_table
+from torsio.commands.live import monitor_table
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)

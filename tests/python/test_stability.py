@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import torsio
 from torsio import stability
 from torsio.cli import app
-from torsio.stability_cli import plant_of
+from torsio.commands.stability import plant_of
 
 STIFF = torsio.Wall(stiffness_nm_per_rad=100.0, angle_rad=1.0)
 

@@ -12,20 +12,20 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio import (
-    calibrate_cli,
-    demo_commands,
-    doctor,
-    firmware_cli,
-    live_commands,
-    order_commands,
-    recording_commands,
-    setting_commands,
-    stability_cli,
-)
+from torsio import doctor
 from torsio.command import AsJson, Device, opened, plainly, print_json, value_text
+from torsio.commands import (
+    calibrate,
+    demo,
+    firmware,
+    live,
+    orders,
+    other,
+    recordings,
+    settings,
+    stability,
+)
 from torsio.knob_configuration import CONFIGS
-from torsio.other_commands import add_commands
 from torsio.screen import asks, err, out
 from torsio.virtual_knob import cli as virtual_knob
 
@@ -35,10 +35,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-demo_commands.add_to(app)
-setting_commands.add_to(app)
-app.add_typer(firmware_cli.app, name="firmware")
-add_commands(app)
+demo.add_to(app)
+settings.add_to(app)
+app.add_typer(firmware.app, name="firmware")
+other.add_commands(app)
 
 
 def _version(wanted: bool) -> None:
@@ -88,7 +88,7 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
                 for name in CONFIGS
                 if name != "calibration"
             },
-            "calibration": calibrate_cli.words_of(knob),
+            "calibration": calibrate.words_of(knob),
         }
     if as_json:
         print_json(groups)
@@ -191,7 +191,7 @@ def calibrate_command(
     """
     say = err if as_json else out
     with opened(device, say) as knob:
-        measured = calibrate_cli.measure(
+        measured = calibrate.measure(
             knob, say, quick=quick, ambient_c=ambient_c, supply_v=supply_v, picture=picture
         )
         found = measured["calibration"]
@@ -199,15 +199,15 @@ def calibrate_command(
             changed = [asdict(drift) for drift in measured["changed"]]
             print_json(found.as_dict() | {"changed": changed})
         else:
-            calibrate_cli.show(knob, measured, out)
+            calibrate.show(knob, measured, out)
         if keep or (not quick and not as_json and asks(say, "Keep this on the device?")):
-            calibrate_cli.save(knob, found, say)
+            calibrate.save(knob, found, say)
     if quick and measured["changed"]:
         raise typer.Exit(1)
 
 
 app.command("emulate")(plainly(virtual_knob.emulate_command))
-live_commands.add_to(app)
-order_commands.add_to(app)
-recording_commands.add_to(app)
-stability_cli.add_to(app)
+live.add_to(app)
+orders.add_to(app)
+recordings.add_to(app)
+stability.add_to(app)

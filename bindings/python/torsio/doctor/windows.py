@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID
-from torsio.findings import Finding
+from torsio.doctor.facts import PRODUCT_ID, VENDOR_ID
+from torsio.doctor.findings import Finding
 from torsio.opening import list_devices
 from torsio.records import ListedDevice
 

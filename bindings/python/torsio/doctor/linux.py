@@ -5,16 +5,15 @@ from __future__ import annotations
 import importlib.resources
 import shlex
 
-from torsio import doctor_facts
-from torsio.doctor_facts import PRODUCT_ID, VENDOR_ID, Permission, UsbKnob
-from torsio.findings import Finding
+from torsio.doctor.facts import PRODUCT_ID, RULE, VENDOR_ID, Permission, UsbKnob
+from torsio.doctor.findings import Finding
 
 __all__ = ["check_driver", "check_permission", "check_usb", "install_rule_line"]
 
 
 def install_rule_line() -> str:
     """Give the line that installs the udev rule that this package brings."""
-    rule = importlib.resources.files("torsio").joinpath(doctor_facts.RULE)
+    rule = importlib.resources.files("torsio").joinpath(RULE)
     return (
         f"sudo install -m 644 {shlex.quote(str(rule))} /etc/udev/rules.d/ && "
         "sudo udevadm control --reload && sudo udevadm trigger --subsystem-match=hidraw"

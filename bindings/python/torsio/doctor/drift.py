@@ -6,8 +6,8 @@ from dataclasses import asdict
 
 from torsio import calibration
 from torsio.calibration import report
+from torsio.doctor.findings import Finding
 from torsio.errors import Error
-from torsio.findings import Finding
 from torsio.knob import Knob
 
 __all__ = ["check_drift"]

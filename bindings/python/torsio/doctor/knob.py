@@ -7,8 +7,8 @@ from dataclasses import asdict
 
 import torsio
 from torsio.calibration.free import FREE_LIMIT_RAD_S
-from torsio.doctor_facts import KnobFacts
-from torsio.findings import Finding
+from torsio.doctor.facts import KnobFacts
+from torsio.doctor.findings import Finding
 from torsio.records import Limits
 from torsio.statuses import FAULT_ADVICE
 

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 
 import typer
 
-from torsio import games_cli
 from torsio.command import (
     AsJson,
     Device,
@@ -20,6 +19,7 @@ from torsio.command import (
     value_of,
     value_text,
 )
+from torsio.commands import games
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
@@ -42,9 +42,9 @@ def games_command(
         return
     with opened(device, err if as_json else out) as knob:
         if as_json:
-            print_json(games_cli.as_dict(games_cli.measure(knob)))
+            print_json(games.as_dict(games.measure(knob)))
         else:
-            games_cli.show(knob, out, seconds=seconds)
+            games.show(knob, out, seconds=seconds)
 
 
 def games_set_command(
@@ -96,7 +96,7 @@ def games_set_command(
     if not changes:
         raise typer.BadParameter("name at least one setting; see torsio games set --help")
     with opened(device, out) as knob:
-        config = games_cli.change(knob, changes)
+        config = games.change(knob, changes)
     for name in changes:
         out.print(f"{name}  {value_text(name, getattr(config, name))}")
 
@@ -167,10 +167,10 @@ def config_load_command(file: Path, device: Device = "") -> None:
 
 def add_to(app: typer.Typer) -> None:
     """Add both groups."""
-    games = typer.Typer(help="See what games do, and set what they may do.")
-    games.callback(invoke_without_command=True)(plainly(games_command))
-    games.command("set")(plainly(games_set_command))
-    app.add_typer(games, name="games")
+    about_games = typer.Typer(help="See what games do, and set what they may do.")
+    about_games.callback(invoke_without_command=True)(plainly(games_command))
+    about_games.command("set")(plainly(games_set_command))
+    app.add_typer(about_games, name="games")
     config = typer.Typer(help="Read and set what a knob is made of.", no_args_is_help=True)
     config.command("get")(plainly(config_get_command))
     config.command("set")(plainly(config_set_command))

@@ -1,8 +1,8 @@
 """`torsio doctor`: checks a knob and says what to do about each problem.
 
-Facts are gathered in `torsio.doctor_facts`; small functions, one for each matter, turn facts into
-findings: about the system in `torsio.doctor_linux` and `torsio.doctor_windows`, about the knob in
-`torsio.doctor_knob`. What moves the knob is in `torsio.doctor_drift`, and done only when asked for.
+Facts are gathered in `torsio.doctor.facts`; small functions, one for each matter, turn facts into
+findings: about the system in `torsio.doctor.linux` and `torsio.doctor.windows`, about the knob in
+`torsio.doctor.knob`. What moves the knob is in `torsio.doctor.drift`, and done only when asked for.
 """
 
 from __future__ import annotations
@@ -14,13 +14,21 @@ from pathlib import Path
 from typing import Any
 
 import torsio
-from torsio import doctor_facts, doctor_windows
-from torsio.doctor_drift import check_drift
-from torsio.doctor_facts import Permission, UsbKnob
-from torsio.doctor_knob import KNOB_CHECKS
-from torsio.doctor_linux import check_driver, check_permission, check_usb
+from torsio.doctor.drift import check_drift
+from torsio.doctor.facts import (
+    Permission,
+    UsbKnob,
+    examine,
+    failure_name,
+    find_permission,
+    find_usb_knobs,
+)
+from torsio.doctor.findings import Finding
+from torsio.doctor.knob import KNOB_CHECKS
+from torsio.doctor.linux import check_driver, check_permission, check_usb
+from torsio.doctor.windows import OPEN_ADVICE as WINDOWS_OPEN_ADVICE
+from torsio.doctor.windows import examine_system
 from torsio.errors import Error
-from torsio.findings import Finding
 
 __all__ = ["Finding", "Report", "diagnose", "examine_drift"]
 
@@ -63,10 +71,10 @@ _OPEN_ADVICE = {
 
 def check_failure(error: Error) -> Finding:
     """Say what kept the knob from being opened or examined."""
-    name = doctor_facts.failure_name(error)
+    name = failure_name(error)
     advice = _OPEN_ADVICE
     if sys.platform == "win32":
-        advice = _OPEN_ADVICE | doctor_windows.OPEN_ADVICE
+        advice = _OPEN_ADVICE | WINDOWS_OPEN_ADVICE
     return Finding("open", False, str(error), advice[name], {"reason": name})
 
 
@@ -74,7 +82,7 @@ def examine_device(selector: str, **options: Any) -> Iterator[Finding]:
     """Open a knob and judge it; options go to `torsio.open`."""
     try:
         with torsio.open(selector, **options) as knob:
-            facts = doctor_facts.examine(knob)
+            facts = examine(knob)
     except Error as error:
         yield check_failure(error)
         return
@@ -116,10 +124,10 @@ def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
     if sys.platform == "win32":
         return [
             Report(device, [finding, *(examine_device(device) if device else ())])
-            for device, finding in doctor_windows.examine_system(selector)
+            for device, finding in examine_system(selector)
         ]
-    knobs = doctor_facts.find_usb_knobs(root)
-    permission = doctor_facts.find_permission(root)
+    knobs = find_usb_knobs(root)
+    permission = find_permission(root)
     if selector:
         meant = [
             knob

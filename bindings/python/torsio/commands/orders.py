@@ -9,7 +9,7 @@ import typer
 
 import torsio
 from torsio.command import Device, Seconds, opened, plainly
-from torsio.doctor_knob import limits_text, missing
+from torsio.doctor.knob import limits_text, missing
 from torsio.screen import line, out
 
 __all__ = ["add_to"]
