@@ -52,15 +52,4 @@ struct ClosedLoopOptions {
 /// @returns false if it is none of these, or damaged
 [[nodiscard]] bool take_report(const protocol::ReportBytes& report, ClosedLoopOptions& options);
 
-/// What the controller decided from a count. Torques in N m, on the knob.
-struct ReplayRow {
-  std::int64_t position_counts;
-  double speed_rad_s;
-  double desired_torque_nm;
-  double motor_command_nm;
-  double brake_command_nm;
-  double spring_torque_nm;  ///< sensed
-  bool numeric_error;
-};
-
 }  // namespace torsio::emulator

@@ -13,9 +13,9 @@
 namespace torsio::emulator {
 namespace {
 
+using torsio::ReplayRow;
 using torsio::emulator::ClosedLoopOptions;
 using torsio::emulator::EffectReport;
-using torsio::emulator::ReplayRow;
 
 constexpr std::int64_t kShortestLoopNs = 1'000;
 constexpr std::int64_t kLongestLoopNs = 1'000'000'000;
@@ -81,7 +81,7 @@ ControlSetup make_control_setup(const ClosedLoopOptions& options) {
 }
 
 void replay(const ClosedLoopOptions& options, std::span<const std::uint32_t> counts,
-            std::span<ReplayRow> rows) {
+            std::span<torsio::ReplayRow> rows) {
   require(counts.size() == rows.size(), "as many rows as counts");
   const ControlSetup setup = make_control_setup(options);
   core::ControllerState state;

@@ -9,6 +9,7 @@
 #include "core/controller.hpp"
 #include "device/config.hpp"
 #include "emulator/closed_loop_options.hpp"
+#include "emulator/rows.hpp"
 
 namespace torsio::emulator {
 
@@ -26,6 +27,6 @@ struct ControlSetup {
 /// @param rows as many as counts
 /// @throws std::invalid_argument that names what is out of its range
 void replay(const torsio::emulator::ClosedLoopOptions& options,
-            std::span<const std::uint32_t> counts, std::span<torsio::emulator::ReplayRow> rows);
+            std::span<const std::uint32_t> counts, std::span<torsio::ReplayRow> rows);
 
 }  // namespace torsio::emulator

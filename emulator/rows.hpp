@@ -57,6 +57,17 @@ struct LoopRow {
   bool numeric_error;  ///< the scene's torque was not finite
 };
 
+/// What the controller decided from a count. Torques on the knob.
+struct ReplayRow {
+  std::int64_t position_counts;
+  double speed_rad_s;
+  double desired_torque_nm;
+  double motor_command_nm;
+  double brake_command_nm;
+  double spring_torque_nm;  ///< sensed
+  bool numeric_error;
+};
+
 template <>
 struct Fields<PlantRow> {
   static constexpr std::string_view name = "PlantRow";
@@ -123,6 +134,19 @@ struct Fields<LoopRow> {
       field("brake_saturated", &LoopRow::brake_saturated, "", -kNoLimit, kNoLimit, ""),
       field("numeric_error", &LoopRow::numeric_error, "", -kNoLimit, kNoLimit,
             "the scene's torque was not finite"),
+  };
+};
+template <>
+struct Fields<ReplayRow> {
+  static constexpr std::string_view name = "ReplayRow";
+  static constexpr std::tuple list{
+      field("position_counts", &ReplayRow::position_counts, "", -kNoLimit, kNoLimit, ""),
+      field("speed_rad_s", &ReplayRow::speed_rad_s, "", -kNoLimit, kNoLimit, ""),
+      field("desired_torque_nm", &ReplayRow::desired_torque_nm, "", -kNoLimit, kNoLimit, ""),
+      field("motor_command_nm", &ReplayRow::motor_command_nm, "", -kNoLimit, kNoLimit, ""),
+      field("brake_command_nm", &ReplayRow::brake_command_nm, "", -kNoLimit, kNoLimit, ""),
+      field("spring_torque_nm", &ReplayRow::spring_torque_nm, "", -kNoLimit, kNoLimit, "sensed"),
+      field("numeric_error", &ReplayRow::numeric_error, "", -kNoLimit, kNoLimit, ""),
   };
 };
 

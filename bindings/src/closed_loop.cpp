@@ -82,7 +82,6 @@ std::span<LoopRow> span_of(Rows& rows) {
 }
 
 using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
-using emulator::ReplayRow;
 
 py::array_t<ReplayRow> replay(const py::object& source, const Counts& counts) {
   if (counts.ndim() != 1) throw py::value_error("the counts must have one dimension");
@@ -180,8 +179,7 @@ void bind_closed_loop(py::module_& module) {
             loop.set_hand(emulator_hand(hand));
           },
           arg("hand"));
-  PYBIND11_NUMPY_DTYPE(ReplayRow, position_counts, speed_rad_s, desired_torque_nm, motor_command_nm,
-                       brake_command_nm, spring_torque_nm, numeric_error);
+  register_rows<ReplayRow>();
   module.attr("REPLAY_DTYPE") = py::dtype::of<ReplayRow>();
   module.def("replay", &replay, arg("options"), arg("counts"));
   module.def("loop_reports", &loop_reports, arg("options"));

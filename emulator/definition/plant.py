@@ -345,4 +345,18 @@ LOOP_ROW = Structure(
     ),
     array_record=True,
 )
-ROWS = (PLANT_ROW, LOOP_ROW)
+REPLAY_ROW = Structure(
+    "ReplayRow",
+    "What the controller decided from a count. Torques on the knob.",
+    (
+        told("position_counts", "std::int64_t"),
+        told("speed_rad_s", "double"),
+        told("desired_torque_nm", "double"),
+        told("motor_command_nm", "double"),
+        told("brake_command_nm", "double"),
+        told("spring_torque_nm", "double", "sensed"),
+        told("numeric_error", "bool"),
+    ),
+    array_record=True,
+)
+ROWS = (PLANT_ROW, LOOP_ROW, REPLAY_ROW)

@@ -45,23 +45,24 @@ struct Layout<Identity> {
   static constexpr std::string_view name = "identity";
   static constexpr std::string_view doc = "Who the device is and what it can do. Read only.";
   static constexpr FieldList fields{
-      any_number("fingerprint", &Identity::fingerprint, "", "hash of every report's layout"),
+      any_number("fingerprint", &Identity::fingerprint, "",
+                 "of the report layouts, the same as the library's"),
       any_number("version", &Identity::version, "", "version of the protocol"),
       any_number("firmware_version", &Identity::firmware_version, "", "major, minor, patch"),
       any_number("board", &Identity::board, "",
                  "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
-      number("axes", &Identity::axes, "", 1, 16, "that the device has"),
-      number("effects", &Identity::effects, "", 1, max_effects, "slots of a scene"),
+      number("axes", &Identity::axes, "", 1, 16, "actuators that it has"),
+      number("effects", &Identity::effects, "", 1, max_effects, "places in a scene"),
       number("curve_points", &Identity::curve_points, "", 0, curve_pool_points,
-             "points in the pool"),
+             "shared by all curves of a scene"),
       number("control_period_ns", &Identity::control_period_ns, "ns", 50000, 1000000,
              "length of a tick"),
       number("counts_per_rev", &Identity::counts_per_rev, "", 4, 1U << 24, "of the encoder"),
       number("torque_step_nm", &Identity::torque_step_nm, "N m", 1e-9F, 1,
-             "unit of telemetry's torques"),
+             "resolution of telemetry's torques"),
       number("speed_step_rad_s", &Identity::speed_step_rad_s, "rad/s", 1e-9F, 100,
-             "unit of telemetry's speed"),
+             "resolution of telemetry's speed"),
   };
 };
 
@@ -78,11 +79,11 @@ struct Layout<Clock> {
   static constexpr std::string_view name = "clock";
   static constexpr std::string_view doc = "The device's time and position in full. Read only.";
   static constexpr FieldList fields{
-      number("tick", &Clock::tick, "", 0, std::uint64_t{1} << 62, "ticks since power-up"),
+      number("tick", &Clock::tick, "", 0, std::uint64_t{1} << 62, "control periods since power-up"),
       number("time_ns", &Clock::time_ns, "ns", 0, std::uint64_t{1} << 62,
              "tick times the control period"),
       number("position_counts", &Clock::position_counts, "count", std::int64_t{-1} << 62,
-             std::int64_t{1} << 62, "from the zero"),
+             std::int64_t{1} << 62, "from the device's zero, never wraps"),
   };
 };
 
@@ -107,14 +108,15 @@ struct Layout<Health> {
   static constexpr std::string_view name = "health";
   static constexpr std::string_view doc = "State and counters since power-up. Read only.";
   static constexpr FieldList fields{
-      choice("state", &Health::state, "now"),
+      choice("state", &Health::state, "whether it makes torque"),
       any_number("faults", &Health::faults, "", "bits, see above"),
       any_number("reports_accepted", &Health::reports_accepted, "", "that did what they asked"),
       any_number("reports_refused", &Health::reports_refused, "", "that changed nothing"),
       any_number("samples_dropped", &Health::samples_dropped, "",
-                 "telemetry samples that the host did not fetch in time"),
+                 "telemetry that the host did not fetch in time"),
       any_number("tick_overruns", &Health::tick_overruns, "", "ticks that were missed"),
-      any_number("tick_time_ns", &Health::tick_time_ns, "ns", "time the last tick took"),
+      any_number("tick_time_ns", &Health::tick_time_ns, "ns",
+                 "time that the last control tick took"),
       any_number("tick_time_max_ns", &Health::tick_time_max_ns, "ns", "longest tick so far"),
       any_number("saves", &Health::saves, "", "how often the configuration was saved, ever"),
       choice("owner", &Health::owner, "who has the actuator"),
@@ -137,14 +139,14 @@ struct Layout<GameEffect> {
   static constexpr std::string_view doc = "One effect of a game.";
   static constexpr FieldList fields{
       any_number("block", &GameEffect::block, "",
-                 "number of its block, from 1; 0: the row is empty"),
+                 "its number, from 1; 0: an empty row of the report"),
       choice("kind", &GameEffect::kind, "what it is"),
       choice("state", &GameEffect::state, "whether it plays"),
       any_number("torque", &GameEffect::torque, "torque_step_nm",
-                 "what it gives now, before the cap"),
-      any_number("updates", &GameEffect::updates, "", "reports about it since it was created"),
+                 "what it gives now, before the cap on all together"),
+      any_number("updates", &GameEffect::updates, "", "reports about it since it was made"),
       any_number("silent_ms", &GameEffect::silent_ms, "ms",
-                 "since the last of them; 65535 is longer"),
+                 "since the last of them; 65.535 s is that or longer"),
   };
 };
 
@@ -172,7 +174,8 @@ struct Layout<GameMonitor> {
       choice("owner", &GameMonitor::owner, "who has the actuator"),
       choice("paused", &GameMonitor::paused, "by the game"),
       choice("enabled", &GameMonitor::enabled, "the game wants the actuator on"),
-      any_number("gain", &GameMonitor::gain, "", "of the device, as the game set it; 32767 is 1"),
+      any_number("gain", &GameMonitor::gain, "1/32767",
+                 "of the device, as the game set it, 0 to 1"),
       any_number("torque", &GameMonitor::torque, "torque_step_nm", "of all effects together"),
       any_number("updates", &GameMonitor::updates, "", "reports that games sent since power-up"),
       any_number("effects", &GameMonitor::effects, "", "that exist"),
@@ -200,19 +203,18 @@ struct Layout<Ledger> {
       "What motor and shaft have done to the knob since the law began to count, in whole numbers "
       "that lose nothing; `energies()` makes joules of them. Read only.";
   static constexpr FieldList fields{
-      any_number("tick", &Ledger::tick, "", "of this moment"),
-      choice("kept", &Ledger::kept, "the law keeps it: `calibrated`"),
+      any_number("tick", &Ledger::tick, "", "of this moment: control periods since power-up"),
+      choice("kept", &Ledger::kept, "the law keeps count; else all stand still"),
       any_number(
           "motor", &Ledger::motor, "",
           "given to the knob by the motor: its command in 2^-23 N m, times the counts it moved"),
       any_number("spring_twice", &Ledger::spring_twice, "",
                  "given to the knob by the shaft's spring, twice the same"),
       any_number("spring", &Ledger::spring, "2^-23 N m", "that spring's torque on the knob now"),
-      any_number("stored_j", &Ledger::stored_j, "J",
-                 "energy of that spring now, by the configuration"),
-      any_number("bound_nm_per_rad", &Ledger::bound_nm_per_rad, "N m/rad",
-                 "the stiffest that is rendered now; 0 without a scene, or with a law that bounds "
-                 "nothing"),
+      any_number("stored_j", &Ledger::stored_j, "J", "in the shaft's spring now"),
+      any_number(
+          "bound_nm_per_rad", &Ledger::bound_nm_per_rad, "N m/rad",
+          "the stiffest that is rendered now, found out from the knob's swings; 0: no bound"),
   };
 };
 
@@ -244,7 +246,8 @@ struct Layout<MotorCurrent> {
       "the current loop since the board started: of two readings of this report the difference "
       "tells what was between them, however long that is. Read only.";
   static constexpr FieldList fields{
-      choice("measured", &MotorCurrent::measured, "there is a current sensor; off: all else is 0"),
+      choice("measured", &MotorCurrent::measured,
+             "there is a current sensor; else all of this is nothing"),
       number("position_counts", &MotorCurrent::position_counts, "count", std::int64_t{-1} << 62,
              std::int64_t{1} << 62, "at the newest tick"),
       any_number("period_ns", &MotorCurrent::period_ns, "ns", "of the current loop"),
@@ -255,11 +258,12 @@ struct Layout<MotorCurrent> {
       any_number("reading_sum", &MotorCurrent::reading_sum, "step",
                  "of what the sensor's converter read in each"),
       any_number("share_sum", &MotorCurrent::share_sum, "2^-14 of the supply",
-                 "of the bridge's share, positive to larger angles"),
+                 "of all, positive to larger angles"),
       any_number("reading", &MotorCurrent::reading, "step", "the newest"),
-      any_number("share", &MotorCurrent::share, "2^-14 of the supply", "that answers it"),
+      any_number("share", &MotorCurrent::share, "2^-14 of the supply",
+                 "of the supply's voltage that answers the newest"),
       any_number("share_before", &MotorCurrent::share_before, "2^-14 of the supply",
-                 "that answered the reading before"),
+                 "that answered the one before"),
       any_number("zero", &MotorCurrent::zero, "step",
                  "what is read without current, as learnt while the power was off"),
       any_number("a_per_step", &MotorCurrent::a_per_step, "A",
@@ -549,7 +553,7 @@ struct Layout<Event> {
       choice("kind", &Event::kind, "what happened"),
       choice("state", &Event::state, "after the event"),
       any_number("faults", &Event::faults, "", "bits, see above"),
-      any_number("tick", &Event::tick, "", "when it happened"),
+      any_number("tick", &Event::tick, "", "when: control periods since power-up"),
       choice("owner", &Event::owner, "who has the actuator after the event"),
   };
 };

@@ -2,14 +2,11 @@
 /// From the device's ledger to joules.
 #pragma once
 
-#include <cstdint>
-
 #include "protocol/reports.hpp"
 #include "torsio/telemetry.hpp"
 
 namespace torsio::conversion {
 
-Energies energies(const protocol::Ledger& ledger, std::uint32_t counts_per_rev,
-                  double control_rate_hz);
+Energies energies(const protocol::Ledger& ledger, const protocol::Identity& device);
 
 }  // namespace torsio::conversion

@@ -1,9 +1,12 @@
 /// @file
-/// Which structure of the protocol carries which of the user's.
+/// Which structure of the protocol carries which of the user's, and in which units a report counts.
 ///
 /// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
 /// instead.
 #pragma once
+
+#include <array>
+#include <string_view>
 
 #include "protocol/configuration.hpp"
 #include "protocol/effects.hpp"
@@ -105,5 +108,21 @@ template <>
 struct WireType<CalibrationConfig> {
   using type = protocol::CalibrationConfig;
 };
+
+/// How users know a number that a report counts in a unit of its own.
+struct ReportUnit {
+  std::string_view unit;
+  std::string_view ending;       ///< of the name in the report
+  std::string_view told_ending;  ///< of the name in SI units
+};
+
+inline constexpr std::array<ReportUnit, 6> kReportUnits{{
+    {"ns", "_ns", "_s"},
+    {"ms", "_ms", "_s"},
+    {"torque_step_nm", "", "_nm"},
+    {"speed_step_rad_s", "", "_rad_s"},
+    {"2^-14 of the supply", "", ""},
+    {"1/32767", "", ""},
+}};
 
 }  // namespace torsio

@@ -13,6 +13,7 @@
 #include "connection.hpp"
 #include "conversion/configuration.hpp"
 #include "conversion/energies.hpp"
+#include "conversion/reading.hpp"
 #include "conversion/stability.hpp"
 #include "conversion/wire_types.hpp"
 #include "known_boards.hpp"
@@ -56,7 +57,7 @@ protocol::Identity identify(Transport& transport) {
 }
 
 DeviceInfo describe(const protocol::Identity& identity, const Connection& connection) {
-  DeviceInfo info;
+  auto info = conversion::read<DeviceInfo>(identity, identity);
   info.path = connection.path;
   const auto end = std::ranges::find(identity.serial, std::uint8_t{0});
   info.serial.assign(identity.serial.begin(), end);
@@ -69,14 +70,7 @@ DeviceInfo describe(const protocol::Identity& identity, const Connection& connec
   }
   info.transport = connection.kind;
   info.protocol_version = identity.version;
-  info.fingerprint = identity.fingerprint;
-  info.axes = identity.axes;
-  info.effects = identity.effects;
-  info.curve_points = identity.curve_points;
   info.control_rate_hz = 1e9 / identity.control_period_ns;
-  info.counts_per_rev = identity.counts_per_rev;
-  info.torque_step_nm = static_cast<double>(identity.torque_step_nm);
-  info.speed_step_rad_s = static_cast<double>(identity.speed_step_rad_s);
   return info;
 }
 
@@ -131,11 +125,18 @@ class Knob::Impl {
     return info_;
   }
 
+  /// A report in the user's structure, but for what is more than one of its numbers.
+  template <class Host, class Report>
+  Host read(const Report& report) const {
+    return conversion::read<Host>(report, identity());
+  }
+
   Clock clock() {
-    const auto clock = session.get<protocol::Clock>();
-    const double turns = static_cast<double>(clock.position_counts) / identity().counts_per_rev;
-    return {clock.tick, 1e-9 * static_cast<double>(clock.time_ns), clock.position_counts,
-            turns * 2.0 * std::numbers::pi};
+    const auto report = session.get<protocol::Clock>();
+    auto clock = read<Clock>(report);
+    clock.angle_rad = static_cast<double>(report.position_counts) / identity().counts_per_rev *
+                      2.0 * std::numbers::pi;
+    return clock;
   }
 
   template <class Config>
@@ -164,8 +165,7 @@ class Knob::Impl {
       const std::lock_guard lock(mutex_);
       had_other_counts = identity_.counts_per_rev != identity.counts_per_rev;
       identity_ = identity;
-      info_.counts_per_rev = identity.counts_per_rev;
-      info_.torque_step_nm = static_cast<double>(identity.torque_step_nm);
+      conversion::read_into(info_, identity, identity);
     }
     session.set_identity(identity);
     note(session.get<protocol::ControlConfig>());
@@ -249,49 +249,33 @@ Emulator& Knob::emulator() const {
 std::vector<std::string> Knob::faults() { return health().faults; }
 
 Health Knob::health() {
-  const auto health = impl().session.get<protocol::Health>();
-  impl().session.note(health);
-  return {.state = static_cast<State>(health.state),
-          .faults = fault_names(health.faults),
-          .reports_accepted = health.reports_accepted,
-          .reports_refused = health.reports_refused,
-          .samples_dropped = health.samples_dropped,
-          .tick_overruns = health.tick_overruns,
-          .tick_time_s = 1e-9 * health.tick_time_ns,
-          .tick_time_max_s = 1e-9 * health.tick_time_max_ns,
-          .saves = health.saves,
-          .owner = static_cast<Owner>(health.owner),
-          .reset_cause = static_cast<ResetCause>(health.reset_cause)};
+  const auto report = impl().session.get<protocol::Health>();
+  impl().session.note(report);
+  auto health = impl().read<Health>(report);
+  health.faults = fault_names(report.faults);
+  return health;
 }
 
 Energies Knob::energies() {
-  const auto ledger = impl().session.get<protocol::Ledger>();
-  const DeviceInfo info = impl().info();
-  return conversion::energies(ledger, info.counts_per_rev, info.control_rate_hz);
+  return conversion::energies(impl().session.get<protocol::Ledger>(), impl().identity());
 }
 
 MotorCurrent Knob::motor_current() {
-  constexpr double kShare = 0x1p-14;
   const auto sums = impl().session.get<protocol::MotorCurrent>();
+  auto current = impl().read<MotorCurrent>(sums);
   const double step_a = static_cast<double>(sums.a_per_step);
   const double zero = static_cast<double>(sums.zero);
-  const double period_s = 1e-9 * sums.period_ns;
-  return {.measured = sums.measured == protocol::Toggle::on,
-          .time_s = static_cast<double>(sums.periods) * period_s,
-          .angle_rad = static_cast<double>(sums.position_counts) * 2.0 * std::numbers::pi /
-                       impl().info().counts_per_rev,
-          .period_s = period_s,
-          .delay_s = 1e-9 * sums.delay_ns,
-          .periods = sums.periods,
-          .current_a = (sums.reading - zero) * step_a,
-          .zero_a = zero * step_a,
-          .step_a = std::abs(step_a),
-          .current_sum_a = static_cast<double>(sums.reading_sum) * step_a,
-          .share = sums.share * kShare,
-          .share_before = sums.share_before * kShare,
-          .share_sum = static_cast<double>(sums.share_sum) * kShare,
-          .torque_constant_nm_per_a =
-              sums.a_per_nm > 0.0F ? 1.0 / static_cast<double>(sums.a_per_nm) : 0.0};
+  current.time_s = static_cast<double>(sums.periods) * current.period_s;
+  current.angle_rad = static_cast<double>(sums.position_counts) * 2.0 * std::numbers::pi /
+                      impl().identity().counts_per_rev;
+  current.current_a = (sums.reading - zero) * step_a;
+  current.zero_a = zero * step_a;
+  current.step_a = std::abs(step_a);
+  current.current_sum_a = static_cast<double>(sums.reading_sum) * step_a;
+  if (sums.a_per_nm > 0.0F) {
+    current.torque_constant_nm_per_a = 1.0 / static_cast<double>(sums.a_per_nm);
+  }
+  return current;
 }
 
 Limits Knob::limits() {
@@ -304,19 +288,12 @@ Limits Knob::limits() {
 
 GameStatus Knob::game_status() {
   const auto monitor = impl().session.get<protocol::GameMonitor>();
-  const DeviceInfo info = impl().info();
-  return {.time_s = static_cast<double>(monitor.tick) / info.control_rate_hz,
-          .owner = static_cast<Owner>(monitor.owner),
-          .paused = monitor.paused == protocol::Toggle::on,
-          .enabled = monitor.enabled == protocol::Toggle::on,
-          .gain = monitor.gain / 32767.0,
-          .torque_nm = monitor.torque * info.torque_step_nm,
-          .updates = monitor.updates,
-          .effects = monitor.effects};
+  auto status = impl().read<GameStatus>(monitor);
+  status.time_s = static_cast<double>(monitor.tick) / impl().info().control_rate_hz;
+  return status;
 }
 
 std::vector<GameEffect> Knob::game_effects() {
-  const DeviceInfo info = impl().info();
   std::map<int, GameEffect> found;
   // Each report shows the next few, so this many show all, unless a game makes some meanwhile.
   int reports = 1;
@@ -325,13 +302,7 @@ std::vector<GameEffect> Knob::game_effects() {
     const int rows = static_cast<int>(monitor.effect.size());
     reports = std::max(reports, (monitor.effects + rows - 1) / rows);
     for (const protocol::GameEffect& effect : monitor.effect) {
-      if (effect.block == 0) continue;
-      found[effect.block] = {.block = effect.block,
-                             .kind = static_cast<GameEffectKind>(effect.kind),
-                             .state = static_cast<GameEffectState>(effect.state),
-                             .torque_nm = effect.torque * info.torque_step_nm,
-                             .updates = effect.updates,
-                             .silent_s = 1e-3 * effect.silent_ms};
+      if (effect.block != 0) found[effect.block] = impl().read<GameEffect>(effect);
     }
   }
   std::vector<GameEffect> effects;

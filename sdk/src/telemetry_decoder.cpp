@@ -2,13 +2,14 @@
 
 #include <numbers>
 
+#include "conversion/reading.hpp"
+
 namespace torsio {
 
 void TelemetryDecoder::configure(const protocol::Identity& identity) {
   period_s_ = 1e-9 * identity.control_period_ns;
   rad_per_count_ = 2.0 * std::numbers::pi / identity.counts_per_rev;
-  torque_step_nm_ = identity.torque_step_nm;
-  speed_step_rad_s_ = identity.speed_step_rad_s;
+  identity_ = identity;
 }
 
 std::uint64_t TelemetryDecoder::count_missing(const protocol::Telemetry& report) {
@@ -30,19 +31,11 @@ std::int64_t TelemetryDecoder::unwrapped(std::int32_t low_bits) const {
 
 TelemetrySample TelemetryDecoder::sample(const protocol::Telemetry& report, unsigned index) const {
   const protocol::Sample& in = report.sample[index];
-  const auto torque = [&](std::int16_t steps) {
-    return static_cast<float>(steps) * torque_step_nm_;
-  };
-  TelemetrySample out{};
+  auto out = conversion::read<TelemetrySample>(in, identity_);
   out.tick = report.tick + std::uint64_t{index} * report.decimation;
   out.time_s = static_cast<double>(out.tick) * period_s_;
   out.position_counts = position_counts_ + in.offset_counts;
   out.angle_rad = static_cast<double>(out.position_counts) * rad_per_count_;
-  out.speed_rad_s = static_cast<float>(in.speed) * speed_step_rad_s_;
-  out.desired_torque_nm = torque(in.desired_torque);
-  out.motor_command_nm = torque(in.motor_command);
-  out.brake_capacity_nm = torque(in.brake_capacity);
-  out.spring_torque_nm = torque(in.spring_torque);
   out.flags = report.flags;
   return out;
 }

@@ -48,8 +48,7 @@ class TelemetryDecoder {
 
   double period_s_ = 1e-3;
   double rad_per_count_ = 0.0;
-  float torque_step_nm_ = 0.0F;
-  float speed_step_rad_s_ = 0.0F;
+  protocol::Identity identity_;
   std::int64_t position_counts_ = 0;  // of the last report's first sample
   std::optional<std::uint64_t> next_tick_;
   std::uint8_t decimation_ = 0;

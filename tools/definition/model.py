@@ -355,3 +355,32 @@ def told(name: str, host: str, doc: str = "", unit: str = "", *, default: Number
     """Make a number that the library tells."""
     kind: Kind = "number" if host in ("double", "float") else "whole"
     return Field(name, kind, doc, unit, default=default, host=host)
+
+
+TOLD_AS = {
+    "ns": ("_ns", "_s"),
+    "ms": ("_ms", "_s"),
+    "torque_step_nm": ("", "_nm"),
+    "speed_step_rad_s": ("", "_rad_s"),
+    "2^-14 of the supply": ("", ""),
+    "1/32767": ("", ""),
+}
+"""What a report counts in: the ends of a name there and of the name that users know, in SI units."""
+
+
+def told_of(report: Structure, *names: str, host: str = "double") -> tuple[Field, ...]:
+    """Tell users fields of a report in its words; what it counts in units of its own as `host`."""
+    return tuple(_told(field, host) for n in names for field in report.fields if field.name == n)
+
+
+def _told(field: Field, host: str) -> Field:
+    if isinstance(field.of, Enumeration):
+        return for_hosts(replace(field, host="bool" if field.kind == "switch" else field.of.name))
+    if field.unit in TOLD_AS:
+        end, told_end = TOLD_AS[field.unit]
+        return told(field.name.removesuffix(end) + told_end, host, field.doc)
+    if field.wire == "f32":
+        return told(field.name, "double", field.doc)
+    return told(
+        field.name, "int" if SCALARS[field.wire][1] < 4 else SCALARS[field.wire][0], field.doc
+    )

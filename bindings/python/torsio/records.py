@@ -248,7 +248,7 @@ class MotorCurrent:
     share_before
         That answered the one before.
     share_sum
-        Of all.
+        Of all, positive to larger angles.
     torque_constant_nm_per_a
         That the board reckons with: what it was configured to when it started.
     """
@@ -352,7 +352,7 @@ class GameEffect:
     Attributes
     ----------
     block
-        Its number, from 1.
+        Its number, from 1; 0: an empty row of the report.
     kind
         What it is.
     state
@@ -362,7 +362,7 @@ class GameEffect:
     updates
         Reports about it since it was made.
     silent_s
-        Since the last of them; 65.535 at most.
+        Since the last of them; 65.535 s is that or longer.
     """
 
     block: int

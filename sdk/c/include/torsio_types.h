@@ -1070,7 +1070,7 @@ typedef struct torsio_motor_current {
   double share;
   /// that answered the one before
   double share_before;
-  /// of all
+  /// of all, positive to larger angles
   double share_sum;
   /// that the board reckons with: what it was configured to when it started
   double torque_constant_nm_per_a;
@@ -1128,7 +1128,7 @@ TORSIO_API torsio_result torsio_game_status_init(torsio_game_status* structure);
 
 /// One effect that a game has made.
 typedef struct torsio_game_effect {
-  /// its number, from 1
+  /// its number, from 1; 0: an empty row of the report
   int32_t block;
   /// a torsio_game_effect_kind: what it is
   int32_t kind;
@@ -1138,7 +1138,7 @@ typedef struct torsio_game_effect {
   double torque_nm;
   /// reports about it since it was made
   uint32_t updates;
-  /// since the last of them; 65.535 at most
+  /// since the last of them; 65.535 s is that or longer
   double silent_s;
 } torsio_game_effect;
 

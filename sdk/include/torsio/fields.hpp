@@ -692,7 +692,8 @@ struct Fields<MotorCurrent> {
             "of the supply's voltage that answers the newest"),
       field("share_before", &MotorCurrent::share_before, "", -kNoLimit, kNoLimit,
             "that answered the one before"),
-      field("share_sum", &MotorCurrent::share_sum, "", -kNoLimit, kNoLimit, "of all"),
+      field("share_sum", &MotorCurrent::share_sum, "", -kNoLimit, kNoLimit,
+            "of all, positive to larger angles"),
       field("torque_constant_nm_per_a", &MotorCurrent::torque_constant_nm_per_a, "", -kNoLimit,
             kNoLimit, "that the board reckons with: what it was configured to when it started"),
   };
@@ -748,7 +749,8 @@ template <>
 struct Fields<GameEffect> {
   static constexpr std::string_view name = "GameEffect";
   static constexpr std::tuple list{
-      field("block", &GameEffect::block, "", -kNoLimit, kNoLimit, "its number, from 1"),
+      field("block", &GameEffect::block, "", -kNoLimit, kNoLimit,
+            "its number, from 1; 0: an empty row of the report"),
       field("kind", &GameEffect::kind, "", -kNoLimit, kNoLimit, "what it is"),
       field("state", &GameEffect::state, "", -kNoLimit, kNoLimit, "whether it plays"),
       field("torque_nm", &GameEffect::torque_nm, "", -kNoLimit, kNoLimit,
@@ -756,7 +758,7 @@ struct Fields<GameEffect> {
       field("updates", &GameEffect::updates, "", -kNoLimit, kNoLimit,
             "reports about it since it was made"),
       field("silent_s", &GameEffect::silent_s, "", -kNoLimit, kNoLimit,
-            "since the last of them; 65.535 at most"),
+            "since the last of them; 65.535 s is that or longer"),
   };
 };
 template <>

@@ -183,7 +183,7 @@ struct MotorCurrent {
   double current_sum_a = 0.0;  ///< of all measurements, each with its zero
   double share = 0.0;          ///< of the supply's voltage that answers the newest
   double share_before = 0.0;   ///< that answered the one before
-  double share_sum = 0.0;      ///< of all
+  double share_sum = 0.0;      ///< of all, positive to larger angles
   /// that the board reckons with: what it was configured to when it started
   double torque_constant_nm_per_a = 0.0;
 
@@ -224,12 +224,12 @@ struct GameStatus {
 
 /// One effect that a game has made.
 struct GameEffect {
-  int block = 0;                                     ///< its number, from 1
+  int block = 0;  ///< its number, from 1; 0: an empty row of the report
   GameEffectKind kind = GameEffectKind::none;        ///< what it is
   GameEffectState state = GameEffectState::stopped;  ///< whether it plays
   double torque_nm = 0.0;     ///< what it gives now, before the cap on all together
   std::uint32_t updates = 0;  ///< reports about it since it was made
-  double silent_s = 0.0;      ///< since the last of them; 65.535 at most
+  double silent_s = 0.0;      ///< since the last of them; 65.535 s is that or longer
 };
 
 /// Counters of this end of the cable, since the knob was opened.

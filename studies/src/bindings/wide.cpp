@@ -37,7 +37,7 @@ Bytes replay_wide(const std::vector<py::bytes>& reports, std::int64_t control_pe
     }
   }
   const auto size = static_cast<std::size_t>(counts.size());
-  std::vector<emulator::ReplayRow> rows(size);
+  std::vector<ReplayRow> rows(size);
   {
     const py::gil_scoped_release release;
     wide::emulator::replay(options, {counts.data(), size}, rows);

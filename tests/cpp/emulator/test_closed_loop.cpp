@@ -187,7 +187,7 @@ TEST_CASE("replay decides as the closed loop did") {
     std::vector<std::uint32_t> counts;
     for (const LoopRow& row : rows)
       counts.push_back(static_cast<std::uint32_t>(row.position_counts));
-    std::vector<ReplayRow> single(rows.size());
+    std::vector<torsio::ReplayRow> single(rows.size());
     replay(options, counts, single);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       REQUIRE(single[i].motor_command_nm == static_cast<double>(rows[i].motor_command_nm));

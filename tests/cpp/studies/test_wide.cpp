@@ -29,8 +29,8 @@ TEST_CASE("controller in 64 bits decides as the device's but for rounding") {
     std::vector<std::uint32_t> counts;
     for (const LoopRow& row : rows)
       counts.push_back(static_cast<std::uint32_t>(row.position_counts));
-    std::vector<ReplayRow> single(rows.size());
-    std::vector<ReplayRow> wide(rows.size());
+    std::vector<torsio::ReplayRow> single(rows.size());
+    std::vector<torsio::ReplayRow> wide(rows.size());
     replay(options, counts, single);
     torsio::wide::emulator::replay(options, counts, wide);
     bool differs = false;

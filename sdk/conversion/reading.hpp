@@ -1,0 +1,105 @@
+/// @file
+/// What a device reports, in the user's structures and units, written once for all of them.
+#pragma once
+
+#include <concepts>
+#include <cstddef>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "conversion/wire_types.hpp"
+#include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
+#include "torsio/fields.hpp"
+
+namespace torsio::conversion {
+
+namespace detail {
+
+constexpr bool is_told_as(std::string_view told, std::string_view name, std::string_view unit) {
+  for (const ReportUnit& row : kReportUnits) {
+    if (row.unit != unit) continue;
+    return told.ends_with(row.told_ending) && name.ends_with(row.ending) &&
+           told.substr(0, told.size() - row.told_ending.size()) ==
+               name.substr(0, name.size() - row.ending.size());
+  }
+  return told == name;
+}
+
+/// Place of the report's field that users are told as `told`; the number of fields if there is
+/// none.
+template <class Wire>
+consteval std::size_t told_place(std::string_view told) {
+  return protocol::Layout<Wire>::fields.apply([&](const auto&... field) {
+    std::size_t place = 0;
+    static_cast<void>(((is_told_as(told, field.name, field.unit) || (++place, false)) || ...));
+    return place;
+  });
+}
+
+enum class Scale { none, ns, ms, torque_step, speed_step, share, gain };
+
+consteval Scale scale_of(std::string_view unit) {
+  if (unit == "ns") return Scale::ns;
+  if (unit == "ms") return Scale::ms;
+  if (unit == "torque_step_nm") return Scale::torque_step;
+  if (unit == "speed_step_rad_s") return Scale::speed_step;
+  if (unit == "2^-14 of the supply") return Scale::share;
+  if (unit == "1/32767") return Scale::gain;
+  return Scale::none;
+}
+
+template <Scale scale, class Number>
+Number in_si(Number counted, const protocol::Identity& device) {
+  if constexpr (scale == Scale::ns) return Number{1e-9} * counted;
+  if constexpr (scale == Scale::ms) return Number{1e-3} * counted;
+  if constexpr (scale == Scale::torque_step) return counted * Number{device.torque_step_nm};
+  if constexpr (scale == Scale::speed_step) return counted * Number{device.speed_step_rad_s};
+  if constexpr (scale == Scale::share) return counted * Number{0x1p-14};
+  if constexpr (scale == Scale::gain) return counted / Number{32767};
+  return counted;
+}
+
+template <class Value>
+concept Told = std::is_arithmetic_v<Value> || std::is_enum_v<Value>;
+
+}  // namespace detail
+
+/// Fills in the user's fields that a report has as numbers and enumerations: by its name, or under
+/// the name that its unit makes of it. Texts, sums and angles are the caller's.
+/// @param device whose steps the report counts in
+template <class Host, class Wire>
+void read_into(Host& host, const Wire& wire, const protocol::Identity& device) {
+  constexpr const auto& reported = protocol::Layout<Wire>::fields;
+  const auto one = [&]<std::size_t Index>(std::integral_constant<std::size_t, Index>) {
+    constexpr const auto& to = std::get<Index>(Fields<Host>::list);
+    constexpr std::size_t place = detail::told_place<Wire>(to.name);
+    if constexpr (place < std::remove_cvref_t<decltype(reported)>::size) {
+      constexpr const auto& from = reported.template get<place>();
+      auto& value = host.*to.member;
+      const auto& travelled = wire.*from.member;
+      using Value = std::remove_cvref_t<decltype(value)>;
+      using Travelled = std::remove_cvref_t<decltype(travelled)>;
+      if constexpr (std::floating_point<Value> && std::is_arithmetic_v<Travelled>) {
+        value = detail::in_si<detail::scale_of(from.unit)>(static_cast<Value>(travelled), device);
+      } else if constexpr (detail::Told<Value> && detail::Told<Travelled>) {
+        value = static_cast<Value>(travelled);
+      }
+    }
+  };
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (one(std::integral_constant<std::size_t, I>{}), ...);
+  }(std::make_index_sequence<std::tuple_size_v<decltype(Fields<Host>::list)>>{});
+}
+
+/// The same as a structure, whose other fields are as they begin.
+template <class Host, class Wire>
+Host read(const Wire& wire, const protocol::Identity& device) {
+  Host host{};
+  read_into(host, wire, device);
+  return host;
+}
+
+}  // namespace torsio::conversion
