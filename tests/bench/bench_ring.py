@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+import torsio
 from torsio.calibration.brake import hold_and_let_go
 from torsio.calibration.free import estimate_free, find_signs, spin
 from torsio.calibration.play import Player
@@ -45,11 +46,11 @@ def measure(number: int, of_friction: float | None) -> dict[str, Any]:
         shake = [(CHIRP_S, sine)]
     with emulated(hidden.plant, seed=number) as knob, Player.playing(knob) as player:
         hold_and_let_go(player, BRAKE_NM)
-        loose_nm = find_signs(player, MOTOR_NM)
+        find_signs(player, MOTOR_NM, torsio.ActuatorConfig().knob_inertia_kg_m2)
         free = estimate_free(spin(player, MOTOR_NM))
         held = hold_and_push(
             player, motor_nm=MOTOR_NM, brake_nm=BRAKE_NM, shake=shake,
-            coulomb_nm=max(free.coulomb.value, 0.5 * loose_nm),
+            coulomb_nm=free.coulomb.value,
         )  # fmt: skip
         try:
             shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)

@@ -13,6 +13,7 @@ import torsio
 from torsio import ShaftConfig
 from torsio.calibration import Refusal, calibrate
 from torsio.calibration.free import FREE_LIMIT_RAD_S
+from torsio.plant import PlantParams
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.knobs import (
@@ -106,7 +107,44 @@ def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:
 
 @pytest.mark.parametrize("sabotage", SABOTAGES, ids=lambda of: of.name)
 def test_broken_knob_is_refused_for_the_right_reason(sabotage) -> None:  # type: ignore[no-untyped-def]
-    assert try_out(sabotage) == sabotage.reason
+    outcome = try_out(sabotage)
+    assert outcome.reason == sabotage.reason
+    # Of the truth, which a dead encoder does not tell. What moves by itself does so without motor.
+    assert outcome.fastest_rad_s < FREE_LIMIT_RAD_S or sabotage.reason == "moved"
+
+
+@pytest.mark.parametrize("rate_hz", [1_000.0, RATE_HZ])
+@pytest.mark.parametrize("spring_and_brake", [True, False])
+@pytest.mark.parametrize(("dies_at_pulse", "reason"), [(0, "still"), (1, "one_way")])
+def test_knob_that_nobody_sees_turn_is_pushed_to_no_more_than_a_sane_speed(
+    rate_hz: float, spring_and_brake: bool, dies_at_pulse: int, reason: str
+) -> None:
+    """Half the inertia that is configured, hardly any friction, and no current that is measured."""
+    light = PlantParams(
+        knob_inertia_kg_m2=3e-5, brake_inertia_kg_m2=1e-9, knob_coulomb_nm=1e-3, brake_drag_nm=0.0,
+        knob_viscous_nm_s_per_rad=0.0, spring_and_brake=spring_and_brake,
+    )  # fmt: skip
+    options = torsio.EmulatorOptions(
+        control_rate_hz=rate_hz, log_truth=True, plant=light, actuator=torsio.ActuatorConfig()
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        assert knob.actuator_config().knob_inertia_kg_m2 == pytest.approx(6e-5)
+        excite, pulses = knob.excite, []
+
+        def die_at(excitation: torsio.Excitation) -> None:
+            if excitation.motor_command_nm != 0.0:
+                pulses.append(excitation.motor_command_nm)
+            knob.emulator.freeze_encoder(frozen=len(pulses) > dies_at_pulse)
+            excite(excitation)
+
+        knob.excite = die_at  # type: ignore[method-assign]
+        with pytest.raises(Refusal) as refused:
+            calibrate(knob)
+        assert (refused.value.step, refused.value.reason) == ("signs", reason)
+        assert np.abs(knob.emulator.truth()["speed_rad_s"]).max() < 60.0
+        # To and fro, and never less than before.
+        assert np.all(np.diff(np.sign(pulses)) != 0.0)
+        assert np.all(np.diff(np.abs(pulses)) >= 0.0)
 
 
 @pytest.mark.parametrize("step", ["friction and inertia", "brake"])

@@ -20,7 +20,7 @@ from torsio.telemetry import Record
 
 __all__ = ["Player", "Recording"]
 
-# The device goes on for so long when the host is late with the next stretch; then it disarms.
+# When the host is late with the next stretch; then the device disarms.
 _SLACK_S = 0.25
 _LEAST_SLEEP_S = 1e-3
 _SETTLE_S = 2.0
@@ -172,12 +172,17 @@ class Player:
             if float(np.ptp(log.counts)) <= counts or self.seconds >= end_s:
                 return log
 
+    def pulse(self, duration_s: float, **values: float) -> Recording:
+        """Play one stretch that the device itself ends, to the tick, however late the host is."""
+        return self.chain([(duration_s, values)], slack_s=0.0)
+
     def chain(
         self,
         stretches: Sequence[tuple[float, dict[str, Any]]],
         *,
         look: Callable[[int], MotorCurrent] | None = None,
         look_every_s: float = 5e-3,
+        slack_s: float = _SLACK_S,
         **bounds: float,
     ) -> Recording:
         """Play stretches one after the other.
@@ -189,6 +194,8 @@ class Player:
         look, look_every_s
             Asks the device for its current, at the begin of each stretch, whose number it is told,
             and every so often from then on.
+        slack_s
+            So long the device goes on with a stretch when the host is late with the next one.
         bounds
             Fields of all of them.
         """
@@ -201,7 +208,7 @@ class Player:
             knob._arm()  # that it is held low until this is done goes without saying
             for number, (duration_s, values) in enumerate(stretches):
                 given = {**bounds, **values}
-                knob.excite(Excitation(duration_s=duration_s + _SLACK_S, **given))
+                knob.excite(Excitation(duration_s=duration_s + slack_s, **given))
                 if look is None:
                     knob.sleep(duration_s)
                 else:

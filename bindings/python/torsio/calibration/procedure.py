@@ -196,7 +196,7 @@ def calibrate(
         say(STEPS[0])
         # All steps shall find the brake as it is left, whether it was used before or not.
         hold_and_let_go(player, brake_nm, STEPS[0])
-        loose_nm = find_signs(player, motor_nm)
+        find_signs(player, motor_nm, actuator.knob_inertia_kg_m2)
         if electric is not None:
             electric.turn(motor_nm)
         say(STEPS[1])
@@ -209,7 +209,7 @@ def calibrate(
             free = estimate_free(turns, slow_s=slow_s)
         _check_plausible(free, actuator)
         say(STEPS[2])
-        most |= {"coulomb_nm": max(free.coulomb.value, 0.5 * loose_nm)}
+        most |= {"coulomb_nm": free.coulomb.value}
         held = hold_and_push(player, **most, quick=quick)
         shaft = estimate_shaft(*held, free.cogging.torque_nm, free.inertia.value)
         free = _through(shaft, free, turns)

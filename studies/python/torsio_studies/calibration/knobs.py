@@ -148,7 +148,9 @@ def truth_of(plant: PlantParams) -> dict[str, float]:
     }
 
 
-def emulated(plant: PlantParams, *, reversed: bool = False, seed: int = 0) -> torsio.Knob:
+def emulated(
+    plant: PlantParams, *, reversed: bool = False, seed: int = 0, log_truth: bool = False
+) -> torsio.Knob:
     """Open a knob whose device knows nothing of its plant but counts and limits."""
     believed = PlantParams(
         counts_per_rev=plant.counts_per_rev, motor_time_constant_s=MOTOR_LAG_S
@@ -159,6 +161,7 @@ def emulated(plant: PlantParams, *, reversed: bool = False, seed: int = 0) -> to
             seed=seed,
             control_rate_hz=RATE_HZ,
             plant=plant,
+            log_truth=log_truth,
             actuator=replace(believed, encoder_reversed=reversed),
         ),
     )

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+
 import torsio
 from torsio import calibration
 from torsio.hands import ImpedanceHand, PrescribedMotion, TorqueHand
@@ -64,9 +66,27 @@ def _freeze_later(knob: torsio.Knob, after_s: float) -> None:
 
 SABOTAGES: Final = (
     Sabotage("motor dead", "still", replace(_FINE, motor_limit_nm=0.0)),
-    Sabotage("motor gives a tenth", "held", replace(_FINE, motor_limit_nm=8.5e-3)),
+    Sabotage("motor gives a tenth", "still", replace(_FINE, motor_limit_nm=8.5e-3)),
     Sabotage("encoder dead", "still", do=lambda knob: knob.emulator.freeze_encoder(frozen=True)),
+    Sabotage(
+        "encoder dead, and light parts",
+        "still",
+        replace(
+            _FINE,
+            knob_inertia_kg_m2=0.5 * _FINE.knob_inertia_kg_m2,
+            brake_inertia_kg_m2=0.5 * _FINE.brake_inertia_kg_m2,
+            knob_coulomb_nm=0.5 * _FINE.knob_coulomb_nm,
+            brake_drag_nm=0.5 * _FINE.brake_drag_nm,
+        ),
+        do=lambda knob: knob.emulator.freeze_encoder(frozen=True),
+    ),
     Sabotage("encoder reversed", "reversed", reversed=True),
+    Sabotage(
+        "encoder reversed, and a weight",
+        "reversed",
+        do=_hand(TorqueHand(torque_nm=5e-3)),
+        reversed=True,
+    ),
     Sabotage(
         "encoder dies before the knob spins",
         "runs_away",
@@ -94,6 +114,7 @@ SABOTAGES: Final = (
     Sabotage("hand turns the knob", "moved", do=_turning),
     Sabotage("weight on a string", "pulled", do=_hand(TorqueHand(torque_nm=5e-3))),
     Sabotage("heavy weight", "moved", do=_hand(TorqueHand(torque_nm=40e-3))),
+    Sabotage("large flywheel on the knob", "inertia", replace(_FINE, knob_inertia_kg_m2=4e-3)),
     Sabotage("flywheel on the knob", "inertia", replace(_FINE, knob_inertia_kg_m2=2e-3)),
     Sabotage(
         "hand grips it during the pulls",
@@ -119,9 +140,25 @@ def _pinching(knob: torsio.Knob) -> torsio.Hand:
     )  # fmt: skip
 
 
-def try_out(sabotage: Sabotage) -> str:
-    """Give the reason with which a calibration refuses; "" if it does not."""
-    with emulated(sabotage.plant, reversed=sabotage.reversed, seed=7) as knob:
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a sabotage.
+
+    Attributes
+    ----------
+    reason
+        Of the refusal; "" if there was none.
+    fastest_rad_s
+        How fast the knob really was at most, whatever its encoder said.
+    """
+
+    reason: str
+    fastest_rad_s: float
+
+
+def try_out(sabotage: Sabotage) -> Outcome:
+    """Calibrate what is broken."""
+    with emulated(sabotage.plant, reversed=sabotage.reversed, seed=7, log_truth=True) as knob:
         if sabotage.do is not None:
             sabotage.do(knob)
 
@@ -129,10 +166,12 @@ def try_out(sabotage: Sabotage) -> str:
             if sabotage.during is not None and name in sabotage.during:
                 sabotage.during[name](knob)
 
+        reason = ""
         try:
             calibration.calibrate(knob, progress=step)
         except calibration.Refusal as refusal:
-            return refusal.reason
+            reason = refusal.reason
         except torsio.Refused:
-            return "fault" if knob.state == "fault" else "refused"
-    return ""
+            reason = "fault" if knob.state == "fault" else "refused"
+        speed_rad_s = knob.emulator.truth()["speed_rad_s"]
+    return Outcome(reason, float(np.abs(speed_rad_s).max()))

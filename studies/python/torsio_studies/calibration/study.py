@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +54,7 @@ def run(study: Study) -> Results:
     table = store.read(work)["knob"]
     broken = SABOTAGES[::4] if study.quick else SABOTAGES
     refused = [
-        {"sabotage": of.name, "right": of.reason, "reason": try_out(of)}
+        {"sabotage": of.name, "right": of.reason, **dataclasses.asdict(try_out(of))}
         for of in study.track(broken, "sabotages")
     ]
     driven = {
@@ -165,5 +166,5 @@ def show(results: Results, console: Console) -> None:
         right = row["reason"] == row["right"]
         console.print(
             f"  {'refused' if right else 'WRONG  '}  {row['sabotage']}: "
-            f"{row['reason'] or 'accepted'}",
+            f"{row['reason'] or 'accepted'}, {row['fastest_rad_s']:.0f} rad/s at most",
         )
