@@ -36,7 +36,7 @@ class PowerPath {
     return logic_ ? logic_->find_faults(bridge_reports) : std::uint16_t{0};
   }
   /// Of the board, which has power.
-  [[nodiscard]] const device::PowerLogic& logic() const { return *logic_; }
+  [[nodiscard]] device::PowerLogic& logic() { return *logic_; }
   /// As the board's own device has it. Once a tick.
   void set_speed(float speed_rad_s) {
     if (logic_) logic_->set_speed(speed_rad_s);

@@ -138,8 +138,14 @@ struct CoilState {
   std::uint32_t rested_periods = 0;
 };
 
+/// What is still missing after a period of what was before it.
 /// @param lag_s with which the current shall follow, >= 0; longer than inductance / resistance it
 ///              follows slower than by itself, shorter faster, as far as the supply goes
+constexpr float coil_follow_decay(float lag_s, float period_s) {
+  return lag_s > 0.0F ? exp_negative(period_s / lag_s) : 0.0F;
+}
+
+/// @param lag_s   see coil_follow_decay()
 /// @param erase_a sent backwards in the end; nothing is left of a brake whose torque follows its
 ///                current with a play of so much to either side, and of others no more than without
 /// @param resistance_ohm, inductance_h, period_s, supply_v all > 0
@@ -150,7 +156,7 @@ constexpr CoilParams make_coil(float resistance_ohm, float inductance_h, float l
   return {1.0F - settled,
           settled / resistance_ohm,
           resistance_ohm / settled,
-          lag_s > 0.0F ? exp_negative(period_s / lag_s) : 0.0F,
+          coil_follow_decay(lag_s, period_s),
           supply_v,
           1.0F / supply_v,
           erase_a,

@@ -285,6 +285,7 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);
   dial_.configure(config_);
+  if (power_ != nullptr) power_->set_brake_lag(config_.actuator.brake_time_constant_s);
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;

@@ -51,9 +51,9 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// A board that measures the motor's current says who does it, once.
+  /// A board that measures the motor's current and drives the brake says who does it, once.
   /// @param power outlives this, or is followed by another
-  void measure_by(const PowerLogic& power) { power_ = &power; }
+  void measure_by(PowerLogic& power) { power_ = &power; }
 
   // Control interrupt ------------------------------------------------------------------------
 
@@ -167,7 +167,7 @@ class Device {
   ControlLoop loop_;
   game::PidEngine game_;
   dial::Dial dial_;
-  const PowerLogic* power_ = nullptr;  // nullptr: no current is measured
+  PowerLogic* power_ = nullptr;  // nullptr: no current is measured
   SceneBuilder scene_;
   bool commit_given_ = false;
   TelemetryBatch batch_;

@@ -72,6 +72,7 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
                                    core::larger(config.brake_inductance_h, 1e-6F), brake_lag_s,
                                    static_cast<float>(board.current_period_ns) * 1e-9F,
                                    config.supply_v, kEraseShare * config.brake_current_max_a)),
+      next_follow_decay_(coil_params_.follow_decay),
       coil_a_per_nm_(1.0F / config.brake_torque_constant_nm_per_a),
       coil_max_a_(config.brake_current_max_a),
       trip_a_(core::larger(kOverCurrentFactor * config.motor_current_max_a, kLeastTripA)),
@@ -98,6 +99,11 @@ PowerLogic::PowerLogic(const protocol::BoardConfig& config, const PowerBoard& bo
           kCoilS, static_cast<float>(kLookSteps) * seconds(board.current_period_ns))),
       coil_heat_(core::cold_winding(coil_heat_params_)) {
   amperes_per_step_ *= direction_;
+}
+
+/// Out of line: who calls it is where the stack is deepest.
+[[gnu::noinline]] void PowerLogic::set_brake_lag(float lag_s) {
+  next_follow_decay_.give(core::coil_follow_decay(lag_s, seconds(period_ns_)));
 }
 
 bool PowerLogic::over_current() const { return over_current_steps_ >= kOverCurrentSteps; }
@@ -157,6 +163,7 @@ PowerDrive PowerLogic::drive(const TickOutputs& wanted) {
   if (!wanted.enabled) {
     if (enabled_) rest();
     look(0.0F, 0.0F);
+    coil_params_.follow_decay = next_follow_decay_.get();
     core::release_coil(coil_, coil_params_);
     return {};
   }

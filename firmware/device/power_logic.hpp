@@ -5,6 +5,7 @@
 /// with pins and the other with simulated windings.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 #include "core/current_loop.hpp"
@@ -42,10 +43,29 @@ struct PowerSums {
 };
 inline constexpr float kSharesPerSupply = 16384.0F;
 
+/// A number from the main loop to the interrupt, whole. Copied like any other, by who runs neither.
+class HandedOver {
+ public:
+  explicit HandedOver(float value) : value_(value) {}
+  HandedOver(const HandedOver& other) : value_(other.get()) {}
+  HandedOver& operator=(const HandedOver& other) {
+    give(other.get());
+    return *this;
+  }
+  void give(float value) { value_.store(value, std::memory_order_relaxed); }
+  float get() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<float> value_;
+};
+
 class PowerLogic {
  public:
   /// @param brake_lag_s with which the brake shall follow, if its inductance is configured
   PowerLogic(const protocol::BoardConfig& config, const PowerBoard& board, float brake_lag_s);
+
+  /// For the main loop: another lag for the brake, from when the bridges let go.
+  void set_brake_lag(float lag_s);
 
   /// One period of the current loop.
   /// @param wanted        of the newest tick
@@ -118,6 +138,7 @@ class PowerLogic {
   float coil_share_per_a_;
   bool coil_is_driven_;
   core::CoilParams coil_params_;
+  HandedOver next_follow_decay_;  // of the former
   core::CoilState coil_;
   float coil_a_per_nm_;
   float coil_max_a_;

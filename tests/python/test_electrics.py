@@ -252,6 +252,36 @@ def test_emulated_device_pushes_with_the_boards_own_loop() -> None:
         assert np.mean(sample["motor_command_nm"]) < -0.01
 
 
+def test_another_lag_of_the_brake_is_its_coils_too_without_a_restart() -> None:
+    options = EmulatorOptions(
+        control_rate_hz=20_000,
+        plant=PlantParams(electrics=Electrics()),
+        board=BoardConfig(brake_inductance_h=COIL_HENRY),
+        hand=at_angle(5.0),
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        emulator = knob.emulator
+        assert emulator is not None
+        knob.update(law="parallel")
+
+        def share_left(after_s: float) -> float:
+            knob.play(torsio.Friction(torque_nm=0.088))
+            knob.arm()
+            knob.sleep(0.4)
+            held_a = emulator.electrics.coil_current_a
+            assert held_a == pytest.approx(0.1, rel=0.02)  # half is the motor's
+            knob.play(torsio.Friction(torque_nm=1e-6))  # the bridge stays on
+            knob.sleep(after_s)
+            left_a = emulator.electrics.coil_current_a
+            knob.disarm()
+            knob.sleep(0.3)
+            return left_a / held_a
+
+        assert share_left(0.03) == pytest.approx(math.exp(-30 / 60), abs=0.03)
+        knob.update(brake_time_constant_s=20e-3)
+        assert share_left(0.03) == pytest.approx(math.exp(-30 / 20), abs=0.03)
+
+
 def test_electrics_out_of_range_are_told() -> None:
     with pytest.raises(ValueError, match=r"electrics\.winding_inductance_h is 0"):
         Plant(PlantParams(electrics=Electrics(winding_inductance_h=0.0)))

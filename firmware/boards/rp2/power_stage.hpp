@@ -28,7 +28,7 @@ class PowerStage {
   /// What cannot be trusted now, as bits of `faults`.
   std::uint16_t find_faults() const;
 
-  const device::PowerLogic& logic() const { return logic_; }
+  device::PowerLogic& logic() { return logic_; }
 
   /// Once a tick; see device::PowerLogic.
   void set_speed(float speed_rad_s) { logic_.set_speed(speed_rad_s); }
