@@ -35,6 +35,7 @@ ELECTRICS = {
     "pico2": Electrics(),
 }
 ALIVE_MS, READ_MS = 50, 4
+COIL_HENRY = ELECTRICS["pico2"].coil_inductance_h
 
 
 class Place(Protocol):
@@ -347,6 +348,50 @@ def press_with_supply(board: str, supply_v: float, *, confirmed: bool) -> Presse
         told = bench.board.set("board_config", confirmed="on" if confirmed else "off")
         assert told["status"] == 0
         return press(bench, math.radians(1 if confirmed else 5), 0.4)
+
+
+@contextmanager
+def with_coil(**actuator_config: Any) -> Iterator[EmulatedPico]:
+    """Give a board that was started anew and knows the inductance of the brake's coil."""
+    with enumerated() as board:
+        assert board.set("board_config", brake_inductance_h=COIL_HENRY)["status"] == 0
+        assert board.set("actuator_config", **actuator_config)["status"] == 0
+        board.do("erase_time", ns=MS)
+        assert board.command("save") == "ok"
+        board.power_cycle()
+        board.enumerate()
+        confirm(board)
+        yield board
+
+
+def let_go(bench: Bench, within_s: float) -> Columns:
+    """Press a knob into a wall, pull it out within 2 ms, and watch the coil; of a binary only.
+
+    Each PWM period is a row: the share of the supply on the coil, and its current. Time 0 is where
+    the knob begins to leave, armed as before.
+    """
+    world = bench.place
+    assert isinstance(world, World)
+    rows = []
+
+    def pass_period(motor: float, brake: float, enabled: bool) -> tuple[float, list[float]]:
+        passed = world.pass_period(motor, brake, enabled)
+        rows.append((world.time_s, brake, world.circuit.electrics.coil_current_a, enabled))
+        return passed
+
+    wall(bench, math.degrees(30e-3))
+    bench.board.couple(pass_period)
+    zero = begin(bench) + 0.06
+    path = [(0.0, 0.0), (zero - 0.06, 0.0), (zero - 0.02, WALL_RAD + 0.05),
+            (zero, WALL_RAD + 0.05), (zero + 2e-3, 0.0)]  # fmt: skip
+    world.set_hand(PrescribedMotion(angle_rad=path))
+    bench.run(zero - world.time_s + within_s)
+    bench.board.couple(world.pass_period)
+    assert bench.board.command("disarm") == "ok"
+    names = ("time_s", "share", "coil_a", "enabled")
+    found = dict(zip(names, np.array(rows).T, strict=True))
+    found["time_s"] -= zero
+    return found
 
 
 @dataclass(frozen=True)
