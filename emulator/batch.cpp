@@ -5,8 +5,6 @@
 #include <exception>
 #include <stdexcept>
 #include <string>
-#include <system_error>
-#include <thread>
 #include <utility>
 #include <variant>
 
@@ -34,8 +32,12 @@ BatchOptions checked(BatchOptions options) {
   return options;
 }
 
-/// Ticks of loops, some 70 ns each, that are worth the 20 us of a thread several times over.
-constexpr std::uint64_t kTicksOfAThread = 2000;
+/// Where several threads step, each takes so many shares: who is held up keeps the others waiting
+/// for less.
+constexpr std::size_t kSharesOfAThread = 4;
+
+/// Ticks of loops, some 70 ns each, that are worth waking a thread.
+constexpr std::uint64_t kTicksOfAThread = 200;
 
 /// The failure of the first loop that fails in a share.
 struct Failure {
@@ -58,6 +60,10 @@ struct Failure {
 
 Batch::Batch(BatchOptions options)
     : options_(checked(std::move(options))),
+      shares_(options_.threads == 1
+                  ? 1
+                  : static_cast<unsigned>(
+                        std::min(options_.seeds.size(), options_.threads * kSharesOfAThread))),
       states_(options_.seeds.size()),
       actions_(options_.seeds.size()) {
   // Bytes between the columns would otherwise be whatever was in memory.
@@ -67,9 +73,9 @@ Batch::Batch(BatchOptions options)
   constexpr std::size_t kNone = static_cast<std::size_t>(-1);
   begin_of_.resize(states_.size());
   loops_.reserve(states_.size());
-  for (unsigned thread = 0; thread < options_.threads; ++thread) {
+  for (unsigned number = 0; number < shares_; ++number) {
     std::vector<std::size_t> begins(options_.kinds.size(), kNone);
-    for (std::size_t loop = share(thread).begin; loop < share(thread).end; ++loop) {
+    for (std::size_t loop = share(number).begin; loop < share(number).end; ++loop) {
       const std::uint32_t kind = options_.kind_of[loop];
       if (begins[kind] == kNone) {
         begins[kind] = begins_.size();
@@ -84,9 +90,9 @@ Batch::Batch(BatchOptions options)
   }
 }
 
-Batch::Share Batch::share(unsigned thread) const {
+Batch::Share Batch::share(unsigned number) const {
   const std::size_t size = states_.size();
-  return {size * thread / options_.threads, size * (thread + 1) / options_.threads};
+  return {size * number / shares_, size * (number + 1) / shares_};
 }
 
 ClosedLoop Batch::made(std::size_t loop, std::uint64_t seed) const {
@@ -109,36 +115,20 @@ void Batch::step_one(std::size_t loop, std::uint64_t ticks) {
 }
 
 void Batch::step(std::uint64_t ticks) {
-  std::vector<Failure> failures(options_.threads);
-  // Threads of this call alone: they cost some 20 us, and nothing of them is left to a fork. So
-  // there are no more than there is work for; the shares stay, as what is in one has its tables in
-  // common.
+  std::vector<Failure> failures(shares_);
   const std::uint64_t worth =
       1 + states_.size() * std::min(ticks, kTicksOfAThread) / kTicksOfAThread;
-  const auto used = static_cast<unsigned>(std::min<std::uint64_t>(worth, options_.threads));
-  const auto work = [&](unsigned first) {
-    for (unsigned part = first; part < options_.threads; part += used) {
-      const Share mine = share(part);
-      for (std::size_t loop = mine.begin; loop < mine.end; ++loop) {
-        try {
-          step_one(loop, ticks);
-        } catch (...) {
-          if (!failures[part].error) failures[part] = {loop, std::current_exception()};
-        }
+  const auto threads = static_cast<unsigned>(std::min<std::uint64_t>(worth, options_.threads));
+  workers_.run(shares_, threads, [&](unsigned number) {
+    const Share mine = share(number);
+    for (std::size_t loop = mine.begin; loop < mine.end; ++loop) {
+      try {
+        step_one(loop, ticks);
+      } catch (...) {
+        if (!failures[number].error) failures[number] = {loop, std::current_exception()};
       }
     }
-  };
-  std::vector<std::thread> others;
-  others.reserve(used - 1);
-  for (unsigned thread = 1; thread < used; ++thread) {
-    try {
-      others.emplace_back(work, thread);
-    } catch (const std::system_error&) {  // the system has no more of them
-      work(thread);
-    }
-  }
-  work(0);
-  for (std::thread& other : others) other.join();
+  });
   for (const Failure& failure : failures) {
     if (failure.error) rethrow(failure);
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "emulator/closed_loop.hpp"
+#include "emulator/workers.hpp"
 
 namespace torsio::emulator {
 
@@ -32,8 +33,8 @@ struct BatchOptions {
 /// Thousands of closed loops. What one does depends on nothing but its kind, its seed and its
 /// actions: to the bit the same as a ClosedLoop of its own, for any number of threads.
 ///
-/// Loops of one kind share the tables of their steps within a thread, so the memory that a step
-/// goes through grows with the kinds, not with the loops.
+/// Threads take the loops in shares. Loops of one kind have the tables of their steps in common
+/// within a share, so the memory that a step goes through grows with the kinds, not with the loops.
 class Batch {
  public:
   /// @throws std::invalid_argument that names what is out of its range
@@ -55,22 +56,23 @@ class Batch {
   [[nodiscard]] std::span<BatchAction> actions() { return actions_; }
 
  private:
-  /// The loops of one thread.
   struct Share {
     std::size_t begin;
     std::size_t end;
   };
 
-  [[nodiscard]] Share share(unsigned thread) const;
+  [[nodiscard]] Share share(unsigned number) const;
   [[nodiscard]] ClosedLoop made(std::size_t loop, std::uint64_t seed) const;
   void step_one(std::size_t loop, std::uint64_t ticks);
 
   BatchOptions options_;
-  std::vector<ClosedLoop> begins_;     // one a thread and kind, never stepped
+  unsigned shares_;
+  std::vector<ClosedLoop> begins_;     // one a share and kind, never stepped
   std::vector<std::size_t> begin_of_;  // each loop's
   std::vector<ClosedLoop> loops_;
   std::vector<LoopRow> states_;
   std::vector<BatchAction> actions_;
+  Workers workers_;
 };
 
 }  // namespace torsio::emulator

@@ -41,6 +41,7 @@ TESTS = {
     "test_file_that_is_no_hid_device_is_found_out_by_opening_it": _LINUX,
     "test_file_that_is_not_a_hid_device_is_refused_by_name": _PATHS,
     "test_file_whose_name_is_no_text_is_told": "Windows keeps names as text",
+    "test_forked_child_goes_on_with_the_same_knobs": _FORK,
     "test_forked_child_with_an_open_knob_ends_and_may_open_its_own": _FORK,
     "test_interrupt_ends_a_waiting_iteration_at_once": _FORK,
     "test_interrupt_ends_call_at_once": _FORK,

@@ -2,9 +2,10 @@
 
 Closed loops with a wall and a hand at 1 kHz: by themselves, together with the same plant and with
 one of their own each, and with actions every step; the Gymnasium environment; and how much of that
-more threads bring: by the clock, of which other programs take their share, and in processor time,
-which is what one thread takes to what several take together. Else processor time of one thread; the
-least of several repeats.
+more threads bring, in one long step and in steps of a tick: by the clock, of which other programs
+take their share (`load` is how many wanted a processor), and in processor time, which is what one
+thread takes to what several take together. Else processor time of one thread; the least of several
+repeats.
 """
 
 from __future__ import annotations
@@ -36,22 +37,20 @@ HAND = torsio.ImpedanceHand(
 OPTIONS = LoopOptions(scene=torsio.Wall(angle_rad=0.05, stiffness_nm_per_rad=1.4), hand=HAND)
 
 
-def shortest_s(
-    run: Callable[[], object], repeats: int, clock: Callable[[], float] = time.process_time
-) -> float:
+def shortest_s(run: Callable[[], object], repeats: int) -> float:
     """Time a run that has been warm before."""
     run()
     times = []
     for _ in range(repeats):
-        begin = clock()
+        begin = time.process_time()
         run()
-        times.append(clock() - begin)
+        times.append(time.process_time() - begin)
     return min(times)
 
 
-def together(n: int, ticks: int, options: Any, threads: int = 1) -> Callable[[], None]:
+def together(n: int, ticks: int, options: Any) -> Callable[[], None]:
     """Give a run of so many ticks, each time from the beginning."""
-    knobs = Knobs(n, options, threads=threads)
+    knobs = Knobs(n, options, threads=1)
 
     def run() -> None:
         knobs.reset()
@@ -83,8 +82,8 @@ def measure(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
         n * ticks,
         shortest_s(lambda: alone.run(duration_s=1e-3 * n * ticks, record_every=2**31), repeats),
     )
-    one_thread_s = shortest_s(together(n, ticks, OPTIONS), repeats)
-    add("ticks, same plant", n * ticks, one_thread_s, goal=GOAL_TICKS_PER_S)
+    same_s = shortest_s(together(n, ticks, OPTIONS), repeats)
+    add("ticks, same plant", n * ticks, same_s, goal=GOAL_TICKS_PER_S)
     own = [
         replace(OPTIONS, plant=torsio.PlantParams(knob_coulomb_nm=float(friction)))
         for friction in rng.uniform(4e-3, 8e-3, n)
@@ -103,16 +102,36 @@ def measure(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:
     add("steps of 1 ms with an action", n * ticks, shortest_s(push, repeats), goal=GOAL_STEPS_PER_S)
     lines += environment(n, ticks, repeats)
 
-    cores = os.cpu_count() or 1
-    clock_s = shortest_s(together(n, ticks, OPTIONS), repeats, time.perf_counter)
-    for threads in range(2, cores + 1):
-        run = together(n, ticks, OPTIONS, threads)
-        seconds = shortest_s(run, repeats, time.perf_counter)
-        scaling = round(clock_s / seconds / threads, 3)
-        processor_scaling = round(one_thread_s / shortest_s(run, repeats), 3)
-        add("ticks, threads", n * ticks, seconds, threads=threads, scaling=scaling,
-            processor_scaling=processor_scaling, goal_scaling=GOAL_SCALING)  # fmt: skip
+    for threads in range(2, (os.cpu_count() or 1) + 1):
+        for at_once, steps in ((ticks, "long steps"), (1, "steps of one tick")):
+            clock_s, processor_s = one_and_many(n, ticks, at_once, threads, repeats)
+            add(f"ticks, threads, {steps}", n * ticks, clock_s[1], threads=threads,
+                scaling=round(clock_s[0] / clock_s[1] / threads, 3),
+                processor_scaling=round(processor_s[0] / processor_s[1], 3),
+                goal_scaling=GOAL_SCALING, load=round(os.getloadavg()[0], 1))  # fmt: skip
     return lines
+
+
+def one_and_many(
+    n: int, ticks: int, at_once: int, threads: int, repeats: int
+) -> tuple[list[float], list[float]]:
+    """Time one thread and several by turns, so that a busy moment is none of one alone.
+
+    Returns
+    -------
+    By the clock and in processor time, the least of one thread and of several.
+    """
+    knobs = [Knobs(n, OPTIONS, threads=count) for count in (1, threads)]
+    clock_s, processor_s = [np.inf, np.inf], [np.inf, np.inf]
+    for _ in range(repeats + 1):
+        for i, some in enumerate(knobs):
+            some.reset()
+            begin_s, processor_begin_s = time.perf_counter(), time.process_time()
+            for _ in range(ticks // at_once):
+                some.step(at_once)
+            clock_s[i] = min(clock_s[i], time.perf_counter() - begin_s)
+            processor_s[i] = min(processor_s[i], time.process_time() - processor_begin_s)
+    return clock_s, processor_s
 
 
 def environment(n: int, ticks: int, repeats: int) -> list[dict[str, Any]]:

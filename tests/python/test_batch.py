@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import signal
+import threading
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -152,6 +157,55 @@ def test_failure_names_the_knob_and_lets_the_others_go_on() -> None:
     with pytest.raises(ValueError, match="loop 2: plant: hand_torque_nm must be within -100"):
         knobs.step(3)
     assert list(knobs.states["time_s"]) == [3e-3, 3e-3, 0.0, 3e-3, 3e-3, 0.0]
+
+
+def test_hands_that_are_functions_run_in_any_thread_one_at_a_time() -> None:
+    called_by: set[int] = set()
+
+    def torque_nm(_time_s: float, angle_rad: float, *_: float) -> float:
+        called_by.add(threading.get_ident())
+        time.sleep(1e-3)  # lets go of Python's lock, so that others get it
+        return 0.03 - 0.1 * angle_rad
+
+    options = LoopOptions(hand=torsio.FeedbackHand(torque_nm=torque_nm))
+    many, one = (Knobs(8, options, threads=threads) for threads in (4, 1))
+    many.step(200)  # worth 9 threads
+    assert len(called_by) > 1
+    one.step(200)
+    assert bits(many.states) == bits(one.states)
+
+
+def test_what_a_hand_raises_in_another_thread_reaches_the_caller() -> None:
+    def torque_nm(time_s: float, *_: float) -> float:
+        if time_s > 0.01 and threading.current_thread() is not threading.main_thread():
+            raise ValueError("tired")
+        time.sleep(1e-4)
+        return 0.0
+
+    knobs = Knobs(8, LoopOptions(hand=torsio.FeedbackHand(torque_nm=torque_nm)), threads=4)
+    with pytest.raises(RuntimeError, match="the hand's function raised ValueError: tired"):
+        knobs.step(400)
+
+
+def test_forked_child_goes_on_with_the_same_knobs() -> None:
+    knobs = Knobs(23, loops()[1], threads=3)
+    knobs.step(TICKS)
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            signal.alarm(30)
+            knobs.step(TICKS)
+            os.write(write, hashlib.sha256(bits(knobs.states)).digest())
+        finally:
+            os._exit(0)
+    os.close(write)
+    with os.fdopen(read, "rb") as told:
+        digest = told.read()
+    _, status = os.waitpid(child, 0)
+    assert status == 0
+    knobs.step(TICKS)
+    assert digest == hashlib.sha256(bits(knobs.states)).digest()
 
 
 def test_a_step_within_a_step_is_told() -> None:

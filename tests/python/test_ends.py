@@ -62,6 +62,18 @@ def toggle():
 threading.Thread(target=toggle, daemon=True).start()
 time.sleep(0.2)
 """,
+    "batch": """
+from torsio.batch import Knobs, LoopOptions
+hand = torsio.FeedbackHand(torque_nm=lambda *_: 0.0)
+asleep = Knobs(64, threads=4)
+asleep.step(100)
+def step(knobs):
+    while True:
+        knobs.step()
+for options in (None, LoopOptions(hand=hand)):
+    threading.Thread(target=step, args=[Knobs(1024, options, threads=3)], daemon=True).start()
+time.sleep(0.2)
+""",
 }
 
 

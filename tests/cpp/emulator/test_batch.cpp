@@ -42,7 +42,7 @@ bool same(const LoopRow& a, const LoopRow& b) {
 TEST_CASE("a batch of loops does what each does alone") {
   for (const unsigned threads : {1U, 2U, 5U, 64U}) {
     Batch batch(batch_options(11, threads));
-    batch.step(1200);  // so many are worth seven threads, each of which has several shares
+    batch.step(1200);  // each loop's are worth a thread
     batch.step(799);
     batch.step(1);
     for (std::size_t i = 0; i < batch.size(); ++i) {
