@@ -1,8 +1,7 @@
 """Reads torsio.h as a second reader: its structures as ctypes has them, and its functions.
 
 It knows C's rules of layout from ctypes and nothing of the field lists, the printer or the library.
-``python -m tests.c.layouts > tests/c/released.h`` keeps the header as the one that programs have
-been compiled with.
+``python -m tests.c.layouts > tests/c/agreed.h`` keeps the header as the one that was agreed on.
 """
 
 from __future__ import annotations
