@@ -22,6 +22,8 @@ _STEP_S, _STEPS, _STEP_RAMP_S = 0.11, 12, 6e-3
 _TRAVEL_RAD = 0.4
 # The motor's lag is believed to so much; it shifts all that is read off at a border of counts.
 _LAG_S = 0.06e-3
+# Backlash so many standard uncertainties from nothing is there.
+_SURE = 5.0
 _DAMPING = 2e-4  # N m s/rad, where the search begins
 # What a resting knob says again and again is one reading, wrong by up to a count: only samples so
 # near to a change of counts are fitted.
@@ -114,11 +116,19 @@ def hold_and_push(
 
 @dataclass(frozen=True)
 class _Edges:
-    """Where the slow pulls crossed the borders of counts."""
+    """Where the slow pulls crossed the borders of counts.
+
+    Attributes
+    ----------
+    side
+        On which the shaft is twisted, for a fit that lets it have backlash; None for one that does
+        not.
+    """
 
     angle_rad: Array
     torque_nm: Array
     way: Array
+    side: Array | None = None
 
 
 def _edges(log: Recording, cogging_nm: Callable[[Array], Array]) -> _Edges:
@@ -144,31 +154,33 @@ def _spring(twist: Array, stiffness: float, knee: float, extra: float) -> Array:
 
 
 def _straight(edges: _Edges) -> Solution:
-    side = np.sign(edges.torque_nm - edges.way * 0.0)
-    slopes = np.column_stack([edges.angle_rad, np.ones_like(side), edges.way])
-    return linear(slopes, edges.torque_nm, lags=3)
+    """Fit stiffness, offset, friction and, with sides, what backlash takes off the torque."""
+    columns = [edges.angle_rad, np.ones_like(edges.way), edges.way]
+    if edges.side is not None:
+        columns.append(edges.side)
+    return linear(np.column_stack(columns), edges.torque_nm, lags=3)
 
 
 def _bent(edges: _Edges, start: Solution) -> Solution:
-    """Fit stiffness, rest angle, friction, knee and what is added beyond it."""
-    stiffness, offset, coulomb = start.value
+    """Fit stiffness, rest angle, friction, knee, what is added beyond it and half the backlash."""
+    stiffness, offset, coulomb = start.value[:3]
     rest = -offset / stiffness
     best: Solution | None = None
     reach = float(np.max(np.abs(edges.angle_rad - rest)))
 
     def model(value: Array) -> Array:
-        spring = _spring(edges.angle_rad - value[1], value[0], abs(value[3]), value[4])
+        lost = 0.0 if edges.side is None else value[5] * edges.side
+        twist = edges.angle_rad - value[1] - lost
+        spring = _spring(twist, value[0], abs(value[3]), value[4])
         result: Array = spring + value[2] * edges.way
         return result
 
     for share in (0.25, 0.45, 0.65, 0.85):
-        trial = gauss_newton(
-            model,
-            edges.torque_nm,
-            np.array([stiffness, rest, coulomb, share * reach, 0.1 * stiffness]),
-            scale=np.array([1e-4 * stiffness, 1e-6, 1e-6, 2e-5, 1e-4 * stiffness]),
-            lags=3,
-        )
+        begin = [stiffness, rest, coulomb, share * reach, 0.1 * stiffness]
+        scale = [1e-4 * stiffness, 1e-6, 1e-6, 2e-5, 1e-4 * stiffness]
+        if edges.side is not None:
+            begin, scale = [*begin, -float(start.value[3]) / stiffness], [*scale, 1e-6]
+        trial = gauss_newton(model, edges.torque_nm, np.array(begin), scale=np.array(scale), lags=3)
         if best is None or np.sum(trial.residual**2) < np.sum(best.residual**2):
             best = trial
     assert best is not None
@@ -182,23 +194,62 @@ def _is_bent(straight: Solution, bent: Solution, reach: float) -> bool:
     return after < 0.7 * before and known and inside and bent.value[0] + bent.value[4] > 0
 
 
-def _backlash(
-    edges: _Edges, spring: Callable[[Array], Array], stiffness: float
-) -> tuple[float, float]:
-    """Give the angle that is lost where the torque changes its sign, and its uncertainty."""
-    torque = spring(edges.angle_rad)
-    clear = np.abs(torque) > 0.05 * float(np.max(np.abs(torque)))
-    side = np.sign(torque[clear])
-    slopes = np.column_stack(
-        [
-            side,
-            np.ones_like(side),
-            edges.way[clear],
-            edges.angle_rad[clear] - np.mean(edges.angle_rad),
-        ]
+@dataclass(frozen=True)
+class _Curve:
+    """A shaft's fitted curve, bent or straight, with the friction of the knob's side."""
+
+    fit: Solution
+    is_bent: bool
+
+    @property
+    def stiffness(self) -> float:
+        return float(self.fit.value[0])
+
+    @property
+    def rest(self) -> float:
+        second = float(self.fit.value[1])
+        return second if self.is_bent else -second / self.stiffness
+
+    @property
+    def coulomb(self) -> float:
+        return float(self.fit.value[2])
+
+    @property
+    def knee(self) -> float:
+        return abs(float(self.fit.value[3])) if self.is_bent else 1e9
+
+    @property
+    def extra(self) -> float:
+        return float(self.fit.value[4]) if self.is_bent else 0.0
+
+    @property
+    def backlash(self) -> tuple[float, float]:
+        """What is lost between the two sides, and its uncertainty; of a fit that lets it be."""
+        if self.is_bent:
+            return 2.0 * float(self.fit.value[5]), 2.0 * self.fit.sigma(5)
+        value, sigma = float(self.fit.value[3]), self.fit.sigma(3)
+        return -2.0 * value / self.stiffness, 2.0 * sigma / self.stiffness
+
+
+def _curve(edges: _Edges) -> _Curve:
+    straight = _straight(edges)
+    if straight.value[0] <= 0:
+        raise Refusal(
+            _STEP, "unexplained", "the knob turns against the torque while the brake is held"
+        )
+    bent = _bent(edges, straight)
+    reach = float(np.ptp(edges.angle_rad)) / 2
+    is_bent = _is_bent(straight, bent, reach)
+    return _Curve(bent if is_bent else straight, is_bent)
+
+
+def _with_sides(edges: _Edges, coulomb: float) -> _Edges:
+    """Give those where the shaft is clearly twisted, and on which side."""
+    held = edges.torque_nm - coulomb * edges.way
+    clear = np.abs(held) > 0.05 * np.max(np.abs(held))
+    return _Edges(
+        edges.angle_rad[clear], edges.torque_nm[clear], edges.way[clear], np.sign(held[clear])
     )
-    fit = linear(slopes, edges.torque_nm[clear] - torque[clear], lags=3)
-    return -2.0 * float(fit.value[0]) / stiffness, 2.0 * fit.sigma(0) / stiffness
 
 
 def _ring(
@@ -279,22 +330,17 @@ def estimate_shaft(
             "for this encoder: the shaft is locked, the knob is held, or the encoder stopped "
             "counting",
         )  # fmt: skip
-    straight = _straight(edges)
-    if straight.value[0] <= 0:
-        raise Refusal(
-            _STEP, "unexplained", "the knob turns against the torque while the brake is held"
-        )
-    bent = _bent(edges, straight)
+    curve = _curve(edges)
+    sides = _with_sides(edges, curve.coulomb)
+    loose = _curve(sides)
+    backlash, backlash_sigma = loose.backlash
+    # What may as well be none is left where it is: it would make the stiffness less certain.
+    if backlash > _SURE * backlash_sigma:
+        edges, curve = sides, loose
+    fit, is_bent = curve.fit, curve.is_bent
+    stiffness, rest, coulomb = curve.stiffness, curve.rest, curve.coulomb
+    knee, extra = curve.knee, curve.extra
     reach = float(np.ptp(edges.angle_rad)) / 2
-    is_bent = _is_bent(straight, bent, reach)
-    if is_bent:
-        stiffness, rest, coulomb, knee, extra = (float(number) for number in bent.value)
-        knee = abs(knee)
-        fit, friction_at = bent, 2
-    else:
-        stiffness, coulomb = float(straight.value[0]), float(straight.value[2])
-        rest, knee, extra = -float(straight.value[1]) / stiffness, np.inf, 0.0
-        fit, friction_at = straight, 2
     left = float(np.sqrt(np.mean(fit.residual**2)))
     pull = float(np.max(np.abs(edges.torque_nm)))
     if left > 0.04 * pull:
@@ -304,10 +350,6 @@ def estimate_shaft(
             "twist: the brake creeps, a coupling slips, or a hand is on the knob", residual_nm=left,
         )  # fmt: skip
 
-    def spring(angle: Array) -> Array:
-        return _spring(angle - rest, stiffness, min(knee, 1e9), extra)
-
-    play, play_sigma = _backlash(edges, spring, stiffness)
     damping = inertia = None
     fits = [
         Fit(
@@ -319,7 +361,7 @@ def estimate_shaft(
     # Without steps there is only the end of the rest before them.
     if len(steps.time_s) > 0 and steps.time_s[-1] - steps.time_s[0] > _STEP_S:
         ring, ring_angle = _estimate_ring(
-            steps, (stiffness, min(knee, 1e9), extra), rest, coulomb, cogging_nm, inertia_kg_m2
+            steps, (stiffness, knee, extra), rest, coulomb, cogging_nm, inertia_kg_m2
         )
         fits.append(
             Fit(
@@ -337,19 +379,19 @@ def estimate_shaft(
         damping = Quantity(
             "shaft_damping_nm_s_per_rad",
             float(ring.value[1]),
-            math.hypot(ring.sigma(1), fit.sigma(friction_at) / _swing_rad_s(ring_angle, steps)),
+            math.hypot(ring.sigma(1), fit.sigma(2) / _swing_rad_s(ring_angle, steps)),
             "of shaft and knob",
         )
         # Slow as the pulls are, they feel a little of it.
         coulomb -= max(damping.value, 0.0) * _rate_nm_s(sweeps) / stiffness
-    friction_sigma = math.hypot(fit.sigma(friction_at), lag_nm)
+    friction_sigma = math.hypot(fit.sigma(2), lag_nm)
     factor = (stiffness + extra) / stiffness
     knee_quantity = factor_quantity = None
     corners = [(0.0, 0.0), (reach, stiffness * reach)]
     if is_bent:
-        knee_quantity = Quantity("knee_rad", knee, bent.sigma(3), "the shaft is linear up to here")
+        knee_quantity = Quantity("knee_rad", knee, fit.sigma(3), "the shaft is linear up to here")
         slope = np.array([-extra / stiffness**2, 1.0 / stiffness])
-        among = bent.covariance[np.ix_([0, 4], [0, 4])]
+        among = fit.covariance[np.ix_([0, 4], [0, 4])]
         factor_quantity = Quantity(
             "stiffness_factor", factor, float(np.sqrt(slope @ among @ slope)), "stiffness beyond it"
         )
@@ -357,7 +399,7 @@ def estimate_shaft(
         corners = [(0.0, 0.0), (knee, stiffness * knee), (reach, end)]
     return Shaft(
         Quantity("stiffness_nm_per_rad", stiffness, fit.sigma(0), "of the shaft"),
-        Quantity("backlash_rad", play, play_sigma, "angle lost where the torque turns"),
+        Quantity("backlash_rad", backlash, backlash_sigma, "angle lost where the torque turns"),
         knee_quantity,
         factor_quantity,
         np.array(corners),
