@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import math
 import os
 import socket
 import sys
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.studies.cluster import local_cluster, without_seconds
 from torsio_studies.common import StudyError
 from torsio_studies.design import devices, spread
 from torsio_studies.design.devices import Batch, Design
@@ -32,26 +32,9 @@ Numbers = dict[int, list[dict[str, float | None]]]
 BATCHES = tuple(Batch("sample", i, (one,)) for i, one in enumerate(FAST))
 
 
-def _without_seconds(rows: list[dict[str, float]]) -> list[dict[str, float | None]]:
-    """Leave out what is never the same, and give None for NaN, which equals nothing."""
-    return [
-        {
-            key: None if math.isnan(value) else value
-            for key, value in row.items()
-            if key != "seconds"
-        }
-        for row in rows
-    ]
-
-
 def _done(batches: tuple[Batch, ...], **where: Any) -> Numbers:
     with spread.spread(batches, **where) as (_, results):
-        return {batch.index: _without_seconds(rows) for batch, rows in results}
-
-
-def _local_cluster(**options: Any) -> Any:
-    distributed = importlib.import_module("distributed")
-    return distributed.LocalCluster(dashboard_address=":0", **options)
+        return {batch.index: without_seconds(rows) for batch, rows in results}
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +51,7 @@ def test_two_processes_give_the_same_numbers(
 @pytest.fixture(scope="module")
 def two_workers() -> Iterator[str]:
     """Address of a scheduler on this machine, with two worker processes."""
-    with _local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
+    with local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster:
         yield cluster.scheduler_address
 
 
@@ -76,7 +59,7 @@ def test_dask_cluster_of_two_workers_gives_the_same_numbers(
     reference: Numbers, two_workers: str
 ) -> None:
     with spread.spread(BATCHES, scheduler=two_workers) as (workers, results):
-        done = {batch.index: _without_seconds(rows) for batch, rows in results}
+        done = {batch.index: without_seconds(rows) for batch, rows in results}
     assert workers == 2
     assert done == reference
 
@@ -101,7 +84,7 @@ def test_study_on_a_dask_cluster_of_two_workers_gives_the_same_parquet(
 
 def test_scheduler_without_workers_is_refused() -> None:
     with (
-        _local_cluster(n_workers=0) as cluster,
+        local_cluster(n_workers=0) as cluster,
         pytest.raises(StudyError, match=r"has no workers: start some with dask worker tcp://"),
         spread.spread(BATCHES, scheduler=cluster.scheduler_address),
     ):
