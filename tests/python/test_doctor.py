@@ -21,7 +21,7 @@ from torsio import doctor
 from torsio.doctor import facts as doctor_facts
 from torsio.doctor import knob as doctor_knob
 from torsio.doctor import linux as doctor_linux
-from torsio.doctor import windows as doctor_windows
+from torsio.doctor import others as doctor_others
 from torsio.doctor.facts import ClockFit, KnobFacts, Node, Permission, RoundTrips, UsbKnob
 from torsio.statuses import FAULT_ADVICE
 
@@ -477,24 +477,37 @@ def listed(serial: str) -> torsio.ListedDevice:
     )
 
 
-def test_windows_without_a_knob_is_told_where_to_look(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doctor_windows, "list_devices", lambda: [])
-    monkeypatch.setattr(sys, "platform", "win32")
+@pytest.mark.parametrize(
+    ("platform", "system", "where", "ids"),
+    [
+        ("win32", "Windows", "Device Manager", "VID_{0:04X}&PID_{1:04X}"),
+        ("darwin", "macOS", "System Information", "ID 0x{0:04x} and the product ID 0x{1:04x}"),
+    ],
+)
+def test_other_systems_without_a_knob_tell_where_to_look(
+    monkeypatch: pytest.MonkeyPatch, platform: str, system: str, where: str, ids: str
+) -> None:
+    monkeypatch.setattr(doctor_others, "list_devices", lambda: [])
+    monkeypatch.setattr(sys, "platform", platform)
     (report,) = doctor.diagnose()
-    assert "Device Manager" in problem(report).advice
-    assert "lsusb" not in problem(report).advice
-    assert "VID_{}&PID_{}".format(*wire.USB_ID.upper().split(":")) in problem(report).advice
+    told = problem(report)
+    assert told.text == f"{system} shows no Torsio knob"
+    assert where in told.advice
+    assert ids.format(*(int(number, 16) for number in wire.USB_ID.split(":"))) in told.advice
+    for foreign in ("lsusb", "udev", "hidraw"):
+        assert foreign not in told.text + told.advice
 
 
-def test_windows_opens_each_knob_and_knows_nothing_of_linux(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.mark.parametrize("platform", ["win32", "darwin"])
+def test_other_systems_open_each_knob_and_know_nothing_of_linux(
+    monkeypatch: pytest.MonkeyPatch, platform: str
 ) -> None:
     def refuse(selector: str) -> torsio.Knob:
         raise torsio.DeviceBusy(f"{selector} is open already")
 
-    monkeypatch.setattr(doctor_windows, "list_devices", lambda: [listed("A"), listed("B")])
+    monkeypatch.setattr(doctor_others, "list_devices", lambda: [listed("A"), listed("B")])
     monkeypatch.setattr(torsio, "open", refuse)
-    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(sys, "platform", platform)
     reports = doctor.diagnose()
     assert [report.device for report in reports] == [r"\\?\hid#A", r"\\?\hid#B"]
     for report in reports:

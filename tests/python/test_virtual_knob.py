@@ -265,6 +265,15 @@ def test_package_without_the_program_says_what_is_missing(
 # A person at a terminal --------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("system", ["win32", "darwin"])
+def test_other_system_is_told_to_run_the_program_on_linux(
+    monkeypatch: pytest.MonkeyPatch, system: str
+) -> None:
+    monkeypatch.setattr(sys, "platform", system)
+    with pytest.raises(torsio.Error, match="program for Linux: run it there"):
+        virtual_knob.program_path()
+
+
 def test_terminal_input_is_read_in_pieces_of_any_size() -> None:
     data = b"\x1b[C\x1b[D \x1b[<0;10;3M\x1b[<32;12;3M\x1b[<0;12;3m\x1b[15~q\x1bOA"
     expected = [

@@ -1,7 +1,7 @@
 """`torsio doctor`: checks a knob and says what to do about each problem.
 
 Facts are gathered in `torsio.doctor.facts`; small functions, one for each matter, turn facts into
-findings: about the system in `torsio.doctor.linux` and `torsio.doctor.windows`, about the knob in
+findings: about the system in `torsio.doctor.linux` and `torsio.doctor.others`, about the knob in
 `torsio.doctor.knob`. What moves the knob is in `torsio.doctor.drift`, and done only when asked for.
 """
 
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import torsio
+from torsio.doctor import others
 from torsio.doctor.drift import check_drift
 from torsio.doctor.facts import (
     Permission,
@@ -26,8 +27,6 @@ from torsio.doctor.facts import (
 from torsio.doctor.findings import Finding
 from torsio.doctor.knob import KNOB_CHECKS
 from torsio.doctor.linux import check_driver, check_permission, check_usb
-from torsio.doctor.windows import OPEN_ADVICE as WINDOWS_OPEN_ADVICE
-from torsio.doctor.windows import examine_system
 from torsio.errors import Error
 
 __all__ = ["Finding", "Report", "diagnose", "examine_drift"]
@@ -73,8 +72,8 @@ def check_failure(error: Error) -> Finding:
     """Say what kept the knob from being opened or examined."""
     name = failure_name(error)
     advice = _OPEN_ADVICE
-    if sys.platform == "win32":
-        advice = _OPEN_ADVICE | WINDOWS_OPEN_ADVICE
+    if sys.platform in others.NAMES:
+        advice = _OPEN_ADVICE | others.OPEN_ADVICE
     return Finding("open", False, str(error), advice[name], {"reason": name})
 
 
@@ -121,10 +120,10 @@ def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
                 selector, [*examine_device(selector, emulator=torsio.EmulatorOptions(paced=True))]
             )
         ]
-    if sys.platform == "win32":
+    if sys.platform in others.NAMES:
         return [
             Report(device, [finding, *(examine_device(device) if device else ())])
-            for device, finding in examine_system(selector)
+            for device, finding in others.examine_system(sys.platform, selector)
         ]
     knobs = find_usb_knobs(root)
     permission = find_permission(root)

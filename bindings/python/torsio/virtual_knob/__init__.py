@@ -23,12 +23,16 @@ def program_path() -> Path:
     Raises
     ------
     torsio.Error
-        If the package was built without it, or on Windows, for which there is none.
+        If the package was built without it, or on Windows or macOS, for which there is none.
     """
     if sys.platform == "win32":
         raise Error(
             "the virtual USB knob is a program for Linux: run it there, and attach it to this "
             "Windows over the network as docs/usb.md tells"
+        )
+    if sys.platform == "darwin":
+        raise Error(
+            "the virtual USB knob is a program for Linux: run it there, or in a virtual machine"
         )
     if not _PROGRAM.exists():
         raise Error(

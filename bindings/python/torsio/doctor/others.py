@@ -1,0 +1,72 @@
+"""What `torsio doctor` knows of Windows and macOS, where the system itself shows a user every knob.
+
+No file of a knob has an owner there and no rule gives permission, so what is left is whether the
+system sees the knob, and whether another program keeps it. No Mac ever ran it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from torsio.doctor.facts import PRODUCT_ID, VENDOR_ID
+from torsio.doctor.findings import Finding
+from torsio.opening import list_devices
+from torsio.records import ListedDevice
+
+__all__ = ["NAMES", "OPEN_ADVICE", "examine_system"]
+
+NAMES: Final = {"win32": "Windows", "darwin": "macOS"}
+"""What a user calls the system, by the name that Python has for it."""
+
+OPEN_ADVICE: Final = {
+    "busy": "close the other program that has the knob open",
+    "permission": "close the program that has the knob for itself, or plug the knob in again",
+}
+
+_WHERE: Final = {
+    "Windows": (
+        "look in the Device Manager, below Human Interface Devices, for one with "
+        f"VID_{VENDOR_ID.upper()}&PID_{PRODUCT_ID.upper()} among its hardware ids: a yellow sign "
+        "there says what keeps it"
+    ),
+    "macOS": (
+        "look in System Information, below USB, for one with the vendor ID "
+        f"0x{VENDOR_ID} and the product ID 0x{PRODUCT_ID}, or let `system_profiler SPUSBDataType` "
+        "list them"
+    ),
+}
+
+
+def check_usb(system: str, knobs: list[ListedDevice]) -> Finding:
+    """Look for a knob among those that the system shows."""
+    if knobs:
+        serials = ", ".join(f"serial number {knob.serial}" for knob in knobs)
+        return Finding("usb", True, f"{system} shows a knob: {serials}")
+    return Finding(
+        "usb",
+        False,
+        f"{system} shows no Torsio knob",
+        "plug it in; if it is, try another port and a cable that carries data, not only power, and "
+        f"{_WHERE[system]}; without hardware use `--device emulated`",
+    )
+
+
+def examine_system(platform: str, selector: str) -> Iterator[tuple[str, Finding]]:
+    """Yield each knob that is meant, all with an empty selector, and what the system says of it.
+
+    The device is empty where there is nothing to open.
+
+    Parameters
+    ----------
+    platform
+        One of `NAMES`.
+    """
+    system = NAMES[platform]
+    knobs = [knob for knob in list_devices() if knob.transport != "emulated"]
+    meant = [knob for knob in knobs if selector in ("", knob.serial, knob.path)]
+    for knob in meant:
+        yield knob.path, check_usb(system, [knob])
+    if not meant:
+        # What was named may still be a path, which opening explains.
+        yield selector, check_usb(system, knobs)
