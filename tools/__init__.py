@@ -1,1 +1,1 @@
-"""Checks that the development script runs; not part of the installed package."""
+"""What `./dev` runs: builds, checks, printers and releases; no part of the installed package."""

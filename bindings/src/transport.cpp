@@ -1,4 +1,4 @@
-// torsio._torsio.Transport: the way to a device without the SDK's session on it, for who passes
+// torsio._torsio.Transport: the way to a device without the SDK's session on it, for whoever passes
 // reports on as they are. The package's studio is one.
 #include "torsio/transport.hpp"
 

@@ -47,8 +47,8 @@ void stop_on_signals() {
   (void)std::signal(SIGPIPE, SIG_IGN);
 }
 
-/// A line for who reads standard output. The knob does not wait for the reader: what does not go
-/// out at once waits, and past so much that nobody can want it any more lines are left out.
+/// A line for whoever reads standard output. The knob does not wait for the reader: what does not
+/// go out at once waits, and past so much that nobody can want it any more lines are left out.
 class Teller {
  public:
   void tell(const std::string& line) {

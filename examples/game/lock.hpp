@@ -55,8 +55,8 @@ Event step(Lock& lock, const Input& input, float dt_s);
 
 /// What the hand feels, for as long as the state stays what it is.
 struct Forces {
-  float floor_lift = kFloor;  // a wall for who goes below
-  float ceiling_lift = 1;     // a wall for who goes above
+  float floor_lift = kFloor;  // a wall for whoever goes below
+  float ceiling_lift = 1;     // a wall for whoever goes above
   bool low = false;           // nearer to the floor than to the ceiling
   float spring = 0;           // pushes the pick down to lift 0
   float friction = 0;

@@ -32,7 +32,7 @@ struct PowerDrive {
   bool enabled = false;   // false: the bridges let go
 };
 
-/// What was measured and driven since the start, for who wants to know the winding.
+/// What was measured and driven since the start, for whoever wants to know the winding.
 struct PowerSums {
   std::uint64_t periods = 0;
   std::int64_t readings = 0;  // of the converter
@@ -43,7 +43,8 @@ struct PowerSums {
 };
 inline constexpr float kSharesPerSupply = 16384.0F;
 
-/// A number from the main loop to the interrupt, whole. Copied like any other, by who runs neither.
+/// A number from the main loop to the interrupt, whole. Copied like any other, by whoever runs
+/// neither.
 class HandedOver {
  public:
   explicit HandedOver(float value) : value_(value) {}

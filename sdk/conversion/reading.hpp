@@ -4,6 +4,8 @@
 
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
+#include <numbers>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
@@ -39,27 +41,10 @@ consteval std::size_t told_place(std::string_view told) {
   });
 }
 
-enum class Scale { none, ns, ms, torque_step, speed_step, share, gain };
-
-consteval Scale scale_of(std::string_view unit) {
-  if (unit == "ns") return Scale::ns;
-  if (unit == "ms") return Scale::ms;
-  if (unit == "torque_step_nm") return Scale::torque_step;
-  if (unit == "speed_step_rad_s") return Scale::speed_step;
-  if (unit == "2^-14 of the supply") return Scale::share;
-  if (unit == "1/32767") return Scale::gain;
-  return Scale::none;
-}
-
-template <Scale scale, class Number>
-Number in_si(Number counted, const protocol::Identity& device) {
-  if constexpr (scale == Scale::ns) return Number{1e-9} * counted;
-  if constexpr (scale == Scale::ms) return Number{1e-3} * counted;
-  if constexpr (scale == Scale::torque_step) return counted * Number{device.torque_step_nm};
-  if constexpr (scale == Scale::speed_step) return counted * Number{device.speed_step_rad_s};
-  if constexpr (scale == Scale::share) return counted * Number{0x1p-14};
-  if constexpr (scale == Scale::gain) return counted / Number{32767};
-  return counted;
+consteval std::size_t unit_index(std::string_view unit) {
+  std::size_t index = 0;
+  while (index < kReportUnits.size() && kReportUnits.at(index).unit != unit) ++index;
+  return index;
 }
 
 template <class Value>
@@ -83,7 +68,7 @@ void read_into(Host& host, const Wire& wire, const protocol::Identity& device) {
       using Value = std::remove_cvref_t<decltype(value)>;
       using Travelled = std::remove_cvref_t<decltype(travelled)>;
       if constexpr (std::floating_point<Value> && std::is_arithmetic_v<Travelled>) {
-        value = detail::in_si<detail::scale_of(from.unit)>(static_cast<Value>(travelled), device);
+        value = in_si<detail::unit_index(from.unit)>(static_cast<Value>(travelled), device);
       } else if constexpr (detail::Told<Value> && detail::Told<Travelled>) {
         value = static_cast<Value>(travelled);
       }
@@ -100,6 +85,15 @@ Host read(const Wire& wire, const protocol::Identity& device) {
   Host host{};
   read_into(host, wire, device);
   return host;
+}
+
+/// The time of a tick, whatever is told of it.
+inline double time_s(std::uint64_t tick, const protocol::Identity& device) {
+  return static_cast<double>(tick) * (1e-9 * device.control_period_ns);
+}
+
+inline double angle_rad(std::int64_t position_counts, const protocol::Identity& device) {
+  return static_cast<double>(position_counts) * (2.0 * std::numbers::pi / device.counts_per_rev);
 }
 
 }  // namespace torsio::conversion

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <string_view>
 
 #include "protocol/configuration.hpp"
@@ -124,5 +125,17 @@ inline constexpr std::array<ReportUnit, 6> kReportUnits{{
     {"2^-14 of the supply", "", ""},
     {"1/32767", "", ""},
 }};
+
+/// The number in SI units; it is counted in unit `index` of kReportUnits, or in none of them.
+template <std::size_t index, class Number>
+Number in_si(Number counted, [[maybe_unused]] const protocol::Identity& device) {
+  if constexpr (index == 0) return Number{1e-9} * counted;
+  if constexpr (index == 1) return Number{1e-3} * counted;
+  if constexpr (index == 2) return counted * Number{device.torque_step_nm};
+  if constexpr (index == 3) return counted * Number{device.speed_step_rad_s};
+  if constexpr (index == 4) return counted * Number{0x1p-14};
+  if constexpr (index == 5) return counted / Number{32767};
+  return counted;
+}
 
 }  // namespace torsio

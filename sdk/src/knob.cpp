@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -134,8 +133,7 @@ class Knob::Impl {
   Clock clock() {
     const auto report = session.get<protocol::Clock>();
     auto clock = read<Clock>(report);
-    clock.angle_rad = static_cast<double>(report.position_counts) / identity().counts_per_rev *
-                      2.0 * std::numbers::pi;
+    clock.angle_rad = conversion::angle_rad(report.position_counts, identity());
     return clock;
   }
 
@@ -266,8 +264,7 @@ MotorCurrent Knob::motor_current() {
   const double step_a = static_cast<double>(sums.a_per_step);
   const double zero = static_cast<double>(sums.zero);
   current.time_s = static_cast<double>(sums.periods) * current.period_s;
-  current.angle_rad = static_cast<double>(sums.position_counts) * 2.0 * std::numbers::pi /
-                      impl().identity().counts_per_rev;
+  current.angle_rad = conversion::angle_rad(sums.position_counts, impl().identity());
   current.current_a = (sums.reading - zero) * step_a;
   current.zero_a = zero * step_a;
   current.step_a = std::abs(step_a);
@@ -289,7 +286,7 @@ Limits Knob::limits() {
 GameStatus Knob::game_status() {
   const auto monitor = impl().session.get<protocol::GameMonitor>();
   auto status = impl().read<GameStatus>(monitor);
-  status.time_s = static_cast<double>(monitor.tick) / impl().info().control_rate_hz;
+  status.time_s = conversion::time_s(monitor.tick, impl().identity());
   return status;
 }
 

@@ -214,7 +214,6 @@ class Session {
   void dispatch(const protocol::Event& event);
   void become(const Said& said, DisarmReason why);
   void tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick);
-  [[nodiscard]] double time_of(std::uint64_t tick) const;
   void lose(const std::string& why);
   template <class Act>
   void on_transport(Act&& act);

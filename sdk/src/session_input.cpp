@@ -163,7 +163,7 @@ void Session::become(const Said& said, DisarmReason why) {
   const bool explains = last_disarm_ && last_disarm_->reason == DisarmReason::unknown &&
                         state_ == said.state && why != DisarmReason::unknown;
   if (falls || explains) {
-    last_disarm_ = Disarm{why, fault_names(said.faults), said.tick, time_of(said.tick)};
+    last_disarm_ = Disarm{why, fault_names(said.faults), said.tick, decoder_.time_s(said.tick)};
     if (falls) ++disarms_;
   }
   if (said.state != State::armed) fading_.reset();
@@ -173,11 +173,7 @@ void Session::become(const Said& said, DisarmReason why) {
 }
 
 void Session::tell_event(std::string kind, std::uint16_t faults, std::uint64_t tick) {
-  events_.add({std::move(kind), state_, owner_, fault_names(faults), tick, time_of(tick)});
-}
-
-double Session::time_of(std::uint64_t tick) const {
-  return static_cast<double>(tick) * decoder_.period_s();
+  events_.add({std::move(kind), state_, owner_, fault_names(faults), tick, decoder_.time_s(tick)});
 }
 
 // What is known ----------------------------------------------------------------------------------

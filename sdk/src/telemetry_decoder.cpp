@@ -1,15 +1,11 @@
 #include "telemetry_decoder.hpp"
 
-#include <numbers>
-
 #include "conversion/reading.hpp"
 
 namespace torsio {
 
-void TelemetryDecoder::configure(const protocol::Identity& identity) {
-  period_s_ = 1e-9 * identity.control_period_ns;
-  rad_per_count_ = 2.0 * std::numbers::pi / identity.counts_per_rev;
-  identity_ = identity;
+double TelemetryDecoder::time_s(std::uint64_t tick) const {
+  return conversion::time_s(tick, identity_);
 }
 
 std::uint64_t TelemetryDecoder::count_missing(const protocol::Telemetry& report) {
@@ -33,9 +29,9 @@ TelemetrySample TelemetryDecoder::sample(const protocol::Telemetry& report, unsi
   const protocol::Sample& in = report.sample[index];
   auto out = conversion::read<TelemetrySample>(in, identity_);
   out.tick = report.tick + std::uint64_t{index} * report.decimation;
-  out.time_s = static_cast<double>(out.tick) * period_s_;
+  out.time_s = time_s(out.tick);
   out.position_counts = position_counts_ + in.offset_counts;
-  out.angle_rad = static_cast<double>(out.position_counts) * rad_per_count_;
+  out.angle_rad = conversion::angle_rad(out.position_counts, identity_);
   out.flags = report.flags;
   return out;
 }

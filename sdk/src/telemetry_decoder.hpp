@@ -16,12 +16,12 @@ namespace torsio {
 class TelemetryDecoder {
  public:
   /// Units and rates. Positions go on from where they are.
-  void configure(const protocol::Identity& identity);
+  void configure(const protocol::Identity& identity) { identity_ = identity; }
 
   /// The device's position in full, from which 32-bit positions are unwrapped.
   void set_position(std::int64_t counts) { position_counts_ = counts; }
 
-  [[nodiscard]] double period_s() const { return period_s_; }
+  [[nodiscard]] double time_s(std::uint64_t tick) const;
   /// Ticks from sample to sample, as the newest report has it; 0 before the first.
   [[nodiscard]] unsigned decimation() const { return decimation_; }
 
@@ -46,8 +46,6 @@ class TelemetryDecoder {
   [[nodiscard]] std::int64_t unwrapped(std::int32_t low_bits) const;
   [[nodiscard]] TelemetrySample sample(const protocol::Telemetry& report, unsigned index) const;
 
-  double period_s_ = 1e-3;
-  double rad_per_count_ = 0.0;
   protocol::Identity identity_;
   std::int64_t position_counts_ = 0;  // of the last report's first sample
   std::optional<std::uint64_t> next_tick_;

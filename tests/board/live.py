@@ -25,7 +25,7 @@ class BinaryTransport(torsio.Transport):
         self._board = board
 
     def close(self) -> None:
-        """Leave the board to who made it."""
+        """Leave the board to whoever made it."""
 
     def write(self, report: bytes) -> bool:
         return self._board.write(report, within_ms=TAKEN_MS) == "ack"

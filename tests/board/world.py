@@ -60,7 +60,7 @@ class World:
         Returns
         -------
         tuple
-            What the motor's current is as the period begins, to who takes the sensor's volts for
+            What the motor's current is as the period begins, if one takes the sensor's volts for
             those of the sensor that a board is told of, and the encoder's edges: the time of each
             within the period in ns, negative for one backwards.
         """

@@ -31,7 +31,7 @@ def _shaft(*, backlash_rad: float, knee_rad: float, counts_per_rev: int) -> Shaf
     count_rad = 2.0 * np.pi / counts_per_rev
     noise = np.random.default_rng(1).normal(0.3, 0.1, len(angle_rad))
     counts = np.floor(angle_rad / count_rad + noise)
-    time_s = PERIOD_S * np.arange(len(counts))
+    time_s = PERIOD_S * np.arange(len(counts), dtype=np.float64)
     none = np.zeros_like(time_s)
     pulls = Recording(
         time_s, counts, counts * count_rad, none, motor_nm, motor_nm, none,

@@ -58,10 +58,11 @@ def test_list_json_has_the_fields_of_a_listed_device() -> None:
 def test_info_json_tells_identity_health_and_configuration() -> None:
     info = json.loads(run("info", "--json").stdout)
     assert set(info) == {
-        *("info", "health", "clock", "calibration"),
-        *("actuator_config", "control_config", "board_config", "game_config", "limits"),
-        "shaft_config",
+        *("info", "health", "clock", "limits"),
+        *("actuator_config", "control_config", "board_config", "game_config"),
+        *("shaft_config", "calibration_config"),
     }
+    assert info["calibration_config"]["values_are"] == "assumed"
     assert info["board_config"]["motor_pin"] == 6
     assert info["game_config"]["range_deg"] == 900
     assert info["info"]["fingerprint"] == torsio.protocol.fingerprint()

@@ -28,7 +28,7 @@ CPP_ONLY = {
     "ReportBytes": "bytes",
     "ReportTap": "what Knob.record_to and torsio.studio.watch use",
     "LoggedReport": "a row of Recorded.reports",
-    "open_transport": "for who wraps one",
+    "open_transport": "for whoever wraps one",
     "FirmwareFile": "torsio.firmware.FirmwareFile",
     "FirmwareUpdate": "torsio.firmware.Updated",
     "UpdateOptions": "keyword arguments of torsio.firmware.update",

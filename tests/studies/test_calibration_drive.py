@@ -160,17 +160,17 @@ def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> Non
 
 
 @pytest.mark.parametrize(
-    ("board", "share"),
+    ("period_s", "control_rate_hz", "share"),
     [
-        # 10 kHz at 40 kHz: 1 - exp(-pi / 2), answered and taken back.
-        ("pico2", math.sqrt(2.0) * 0.79212 / (1.0 - math.exp(-25e-6 / 0.6e-3))),
-        # Held at a tenth of 10 kHz: 1 - exp(-pi / 5).
-        ("pico", 0.46651 / (1.0 - math.exp(-100e-6 / 0.6e-3))),
-        ("another", None),
+        # A pico2's, 10 kHz at 40 kHz: 1 - exp(-pi / 2), answered and taken back.
+        (25e-6, 20e3, math.sqrt(2.0) * 0.79212 / (1.0 - math.exp(-25e-6 / 0.6e-3))),
+        # A pico's, held at a tenth of 10 kHz: 1 - exp(-pi / 5).
+        (100e-6, 10e3, 0.46651 / (1.0 - math.exp(-100e-6 / 0.6e-3))),
+        (0.0, 10e3, None),
     ],
 )
 def test_bridge_answers_the_noise_as_the_board_s_current_loop_does(
-    board: str, share: float | None
+    period_s: float, control_rate_hz: float, share: float | None
 ) -> None:
     config = torsio.BoardConfig(
         motor_resistance_ohm=2.5,
@@ -180,7 +180,9 @@ def test_bridge_answers_the_noise_as_the_board_s_current_loop_does(
         supply_v=12.0,
     )
     knob: Any = SimpleNamespace(
-        is_emulated=False, info=SimpleNamespace(board=board), board_config=lambda: config
+        info=SimpleNamespace(control_rate_hz=control_rate_hz),
+        board_config=lambda: config,
+        motor_current=lambda: SimpleNamespace(measured=share is not None, period_s=period_s),
     )
     drive = drive_of(knob)
     if share is None:

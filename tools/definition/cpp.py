@@ -5,7 +5,7 @@ That is the wire's structures for firmware and library, and the library's own fo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from tools.definition.model import (
     SCALARS,
@@ -14,6 +14,7 @@ from tools.definition.model import (
     Constant,
     Enumeration,
     Field,
+    ReportUnit,
     Structure,
     value_of,
 )
@@ -204,6 +205,28 @@ def report_list(
 
 
 _LINE = 90  # longer notes stand above what they explain
+
+
+def report_units(units: Mapping[str, ReportUnit]) -> str:
+    """Write how numbers are told that reports count in units of their own."""
+    rows = "".join(
+        f'{{"{unit}", "{of.ending}", "{of.told_ending}"}},\n' for unit, of in units.items()
+    )
+    cases = "".join(
+        f"if constexpr (index == {index}) return {of.in_si};\n"
+        for index, of in enumerate(units.values())
+    )
+    return (
+        "/// How users know a number that a report counts in a unit of its own.\n"
+        "struct ReportUnit {\nstd::string_view unit;\n"
+        "std::string_view ending;  ///< of the name in the report\n"
+        "std::string_view told_ending;  ///< of the name in SI units\n};\n\n"
+        f"inline constexpr std::array<ReportUnit, {len(units)}> kReportUnits{{{{\n{rows}}}}};\n\n"
+        "/// The number in SI units; it is counted in unit `index` of kReportUnits, or in none of them.\n"
+        "template <std::size_t index, class Number>\n"
+        "Number in_si(Number counted, [[maybe_unused]] const protocol::Identity& device) {\n"
+        f"{cases}return counted;\n}}\n"
+    )
 
 
 # --- for users -----------------------------------------------------------------------------------

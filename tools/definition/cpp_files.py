@@ -6,7 +6,7 @@ from emulator.definition import plant
 from firmware.protocol.definition import configurations, effects, limits, records, reports
 from firmware.protocol.definition import enumerations as e
 from tools.definition import cpp
-from tools.definition.model import TOLD_AS
+from tools.definition.model import REPORT_UNITS
 from tools.definition.shared import (
     CONFIG_ENUMERATIONS,
     DEVICE_ENUMERATIONS,
@@ -107,18 +107,14 @@ def sdk_wire_types() -> str:
     return _sdk_header(
         "Which structure of the protocol carries which of the user's, and in which units a report counts.",
         (
-            "<array>", "<string_view>",
+            "<array>", "<cstddef>", "<string_view>",
             "protocol/configuration.hpp", "protocol/effects.hpp", "protocol/reports.hpp",
             "torsio/config.hpp", "torsio/scene.hpp",
         ),
         "/// `type` is what travels for a user's structure.\ntemplate <class Host>\nstruct WireType;\n\n"
         + body
-        + "\n/// How users know a number that a report counts in a unit of its own.\n"
-        "struct ReportUnit {\nstd::string_view unit;\nstd::string_view ending;  ///< of the name in the "
-        "report\nstd::string_view told_ending;  ///< of the name in SI units\n};\n\n"
-        f"inline constexpr std::array<ReportUnit, {len(TOLD_AS)}> kReportUnits{{{{\n"
-        + "".join(f'{{"{unit}", "{end}", "{told}"}},\n' for unit, (end, told) in TOLD_AS.items())
-        + "}};\n",
+        + "\n"
+        + cpp.report_units(REPORT_UNITS),
     )  # fmt: skip
 
 

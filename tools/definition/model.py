@@ -19,7 +19,7 @@ into others by a rule across fields.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -357,28 +357,44 @@ def told(name: str, host: str, doc: str = "", unit: str = "", *, default: Number
     return Field(name, kind, doc, unit, default=default, host=host)
 
 
-TOLD_AS = {
-    "ns": ("_ns", "_s"),
-    "ms": ("_ms", "_s"),
-    "torque_step_nm": ("", "_nm"),
-    "speed_step_rad_s": ("", "_rad_s"),
-    "2^-14 of the supply": ("", ""),
-    "1/32767": ("", ""),
+@dataclass(frozen=True)
+class ReportUnit:
+    """What a report counts in, which users are told in SI units."""
+
+    ending: str = ""
+    """Of the name in the report."""
+    told_ending: str = ""
+    """Of the name that users know."""
+    in_si: str = ""
+    """In C++, of `counted`, a `Number`; `device` has identified itself."""
+
+
+REPORT_UNITS = {
+    "ns": ReportUnit("_ns", "_s", "Number{1e-9} * counted"),
+    "ms": ReportUnit("_ms", "_s", "Number{1e-3} * counted"),
+    "torque_step_nm": ReportUnit("", "_nm", "counted * Number{device.torque_step_nm}"),
+    "speed_step_rad_s": ReportUnit("", "_rad_s", "counted * Number{device.speed_step_rad_s}"),
+    "2^-14 of the supply": ReportUnit(in_si="counted * Number{0x1p-14}"),
+    "1/32767": ReportUnit(in_si="counted / Number{32767}"),
 }
-"""What a report counts in: the ends of a name there and of the name that users know, in SI units."""
 
 
 def told_of(report: Structure, *names: str, host: str = "double") -> tuple[Field, ...]:
     """Tell users fields of a report in its words; what it counts in units of its own as `host`."""
-    return tuple(_told(field, host) for n in names for field in report.fields if field.name == n)
+    return tuple(_told(field, host) for field in named(report.fields, *names))
+
+
+def named(fields: Iterable[Field], *names: str) -> tuple[Field, ...]:
+    """Choose fields by their names, in the order of these."""
+    by_name = {field.name: field for field in fields}
+    return tuple(by_name[name] for name in names)
 
 
 def _told(field: Field, host: str) -> Field:
     if isinstance(field.of, Enumeration):
         return for_hosts(replace(field, host="bool" if field.kind == "switch" else field.of.name))
-    if field.unit in TOLD_AS:
-        end, told_end = TOLD_AS[field.unit]
-        return told(field.name.removesuffix(end) + told_end, host, field.doc)
+    if unit := REPORT_UNITS.get(field.unit):
+        return told(field.name.removesuffix(unit.ending) + unit.told_ending, host, field.doc)
     if field.wire == "f32":
         return told(field.name, "double", field.doc)
     return told(

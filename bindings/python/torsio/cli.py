@@ -83,16 +83,15 @@ def info_command(device: Device = "", as_json: AsJson = False) -> None:
             "health": asdict(knob.health()),
             "limits": asdict(knob.limits()),
             "clock": asdict(knob.clock()),
-            **{
-                f"{name}_config": asdict(getattr(knob, f"{name}_config")())
-                for name in CONFIGS
-                if name != "calibration"
-            },
-            "calibration": calibrate.words_of(knob),
+            **{f"{name}_config": asdict(getattr(knob, f"{name}_config")()) for name in CONFIGS},
         }
+        words = calibrate.words_of(knob)
     if as_json:
         print_json(groups)
         return
+    # A person reads each uncertainty beside its value.
+    del groups["calibration_config"]
+    groups["calibration"] = words
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column()
     table.add_column()

@@ -24,7 +24,7 @@ class DeviceEvent:
     ----------
     device
         As `list_devices` has it, but without `board`: a watch does not open the device, so that it
-        never gets into the way of who opens it.
+        never gets into the way of whoever opens it.
     """
 
     kind: Literal["arrived", "departed"]
@@ -95,7 +95,7 @@ class DeviceWatch:
         try:
             while (event := self._next(_LONGEST_S)) is not None and not self._watch.is_stopped:
                 self._callback(event)
-        except BaseException as error:  # whatever it is, it belongs to who calls stop()
+        except BaseException as error:  # whatever it is, it belongs to whoever calls stop()
             self._failure = error
             self._watch.stop()
 

@@ -242,8 +242,8 @@ class PlantParams(PlantMethods):
         Standard deviation; 0 leaves the noise out; >= 0.
     spring_and_brake
         Part: spring and brake. Without it knob and brake are one rigid body and the brake never
-        engages, for what needs none, such as the law motor_only; it saves about half of the plant's
-        time. The parts below, but for cogging, need it.
+        engages, for what needs none, such as the law motor_only; it saves about a third of the
+        plant's time. The parts below, but for cogging, need it.
     shaft_hardening
         Part: the spring has knees.
     brake_hysteresis

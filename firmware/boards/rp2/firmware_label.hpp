@@ -1,5 +1,5 @@
 /// @file
-/// What a firmware file says of itself to who looks into it: `torsio firmware update` does.
+/// What a firmware file says of itself to whoever looks into it: `torsio firmware update` does.
 #pragma once
 
 #include <algorithm>

@@ -71,7 +71,7 @@ struct FirmwarePlan {
 
   /// The knob is of another release, whose configuration the new firmware cannot read.
   [[nodiscard]] bool loses_configuration() const { return device && !before; }
-  /// The plan in a sentence, for who is asked for consent.
+  /// The plan in a sentence, for whoever is asked for consent.
   [[nodiscard]] TORSIO_EXPORT std::string text() const;
 };
 

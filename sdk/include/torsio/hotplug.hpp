@@ -19,7 +19,7 @@ struct DeviceEvent {
 
   Kind kind;  ///< what happened
   /// As list_devices() has it, but without `board`: the device is not opened, so that a watch never
-  /// gets into the way of who opens it.
+  /// gets into the way of whoever opens it.
   ListedDevice device;
 };
 

@@ -126,7 +126,7 @@ TEST_CASE("an impact's pulse lasts as long as it shall while the knob comes in")
   }
 }
 
-TEST_CASE("an impact stays within its torque, and is nothing outside or for who comes slowly") {
+TEST_CASE("an impact stays within its torque, and is nothing outside or for whoever comes slowly") {
   wire::Impact report = solid();
   report.pulse_nm_s_per_rad = 100.0F;
   report.torque_limit_nm = 0.02F;

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from torsio.calibration.quantity import Array
 from torsio.config import BoardConfig
-from torsio.errors import Error
 from torsio.knob import Knob
 
 __all__ = ["Drive", "drive_of"]
@@ -35,13 +33,6 @@ class _Loop:
             return -math.expm1(-2.0 * math.pi * min(per_period, 0.1))
         # It takes the answer back a period later: twice the variance.
         return -math.expm1(-2.0 * math.pi * per_period) * math.sqrt(2.0)
-
-
-_LOOPS = {
-    "pico": _Loop(100e-6, predicts=False),
-    "pico2": _Loop(25e-6, predicts=True),
-    "emulated": _Loop(25e-6, predicts=True),  # as `torsio.Electrics` is unless told otherwise
-}
 
 
 @dataclass(frozen=True)
@@ -86,24 +77,19 @@ class Drive:
 
 
 def drive_of(knob: Knob, board: BoardConfig | None = None) -> Drive | None:
-    """Give the drive of a knob; None for an emulated one that has no electrics, or another board's.
+    """Give the drive of a knob; None for one without a current sensor, as an emulated one may be.
 
-    An emulated knob does not tell which current loop it has: it counts as a pico2.
+    A loop that acts more often than the control does is the predictive one.
 
     Parameters
     ----------
     board
         What its motor is; None: as the knob is configured.
     """
-    loop = _LOOPS.get(knob.info.board)
-    if loop is None:
+    current = knob.motor_current()
+    if not current.measured:
         return None
-    if knob.is_emulated:
-        has_electrics = False
-        with suppress(Error):
-            has_electrics = knob.emulator.electrics is not None
-        if not has_electrics:
-            return None
+    loop = _Loop(current.period_s, predicts=current.period_s * knob.info.control_rate_hz < 0.9)
     board = board or knob.board_config()
     resistance, inductance = board.motor_resistance_ohm, board.motor_inductance_h
     settled = -math.expm1(-resistance * loop.period_s / inductance)
