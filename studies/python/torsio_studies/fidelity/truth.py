@@ -21,8 +21,8 @@ from torsio.plant import PlantParams
 
 Array = npt.NDArray[np.float64]
 
-PLANT: Final = PlantParams(motor_time_constant_s=0.1e-3)
-"""The plant of the study. Its lag is the one that the figures of docs/studies/fidelity.md have."""
+PLANT: Final = PlantParams()
+"""The plant of the study."""
 
 RTOL = 1e-11
 ATOL = 1e-14
