@@ -12,9 +12,10 @@ and for each loop what it is like: ``lag_us``, by which the torque trails a smal
 ``bandwidth_hz``, where 3 dB are lost; ``full_rise_us``, in which a step to the motor's limit, for
 which the supply has too few volts, gets to nine tenths of it; ``noise_nm``, the standard deviation
 of a torque that is held; ``off_nm_per_rad``, the first number at 32,768 counts with a winding
-whose resistance and inductance are a third off, the worst of four; and ``off_bandwidth_hz``, the
-least and the most bandwidth of these four. Loops that are a lag, of no board, have
-``predicted_nm_per_rad``, which is what (8) of docs/theory.md says.
+whose resistance and inductance are a third off, the worst of four; ``off_bandwidth_hz``, the
+least and the most bandwidth of these four; and ``sagging_nm_per_rad``, the first number at as many
+counts with 12 V that are 9.2, or have 1 ohm before them, the worse of both. Loops that are a lag,
+of no board, have ``predicted_nm_per_rad``, which is what (8) of docs/theory.md says.
 
 With ``quick`` as argument it takes a coarse scan of one encoder; with names of boards, only those.
 """
@@ -207,9 +208,20 @@ def wrong_windings(loop: Loop) -> list[Loop]:
     ]
 
 
-def off_nm_per_rad(loop: Loop, stiffness: Array) -> float:
-    """The least stable stiffness with one of these windings."""
-    calm = (rests(wrong, 32768, stiffness) for wrong in wrong_windings(loop))
+def weak_supplies(loop: Loop) -> list[Loop]:
+    """Give the same loop with supplies that are less than the board takes its own for."""
+    assert loop.electrics is not None
+    supplies = (
+        replace(loop.electrics, supply_v=9.2),
+        replace(loop.electrics, supply_resistance_ohm=1.0),
+    )
+    config = loop.config or BoardConfig()
+    return [replace(loop, config=config, electrics=electrics) for electrics in supplies]
+
+
+def least_nm_per_rad(loops: Iterable[Loop], stiffness: Array) -> float:
+    """The least stable stiffness of these."""
+    calm = (rests(loop, 32768, stiffness) for loop in loops)
     return min(stable_to(stiffness, [all(row) for row in one]) for one in calm)
 
 
@@ -264,7 +276,11 @@ def main(arguments: list[str]) -> None:
         elif not quick:
             bands = [bandwidth_hz(*step_response(wrong)) for wrong in wrong_windings(loop)]
             line["off_bandwidth_hz"] = [round(min(bands)), round(max(bands))]
-            line["off_nm_per_rad"] = round(off_nm_per_rad(loop, springs(1.06)), 1)
+            for name, loops in (
+                ("off_nm_per_rad", wrong_windings(loop)),
+                ("sagging_nm_per_rad", weak_supplies(loop)),
+            ):
+                line[name] = round(least_nm_per_rad(loops, springs(1.06)), 1)
         print(json.dumps(line), flush=True)
 
 

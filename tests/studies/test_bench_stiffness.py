@@ -15,9 +15,9 @@ from tests.bench import bench_stiffness as bench
 LAGS_S = {"pico2": 44e-6, "pico": 160e-6}
 
 
-# Of the hardware guide's table what takes no minutes: lag, -3 dB, noise.
+# Of the hardware guide's table: board, loop, lag, -3 dB, noise, and up to where springs rest.
 ROWS = re.findall(
-    r"^\| `(\w+)`, \d+ kHz \| (.+?) \| ([\d.]+ [um]s) \| ([\d.]+) kHz \| ([\d.]+) mN m \| .+ \|$",
+    r"^\| `(\w+)`, \d+ kHz \| (.+?) \| ([\d.]+ [um]s) \| ([\d.]+) kHz \| ([\d.]+) mN m \| (.+) \|$",
     (Path(__file__).parents[2] / "docs" / "hardware.md").read_text(encoding="utf-8"),
     re.MULTILINE,
 )
@@ -25,7 +25,7 @@ ROWS = re.findall(
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}, {row[1]}")
 def test_table_of_the_current_loops_is_the_benchmark_s(row: tuple[str, ...]) -> None:
-    board, name, lag, kilohertz, noise_mnm = row
+    board, name, lag, kilohertz, noise_mnm, _ = row
     (loop,) = (one for one in bench.LOOPS if (one.board, one.name) == (board, name))
     time_s, response = bench.step_response(loop)
     number, unit = lag.split()
@@ -34,6 +34,20 @@ def test_table_of_the_current_loops_is_the_benchmark_s(row: tuple[str, ...]) -> 
     assert bench.lag_s(time_s, response) == pytest.approx(told_s, rel=0.03)
     assert 1e-3 * bench.bandwidth_hz(time_s, response) == pytest.approx(float(kilohertz), rel=0.05)
     assert 1e3 * bench.noise_nm(loop) == pytest.approx(float(noise_mnm), rel=0.08)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}, {row[1]}")
+def test_springs_of_the_table_rest_and_the_next_one_does_not(row: tuple[str, ...]) -> None:
+    # All that are softer take minutes.
+    board, name, *_, told = row
+    (loop,) = (one for one in bench.LOOPS if (one.board, one.name) == (board, name))
+    columns = [(1.03, counts, [loop]) for counts in bench.COUNTS]
+    columns += [(1.06, 32768, bench.wrong_windings(loop)), (1.06, 32768, bench.weak_supplies(loop))]
+    for (step, counts, loops), told_nm_per_rad in zip(columns, told.split(" | "), strict=True):
+        series = bench.springs(step)
+        at = min(range(len(series)), key=lambda n: abs(series[n] - float(told_nm_per_rad)))
+        calm = [bench.rests(one, counts, series[at - 1 : at + 2]).all(axis=1) for one in loops]
+        assert [all(spring) for spring in zip(*calm, strict=True)] == [True, True, False], counts
 
 
 def test_table_of_the_current_loops_is_there() -> None:
