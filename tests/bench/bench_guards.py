@@ -32,9 +32,7 @@ Arguments are names of boards. It takes two minutes for each.
 from __future__ import annotations
 
 import json
-import math
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +44,7 @@ from tests.board.dangers import (
     DIVIDER,
     LITTLE,
     PLENTY,
+    PUSHED_A,
     RATED_A,
     SUPPLY_DANGERS,
     Danger,
@@ -59,14 +58,8 @@ from tests.board.dangers import (
     start_with_other_layout,
 )
 from tests.board.pico import MODELS, EmulatedPico, choose, enumerated, rewired
+from tests.board.run_aways import RUN_AWAYS
 from tests.board.unguarded import image, take_away, unguarded
-from torsio.hands import NoHand
-
-LEAN_NM = 50e-3
-STIFFNESS = math.degrees(30e-3)
-A, B = 2, 3
-LONG_S = 0.3
-CUT_WIRES = (("encoder: one channel dead", [B], 0.6), ("encoder: cable off", [A, B], 0.6))
 
 
 def _tell(board: str, danger: str, **line: Any) -> None:
@@ -85,61 +78,20 @@ def _react(board: str, danger: Danger, pico: EmulatedPico, bare: EmulatedPico) -
     )
 
 
-def _cut(board: str, pins: list[int], within_s: float, without: Sequence[str]) -> felt.RunAway:
-    boot = unguarded if without else enumerated
-    with felt.binary(felt.plant_of(board), boot) as bench:
-        if without:
-            take_away(bench.board, *without)
-        felt.prepare(bench)
-        felt.lean(bench, STIFFNESS, LEAN_NM)
-        return felt.cut_encoder(bench, pins, NoHand(), within_s)
-
-
-def _swapped(board: str, part: str, law: str, without: Sequence[str]) -> felt.RunAway:
-    boot = unguarded if without else enumerated
-    with felt.binary(felt.plant_of(board), boot) as bench:
-        if without:
-            take_away(bench.board, *without)
-        felt.prepare(bench, law=law)
-        felt.turn_wrong_way(bench, part)
-        return felt.touch_spring(bench, LONG_S)
-
-
-def _shifted(board: str, amperes: float, without: Sequence[str]) -> felt.RunAway:
-    boot = unguarded if without else enumerated
-    with felt.binary(felt.plant_of(board), boot) as bench:
-        if without:
-            take_away(bench.board, *without)
-        felt.prepare(bench, law="motor_only")
-        return felt.shift_zero(bench, amperes, LONG_S)
-
-
 def _run_aways(board: str) -> None:
-    found = [
-        (name, _cut(board, pins, within_s, ()),
-         _cut(board, pins, LONG_S, ("dead channel", "winding")))
-        for name, pins, within_s in CUT_WIRES
-    ]  # fmt: skip
-    found += [
-        (f"{part}'s sign wrong, law {law}", _swapped(board, part, law, ()),
-         _swapped(board, part, law, ("timid", "winding")))
-        for part in ("encoder", "motor")
-        for law in ("motor_only", "paper")
-    ]  # fmt: skip
-    found += [
-        (f"current sensor's zero moves by {amperes:g} A, knob let go",
-         _shifted(board, amperes, ()), _shifted(board, amperes, ("winding",)))
-        for amperes in (0.1, 0.25, 0.4, 0.8)
-    ]  # fmt: skip
-    for name, guarded, bare in found:
+    for danger in RUN_AWAYS:
+        with danger.bench(guarded=True) as bench:
+            guarded = danger.begin(bench)
+        with danger.bench(guarded=False) as bench:
+            bare = danger.begin(bench)
         _tell(
             board,
-            name,
+            danger.name,
             off_ms=None if guarded.off_s is None else round(1e3 * guarded.off_s),
             tells=named(guarded.faults),
-            moved_rad=round(guarded.moved_rad, 2),
-            fastest_rad_s=round(guarded.fastest_rad_s),
-            without_guard_rad_s=round(bare.fastest_rad_s),
+            moved_rad=_short(guarded.moved_rad),
+            fastest_rad_s=_short(guarded.fastest_rad_s),
+            without_guard_rad_s=float(f"{bare.fastest_rad_s:.3g}"),
         )
 
 
@@ -223,7 +175,7 @@ def _warm(board: str) -> None:
             bare = hold_warm(pico, 250)
         _tell(
             board,
-            f"{part} warm, {rated_a:g} A being allowed for ever",
+            f"{part} gets {PUSHED_A[part]:g} A, {rated_a:g} A being allowed for ever",
             amperes_after_ms={
                 ms: float(f"{warm.amperes[part][ms // 5 - 1]:.2g}")
                 for ms in (50, 100, 150, 200, 250)

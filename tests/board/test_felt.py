@@ -16,7 +16,7 @@ from torsio.hands import NoHand, PrescribedMotion
 from torsio_studies.paper.runs import WALL_RAD
 
 STIFFNESS = math.degrees(30e-3)
-ENCODER, OVERRUN, WINDING = 1 << 2, 1 << 4, 1 << 7
+ENCODER, OVERRUN = 1 << 2, 1 << 4
 Visits = dict[str, tuple[Columns, Columns]]
 
 
@@ -205,35 +205,6 @@ def test_another_lag_of_the_brake_reaches_its_coil_without_a_restart() -> None:
         assert bench.board.set("actuator_config", brake_time_constant_s=5e-3)["status"] == 0
         pico.confirm(bench.board)
         assert _let_go_s(felt.let_go(bench, 0.03), 0.1) < 25e-3
-
-
-def test_dead_encoder_channel_does_not_throw_the_knob() -> None:
-    # The count goes one up and one down from then on, so the wall would push for ever.
-    with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
-        felt.prepare(bench)
-        felt.lean(bench, STIFFNESS, 50e-3)
-        found = felt.cut_encoder(bench, [3], NoHand(), 0.2)
-        assert found.off_s is not None, "the outputs stay on"
-        assert found.off_s < 0.08
-        assert found.faults == ENCODER
-        assert found.moved_rad < 0.4
-        assert found.fastest_rad_s < 20.0
-        # Off is off: friction takes the speed away from then on.
-        speed = abs(bench.place.record()["speed_rad_s"][-1])
-        bench.board.run(20)
-        assert abs(bench.place.record()["speed_rad_s"][-1]) < speed
-        assert bench.board.command("clear_fault") == "ok"
-
-
-def test_encoder_cable_that_falls_off_does_not_throw_the_knob_for_long() -> None:
-    # What gives it away is the voltage that a motor makes which is said to stand still.
-    with felt.binary(felt.plant_of(pico.chosen.name)) as bench:
-        felt.prepare(bench)
-        felt.lean(bench, STIFFNESS, 50e-3)
-        found = felt.cut_encoder(bench, [2, 3], NoHand(), 0.4)
-        assert found.off_s is not None, "the outputs stay on"
-        assert found.faults == WINDING
-        assert found.fastest_rad_s < 100.0
 
 
 @pytest.mark.one_board
