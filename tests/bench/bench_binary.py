@@ -32,7 +32,7 @@ from typing import Any, cast
 
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
-from tests.board import felt
+from tests.board import felt, pico
 from tests.board.pico import MODELS, choose
 from torsio.telemetry import Record
 from torsio_studies.paper import runs
@@ -93,6 +93,29 @@ SCENARIOS = (
 )
 
 
+EMULATED, NOISE, BINARY = "emulated device", "with other noise", "binary"
+
+
+def run(one: Scenario) -> dict[str, felt.Columns]:
+    """Run a scenario with the chosen board's binary, and with two emulated devices like it."""
+    params = felt.plant_of(pico.chosen.name)
+    found = {}
+    for kind, place in (
+        (EMULATED, felt.twin(params)),
+        (NOISE, felt.twin(params, seed=2)),
+        (BINARY, felt.binary(params)),
+    ):
+        with place as bench:
+            felt.prepare(bench, law=one.law)
+            found[kind] = one.run(bench)
+    return found
+
+
+def apart_nm(found: dict[str, felt.Columns], kind: str) -> list[float]:
+    """How far one of them is from the emulated device: root of the mean square, and the most."""
+    return [_short(nm) for nm in felt.difference_nm(found[kind], found[EMULATED])]
+
+
 def _tell(board: str, **line: Any) -> None:
     print(json.dumps({"board": board, **line}), flush=True)
 
@@ -101,8 +124,7 @@ def main(boards: list[str]) -> None:
     """Print the lines of each board."""
     for board in boards or MODELS:
         choose(board)
-        params = felt.plant_of(board)
-        with felt.binary(params) as bench:
+        with felt.binary(felt.plant_of(board)) as bench:
             felt.prepare(bench)
             cost = felt.tick_cost(bench)
         _tell(
@@ -115,20 +137,10 @@ def main(boards: list[str]) -> None:
         )
         for one in SCENARIOS:
             known = {"scenario": one.name, "law": one.law, **one.what}
-            found = {}
-            for kind, place in (
-                ("emulated device", felt.twin(params)),
-                ("with other noise", felt.twin(params, seed=2)),
-                ("binary", felt.binary(params)),
-            ):
-                with place as bench:
-                    felt.prepare(bench, law=one.law)
-                    found[kind] = one.run(bench)
-                _tell(board, **known, of=kind, **one.measure(found[kind]))
-            apart = {}
-            for kind in ("with other noise", "binary"):
-                usual, most = felt.difference_nm(found[kind], found["emulated device"])
-                apart[f"{kind.split()[-1]}_nm"] = [_short(usual), _short(most)]
+            found = run(one)
+            for kind, rows in found.items():
+                _tell(board, **known, of=kind, **one.measure(rows))
+            apart = {f"{kind.split()[-1]}_nm": apart_nm(found, kind) for kind in (NOISE, BINARY)}
             _tell(board, **known, apart=apart)
 
 
