@@ -117,6 +117,10 @@ def test_tick_in_sixteen_damped_walls_leaves_the_product_its_time(
     else:
         assert sixteen is not None
         assert sixteen.newest_ns < 0.4 * pico.chosen.tick_ns
+        # One that takes all of them anew is told in the same place.
+        text = (pico.TREE / "docs" / "architecture.md").read_text(encoding="utf-8")
+        (told_us,) = re.findall(r"an armed board takes sixteen walls anew, (\d+) us\.", text)
+        assert 1e3 * float(told_us) == pytest.approx(sixteen.most_ns, rel=as_documented(0.1))
 
 
 def test_documents_say_how_long_a_tick_in_damped_walls_takes(
