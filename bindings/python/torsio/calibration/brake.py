@@ -145,17 +145,20 @@ def _coil_first(
     return result
 
 
-def _over_command(curve: BrakeCurve, gain: float, half_width_nm: float) -> Fit:
+def _targets(commands: Array, half_width_nm: float, left: float) -> Array:
+    """Give where a brake of gain 1 goes to, command by command; `left` is what it holds without."""
+    return np.where(commands == 0.0, left, play_of(commands, half_width_nm, left))
+
+
+def _over_command(curve: BrakeCurve, gain: float, half_width_nm: float, left: float) -> Fit:
     """Give the picture of the brake's torque over its command."""
     command, torque = (
         np.array([getattr(one, name) for one in curve.points])
         for name in ("command_nm", "torque_nm")
     )
-    side = np.array([-1.0 if one.way == "up" else 1.0 for one in curve.points])
-    line = gain * np.maximum(command + side * half_width_nm, 0.0)
     return Fit(
         f"Brake over its command: {curve.in_words()}", "command, N m", "torque, N m",
-        command, torque, line,
+        command, torque, gain * _targets(command, half_width_nm, left),
     )  # fmt: skip
 
 
@@ -217,7 +220,7 @@ def estimate_brake(
         gain, width, rise, release, friction = (float(number) for number in value)
         width, lags = abs(width), (abs(rise), abs(release))
         begin = 0.0 if demagnetised else width
-        targets = np.where(commands == 0.0, begin, play_of(commands, width, begin))
+        targets = _targets(commands, width, begin)
         if coil_first:
             braked = _coil_first(time_s, begins, commands, width, begin, lags)
         else:
@@ -295,6 +298,6 @@ def estimate_brake(
                 "Brake stairs: torque, hysteresis and lags", "time, s", "brake and friction, N m",
                 time_s[chosen] - log.time_s[0], measured, fitted_nm,
             ),
-            _over_command(curve, gain, abs(width)),
+            _over_command(curve, gain, abs(width), 0.0 if demagnetised else abs(width)),
         ),
     )  # fmt: skip
