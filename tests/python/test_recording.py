@@ -21,6 +21,7 @@ from rich.console import Console
 import torsio
 from tests.recordings import check_recording, counts_in_foxglove
 from torsio.commands.live import monitor_table
+from torsio.config import Law
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
@@ -97,8 +98,55 @@ def test_every_message_of_every_topic_is_as_its_schema_says(tmp_path: Path) -> N
         knob.emulator.set_emergency_stop(pressed=True)
         knob.sleep(0.2)
     counts = check_recording(file)
-    assert counts.keys() >= {"telemetry", "events", "device_events", "reports", "inputs"}
+    assert counts.keys() >= {
+        *("telemetry", "energies", "events", "device_events", "reports", "inputs"),
+    }
     assert counts_in_foxglove(file) == counts
+
+
+def test_recording_of_the_law_that_counts_has_its_energies(tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    hand = torsio.PrescribedMotion(angle_rad=[(0.0, 0.0), (1.0, 0.15), (2.0, 0.0)])
+    options = torsio.EmulatorOptions(hand=hand, control_rate_hz=4000.0, log_truth=True)
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.update(law="calibrated")
+        knob.play(WALL)
+        knob.arm()
+        with knob.record_to(file):
+            knob.sleep(1.0)
+            knob.sleep(1.2)
+            truth = knob.emulator.truth()
+        last = knob.energies()
+    recorded = torsio.load(file)
+    told = recorded.energies
+    # Eight a second, and one at the end, in the order of time and of the telemetry's clock.
+    assert 15 <= len(told) <= 25
+    times_s = np.array([one.time_s for one in told])
+    assert np.all(np.diff(times_s) > 0.0)
+    assert recorded.telemetry["time_s"][0] <= times_s[0]
+    assert told[-1] == last
+    # By the plant's truth, as near as counts tell it.
+    turn_rad = np.diff(truth["angle_rad"])
+    for name, columns in (
+        ("motor_j", ("motor_torque_nm",)),
+        ("felt_j", ("motor_torque_nm", "spring_torque_nm")),
+    ):
+        torque = np.sum([truth[column].astype(float) for column in columns], axis=0)
+        done_j = np.append(0.0, np.cumsum(0.5 * (torque[1:] + torque[:-1]) * turn_rad))
+        true_j = np.interp(times_s, truth["time_s"], done_j)
+        largest_j = np.max(np.abs(true_j))
+        told_j = np.array([getattr(one, name) for one in told])
+        assert told_j == pytest.approx(true_j, abs=0.08 * largest_j)
+
+
+@pytest.mark.parametrize("law", ["paper", "motor_only"])
+def test_recording_of_a_law_that_does_not_count_has_none(law: Law, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    with torsio.open("emulated") as knob:
+        knob.update(law=law)
+        with knob.record_to(file):
+            knob.sleep(0.5)
+    assert torsio.load(file).energies == []
 
 
 def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ from torsio.steps import Steps
 __all__ = ["Knob"]
 
 _MAX_EFFECTS = 16
-_RECORDED_SLICE_S = 1.0
+_RECORDED_SLICE_S = 0.125
 # Softer than what a knob of plausible parts swings in: not worth asking the device for its limit.
 _STABLE_ON_ANY_NM_PER_RAD = 1.0
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -14,10 +16,12 @@ from torsio.emulated_knob import Emulator
 from torsio.errors import Error
 from torsio.protocol import fingerprint
 from torsio.recording import RecordingFile
-from torsio.records import DeviceInfo
+from torsio.records import DeviceInfo, Energies
 from torsio.telemetry import Record
 
 __all__ = ["KnobRecording"]
+
+_ENERGIES_EVERY_S = 0.12
 
 
 class KnobRecording:
@@ -28,6 +32,7 @@ class KnobRecording:
         self._logs_inputs = logs_inputs
         self._file: RecordingFile | None = None
         self._tap: _torsio.ReportTap | None = None
+        self._asked_s = -math.inf
 
     @property
     def is_under_way(self) -> bool:
@@ -56,6 +61,7 @@ class KnobRecording:
         }
         tap = self._knob.tap(with_telemetry=False)
         self._file = RecordingFile(path, metadata, self._end)
+        self._asked_s = -math.inf
         self._tap = tap
         return self._file
 
@@ -74,6 +80,8 @@ class KnobRecording:
         if self._file is not None:
             self._file.write(samples, self._knob.statistics()["samples_lost"])
             self._keep_reports()
+            if len(samples):
+                self._keep_energies(float(samples["time_s"][-1]))
         return samples
 
     def drain(self) -> None:
@@ -87,9 +95,20 @@ class KnobRecording:
             if self._logs_inputs:
                 self._file.write_inputs(Emulator(self._knob).inputs())
 
+    def _keep_energies(self, now_s: float) -> None:
+        """Ask for them, unless that was a moment ago; who has no answer has none to write down."""
+        if self._file is None or abs(now_s - self._asked_s) < _ENERGIES_EVERY_S:
+            return
+        self._asked_s = now_s
+        with suppress(Error):
+            energies = Energies(**self._knob.energies())
+            if energies.kept:
+                self._file.write_energies(energies)
+
     def _end(self) -> None:
         try:
             self.drain()
+            self._keep_energies(math.inf)
         except Error as error:
             self.note("lost", why=str(error))
             self._keep_reports()

@@ -11,7 +11,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, field, is_dataclass
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, BinaryIO, Final, TypeAlias
@@ -22,6 +22,7 @@ from torsio import protocol
 from torsio.emulated_knob import DeviceInput
 from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
+from torsio.records import Energies
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 from torsio.whole_file import beside
 
@@ -33,13 +34,19 @@ LoggedReport: TypeAlias = tuple[int, bool, bytes]
 # What is in memory when the power goes is lost: this much at most.
 _FLUSH_S: Final = 1.0
 _CHUNK_BYTES: Final = 256 * 1024
-_TOPICS: Final = ("telemetry", "events", "device_events", "drop_outs", "reports", "inputs")
+_TOPICS: Final = (
+    *("telemetry", "energies", "events", "device_events", "drop_outs", "reports", "inputs"),
+)
 _FIELDS: Final[dict[str, dict[str, str]]] = {
     "drop_outs": {"samples_lost": "integer"},
     "events": {"kind": "string"},
     "device_events": {"kind": "string", "state": "string", "faults": "integer", "tick": "integer"},
     "reports": {"tick": "integer", "sent": "boolean", "name": "string", "bytes": "string"},
     "inputs": {"tick": "integer", "kind": "string", "bytes": "string"},
+    "energies": {
+        of.name: {"int": "integer", "float": "number", "bool": "boolean"}[str(of.type)]
+        for of in fields(Energies)
+    },
 }
 _COLUMNS: Final = TELEMETRY_DTYPE.names or ()
 _JSON_TYPES: Final = {"f": "number", "u": "integer", "i": "integer"}
@@ -165,6 +172,11 @@ class RecordingFile:
             self._add("telemetry", at, dict(zip(_COLUMNS, row, strict=True)))
         self.samples += len(samples)
 
+    def write_energies(self, energies: Energies) -> None:
+        """Write what was asked after telemetry had come; the knob calls it."""
+        at = (self._host_minus_device_ns or 0) + round(1e9 * energies.time_s)
+        self._add("energies", at, asdict(energies))
+
     def write_reports(self, reports: Iterable[LoggedReport]) -> None:
         """Write reports that travelled, and what the device told of itself; the knob calls it."""
         for tick, sent, content in reports:
@@ -218,6 +230,9 @@ class Recorded:
         That never arrived.
     metadata
         Who the knob was, its configuration, the versions.
+    energies
+        Where the energy went, up to eight times a second as the program read, and at the end; empty
+        while another law than ``"calibrated"`` was chosen.
     whole
         False if the file ends in the middle, as its program did. What came before is here.
     """
@@ -230,6 +245,7 @@ class Recorded:
     device_events: list[dict[str, Any]] = field(default_factory=list)
     reports: list[LoggedReport] = field(default_factory=list)
     inputs: list[DeviceInput] = field(default_factory=list)
+    energies: list[Energies] = field(default_factory=list)
 
     @property
     def has_all_inputs(self) -> bool:
@@ -288,6 +304,7 @@ def load(path: str | Path) -> Recorded:
     told: list[dict[str, Any]] = []
     reports: list[LoggedReport] = []
     inputs: list[DeviceInput] = []
+    energies: list[Energies] = []
     metadata: dict[str, dict[str, Any]] = {}
     lost, whole = 0, False
     # What is torn or damaged raises whatever it likes, from the library and from its parts.
@@ -302,6 +319,8 @@ def load(path: str | Path) -> Recorded:
                 topic = topics.get(record.channel_id)
                 if topic == "telemetry":
                     rows.append(tuple(message[name] for name in _COLUMNS))
+                elif topic == "energies":
+                    energies.append(Energies(**message))
                 elif topic == "events":
                     events.append({**message, "host_time_ns": record.log_time})
                 elif topic == "device_events":
@@ -322,4 +341,4 @@ def load(path: str | Path) -> Recorded:
         samples = np.array(rows, TELEMETRY_DTYPE)
     except (OverflowError, TypeError, ValueError) as error:
         raise Error(f"{str(path)!r} is damaged: a sample is none ({error})") from error
-    return Recorded(samples, events, lost, metadata, whole, told, reports, inputs)
+    return Recorded(samples, events, lost, metadata, whole, told, reports, inputs, energies)
