@@ -1,4 +1,4 @@
-"""Makes what the guests need to play as Windows games do: programs, SDL, Wine's own folder."""
+"""Makes what the guests need to do as Windows does: games, the library, Wine's own folder."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import sys
 import zipfile
 from pathlib import Path
 
+from tools import hidapi_source
+
 TREE = Path(__file__).parent.parent
 FOLDER = TREE / "build/games"
 SOURCES = TREE / "tests/vm/guest/dinput"
@@ -16,6 +18,11 @@ PROGRAMS = ("effects", "sdl")
 # SDL's Windows builds, and the packages for Python that bring them.
 SDL = {"SDL2.dll": "pysdl2-dll==2.32.10", "SDL3.dll": "tcod==21.2.2"}
 COMPILER = "x86_64-w64-mingw32-g++-posix"
+C_COMPILER = "x86_64-w64-mingw32-gcc-posix"
+# A program with the library, whose hidapi is the wheels', and what Wine 8 lacks for that.
+LIBRARY = FOLDER / "library"
+PLUGGED = TREE / "tests/vm/guest/windows/plugged.c"
+WINE_LACKS = TREE / "tools/wine"
 _FLAGS = ("-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", "-static")
 _LIBRARIES = ("-ldinput8", "-ldxguid", "-lole32")
 _SERVICE = r"HKLM\System\CurrentControlSet\Services\winebus"
@@ -41,8 +48,37 @@ def _fetch_sdl(library: str, package: str) -> None:
     shutil.rmtree(wheels)
 
 
+def _make_library() -> None:
+    """Compile the C interface without the emulated knob, the program, and hidapi's way to Wine."""
+    settings = {
+        "CMAKE_BUILD_TYPE": "Release",
+        "CMAKE_CXX_FLAGS_RELEASE": "-O1",
+        "CMAKE_TOOLCHAIN_FILE": TREE / "cmake/Mingw.cmake",
+        "CMAKE_UNITY_BUILD": "ON",
+        "TORSIO_BUILD_EXAMPLES": "OFF",
+        "TORSIO_BUILD_TESTS": "OFF",
+        "TORSIO_HIDAPI_SOURCE": hidapi_source.locate(TREE / "build/hidapi"),
+        "TORSIO_INSTALL": "OFF",
+        "TORSIO_WITH_EMULATOR": "OFF",
+    }
+    build = LIBRARY / "cmake"
+    defines = [f"-D{name}={value}" for name, value in settings.items()]
+    subprocess.run(["cmake", "-S", TREE, "-B", build, "-G", "Ninja", *defines], check=True)
+    subprocess.run(["cmake", "--build", build, "--target", "torsio_c"], check=True)
+    shutil.copy(build / "sdk/c/torsio.dll", LIBRARY)
+    flags = ("-std=c11", "-O1", "-Wall", "-Wextra", "-Werror")
+    parts = (WINE_LACKS / "cfgmgr32.c", WINE_LACKS / "cfgmgr32.def", "-lsetupapi")
+    shim = (*parts, "-shared", "-o", LIBRARY / "cfgmgr32.dll")
+    subprocess.run([C_COMPILER, *flags, *shim], check=True)
+    include = f"-I{TREE / 'sdk/c/include'}"
+    program = (PLUGGED, build / "sdk/c/libtorsio.dll.a", "-o", LIBRARY / "plugged.exe")
+    subprocess.run([C_COMPILER, *flags, include, *program], check=True)
+
+
 def make() -> None:
-    """Compile the programs, fetch SDL and make ``build/games/prefix``, unless they are there.
+    """Compile the programs and the library, fetch SDL and make ``build/games/prefix``.
+
+    What is there already is not made again.
 
     Raises
     ------
@@ -56,6 +92,7 @@ def make() -> None:
             subprocess.run([COMPILER, *_FLAGS, source, "-o", program, *_LIBRARIES], check=True)
     for library, package in SDL.items():
         _fetch_sdl(library, package)
+    _make_library()
     prefix = FOLDER / "prefix"
     if (prefix / "complete").exists():
         return
