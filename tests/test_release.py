@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -20,10 +21,12 @@ from tools import (
     sdist,
     wheel_commands,
     wheel_compilers,
+    wheel_oldest,
     wheel_pythons,
     wheel_trials,
     wheels,
 )
+from tools.dev import commands, fresh
 
 TREE = Path(__file__).parent.parent
 
@@ -69,6 +72,99 @@ def test_wheel_that_another_commit_made_is_told_apart(
         files.writestr(zipfile.ZipInfo("b", (2026, 1, 2, 3, 4, 8)), "")
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767323046")
     assert not release.is_of_this_commit(wheel)
+
+
+def test_release_makes_the_wheels_that_are_missing_and_no_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(wheels, "OUT", tmp_path)
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1767323046")
+    made: list[Sequence[str]] = []
+
+    def wheel(python: str, machine: str, second: int) -> None:
+        name = f"torsio-{release.version()}-cp{python.replace('.', '')}-x-{machine}.whl"
+        with zipfile.ZipFile(tmp_path / name, "w") as files:
+            files.writestr(zipfile.ZipInfo("a", (2026, 1, 2, 3, 4, second)), "")
+
+    def build(words: Sequence[str]) -> int:
+        made.append(words)
+        return 0
+
+    monkeypatch.setattr(wheels, "main", build)
+    for machine in wheels.ARCHITECTURES:
+        for python in wheel_pythons.MAVEN:
+            wheel(python, machine, 6)
+    assert release.missing_wheels() == []
+    wheel("3.12", "aarch64", 4)  # of another commit
+    next(tmp_path.glob("*cp310*win_amd64*")).unlink()
+    assert release.missing_wheels() == [("aarch64", "3.12"), ("win_amd64", "3.10")]
+
+    release.make_wheels("T", ["3.10", "3.12"], wheels.ARCHITECTURES, "--no-try")
+    assert made == [
+        ["--tinyusb", "T", "--arch", "aarch64", "--python", "3.12", "--no-try"],
+        ["--tinyusb", "T", "--arch", "win_amd64", "--python", "3.10", "--no-try"],
+    ]
+    made.clear()
+    release.make_wheels("T", ["3.11", "3.12"], ["win_amd64"])
+    assert made == []
+    monkeypatch.setattr(wheels, "main", lambda _: 1)
+    with pytest.raises(RuntimeError, match="the wheels for aarch64 cannot"):
+        release.make_wheels("T", ["3.12"], ["aarch64"])
+
+
+def test_release_that_was_made_twice_must_have_the_same_bytes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = {"a.elf": b"\x7fELF", "a.uf2": b"UF2", "torsio.cdx.json": b"{}"}
+    one, other = tmp_path / "one", tmp_path / "other"
+    monkeypatch.setattr(release, "OUT", one)
+
+    def fill(folder: Path, **changed: bytes) -> None:
+        folder.mkdir(exist_ok=True)
+        for name, content in files.items():
+            (folder / name).write_bytes(changed.get(name.replace(".", "_"), content))
+        (folder / "SHA256SUMS").write_text(release.checksums(folder))
+
+    fill(one)
+    fill(other)
+    compare = ["--compare", str(other)]
+    assert release.main(compare) == 0
+    assert "3 files have the same bytes" in capsys.readouterr().out
+    fill(other, a_elf=b"/home/me")
+    assert release.main(compare) == 1
+    assert "a.elf has other bytes\n" in capsys.readouterr().err
+    fill(other)
+    (other / "b.whl").touch()
+    assert release.main(compare) == 1  # not in the list
+    (other / "SHA256SUMS").write_text(release.checksums(other))
+    assert release.main(compare) == 1
+    assert "b.whl is in one only\n" in capsys.readouterr().err
+    (other / "SHA256SUMS").unlink()
+    assert release.main(compare) == 1
+
+
+def test_release_is_made_twice_in_two_clones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran: list[list[str]] = []
+
+    def run(*words: object) -> int:
+        ran.append([str(word) for word in words])
+        return 0
+
+    monkeypatch.setattr(commands, "BUILD", tmp_path)
+    monkeypatch.setattr(commands, "_make_release", lambda words: run("first", *words))
+    monkeypatch.setattr(commands, "run", run)
+    monkeypatch.setattr(fresh, "clone", lambda folder: run("clone", folder))
+    again = tmp_path / "release-again"
+    assert commands.release(["--python", "3.11"]) == 0
+    assert ran == [["first", "--python", "3.11"]]
+    ran.clear()
+    assert commands.release(["--twice"]) == 0
+    assert ran[:2] == [["first"], ["clone", str(again)]]
+    assert ran[2][:2] == ["env", "CCACHE_DISABLE=1"]
+    assert ran[2][3:] == [str(again / "dev"), "release", "--no-try"]
+    assert ran[3][-2:] == ["--compare", str(again / "out/release")]
 
 
 def test_list_of_parts_names_version_and_licence_of_each(
@@ -209,6 +305,28 @@ def test_archive_of_a_folder_forgets_when_and_by_whom_it_was_made(
     with tarfile.open(one) as archive:
         (entry,) = archive.getmembers()
     assert (entry.name, entry.mtime, entry.uname) == ("torsio-site/pages/index.html", 86400, "")
+
+
+def test_oldest_system_is_the_first_whose_c_library_python_takes() -> None:
+    old = "python3.13: /lib/libm.so.6: version `GLIBC_2.38' not found (required by python3.13)"
+    tried: list[str] = []
+
+    def first(*answers: tuple[int, str]) -> str:
+        tried.clear()
+
+        def start(suite: str) -> subprocess.CompletedProcess[str]:
+            tried.append(suite)
+            return subprocess.CompletedProcess((), *answers[len(tried) - 1])
+
+        return wheel_oldest.first_that_runs(["one", "two", "three"], start)
+
+    assert first((0, "")) == "one"
+    assert first((1, old), (1, old), (0, "")) == "three"
+    assert tried == ["one", "two", "three"]
+    with pytest.raises(wheel_commands.Failed, match="newer Linux than Debian three's"):
+        first((1, old), (1, old), (1, old))
+    with pytest.raises(wheel_commands.Failed, match=r"(?s)two Python does not.*no such file"):
+        first((1, old), (127, "no such file"))
 
 
 def test_part_of_an_archive_is_unpacked_without_its_folders(tmp_path: Path) -> None:

@@ -1,7 +1,9 @@
 """Puts a release together: ``out/release/`` with all its files, their checksums, a list of parts.
 
-``python -m tools.release --sdk FOLDER`` takes what ``./dev wheels``, ``./dev firmware`` and
-``./dev site`` have made, and makes an sdist. Nothing in it depends on when or where it was made.
+``python -m tools.release --sdk FOLDER --tinyusb FOLDER`` takes what ``./dev wheels``,
+``./dev firmware`` and ``./dev site`` have made, makes the wheels that are not there, and an sdist.
+Nothing in it depends on when or where it was made: ``--compare FOLDER`` tells whether another
+clone's files are the same.
 """
 
 from __future__ import annotations
@@ -167,6 +169,53 @@ def uncommitted(tree: Path) -> list[str]:
     return ["the tree has changes that are in no commit: git status"] if changed else []
 
 
+def wheels_there() -> list[Path]:
+    """Return the wheels of this version."""
+    return sorted(wheels.OUT.glob(f"torsio-{version()}-*.whl"))
+
+
+def missing_wheels() -> list[tuple[str, str]]:
+    """Return machine and Python of each wheel that is not there, or is of another commit."""
+    names = [wheel.name for wheel in wheels_there() if is_of_this_commit(wheel)]
+    return [
+        (architecture, python)
+        for architecture in wheels.ARCHITECTURES
+        for python in wheel_pythons.MAVEN
+        if not any(f"-cp{python.replace('.', '')}-" in name and architecture in name
+                   for name in names)
+    ]  # fmt: skip
+
+
+def make_wheels(tinyusb: str, chosen: Sequence[str], machines: Sequence[str], *more: str) -> None:
+    """Make the wheels that are not there, of these Pythons and for these machines.
+
+    Raises
+    ------
+    RuntimeError
+        If one cannot be made, or does not work.
+    """
+    for machine in machines:
+        pythons = [python for name, python in missing_wheels() if name == machine]
+        pythons = [python for python in pythons if python in chosen]
+        words = [word for python in pythons for word in ("--python", python)]
+        if words and wheels.main(["--tinyusb", tinyusb, "--arch", machine, *words, *more]):
+            raise RuntimeError(f"the wheels for {machine} cannot be made")
+
+
+def differences(one: str, other: str) -> list[str]:
+    """Return a line for each file that is not the same in two lists of checksums."""
+    sums = [
+        {name: digest for digest, name in (line.split("  ", 1) for line in text.splitlines())}
+        for text in (one, other)
+    ]
+    return [
+        f"{name} "
+        + ("has other bytes" if name in sums[0] and name in sums[1] else "is in one only")
+        for name in sorted({*sums[0], *sums[1]})
+        if sums[0].get(name) != sums[1].get(name)
+    ]
+
+
 def collect(sdk: Path) -> list[str]:
     """Fill ``out/release``, and return what is not there.
 
@@ -178,18 +227,12 @@ def collect(sdk: Path) -> list[str]:
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     missing = uncommitted(TREE)
-    found = sorted(wheels.OUT.glob(f"torsio-{version()}-*.whl"))
-    for architecture in wheels.ARCHITECTURES:
-        for python in wheel_pythons.MAVEN:
-            tag = f"-cp{python.replace('.', '')}-"
-            if not any(tag in wheel.name and architecture in wheel.name for wheel in found):
-                command = f"./dev wheels --arch {architecture} --python {python}"
-                missing.append(f"no wheel for Python {python} on {architecture}: {command}")
     missing += [
-        f"{wheel.name} is of another commit: ./dev wheels"
-        for wheel in found
-        if not is_of_this_commit(wheel)
+        f"no wheel for Python {python} on {architecture}: ./dev wheels --arch {architecture} "
+        f"--python {python}"
+        for architecture, python in missing_wheels()
     ]
+    found = [wheel for wheel in wheels_there() if is_of_this_commit(wheel)]
     firmware = [
         TREE / "build/firmware" / f"torsio-{board}.{kind}"
         for board in boards.chips()
@@ -210,14 +253,41 @@ def collect(sdk: Path) -> list[str]:
     return missing
 
 
+def compare(other: Path) -> int:
+    """Tell whether the same files are in another folder; return 1 if not."""
+    sums = [(folder / "SHA256SUMS").read_text(encoding="utf-8") for folder in (OUT, other)]
+    # The files themselves, not what was written down of them.
+    for folder, text in zip((OUT, other), sums, strict=True):
+        if text != checksums(folder):
+            raise RuntimeError(f"{folder} does not have the files of its SHA256SUMS")
+    for line in (differing := differences(*sums)):
+        print(f"torsio: error: made twice: {line}", file=sys.stderr)
+    if not differing:
+        print(f"torsio: made twice, {len(sums[0].splitlines())} files have the same bytes")
+    return 1 if differing else 0
+
+
 def main(arguments: Sequence[str]) -> int:
-    """Collect and tell; return 1 if anything is missing."""
+    """Make what is missing, collect and tell; return 1 if anything is still missing."""
     parser = argparse.ArgumentParser(prog="./dev release", allow_abbrev=False)
-    parser.add_argument("--sdk", required=True, type=Path)
+    parser.add_argument("--sdk", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--tinyusb", help=argparse.SUPPRESS)
+    parser.add_argument("--compare", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--arch", action="append", choices=wheels.ARCHITECTURES)
+    parser.add_argument("--python", action="append", choices=wheel_pythons.MAVEN)
+    parser.add_argument("--no-try", action="store_true", help="do not install wheels")
     options = parser.parse_args(arguments)
     try:
+        if options.compare is not None:
+            return compare(options.compare)
+        make_wheels(
+            options.tinyusb,
+            options.python or [*wheel_pythons.MAVEN],
+            options.arch or wheels.ARCHITECTURES,
+            *(["--no-try"] if options.no_try else []),
+        )
         missing = collect(options.sdk)
-    except RuntimeError as error:
+    except (RuntimeError, OSError) as error:
         print(f"torsio: error: {error}", file=sys.stderr)
         return 1
     print((OUT / "SHA256SUMS").read_text(encoding="utf-8"), end="")

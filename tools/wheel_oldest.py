@@ -1,4 +1,4 @@
-"""Installs a wheel in the oldest system that the distribution's archive still has.
+"""Installs a wheel in the oldest system of the distribution's archive that its Python runs in.
 
 ``debootstrap`` makes it, without a compiler, and a Python from Maven Central stands beside it. A
 virtual machine then plugs a knob in, which that Python opens through the wheel.
@@ -6,16 +6,20 @@ virtual machine then plugs a knob in, which that Python opens through the wheel.
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from subprocess import CompletedProcess
 
 from tools import apt
 from tools.dev import fresh, running
 from tools.wheel_commands import BUILD, finish, pip, run
 from tools.wheel_pythons import MachinePython
 
-SUITE = "bullseye"  # of 2021; what Debian had before has gone from its archive
+# From 2021 on, oldest first; what Debian had before has gone from its archive.
+SUITES = ("bullseye", "bookworm", "trixie")
 USER = "nobody"
 # Where its own user has installed the wheel, and where the wheels and Python are.
 HOME, TRIAL = "/tmp/own", "/trial"
@@ -28,10 +32,6 @@ def try_out(wheel: Path, python: MachinePython, own: Path, first_steps: Path) ->
     trial = _FOLDER / "trial"
     as_root = running.become_root("the oldest system is made and entered by root", "./dev wheels")
     _FOLDER.mkdir(exist_ok=True)
-    fresh.make_base(_FOLDER / "base", SUITE, apt.system_archive(), as_root)
-    run("oldest-remove", *as_root, "rm", "-rf", "--one-file-system", SYSTEM)
-    run("oldest-copy", *as_root, "cp", "-a", _FOLDER / "base", SYSTEM)
-    run("oldest-folder", *as_root, "mkdir", f"{SYSTEM}{TRIAL}")
     shutil.rmtree(trial, ignore_errors=True)
     # The folder of a Python is two above its program.
     shutil.copytree(python.program.parent.parent, trial / "python", symlinks=True)
@@ -42,12 +42,19 @@ def try_out(wheel: Path, python: MachinePython, own: Path, first_steps: Path) ->
         f"{wheel}[cli]")  # fmt: skip
     variables = {"HOME": "/tmp", "PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8"}
     enter = [*as_root, *fresh.entering(SYSTEM, USER, {TRIAL: trial}, variables)]
-
     program = f"{TRIAL}/python/bin/python{python.version}"
-    if finish(*enter, program, "--version").returncode != 0:
-        return f"the Python {python.version} here needs a newer Linux than Debian {SUITE}'s"
+
+    def start(suite: str) -> CompletedProcess[str]:
+        base = _FOLDER / f"base-{suite}"
+        fresh.make_base(base, suite, apt.system_archive(), as_root)
+        run("oldest-remove", *as_root, "rm", "-rf", "--one-file-system", SYSTEM)
+        run("oldest-copy", *as_root, "cp", "-a", base, SYSTEM)
+        run("oldest-folder", *as_root, "mkdir", f"{SYSTEM}{TRIAL}")
+        return finish(*enter, program, "--version")
+
+    suite = first_that_runs(SUITES, start)
     if finish(*enter, "sh", "-c", "command -v cc gcc clang").returncode == 0:
-        raise running.Failed(f"Debian {SUITE} has a compiler, so that this would show nothing")
+        raise running.Failed(f"Debian {suite} has a compiler, so that this would show nothing")
     run("oldest-venv", *enter, program, "-m", "venv", HOME)
     install = ("install", "--no-index", "--find-links", f"{TRIAL}/wheels", "torsio[cli]")
     run("oldest-install", *enter, f"{HOME}/bin/python", "-m", "pip", *install)
@@ -56,4 +63,21 @@ def try_out(wheel: Path, python: MachinePython, own: Path, first_steps: Path) ->
     run("oldest-command", *enter, f"{HOME}/bin/torsio", "info", "--device", "emulated")
     guest = (sys.executable, "-m", "tests.vm.wheel", SYSTEM, trial, python.version)
     told = run("oldest-guest", *guest)
-    return f"Debian {SUITE}: installed; in a virtual machine, {told.splitlines()[-1]}"
+    return f"Debian {suite}: installed; in a virtual machine, {told.splitlines()[-1]}"
+
+
+def first_that_runs(suites: Sequence[str], start: Callable[[str], CompletedProcess[str]]) -> str:
+    """Return the first of these systems in which a program starts.
+
+    Raises
+    ------
+    Failed
+        If it starts in none, or not in one for another reason than that its C library is too old.
+    """
+    for suite in suites:
+        result = start(suite)
+        if result.returncode == 0:
+            return suite
+        if not re.search(r"version `GLIBC_[\d.]+' not found", result.stdout):
+            raise running.Failed(f"in Debian {suite} Python does not start:\n{result.stdout}")
+    raise running.Failed(f"Python needs a newer Linux than Debian {suites[-1]}'s")

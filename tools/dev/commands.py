@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NoReturn
 
 from tools import usb_ids
-from tools.dev import building, environment
+from tools.dev import building, environment, fresh
 from tools.dev.environment import PYTHON, VENV
 from tools.dev.running import (
     BUILD,
@@ -39,6 +40,8 @@ MADE = (
 WORKERS = 2 * (os.cpu_count() or 1)
 # Starting a second browser takes as long as all other tests of the page.
 FIREFOX_TEST = "tests/studio/test_firefox.py"
+# Groups of packages that wheels are made and tried with.
+_OF_WHEELS = ("windows", "wheels", "machines", "fresh")
 _VENDOR, _PRODUCT = usb_ids.ids()
 # What udev is to look at again: a knob's own nodes, and what stands beside them for games.
 _UDEV_MATCHES = (
@@ -144,7 +147,7 @@ def _handed_on(module: str, *groups: str) -> Callable[[Sequence[str]], int]:
 check = _handed_on("tools.check", "game")
 determinism = _handed_on("tests.determinism.determinism", "compilers")
 windows = _handed_on("tools.windows", "windows", "wheels")
-macos = _handed_on("tools.macos")
+macos = _handed_on("tools.macos", "wheels")
 generate = _handed_on("tools.definition.generate")
 
 
@@ -317,24 +320,44 @@ def wheels(arguments: Sequence[str]) -> int:
     with lock():
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
-        environment.set_up("windows", "wheels", "machines", "fresh")
+        environment.set_up(*_OF_WHEELS)
         tinyusb = sources.require() and sources.tinyusb
         kernels.result()
     become(PYTHON, "-m", "tools.wheels", "--tinyusb", tinyusb, *arguments)
 
 
 def release(arguments: Sequence[str]) -> int:
-    """Build firmware and site, and put a release together; see ``tools/release.py``."""
+    """Make all files of a release, with ``--twice`` in another clone too, and compare them."""
+    rest = [word for word in arguments if word != "--twice"]
+    status = _make_release(rest)
+    if len(rest) == len(arguments):
+        return status
+    # Elsewhere, and without what compilers keep: nothing of either may be in the files.
+    again = BUILD / "release-again"
+    fresh.clone(again)
+    say("release: making it again in another clone, build/release-again")
+    with tempfile.TemporaryDirectory() as kept:
+        alone = ("env", "CCACHE_DISABLE=1", f"ZIG_GLOBAL_CACHE_DIR={kept}")
+        run(*alone, again / "dev", "release", "--no-try", *rest)
+    compared = run(PYTHON, "-m", "tools.release", "--compare", again / "out/release")
+    return status or compared
+
+
+def _make_release(arguments: Sequence[str]) -> int:
+    """Build firmware, site and the wheels that are missing; see ``tools/release.py``."""
     with lock():
         sources = building.FirmwareSources()
-        environment.set_up("tests", "firmware", "studio", "documents")
+        kernels = building.begin_fetching_kernels()
+        environment.set_up("tests", "firmware", "studio", "documents", *_OF_WHEELS)
         page = building.begin_npm("studio")
         building.build_firmware(sources.require())
         building.build_python(building.TORSIO, sources.tinyusb)
         building.build_studio(page)
+        kernels.result()
     if status := run(PYTHON, "-m", "tools.site"):
         return status
-    return run(PYTHON, "-m", "tools.release", "--sdk", sources.sdk, *arguments)
+    folders = ("--sdk", sources.sdk, "--tinyusb", sources.tinyusb)
+    return run(PYTHON, "-m", "tools.release", *folders, *arguments)
 
 
 def ros(arguments: Sequence[str]) -> int:

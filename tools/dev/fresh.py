@@ -151,7 +151,14 @@ def _write(folder: Path, files: Mapping[str, str | bytes]) -> None:
         file.chmod(0o440 if "sudoers" in name else 0o644)
 
 
-def _clone(folder: Path) -> None:
+def clone(folder: Path) -> None:
+    """Clone this tree into a folder, in place of what is there.
+
+    Raises
+    ------
+    Failed
+        If it is no clone itself.
+    """
     if not (TREE / ".git").exists():
         raise Failed("this tree is no clone, so there is nothing to clone")
     if running.output_of("git", "status", "--porcelain"):
@@ -225,14 +232,12 @@ def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
     except RuntimeError as error:
         raise Failed(f"{error}, so there is nothing to make a system from") from None
     folder = BUILD / "fresh" / suite
-    base, system, clone, overlay = (
-        folder / name for name in ("base", "system", "clone", "overlay")
-    )
+    base, system, copy, overlay = (folder / name for name in ("base", "system", "clone", "overlay"))
     folder.mkdir(parents=True, exist_ok=True)
     make_base(base, suite, archive, as_root)
 
     say(f"fresh {suite}: copying it, with a clone of the tree for its user {USER}")
-    _clone(clone)
+    clone(copy)
     net = _this_network()
     keep = " ".join(name for name in net.variables if name.lower().endswith("_proxy"))
     sudoers = f"{USER} ALL=(ALL) NOPASSWD: ALL\n"
@@ -259,7 +264,7 @@ def run_in(suite: str, commands: Sequence[Sequence[str]]) -> int:
         [*as_root, "cp", "-a", base, system],
         [*as_root, "cp", "-rT", "--preserve=mode", "--remove-destination", overlay, system],
         [*as_root, "chroot", system, "useradd", "--create-home", "--shell", "/bin/bash", USER],
-        [*as_root, "cp", "-rT", "--preserve=mode,timestamps", clone, home],
+        [*as_root, "cp", "-rT", "--preserve=mode,timestamps", copy, home],
         [*as_root, "chroot", system, "chown", "-R", f"{USER}:", PLACE],
     )
     return _run_commands(suite, system, net, as_root, commands)
