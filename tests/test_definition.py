@@ -13,9 +13,9 @@ import torsio
 from emulator.definition import plant
 from firmware.protocol.definition import (
     configurations,
+    constants,
     effects,
     enumerations,
-    limits,
     records,
     reports,
 )
@@ -132,4 +132,4 @@ def test_ledger_counts_torques_in_the_unit_that_the_page_is_told() -> None:
     header = (TREE / "firmware/core/ledger.hpp").read_text(encoding="utf-8")
     found = re.search(r"kLedgerTorquesPerNm = (\w+)F;", header)
     assert found is not None
-    assert 1.0 / float.fromhex(found[1]) == limits.LEDGER_TORQUE_NM
+    assert 1.0 / float.fromhex(found[1]) == constants.LEDGER_TORQUE_NM

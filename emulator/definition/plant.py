@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from firmware.protocol.definition import limits
-from firmware.protocol.definition.limits import (
+from firmware.protocol.definition import constants
+from firmware.protocol.definition.constants import (
     MOTOR_LAG_S,
     REFERENCE_BRAKE_DRAG_NM,
     REFERENCE_BRAKE_INERTIA_KG_M2,
@@ -119,18 +119,18 @@ ELECTRICS = Structure(
     "Part of a plant: windings, bridges, supply and current sensor. With it the emulated device runs "
     "the board's own power stage; without it motor and brake are the lags that are given.",
     (
-        positive("winding_resistance_ohm", "ohm", "of the motor, at 25 degrees", limits.REFERENCE_MOTOR_RESISTANCE_OHM),
-        positive("winding_inductance_h", "H", "of the motor", limits.REFERENCE_MOTOR_INDUCTANCE_H),
-        positive("torque_constant_nm_per_a", "N m/A", "of the motor, at the knob; V s/rad of back EMF as well", limits.REFERENCE_MOTOR_TORQUE_CONSTANT_NM_PER_A),
+        positive("winding_resistance_ohm", "ohm", "of the motor, at 25 degrees", constants.REFERENCE_MOTOR_RESISTANCE_OHM),
+        positive("winding_inductance_h", "H", "of the motor", constants.REFERENCE_MOTOR_INDUCTANCE_H),
+        positive("torque_constant_nm_per_a", "N m/A", "of the motor, at the knob; V s/rad of back EMF as well", constants.REFERENCE_MOTOR_TORQUE_CONSTANT_NM_PER_A),
         yes_or_no("motor_reversed", "a current into the first pin turns the knob to smaller angles"),
-        positive("coil_resistance_ohm", "ohm", "of the brake", limits.REFERENCE_BRAKE_RESISTANCE_OHM),
+        positive("coil_resistance_ohm", "ohm", "of the brake", constants.REFERENCE_BRAKE_RESISTANCE_OHM),
         positive("coil_inductance_h", "H", "of the brake", 2.4),
-        positive("coil_torque_constant_nm_per_a", "N m/A", "of the brake, on the pulley", limits.REFERENCE_BRAKE_TORQUE_CONSTANT_NM_PER_A),
-        positive("supply_v", "V", "without load", limits.REFERENCE_SUPPLY_V),
+        positive("coil_torque_constant_nm_per_a", "N m/A", "of the brake, on the pulley", constants.REFERENCE_BRAKE_TORQUE_CONSTANT_NM_PER_A),
+        positive("supply_v", "V", "without load", constants.REFERENCE_SUPPLY_V),
         amount("supply_resistance_ohm", "ohm", "of the supply; it takes no current back", 0.1),
         positive("supply_capacitance_f", "F", "behind that", 2.2e-3),
-        positive("supply_divider_ratio", "", "the supply's voltage over what a board with supply_sense_pin measures of it", float(limits.REFERENCE_SUPPLY_SENSE_RATIO)),
-        for_hosts(number("ambient_c", "degree C", -100.0, 300.0, "of the air; everything begins there", default=float(limits.REFERENCE_AMBIENT_C))),
+        positive("supply_divider_ratio", "", "the supply's voltage over what a board with supply_sense_pin measures of it", float(constants.REFERENCE_SUPPLY_SENSE_RATIO)),
+        for_hosts(number("ambient_c", "degree C", -100.0, 300.0, "of the air; everything begins there", default=float(constants.REFERENCE_AMBIENT_C))),
         positive("winding_heat_j_per_k", "J/K", "heat capacity of the motor's winding", 12.0),
         positive("winding_to_rotor_k_per_w", "K/W", "from there to the rotor", 4.0),
         positive("rotor_heat_j_per_k", "J/K", "heat capacity of the rotor", 60.0),
@@ -142,7 +142,7 @@ ELECTRICS = Structure(
         for_hosts(number("output_delay_s", "s", 1e-6, 1e-3, "from a measurement to the voltage that answers it; at most a period of the current loop", default=25e-6)),
         yes_or_no("predictive", "the current loop of the RP2350; off: the one of the RP2040", default=True),
         for_hosts(number("sample_offset_s", "s", 0.0, 1e-5, "from the middle of the time in which the bridge drives to the measurement", default=1e-6)),
-        positive("sensor_v_per_a", "V/A", "of the current sensor", limits.REFERENCE_CURRENT_SENSE_V_PER_A),
+        positive("sensor_v_per_a", "V/A", "of the current sensor", constants.REFERENCE_CURRENT_SENSE_V_PER_A),
         for_hosts(number("sensor_zero_v", "V", -10.0, 10.0, "what it shows without current", default=1.65)),
         amount("sensor_noise_v", "V", "standard deviation", 1e-3),
         positive("sensor_range_v", "V", "of its converter, from 0", 3.3),

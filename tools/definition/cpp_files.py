@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from emulator.definition import plant
-from firmware.protocol.definition import configurations, effects, limits, records, reports
+from firmware.protocol.definition import configurations, constants, effects, records, reports
 from firmware.protocol.definition import enumerations as e
 from tools.definition import cpp
 from tools.definition.model import REPORT_UNITS
@@ -25,7 +25,7 @@ def sdk_scene() -> str:
     """Write sdk/include/torsio/scene.hpp."""
     variant = ", ".join(of.name for of in effects.EFFECTS)
     body = (
-        f"inline constexpr double kMaxTorqueNm = {float(limits.MAX_TORQUE_NM.value)};  "
+        f"inline constexpr double kMaxTorqueNm = {float(constants.MAX_TORQUE_NM.value)};  "
         "///< of any effect; the actuator's limits are lower\n\n"
     )
     body += "".join(map(cpp.host_enumeration, EFFECT_ENUMERATIONS))
@@ -33,7 +33,7 @@ def sdk_scene() -> str:
     body += "/// Any effect.\n"
     body += f"using Effect = std::variant<{variant}>;\n\n"
     body += cpp.comment(
-        f"Up to {limits.MAX_EFFECTS.value} effects; their torques add up. The place in the list is the effect's identity: an "
+        f"Up to {constants.MAX_EFFECTS.value} effects; their torques add up. The place in the list is the effect's identity: an "
         "effect that stands at the same place with the same values in the next scene goes on playing, "
         "any other starts anew."
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from firmware.protocol.definition import configurations, effects, limits, reports
+from firmware.protocol.definition import configurations, constants, effects, reports
 from firmware.protocol.definition import enumerations as e
 from tools import usb_ids
 from tools.definition import javascript, markdown
@@ -23,7 +23,7 @@ def protocol_page() -> str:
         e.STATUS,
         e.FAULT,
         e.FLAG,
-        int(limits.PROTOCOL_VERSION.value),
+        int(constants.PROTOCOL_VERSION.value),
     )
 
 
@@ -36,12 +36,12 @@ def studio_reports() -> str:
         LISTS,
         {
             "FINGERPRINT": ("number", markdown.fingerprint(reports.ALL_REPORTS)),
-            "PROTOCOL_VERSION": ("number", limits.PROTOCOL_VERSION.value),
+            "PROTOCOL_VERSION": ("number", constants.PROTOCOL_VERSION.value),
             "USB": ("{ vendorId: number; productId: number }",
                     {"vendorId": vendor, "productId": product}),
-            "CURVE_POINTS_PER_REPORT": ("number", limits.CURVE_POINTS_PER_REPORT.value),
-            "MAX_TORQUE_NM": ("number", limits.MAX_TORQUE_NM.value),
-            "LEDGER_TORQUE_NM": ("number", limits.LEDGER_TORQUE_NM),
+            "CURVE_POINTS_PER_REPORT": ("number", constants.CURVE_POINTS_PER_REPORT.value),
+            "MAX_TORQUE_NM": ("number", constants.MAX_TORQUE_NM.value),
+            "LEDGER_TORQUE_NM": ("number", constants.LEDGER_TORQUE_NM),
             "STATES": (names, javascript.values(e.STATE)),
             "OWNERS": (names, javascript.values(e.OWNER)),
             "STATUSES": (

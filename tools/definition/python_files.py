@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from emulator.definition import plant
-from firmware.protocol.definition import configurations, effects, limits, records, reports
+from firmware.protocol.definition import configurations, constants, effects, records, reports
 from firmware.protocol.definition import enumerations as e
 from tools.definition import python
 from tools.definition.shared import LISTS, PLANT_LISTS
@@ -27,7 +27,8 @@ def python_scenes() -> str:
     """Write the module of effects."""
     body = _IMPORTS.replace("{", "{{").replace("}", "}}").replace("{{all}}", "{all}")
     body += python.number(
-        limits.MAX_TORQUE_NM, "Largest torque of any effect. The actuator's own limits are lower."
+        constants.MAX_TORQUE_NM,
+        "Largest torque of any effect. The actuator's own limits are lower.",
     )
     body += '\n\nclass Effect:\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
     body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""What `Knob.play` takes."""\n'
@@ -97,13 +98,13 @@ def python_configurations() -> str:
         f"Law: TypeAlias = {python.literal_type(e.LAW)}\n"
         '"""How motor and brake share the torque."""\n'
     )
-    body += python.number(limits.MAX_TORQUE_NM, "Largest torque that a limit can be set to.")
+    body += python.number(constants.MAX_TORQUE_NM, "Largest torque that a limit can be set to.")
     body += python.number(
-        limits.LET_GO_S,
+        constants.LET_GO_S,
         "A torque's way to zero when somebody disarms, where the passive ramp is not shorter.",
     )
     body += python.number(
-        limits.EXCITATION_STILL_S,
+        constants.EXCITATION_STILL_S,
         "For so long an excitation's servo may ask for all its torque and see no count.",
     )
     body += "".join(map(python.data_class, configurations.CONFIGURATIONS))

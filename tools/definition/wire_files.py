@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware.protocol.definition import configurations, effects, limits, reports
+from firmware.protocol.definition import configurations, constants, effects, reports
 from firmware.protocol.definition import enumerations as e
 from tools.definition import cpp
 from tools.definition.model import Enumeration, Structure
@@ -35,17 +35,17 @@ def wire_enumerations() -> str:
 def wire_effects() -> str:
     """Write firmware/protocol/effects.hpp."""
     numbers = (
-        limits.MAX_EFFECTS,
-        limits.CURVE_POOL_POINTS,
-        limits.CURVE_POINTS_PER_REPORT,
-        limits.MAX_TORQUE_NM,
-        limits.MAX_STIFFNESS_NM_PER_RAD,
-        limits.MAX_DAMPING_NM_S_PER_RAD,
-        limits.MAX_INERTIA_KG_M2,
-        limits.MAX_TIME_S,
-        limits.MAX_TURNS_Q32,
-        limits.MAX_SPAN_TURNS_Q32,
-        limits.MAX_CYCLES_PER_TURN_Q32,
+        constants.MAX_EFFECTS,
+        constants.CURVE_POOL_POINTS,
+        constants.CURVE_POINTS_PER_REPORT,
+        constants.MAX_TORQUE_NM,
+        constants.MAX_STIFFNESS_NM_PER_RAD,
+        constants.MAX_DAMPING_NM_S_PER_RAD,
+        constants.MAX_INERTIA_KG_M2,
+        constants.MAX_TIME_S,
+        constants.MAX_TURNS_Q32,
+        constants.MAX_SPAN_TURNS_Q32,
+        constants.MAX_CYCLES_PER_TURN_Q32,
     )
     listed = (effects.TARGET, effects.TIMING, *effects.EFFECTS, effects.CURVE_POINTS)
     body = "".join(map(cpp.constant, numbers)) + "\n"
@@ -69,14 +69,14 @@ def wire_configuration() -> str:
     """Write firmware/protocol/configuration.hpp."""
     listed = configurations.CONFIGURATIONS
     numbers = (
-        limits.UNCONFIRMED_MOTOR_TORQUE_MAX_NM,
-        limits.UNCONFIRMED_BRAKE_TORQUE_MAX_NM,
-        limits.UNCONFIRMED_SPEED_LIMIT_RAD_S,
+        constants.UNCONFIRMED_MOTOR_TORQUE_MAX_NM,
+        constants.UNCONFIRMED_BRAKE_TORQUE_MAX_NM,
+        constants.UNCONFIRMED_SPEED_LIMIT_RAD_S,
     )
     body = "// What a real board gives at most until its parts are confirmed and known.\n"
     body += "".join(map(cpp.constant, numbers)) + "\n"
-    body += cpp.constant(limits.LET_GO_S) + "\n"
-    body += cpp.constant(limits.EXCITATION_STILL_S) + "\n"
+    body += cpp.constant(constants.LET_GO_S) + "\n"
+    body += cpp.constant(constants.EXCITATION_STILL_S) + "\n"
     body += "".join(map(cpp.wire_structure, listed)) + cpp.wire_sizes(listed)
     return _wire_header(
         "What the device is built of and how it controls: the reports that are kept in flash.",
@@ -96,8 +96,8 @@ def wire_reports() -> str:
     ]
     listed.insert(listed.index(reports.TELEMETRY), reports.SAMPLE)
     listed.insert(listed.index(reports.GAME_MONITOR), reports.GAME_EFFECT)
-    body = cpp.constant(limits.PROTOCOL_VERSION) + cpp.constant(limits.SAMPLES_PER_REPORT)
-    body += cpp.constant(limits.GAME_EFFECTS_PER_REPORT) + "\n"
+    body = cpp.constant(constants.PROTOCOL_VERSION) + cpp.constant(constants.SAMPLES_PER_REPORT)
+    body += cpp.constant(constants.GAME_EFFECTS_PER_REPORT) + "\n"
     body += "".join(map(cpp.wire_structure, listed))
     body += cpp.report_list(
         "AllReports", "Every report, in the order of the documentation.", reports.ALL_REPORTS

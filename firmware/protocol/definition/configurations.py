@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from firmware.protocol.definition import constants
 from firmware.protocol.definition import enumerations as e
-from firmware.protocol.definition import limits
-from firmware.protocol.definition.effects import torque
-from firmware.protocol.definition.limits import (
+from firmware.protocol.definition.constants import (
     MAX_DAMPING_NM_S_PER_RAD,
     MAX_STIFFNESS_NM_PER_RAD,
     MAX_TORQUE_NM,
@@ -21,6 +20,7 @@ from firmware.protocol.definition.limits import (
     REFERENCE_MOTOR_TORQUE_MAX_NM,
     REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
 )
+from firmware.protocol.definition.effects import torque
 from tools.definition.model import Field, Structure, choice, number, raw, switch, whole
 
 _HEADER = (
@@ -121,10 +121,10 @@ BOARD_CONFIG = _configuration(
     "What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.",
     "A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the "
     "device starts the next time. Of the emulated device it concerns what has Electrics.",
-    number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=limits.REFERENCE_SUPPLY_V),
+    number("supply_v", "V", 3.0, 60.0, "of both H-bridges", default=constants.REFERENCE_SUPPLY_V),
     number(
         "motor_torque_constant_nm_per_a", "N m/A", 1e-4, 100.0, "at the knob",
-        default=limits.REFERENCE_MOTOR_TORQUE_CONSTANT_NM_PER_A,
+        default=constants.REFERENCE_MOTOR_TORQUE_CONSTANT_NM_PER_A,
     ),
     number(
         "motor_current_max_a", "A", 0.0, 100.0,
@@ -136,8 +136,8 @@ BOARD_CONFIG = _configuration(
         "and less",
         default=1.0,
     ),
-    number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=limits.REFERENCE_MOTOR_RESISTANCE_OHM),
-    number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=limits.REFERENCE_MOTOR_INDUCTANCE_H),
+    number("motor_resistance_ohm", "ohm", 1e-3, 1e3, "of the winding", default=constants.REFERENCE_MOTOR_RESISTANCE_OHM),
+    number("motor_inductance_h", "H", 1e-6, 1.0, "of the winding", default=constants.REFERENCE_MOTOR_INDUCTANCE_H),
     whole(
         "current_bandwidth_hz", "u16", 1, 0xFFFF,
         "of the current loop; on a pico held at a tenth of the control rate",
@@ -145,14 +145,14 @@ BOARD_CONFIG = _configuration(
     ),
     number(
         "current_sense_v_per_a", "V/A", 1e-3, 10.0,
-        "of the current sensor; its zero is measured while the power is off", default=limits.REFERENCE_CURRENT_SENSE_V_PER_A,
+        "of the current sensor; its zero is measured while the power is off", default=constants.REFERENCE_CURRENT_SENSE_V_PER_A,
     ),
     number(
         "brake_torque_constant_nm_per_a", "N m/A", 1e-4, 1e3, "on the pulley",
-        default=limits.REFERENCE_BRAKE_TORQUE_CONSTANT_NM_PER_A,
+        default=constants.REFERENCE_BRAKE_TORQUE_CONSTANT_NM_PER_A,
     ),
     number("brake_current_max_a", "A", 0.0, 100.0, "of the coil", default=0.3),
-    number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=limits.REFERENCE_BRAKE_RESISTANCE_OHM),
+    number("brake_resistance_ohm", "ohm", 1e-3, 1e4, "of the coil", default=constants.REFERENCE_BRAKE_RESISTANCE_OHM),
     number(
         "brake_inductance_h", "H", 0.0, 1e3,
         "of the coil, which the bridge then drives both ways, so that its current follows with the "
@@ -174,12 +174,12 @@ BOARD_CONFIG = _configuration(
     ),
     whole(
         "ambient_c", "u8", 0, 100,
-        "of the air round motor and brake, the warmest that it gets", default=limits.REFERENCE_AMBIENT_C, unit="degree C",
+        "of the air round motor and brake, the warmest that it gets", default=constants.REFERENCE_AMBIENT_C, unit="degree C",
     ),
     whole(
         "supply_sense_ratio", "u8", 1, 0xFF,
         "of the divider at supply_sense_pin: the supply's voltage over the pin's",
-        default=limits.REFERENCE_SUPPLY_SENSE_RATIO,
+        default=constants.REFERENCE_SUPPLY_SENSE_RATIO,
     ),
     whole("encoder_pin", "u8", 0, 28, "GPIO of A; B is the next one", default=2),
     whole(

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from firmware.protocol.definition import enumerations as e
-from firmware.protocol.definition.limits import (
+from firmware.protocol.definition.constants import (
     CURVE_POINTS_PER_REPORT,
     CURVE_POOL_POINTS,
     MAX_CYCLES_PER_TURN_Q32,

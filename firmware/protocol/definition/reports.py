@@ -4,15 +4,7 @@ from __future__ import annotations
 
 from firmware.protocol.definition import enumerations as e
 from firmware.protocol.definition.configurations import CONFIGURATIONS
-from firmware.protocol.definition.effects import (
-    CURVE_POINTS,
-    EFFECTS,
-    angle_rad,
-    damping,
-    stiffness,
-    torque,
-)
-from firmware.protocol.definition.limits import (
+from firmware.protocol.definition.constants import (
     CURVE_POOL_POINTS,
     EXCITATION_STILL_S,
     GAME_EFFECTS_PER_REPORT,
@@ -20,6 +12,14 @@ from firmware.protocol.definition.limits import (
     MAX_TORQUE_NM,
     PROTOCOL_VERSION,
     SAMPLES_PER_REPORT,
+)
+from firmware.protocol.definition.effects import (
+    CURVE_POINTS,
+    EFFECTS,
+    angle_rad,
+    damping,
+    stiffness,
+    torque,
 )
 from tools.definition.model import Structure, choice, group, number, on_wire, raw, switch
 

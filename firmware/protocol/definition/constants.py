@@ -1,6 +1,6 @@
-"""Numbers that several field lists share.
+"""Numbers that several field lists share: limits of the protocol, and the reference actuator.
 
-They are wide on purpose: they keep the arithmetic finite, and the actuator's own limits are applied
+The limits are wide on purpose: they keep the arithmetic finite, and the actuator's own limits are applied
 where the torque is made.
 """
 
