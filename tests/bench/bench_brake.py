@@ -29,7 +29,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
-from tests.bench.bench_stiffness import SPEEDS_RAD_S, TRIED_S, islands, springs, stable_to
+from tests.bench.bench_stiffness import SPEEDS_RAD_S, TRIED_S, Array, islands, springs, stable_to
 from torsio import BoardConfig, BrakeHysteresis, Electrics, PlantParams, PrescribedMotion
 from torsio.closed_loop import ClosedLoop, LoopOptions, simulate, simulate_many
 from torsio.config import Law
@@ -37,6 +37,7 @@ from torsio_studies.paper import runs
 
 RATE_HZ = 20e3
 COUNTS = 32768
+STEP = 1.06  # from spring to spring
 PLANT = PlantParams(electrics=Electrics(), counts_per_rev=COUNTS)
 
 
@@ -88,9 +89,8 @@ def left_nm(way: Way) -> float:
     return float(held[-1]) - PLANT.brake_drag_nm
 
 
-def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
-    """Up to where springs come to rest at every speed, and what else does."""
-    stiffness = springs(1.06)
+def rest(law: Law, way: Way, stiffness: Array) -> list[bool]:
+    """Which springs come to rest at every speed."""
     cases = []
     for k in stiffness:
         one = _told(runs.bounce_options(float(k), law, rate_hz=RATE_HZ), way)
@@ -98,8 +98,14 @@ def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
         cases += [replace(one, spin_up=replace(one.spin_up, speed_rad_s=v)) for v in SPEEDS_RAD_S]
     rows = simulate_many(cases, duration_s=TRIED_S, record_every=20)
     calm = np.reshape([runs.count_bounces(one).at_rest for one in rows], (len(stiffness), -1))
-    worst = [all(row) for row in calm]
-    return stable_to(stiffness, worst), islands(stiffness, worst)
+    return [all(row) for row in calm]
+
+
+def stable(law: Law, way: Way) -> tuple[float, list[tuple[float, float]]]:
+    """Up to where springs come to rest, and what else does."""
+    stiffness = springs(STEP)
+    calm = rest(law, way, stiffness)
+    return stable_to(stiffness, calm), islands(stiffness, calm)
 
 
 def pushed(law: Law, way: Way) -> runs.Push:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from tests.board import dangers
 from tests.board.pico import MS, EmulatedPico, confirm, enumerated
@@ -432,8 +433,16 @@ def tick_cost(bench: Bench) -> TickCost:
     )
 
 
-def difference_nm(one: Columns, other: Columns) -> tuple[float, float]:
-    """Root of the mean square, and the most, of what a hand feels of one and not of the other."""
+def difference_nm(one: Columns, other: Columns, *, rows: int = 0) -> tuple[float, float]:
+    """Root of the mean square, and the most, of what a hand feels of one and not of the other.
+
+    Parameters
+    ----------
+    rows
+        So many rows, of a millisecond each, the other may be earlier or later.
+    """
     size = min(len(one["felt_nm"]), len(other["felt_nm"]))
-    error = one["felt_nm"][:size] - other["felt_nm"][:size]
+    felt_nm = one["felt_nm"][:size]
+    near_nm = sliding_window_view(np.pad(other["felt_nm"][:size], rows, mode="edge"), 2 * rows + 1)
+    error = felt_nm - np.clip(felt_nm, near_nm.min(axis=1), near_nm.max(axis=1))
     return float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error)))

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import torsio
@@ -257,3 +258,28 @@ def test_supply_is_told_what_it_cannot_give() -> None:
                 knob.emulator.set_supply(volts)
     with torsio.open("emulated") as knob, pytest.raises(torsio.Error, match="no electrics"):
         knob.emulator.set_supply(12.0)
+
+
+def test_wrong_sign_of_confirmed_parts_is_not_told_where_the_brake_holds() -> None:
+    # What docs/hardware.md warns of: 31 rad/s and 0.7 of a turn, on the emulated device, whose
+    # parts count as confirmed. Whoever finds a guard against it mends the page as well.
+    touch = torsio.TorqueHand(
+        torque_nm=[(0.0, 0.0), (0.15, 0.0), (0.15, 15e-3), (0.19, 15e-3), (0.19, 0.0)]
+    )
+    options = torsio.EmulatorOptions(
+        control_rate_hz=20_000,
+        plant=torsio.PlantParams(electrics=torsio.Electrics(motor_reversed=True)),
+        control=torsio.ControlConfig(passive_ramp_s=5e-3, watchdog_s=5.0),
+        hand=touch,
+        log_truth=True,
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        knob.sleep(0.05)
+        knob.play(torsio.Spring(angle_rad=0.0, stiffness_nm_per_rad=2.0))
+        knob.arm()
+        knob.sleep(3.0)
+        assert knob.state == "armed"
+        assert not knob.faults()
+        truth = knob.emulator.truth()
+    assert 25.0 < np.abs(truth["speed_rad_s"]).max() < 32.0
+    assert 0.5 < np.abs(truth["angle_rad"]).max() / (2.0 * np.pi) < 0.75

@@ -9,12 +9,13 @@ from typing import cast
 import pytest
 
 from tests.bench import bench_brake
+from tests.bench.bench_stiffness import springs
 from torsio.config import Law
 
 TEXT = (Path(__file__).parents[2] / "docs" / "hardware.md").read_text(encoding="utf-8")
-# But for the last column, whose springs take minutes.
 ROWS = re.findall(
-    r"^\| `(\w+)` \| (.+?) \| ([\d.]+) mN m \| ([\d.]+) % \| (\d+) ms \| (\d+) ms \| .+ \|$",
+    r"^\| `(\w+)` \| (.+?) \| ([\d.]+) mN m \| ([\d.]+) % \| (\d+) ms \| (\d+) ms \| "
+    r"(never|\d+)(?: N m/rad)? \|$",
     TEXT,
     re.MULTILINE,
 )
@@ -24,7 +25,7 @@ WAYS = {way.name: way for way in bench_brake.WAYS}
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}, {row[1]}")
 def test_table_of_the_coil_s_drives_is_the_benchmark_s(row: tuple[str, ...]) -> None:
     law, way = cast(Law, row[0]), WAYS[row[1]]
-    gap_mnm, error_percent, fall_ms, exit_ms = map(float, row[2:])
+    gap_mnm, error_percent, fall_ms, exit_ms = map(float, row[2:6])
     push = bench_brake.pushed(law, way)
     # What the page's last digits say.
     assert 1e3 * push.torque_gap_nm == pytest.approx(gap_mnm, abs=0.06)
@@ -33,6 +34,18 @@ def test_table_of_the_coil_s_drives_is_the_benchmark_s(row: tuple[str, ...]) -> 
     left_s = bench_brake.exit_s(law, way)
     assert left_s is not None
     assert 1e3 * left_s == pytest.approx(exit_ms, abs=0.6)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}, {row[1]}")
+def test_springs_of_the_table_rest_and_the_next_one_buzzes(row: tuple[str, ...]) -> None:
+    # All that are softer take minutes.
+    law, way, told = cast(Law, row[0]), WAYS[row[1]], row[-1]
+    series = springs(bench_brake.STEP)
+    if told == "never":
+        assert bench_brake.rest(law, way, series[-1:]) == [True]
+        return
+    at = min(range(len(series)), key=lambda n: abs(series[n] - float(told)))
+    assert bench_brake.rest(law, way, series[at - 1 : at + 2]) == [True, True, False]
 
 
 def test_table_of_the_coil_s_drives_is_there() -> None:
