@@ -9,7 +9,8 @@ intervals hold it.
 Through the emulated chip a knob takes five to eleven minutes of a core. What is done is kept in
 ``out/calibration-binary/``, a file for each knob, so a run that was interrupted goes on where it
 was. Arguments are ``quick``, for the calibration of 13 seconds, ``emulated``, for the emulated
-device in place of the binary, on the same plant, and numbers of knobs instead of all twenty.
+device in place of the binary, on the same plant, ``pico`` for the RP2040's, and numbers of knobs
+instead of all twenty.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.board.hidden import calibrate_hidden
 from tests.board.pico import choose
+from torsio.calibration import drive
 from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.knobs import FIRST, hidden_knob
 from torsio_studies.common import plain, write_atomically
@@ -33,9 +35,11 @@ KNOBS = range(FIRST, FIRST + 20)
 FOLDER = Path("out") / "calibration-binary"
 
 
-def measure(number: int, *, quick: bool, emulated: bool) -> dict[str, Any]:
+def measure(number: int, *, model: str, quick: bool, emulated: bool) -> dict[str, Any]:
     """Calibrate one knob, or give what was found before."""
     kind = ("-emulated" if emulated else "") + ("-quick" if quick else "")
+    if model != "pico2":
+        kind += f"-{model}"
     path = FOLDER / f"{number}{kind}.json"
     if path.exists():
         return dict(json.loads(path.read_text()))
@@ -71,10 +75,13 @@ def main(arguments: list[str]) -> None:
     quick = "quick" in arguments
     emulated = "emulated" in arguments
     numbers = [int(one) for one in arguments if one.isdigit()] or list(KNOBS)
-    choose("pico2")
+    model = "pico" if "pico" in arguments else "pico2"
+    choose(model)
+    # An emulated knob does not tell whose current loop it has.
+    drive._LOOPS["emulated"] = drive._LOOPS[model]
     rows = []
     for number in numbers:
-        rows.append(measure(number, quick=quick, emulated=emulated))
+        rows.append(measure(number, model=model, quick=quick, emulated=emulated))
         print(json.dumps(rows[-1]), flush=True)
     print(json.dumps(summary(rows)), flush=True)
 

@@ -49,7 +49,7 @@ def test_backlash_is_found_and_taken_out_of_the_curve(
     found = _shaft(backlash_rad=backlash_rad, knee_rad=knee_rad, counts_per_rev=counts_per_rev)
     tenth_of_a_count = 0.1 * 2.0 * np.pi / counts_per_rev
     assert found.backlash.value == pytest.approx(backlash_rad, abs=tenth_of_a_count)
-    assert found.backlash.standard_uncertainty < 0.5 * tenth_of_a_count
+    assert found.backlash.standard_uncertainty < 5e-5
     assert found.stiffness.value == pytest.approx(STIFFNESS, rel=5e-3)
     assert found.knob_coulomb.value == pytest.approx(COULOMB_NM, rel=1e-2)
     assert (found.knee is not None) == (knee_rad == KNEE_RAD)

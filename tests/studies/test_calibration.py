@@ -10,22 +10,27 @@ import numpy as np
 import pytest
 
 import torsio
+from tests.studies.cluster import local_cluster, without_seconds
 from torsio import ShaftConfig
 from torsio.calibration import Refusal, calibrate
 from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.plant import PlantParams
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
+from torsio_studies.calibration.evaluation import evaluate_batch
 from torsio_studies.calibration.knobs import (
     QUANTITIES,
     RATE_HZ,
     WALL_NM_PER_RAD,
+    batches,
     emulated,
     hidden_knob,
     measure,
     truth_of,
+    wall_error,
 )
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
+from torsio_studies.design.spread import spread
 from torsio_studies.execution import execute
 from torsio_studies.paper.runs import push_options, run_push
 
@@ -54,6 +59,21 @@ def test_wall_is_as_good_with_what_was_found_as_with_the_true_values(
     options = push_options(WALL_NM_PER_RAD, "calibrated", rate_hz=RATE_HZ, plant=plant)
     unknown = run_push(replace(options, actuator=believed, shaft=ShaftConfig()))[1]
     assert unknown.tracking_rms_out > 2.0 * rows[0]["wall_found"]
+
+
+def test_error_in_a_wall_is_the_same_wherever_the_knob_lies_in_a_count() -> None:
+    plant = hidden_knob(1005).plant
+    one, other = (wall_error(replace(plant, encoder_phase_counts=phase)) for phase in (0.0, 0.37))
+    assert one == other
+    # Of one place it is luck.
+    options = push_options(WALL_NM_PER_RAD, "calibrated", rate_hz=RATE_HZ, plant=plant)
+    there = [
+        run_push(replace(options, plant=replace(plant, encoder_phase_counts=phase)))[1]
+        for phase in (0.0, 0.25, 0.5, 0.75)
+    ]
+    errors = [push.tracking_rms_out for push in there]
+    assert max(errors) > 1.1 * min(errors)
+    assert min(errors) < one < max(errors)
 
 
 def test_nearly_all_intervals_hold_the_truth(rows: list[dict[str, float]]) -> None:
@@ -164,6 +184,18 @@ def test_encoder_that_dies_is_named_and_the_knob_does_not_run_away(step: str) ->
         assert np.abs(knob.emulator.truth()["speed_rad_s"]).max() < FREE_LIMIT_RAD_S
 
 
+def test_dask_cluster_of_two_workers_measures_the_same_knobs() -> None:
+    work = tuple(batches(2, 1))
+    with (
+        local_cluster(n_workers=2, threads_per_worker=1, processes=True) as cluster,
+        spread(work, scheduler=cluster.scheduler_address, evaluate=evaluate_batch) as spreading,
+    ):
+        workers, results = spreading
+        done = {batch.designs: without_seconds(rows) for batch, rows in results}
+    assert workers == 2
+    assert done == {batch.designs: without_seconds(evaluate_batch(batch)) for batch in work}
+
+
 def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
 
@@ -198,3 +230,4 @@ def test_study_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert kept["wall"] == pytest.approx({"found": 0.011, "true": 0.01, "near": 1.0, "worst": 1.1})
     assert (tmp_path / "calibration_coverage_driven.png").stat().st_size > 10_000
     assert (tmp_path / "calibration_coverage.png").stat().st_size > 10_000
+    assert (tmp_path / "calibration_fits.png").stat().st_size > 10_000

@@ -100,6 +100,22 @@ def test_knob_with_drawn_signs_is_refused_where_they_disagree_and_then_measured(
         assert np.mean(known <= 1.96) >= 0.8
 
 
+def test_torque_constant_is_judged_by_what_it_is_and_not_by_what_the_supply_makes_of_it() -> None:
+    plant = electric_plant(hidden_knob(1012), drawn_electrics(1012))
+    assert plant.electrics is not None
+    assert plant.electrics.supply_v != torsio.BoardConfig().supply_v
+    true = plant.electrics.torque_constant_nm_per_a
+    for known in (False, True):
+        seen = seen_truth(plant, constant_known=known)
+        assert seen["motor_torque_constant_nm_per_a"] == true
+
+
+@pytest.mark.parametrize(("name", "share"), [("hysteresis_nm", 0.6), ("brake_drag_nm", 1.0)])
+def test_uncertainty_that_a_fit_states_too_wide_is_stated_smaller(name: str, share: float) -> None:
+    stated = left_out.honest(Quantity(name, 5e-3, 2e-5)).standard_uncertainty
+    assert stated == pytest.approx(share * 2e-5)
+
+
 def test_brake_s_torque_over_its_current_holds_the_truth_with_a_current_loop() -> None:
     hidden = hidden_knob(1012)  # whose current is read later than most boards read it
     assert hidden.plant.brake_hysteresis is not None

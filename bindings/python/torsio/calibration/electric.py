@@ -37,11 +37,11 @@ __all__ = [
 ]
 
 # What the equation leaves out, as a share: a supply that sags, a winding that gets warm; when the
-# voltage acts; an angle that is a tick old. Found on emulated knobs 100 to 111.
+# voltage acts; an angle that is a tick old. Found on the emulated knobs 200 to 259.
 _LEFT_OUT = {
-    "motor_resistance_ohm": 7e-3,
-    "motor_inductance_h": 1.5e-2,
-    "motor_torque_constant_nm_per_a": 2e-3,
+    "motor_resistance_ohm": 5e-3,
+    "motor_inductance_h": 9e-3,
+    "motor_torque_constant_nm_per_a": 8e-4,
 }
 # Supply, sensor and winding may each be a tenth off, evenly: the standard deviation of one.
 _TENTH = 0.1 / math.sqrt(3.0)
@@ -95,7 +95,7 @@ def current_zero(current_a: Array, *, step_a: float, v_per_a: float) -> tuple[Qu
         ),
         Quantity(
             "current_noise_a", noise,
-            math.hypot(noise_a / (2.0 * count) ** 0.5, 0.1 * step_a),
+            math.hypot(noise_a / (2.0 * count) ** 0.5, 0.03 * step_a),
             "standard deviation of a measurement",
         ),
     )  # fmt: skip

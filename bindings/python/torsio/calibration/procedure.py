@@ -27,7 +27,13 @@ from torsio.calibration.free import (
     spin,
     through_shaft,
 )
-from torsio.calibration.left_out import LEFT_OUT, LEFT_OUT_BY_DRIVE, honest, widened
+from torsio.calibration.left_out import (
+    LEFT_OUT,
+    LEFT_OUT_BY_DRIVE,
+    honest,
+    widened,
+    with_left_out,
+)
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Fit, Quantity, Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
@@ -225,7 +231,7 @@ def calibrate(
     if brake is not None:
         curve = brake.curve.with_left_out(*LEFT_OUT["brake_curve"])
     if player.drive is not None:
-        found = {name: honest(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+        found = {name: with_left_out(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
         if curve is not None:
             curve = curve.with_left_out(*LEFT_OUT_BY_DRIVE["brake_curve"])
         for drive in player.drive.others():

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from torsio.calibration.left_out import LEFT_OUT
 from torsio.calibration.numeric import Solution, crossings, gauss_newton, linear
 from torsio.calibration.play import Player, Recording
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
@@ -23,7 +24,7 @@ _TRAVEL_RAD = 0.4
 # The motor's lag is believed to so much; it shifts all that is read off at a border of counts.
 _LAG_S = 0.06e-3
 # Backlash so many standard uncertainties from nothing is there.
-_SURE = 5.0
+_SURE = 4.0
 _DAMPING = 2e-4  # N m s/rad, where the search begins
 # What a resting knob says again and again is one reading, wrong by up to a count: only samples so
 # near to a change of counts are fitted.
@@ -334,6 +335,8 @@ def estimate_shaft(
     sides = _with_sides(edges, curve.coulomb)
     loose = _curve(sides)
     backlash, backlash_sigma = loose.backlash
+    if loose.is_bent:  # what is left out of where the knee is, is left out of this as well
+        backlash_sigma = math.hypot(backlash_sigma, LEFT_OUT["knee_rad"][0] * loose.knee)
     # What may as well be none is left where it is: it would make the stiffness less certain.
     if backlash > _SURE * backlash_sigma:
         edges, curve = sides, loose

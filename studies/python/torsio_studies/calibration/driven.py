@@ -11,9 +11,17 @@ import numpy as np
 import torsio
 from torsio import calibration
 from torsio.plant import Electrics, PlantParams
-from torsio_studies.calibration.knobs import QUANTITIES, HiddenKnob, truth_of
+from torsio_studies.calibration.knobs import QUANTITIES, HiddenKnob, hidden_knob, truth_of
 
-__all__ = ["ALL", "CIRCUIT", "drawn_electrics", "electric_plant", "measure_driven", "seen_truth"]
+__all__ = [
+    "ALL",
+    "CIRCUIT",
+    "drawn_electrics",
+    "electric_plant",
+    "example",
+    "measure_driven",
+    "seen_truth",
+]
 
 CIRCUIT: Final = (
     "current_zero_v", "current_noise_a", "motor_resistance_ohm", "motor_inductance_h",
@@ -21,6 +29,7 @@ CIRCUIT: Final = (
 )  # fmt: skip
 ALL: Final = (*QUANTITIES, *CIRCUIT)
 _RATE_HZ: Final = 20_000.0  # of a Pico 2, whose current loop is the emulated device's
+_EXAMPLE: Final = 1034  # has cogging, a loop of its brake, a belt, and a shaft that hardens
 _OFF: Final = 0.1  # so far from what the board is told supply, sensor and winding are at most
 
 
@@ -86,9 +95,26 @@ def seen_truth(plant: PlantParams, *, constant_known: bool) -> dict[str, float]:
         "current_noise_a": electrics.sensor_noise_v / told.current_sense_v_per_a,
         "motor_resistance_ohm": electrics.winding_resistance_ohm * supply / sensor,
         "motor_inductance_h": electrics.winding_inductance_h * supply / sensor,
-        "motor_torque_constant_nm_per_a": constant,
+        # Not as the supply makes it seem: that the supply may be another is in what it states.
+        "motor_torque_constant_nm_per_a": electrics.torque_constant_nm_per_a,
         "current_gain": sensor,
     }
+
+
+def _opened(hidden: HiddenKnob, plant: PlantParams) -> torsio.Knob:
+    options = torsio.EmulatorOptions(seed=hidden.number, plant=plant, control_rate_hz=_RATE_HZ)
+    knob = torsio.open("emulated", emulator=options)
+    # For so long the winding stands more.
+    knob.update(motor_current_continuous_a=2.0)
+    return knob
+
+
+def example() -> calibration.Calibration:
+    """Calibrate a knob that has all that a knob may have, through its electrics."""
+    hidden = hidden_knob(_EXAMPLE)
+    electrics = replace(drawn_electrics(hidden.number), motor_reversed=False)
+    with _opened(hidden, electric_plant(hidden, electrics)) as knob:
+        return calibration.calibrate(knob)
 
 
 def measure_driven(hidden: HiddenKnob) -> dict[str, float]:
@@ -96,16 +122,12 @@ def measure_driven(hidden: HiddenKnob) -> dict[str, float]:
 
     The supply is not metered.
     """
-    plant = electric_plant(hidden, drawn_electrics(hidden.number))
-    assert plant.electrics is not None
-    mirrored = plant.electrics.motor_reversed
+    electrics = drawn_electrics(hidden.number)
+    plant, mirrored = electric_plant(hidden, electrics), electrics.motor_reversed
     row = dict.fromkeys((f"{name}_{part}" for name in ALL for part in ("value", "sigma")), math.nan)
     row |= dict.fromkeys((f"{name}_truth" for name in ALL), math.nan)
     row |= {"refused_rightly": 1.0, "complete": 0.0, "knob_seconds": math.nan}
-    options = torsio.EmulatorOptions(seed=hidden.number, plant=plant, control_rate_hz=_RATE_HZ)
-    with torsio.open("emulated", emulator=options) as knob:
-        # For so long the winding stands more.
-        knob.update(motor_current_continuous_a=2.0)
+    with _opened(hidden, plant) as knob:
         knob.update(encoder_reversed=hidden.reversed)
         if hidden.reversed != mirrored:
             try:

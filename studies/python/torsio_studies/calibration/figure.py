@@ -37,7 +37,7 @@ def draw(
         )
         inch = 1.0 / picture.get_size_inches()[1]
         grid = picture.add_gridspec(
-            1, 2, left=0.19, right=0.98, bottom=0.6 * inch, top=1 - 1.25 * inch, wspace=0.06
+            1, 2, left=0.22, right=0.98, bottom=0.6 * inch, top=1 - 1.25 * inch, wspace=0.06
         )
         left, right = picture.add_subplot(grid[0]), picture.add_subplot(grid[1])
         places = np.arange(len(rows))[::-1]

@@ -12,9 +12,10 @@ from rich.console import Console
 from rich.table import Table
 
 from torsio import perception
+from torsio.calibration import figure as fits
 from torsio.screen import table
 from torsio_studies.calibration import figure
-from torsio_studies.calibration.driven import ALL
+from torsio_studies.calibration.driven import ALL, example
 from torsio_studies.calibration.evaluation import DRIVEN, evaluate_batch
 from torsio_studies.calibration.knobs import EVALUATION, QUANTITIES, batches
 from torsio_studies.calibration.sabotages import SABOTAGES, try_out
@@ -64,6 +65,9 @@ def run(study: Study) -> Results:
     }
     coverage = [cover(table, name) for name in QUANTITIES]
     through = [cover(driven, name) for name in ALL]
+    found = example()
+    with study.figure("fits", size=fits.size_of(found)) as picture:
+        fits.draw(picture, found)
     figure.draw(study, "coverage", "hidden parameters", table, coverage)
     figure.draw(study, "coverage_driven", "hidden parameters and electrics", driven, through)
     return {
