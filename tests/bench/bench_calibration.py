@@ -26,7 +26,6 @@ sys.path.insert(0, str(Path(__file__).parent.parent.parent))
 
 from tests.board.hidden import calibrate_hidden
 from tests.board.pico import choose
-from torsio.calibration import drive
 from torsio_studies.calibration.driven import ALL
 from torsio_studies.calibration.knobs import FIRST, hidden_knob
 from torsio_studies.common import plain, write_atomically
@@ -77,8 +76,6 @@ def main(arguments: list[str]) -> None:
     numbers = [int(one) for one in arguments if one.isdigit()] or list(KNOBS)
     model = "pico" if "pico" in arguments else "pico2"
     choose(model)
-    # An emulated knob does not tell whose current loop it has.
-    drive._LOOPS["emulated"] = drive._LOOPS[model]
     rows = []
     for number in numbers:
         rows.append(measure(number, model=model, quick=quick, emulated=emulated))
