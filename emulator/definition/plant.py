@@ -8,19 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from firmware.protocol.definition import constants
-from firmware.protocol.definition.constants import (
-    MOTOR_LAG_S,
-    REFERENCE_BRAKE_DRAG_NM,
-    REFERENCE_BRAKE_INERTIA_KG_M2,
-    REFERENCE_BRAKE_TIME_CONSTANT_S,
-    REFERENCE_BRAKE_TORQUE_MAX_NM,
-    REFERENCE_COUNTS_PER_REV,
-    REFERENCE_KNOB_COULOMB_NM,
-    REFERENCE_KNOB_INERTIA_KG_M2,
-    REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
-    REFERENCE_MOTOR_TORQUE_MAX_NM,
-    REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
-)
+from firmware.protocol.definition.constants import MOTOR_LAG_S
 from tools.definition.model import (
     Field,
     Structure,
@@ -168,41 +156,51 @@ PLANT_PARAMS = Structure(
     "PlantParams",
     "Motor, knob, shaft spring, brake and encoder of an emulated knob. Torques are at the knob.",
     (
-        positive("knob_inertia_kg_m2", "kg m^2", "motor and knob", REFERENCE_KNOB_INERTIA_KG_M2),
+        positive(
+            "knob_inertia_kg_m2", "kg m^2", "motor and knob", constants.REFERENCE_KNOB_INERTIA_KG_M2
+        ),
         amount(
             "knob_viscous_nm_s_per_rad",
             "N m s/rad",
             "viscous friction there",
-            REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
+            constants.REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
         ),
-        amount("knob_coulomb_nm", "N m", "dry friction there", REFERENCE_KNOB_COULOMB_NM),
+        amount("knob_coulomb_nm", "N m", "dry friction there", constants.REFERENCE_KNOB_COULOMB_NM),
         positive(
-            "brake_inertia_kg_m2", "kg m^2", "pulleys and brake", REFERENCE_BRAKE_INERTIA_KG_M2
+            "brake_inertia_kg_m2",
+            "kg m^2",
+            "pulleys and brake",
+            constants.REFERENCE_BRAKE_INERTIA_KG_M2,
         ),
         amount("brake_viscous_nm_s_per_rad", "N m s/rad", "viscous friction there", 2e-6),
-        amount("brake_drag_nm", "N m", "drag of the released brake", REFERENCE_BRAKE_DRAG_NM),
+        amount(
+            "brake_drag_nm", "N m", "drag of the released brake", constants.REFERENCE_BRAKE_DRAG_NM
+        ),
         amount(
             "shaft_stiffness_nm_per_rad",
             "N m/rad",
             "0: the shaft is cut",
-            REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
+            constants.REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
         ),
         amount("shaft_damping_nm_s_per_rad", "N m s/rad", "of the shaft", 2e-4),
         amount(
             "brake_time_constant_s",
             "s",
             "from command to torque; 0: no lag",
-            REFERENCE_BRAKE_TIME_CONSTANT_S,
+            constants.REFERENCE_BRAKE_TIME_CONSTANT_S,
         ),
         amount("motor_time_constant_s", "s", "from command to torque; 0: no lag", MOTOR_LAG_S),
         amount(
             "motor_limit_nm",
             "N m",
             "commands are clipped to it, both ways",
-            REFERENCE_MOTOR_TORQUE_MAX_NM,
+            constants.REFERENCE_MOTOR_TORQUE_MAX_NM,
         ),
         amount(
-            "brake_limit_nm", "N m", "commands are clipped to it", REFERENCE_BRAKE_TORQUE_MAX_NM
+            "brake_limit_nm",
+            "N m",
+            "commands are clipped to it",
+            constants.REFERENCE_BRAKE_TORQUE_MAX_NM,
         ),
         for_hosts(
             whole(
@@ -211,7 +209,7 @@ PLANT_PARAMS = Structure(
                 1,
                 1 << 24,
                 "of the encoder",
-                default=REFERENCE_COUNTS_PER_REV,
+                default=constants.REFERENCE_COUNTS_PER_REV,
             )
         ),
         for_hosts(choice("encoder_rounding", ENCODER_ROUNDING, "how the encoder counts")),

@@ -138,7 +138,7 @@ struct CoilState {
   std::uint32_t rested_periods = 0;
 };
 
-/// What is still missing after a period of what was before it.
+/// Of the current that is missing, what still is after a period.
 /// @param lag_s with which the current shall follow, >= 0; longer than inductance / resistance it
 ///              follows slower than by itself, shorter faster, as far as the supply goes
 constexpr float coil_follow_decay(float lag_s, float period_s) {

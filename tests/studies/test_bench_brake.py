@@ -38,7 +38,7 @@ def test_table_of_the_coil_s_drives_is_the_benchmark_s(row: tuple[str, ...]) -> 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0]}, {row[1]}")
 def test_springs_of_the_table_rest_and_the_next_one_buzzes(row: tuple[str, ...]) -> None:
-    # All that are softer take minutes.
+    # All that are softer take ten times as long.
     law, way, told = cast(Law, row[0]), WAYS[row[1]], row[-1]
     series = springs(bench_brake.STEP)
     if told == "never":

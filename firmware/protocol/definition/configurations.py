@@ -9,16 +9,6 @@ from firmware.protocol.definition.constants import (
     MAX_STIFFNESS_NM_PER_RAD,
     MAX_TORQUE_NM,
     MOTOR_LAG_S,
-    REFERENCE_BRAKE_DRAG_NM,
-    REFERENCE_BRAKE_INERTIA_KG_M2,
-    REFERENCE_BRAKE_TIME_CONSTANT_S,
-    REFERENCE_BRAKE_TORQUE_MAX_NM,
-    REFERENCE_COUNTS_PER_REV,
-    REFERENCE_KNOB_COULOMB_NM,
-    REFERENCE_KNOB_INERTIA_KG_M2,
-    REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
-    REFERENCE_MOTOR_TORQUE_MAX_NM,
-    REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
 )
 from firmware.protocol.definition.effects import torque
 from tools.definition.model import Field, Structure, choice, number, raw, switch, whole
@@ -40,34 +30,34 @@ ACTUATOR_CONFIG = _configuration(
     "ActuatorConfig",
     "The actuator as built. The defaults are those of the reference actuator.",
     "Set only while disarmed; another encoder empties the scene.",
-    torque("motor_torque_max_nm", "what the motor can give", default=REFERENCE_MOTOR_TORQUE_MAX_NM),
-    torque("brake_torque_max_nm", "what the brake can hold", default=REFERENCE_BRAKE_TORQUE_MAX_NM),
+    torque("motor_torque_max_nm", "what the motor can give", default=constants.REFERENCE_MOTOR_TORQUE_MAX_NM),
+    torque("brake_torque_max_nm", "what the brake can hold", default=constants.REFERENCE_BRAKE_TORQUE_MAX_NM),
     torque("brake_torque_min_nm", "floor of the brake's torque in the sensor", default=3.3e-3),
-    torque("brake_drag_nm", "what the brake holds with no current", default=REFERENCE_BRAKE_DRAG_NM),
-    number("brake_time_constant_s", "s", 0.0, 100.0, "from command to torque", default=REFERENCE_BRAKE_TIME_CONSTANT_S),
+    torque("brake_drag_nm", "what the brake holds with no current", default=constants.REFERENCE_BRAKE_DRAG_NM),
+    number("brake_time_constant_s", "s", 0.0, 100.0, "from command to torque", default=constants.REFERENCE_BRAKE_TIME_CONSTANT_S),
     number(
         "spring_stiffness_nm_per_rad", "N m/rad", 0.0, MAX_STIFFNESS_NM_PER_RAD,
-        "of the shaft between knob and brake", default=REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
+        "of the shaft between knob and brake", default=constants.REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD,
     ),
-    whole("counts_per_rev", "u32", 4, 1 << 24, "of the encoder", default=REFERENCE_COUNTS_PER_REV),
+    whole("counts_per_rev", "u32", 4, 1 << 24, "of the encoder", default=constants.REFERENCE_COUNTS_PER_REV),
     whole(
         "counter_bits", "u8", 8, 32, "width at which the encoder's counter wraps", default=32
     ),
     switch("encoder_reversed", e.TOGGLE, "on: it counts down where the angle grows"),
     number(
         "knob_inertia_kg_m2", "kg m^2", 1e-9, 1.0,
-        "of motor and knob; this and the next three bound what a game may ask for", default=REFERENCE_KNOB_INERTIA_KG_M2,
+        "of motor and knob; this and the next three bound what a game may ask for", default=constants.REFERENCE_KNOB_INERTIA_KG_M2,
     ),
-    torque("knob_coulomb_nm", "dry friction of motor and knob", default=REFERENCE_KNOB_COULOMB_NM),
+    torque("knob_coulomb_nm", "dry friction of motor and knob", default=constants.REFERENCE_KNOB_COULOMB_NM),
     number(
         "knob_viscous_nm_s_per_rad", "N m s/rad", 0.0, MAX_DAMPING_NM_S_PER_RAD,
-        "viscous friction of motor and knob", default=REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
+        "viscous friction of motor and knob", default=constants.REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD,
     ),
     number("motor_time_constant_s", "s", 0.0, 1.0, "from command to torque", default=MOTOR_LAG_S),
     number(
         "brake_inertia_kg_m2", "kg m^2", 0.0, 1.0,
         "of pulleys and brake; 0: not counted. This and the next two are the law calibrated's",
-        default=REFERENCE_BRAKE_INERTIA_KG_M2,
+        default=constants.REFERENCE_BRAKE_INERTIA_KG_M2,
     ),
     torque(
         "brake_hysteresis_nm", "half the width of the loop of the brake's torque over its command",
