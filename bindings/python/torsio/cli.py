@@ -164,7 +164,7 @@ def _print_report(report: doctor.Report) -> None:
 def calibrate_command(
     device: Device = "",
     quick: Annotated[
-        bool, typer.Option("--quick", help="Ten seconds: has anything drifted since it was kept?")
+        bool, typer.Option("--quick", help="13 seconds: has anything drifted since it was kept?")
     ] = False,
     keep: Annotated[
         bool, typer.Option("--save", help="Keep what is found, without asking.")

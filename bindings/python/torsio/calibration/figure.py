@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from torsio.calibration.procedure import Calibration
+from torsio.calibration.proposal import Calibration
 from torsio.drawing import BLUE, ORANGE, TEXT, drawn
 from torsio.whole_file import beside
 

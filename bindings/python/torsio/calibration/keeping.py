@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from torsio.calibration.procedure import Calibration
+from torsio.calibration.proposal import Calibration
 from torsio.errors import Error
 from torsio.whole_file import beside
 

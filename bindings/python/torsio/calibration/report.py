@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict
 
 from torsio import perception
-from torsio.calibration.procedure import Calibration
+from torsio.calibration.proposal import Calibration
 from torsio.knob import Knob
 
 __all__ = ["change", "felt", "lines", "number", "proposals"]

@@ -1,0 +1,68 @@
+"""What the steps found, one by one and put together as quantities."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from torsio.calibration.brake import Brake
+from torsio.calibration.free import Free
+from torsio.calibration.left_out import honest
+from torsio.calibration.quantity import Quantity
+from torsio.calibration.shaft import Shaft
+
+__all__ = ["Parts", "quantities_of"]
+
+# Of all viscous friction the brake's side has from nothing up to so much, each as likely. Knob and
+# brake turn alike in all that is played, so nothing tells them apart.
+_BRAKE_VISCOUS = 0.25
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the steps found, one by one."""
+
+    free: Free
+    shaft: Shaft
+    brake: Brake | None
+
+
+def _knob_viscous(viscous: Quantity) -> Quantity:
+    """Give the viscous friction of the knob's side, of that of all that turns."""
+    share = 1.0 - 0.5 * _BRAKE_VISCOUS
+    return Quantity(
+        "knob_viscous_nm_s_per_rad",
+        share * viscous.value,
+        math.hypot(
+            share * viscous.standard_uncertainty, _BRAKE_VISCOUS / math.sqrt(12.0) * viscous.value
+        ),
+        f"of the knob's side, if the brake's has {100 * _BRAKE_VISCOUS:.0f} % of it at most",
+    )
+
+
+def quantities_of(parts: Parts) -> dict[str, Quantity]:
+    """Give all quantities by name, with uncertainties that know what the models leave out."""
+    free, shaft, brake = parts.free, parts.shaft, parts.brake
+    inertia, knob_coulomb = honest(free.inertia), honest(shaft.knob_coulomb)
+    found = [
+        *(inertia, free.coulomb, free.viscous, free.offset),
+        _knob_viscous(honest(free.viscous)),
+        *(shaft.stiffness, shaft.backlash, knob_coulomb),
+        *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
+    ]
+    if shaft.knob_inertia is not None:
+        knob_inertia = honest(shaft.knob_inertia)
+        found += [
+            knob_inertia,
+            inertia.less("brake_inertia_kg_m2", knob_inertia, "of pulleys and brake"),
+        ]
+    if brake is not None:
+        held_off = honest(free.coulomb).less("", knob_coulomb, "")
+        found.append(
+            held_off.less(
+                "brake_drag_nm", brake.left, "what the brake holds with no current, its loop aside"
+            )
+        )
+        found += [free.amplitude, brake.gain, brake.hysteresis, brake.rise, brake.release]
+    done = {inertia.name, knob_coulomb.name, "knob_inertia_kg_m2"}
+    return {of.name: of if of.name in done else honest(of) for of in found}
