@@ -26,6 +26,12 @@ HYSTERESIS_SHARE = 0.1
 ASSIST_NM = 5.8e-3
 TURN_RAD_S = 1.0
 DRAG_SHARES, LAGS_S = (0.5, 1.5), (30e-3, 120e-3)
+# What a device that calibrates itself takes these for before, of what they are.
+BELIEVED = 1.3
+BELIEVED_WRONG = (
+    *("knob_inertia_kg_m2", "knob_coulomb_nm", "knob_viscous_nm_s_per_rad", "brake_drag_nm"),
+    *("spring_stiffness_nm_per_rad", "brake_time_constant_s"),
+)
 
 
 @dataclass(frozen=True)
@@ -77,10 +83,14 @@ def _push(variant: Variant, wall: float, plant: PlantParams) -> runs.Push:
 
 @cache
 def _found(plant: PlantParams) -> calibration.Calibration:
-    """Have a device that knows of its plant but counts and limits calibrate itself."""
-    believed = PlantParams(counts_per_rev=plant.counts_per_rev, electrics=Electrics())
+    """Have a device calibrate itself that takes its parts for others than they are."""
+    known = PlantParams(counts_per_rev=plant.counts_per_rev, electrics=Electrics())
+    actuator = known.matching_config()
+    wrong = {name: BELIEVED * getattr(actuator, name) for name in BELIEVED_WRONG}
     options = torsio.EmulatorOptions(
-        plant=plant, control_rate_hz=RATE_HZ, actuator=believed.matching_config()
+        plant=plant,
+        control_rate_hz=RATE_HZ,
+        actuator=replace(actuator, brake_inertia_kg_m2=0.0, **wrong),
     )
     with torsio.open("emulated", emulator=options) as knob:
         return calibration.calibrate(knob)
