@@ -285,7 +285,10 @@ Order Device::reconfigure(std::uint32_t counts_per_rev) {
   detent_params_ = dial::make_detent_params(config_, board_.control_period_ns, personality_);
   game_.configure(config_);
   dial_.configure(config_);
-  if (power_ != nullptr) power_->set_brake_lag(config_.actuator.brake_time_constant_s);
+  // A lag of 0 takes the brake out of the sensor's model, which a calibration does to see its own
+  // commands; the coil goes on as it was told before.
+  const float lag_s = config_.actuator.brake_time_constant_s;
+  if (power_ != nullptr && lag_s > 0.0F) power_->set_brake_lag(lag_s);
   if (clears_scene) scene_.clear();
   Order order = order_of(Order::Kind::configure);
   order.config = &loop_config_;

@@ -94,6 +94,10 @@ TEST_CASE("a device tells its power stage the lag that it is configured with, wi
   actuator.brake_time_constant_s = 20e-3F;
   REQUIRE(rig.set(actuator).ok());
   falls_in(20e-3);
+  // None is for the sensor alone.
+  actuator.brake_time_constant_s = 0.0F;
+  REQUIRE(rig.set(actuator).ok());
+  falls_in(20e-3);
   REQUIRE(rig.command(Op::load_defaults) == Status::ok);
   falls_in(60e-3);
 }
