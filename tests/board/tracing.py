@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tests.board.pico import TREE, EmulatedPico
+from tests.python import wire
 
 RETRACE = TREE / "build/mcu/host/retrace"
 REPORT_BYTES, INPUTS_BYTES, OUTPUTS_BYTES = 64, 16, 9  # the outputs' padding is left out
@@ -62,15 +63,17 @@ def _places(elf: str) -> list[dict[str, Any]]:
         assert not re.search(jumped, listing, re.MULTILINE), f"{symbol} ends elsewhere"
         return [int(address, 16) for address in found]
 
-    def last(symbol: str) -> int:
-        """Return the address of the only instruction that leaves a function."""
+    def last_stores(symbol: str, count: int) -> list[int]:
+        """Return the addresses of a function's last stores; a tick may come behind each."""
         body = listing.split(f" <{symbol}>:\n")[1].split("\n\n")[0]
-        (address,) = re.findall(r"^\s*([0-9a-f]+):\s+(?:pop\s.*\bpc\b|bx\s+lr)", body, re.MULTILINE)
-        return int(address, 16)
+        found = re.findall(r"^\s*([0-9a-f]+):\s+(?:str|stl)\s", body, re.MULTILINE)
+        return [int(address, 16) for address in found[-count:]]
 
     def place(name: str, at: int, pointer: tuple[str, int] | None = None, size: int = 0) -> Any:
         return {"name": name, "at": at, "pointer": pointer, "size": size}
 
+    # An order is in its ring, and then the tick is told to look.
+    stored, given = last_stores(_GIVE, 2)
     return [
         place("tick", begin(_TICK), ("tick", 2), INPUTS_BYTES),
         *(place("ticked", at, ("tick", 0), OUTPUTS_BYTES) for at in ends(_TICK)),
@@ -78,7 +81,8 @@ def _places(elf: str) -> list[dict[str, Any]]:
         place("feature", begin(_FEATURE), ("feature", 1), REPORT_BYTES),
         place("connected", begin(_CONNECTED)),
         place("service", begin(_SERVICE)),
-        place("given", last(_GIVE)),
+        place("stored", stored),
+        place("given", given),
         place("next", begin(_NEXT)),
         *(place("nexted", at, ("next", 1), REPORT_BYTES) for at in ends(_NEXT)),
     ]
@@ -97,14 +101,16 @@ def traced(board: EmulatedPico) -> Iterator[Trace]:
 def _read(passed: list[Any], trace: Trace) -> None:
     """Put calls of the main loop, which ticks interrupt, to where they took effect.
 
-    What a host does takes effect where an order is given, in a single store; a service without an
-    order where it looked for one.
+    What a host does takes effect where an order is given; a service without an order where it
+    looked for one. A tick may come when an order is in its ring and the tick is not yet told to
+    look: whether it looked all the same, as it does while something fades, its answer says.
     """
-    given = looked = 0
-    for name, *registers, memory in passed:
+    given = looked = stored = ticks = 0
+    for index, (name, *registers, memory) in enumerate(passed):
         match name:
             case "tick":
                 trace.lines.append(f"tick {memory}")
+                ticks += 1
             case "ticked":
                 trace.outputs.append(memory)
             case "receive":
@@ -117,14 +123,25 @@ def _read(passed: list[Any], trace: Trace) -> None:
                 given, looked = 0, len(trace.lines)
                 trace.lines.append("service")
             case "given":
+                early = stored < len(trace.lines) and _answered_at(passed[index:]) == ticks - 1
+                trace.lines.insert(stored if early else len(trace.lines), "service")
                 if given == 0:
                     del trace.lines[looked]
-                trace.lines.append("service")
                 given += 1
+            case "stored":
+                stored = len(trace.lines)
             case "nexted":
                 trace.lines.append("next")
                 if registers[0] & 0xFF:
                     trace.reports.append(memory)
+
+
+def _answered_at(passed: list[Any]) -> int | None:
+    """Return the tick that the next acknowledgement names."""
+    for name, *registers, memory in passed:
+        if name == "nexted" and registers[0] & 0xFF and memory.startswith("41"):
+            return int(wire.decode(bytes.fromhex(memory))[1]["tick"])
+    return None
 
 
 def again(board: EmulatedPico, trace: Trace) -> Trace:
