@@ -1,22 +1,30 @@
-"""Compiles the device's code, emulated device, C++ library and C interface for macOS.
+"""Compiles the device's code, emulated device, C++ library, its C interface and Python's for macOS.
 
 ``python -m tools.macos [ARCHITECTURE]...`` makes static libraries with Zig's compiler, by default
-for both kinds of processor. What links to Apple's IOKit, hidapi and so every program, is left out,
-and nothing was ever run on a Mac.
+for both kinds of processor, and the objects of both interfaces. What links to Apple's IOKit, hidapi
+and so every program, is left out, and nothing was ever run on a Mac.
 """
 
 from __future__ import annotations
 
+import platform
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
+import pybind11
+
+from tools import wheel_pythons, wheels
 from tools.wheel_commands import TREE, Failed, run, say
 from tools.wheel_compilers import compilers
 
 BUILD = TREE / "build/macos"
 ARCHITECTURES = ("arm64", "x86_64")
 LIBRARIES = ("core", "device", "emulator", "conversion", "sdk")
+# What an interface is made of, to be linked to hidapi.
+OBJECTS = (
+    "sdk/c/CMakeFiles/torsio_c.dir/Unity/unity_0_cxx.cxx.o",
+    *(f"bindings/CMakeFiles/_torsio.dir/Unity/unity_{part}_cxx.cxx.o" for part in (0, 1)),
+)
 # Its declarations are all that the library is compiled with, and those are this system's.
 HIDAPI_HEADERS = "/usr/include/hidapi"
 HIDAPI = """\
@@ -28,11 +36,15 @@ target_include_directories(hidapi::darwin INTERFACE "{}")
 def build(architecture: str) -> None:
     """Compile for one kind of processor."""
     kind = f"macos_{architecture}"
-    tools = compilers(BUILD / f"tools-{architecture}", kind, Path(sys.executable))
+    own = wheels.own_python()
+    tools = compilers(BUILD / f"tools-{architecture}", kind, own)
     folder = BUILD / architecture
     declared = BUILD / "hidapi"
     declared.mkdir(parents=True, exist_ok=True)
     (declared / "hidapi-config.cmake").write_text(HIDAPI.format(HIDAPI_HEADERS), encoding="utf-8")
+    # The newest, of which there are headers for both kinds; CMake asks its like of this machine.
+    version = list(wheel_pythons.MAVEN)[-1]
+    here = wheel_pythons.get(version, platform.machine(), own)
     settings = {
         **tools.settings,
         "CMAKE_BUILD_TYPE": "Release",
@@ -40,6 +52,11 @@ def build(architecture: str) -> None:
         # Whether it compiles is the question, not how fast it runs.
         "CMAKE_CXX_FLAGS_RELEASE": "-O0 -DNDEBUG",
         "CMAKE_OSX_SYSROOT": "/",
+        "Python_EXECUTABLE": str(here.program),
+        "Python_INCLUDE_DIR": str(wheel_pythons.headers(version, kind, own)),
+        "PYTHON_MODULE_EXTENSION": ".so",
+        "pybind11_DIR": pybind11.get_cmake_dir(),
+        "TORSIO_BUILD_BINDINGS": "ON",
         "TORSIO_BUILD_EXAMPLES": "OFF",
         "TORSIO_BUILD_TESTS": "OFF",
         "TORSIO_INSTALL": "OFF",
@@ -48,10 +65,9 @@ def build(architecture: str) -> None:
     defines = [f"-D{name}={value}" for name, value in settings.items()]
     run(f"macos-{architecture}", "cmake", "-S", TREE, "-B", folder, "-G", "Ninja", *defines,
         **tools.variables)  # fmt: skip
-    interface = "sdk/c/CMakeFiles/torsio_c.dir/Unity/unity_0_cxx.cxx.o"
-    targets = [*(f"torsio_{name}" for name in LIBRARIES), interface]
+    targets = [*(f"torsio_{name}" for name in LIBRARIES), *OBJECTS]
     run(f"macos-{architecture}", "cmake", "--build", folder, "--target", *targets)
-    say(f"{', '.join(LIBRARIES)} and the C interface compile for macOS on {architecture}")
+    say(f"all libraries, torsio.h and the Python module compile for macOS on {architecture}")
 
 
 def main(arguments: Sequence[str]) -> int:

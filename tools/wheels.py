@@ -46,6 +46,11 @@ def module_suffix(version: str, architecture: str) -> str:
     return f".cpython-{numbers}-{architecture}-linux-gnu.so"
 
 
+def own_python() -> Path:
+    """Return the Python of an environment with what makes and repairs wheels."""
+    return environment(BUILD / "tools", Path(sys.executable), *TOOLS)
+
+
 def build(version: str, tools: Compilers, tinyusb: str, own: Path) -> Path:
     """Build one wheel, as it comes from the compiler."""
     name = f"{tools.architecture}-{version}"
@@ -169,7 +174,7 @@ def main(arguments: Sequence[str]) -> int:
         # So that a commit meanwhile does not make half of them of another day.
         os.environ["SOURCE_DATE_EPOCH"] = sdist.epoch()
         get_source()
-        own = environment(BUILD / "tools", Path(sys.executable), *TOOLS)
+        own = own_python()
         versions = options.python or [*wheel_pythons.MAVEN]
         for architecture in options.arch or ARCHITECTURES:
             made = build_all(architecture, versions, options.tinyusb, own)

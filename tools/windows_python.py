@@ -10,12 +10,11 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from tools import wheel_pythons, wheels
-from tools.wheel_commands import BUILD, TREE, environment, pip, run, say
+from tools.wheel_commands import TREE, pip, run, say
 from tools.wheel_pythons import MachinePython
 from tools.wheel_trials import wine_path
 
@@ -54,7 +53,7 @@ def install(wheel: Path, own: Path, python: MachinePython) -> None:
 def test(arguments: Sequence[str]) -> int:
     """Build the wheel, install it and run its tests; return pytest's status."""
     wheels.get_source()
-    own = environment(BUILD / "tools", Path(sys.executable), *wheels.TOOLS)
+    own = wheels.own_python()
     (wheel,) = wheels.build_all("win_amd64", [VERSION], "", own)
     python = wheel_pythons.get(VERSION, "win_amd64", own)
     install(wheel, own, python)
