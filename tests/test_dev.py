@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import shutil
 import subprocess
 import sys
 from concurrent.futures import Future
@@ -60,10 +61,38 @@ def test_platform_table_names_a_command_for_all_that_is_not_tested_at_every_chan
     assert [len(row) for row in rows] == [
         len(rows[0]) + (number > 0) for number in range(len(rows))
     ]
-    where = ("every change", "./dev ", "by hand", "docs/usb.md#windows-and-macos")
+    slow = (TREE / ".ci/slow").read_text(encoding="utf-8").splitlines()
     for name, *cells in rows[1:]:
         for cell in cells:
-            assert cell == "-" or any(words in cell for words in where), name
+            commands = re.findall(r"`\./dev ([^`]*)`", cell)
+            assert cell == "-" or "every change" in cell or commands, name
+            assert set(commands) <= set(slow), name
+
+
+def test_platform_table_says_where_a_windows_program_meets_a_knob() -> None:
+    text = (TREE / "README.md").read_text(encoding="utf-8")
+    (row,) = re.findall(r"^\| C\+\+ library, knob plugged in \|.*$", text, re.MULTILINE)
+    assert (TREE / "tests/vm/guest/test_windows_library.py").exists()
+    assert "`./dev test games`" in row.split(" | ")[3]
+
+
+def test_slow_script_runs_all_and_names_what_failed(tmp_path: Path) -> None:
+    (tmp_path / ".ci").mkdir()
+    shutil.copy(TREE / ".ci/slow", tmp_path / ".ci")
+    stand_in = tmp_path / "dev"
+    stand_in.write_text('#!/bin/sh\ncat\necho "ran $*"\n[ "$*" != macos ] && [ "$1" != ros ]\n')
+    stand_in.chmod(0o755)
+    result = subprocess.run(
+        [tmp_path / ".ci/slow"], capture_output=True, text=True, check=False, cwd="/"
+    )
+    assert result.returncode == 1
+    *told, first, second = result.stdout.splitlines()
+    assert [first, second] == ["failed: ./dev macos", "failed: ./dev ros"]
+    ran = {line.removeprefix("ran ") for line in told if line.startswith("ran ")}
+    assert "windows python" in ran
+    assert len(ran) == len(told) / 2
+    # Each is a command that there is.
+    assert _named("\n".join(f"./dev {command}" for command in ran)) == set()
 
 
 def test_commands_need_nothing_but_the_standard_library() -> None:
