@@ -15,8 +15,8 @@ namespace torsio::emulator {
 /// What acts on a loop from outside until the next step.
 struct BatchAction {
   double hand_torque_nm = 0.0;    ///< of the hand on the knob; within 100 N m
-  double motor_command_nm = 0.0;  ///< in place of the law's
-  double brake_command_nm = 0.0;  ///< in place of the law's, >= 0
+  double motor_command_nm = 0.0;  ///< in place of the law's; within 100 N m
+  double brake_command_nm = 0.0;  ///< in place of the law's; 0 to 100
 };
 
 struct BatchOptions {

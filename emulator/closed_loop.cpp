@@ -6,6 +6,7 @@
 #include <string>
 
 #include "emulator/plant/require.hpp"
+#include "protocol/effects.hpp"
 
 namespace torsio::emulator {
 namespace {
@@ -79,6 +80,16 @@ void ClosedLoop::spin_up(const SpinUp& spin_up) {
   const std::int32_t delta = static_cast<std::int32_t>(moved) >> params.counter_shift;
   motion.last_count -= shift;
   motion.position_counts = params.reversed ? delta : -delta;
+}
+
+void ClosedLoop::hold_command(const Command& command) {
+  // Neither is true of NaN.
+  require(std::abs(command.motor_command_nm) <= protocol::max_torque_nm,
+          "motor_command_nm must be within -100 and 100, is " +
+              std::to_string(command.motor_command_nm));
+  require(command.brake_command_nm >= 0.0 && command.brake_command_nm <= protocol::max_torque_nm,
+          "brake_command_nm must be 0 to 100, is " + std::to_string(command.brake_command_nm));
+  held_ = command;
 }
 
 void ClosedLoop::sense(LoopRow* row) {

@@ -43,7 +43,9 @@ class ClosedLoop {
 
   /// From now on the actuators get this instead of what the law decides. The controller knows of it
   /// and goes on sensing, without a scene.
-  void hold_command(const Command& command) { held_ = command; }
+  /// @throws std::invalid_argument unless the motor's torque is within 100 N m and the brake's 0 to
+  ///         100
+  void hold_command(const Command& command);
   /// Ends hold_command().
   void release_command() { held_.reset(); }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 
 #include "torsio/error.hpp"
@@ -60,9 +61,16 @@ class Attributes {
     const pybind11::object value = get(name);
     const auto whole = pybind11::reinterpret_steal<pybind11::object>(PyNumber_Index(value.ptr()));
     if (!whole) refuse_type(name, "a whole number", value);
-    int overflow = 0;
-    const long long wide = PyLong_AsLongLongAndOverflow(whole.ptr(), &overflow);
-    if (overflow != 0 || !std::in_range<T>(wide)) {
+    using Widest = std::conditional_t<std::is_signed_v<T>, long long, unsigned long long>;
+    Widest wide{};
+    if constexpr (std::is_signed_v<T>) {
+      wide = PyLong_AsLongLong(whole.ptr());
+    } else {
+      wide = PyLong_AsUnsignedLongLong(whole.ptr());
+    }
+    const bool fits = PyErr_Occurred() == nullptr;
+    PyErr_Clear();
+    if (!fits || !std::in_range<T>(wide)) {
       refuse(name, "must be from " + std::to_string(std::numeric_limits<T>::min()) + " to " +
                        std::to_string(std::numeric_limits<T>::max()) + ", is " + shown(value));
     }

@@ -232,6 +232,8 @@ def test_a_step_within_a_step_is_told() -> None:
         (2, None, {"actions": "hand"}, "so the hand must be a TorqueHand"),
         (2, None, {"seeds": [1]}, "seeds must be a whole number, or 2 of them"),
         (2, None, {"seeds": -1}, "seeds is -1, allowed are 0"),
+        (2, None, {"seeds": [0, 2**64]}, "seeds is 18446744073709551616, allowed are 0"),
+        (2, None, {"seeds": [0.0, 1.0]}, "seeds must be a whole number, or 2 of them"),
         (2, None, {"threads": 0}, "threads is 0, allowed are 1"),
         (1, LoopOptions(spin_up=SpinUp(motor_command_nm=0.08, speed_rad_s=5.0)), {}, "no spin-up"),
         (1, LoopOptions(delay_ticks=1001), {}, "delay_ticks must be at most 1000"),
@@ -248,3 +250,57 @@ def test_what_is_wrong_is_told_in_a_sentence(
 def test_reset_refuses_what_are_no_knobs(which: Any) -> None:
     with pytest.raises(torsio.InvalidArgument, match="which"):
         Knobs(3).reset(which)
+
+
+def test_options_that_are_none_are_told() -> None:
+    with pytest.raises(TypeError, match="options must be LoopOptions, or one for each knob, is 5"):
+        Knobs(2, 5)  # type: ignore[arg-type]
+
+
+def test_no_knob_at_all_can_be_reset() -> None:
+    knobs = Knobs(3)
+    knobs.step(10)
+    before = bits(knobs.states)
+    knobs.reset([])
+    knobs.reset([], seeds=[])
+    assert bits(knobs.states) == before
+
+
+def test_seeds_may_be_as_large_as_they_get() -> None:
+    noisy = LoopOptions(plant=torsio.PlantParams(encoder_noise_counts=0.7))
+    knobs = Knobs(2, noisy, seeds=[2**64 - 1, 1])
+    knobs.step(TICKS)
+    assert bits(knobs.states[0]) == bits(alone(noisy, 2**64 - 1, TICKS))
+
+
+@pytest.mark.parametrize(
+    ("column", "torque_nm", "message"),
+    [
+        ("motor_command_nm", -100.1, "loop 1: motor_command_nm must be within -100 and 100"),
+        ("motor_command_nm", np.nan, "loop 1: motor_command_nm must be within -100 and 100"),
+        ("brake_command_nm", 1e9, "loop 1: brake_command_nm must be 0 to 100"),
+        ("brake_command_nm", -5.0, "loop 1: brake_command_nm must be 0 to 100"),
+        ("brake_command_nm", np.nan, "loop 1: brake_command_nm must be 0 to 100"),
+    ],
+)
+def test_command_that_no_actuator_takes_is_told(
+    column: str, torque_nm: float, message: str
+) -> None:
+    knobs = Knobs(3, actions="commands")
+    knobs.actions[column][1] = torque_nm
+    with pytest.raises(ValueError, match=message):
+        knobs.step()
+    knobs.actions[column][1] = 0.0
+    knobs.step()
+
+
+def test_interrupt_is_heard_within_a_step_of_knobs_that_take_long() -> None:
+    driven = torsio.PlantParams(electrics=torsio.Electrics())
+    knobs = Knobs(4, LoopOptions(plant=driven, control_period_ns=50_000), threads=1)
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        knobs.step(2**40)
+    timer.join()
+    # Parts as long as those of knobs without electrics would have taken to 125 s.
+    assert 0.0 < knobs.states["time_s"][0] < 60.0

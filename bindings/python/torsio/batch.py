@@ -20,6 +20,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from time import monotonic
 from typing import Final, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -40,7 +41,8 @@ ACTION_DTYPE = _torsio.emulator.ACTION_DTYPE
 """
 
 _MOST: Final = 10_000_000
-_LONGEST_TICKS: Final = 10_000_000
+_FIRST_TICKS: Final = 100_000
+_LONGEST_S: Final = 0.25  # that a part of a step is meant to take, so that Ctrl-C is heard
 
 
 class Knobs:
@@ -83,11 +85,10 @@ class Knobs:
         if actions not in get_args(Actions):
             allowed = ", ".join(map(repr, get_args(Actions)))
             raise InvalidArgument(f"actions is {checks.show(actions)}, allowed are {allowed}")
-        each = [options] if isinstance(options, LoopOptions) else options
-        each = [LoopOptions()] if each is None else list(each)
         if isinstance(options, LoopOptions) or options is None:
-            kinds, kind_of = each, np.zeros(n, dtype=np.uint32)
+            kinds, kind_of = [options or LoopOptions()], np.zeros(n, dtype=np.uint32)
         else:
+            each = list(checks.each("options", options, "LoopOptions, or one for each knob"))
             if len(each) != n:
                 raise InvalidArgument(f"options are {len(each)}, and n is {n}: one for each knob")
             found: dict[int, int] = {}
@@ -142,11 +143,15 @@ class Knobs:
             If they are in the middle of a step.
         """
         left = checks.whole("ticks", ticks, 1, 2**40)
-        at_once = max(1, _LONGEST_TICKS // len(self))
+        at_once = max(1, _FIRST_TICKS // len(self))
         with self._alone():
-            while left > 0:  # so that Ctrl-C is heard in between
+            while left > 0:
+                begin_s = monotonic()
                 self._batch.step(min(left, at_once))
                 left -= at_once
+                # Loops differ a hundredfold in what a tick costs.
+                took_s = monotonic() - begin_s
+                at_once = max(1, int(at_once * min(8.0, _LONGEST_S / max(took_s, 1e-9))))
 
     def reset(
         self, which: npt.ArrayLike | None = None, *, seeds: int | npt.ArrayLike | None = None
@@ -164,7 +169,9 @@ class Knobs:
             if chosen.shape != (n,):
                 raise InvalidArgument(f"which is a mask of shape {chosen.shape}, wanted is ({n},)")
             chosen = np.flatnonzero(chosen)
-        if chosen.ndim != 1 or not (chosen.size == 0 or np.issubdtype(chosen.dtype, np.integer)):
+        if chosen.shape == (0,):  # an empty list is one of floats
+            chosen = chosen.astype(int)
+        if chosen.ndim != 1 or not np.issubdtype(chosen.dtype, np.integer):
             raise InvalidArgument("which must be a mask or indices, in one dimension")
         if chosen.size and not (chosen.min() >= 0 and chosen.max() < n):
             raise InvalidArgument(
@@ -194,9 +201,9 @@ def _seeds(seeds: int | npt.ArrayLike, n: int) -> npt.NDArray[np.uint64]:
         first = checks.whole("seeds", seeds, 0, 2**64 - 1)
         # They count on from 0 after the last one.
         return np.uint64(first) + np.arange(n, dtype=np.uint64)
-    given = np.asarray(seeds)
-    if given.shape != (n,) or not np.issubdtype(given.dtype, np.integer):
+    # As Python's own: one array of large and small numbers would be of floats.
+    given = np.array(seeds, dtype=object)
+    if given.shape != (n,) or not all(isinstance(one, int | np.integer) for one in given):
         raise InvalidArgument(f"seeds must be a whole number, or {n} of them in one dimension")
-    if given.size and int(given.min()) < 0:
-        raise InvalidArgument(f"seeds has {given.min()}, allowed are 0 to {2**64 - 1}")
-    return given.astype(np.uint64)
+    each = (checks.whole("seeds", one, 0, 2**64 - 1) for one in given)
+    return np.fromiter(each, dtype=np.uint64, count=n)
