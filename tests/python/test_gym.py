@@ -158,11 +158,25 @@ def test_shaft_is_identified_by_how_far_it_gives() -> None:
         ({"plant": {"mass": (1.0, 2.0)}}, "no number of PlantParams is called 'mass'; there are"),
         ({"plant": {"knob_coulomb_nm": (2.0, 1.0)}}, "is from 2 to 1, upside down"),
         ({"kinds": 0}, "kinds is 0, allowed are 1"),
+        ({"plant": {"knob_coulomb_nm": (0.0, 1.0, 2.0)}}, "must be a range .*, has 3 numbers"),
+        ({"stiffness_nm_per_rad": (3.0, 1.0)}, "is from 3 to 1, upside down"),
+        ({"stiffness_nm_per_rad": (0.0, 1.0)}, "stiffness_nm_per_rad must be finite and > 0"),
+        ({"stiffness_nm_per_rad": (1.0, np.nan)}, "stiffness_nm_per_rad must be finite, is nan"),
     ],
 )
 def test_bad_ranges_are_told(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(torsio.InvalidArgument, match=message):
         RenderWall(**arguments)
+
+
+def test_what_a_task_draws_by_itself_cannot_be_given() -> None:
+    with pytest.raises(torsio.InvalidArgument, match="is what this task draws by itself"):
+        IdentifyShaft(plant={"shaft_stiffness_nm_per_rad": (5.0, 5.0)})
+
+
+def test_no_knobs_earn_nothing_and_are_refused() -> None:
+    with pytest.raises(torsio.InvalidArgument, match="n is 0, allowed are 1 to"):
+        RenderWall().law(0, np.random.default_rng(1))
 
 
 def test_without_gymnasium_the_line_says_how_to_install_it() -> None:
@@ -186,3 +200,52 @@ def test_reset_refuses_what_it_cannot_do(arguments: dict[str, Any], words: str) 
         env.reset(**arguments)
     again, _ = env.reset(seed=7)
     assert again.tobytes() == first.tobytes()
+
+
+def test_environments_may_be_given_the_same_task() -> None:
+    task = RenderWall()
+    actions = np.full((4, 2), 0.1, dtype=np.float32)
+
+    def earned(env: KnobVectorEnv, *, disturb: bool) -> float:
+        env.reset(seed=1)
+        if disturb:
+            KnobVectorEnv(task, 4).reset(seed=2)
+        return sum(float(env.step(actions)[1].sum()) for _ in range(50))
+
+    first = KnobVectorEnv(task, 4)
+    assert earned(first, disturb=True) == earned(first, disturb=False)
+
+
+@pytest.mark.parametrize(
+    ("actions", "words"),
+    [
+        (np.zeros((4, 3)), r"shape \(4, 3\), wanted is \(4, 2\)"),
+        (np.zeros((1, 2)), r"shape \(1, 2\), wanted is \(4, 2\)"),
+        (np.zeros(2), r"shape \(2,\), wanted is \(4, 2\): a row .* of motor, brake"),
+        (np.full((4, 2), np.nan), "there is a NaN"),
+        ("push", "must be an array of numbers"),
+    ],
+)
+def test_actions_of_another_shape_are_told_and_change_nothing(actions: Any, words: str) -> None:
+    env, twin = KnobVectorEnv(RenderWall(), 4), KnobVectorEnv(RenderWall(), 4)
+    env.reset(seed=1)
+    twin.reset(seed=1)
+    with pytest.raises(torsio.InvalidArgument, match=words):
+        env.step(actions)
+    good = np.full((4, 2), 0.3, dtype=np.float32)
+    assert env.step(good)[0].tobytes() == twin.step(good)[0].tobytes()
+
+
+def test_closed_environment_says_so() -> None:
+    env = KnobVectorEnv(RenderWall(), 4)
+    env.reset(seed=1)
+    env.close()
+    env.close()
+    for use in (env.reset, lambda: env.step(np.zeros((4, 2), np.float32))):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="was closed"):
+            use()
+
+
+def test_environment_takes_nothing_but_a_task() -> None:
+    with pytest.raises(TypeError, match="task must be a Task"):
+        KnobVectorEnv(RenderWall, 4)  # type: ignore[arg-type]

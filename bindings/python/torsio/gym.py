@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, ClassVar
 
 try:
@@ -59,7 +60,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
     Parameters
     ----------
     task
-        Belongs to this environment from now on.
+        The environment has a copy of its own, which draws its knobs.
     threads
         As in `torsio.batch.Knobs`.
     redraw
@@ -76,7 +77,9 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         self, task: Task, num_envs: int, *, threads: int | None = None, redraw: bool = False
     ) -> None:
         """Draw the knobs when `reset` is called."""
-        self.task = task
+        checks.kind("task", task, Task, "a Task")
+        # The task keeps what is hidden in the knobs that it drew, which are this environment's.
+        self.task = copy(task)
         self.num_envs = checks.whole("num_envs", num_envs, 1, 10_000_000)
         self.single_observation_space, self.single_action_space = _spaces(task)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -117,6 +120,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
                 f"unknown option {', '.join(map(str, options))}: an environment begins anew by "
                 "itself after its episode, and reset() begins all of them"
             )
+        self._require_open()
         super().reset(seed=seed, options=options)
         return self._begin(), {}
 
@@ -129,7 +133,14 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         npt.NDArray[np.bool_],
         dict[str, Any],
     ]:
-        """Let a step of the task pass; actions beyond -1 to 1 are clipped."""
+        """Let a step of the task pass; actions beyond -1 to 1 are clipped.
+
+        Raises
+        ------
+        InvalidArgument
+            If there is not one row of actions for each environment, or one is no number.
+        """
+        self._require_open()
         if self._knobs is None:
             raise gymnasium.error.ResetNeeded("call reset() before step()")
         no = np.zeros(self.num_envs, dtype=bool)
@@ -141,13 +152,37 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
                 self._knobs.reset(seeds=int(self.np_random.integers(2**63)))
                 seen = _seen(self.task, self._knobs)
             return seen, np.zeros(self.num_envs), no, no, {}
-        clipped = np.clip(np.asarray(actions, dtype=float), -1.0, 1.0)
+        clipped = self._clipped(actions)
         self.task.act(clipped, self._knobs)
         self._knobs.step(self.task.ticks_per_step)
         self._step += 1
         reward = self.task.reward(self._knobs.states, clipped)
         ended = np.full(self.num_envs, self._step == self.task.steps)
         return _seen(self.task, self._knobs), reward, no, ended, {}
+
+    def close_extras(self, **_: Any) -> None:
+        """Give the knobs' memory back."""
+        self._knobs = None
+
+    def _require_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError(
+                "this environment was closed; make another"
+            )
+
+    def _clipped(self, actions: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        try:
+            given = np.asarray(actions, dtype=float)
+        except (TypeError, ValueError):
+            raise InvalidArgument("actions must be an array of numbers") from None
+        if given.shape != self.action_space.shape:
+            raise InvalidArgument(
+                f"actions have the shape {given.shape}, wanted is {self.action_space.shape}: a row "
+                f"for each environment, of {', '.join(self.task.action_names)}"
+            )
+        if np.isnan(given).any():
+            raise InvalidArgument("actions are not all numbers: there is a NaN")
+        return np.clip(given, -1.0, 1.0)
 
     def _begin(self) -> Observations:
         self._knobs = self.task.knobs(self.num_envs, self.np_random, threads=self._threads)
@@ -177,3 +212,7 @@ class KnobEnv(gymnasium.Env[Observations, Observations]):
         """Let a step of the task pass."""
         seen, reward, _, ended, info = self._many.step(np.asarray(action)[np.newaxis])
         return seen[0], float(reward[0]), False, bool(ended[0]), info
+
+    def close(self) -> None:
+        """Give the knob's memory back."""
+        self._many.close()

@@ -34,6 +34,16 @@ _NUMBERS = tuple(
 )  # what can be drawn
 
 
+def _range(name: str, bounds: Any) -> tuple[float, float]:
+    ends = checks.numbers(name, bounds)
+    if len(ends) != 2:
+        raise InvalidArgument(f"{name} must be a range (lowest, highest), has {len(ends)} numbers")
+    low, high = (checks.finite(name, end) for end in ends)
+    if low > high:
+        raise InvalidArgument(f"{name} is from {low:g} to {high:g}, upside down")
+    return low, high
+
+
 class Task(ABC):
     """A task for a learner.
 
@@ -54,6 +64,8 @@ class Task(ABC):
     """Of 1 ms."""
     steps: ClassVar[int]
     """Of an episode."""
+    drawn: ClassVar[tuple[str, ...]] = ()
+    """Fields of `PlantParams` that the task itself draws."""
 
     def __init__(self, *, plant: Ranges | None = None, kinds: int = 64) -> None:
         """Look at the ranges."""
@@ -64,9 +76,9 @@ class Task(ABC):
                 raise InvalidArgument(
                     f"no number of PlantParams is called {name!r}; there are " + ", ".join(_NUMBERS)
                 )
-            low, high = checks.numbers(f"plant[{name!r}]", bounds)
-            if not low <= high:
-                raise InvalidArgument(f"plant[{name!r}] is from {low:g} to {high:g}, upside down")
+            if name in self.drawn:
+                raise InvalidArgument(f"plant[{name!r}] is what this task draws by itself")
+            self.plant[name] = _range(f"plant[{name!r}]", bounds)
 
     def knobs(
         self,
@@ -83,7 +95,7 @@ class Task(ABC):
         law
             What controls in the place of a learner, who then has no actions.
         """
-        count = min(n, self.kinds)
+        count = min(checks.whole("n", n, 1, 10_000_000), self.kinds)
         drawn = [self._draw_kind(rng) for _ in range(count)]
         self.kind_of = np.arange(n) % count
         self._keep(drawn)
@@ -162,8 +174,8 @@ class RenderWall(Task):
     ) -> None:
         """Look at the ranges."""
         super().__init__(plant=plant, kinds=kinds)
-        low, high = checks.numbers("stiffness_nm_per_rad", stiffness_nm_per_rad)
-        self._stiffness = low, high
+        self._stiffness = _range("stiffness_nm_per_rad", stiffness_nm_per_rad)
+        checks.positive("stiffness_nm_per_rad", self._stiffness[0])
 
     def draw(
         self, loop: LoopOptions, rng: np.random.Generator
@@ -286,6 +298,7 @@ class IdentifyShaft(Task):
     actions = "hand and commands"
     observation_names = ("turned", "speed", "pushed")
     action_names = ("push", "guess")
+    drawn = ("shaft_stiffness_nm_per_rad",)
     ticks_per_step = 5
     steps = 60
 
