@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -69,6 +70,8 @@ def test_assert_felt_looks_at_the_span_alone_and_at_the_share() -> None:
         ({"share": 1.5}, "share is 1.5, allowed is above 0 to 1"),
         ({"from_s": 9.0}, "no row lies in the span; the log has 0 to 0.001 s"),
         ({"expected": [0.0] * 3}, "expected must be one torque or 2, one for each row"),
+        ({"expected": lambda _: None}, "expected is not everywhere a number"),
+        ({"expected": [0.0, np.nan]}, "expected is not everywhere a number"),
     ],
 )
 def test_assert_felt_says_what_is_wrong_with_its_arguments(
@@ -133,6 +136,25 @@ def test_silence_lets_the_device_fail_passive_and_ends() -> None:
         assert knob.last_disarm.reason == "watchdog"
         knob.arm()
         assert knob.state == "armed"
+
+
+def test_what_an_outer_block_does_goes_on_when_an_inner_one_ends() -> None:
+    with open_knob() as knob:
+        faults = testing.Faults(knob)
+        with faults.silence():
+            with faults.silence(), faults.damage(0.0):
+                pass
+            with pytest.raises(torsio.Timeout):
+                knob.arm()
+        with faults.emergency_stop():
+            with faults.emergency_stop():
+                pass
+            knob.sleep(0.1)
+            with pytest.raises(torsio.Refused):
+                knob.clear_fault()
+        knob.sleep(0.1)
+        knob.clear_fault()
+        knob.arm()
 
 
 def test_damage_is_the_same_for_the_same_seed() -> None:
@@ -219,13 +241,35 @@ def test_fixtures_give_a_knob_a_hand_and_faults(pytester: pytest.Pytester) -> No
                 time.sleep(60.0)
                 assert knob.emulator.time_s - before > 59.0
 
+        def test_time_goes_on_without_a_knob(torsio_open, torsio_time, torsio_faults):
+            begin_s = time.monotonic()
+            knob = torsio.open()
+            knob.sleep(1.0)
+            torsio_faults.unplug()
+            with pytest.raises(torsio.Disconnected):
+                knob.sleep(1.0)
+            time.sleep(2.0)
+            knob.close()
+            time.sleep(3.0)
+            assert time.monotonic() - begin_s == pytest.approx(6.0, abs=0.01)
+            with torsio.open() as again:
+                assert again is not knob
+                assert torsio.open() is again
+                time.sleep(4.0)
+                assert again.emulator.time_s >= 4.0
+            assert time.monotonic() - begin_s == pytest.approx(10.0, abs=0.1)
+
+        @pytest.mark.torsio(seed=6)
+        def test_seed_is_the_marks(torsio_knob, torsio_seed):
+            assert torsio_seed == 6
+
         def test_seed_follows_from_the_name(torsio_seed):
             import zlib
             assert torsio_seed == zlib.crc32(
                 b"test_fixtures_give_a_knob_a_hand_and_faults.py::test_seed_follows_from_the_name")
         """
     )
-    pytester.runpytest("-W", "error", "--strict-markers").assert_outcomes(passed=4)
+    pytester.runpytest("-W", "error", "--strict-markers").assert_outcomes(passed=6)
 
 
 def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester) -> None:
@@ -266,6 +310,22 @@ def test_recording_of_a_closed_knob_goes_into_the_cache(pytester: pytest.Pyteste
         assert len(kept["truth"]) > 0
 
 
+def test_every_knob_of_every_test_has_a_recording_of_its_own(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest, torsio
+
+        @pytest.mark.parametrize("name", ["a/b", "a.b", "a_b"])
+        def test_it(torsio_open, name):
+            torsio.open().close()
+            torsio.open()
+            assert False
+        """
+    )
+    pytester.runpytest("--torsio-recordings=kept").assert_outcomes(failed=3)
+    assert len(list((pytester.path / "kept").iterdir())) == 6
+
+
 @pytest.mark.parametrize("seed", ["x", "-1", "1.5", str(2**32)])
 def test_bad_seed_is_refused_before_any_test_runs(pytester: pytest.Pytester, seed: str) -> None:
     result = pytester.runpytest(f"--torsio-seed={seed}")
@@ -292,6 +352,30 @@ def test_plugin_leaves_nothing_behind(tmp_path: Path, pytester: pytest.Pytester)
     pytester.makepyfile("def test_it(torsio_knob): assert torsio_knob.state == 'disarmed'")
     pytester.runpytest("-p", "no:cacheprovider", f"--torsio-recordings={tmp_path}")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_plugin_is_loaded_by_the_pytest_of_debian_12(tmp_path: Path) -> None:
+    """It comes with the package into every run of pytest, also where nobody asks for it."""
+    old = ["pytest==7.2.1", "pluggy==1.0.0"]
+    pull = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", "old"]
+    subprocess.run([*pull, *old], cwd=tmp_path, check=True)
+    (tmp_path / "pytest.ini").touch()
+    (tmp_path / "test_it.py").write_text(
+        "def test_nothing(): pass\ndef test_knob(torsio_knob): assert not torsio_knob.is_open\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-m", "pytest", "--version", "--version"],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": "old"}, capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    assert "pytest version 7.2.1" in result.stdout + result.stderr
+    result = subprocess.run(
+        [sys.executable, "-m", "pytest", "test_it.py"],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": "old"}, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert "1 failed, 1 passed" in result.stdout, result.stdout + result.stderr
+    assert "again with: pytest --torsio-seed=" in result.stdout
 
 
 def test_examples_of_the_page_pass(pytester: pytest.Pytester) -> None:

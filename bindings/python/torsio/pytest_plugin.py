@@ -6,6 +6,7 @@ pytest loads it by the package's entry point. Nothing else imports it: the packa
 from __future__ import annotations
 
 import random
+import time
 import zlib
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
@@ -55,9 +56,25 @@ def pytest_configure(config: pytest.Config) -> None:
         )
 
 
+def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """Give what the test's marks say, the nearest one's last."""
+    options: dict[str, Any] = {}
+    known = {field.name for field in fields(torsio.EmulatorOptions)}
+    for mark in reversed(list(request.node.iter_markers("torsio"))):
+        if mark.args or not known >= mark.kwargs.keys():
+            raise pytest.UsageError(
+                f"{request.node.nodeid}: pytest.mark.torsio takes fields of torsio.EmulatorOptions "
+                f"by name ({', '.join(sorted(known))}), not {mark.args or sorted(mark.kwargs)}"
+            )
+        options |= mark.kwargs
+    return options
+
+
 @pytest.fixture
 def torsio_seed(request: pytest.FixtureRequest) -> int:
     """Give the seed of everything random in the test's knob, printed if the test fails."""
+    if "seed" in (options := _options(request)):
+        return int(options["seed"])
     given = request.config.getoption("--torsio-seed")
     if given == "random":
         return random.SystemRandom().randrange(_HIGHEST_SEED + 1)
@@ -67,20 +84,14 @@ def torsio_seed(request: pytest.FixtureRequest) -> int:
 @pytest.fixture
 def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[torsio.Knob]:
     """Give an open emulated knob in virtual time, with the options of the mark ``torsio``."""
-    options: dict[str, Any] = {"seed": torsio_seed, "log_truth": True}
-    known = {field.name for field in fields(torsio.EmulatorOptions)}
-    for mark in reversed(list(request.node.iter_markers("torsio"))):
-        if mark.args or not known >= mark.kwargs.keys():
-            raise pytest.UsageError(
-                f"{request.node.nodeid}: pytest.mark.torsio takes fields of torsio.EmulatorOptions "
-                f"by name ({', '.join(sorted(known))}), not {mark.args or sorted(mark.kwargs)}"
-            )
-        options |= mark.kwargs
-    opened = torsio.open("emulated", emulator=torsio.EmulatorOptions(**options))
-    knob = _KeptKnob(opened, options["seed"], is_logged=options["log_truth"])
-    request.node.stash[_KNOB] = knob
-    with knob:
-        yield knob
+    options = torsio.EmulatorOptions(
+        **{"log_truth": True, **_options(request), "seed": torsio_seed}
+    )
+    plugs = _PLUGS[request.node.nodeid] = _Plugs(options)
+    try:
+        yield plugs.knob
+    finally:
+        plugs.close()
 
 
 @pytest.fixture
@@ -97,43 +108,52 @@ def torsio_faults(torsio_knob: torsio.Knob) -> testing.Faults:
 
 
 @pytest.fixture
-def torsio_time(torsio_knob: torsio.Knob) -> Iterator[None]:
+def torsio_time(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> Iterator[None]:
     """Let the module `time` follow the test's knob; see `torsio.testing.virtual_time`."""
-    with testing.virtual_time(torsio_knob):
+    plugs = _PLUGS[request.node.nodeid]
+    with testing.virtual_time(lambda: plugs.knob):
         yield
 
 
 @pytest.fixture
 def torsio_open(
-    torsio_knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
+    request: pytest.FixtureRequest, torsio_knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., torsio.Knob]:
-    """Let `torsio.open` give the test's knob, whatever it is asked for."""
+    """Let `torsio.open` give the test's knob, whatever it is asked for.
+
+    Once that was closed or unplugged it gives another with the same options, as if the device had
+    been plugged in again.
+    """
+    plugs = _PLUGS[request.node.nodeid]
 
     def open_(*_: object, **__: object) -> torsio.Knob:
-        return torsio_knob
+        if not plugs.knob.is_open or plugs.knob.state == "disconnected":
+            plugs.plug_in()
+        return plugs.knob
 
     monkeypatch.setattr(torsio, "open", open_)
     return open_
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(
-    item: pytest.Item,
-) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+@pytest.hookimpl(hookwrapper=True)  # as pytest has always had it: this is loaded into every one
+def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     """Say of a failed test what its knob's seed was, and keep what its knob did."""
-    report = yield
-    knob = item.stash.get(_KNOB, None)
-    if report.failed and knob is not None:
-        lines = [f"seed {knob.seed}; again with: pytest --torsio-seed={knob.seed} '{item.nodeid}'"]
-        try:
-            lines.append(f"recording {knob.keep(_recording_of(item))}")
-        except (OSError, torsio.Error) as error:  # the test's own failure must be told all the same
-            lines.append(f"no recording: {error}")
+    report = (yield).get_result()
+    plugs = _PLUGS.get(item.nodeid)
+    if report.failed and plugs is not None:
+        seed = plugs.options.seed
+        lines = [f"seed {seed}; again with: pytest --torsio-seed={seed} '{item.nodeid}'"]
+        for number, knob in enumerate(plugs.knobs):
+            try:
+                lines.append(f"recording {knob.keep(_recording_of(item, number))}")
+            except (OSError, torsio.Error) as error:  # the failure itself must be told all the same
+                lines.append(f"no recording: {error}")
         report.sections.append(("torsio", "\n".join(lines)))
-    return report
+    if report.when == "teardown":
+        _PLUGS.pop(item.nodeid, None)
 
 
-def _recording_of(item: pytest.Item) -> Path:
+def _recording_of(item: pytest.Item, number: int) -> Path:
     folder = item.config.getoption("--torsio-recordings")
     if folder:
         path = Path(folder)
@@ -143,7 +163,9 @@ def _recording_of(item: pytest.Item) -> Path:
         path = item.config.rootpath / "torsio-recordings"
     path.mkdir(parents=True, exist_ok=True)
     name = "".join(c if c.isalnum() or c in "-_." else "_" for c in item.nodeid)
-    return path / f"{name[-120:]}.npz"
+    if "[" in item.nodeid or len(name) > 120:  # others may be called the same now
+        name += f"-{zlib.crc32(item.nodeid.encode()):08x}"
+    return path / f"{name[-120:]}{f'-{number + 1}' if number else ''}.npz"
 
 
 class _Tap:
@@ -179,29 +201,52 @@ class _Tap:
 class _KeptKnob(torsio.Knob):
     """A knob of which a recording can be kept after it was closed."""
 
-    def __init__(self, knob: torsio.Knob, seed: int, *, is_logged: bool) -> None:
+    def __init__(self, knob: torsio.Knob, options: torsio.EmulatorOptions) -> None:
         self._tap = _Tap(knob._knob)
         super().__init__(self._tap)  # type: ignore[arg-type]
-        self.seed = seed
+        self._options = options
         self.hand = testing.HoldingHand(self)
-        self._is_logged = is_logged
 
     def close(self) -> None:
         """Take the truth while it is there."""
         self._truth()
+        time.monotonic()  # where time is this knob's, it is told where it ends
         super().close()
 
     def keep(self, path: Path) -> Path:
         """Write all that is known of this knob's life."""
         telemetry = np.concatenate([np.zeros(0, TELEMETRY_DTYPE), *self._tap.samples])
-        np.savez_compressed(path, seed=self.seed, telemetry=telemetry, truth=self._truth())
+        np.savez_compressed(path, seed=self._options.seed, telemetry=telemetry, truth=self._truth())
         return path
 
     def _truth(self) -> Record:
-        if self._is_logged and self.is_open:
+        if self._options.log_truth and self.is_open:
             with suppress(torsio.Error):  # its time has stopped; what came until then is there
                 self.hand.truth()
         return self.hand.rows
 
 
-_KNOB = pytest.StashKey[_KeptKnob]()
+class _Plugs:
+    """The test's knob, and those that took its place; as often as it was plugged in."""
+
+    def __init__(self, options: torsio.EmulatorOptions) -> None:
+        self.options = options
+        self.knobs: list[_KeptKnob] = []
+        # Another than the one that a fixture gives instead.
+        self._open = torsio.open
+        self.plug_in()
+
+    @property
+    def knob(self) -> _KeptKnob:
+        return self.knobs[-1]
+
+    def plug_in(self) -> None:
+        self.knobs.append(_KeptKnob(self._open("emulated", emulator=self.options), self.options))
+
+    def close(self) -> None:
+        for knob in self.knobs:
+            knob.close()
+
+
+_PLUGS: dict[str, _Plugs] = {}
+"""Those of the tests that run, by their names."""

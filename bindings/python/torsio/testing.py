@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
-from torsio.errors import Error, InvalidArgument
+from torsio.errors import Closed, Disconnected, Error, InvalidArgument
 from torsio.hands import Hand, NoHand, PrescribedMotion, TorqueHand
 from torsio.knob import Knob
 from torsio.telemetry import TRUTH_DTYPE, Record
@@ -93,6 +93,8 @@ def assert_felt(
             f"expected must be one torque or {len(felt)}, one for each row of the log, "
             f"has shape {np.shape(given)}"
         ) from None
+    if np.isnan(wanted).any():
+        raise InvalidArgument("expected is not everywhere a number: there is a NaN, or a None")
     span = np.ones(felt.shape, dtype=bool)
     if from_s is not None:
         span &= log["time_s"] >= checks.number("from_s", from_s)
@@ -193,10 +195,15 @@ class HoldingHand:
 
 
 class Faults:
-    """What can go wrong with a knob, made to go wrong with an emulated one."""
+    """What can go wrong with a knob, made to go wrong with an emulated one.
+
+    Blocks may stand within each other: what an outer one does goes on when an inner one ends.
+    """
 
     def __init__(self, knob: Knob) -> None:
         self._emulator = knob.emulator
+        self._stops = 0
+        self._link: list[dict[str, float]] = []
 
     def unplug(self) -> None:
         """Pull the plug. The next call of the knob raises `Disconnected`."""
@@ -209,10 +216,12 @@ class Faults:
         The device takes it as a fault at its next tick, which stays until `Knob.clear_fault`.
         """
         self._emulator.set_emergency_stop(pressed=True)
+        self._stops += 1
         try:
             yield
         finally:
-            _unless_gone(lambda: self._emulator.set_emergency_stop(pressed=False))
+            self._stops -= 1
+            _unless_gone(lambda: self._emulator.set_emergency_stop(pressed=self._stops > 0))
 
     @contextmanager
     def damage(self, probability: float = 0.1) -> Iterator[None]:
@@ -223,7 +232,7 @@ class Faults:
         probability
             Of each report, 0 to 1. Which ones follows from the knob's seed.
         """
-        with self._link(corrupt_output=probability, corrupt_input=probability):
+        with self._link_faults(corrupt_output=probability, corrupt_input=probability):
             yield
 
     @contextmanager
@@ -233,16 +242,22 @@ class Faults:
         The device fails passive once its `ControlConfig.watchdog_s` is over, as if the program had
         frozen. Calls that need an answer raise `Timeout`.
         """
-        with self._link(drop_output=1.0):
+        with self._link_faults(drop_output=1.0):
             yield
 
     @contextmanager
-    def _link(self, **faults: float) -> Iterator[None]:
-        self._emulator.set_link_faults(**faults)
+    def _link_faults(self, **faults: float) -> Iterator[None]:
+        self._emulator.set_link_faults(**self._all_of(*self._link, faults))
+        self._link.append(faults)
         try:
             yield
         finally:
-            _unless_gone(self._emulator.set_link_faults)
+            self._link.remove(faults)
+            _unless_gone(lambda: self._emulator.set_link_faults(**self._all_of(*self._link)))
+
+    @staticmethod
+    def _all_of(*several: dict[str, float]) -> dict[str, float]:
+        return {name: value for faults in several for name, value in faults.items()}
 
 
 def _unless_gone(undo: Callable[[], object]) -> None:
@@ -251,30 +266,64 @@ def _unless_gone(undo: Callable[[], object]) -> None:
 
 
 @contextmanager
-def virtual_time(knob: Knob) -> Iterator[None]:
+def virtual_time(knob: Knob | Callable[[], Knob]) -> Iterator[None]:
     """Let the module `time` follow an emulated knob's clock for the length of a ``with`` block.
 
     ``time.sleep`` lets the knob's time pass, and ``time.monotonic``, ``perf_counter``, ``time`` and
     their ``_ns`` twins tell it. Names that were taken out of the module before, as by
-    ``from time import sleep``, stay what they were. Other threads are affected as well.
+    ``from time import sleep``, stay what they were. Other threads are affected as well. When the
+    knob is gone, closed or unplugged, time goes on by what is slept.
+
+    Parameters
+    ----------
+    knob
+        Or what gives the knob whose clock counts now, if one takes another's place.
 
     Raises
     ------
     Error
         Unless the knob is emulated.
     """
-    emulator = knob.emulator
-    begin_s = emulator.time_s
+    clock = _Clock(knob if callable(knob) else lambda: knob)
 
     def now_s(start_s: float) -> float:
-        return start_s + emulator.time_s - begin_s
+        return start_s + clock.elapsed_s()
 
     def now_ns(start_ns: int) -> int:
-        return start_ns + round(1e9 * (emulator.time_s - begin_s))
+        return start_ns + round(1e9 * clock.elapsed_s())
 
-    virtual: dict[str, Any] = {"sleep": knob.sleep}
-    for clock in ("monotonic", "perf_counter", "time"):
-        virtual[clock] = partial(now_s, getattr(time, clock)())
-        virtual[f"{clock}_ns"] = partial(now_ns, getattr(time, f"{clock}_ns")())
+    virtual: dict[str, Any] = {"sleep": clock.sleep}
+    for name in ("monotonic", "perf_counter", "time"):
+        virtual[name] = partial(now_s, getattr(time, name)())
+        virtual[f"{name}_ns"] = partial(now_ns, getattr(time, f"{name}_ns")())
     with patch.multiple(time, **virtual):
         yield
+
+
+class _Clock:
+    """The time of emulated knobs one after the other, and what is slept where there is none."""
+
+    def __init__(self, current: Callable[[], Knob]) -> None:
+        self._current = current
+        self._knob = current()
+        self._begin_s = self._knob.emulator.time_s
+        self._of_knob_s = 0.0
+        self._besides_s = 0.0
+
+    def elapsed_s(self) -> float:
+        knob = self._current()
+        with suppress(Error):  # closed
+            self._of_knob_s = self._knob.emulator.time_s - self._begin_s
+        if knob is not self._knob:
+            self._besides_s += self._of_knob_s
+            self._knob, self._begin_s, self._of_knob_s = knob, 0.0, 0.0
+            return self.elapsed_s()
+        return self._of_knob_s + self._besides_s
+
+    def sleep(self, duration_s: float) -> None:
+        end_s = self.elapsed_s() + duration_s
+        try:
+            self._knob.sleep(duration_s)
+        except (Closed, Disconnected):  # maybe in the middle
+            self._besides_s += max(0.0, end_s - self.elapsed_s())
+        self.elapsed_s()  # for when the knob is closed next
