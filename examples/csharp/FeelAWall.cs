@@ -1,10 +1,11 @@
 // Pushes the emulated knob into a wall, from C#, and so from Unity: what is declared here is what
 // torsio.h declares, for the few functions that this program calls.
 using System;
+using System.Globalization;
 using System.Runtime.InteropServices;
 
 static class Torsio {
-  const string Library = "torsio";  // libtorsio.so.0.1 or torsio.dll, beside the program or where the system looks
+  const string Library = "torsio";  // libtorsio.so or torsio.dll, beside the program or where the system looks
 
   // struct_size comes first, and torsio_..._init fills it in. An enumeration is an int.
   [StructLayout(LayoutKind.Sequential)]
@@ -118,7 +119,8 @@ static class FeelAWall {
         }
         read += (int)count;
       }
-      Console.WriteLine("the knob was pushed to {0:F3} rad, into a wall at 0.1 rad,", furthestRad);
+      var invariant = CultureInfo.InvariantCulture;  // a point, wherever this runs
+      Console.WriteLine(string.Format(invariant, "the knob was pushed to {0:F3} rad, into a wall at 0.1 rad,", furthestRad));
       Console.WriteLine("which pushed back with {0:F0} mN m", 1e3 * strongestNm);
       return 0;
     } finally {

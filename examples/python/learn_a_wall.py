@@ -9,7 +9,7 @@ environment, and the best draw the next. Gymnasium comes with ``pip install 'tor
 
 from __future__ import annotations
 
-import sys
+import argparse
 
 import numpy as np
 
@@ -66,9 +66,18 @@ def learn(generations: int) -> np.ndarray:
     return middle
 
 
-def main(generations: str = "30") -> None:
+def count(text: str) -> int:
+    """Read how many generations."""
+    if not (text.isdecimal() and 1 <= int(text) <= 1000):
+        raise argparse.ArgumentTypeError(f"{text} is no whole number from 1 to 1000")
+    return int(text)
+
+
+def main() -> None:
     """Learn, then compare on walls that nobody has seen."""
-    policy = learn(int(generations))
+    parser = argparse.ArgumentParser(description="Learn to render a wall.")
+    parser.add_argument("generations", nargs="?", type=count, default=30, metavar="GENERATIONS")
+    policy = learn(parser.parse_args().generations)
     env = walls(1)
     task = RenderWall(plant=PLANT, kinds=WALLS)
     results = {
@@ -84,4 +93,4 @@ def main(generations: str = "30") -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    main()

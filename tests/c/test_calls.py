@@ -224,6 +224,17 @@ def test_recording_that_ends_early_has_what_came(lib: ctypes.CDLL, knob: ctypes.
     lib.torsio_recording_free(recording)
 
 
+def test_recording_of_nothing_leaves_the_pointer_as_it_was(
+    lib: ctypes.CDLL, knob: ctypes.c_void_p
+) -> None:
+    recording = ctypes.c_void_p(0x1234)
+    args = (ctypes.c_double(0.0), False, ctypes.byref(recording))
+    for duration_s in (-1.0, float("nan")):
+        refused = lib.torsio_knob_record(knob, ctypes.c_double(duration_s), *args)
+        assert refused == N["TORSIO_INVALID_ARGUMENT"]
+        assert recording.value == 0x1234
+
+
 def test_steps_come_at_equal_distances(lib: ctypes.CDLL, knob: ctypes.c_void_p) -> None:
     steps = ctypes.c_void_p()
     good(lib, lib.torsio_knob_every(knob, ctypes.c_double(0.002), ctypes.byref(steps)))

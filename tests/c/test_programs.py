@@ -43,7 +43,7 @@ def test_example_of_the_guide_prints_what_the_page_says(
 def test_csharp_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:
     program = tmp_path / "FeelAWall.exe"
     run("mcs", "-warnaserror", f"-out:{program}", TREE / "examples/csharp/FeelAWall.cs")
-    assert run("mono", program, LD_LIBRARY_PATH=str(prefix / "lib"), LC_ALL="C") == FELT
+    assert run("mono", program, LD_LIBRARY_PATH=str(prefix / "lib"), LC_ALL="de_DE.UTF-8") == FELT
 
 
 def test_rust_example_feels_the_same(tmp_path: Path, prefix: Path) -> None:

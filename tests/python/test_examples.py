@@ -71,6 +71,16 @@ def _learn(*arguments: str) -> dict[str, float]:
     return {name: float(earned) for name, earned in told}
 
 
+@pytest.mark.parametrize("generations", ["x", "-1", "0", "1.5"])
+def test_learning_for_no_number_of_generations_is_refused(generations: str) -> None:
+    example = TREE / "examples/python/learn_a_wall.py"
+    result = subprocess.run(
+        [sys.executable, str(example), "--", generations], capture_output=True, text=True
+    )
+    assert result.returncode == 2
+    assert f"{generations} is no whole number from 1 to 1000" in result.stderr
+
+
 def test_wall_is_learned_better_than_laws_render_it_that_know_less_of_the_brake() -> None:
     """From nothing, by seed, and from more generations more."""
     laws = {f"the law {name}" for name in ("paper", "compensated", "calibrated")}

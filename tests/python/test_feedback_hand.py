@@ -32,7 +32,7 @@ def test_function_is_asked_once_a_period_with_the_true_state() -> None:
         asked.append((time_s, angle_rad, speed_rad_s))
         return 0.02
 
-    plant = Plant(RIGID, torsio.FeedbackHand(torque_nm=torque_nm, period_s=0.002))
+    plant = Plant(RIGID, torsio.FeedbackHand(torque_nm, period_s=0.002))
     for _ in range(100):
         plant.advance(100_000)  # however the time is cut
     assert [round(time_s, 9) for time_s, *_ in asked] == [0.0, 0.002, 0.004, 0.006, 0.008, 0.010]

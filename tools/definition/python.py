@@ -125,12 +125,14 @@ def data_class(of: Structure, *, told: bool = False) -> str:
     """Write a data class. What is `told` is only ever made by the library, so it has no defaults."""
     base = f"({of.base})" if of.base else ""
     out = f"\n\n@dataclass(frozen=True)\nclass {of.name}{base}:\n{_docstring(of)}\n"
-    if of.host_fields and not told:
-        out += "    _: KW_ONLY\n"
     required = [f for f in of.host_fields if _default(f, told) == ""]
     others = [f for f in of.host_fields if _default(f, told) != ""]
-    for field in (*required, *others):
-        out += f"    {field.name}: {_type(field)}{_default(field, told)}\n"
+    # Which function is meant needs no name; which number does.
+    functions = [f for f in required if f.host == "HandFunction"]
+    lines = [f"{f.name}: {_type(f)}{_default(f, told)}" for f in (*required, *others)]
+    if of.host_fields and not told:
+        lines.insert(len(functions), "_: KW_ONLY")
+    out += "".join(f"    {line}\n" for line in lines)
     checks = "".join(_checks(field) for field in of.host_fields) if not told else ""
     if checks:
         out += (

@@ -132,8 +132,8 @@ class FeedbackHand(Hand):
         From one asking to the next; 1e-5 to 1.
     """
 
-    _: KW_ONLY
     torque_nm: HandFunction
+    _: KW_ONLY
     period_s: float = 0.001
 
     def __post_init__(self) -> None:

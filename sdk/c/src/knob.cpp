@@ -306,9 +306,14 @@ torsio_result torsio_knob_record(torsio_knob* knob, double duration_s, double ra
     torsio_recording*& made = need(recording, "recording");
     torsio::Knob& own = knob_of(knob);
     auto kept = std::make_unique<torsio_recording>();
-    made = kept.get();  // it is the caller's, however this ends
-    own.record(kept.release()->samples, duration_s, rate(rate_hz),
-               torsio::c::flag(must_stay_armed));
+    try {
+      own.record(kept->samples, duration_s, rate(rate_hz), torsio::c::flag(must_stay_armed));
+    } catch (...) {
+      // What came is the caller's.
+      if (!kept->samples.empty() || kept->samples.disarmed) made = kept.release();
+      throw;
+    }
+    made = kept.release();
   });
 }
 
