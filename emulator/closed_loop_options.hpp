@@ -27,8 +27,9 @@ struct SpinUp {
 };
 
 struct ClosedLoopOptions {
-  std::int64_t control_period_ns = 1'000'000;  ///< 1,000 to 1e9; the device itself: 50,000 to 1e6
-  std::uint32_t delay_ticks = 0;               ///< commands act so many ticks late, at most 1000
+  /// 1,000 to 1e9; a device may have min_control_period_ns to max_control_period_ns.
+  std::int64_t control_period_ns = protocol::emulated_control_period_ns;
+  std::uint32_t delay_ticks = 0;  ///< commands act so many ticks late, at most 1000
   protocol::ActuatorConfig actuator{};
   protocol::ControlConfig control{};
   protocol::ShaftConfig shaft{};

@@ -14,13 +14,12 @@
 namespace torsio::emulator {
 namespace {
 
-constexpr std::int64_t kShortestPeriodNs = 50'000;
-constexpr std::int64_t kLongestPeriodNs = 1'000'000;
-
 EmulatedDeviceOptions checked(EmulatedDeviceOptions options) {
-  if (options.control_period_ns < kShortestPeriodNs ||
-      options.control_period_ns > kLongestPeriodNs) {
-    throw std::invalid_argument("control_period_ns must be within 50000 and 1000000, is " +
+  if (options.control_period_ns < protocol::min_control_period_ns ||
+      options.control_period_ns > protocol::max_control_period_ns) {
+    throw std::invalid_argument("control_period_ns must be within " +
+                                std::to_string(protocol::min_control_period_ns) + " and " +
+                                std::to_string(protocol::max_control_period_ns) + ", is " +
                                 std::to_string(options.control_period_ns));
   }
   const bool printable =

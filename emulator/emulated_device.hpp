@@ -18,6 +18,7 @@
 #include "emulator/power_path.hpp"
 #include "emulator/usb_link.hpp"
 #include "protocol/codec.hpp"
+#include "protocol/reports.hpp"
 #include "torsio/plant.hpp"
 
 namespace torsio::emulator {
@@ -25,7 +26,8 @@ namespace torsio::emulator {
 struct EmulatedDeviceOptions {
   /// Of everything random; the encoder's own seed is added to it for its noise.
   std::uint64_t seed = 0;
-  std::int64_t control_period_ns = 1'000'000;  ///< 50,000 to 1,000,000: 20 kHz to 1 kHz
+  /// protocol::min_control_period_ns to protocol::max_control_period_ns
+  std::int64_t control_period_ns = protocol::emulated_control_period_ns;
   PlantParams plant{};
   EncoderParams encoder{};
   Hand hand = NoHand{};

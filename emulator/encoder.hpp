@@ -12,7 +12,7 @@ namespace torsio::emulator {
 
 /// An incremental encoder on the knob's shaft, after quadrature decoding.
 struct EncoderParams {
-  std::uint32_t counts_per_rev = 8192;  ///< >= 1
+  std::uint32_t counts_per_rev = PlantParams{}.counts_per_rev;  ///< >= 1
   EncoderRounding rounding = EncoderRounding::floor;
   std::int8_t direction = 1;  ///< +1, or -1 if it counts down along positive angle
   double phase_counts = 0.0;  ///< where in a count angle 0 lies; finite

@@ -83,6 +83,30 @@ def test_enumeration_only_grows_at_its_end(listed: Enumeration) -> None:
     assert names[: len(released)] == released
 
 
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        r"[=*:(] *2\.873\b",  # N m/rad of the shaft
+        r"(?<![\w.])2\.6e-5",  # N m s/rad of the knob
+        r"(?i)counts\w*\W+(int = )?8['_]?192\b",  # in a turn
+        r"(?i)(hz|rate)\w*\W+20(['_]?000(\.0)?|e3)\b",  # the fastest control
+        r"(?i)control_period\w*\W+(int = )?1['_]?000['_]?000",
+    ],
+)
+def test_number_of_the_reference_device_stands_in_the_field_lists_only(pattern: str) -> None:
+    again = [
+        f"{path.relative_to(TREE)}: {line.strip()}"
+        for folder in ("firmware", "emulator", "sdk", "bindings", "studies")
+        for path in sorted((TREE / folder).rglob("*.*"))
+        if path.suffix in (".hpp", ".cpp", ".h", ".py", ".pyi") and "definition" not in path.parts
+        if path.relative_to(TREE).as_posix() not in generate.contents
+        for line in path.read_text(encoding="utf-8").splitlines()
+        # Not what is told in comments and texts, such as the paper's own numbers.
+        if re.search(pattern, re.sub(r"//.*|#.*|\"[^\"]*\"", "", line))
+    ]
+    assert not again
+
+
 def test_fingerprint_in_the_page_is_the_one_that_firmware_and_library_compute() -> None:
     assert markdown.fingerprint(reports.ALL_REPORTS) == protocol.fingerprint()
 

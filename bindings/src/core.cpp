@@ -14,10 +14,22 @@
 #include "core/partition.hpp"
 #include "core/soft_sensor.hpp"
 #include "module.hpp"
+#include "protocol/configuration.hpp"
 #include "protocol/enumerations.hpp"
+#include "protocol/reports.hpp"
 
 namespace torsio::bindings {
 namespace {
+
+// What is left out is the reference actuator's, and the emulated device's.
+constexpr protocol::ActuatorConfig kActuator;
+constexpr protocol::ControlConfig kControl;
+constexpr std::uint32_t kPeriodNs = protocol::emulated_control_period_ns;
+constexpr auto kPeriodS = static_cast<float>(1e-9 * kPeriodNs);
+
+std::string name_of(core::Law law) {
+  return std::string(protocol::Enumerators<protocol::Law>::names.at(static_cast<std::size_t>(law)));
+}
 
 core::Law law_from_name(const std::string& name) {
   const auto& names = protocol::Enumerators<protocol::Law>::names;
@@ -77,8 +89,9 @@ void bind_motion(py::module_& module) {
              return core::make_motion_params(core::make_resolution(counts_per_rev, period_ns),
                                              counter_bits, reversed, speed_bandwidth_hz);
            }),
-           py::kw_only(), arg("counts_per_rev") = 8192, arg("period_ns") = 1'000'000,
-           arg("counter_bits") = 32, arg("reversed") = false, arg("speed_bandwidth_hz") = 100.0F);
+           py::kw_only(), arg("counts_per_rev") = kActuator.counts_per_rev,
+           arg("period_ns") = kPeriodNs, arg("counter_bits") = kActuator.counter_bits,
+           arg("reversed") = false, arg("speed_bandwidth_hz") = kControl.speed_bandwidth_hz);
   py::class_<core::MotionState>(module, "MotionState")
       .def(py::init<>())
       .def_readwrite("position_counts", &core::MotionState::position_counts);
@@ -104,8 +117,9 @@ void bind_brake_model(py::module_& module) {
       .def(py::init([](float time_constant_s, float period_s, float floor_nm, float drag_nm) {
              return core::make_brake_params(time_constant_s, period_s, floor_nm, drag_nm);
            }),
-           py::kw_only(), arg("time_constant_s") = 60e-3F, arg("period_s") = 1e-3F,
-           arg("floor_nm") = 3.3e-3F, arg("drag_nm") = 0.0F)
+           py::kw_only(), arg("time_constant_s") = kActuator.brake_time_constant_s,
+           arg("period_s") = kPeriodS, arg("floor_nm") = kActuator.brake_torque_min_nm,
+           arg("drag_nm") = 0.0F)
       .def_readonly("decay", &core::BrakeParams::decay)
       .def_readonly("floor_nm", &core::BrakeParams::floor_nm)
       .def_readonly("drag_nm", &core::BrakeParams::drag_nm);
@@ -141,7 +155,7 @@ void bind_soft_sensor(py::module_& module) {
         })(deltas, capacities);
       },
       arg("state"), arg("delta_rad"), arg("capacity_nm"), py::kw_only(),
-      arg("stiffness_nm_per_rad") = 2.873F,
+      arg("stiffness_nm_per_rad") = kActuator.spring_stiffness_nm_per_rad,
       "One tick: the shaft spring's torque on the knob, N m.");
 }
 
@@ -150,13 +164,11 @@ void bind_partition(py::module_& module) {
       .def(py::init([](const std::string& law, float beta, float motor_nm, float brake_nm) {
              return core::PartitionParams{law_from_name(law), beta, motor_nm, brake_nm};
            }),
-           py::kw_only(), arg("law") = "paper", arg("beta") = 0.5F,
-           arg("motor_torque_max_nm") = 85e-3F, arg("brake_torque_max_nm") = 110e-3F)
-      .def_property_readonly("law",
-                             [](const core::PartitionParams& params) {
-                               return std::string(protocol::Enumerators<protocol::Law>::names.at(
-                                   static_cast<std::size_t>(params.law)));
-                             })
+           py::kw_only(), arg("law") = name_of(static_cast<core::Law>(kControl.law)),
+           arg("beta") = kControl.beta, arg("motor_torque_max_nm") = kActuator.motor_torque_max_nm,
+           arg("brake_torque_max_nm") = kActuator.brake_torque_max_nm)
+      .def_property_readonly(
+          "law", [](const core::PartitionParams& params) { return name_of(params.law); })
       .def_property_readonly(
           "brakes",
           [](const core::PartitionParams& params) { return core::traits(params.law).brakes; })

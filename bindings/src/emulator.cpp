@@ -221,9 +221,9 @@ void bind_encoder(py::module_& module) {
                  rounding == "floor" ? EncoderRounding::floor : EncoderRounding::nearest,
                  static_cast<std::int8_t>(direction), phase_counts, noise_counts, seed});
           }),
-          py::kw_only(), arg("counts_per_rev") = 8192, arg("rounding") = "floor",
-          arg("direction") = 1, arg("phase_counts") = 0.0, arg("noise_counts") = 0.0,
-          arg("seed") = 0)
+          py::kw_only(), arg("counts_per_rev") = emulator::EncoderParams{}.counts_per_rev,
+          arg("rounding") = "floor", arg("direction") = 1, arg("phase_counts") = 0.0,
+          arg("noise_counts") = 0.0, arg("seed") = 0)
       .def(
           "sample",
           [](emulator::Encoder& encoder, double angle_rad) {
@@ -269,8 +269,8 @@ void bind_device(py::module_& module) {
   py::class_<EmulatedDevice>(module, "EmulatedDevice",
                              "A whole knob without hardware, at the level of report bytes.")
       .def(py::init(&make_device), py::kw_only(), arg("seed") = 0,
-           arg("control_period_ns") = 1'000'000, arg("plant") = py::none(),
-           arg("hand") = py::none(), arg("serial") = "EMULATED")
+           arg("control_period_ns") = emulator::EmulatedDeviceOptions{}.control_period_ns,
+           arg("plant") = py::none(), arg("hand") = py::none(), arg("serial") = "EMULATED")
       .def("advance", &EmulatedDevice::advance, arg("duration_ns"), Release(), "Let time pass.")
       .def_property_readonly("time_ns", &EmulatedDevice::time_ns)
       .def_property_readonly("connected", &EmulatedDevice::connected)
@@ -332,7 +332,9 @@ void bind_replayed_device(py::module_& module) {
              board.moves_parts = moves_parts;
              return std::make_unique<ReplayedDevice>(board);
            }),
-           py::kw_only(), arg("control_period_ns") = 1'000'000, arg("moves_parts") = false)
+           py::kw_only(),
+           arg("control_period_ns") = emulator::EmulatedDeviceOptions{}.control_period_ns,
+           arg("moves_parts") = false)
       .def(
           "take",
           [](ReplayedDevice& device, const std::string& kind, const py::bytes& content) {

@@ -108,8 +108,9 @@ py::array_t<float> evaluate_record(const StudyScene& scene, core::SceneState& st
 void bind_scene(py::module_& parent) {
   auto module = parent.attr("core").cast<py::module_>();
   py::class_<StudyScene>(module, "Scene")
-      .def(py::init(&make_scene), arg("reports"), py::kw_only(), arg("counts_per_rev") = 8192,
-           arg("period_ns") = 1'000'000)
+      .def(py::init(&make_scene), arg("reports"), py::kw_only(),
+           arg("counts_per_rev") = protocol::Identity{}.counts_per_rev,
+           arg("period_ns") = protocol::emulated_control_period_ns)
       .def_property_readonly("active",
                              [](const StudyScene& scene) { return int{scene.scene.active}; });
   py::class_<core::SceneState>(module, "SceneState").def(py::init<>());

@@ -1,6 +1,8 @@
 #include "emulator/usbip/options.hpp"
 
 #include <charconv>
+#include <cmath>
+#include <string>
 
 namespace torsio::emulator::usbip {
 namespace {
@@ -26,7 +28,8 @@ void set(ProgramOptions& options, std::string_view name, std::string_view value)
   } else if (name == "--serial") {
     options.serial = value;
   } else if (name == "--rate-hz") {
-    options.rate_hz = number<double>(name, value, 1000.0, 20'000.0);
+    options.rate_hz =
+        number<double>(name, value, protocol::min_control_rate_hz, protocol::max_control_rate_hz);
   } else if (name == "--seed") {
     options.seed = number<std::uint64_t>(name, value, 0, UINT64_MAX);
   } else if (name == "--hand") {
@@ -82,7 +85,8 @@ ProgramOptions read_options(std::span<const std::string_view> arguments) {
   return options;
 }
 
-std::string_view usage() {
+std::string usage() {
+  const auto hz = [](double rate) { return std::to_string(std::llround(rate)); };
   return R"(usage: torsio_virtual_knob [OPTIONS]
 
 A virtual knob as a USB device, served over USB/IP.
@@ -90,7 +94,9 @@ A virtual knob as a USB device, served over USB/IP.
   --address ADDRESS  IPv4 address to listen on (127.0.0.1)
   --port PORT        TCP port; 0 for any free one (3240)
   --serial TEXT      serial number, 1 to 16 printable characters (EMULATED)
-  --rate-hz HZ       control rate, 1000 to 20000 (1000)
+  --rate-hz HZ       control rate, )" +
+         hz(protocol::min_control_rate_hz) + " to " + hz(protocol::max_control_rate_hz) + " (" +
+         hz(ProgramOptions{}.rate_hz) + R"()
   --seed NUMBER      of everything random (0)
   --hand HAND        still, free, scripted:FILE, or pushes: free and --commands (still)
   --storage FILE     keep there what is saved on the knob, and start with it

@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "protocol/reports.hpp"
+
 namespace torsio::emulator::usbip {
 
 /// A sentence for whoever wrote the command line.
@@ -20,7 +22,7 @@ struct ProgramOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 3240;
   std::string serial = "EMULATED";
-  double rate_hz = 1000.0;  // 1000 to 20000
+  double rate_hz = 1e9 / protocol::emulated_control_period_ns;
   std::uint64_t seed = 0;
   std::string hand = "still";  // still, free or scripted:FILE
   std::string log;             // empty: none
@@ -35,7 +37,7 @@ struct ProgramOptions {
 ProgramOptions read_options(std::span<const std::string_view> arguments);
 
 /// What `--help` prints.
-std::string_view usage();
+std::string usage();
 
 /// Whether only programs of this machine can reach an address.
 bool is_loopback(std::string_view address);

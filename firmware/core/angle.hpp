@@ -12,9 +12,9 @@ namespace torsio::core {
 
 /// Sizes of the encoder's count and of the control period.
 struct Resolution {
-  std::uint32_t counts_per_rev = 8192;
-  float rad_per_count = kTwoPi / 8192.0F;
-  float period_s = 1e-3F;
+  std::uint32_t counts_per_rev = 0;
+  float rad_per_count = 0;
+  float period_s = 0;
 };
 
 constexpr Resolution make_resolution(std::uint32_t counts_per_rev, std::uint32_t period_ns) {

@@ -7,7 +7,6 @@
 /// one period.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "core/brake_model.hpp"
@@ -27,7 +26,7 @@ namespace torsio::core {
 struct ControllerParams {
   MotionParams motion;
   BrakeParams brake;
-  ShaftParams shaft = make_shaft_params(2.873F, std::array<ShaftKnee, kMostKnees>{}, 0, 1e-3F, 0);
+  ShaftParams shaft;
   PartitionParams partition;
   LimitParams limits;
   PartitionParams excitation;  // the limits of one

@@ -32,7 +32,7 @@ constexpr const LawTraits& traits(Law law) { return kLaws[static_cast<std::size_
 
 struct PartitionParams {
   Law law = Law::paper;
-  float beta = 0.5F;              // the brake's share, 0 to 1
+  float beta = 0;                 // the brake's share, 0 to 1
   float motor_torque_max_nm = 0;  // >= 0
   float brake_torque_max_nm = 0;  // >= 0
 };

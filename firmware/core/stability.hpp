@@ -9,18 +9,19 @@
 
 namespace torsio::core {
 
-/// What stability depends on. SI units, torques at the knob.
+/// What stability depends on. SI units, torques at the knob. Here as in all of core a number that
+/// nobody has given is 0: what an actuator is by default, its configuration says.
 struct Parts {
-  float period_s = 1e-3F;
-  float rad_per_count = kTwoPi / 8192.0F;
+  float period_s = 0;
+  float rad_per_count = 0;
   float motor_time_constant_s = 0;
   float delay_s = 0;  // between decision and voltage, beyond the half period of holding
-  float knob_inertia_kg_m2 = 6e-5F;
-  float knob_coulomb_nm = 6e-3F;
-  float knob_viscous_nm_s_per_rad = 2.6e-5F;
-  float spring_stiffness_nm_per_rad = 2.873F;
-  float brake_share = 0.5F;  // beta; 0 with a law that leaves the brake alone
-  float motor_torque_max_nm = 85e-3F;
+  float knob_inertia_kg_m2 = 0;
+  float knob_coulomb_nm = 0;
+  float knob_viscous_nm_s_per_rad = 0;
+  float spring_stiffness_nm_per_rad = 0;
+  float brake_share = 0;  // beta; 0 with a law that leaves the brake alone
+  float motor_torque_max_nm = 0;
 };
 
 enum class StabilityLimit : std::uint8_t { rate, lag, counts };
@@ -34,7 +35,7 @@ struct StableStiffness {
 /// were negative damping; friction takes 4 f / (pi v), least where the motor saturates, at
 /// v = Tmm / sqrt(K J). Both are equal at the limit. A fifth is taken off the friction's part, for
 /// what the describing function leaves out.
-/// @param parts knob_inertia_kg_m2 and motor_torque_max_nm > 0
+/// @param parts period_s, rad_per_count, knob_inertia_kg_m2 and motor_torque_max_nm > 0
 constexpr StableStiffness stable_stiffness(const Parts& parts) {
   const float held_s = 0.5F * parts.period_s;
   const float late_s = held_s + parts.motor_time_constant_s + parts.delay_s;

@@ -34,7 +34,7 @@ struct BoardInfo {
   std::uint8_t board = 0;                 // its number in firmware/boards/; 0 is the emulated one
   std::array<std::uint8_t, 16> serial{};  // ASCII, padded with zeros
   std::array<std::uint8_t, 3> firmware_version{};
-  std::uint32_t control_period_ns = 1'000'000;
+  std::uint32_t control_period_ns = protocol::emulated_control_period_ns;
   bool has_bootloader = false;
   bool moves_parts = false;  // a real motor, which is held low: see trust_in()
   protocol::ResetCause reset_cause = protocol::ResetCause::unknown;

@@ -19,6 +19,12 @@
 
 namespace torsio::protocol {
 
+inline constexpr std::uint32_t min_control_period_ns = 50000;
+inline constexpr std::uint32_t max_control_period_ns = 1000000;
+inline constexpr std::uint32_t emulated_control_period_ns = 1000000;  // unless it is told another
+inline constexpr double min_control_rate_hz = 1000.0;
+inline constexpr double max_control_rate_hz = 2e4;
+
 inline constexpr std::uint16_t protocol_version = 1;
 inline constexpr std::uint8_t samples_per_report = 4;
 inline constexpr std::uint8_t game_effects_per_report = 3;
@@ -33,7 +39,7 @@ struct Identity {
   std::uint8_t axes = 1;
   std::uint8_t effects = max_effects;
   std::uint16_t curve_points = curve_pool_points;
-  std::uint32_t control_period_ns = 1000000;
+  std::uint32_t control_period_ns = emulated_control_period_ns;
   std::uint32_t counts_per_rev = 8192;
   float torque_step_nm = 1e-5F;
   float speed_step_rad_s = 0.01F;
@@ -56,8 +62,8 @@ struct Layout<Identity> {
       number("effects", &Identity::effects, "", 1, max_effects, "places in a scene"),
       number("curve_points", &Identity::curve_points, "", 0, curve_pool_points,
              "shared by all curves of a scene"),
-      number("control_period_ns", &Identity::control_period_ns, "ns", 50000, 1000000,
-             "length of a tick"),
+      number("control_period_ns", &Identity::control_period_ns, "ns", min_control_period_ns,
+             max_control_period_ns, "length of a tick"),
       number("counts_per_rev", &Identity::counts_per_rev, "", 4, 1U << 24, "of the encoder"),
       number("torque_step_nm", &Identity::torque_step_nm, "N m", 1e-9F, 1,
              "resolution of telemetry's torques"),

@@ -16,8 +16,8 @@ namespace torsio::conversion {
 struct SceneLimits {
   std::size_t effects = protocol::max_effects;
   std::size_t curve_points = protocol::curve_pool_points;
-  std::uint32_t counts_per_rev = 8192;
-  std::uint32_t control_period_ns = 1'000'000;
+  std::uint32_t counts_per_rev = protocol::Identity{}.counts_per_rev;
+  std::uint32_t control_period_ns = protocol::emulated_control_period_ns;
 };
 
 /// One report for each effect, in its slot, and the pool that the curves read.

@@ -99,6 +99,12 @@ def python_configurations() -> str:
         '"""How motor and brake share the torque."""\n'
     )
     body += python.number(constants.MAX_TORQUE_NM, "Largest torque that a limit can be set to.")
+    body += python.number(constants.MIN_CONTROL_RATE_HZ, "Slowest control rate of a device.")
+    body += python.number(constants.MAX_CONTROL_RATE_HZ, "Fastest control rate of a device.")
+    body += python.number(
+        constants.EMULATED_CONTROL_PERIOD_NS,
+        "A control period of the emulated device, unless it is told another.",
+    )
     body += python.number(
         constants.LET_GO_S,
         "A torque's way to zero when somebody disarms, where the passive ramp is not shorter.",

@@ -96,7 +96,15 @@ def wire_reports() -> str:
     ]
     listed.insert(listed.index(reports.TELEMETRY), reports.SAMPLE)
     listed.insert(listed.index(reports.GAME_MONITOR), reports.GAME_EFFECT)
-    body = cpp.constant(constants.PROTOCOL_VERSION) + cpp.constant(constants.SAMPLES_PER_REPORT)
+    numbers = (
+        constants.MIN_CONTROL_PERIOD_NS,
+        constants.MAX_CONTROL_PERIOD_NS,
+        constants.EMULATED_CONTROL_PERIOD_NS,
+        constants.MIN_CONTROL_RATE_HZ,
+        constants.MAX_CONTROL_RATE_HZ,
+    )
+    body = "".join(map(cpp.constant, numbers)) + "\n"
+    body += cpp.constant(constants.PROTOCOL_VERSION) + cpp.constant(constants.SAMPLES_PER_REPORT)
     body += cpp.constant(constants.GAME_EFFECTS_PER_REPORT) + "\n"
     body += "".join(map(cpp.wire_structure, listed))
     body += cpp.report_list(

@@ -17,7 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, ShaftConfig
+from torsio.config import (
+    EMULATED_CONTROL_PERIOD_NS,
+    ActuatorConfig,
+    BoardConfig,
+    ControlConfig,
+    ShaftConfig,
+)
 from torsio.errors import InvalidArgument
 from torsio.hands import Hand, NoHand
 from torsio.plant import PlantParams
@@ -124,7 +130,7 @@ class LoopOptions:
     shaft: ShaftConfig | None = None
     control: ControlConfig = field(default_factory=ControlConfig)
     board: BoardConfig | None = None
-    control_period_ns: int = 1_000_000
+    control_period_ns: int = EMULATED_CONTROL_PERIOD_NS
     delay_ticks: int = 0
     first_tick: int = 0
     spin_up: SpinUp | None = None

@@ -28,6 +28,15 @@ Law: TypeAlias = Literal["paper", "compensated", "parallel", "motor_only", "cali
 MAX_TORQUE_NM = 100.0
 """Largest torque that a limit can be set to."""
 
+MIN_CONTROL_RATE_HZ = 1000.0
+"""Slowest control rate of a device."""
+
+MAX_CONTROL_RATE_HZ = 20000.0
+"""Fastest control rate of a device."""
+
+EMULATED_CONTROL_PERIOD_NS = 1000000
+"""A control period of the emulated device, unless it is told another."""
+
 LET_GO_S = 0.004
 """A torque's way to zero when somebody disarms, where the passive ramp is not shorter."""
 

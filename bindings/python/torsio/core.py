@@ -2,8 +2,8 @@
 
 Every function works on an explicit state, once per control tick; given arrays in place of numbers,
 it goes through them tick by tick and gives an array. All arithmetic is in 32-bit floats, as on the
-device. A `Scene` is given as the reports that carry its effects, made with
-`torsio.protocol.encode`.
+device. What is not given is the reference actuator's, or the emulated device's. A `Scene` is given
+as the reports that carry its effects, made with `torsio.protocol.encode`.
 """
 
 from __future__ import annotations

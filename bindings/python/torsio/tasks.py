@@ -162,8 +162,8 @@ class RenderWall(Task):
     steps = 500
 
     WALL_RAD: ClassVar[float] = 0.05
-    MOTOR_NM: ClassVar[float] = 0.085
-    BRAKE_NM: ClassVar[float] = 0.11
+    MOTOR_NM: ClassVar[float] = PlantParams().motor_limit_nm
+    BRAKE_NM: ClassVar[float] = PlantParams().brake_limit_nm
 
     def __init__(
         self,
@@ -303,7 +303,7 @@ class IdentifyShaft(Task):
     steps = 60
 
     PUSH_NM: ClassVar[float] = 0.08
-    BRAKE_NM: ClassVar[float] = 0.11
+    BRAKE_NM: ClassVar[float] = PlantParams().brake_limit_nm
 
     def draw(
         self, loop: LoopOptions, rng: np.random.Generator

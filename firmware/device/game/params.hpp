@@ -11,7 +11,7 @@ namespace torsio::device::game {
 
 /// What a game's numbers mean on this device.
 struct GameScale {
-  float period_s = 1e-3F;
+  float period_s = 0;
   float torque_nm = 0;       // at full level
   float gain = 1;            // of the user, on top of the game's
   float half_range_rad = 1;  // from the middle of the axis to its end

@@ -32,7 +32,7 @@ ACTUATOR_CONFIG = _configuration(
     "Set only while disarmed; another encoder empties the scene.",
     torque("motor_torque_max_nm", "what the motor can give", default=constants.REFERENCE_MOTOR_TORQUE_MAX_NM),
     torque("brake_torque_max_nm", "what the brake can hold", default=constants.REFERENCE_BRAKE_TORQUE_MAX_NM),
-    torque("brake_torque_min_nm", "floor of the brake's torque in the sensor", default=3.3e-3),
+    torque("brake_torque_min_nm", "floor of the brake's torque in the sensor", default=constants.REFERENCE_BRAKE_FLOOR_NM),
     torque("brake_drag_nm", "what the brake holds with no current", default=constants.REFERENCE_BRAKE_DRAG_NM),
     number("brake_time_constant_s", "s", 0.0, 100.0, "from command to torque", default=constants.REFERENCE_BRAKE_TIME_CONSTANT_S),
     number(

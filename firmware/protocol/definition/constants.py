@@ -22,6 +22,14 @@ UNCONFIRMED_MOTOR_TORQUE_MAX_NM = Constant(
 UNCONFIRMED_BRAKE_TORQUE_MAX_NM = Constant("unconfirmed_brake_torque_max_nm", 30e-3)
 UNCONFIRMED_SPEED_LIMIT_RAD_S = Constant("unconfirmed_speed_limit_rad_s", 10.0)
 
+MIN_CONTROL_PERIOD_NS = Constant("min_control_period_ns", 50_000, "std::uint32_t")
+MAX_CONTROL_PERIOD_NS = Constant("max_control_period_ns", 1_000_000, "std::uint32_t")
+EMULATED_CONTROL_PERIOD_NS = Constant(
+    "emulated_control_period_ns", 1_000_000, "std::uint32_t", doc="unless it is told another"
+)
+MIN_CONTROL_RATE_HZ = Constant("min_control_rate_hz", 1e9 / MAX_CONTROL_PERIOD_NS.value, "double")
+MAX_CONTROL_RATE_HZ = Constant("max_control_rate_hz", 1e9 / MIN_CONTROL_PERIOD_NS.value, "double")
+
 LET_GO_S = Constant(
     "let_go_s", 4e-3,
     doc="a torque's way to zero when somebody disarms; the skin is most sensitive near 250 Hz, where the "
@@ -41,6 +49,7 @@ REFERENCE_BRAKE_DRAG_NM = 2e-3
 REFERENCE_BRAKE_TIME_CONSTANT_S = 60e-3
 REFERENCE_SHAFT_STIFFNESS_NM_PER_RAD = 2.873
 REFERENCE_COUNTS_PER_REV = 8192
+REFERENCE_BRAKE_FLOOR_NM = 3.3e-3
 REFERENCE_KNOB_INERTIA_KG_M2 = 6e-5
 REFERENCE_KNOB_COULOMB_NM = 6e-3
 REFERENCE_KNOB_VISCOUS_NM_S_PER_RAD = 2.6e-5

@@ -6,11 +6,15 @@ from firmware.protocol.definition import enumerations as e
 from firmware.protocol.definition.configurations import CONFIGURATIONS
 from firmware.protocol.definition.constants import (
     CURVE_POOL_POINTS,
+    EMULATED_CONTROL_PERIOD_NS,
     EXCITATION_STILL_S,
     GAME_EFFECTS_PER_REPORT,
+    MAX_CONTROL_PERIOD_NS,
     MAX_EFFECTS,
     MAX_TORQUE_NM,
+    MIN_CONTROL_PERIOD_NS,
     PROTOCOL_VERSION,
+    REFERENCE_COUNTS_PER_REV,
     SAMPLES_PER_REPORT,
 )
 from firmware.protocol.definition.effects import (
@@ -45,10 +49,10 @@ IDENTITY = Structure(
             default="curve_pool_points",
         ),
         raw(
-            "control_period_ns", "u32", "length of a tick", "ns", 50_000, 1_000_000,
-            default=1_000_000,
+            "control_period_ns", "u32", "length of a tick", "ns", MIN_CONTROL_PERIOD_NS,
+            MAX_CONTROL_PERIOD_NS, default=EMULATED_CONTROL_PERIOD_NS,
         ),
-        raw("counts_per_rev", "u32", "of the encoder", "", 4, 1 << 24, default=8192),
+        raw("counts_per_rev", "u32", "of the encoder", "", 4, 1 << 24, default=REFERENCE_COUNTS_PER_REV),
         raw("torque_step_nm", "f32", "resolution of telemetry's torques", "N m", 1e-9, 1.0, default=1e-5),
         raw(
             "speed_step_rad_s", "f32", "resolution of telemetry's speed", "rad/s", 1e-9, 100.0,

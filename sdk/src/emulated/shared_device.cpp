@@ -14,9 +14,10 @@ using std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 std::int64_t control_period_ns(double rate_hz) {
-  if (!(rate_hz >= 1e3 && rate_hz <= 20e3)) {
-    throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) +
-                          ", allowed are 1000 to 20000 Hz");
+  if (!(rate_hz >= protocol::min_control_rate_hz && rate_hz <= protocol::max_control_rate_hz)) {
+    throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) + ", allowed are " +
+                          number_text(protocol::min_control_rate_hz) + " to " +
+                          number_text(protocol::max_control_rate_hz) + " Hz");
   }
   return std::llround(1e9 / rate_hz);
 }

@@ -19,9 +19,9 @@ def run_actuator(
     angle_rad: float = 0.0,
     both_ways: bool = False,
     initial_speed_rad_s: float = 0.0,
-    counts_per_rev: int = 8192,
-    period_ns: int = 1_000_000,
-    step_ns: int = 20_000,
+    counts_per_rev: int = ...,
+    period_ns: int = ...,
+    step_ns: int = ...,
 ) -> npt.NDArray[np.void]: ...
 def drive_foreign(
     *,

@@ -56,7 +56,6 @@ emulator::ControlSetup make_device(protocol::Law law, const Parts& parts,
   protocol::ActuatorConfig& actuator = options.actuator;
   actuator.motor_torque_max_nm = narrow(parts.motor_limit_nm);
   actuator.brake_torque_max_nm = narrow(parts.brake_limit_nm);
-  actuator.brake_torque_min_nm = narrow(parts.brake_floor_nm);
   actuator.brake_drag_nm = narrow(parts.brake_drag_nm);
   actuator.brake_time_constant_s = narrow(parts.brake_time_constant_s);
   actuator.spring_stiffness_nm_per_rad = narrow(parts.stiff_spring_nm_per_rad);

@@ -39,24 +39,25 @@ inline constexpr int kKinds = 13;
 
 /// What all actuators are built from, so that the comparison is one of arrangements and laws.
 /// Motor, brake, stiff spring and encoder are those of the default plant; its shaft A is here split
-/// into the knob on its bearing and the motor's rotor.
+/// into the knob on its bearing, a third of its inertia and a sixth of its friction, and the
+/// motor's rotor.
+inline const emulator::PlantParams kDefaultPlant;
 struct Parts {
   double knob_inertia_kg_m2 = 2e-5;
   double knob_coulomb_nm = 1e-3;
   double rotor_inertia_kg_m2 = 4e-5;
   double rotor_coulomb_nm = 5e-3;
-  double rotor_viscous_nm_s_per_rad = 2.6e-5;
-  double brake_inertia_kg_m2 = 4e-5;
-  double brake_viscous_nm_s_per_rad = 2e-6;
-  double brake_drag_nm = 2e-3;
-  double stiff_spring_nm_per_rad = 2.873;
+  double rotor_viscous_nm_s_per_rad = kDefaultPlant.knob_viscous_nm_s_per_rad;
+  double brake_inertia_kg_m2 = kDefaultPlant.brake_inertia_kg_m2;
+  double brake_viscous_nm_s_per_rad = kDefaultPlant.brake_viscous_nm_s_per_rad;
+  double brake_drag_nm = kDefaultPlant.brake_drag_nm;
+  double stiff_spring_nm_per_rad = kDefaultPlant.shaft_stiffness_nm_per_rad;
   double soft_spring_nm_per_rad = 1.0;
-  double spring_damping_nm_s_per_rad = 2e-4;
-  double motor_time_constant_s = emulator::PlantParams{}.motor_time_constant_s;
-  double motor_limit_nm = 85e-3;
-  double brake_time_constant_s = 60e-3;
-  double brake_limit_nm = 110e-3;
-  double brake_floor_nm = 3.3e-3;     ///< of the soft sensor
+  double spring_damping_nm_s_per_rad = kDefaultPlant.shaft_damping_nm_s_per_rad;
+  double motor_time_constant_s = kDefaultPlant.motor_time_constant_s;
+  double motor_limit_nm = kDefaultPlant.motor_limit_nm;
+  double brake_time_constant_s = kDefaultPlant.brake_time_constant_s;
+  double brake_limit_nm = kDefaultPlant.brake_limit_nm;
   double free_assist_nm = 5.8e-3;     ///< that the law `calibrated` takes off the friction
   double beta = 0.5;                  ///< the brake's share, where a law has one
   double sensor_threshold_nm = 3e-3;  ///< of the torque sensor of (b), against its noise

@@ -17,7 +17,7 @@ struct TrialParams {
   Environment environment;
   emulator::Hand hand = emulator::NoHand{};
   double initial_speed_rad_s = 0.0;
-  std::uint32_t counts_per_rev = 8192;
+  std::uint32_t counts_per_rev = kDefaultPlant.counts_per_rev;
   std::int64_t period_ns = 1'000'000;  ///< of control, a multiple of step_ns
   std::int64_t step_ns = 20'000;       ///< of the simulation
   std::int64_t duration_ns = 0;

@@ -40,7 +40,6 @@ constexpr std::array part_fields{
     std::pair{"brake_time_constant_s", &Parts::brake_time_constant_s},
     std::pair{"clutch_time_constant_s", &Parts::clutch_time_constant_s},
     std::pair{"brake_limit_nm", &Parts::brake_limit_nm},
-    std::pair{"brake_floor_nm", &Parts::brake_floor_nm},
     std::pair{"free_assist_nm", &Parts::free_assist_nm},
     std::pair{"beta", &Parts::beta},
     std::pair{"sensor_threshold_nm", &Parts::sensor_threshold_nm},
@@ -135,8 +134,10 @@ void bind_actuators(py::module_& module) {
   module.def("run_actuator", &run_actuator, arg("actuator"), py::kw_only(), arg("hand"),
              arg("duration_ns"), arg("parts") = std::map<std::string, double>{},
              arg("stiffness_nm_per_rad") = 0.0, arg("angle_rad") = 0.0, arg("both_ways") = false,
-             arg("initial_speed_rad_s") = 0.0, arg("counts_per_rev") = 8192,
-             arg("period_ns") = 1'000'000, arg("step_ns") = 20'000,
+             arg("initial_speed_rad_s") = 0.0,
+             arg("counts_per_rev") = actuators::TrialParams{}.counts_per_rev,
+             arg("period_ns") = actuators::TrialParams{}.period_ns,
+             arg("step_ns") = actuators::TrialParams{}.step_ns,
              "One actuator, hand and environment; TRIAL_DTYPE, one row a tick.");
 }
 

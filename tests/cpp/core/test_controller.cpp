@@ -14,10 +14,13 @@ using doctest::Approx;
 
 namespace {
 
+constexpr std::array<core::ShaftKnee, core::kMostKnees> kStraight{};
+
 core::ControllerParams reference_actuator() {
   core::ControllerParams params;
   params.motion = core::make_motion_params(core::make_resolution(8192, 1'000'000), 32, false, 100);
   params.brake = core::make_brake_params(0.06F, 1e-3F, 3.3e-3F, 0.0F);
+  params.shaft = core::make_shaft_params(2.873F, kStraight, 0.0F, 1e-3F, 0.0F);
   params.partition = {core::Law::paper, 0.5F, 0.085F, 0.110F};
   return params;
 }

@@ -1,6 +1,7 @@
 // What is not finite may come in anywhere; it never reaches an actuator and never stays.
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -16,10 +17,13 @@ const std::vector<float> kNotFinite{std::numeric_limits<float>::quiet_NaN(),
                                     std::numeric_limits<float>::infinity(),
                                     -std::numeric_limits<float>::infinity()};
 
+constexpr std::array<core::ShaftKnee, core::kMostKnees> kStraight{};
+
 core::ControllerParams params(core::Law law) {
   core::ControllerParams params;
   params.motion = core::make_motion_params(core::make_resolution(8192, 1'000'000), 32, false, 100);
   params.brake = core::make_brake_params(0.06F, 1e-3F, 3.3e-3F, 0.0F);
+  params.shaft = core::make_shaft_params(2.873F, kStraight, 0.0F, 1e-3F, 0.0F);
   params.partition = {law, 0.5F, 0.085F, 0.110F};
   return params;
 }

@@ -306,9 +306,8 @@ TEST_CASE("a damped wall that is not reached yet gives nothing, however fast it 
   auto scene = std::make_unique<core::Scene>();
   scene->effect[0] = core::Wall{{100, 0, 0.0F}, -1.0F, 1.0F, 0.01F};
   scene->active = 1;
-  const core::Resolution resolution;
   const core::Motion motion{99, 50, 0.04F, 40.0F, 0.0F};
-  CHECK(core::evaluate_scene(*scene, state, motion, resolution, 5) == 0.0F);
+  CHECK(core::evaluate_scene(*scene, state, motion, kResolution, 5) == 0.0F);
 }
 
 TEST_CASE("a torque without end is silent before its delay, and friction begins relaxed") {
@@ -318,9 +317,8 @@ TEST_CASE("a torque without end is silent before its delay, and friction begins 
   timing.delay_ticks = 10;
   scene->effect[0] = core::Constant{0.02F, timing};
   scene->active = 1;
-  const core::Resolution resolution;
   for (std::uint64_t tick = 0; tick < 20; ++tick) {
-    CHECK(core::evaluate_scene(*scene, state, {}, resolution, tick) == (tick < 10 ? 0.0F : 0.02F));
+    CHECK(core::evaluate_scene(*scene, state, {}, kResolution, tick) == (tick < 10 ? 0.0F : 0.02F));
   }
   state.twist_rad[3] = 0.1F;
   core::restart_effects(state, 1U << 3U, 5);

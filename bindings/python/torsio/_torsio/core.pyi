@@ -12,11 +12,11 @@ class MotionParams:
     def __init__(
         self,
         *,
-        counts_per_rev: int = 8192,
-        period_ns: int = 1_000_000,
-        counter_bits: int = 32,
+        counts_per_rev: int = ...,
+        period_ns: int = ...,
+        counter_bits: int = ...,
         reversed: bool = False,
-        speed_bandwidth_hz: float = 100.0,
+        speed_bandwidth_hz: float = ...,
     ) -> None: ...
 
 class MotionState:
@@ -46,9 +46,9 @@ class BrakeParams:
     def __init__(
         self,
         *,
-        time_constant_s: float = 60e-3,
-        period_s: float = 1e-3,
-        floor_nm: float = 3.3e-3,
+        time_constant_s: float = ...,
+        period_s: float = ...,
+        floor_nm: float = ...,
         drag_nm: float = 0.0,
     ) -> None: ...
     @property
@@ -77,7 +77,7 @@ def sense_spring(
     delta_rad: float,
     capacity_nm: float,
     *,
-    stiffness_nm_per_rad: float = 2.873,
+    stiffness_nm_per_rad: float = ...,
 ) -> float: ...
 @overload
 def sense_spring(
@@ -85,17 +85,17 @@ def sense_spring(
     delta_rad: _Numbers,
     capacity_nm: _Numbers | float,
     *,
-    stiffness_nm_per_rad: float = 2.873,
+    stiffness_nm_per_rad: float = ...,
 ) -> _Floats: ...
 
 class PartitionParams:
     def __init__(
         self,
         *,
-        law: _Law = "paper",
-        beta: float = 0.5,
-        motor_torque_max_nm: float = 85e-3,
-        brake_torque_max_nm: float = 110e-3,
+        law: _Law = ...,
+        beta: float = ...,
+        motor_torque_max_nm: float = ...,
+        brake_torque_max_nm: float = ...,
     ) -> None: ...
     @property
     def law(self) -> _Law: ...
@@ -132,8 +132,8 @@ class Scene:
         self,
         reports: Iterable[bytes],
         *,
-        counts_per_rev: int = 8192,
-        period_ns: int = 1_000_000,
+        counts_per_rev: int = ...,
+        period_ns: int = ...,
     ) -> None: ...
     @property
     def active(self) -> int: ...

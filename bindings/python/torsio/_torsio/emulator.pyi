@@ -15,7 +15,7 @@ class Plant:
         params: PlantParams | None = None,
         hand: Hand | None = None,
         *,
-        step_ns: int = 1_000_000,
+        step_ns: int = ...,
         stepper: object | None = None,
     ) -> None: ...
     def set_command(
@@ -34,7 +34,7 @@ class Plant:
         motor_command_nm: npt.ArrayLike,
         brake_command_nm: npt.ArrayLike,
         *,
-        period_ns: int = 1_000_000,
+        period_ns: int = ...,
     ) -> npt.NDArray[np.void]: ...
     def record_bridges(
         self,
@@ -49,7 +49,7 @@ class Plant:
         motor_command_nm: npt.ArrayLike,
         brake_command_nm: npt.ArrayLike,
         *,
-        period_ns: int = 1_000_000,
+        period_ns: int = ...,
     ) -> npt.NDArray[np.float64]: ...
     def set_state(self, state: InitialState) -> None: ...
     def restart(self) -> None: ...
@@ -73,7 +73,7 @@ class Encoder:
     def __init__(
         self,
         *,
-        counts_per_rev: int = 8192,
+        counts_per_rev: int = ...,
         rounding: Literal["floor", "nearest"] = "floor",
         direction: int = 1,
         phase_counts: float = 0.0,
@@ -95,7 +95,7 @@ class EmulatedDevice:
         self,
         *,
         seed: int = 0,
-        control_period_ns: int = 1_000_000,
+        control_period_ns: int = ...,
         plant: PlantParams | None = None,
         hand: Hand | None = None,
         serial: str = "EMULATED",

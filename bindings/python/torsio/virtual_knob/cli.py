@@ -15,6 +15,11 @@ from typing import Annotated
 
 import typer
 
+from torsio.config import (
+    EMULATED_CONTROL_PERIOD_NS,
+    MAX_CONTROL_RATE_HZ,
+    MIN_CONTROL_RATE_HZ,
+)
 from torsio.virtual_knob import Address, attach_commands, program_path, terminal
 
 _PERSONS: dict[str, type[terminal.KeyboardHand] | type[terminal.MouseHand]] = {
@@ -155,8 +160,11 @@ def emulate_command(
     ] = 3240,
     serial: Annotated[str, typer.Option(help="1 to 16 printable characters.")] = "EMULATED",
     rate_hz: Annotated[
-        float, typer.Option(min=1000, max=20000, help="Rate of the control loop.")
-    ] = 1000,
+        float,
+        typer.Option(
+            min=MIN_CONTROL_RATE_HZ, max=MAX_CONTROL_RATE_HZ, help="Rate of the control loop."
+        ),
+    ] = 1e9 / EMULATED_CONTROL_PERIOD_NS,
     seed: Annotated[int, typer.Option(min=0, help="Of everything random.")] = 0,
     hand: Annotated[
         str,

@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
+from torsio.closed_loop import LoopOptions
 from torsio.demos import wall
 from torsio.hands import Hand, ImpedanceHand, NoHand, TorqueHand
+from torsio.plant import PlantParams
 from torsio.telemetry import Record
 from torsio_studies import _studies, exits
 from torsio_studies.common import StudyError
@@ -39,9 +41,9 @@ FREE_RAD_S = 5.0
 PRESS_WALL_MNM_PER_DEG = 10.0
 PRESS_TO_NM = 0.4
 PRESS_S = 10.0
-MOTOR_LIMIT_NM = 85e-3
-COUNTS_PER_REV = 8192
-PERIOD_NS = 1_000_000
+MOTOR_LIMIT_NM = PlantParams().motor_limit_nm
+COUNTS_PER_REV = PlantParams().counts_per_rev
+PERIOD_NS = LoopOptions().control_period_ns
 FINE: Final = {"counts_per_rev": 32_768, "period_ns": 50_000, "step_ns": 10_000}
 """Options of `simulate`: the rate of a Pico 2 and a finer encoder."""
 

@@ -90,7 +90,8 @@ def hidden_knob(number: int) -> HiddenKnob:
         encoder_phase_counts=float(random.uniform(0.0, 1.0)),
         # So that the knee lies within what the motor can twist.
         shaft_hardening=ShaftHardening(
-            knee_rad=near(0.010) * 2.873 / stiffness, stiffness_factor=near(2.4)
+            knee_rad=near(0.010) * default.shaft_stiffness_nm_per_rad / stiffness,
+            stiffness_factor=near(2.4),
         )
         if maybe()
         else None,

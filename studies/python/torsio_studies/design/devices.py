@@ -44,13 +44,13 @@ class Design:
     """What a designer chooses. Everything else is the default device."""
 
     _: KW_ONLY
-    beta: float = 0.5
-    motor_limit_nm: float = 85e-3
-    brake_limit_nm: float = 110e-3
-    shaft_stiffness_nm_per_rad: float = 2.873
-    control_rate_hz: float = 1000.0
-    counts_per_rev: int = 8192
-    knob_inertia_kg_m2: float = 6e-5
+    beta: float = ControlConfig().beta
+    motor_limit_nm: float = PlantParams().motor_limit_nm
+    brake_limit_nm: float = PlantParams().brake_limit_nm
+    shaft_stiffness_nm_per_rad: float = PlantParams().shaft_stiffness_nm_per_rad
+    control_rate_hz: float = 1e9 / LoopOptions().control_period_ns
+    counts_per_rev: int = PlantParams().counts_per_rev
+    knob_inertia_kg_m2: float = PlantParams().knob_inertia_kg_m2
 
     def __post_init__(self) -> None:
         """Refuse what no device can have, before hours are spent on others."""

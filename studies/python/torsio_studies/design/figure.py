@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from torsio.drawing import GREY, coloured_table, headline
+from torsio.plant import PlantParams
 from torsio_studies.actuators import trials
 from torsio_studies.common import Study
 from torsio_studies.design.devices import MAPS, SPACE
@@ -166,7 +167,10 @@ def _draw_map(figure: Figure, axes: Axes, panel: _Map, table: Table, side: int) 
     axes.set_xticks([10, 20, 50, 100, 200])
     if y_name == "control_rate_hz":
         axes.set_yticks([0.5, 1, 2, 5, 10])
-    own = (2.873 * trials.NM_PER_RAD, 1.0 if y_name == "control_rate_hz" else 0.5)
+    own = (
+        PlantParams().shaft_stiffness_nm_per_rad * trials.NM_PER_RAD,
+        1.0 if y_name == "control_rate_hz" else 0.5,
+    )
     axes.plot(*own, "o", ms=11, mfc="none", mec="white", mew=2.2)
     bar_axes = figure.add_axes((axes.get_position().x0, 0.075, axes.get_position().width, 0.022))
     bar = figure.colorbar(image, cax=bar_axes, orientation="horizontal")

@@ -285,7 +285,7 @@ def _chained(spoiled_input: str | None, bad: float) -> float:
     """Motor's torque at the end of 60 counts into the wall."""
     brake, sensor = core.BrakeState(), core.SoftSensorState()
     brake_params, law = core.BrakeParams(), core.PartitionParams(law="paper")
-    count_rad = 2.0 * math.pi / 8192
+    count_rad = 2.0 * math.pi / PlantParams().counts_per_rev
     command_nm, motor_nm = 0.0, 0.0
     for tick in range(60):
         inputs = {

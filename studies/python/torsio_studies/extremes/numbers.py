@@ -17,7 +17,7 @@ from torsio_studies import wide
 from torsio_studies.paper import runs
 
 Array = npt.NDArray[np.float64]
-COUNTS = 8192
+COUNTS = PlantParams().counts_per_rev
 COUNT_RAD = runs.COUNT_RAD
 STIFFNESS = runs.SHAFT_NM_PER_RAD
 HELD_NM = 37.5e-3
@@ -192,7 +192,9 @@ def wrap_traces(bits: int) -> tuple[Array, Array, Array]:
     delta = np.diff(counter, prepend=counter[0]).astype(np.float64) * COUNT_RAD
     torque, naive = 0.0, np.empty(len(rows))
     for i, step in enumerate(delta):
-        bound = max(float(rows["sensed_brake_capacity_nm"][i]), 3.3e-3)
+        bound = max(
+            float(rows["sensed_brake_capacity_nm"][i]), ActuatorConfig().brake_torque_min_nm
+        )
         torque = min(max(torque - STIFFNESS * step, -bound), bound)
         naive[i] = torque
     return rows["time_s"], naive, rows["sensed_spring_torque_nm"].astype(np.float64)
@@ -260,7 +262,7 @@ def microsecond_errors_s() -> tuple[float, float]:
 def subnormal_ticks(seconds: float = 60.0) -> tuple[int, int]:
     """Ticks that a released brake's model spends in subnormal numbers: plain, and the device's."""
     ticks = round(1000 * seconds)
-    decay = np.float32(math.exp(-1e-3 / 60e-3))
+    decay = np.float32(math.exp(-1e-3 / PlantParams().brake_time_constant_s))
     tiny = float(np.finfo(np.float32).tiny)
     value, naive = np.float32(0.1), 0
     for _ in range(ticks):

@@ -48,7 +48,7 @@ def bounce_options(
     *,
     rate_hz: float = 1000.0,
     delay_ticks: int = 0,
-    counts_per_rev: int = 8192,
+    counts_per_rev: int = PlantParams().counts_per_rev,
     beta: float = 0.5,
 ) -> LoopOptions:
     """Spin the knob up, let go, and let a virtual spring catch it."""
@@ -109,7 +109,7 @@ def push_options(
     *,
     beta: float = 0.5,
     rate_hz: float = 1000.0,
-    counts_per_rev: int = 8192,
+    counts_per_rev: int = PlantParams().counts_per_rev,
     pull_s: float = PULL_S,
     peak_nm: float = PEAK_NM,
     plant: PlantParams | None = None,
