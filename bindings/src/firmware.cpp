@@ -27,11 +27,11 @@ py::dict file_to_python(const FirmwareFile& file) {
                   arg("size") = file.size);
 }
 
-/// A torsio.firmware.Host, or None.
+/// A torsio.FirmwareHost, or None.
 FirmwareHost host_from_python(const py::object& source) {
   if (source.is_none()) return {};
   const auto host = keep(source);
-  return {.list =
+  return {.list_devices =
               [host] {
                 const Locked locked;
                 std::vector<ListedDevice> devices;
@@ -59,21 +59,22 @@ FirmwareHost host_from_python(const py::object& source) {
 }
 
 FirmwarePlan prepare(const fs::path& path, const std::string& selector,
-                     const std::optional<fs::path>& drive, const py::object& host) {
+                     const std::optional<fs::path>& drive, double timeout_s, const py::object& say,
+                     const py::object& host) {
   const UpdateOptions options{.drive = drive.value_or(fs::path()),
+                              .timeout_s = timeout_s,
+                              .say =
+                                  [say = keep(say)](std::string_view step) {
+                                    const Locked locked;
+                                    (*say)(to_text(step));
+                                  },
                               .interrupted = &check_signals,
                               .host = host_from_python(host)};
   const Unlocked unlocked;
   return prepare_update(path, selector, options);
 }
 
-py::dict carry_out_plan(const FirmwarePlan& prepared, double timeout_s, const py::object& say) {
-  FirmwarePlan plan = prepared;
-  plan.options.timeout_s = timeout_s;
-  plan.options.say = [say = keep(say)](std::string_view step) {
-    const Locked locked;
-    (*say)(to_text(step));
-  };
+py::dict carry_out_plan(const FirmwarePlan& plan) {
   const FirmwareUpdate done = [&] {
     const Unlocked unlocked;
     return carry_out(plan);
@@ -103,8 +104,9 @@ void bind_firmware(py::module_& module) {
       return read_firmware(path);
     }());
   });
-  module.def("prepare_update", &prepare, arg("path"), arg("selector"), arg("drive"), arg("host"));
-  module.def("carry_out", &carry_out_plan, arg("plan"), arg("timeout_s"), arg("say"));
+  module.def("prepare_update", &prepare, arg("path"), arg("selector"), arg("drive"),
+             arg("timeout_s"), arg("say"), arg("host"));
+  module.def("carry_out", &carry_out_plan, arg("plan"));
   module.def("start_bootloader", [](const std::string& selector) {
     OpenOptions options;
     options.interrupted = &check_signals;

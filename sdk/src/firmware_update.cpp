@@ -94,7 +94,7 @@ class Host {
 
   /// None of them emulated.
   [[nodiscard]] std::vector<ListedDevice> devices() const {
-    std::vector<ListedDevice> devices = host_.list ? host_.list() : list_devices();
+    std::vector<ListedDevice> devices = host_.list_devices ? host_.list_devices() : list_devices();
     std::erase_if(devices, [](const ListedDevice& one) { return one.transport == "emulated"; });
     return devices;
   }

@@ -7,10 +7,10 @@ import struct
 
 import pytest
 
+import torsio
 from tests.board.pico import FEATURE, FLASH_BASE, SERIAL, EmulatedPico, UsbStall, enumerated
 from tests.python import wire
 from tools import uf2
-from torsio import firmware
 
 ACTUATOR = wire.REPORTS["actuator_config"].id
 CONTROL = wire.REPORTS["control_config"].id
@@ -48,7 +48,7 @@ def test_firmware_enumerates_as_the_knob() -> None:
 
 def test_file_says_what_the_board_says_once_it_runs(lasting_pico: EmulatedPico) -> None:
     model, identity = lasting_pico.model, lasting_pico.get("identity")
-    found = firmware.read(model.image)
+    found = torsio.read_firmware(model.image)
     assert (found.board, found.chip) == (model.name, model.chip)
     assert found.fingerprint == identity["fingerprint"]
     assert found.version == ".".join(map(str, identity["firmware_version"]))

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 import torsio
 from tools import uf2
-from torsio import firmware, protocol
+from torsio import protocol
 from torsio.cli import app
 
 OURS = protocol.fingerprint()
@@ -82,7 +82,7 @@ def test_bad_file_is_told_in_a_sentence(case: str, tmp_path: Path) -> None:
     file = tmp_path / "bad.uf2"
     file.write_bytes(data)
     with pytest.raises(torsio.InvalidArgument, match=words) as told:
-        firmware.read(file)
+        torsio.read_firmware(file)
     assert str(told.value).startswith(f"{file}: ")
     result = CliRunner().invoke(app, ["firmware", "show", str(file)])
     assert result.exit_code == 1
@@ -93,7 +93,7 @@ def test_file_says_for_which_board_it_is(tmp_path: Path) -> None:
     for name, data in {"pico2": image(), "pico": PICO}.items():
         file = tmp_path / f"{name}.uf2"
         file.write_bytes(data)
-        found = firmware.read(file)
+        found = torsio.read_firmware(file)
         assert (found.board, found.version, found.fingerprint) == (name, "0.9.7", OURS)
         assert found.chip == {"pico2": "rp2350", "pico": "rp2040"}[name]
         assert found.size == 1024
@@ -106,15 +106,15 @@ def test_file_whose_name_is_no_text_is_told(tmp_path: Path) -> None:
     file = tmp_path / os.fsdecode(b"b\xfcro.uf2")
     file.write_bytes(b"")
     with pytest.raises(torsio.InvalidArgument) as told:
-        firmware.read(file)
+        torsio.read_firmware(file)
     assert str(told.value).startswith(f"{file}: it has 0 bytes")
 
 
 def test_what_cannot_be_read_is_told_with_its_reason(tmp_path: Path) -> None:
     with pytest.raises(torsio.Error, match=r"none\.uf2 cannot be read: No such file"):
-        firmware.read(tmp_path / "none.uf2")
+        torsio.read_firmware(tmp_path / "none.uf2")
     with pytest.raises(torsio.Error, match="cannot be read: Is a directory"):
-        firmware.read(tmp_path)
+        torsio.read_firmware(tmp_path)
 
 
 def test_file_that_is_not_there_is_told(tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ class StandIn:
         twins = [dataclasses.replace(mine, path="/dev/hidraw8")] if self.twin else []
         return [mine, *twins, *emulated]
 
-    def examine(self, path: str) -> firmware.ExaminedKnob | None:
+    def examine(self, path: str) -> torsio.ExaminedKnob | None:
         assert path == "/dev/hidraw7"
         if self.error is not None:
             raise self.error
@@ -166,7 +166,7 @@ class StandIn:
         info = dataclasses.replace(
             self.knob.info, board=self.board, firmware_version=self.version, serial=self.serial
         )
-        return firmware.ExaminedKnob(info, self.owner, torsio.dump_config(self.knob))
+        return torsio.ExaminedKnob(info, self.owner, torsio.dump_config(self.knob))
 
     def start_bootloader(self, path: str) -> None:
         self.started.append(path)
@@ -229,9 +229,8 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
-def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> firmware.Updated:
-    plan = firmware.prepare(file, selector, drive=options.pop("drive", None), host=board)
-    return firmware.carry_out(plan, timeout_s=options.pop("timeout_s", 10.0), **options)
+def do(board: StandIn, file: Path, selector: str = "", **options: Any) -> torsio.FirmwareUpdate:
+    return torsio.update_firmware(file, selector, host=board, **{"timeout_s": 10.0} | options)
 
 
 def test_update_disarms_copies_and_sees_the_new_version_run(board: StandIn, file: Path) -> None:
@@ -259,10 +258,10 @@ def test_knob_of_another_release_is_updated_and_its_owner_warned(
     board: StandIn, file: Path
 ) -> None:
     board.other_release = True
-    plan = firmware.prepare(file, host=board)
+    plan = torsio.prepare_update(file, timeout_s=10.0, host=board)
     assert plan.loses_configuration
     assert "of another release" in str(plan)
-    done = firmware.carry_out(plan, timeout_s=10.0)
+    done = torsio.carry_out(plan)
     assert (done.before, done.kept, done.configuration) == (None, None, "")
 
 
@@ -334,10 +333,10 @@ def test_two_drives_are_not_guessed_between(board: StandIn, file: Path) -> None:
 
 
 def test_file_that_changes_after_consent_is_not_copied(board: StandIn, file: Path) -> None:
-    plan = firmware.prepare(file, host=board)
+    plan = torsio.prepare_update(file, host=board)
     file.write_bytes(image(version=(0, 9, 8)))
     with pytest.raises(torsio.InvalidArgument, match="another file"):
-        firmware.carry_out(plan)
+        torsio.carry_out(plan)
     assert board.started == []
 
 
@@ -418,7 +417,7 @@ def test_second_board_in_its_boot_loader_is_not_guessed_about(board: StandIn, fi
 def test_command_asks_first_and_tells_what_it_did(
     board: StandIn, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(firmware, "prepare", partial(firmware.prepare, host=board))
+    monkeypatch.setattr(torsio, "prepare_update", partial(torsio.prepare_update, host=board))
     asked = CliRunner().invoke(app, ["firmware", "update", str(file)])
     assert asked.exit_code == 1
     assert "--yes" in asked.output

@@ -43,7 +43,18 @@ from torsio.errors import (
     StiffnessWarning,
     Timeout,
 )
-from torsio.firmware import start_bootloader
+from torsio.firmware import (
+    ExaminedKnob,
+    FirmwareFile,
+    FirmwareHost,
+    FirmwarePlan,
+    FirmwareUpdate,
+    carry_out,
+    prepare_update,
+    read_firmware,
+    start_bootloader,
+    update_firmware,
+)
 from torsio.game_port import GamePort
 from torsio.hands import FeedbackHand, Hand, ImpedanceHand, NoHand, PrescribedMotion, TorqueHand
 from torsio.hotplug import DeviceEvent, DeviceWatch, watch
@@ -111,7 +122,12 @@ __all__ = [
     "Energies",
     "Error",
     "Event",
+    "ExaminedKnob",
     "FeedbackHand",
+    "FirmwareFile",
+    "FirmwareHost",
+    "FirmwarePlan",
+    "FirmwareUpdate",
     "GameConfig",
     "GameEffect",
     "GamePort",
@@ -147,6 +163,7 @@ __all__ = [
     "TorqueHand",
     "Transport",
     "__version__",
+    "carry_out",
     "core",
     "dump_config",
     "emulator",
@@ -154,10 +171,13 @@ __all__ = [
     "load",
     "load_config",
     "open",
-    "start_bootloader",
+    "prepare_update",
     "protocol",
+    "read_firmware",
     "replay",
+    "start_bootloader",
     "telemetry",
+    "update_firmware",
     "watch",
     *scenes.__all__,
 ]

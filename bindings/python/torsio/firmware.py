@@ -1,7 +1,7 @@
 """New firmware for a knob: look into a file, put it on the knob, and see that it runs.
 
->>> import torsio.firmware
->>> torsio.firmware.update("torsio-pico2.uf2")  # doctest: +SKIP
+>>> import torsio
+>>> torsio.update_firmware("torsio-pico2.uf2")  # doctest: +SKIP
 
 A board that waits for firmware is a drive with a file INFO_UF2.TXT; what is copied there runs.
 """
@@ -19,14 +19,14 @@ from torsio.records import DeviceInfo, ListedDevice
 __all__ = [
     "ExaminedKnob",
     "FirmwareFile",
-    "Host",
-    "Plan",
-    "Updated",
+    "FirmwareHost",
+    "FirmwarePlan",
+    "FirmwareUpdate",
     "carry_out",
-    "prepare",
-    "read",
+    "prepare_update",
+    "read_firmware",
     "start_bootloader",
-    "update",
+    "update_firmware",
 ]
 
 Say = Callable[[str], object]
@@ -58,7 +58,7 @@ class ExaminedKnob:
     """As `torsio.dump_config` gives it."""
 
 
-class Host(Protocol):
+class FirmwareHost(Protocol):
     """Where an update finds knobs and drives, in a test."""
 
     root: Path
@@ -75,8 +75,8 @@ class Host(Protocol):
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What an update would do: made by `prepare`, done by `carry_out`."""
+class FirmwarePlan:
+    """What an update would do: made by `prepare_update`, done by `carry_out`."""
 
     file: FirmwareFile
     device: ListedDevice | None
@@ -98,7 +98,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Updated:
+class FirmwareUpdate:
     """What an update has done."""
 
     file: FirmwareFile
@@ -126,7 +126,7 @@ def start_bootloader(selector: str = "") -> None:
     _torsio.start_bootloader(checks.text("selector", selector))
 
 
-def read(path: str | Path) -> FirmwareFile:
+def read_firmware(path: str | Path) -> FirmwareFile:
     """Look into a file.
 
     Raises
@@ -143,13 +143,19 @@ def _info(told: dict[str, Any] | None) -> DeviceInfo | None:
     return None if told is None else DeviceInfo(**told)
 
 
-def prepare(
+def _silent(_: str) -> None:
+    """Tell nobody."""
+
+
+def prepare_update(
     path: str | Path,
     selector: str = "",
     *,
     drive: str | Path | None = None,
-    host: Host | None = None,
-) -> Plan:
+    timeout_s: float = 60.0,
+    say: Say = _silent,
+    host: FirmwareHost | None = None,
+) -> FirmwarePlan:
     """Look at file and knob, and say what an update would do. Changes nothing.
 
     Parameters
@@ -162,6 +168,10 @@ def prepare(
     drive
         Folder in which the boot loader's drive will be, where it cannot be found: anywhere but on
         Linux.
+    timeout_s
+        Longest wait for the drive, and again for the knob.
+    say
+        Is told each step, in words.
     host
         In place of this computer, for tests.
 
@@ -174,20 +184,22 @@ def prepare(
         Another program or a game has the knob.
     DeviceNotFound, PermissionDenied, Error
     """
-    plan = _torsio.prepare_update(path, checks.text("selector", selector), drive, host)
+    checks.function("say", say)
+    plan = _torsio.prepare_update(
+        path,
+        checks.text("selector", selector),
+        drive,
+        checks.number("timeout_s", timeout_s),
+        say,
+        host,
+    )
     device = None if plan.device is None else ListedDevice(**plan.device)
-    return Plan(FirmwareFile(**plan.file), device, _info(plan.before), plan.configuration, plan)
+    file = FirmwareFile(**plan.file)
+    return FirmwarePlan(file, device, _info(plan.before), plan.configuration, plan)
 
 
-def carry_out(plan: Plan, *, timeout_s: float = 60.0, say: Say = lambda _: None) -> Updated:
-    """Do what `prepare` has planned: disarm, boot loader, copy, wait, and look what runs.
-
-    Parameters
-    ----------
-    timeout_s
-        Longest wait for the drive, and again for the knob.
-    say
-        Is told each step, in words.
+def carry_out(plan: FirmwarePlan) -> FirmwareUpdate:
+    """Do what `prepare_update` has planned: disarm, boot loader, copy, wait, look what runs.
 
     Raises
     ------
@@ -198,26 +210,28 @@ def carry_out(plan: Plan, *, timeout_s: float = 60.0, say: Say = lambda _: None)
     Refused, DeviceBusy, Disconnected
         The knob would not go into its boot loader; nothing was changed.
     """
-    checks.kind("plan", plan, Plan, "a plan of torsio.firmware.prepare")
-    checks.function("say", say)
-    done = _torsio.carry_out(plan._plan, checks.number("timeout_s", timeout_s), say)
-    return Updated(
+    checks.kind("plan", plan, FirmwarePlan, "a plan of torsio.prepare_update")
+    done = _torsio.carry_out(plan._plan)
+    return FirmwareUpdate(
         plan.file, plan.before, DeviceInfo(**done["after"]), done["kept"], done["configuration"]
     )
 
 
-def update(
+def update_firmware(
     path: str | Path,
     selector: str = "",
     *,
     drive: str | Path | None = None,
     timeout_s: float = 60.0,
-    say: Say = lambda _: None,
-) -> Updated:
-    """Put new firmware on a knob, without asking: `prepare` and `carry_out`.
+    say: Say = _silent,
+    host: FirmwareHost | None = None,
+) -> FirmwareUpdate:
+    """Put new firmware on a knob, without asking: `prepare_update` and `carry_out`.
 
     The configuration that was saved stays, unless the firmware before was of another release with
     other reports: then the board has its defaults, and is held low until its parts are confirmed
     and their values known.
     """
-    return carry_out(prepare(path, selector, drive=drive), timeout_s=timeout_s, say=say)
+    return carry_out(
+        prepare_update(path, selector, drive=drive, timeout_s=timeout_s, say=say, host=host)
+    )

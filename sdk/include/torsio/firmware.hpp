@@ -43,7 +43,7 @@ struct ExaminedKnob {
 /// Where an update finds knobs and drives. What is left empty is the computer's own; others are for
 /// tests, and for knobs behind a transport of one's own.
 struct FirmwareHost {
-  std::function<std::vector<ListedDevice>()> list{};                ///< as list_devices()
+  std::function<std::vector<ListedDevice>()> list_devices{};        ///< as list_devices()
   std::function<ExaminedKnob(const std::string& path)> examine{};   ///< throws as Knob::open()
   std::function<void(const std::string& path)> start_bootloader{};  ///< as start_bootloader()
   std::filesystem::path root = "/";                                 ///< of the system's files

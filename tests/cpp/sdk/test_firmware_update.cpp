@@ -70,7 +70,7 @@ struct StandIn {
   UpdateOptions options{
       .timeout_s = 5.0,
       .say = [this](std::string_view step) { said.emplace_back(step); },
-      .host = {.list =
+      .host = {.list_devices =
                    [this] {
                      take();
                      std::vector<ListedDevice> found;

@@ -14,7 +14,7 @@ from torsio.config import (
     ShaftConfig,
 )
 from torsio.emulated_knob import EmulatorOptions
-from torsio.firmware import Host
+from torsio.firmware import FirmwareHost
 from torsio.hands import Hand
 from torsio.plant import PlantParams
 from torsio.scenes import Excitation, Scene
@@ -30,9 +30,7 @@ _State = Literal["disarmed", "armed", "fault", "disconnected"]
 TELEMETRY_DTYPE: Final[np.dtype[Any]]
 TRUTH_DTYPE: Final[np.dtype[Any]]
 
-def carry_out(
-    plan: FirmwarePlan, timeout_s: float, say: Callable[[str], object]
-) -> dict[str, Any]: ...
+def carry_out(plan: FirmwarePlan) -> dict[str, Any]: ...
 def list_devices() -> list[dict[str, Any]]: ...
 def matching_config(plant: PlantParams, /) -> dict[str, Any]: ...
 def matching_shaft(plant: PlantParams, /) -> dict[str, Any]: ...
@@ -47,7 +45,9 @@ def prepare_update(
     path: str | PathLike[str],
     selector: str,
     drive: str | PathLike[str] | None,
-    host: Host | None,
+    timeout_s: float,
+    say: Callable[[str], object],
+    host: FirmwareHost | None,
 ) -> FirmwarePlan: ...
 def read_firmware(path: str | PathLike[str], /) -> dict[str, Any]: ...
 def start_bootloader(selector: str, /) -> None: ...

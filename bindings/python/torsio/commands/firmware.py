@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 import torsio
-from torsio import firmware
 from torsio.command import AsJson, plainly, print_json
 from torsio.screen import asks, err, line, out
 
@@ -22,7 +21,7 @@ app = typer.Typer(help="Look into firmware files, and put them on a knob.", no_a
 @plainly
 def show_command(file: Path, as_json: AsJson = False) -> None:
     """Check a file, and show for which board it is."""
-    found = {**asdict(firmware.read(file)), "path": str(file)}
+    found = {**asdict(torsio.read_firmware(file)), "path": str(file)}
     if as_json:
         print_json(found)
         return
@@ -60,7 +59,7 @@ def update_command(
     The saved configuration stays, unless the firmware before was of another release with other
     reports; you are told before.
     """
-    plan = firmware.prepare(file, device, drive=drive)
+    plan = torsio.prepare_update(file, device, drive=drive, say=lambda text: line(out, f"  {text}"))
     line(out, str(plan))
     if plan.loses_configuration:
         line(
@@ -71,7 +70,7 @@ def update_command(
         )
     if not yes and not asks(err, "Write it?"):
         raise torsio.Error("nothing was changed; --yes does it without asking")
-    done = firmware.carry_out(plan, say=lambda text: line(out, f"  {text}"))
+    done = torsio.carry_out(plan)
     line(
         out,
         f"{done.after.serial} runs firmware {done.after.firmware_version} of board "
