@@ -60,7 +60,7 @@ def test_only_what_has_changed_is_found_to_have_drifted() -> None:
 def test_knob_that_was_never_calibrated_is_told_so_and_not_turned() -> None:
     with emulated() as knob:
         finding = check_drift(knob)
-        assert knob.emulator.time_s < 1.0  # a calibration takes ten seconds
+        assert knob.emulator.time_s < 1.0  # a calibration takes longer
     assert not finding.ok
     assert "no calibration" in finding.text
     assert "torsio calibrate" in finding.advice

@@ -42,7 +42,8 @@ def measure(
             f"supply   taken for {board.supply_v:g} V: measure it and say --supply VOLTS, or the "
             "torque constant comes out as uncertain as that, and a data sheet's is kept",
         )
-    say.print("hands off: the knob turns by itself for half a minute")
+    lasts = "13 seconds" if quick else "half a minute"
+    say.print(f"hands off: the knob turns by itself for {lasts}")
 
     def step(name: str) -> None:
         say.print(f"step     {name}")
