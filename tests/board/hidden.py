@@ -27,8 +27,12 @@ def board_plant(hidden: HiddenKnob) -> PlantParams:
 
 @contextmanager
 def _emulated(plant: PlantParams) -> Iterator[torsio.Knob]:
-    rate_hz = 1e9 / pico.chosen.tick_ns
-    options = torsio.EmulatorOptions(plant=plant, control_rate_hz=rate_hz)
+    options = torsio.EmulatorOptions(
+        plant=plant,
+        control_rate_hz=1e9 / pico.chosen.tick_ns,
+        # It does not know which loop it has.
+        actuator=torsio.ActuatorConfig(motor_time_constant_s=pico.chosen.motor_lag_s),
+    )
     with torsio.open("emulated", emulator=options) as knob:
         yield knob
 

@@ -6,6 +6,7 @@ Reports are written and read by ``tests.python.wire``, which shares nothing with
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import struct
@@ -47,6 +48,18 @@ class Model:
     clock_hz: int
     flash_size: int
     watchdog_ms: int
+
+    @property
+    def motor_lag_s(self) -> float:
+        """Return by how much its current loop trails, as a configuration begins with it.
+
+        In each period it goes so much of the way, at 10 kHz, or a tenth of the control rate of the
+        simple loop; the predictive one has to wait for a period first. What is missing adds up.
+        """
+        period_s = 1e-9 * self.step_ns
+        predicts = self.chip == "rp2350"
+        share = -math.expm1(-2 * math.pi * (1e4 * period_s if predicts else 0.1))
+        return period_s * (1 / share - 0.5 + (1 if predicts else 0))
 
     @property
     def image(self) -> Path:

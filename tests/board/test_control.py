@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import random
 
 import pytest
@@ -33,14 +32,8 @@ def _wall(pico: EmulatedPico, side: str = "above", beta: float = 0.5) -> None:
 def test_default_lag_of_the_motor_is_that_of_the_boards_own_current_loop(
     lasting_pico: EmulatedPico,
 ) -> None:
-    # In each period so much of the way, at 10 kHz, or a tenth of the control rate of the simple
-    # loop; the predictive one has to wait for a period first. What is missing adds up.
-    period_s = 1e-9 * lasting_pico.model.step_ns
-    predicts = lasting_pico.model.chip == "rp2350"
-    share = -math.expm1(-2 * math.pi * (1e4 * period_s if predicts else 0.1))
-    lag_s = period_s * (1 / share - 0.5 + (1 if predicts else 0))
     told_s = lasting_pico.get("actuator_config")["motor_time_constant_s"]
-    assert told_s == pytest.approx(lag_s, rel=0.03)
+    assert told_s == pytest.approx(lasting_pico.model.motor_lag_s, rel=0.03)
 
 
 @pytest.mark.parametrize("edges", [1, -1, 4, 250, -250])

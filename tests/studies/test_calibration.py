@@ -12,8 +12,9 @@ import pytest
 import torsio
 from tests.studies.cluster import local_cluster, without_seconds
 from torsio import ShaftConfig
-from torsio.calibration import Refusal, calibrate
+from torsio.calibration import Refusal, calibrate, left_out
 from torsio.calibration.free import FREE_LIMIT_RAD_S
+from torsio.calibration.quantity import Quantity
 from torsio.plant import PlantParams
 from torsio_studies.calibration import study as calibration_study
 from torsio_studies.calibration.driven import ALL
@@ -116,6 +117,28 @@ def test_quick_calibration_at_a_board_s_rate_says_nothing_of_swings_it_did_not_m
     truth = truth_of(hidden.plant)
     for name in ("inertia_kg_m2", "coulomb_nm", "stiffness_nm_per_rad"):
         assert found[name].value == pytest.approx(truth[name], rel=0.01)
+
+
+@pytest.mark.parametrize("number", [401, 404, 406])
+def test_intervals_hold_the_truth_at_a_slow_control_rate(number: int) -> None:
+    hidden = hidden_knob(number)
+    with emulated(hidden.plant, rate_hz=1_000.0, seed=number) as knob:
+        found = calibrate(knob).quantities
+    truth = truth_of(hidden.plant)
+    missed = [
+        name
+        for name, of in found.items()
+        if abs(of.value - truth[name]) > 1.96 * of.standard_uncertainty
+    ]
+    assert missed == []
+
+
+def test_longer_ticks_leave_out_more_and_a_board_s_nothing() -> None:
+    damping = Quantity("shaft_damping_nm_s_per_rad", 2e-4, 3e-5)
+    assert [left_out.by_tick(damping, tick_s) for tick_s in (50e-6, 100e-6)] == [damping] * 2
+    slow = left_out.by_tick(damping, 1e-3).standard_uncertainty
+    # A fiftieth of a tick beside, on a shaft of 2.87 N m/rad, is another damping of so much.
+    assert slow == pytest.approx(np.hypot(3e-5, 2.87 * 1e-3 / 50), rel=0.1)
 
 
 def test_truth_of_a_belt_is_two_springs_in_a_row() -> None:

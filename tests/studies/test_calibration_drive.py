@@ -162,6 +162,47 @@ def test_what_is_not_there_under_a_drive_that_may_be_is_uncertain_by_all_of_itse
         assert knee.standard_uncertainty == pytest.approx(math.sqrt(1e-4 + expected**2))
 
 
+def test_simple_loop_stays_behind_a_back_emf_that_grows_as_if_there_were_more_inertia() -> None:
+    # The loop and the winding, period by period, at a knob that speeds up evenly.
+    period_s, ohm, henry, constant = 100e-6, 2.5, 1.5e-3, 0.05
+    settled = 1.0 - math.exp(-ohm * period_s / henry)
+    push_v_per_a = (1.0 - math.exp(-math.pi / 5.0)) * ohm / settled
+    rate_rad_s2, told_a = 400.0, 0.5
+    integral_v = current_a = 0.0
+    for period in range(3000):
+        voltage_v = integral_v + push_v_per_a * (told_a - current_a)
+        integral_v += settled * (voltage_v - integral_v)
+        emf_v = constant * rate_rad_s2 * period_s * (period + 0.5)
+        current_a += settled * ((voltage_v - emf_v) / ohm - current_a)
+    missing_nm = constant * (told_a - current_a)
+
+    def drive(current_period_s: float) -> Drive | None:
+        config = torsio.BoardConfig(motor_resistance_ohm=ohm, motor_inductance_h=henry)
+        knob: Any = SimpleNamespace(
+            info=SimpleNamespace(control_rate_hz=10e3),
+            board_config=lambda: config,
+            motor_current=lambda: SimpleNamespace(measured=True, period_s=current_period_s),
+        )
+        return drive_of(knob)
+
+    simple, predictive = drive(period_s), drive(25e-6)
+    assert simple is not None
+    assert predictive is not None
+    assert simple.added_kg_m2 == pytest.approx(missing_nm / rate_rad_s2, rel=0.1)
+    assert predictive.added_kg_m2 == 0.0
+
+
+def test_intervals_hold_the_truth_with_a_pico_s_current_loop() -> None:
+    pico.choose("pico")
+    held = {}
+    for number in (1021, 1024, 1030):
+        found = calibrate_hidden(hidden_knob(number), quick=False, emulated=True)["found"]
+        for name in ("inertia_kg_m2", "knob_inertia_kg_m2", "brake_gain", "offset_nm"):
+            value, sigma, truth = found[name]
+            held[name, number] = abs(value - truth) <= 1.96 * sigma
+    assert all(held.values()), held
+
+
 def test_drive_is_that_of_the_board_and_without_electrics_there_is_none() -> None:
     hidden = hidden_knob(1003)
     with hidden_board(hidden, emulated=True) as knob:

@@ -50,6 +50,10 @@ class Drive:
         Of the current from the middle of the pulse until it is read, under the whole supply.
     blur
         Standard deviation of the bridge's share, by noise.
+    predicts
+        Whether its loop is the predictive one.
+    added_kg_m2
+        Of inertia that is not there: the simple loop stays behind a back EMF that grows.
     """
 
     torque_constant_nm_per_a: float
@@ -57,6 +61,8 @@ class Drive:
     supply_v: float
     rise_a: float
     blur: float
+    predicts: bool = True
+    added_kg_m2: float = 0.0
 
     def missing_nm(self, told_nm: Array, speed_rad_s: Array) -> Array:
         """Give what is missing of a torque, with its sign."""
@@ -94,10 +100,16 @@ def drive_of(knob: Knob, board: BoardConfig | None = None) -> Drive | None:
     resistance, inductance = board.motor_resistance_ohm, board.motor_inductance_h
     settled = -math.expm1(-resistance * loop.period_s / inductance)
     v_per_a = loop.approach(board.current_bandwidth_hz) * resistance / settled
+    constant = board.motor_torque_constant_nm_per_a
+    # The integral of the simple loop grows with the back EMF only while current is missing:
+    # resistance / inductance * v_per_a volts a second for each ampere.
+    behind_s_per_ohm = 0.0 if loop.predicts else inductance / (resistance * v_per_a)
     return Drive(
-        board.motor_torque_constant_nm_per_a,
+        constant,
         resistance,
         board.supply_v,
         board.supply_v / inductance * _LATE_S,
         v_per_a * _NOISE_V / board.current_sense_v_per_a / board.supply_v,
+        loop.predicts,
+        constant**2 * behind_s_per_ohm,
     )

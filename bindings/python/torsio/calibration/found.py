@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from torsio.calibration.brake import Brake
+from torsio.calibration.drive import Drive
 from torsio.calibration.free import Free
 from torsio.calibration.left_out import honest
 from torsio.calibration.quantity import Quantity
@@ -16,6 +17,8 @@ __all__ = ["Parts", "quantities_of"]
 # Of all viscous friction the brake's side has from nothing up to so much, each as likely. Knob and
 # brake turn alike in all that is played, so nothing tells them apart.
 _BRAKE_VISCOUS = 0.25
+# What a drive adds to an inertia is known to so much: winding and supply may be a tenth off each.
+_ADDED_SIGMA = 0.2
 
 
 @dataclass(frozen=True)
@@ -40,10 +43,16 @@ def _knob_viscous(viscous: Quantity) -> Quantity:
     )
 
 
-def quantities_of(parts: Parts) -> dict[str, Quantity]:
+def quantities_of(parts: Parts, drive: Drive | None) -> dict[str, Quantity]:
     """Give all quantities by name, with uncertainties that know what the models leave out."""
     free, shaft, brake = parts.free, parts.shaft, parts.brake
-    inertia, knob_coulomb = honest(free.inertia), honest(shaft.knob_coulomb)
+    added = 0.0 if drive is None else drive.added_kg_m2
+
+    def without_added(inertia: Quantity) -> Quantity:
+        part = Quantity("", added, _ADDED_SIGMA * added)
+        return honest(inertia.less(inertia.name, part, inertia.meaning))
+
+    inertia, knob_coulomb = without_added(free.inertia), honest(shaft.knob_coulomb)
     found = [
         *(inertia, free.coulomb, free.viscous, free.offset),
         _knob_viscous(honest(free.viscous)),
@@ -51,7 +60,7 @@ def quantities_of(parts: Parts) -> dict[str, Quantity]:
         *(of for of in (shaft.knee, shaft.factor, shaft.damping) if of is not None),
     ]
     if shaft.knob_inertia is not None:
-        knob_inertia = honest(shaft.knob_inertia)
+        knob_inertia = without_added(shaft.knob_inertia)
         found += [
             knob_inertia,
             inertia.less("brake_inertia_kg_m2", knob_inertia, "of pulleys and brake"),

@@ -10,14 +10,16 @@ from torsio.calibration.quantity import Quantity
 __all__ = [
     "LEFT_OUT",
     "LEFT_OUT_BY_DRIVE",
+    "LEFT_OUT_BY_SIMPLE_LOOP",
     "STATED_TOO_WIDE",
+    "by_tick",
     "honest",
     "widened",
     "with_left_out",
 ]
 
 # All of these were found on emulated knobs that `torsio study calibration` does not use: the
-# numbers 0 to 130, and with a drive 200 to 259.
+# numbers 0 to 130, and with a drive 200 to 259, with a pico2's loop and with a pico's.
 
 # So much of what a fit states remains: it takes for chance what is alike in every step and pull up,
 # and in every one down, and that drops out of the difference.
@@ -53,6 +55,21 @@ LEFT_OUT_BY_DRIVE = {
     "rise_s": (2.5e-3, 0.0),
     "release_s": (2.5e-3, 0.0),
 }
+# And of the simple loop, on top of both.
+LEFT_OUT_BY_SIMPLE_LOOP = {
+    "offset_nm": (0.0, 1.0e-5),
+    "brake_gain": (2e-3, 0.0),
+}
+# All of the above holds for ticks of 0.1 ms and less. Each millisecond more leaves out so much:
+# when in a tick a torque acts is known to a fiftieth of it, which the shaft's damping feels most.
+# Found on the numbers 0 to 119.
+_TICK_S = 1e-4
+_BY_TICK = {
+    "coulomb_nm": (2.2e-4, 0.0),
+    "viscous_nm_s_per_rad": (1.3e-3, 0.0),
+    "stiffness_nm_per_rad": (1e-3, 0.0),
+    "shaft_damping_nm_s_per_rad": (0.33, 0.0),
+}
 
 
 def honest(quantity: Quantity) -> Quantity:
@@ -62,11 +79,18 @@ def honest(quantity: Quantity) -> Quantity:
     return with_left_out(replace(quantity, standard_uncertainty=sigma), LEFT_OUT)
 
 
-def with_left_out(quantity: Quantity, left_out: dict[str, tuple[float, float]]) -> Quantity:
-    """Add to the uncertainty what a model leaves out."""
+def with_left_out(
+    quantity: Quantity, left_out: dict[str, tuple[float, float]], times: float = 1.0
+) -> Quantity:
+    """Add to the uncertainty what a model leaves out, so many times."""
     share, least = left_out.get(quantity.name, (0.0, 0.0))
-    sigma = math.hypot(quantity.standard_uncertainty, share * quantity.value, least)
+    sigma = math.hypot(quantity.standard_uncertainty, times * share * quantity.value, times * least)
     return replace(quantity, standard_uncertainty=sigma)
+
+
+def by_tick(quantity: Quantity, tick_s: float) -> Quantity:
+    """Add to the uncertainty what a tick longer than others leaves out."""
+    return with_left_out(quantity, _BY_TICK, max(tick_s - _TICK_S, 0.0) / 1e-3)
 
 
 def widened(found: dict[str, Quantity], other: dict[str, Quantity]) -> dict[str, Quantity]:

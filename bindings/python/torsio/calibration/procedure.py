@@ -22,6 +22,8 @@ from torsio.calibration.free import (
 from torsio.calibration.left_out import (
     LEFT_OUT,
     LEFT_OUT_BY_DRIVE,
+    LEFT_OUT_BY_SIMPLE_LOOP,
+    by_tick,
     honest,
     widened,
     with_left_out,
@@ -140,11 +142,14 @@ def calibrate(
             brake = _brake(stairs, free, shaft, demagnetised=demagnetised)
         seconds = player.seconds
     parts = Parts(free, shaft, brake)
-    found, curve = quantities_of(parts), None
+    found, curve = quantities_of(parts, player.drive), None
     if brake is not None:
         curve = brake.curve.with_left_out(*LEFT_OUT["brake_curve"])
+    found = {name: by_tick(of, turns.tick_s) for name, of in found.items()}
     if player.drive is not None:
         found = {name: with_left_out(of, LEFT_OUT_BY_DRIVE) for name, of in found.items()}
+        if not player.drive.predicts:
+            found = {name: with_left_out(of, LEFT_OUT_BY_SIMPLE_LOOP) for name, of in found.items()}
         if curve is not None:
             curve = curve.with_left_out(*LEFT_OUT_BY_DRIVE["brake_curve"])
         for drive in player.drive.others():
@@ -152,7 +157,7 @@ def calibrate(
             through = None if stairs is None else stairs.driven_by(drive)
             # What is refused under it is refused: nobody would know how far it is from the truth.
             other = _parts_of(logs, through, slow_s, demagnetised=demagnetised)
-            found = widened(found, quantities_of(other))
+            found = widened(found, quantities_of(other, drive))
             if curve is not None and other.brake is not None:
                 curve = curve.widened(other.brake.curve)
     if circuit is not None:

@@ -152,7 +152,12 @@ def truth_of(plant: PlantParams) -> dict[str, float]:
 
 
 def emulated(
-    plant: PlantParams, *, reversed: bool = False, seed: int = 0, log_truth: bool = False
+    plant: PlantParams,
+    *,
+    rate_hz: float = RATE_HZ,
+    reversed: bool = False,
+    seed: int = 0,
+    log_truth: bool = False,
 ) -> torsio.Knob:
     """Open a knob whose device knows nothing of its plant but counts and limits."""
     believed = PlantParams(
@@ -162,7 +167,7 @@ def emulated(
         "emulated",
         emulator=torsio.EmulatorOptions(
             seed=seed,
-            control_rate_hz=RATE_HZ,
+            control_rate_hz=rate_hz,
             plant=plant,
             log_truth=log_truth,
             actuator=replace(believed, encoder_reversed=reversed),
