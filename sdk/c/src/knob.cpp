@@ -308,9 +308,10 @@ torsio_result torsio_knob_record(torsio_knob* knob, double duration_s, double ra
     auto kept = std::make_unique<torsio_recording>();
     try {
       own.record(kept->samples, duration_s, rate(rate_hz), torsio::c::flag(must_stay_armed));
+    } catch (const torsio::InvalidArgument&) {
+      throw;  // before anything was done
     } catch (...) {
-      // What came is the caller's.
-      if (!kept->samples.empty() || kept->samples.disarmed) made = kept.release();
+      made = kept.release();  // what came until then is the caller's
       throw;
     }
     made = kept.release();
