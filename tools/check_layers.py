@@ -1,7 +1,8 @@
 """Check that includes point one way, from the outer layers to the inner ones.
 
 ``python -m tools.check_layers [TREE]`` prints one line per violation and exits with 1 if there is
-any. The rules are the table below; a file in none of its folders is not checked.
+any. The rules are the table below, of which ``./dev generate`` prints the one in
+docs/architecture.md; a file in none of its folders is not checked.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ class Rule:
     """What the files below one folder may include."""
 
     folder: str
+    what: str
+    """What is there, for docs/architecture.md."""
     layers: tuple[str, ...]
     """Folders, or files, inside the project that they may name."""
     never: str = ""
@@ -40,6 +43,8 @@ class Rule:
     posix: bool = False
     third_party: str = ""
     """Regular expression of further headers between angle brackets."""
+    others: str = ""
+    """Whose they are."""
 
 
 FIRMWARE = ("core", "protocol", "device", "emulator")
@@ -47,102 +52,267 @@ STUDIES = ("actuators", "narrow", "steppers", "wide")
 
 # The first rule whose folder (or file) matches decides, so that exceptions come before the rule.
 RULES = (
-    Rule("firmware/core", ("core",), std=FREE_STD),
-    Rule("firmware/protocol", ("protocol",), std=FREE_STD),
-    # Two guests of the device, of which only one is there at a time.
     Rule(
-        "firmware/device/dial", ("core", "protocol", "device"), never="device/game", std=DEVICE_STD
+        "firmware/core",
+        "the control mathematics: motion, soft sensor, brake model, scene, partition, slew",
+        ("core",),
+        std=FREE_STD,
     ),
     Rule(
-        "firmware/device/game", ("core", "protocol", "device"), never="device/dial", std=DEVICE_STD
+        "firmware/protocol",
+        "every report as structures and constexpr layouts, printed from `definition/`; the codec",
+        ("protocol",),
+        std=FREE_STD,
     ),
-    Rule("firmware/device", ("core", "protocol", "device"), std=DEVICE_STD),
-    # The device on TinyUSB's device stack, whatever it runs on.
+    Rule(
+        "firmware/device/dial",
+        "a guest: the knob as a wheel of the desktop, its units, reports and detents",
+        ("core", "protocol", "device"),
+        never="device/game",
+        std=DEVICE_STD,
+    ),
+    Rule(
+        "firmware/device/game",
+        "the other guest, of which only one is there at a time: the reports of a HID PID device, "
+        "its pool of effects, their forces",
+        ("core", "protocol", "device"),
+        never="device/dial",
+        std=DEVICE_STD,
+    ),
+    Rule(
+        "firmware/device",
+        "what the device *is*: reports in, states and faults, scene commit, configuration store, "
+        "telemetry; and its power stage's logic",
+        ("core", "protocol", "device"),
+        std=DEVICE_STD,
+    ),
     Rule(
         "firmware/usb",
+        "the device on TinyUSB's device stack, whatever it runs on",
         ("core", "protocol", "device", "usb"),
         std=DEVICE_STD,
         third_party=r"tusb\.h|device/(dcd|usbd_pvt)\.h",
+        others="TinyUSB",
     ),
-    # What a board says of itself and its pins is for the host too.
-    Rule("firmware/boards/board.hpp", ("device",), std=DEVICE_STD),
-    Rule("firmware/boards/rp2/pins.hpp", ("protocol", "device"), std=DEVICE_STD),
-    # Everything else there: the SDK, and what it generates.
+    Rule(
+        "firmware/boards/board.hpp",
+        "what a board says of itself, which is for the host too",
+        ("device",),
+        std=DEVICE_STD,
+    ),
+    Rule(
+        "firmware/boards/rp2/pins.hpp",
+        "what its chip's pins can do; likewise",
+        ("protocol", "device"),
+        std=DEVICE_STD,
+    ),
     Rule(
         "firmware/boards",
+        "a folder for each board, with `board.cmake` and a header with number, control period and "
+        "pins; pins, timers and power stages of the chips RP2040 and RP2350 in `rp2/`",
         ("core", "protocol", "device", "usb", "boards"),
         third_party=r"(hardware|pico)/.*\.h",
+        others="Raspberry Pi's SDK",
     ),
-    # The only file of the virtual USB knob that knows TinyUSB: its device controller.
     Rule(
         "emulator/usbip/bus.cpp",
+        "the only file of the virtual knob that knows TinyUSB: its device controller",
         (*FIRMWARE, "usb"),
         third_party=r"tusb\.h|device/dcd\.h",
+        others="TinyUSB",
     ),
-    Rule("emulator/usbip", (*FIRMWARE, "usb"), posix=True),
-    # The physics know nothing of what they move.
-    Rule("emulator/plant", ("emulator/plant", "torsio/plant.hpp", "torsio/plant_fields.hpp")),
-    Rule("emulator/include", ("torsio",)),
-    # It has the wiring of the board that it stands in for.
-    Rule("emulator/emulated_device.cpp", (*FIRMWARE, "boards", "torsio/plant.hpp")),
+    Rule(
+        "emulator/usbip",
+        "the emulated device as a USB device, served over USB/IP; see [usb.md](usb.md)",
+        (*FIRMWARE, "usb"),
+        posix=True,
+    ),
+    Rule(
+        "emulator/plant",
+        "the physics, which know nothing of what they move: model, hands, and the one exact method "
+        "in `exact/`",
+        ("emulator/plant", "torsio/plant.hpp", "torsio/plant_fields.hpp"),
+    ),
+    Rule(
+        "emulator/include", "what of the plant users see, printed from `definition/`", ("torsio",)
+    ),
+    Rule(
+        "emulator/emulated_device.cpp",
+        "has the wiring of the board that it stands in for",
+        (*FIRMWARE, "boards", "torsio/plant.hpp"),
+    ),
     Rule(
         "emulator",
-        (*FIRMWARE, "torsio/plant.hpp", "torsio/field.hpp"),
+        "the same device against simulated physics under a virtual clock; in `closed_loop.*` and "
+        "`batch.*` controller and plant without protocol and cable, one loop or thousands",
+        (*FIRMWARE, "torsio/plant.hpp", "torsio/plant_fields.hpp", "torsio/field.hpp"),
         never="emulator/usbip",
         posix=True,
     ),
-    Rule("sdk/include", ("torsio",)),
+    Rule("sdk/include", "what users of the C++ library see", ("torsio",)),
     Rule(
         "sdk/src/hid_transport.cpp",
+        "the only file that knows hidapi",
         ("protocol", "torsio"),
         posix=True,
         third_party=r"hidapi\.h",
+        others="hidapi",
     ),
-    # Host units and wire units; bindings and studies have it too.
-    Rule("sdk/conversion/stability.cpp", (*FIRMWARE[:3], "conversion")),
-    Rule("sdk/conversion/energies.cpp", ("protocol", "core/ledger.hpp", "conversion", "torsio")),
-    Rule("sdk/conversion/heat.hpp", ("protocol", "core/heat_model.hpp")),
-    Rule("sdk/conversion", ("protocol", "device/wiring.hpp", "conversion", "torsio")),
-    # What a forked child must know.
-    Rule("sdk/src/process.cpp", ("sdk", "torsio"), third_party=r"pthread\.h"),
-    # They say why a board refuses a wiring.
-    Rule("sdk/src/known_boards.cpp", ("protocol", "device", "boards")),
-    Rule("sdk/src/known_boards.hpp", ("protocol", "device")),
+    Rule(
+        "sdk/conversion/stability.cpp",
+        "how stiff a wall can be, as the device has it",
+        (*FIRMWARE[:3], "conversion"),
+    ),
+    Rule(
+        "sdk/conversion/energies.cpp",
+        "the ledger in the user's units",
+        ("protocol", "core/ledger.hpp", "conversion", "torsio"),
+    ),
+    Rule(
+        "sdk/conversion/heat.hpp",
+        "what a motor stands for ever, as the device has it",
+        ("protocol", "core/heat_model.hpp"),
+    ),
+    Rule(
+        "sdk/conversion",
+        "the user's units to the wire's and back, for all structures at once, which bindings and "
+        "studies have too; rules across fields",
+        ("protocol", "device/wiring.hpp", "conversion", "torsio"),
+    ),
+    Rule(
+        "sdk/src/limits.cpp",
+        "what a device gives at most, as the device has it",
+        ("protocol", "device/actuator_limits.hpp", "conversion", "torsio"),
+    ),
+    Rule(
+        "sdk/src/process.cpp",
+        "what a forked child must know",
+        ("sdk", "torsio"),
+        third_party=r"pthread\.h",
+        others="`pthread.h`",
+    ),
+    Rule(
+        "sdk/src/known_boards.cpp",
+        "the boards, and why one refuses a wiring",
+        ("protocol", "device", "boards"),
+    ),
+    Rule("sdk/src/known_boards.hpp", "likewise", ("protocol", "device")),
     Rule(
         "sdk/src/emulated",
+        "the emulated knob, which may be left out",
         (
             *(*FIRMWARE, "conversion", "emulated", "torsio"),
             *("emulated_transport.hpp", "fair_mutex.hpp", "process.hpp", "session.hpp"),
         ),
     ),
-    # The same on another system.
-    Rule("sdk/src/device_lock_windows.cpp", ("torsio",), third_party=r"windows\.h"),
-    Rule("sdk/src", ("protocol", "conversion", "torsio"), posix=True),
-    # C's users see C alone, and what is behind it only what C++'s users see.
-    Rule("sdk/c/include", ("torsio_base.h", "torsio_types.h"), third_party=r"std(bool|def|int)\.h"),
-    Rule("sdk/c/src", ("torsio", "torsio.h", "torsio_types.h")),
-    Rule("examples/c", ("torsio.h",), third_party=r"(torsio|stdio|stdbool)\.h"),
-    Rule("examples/octave", ("torsio.h",), third_party=r"(torsio|mex|stdlib|string)\.h"),
+    Rule(
+        "sdk/src/device_lock_windows.cpp",
+        "the lock of a device on another system",
+        ("torsio",),
+        third_party=r"windows\.h",
+        others="Windows",
+    ),
+    Rule(
+        "sdk/src",
+        "the C++ host library over a public transport interface",
+        ("protocol", "conversion", "torsio"),
+        posix=True,
+    ),
+    Rule(
+        "sdk/c/include",
+        "what users of C see, who see C alone",
+        ("torsio_base.h", "torsio_types.h"),
+        third_party=r"std(bool|def|int)\.h",
+        others="C's own headers",
+    ),
+    Rule(
+        "sdk/c/src",
+        "the same library in C, over what C++ users see",
+        ("torsio", "torsio.h", "torsio_types.h"),
+    ),
+    Rule(
+        "examples/c",
+        "a program for users of C",
+        ("torsio.h",),
+        third_party=r"(torsio|stdio|stdbool)\.h",
+        others="C's own headers",
+    ),
+    Rule(
+        "examples/octave",
+        "functions for Octave",
+        ("torsio.h",),
+        third_party=r"(torsio|mex|stdlib|string)\.h",
+        others="Octave",
+    ),
     Rule(
         "bindings/src",
+        "the Python extension: the library, and the parts of firmware and emulator one by one",
         (*FIRMWARE, "conversion", "torsio"),
         posix=True,
         third_party=r"pybind11/.*|Python\.h",
+        others="pybind11",
     ),
     Rule(
         "studies/src/bindings",
+        "the studies' own Python extension",
         (*FIRMWARE, *STUDIES, "bindings/module.hpp", "bindings/src/stepper_capsule.hpp"),
         third_party=r"pybind11/.*",
+        others="pybind11",
     ),
-    Rule("studies/src", (*FIRMWARE, *STUDIES)),
-    # The emulated device for a browser, and nothing of the SDK.
-    Rule("studio/wasm", ("emulator",)),
-    Rule("examples/cpp", ("torsio",)),
-    # A game knows nothing of Torsio, and the lock in it nothing of SDL.
-    Rule("examples/game/lock.cpp", ("game",)),
-    Rule("examples/game/lock.hpp", ("game",)),
-    Rule("examples/game", ("game",), third_party=r"SDL\.h"),
+    Rule(
+        "studies/src",
+        "rival actuators, other steppers, the controller in 64 bits and the plant in 32",
+        (*FIRMWARE, *STUDIES),
+    ),
+    Rule(
+        "studio/wasm",
+        "the emulated device for a browser: a dozen functions, compiled to WebAssembly",
+        ("emulator",),
+    ),
+    Rule("examples/cpp", "smallest useful programs, each run by the tests", ("torsio",)),
+    Rule("examples/game/lock.cpp", "the game's lock, which knows nothing of SDL", ("game",)),
+    Rule("examples/game/lock.hpp", "likewise", ("game",)),
+    Rule(
+        "examples/game",
+        "a game, which knows nothing of Torsio",
+        ("game",),
+        third_party=r"SDL\.h",
+        others="SDL",
+    ),
 )
+
+
+def _rank(rule: Rule) -> tuple[int, int, int]:
+    """Put a folder before what is in it, and else keep the order of the rules."""
+    above = min(
+        (of for of in RULES if f"{rule.folder}/".startswith(f"{of.folder}/")),
+        key=lambda of: len(of.folder),
+    )
+    return RULES.index(above), rule.folder.count("/"), RULES.index(rule)
+
+
+def may_include(rule: Rule) -> str:
+    """Say in words what the files below a folder may include."""
+    own = rule.folder.partition("/")[2] or rule.folder
+    named = [f"`{layer}`" for layer in rule.layers if layer not in (own, rule.folder)]
+    if rule.never:
+        named.append(f"not `{rule.never}`")
+    named += [rule.others] if rule.others else []
+    named += ["POSIX"] if rule.posix else []
+    if rule.std is not None:
+        named.append(
+            f"{'a few' if rule.std is FREE_STD else 'some'} headers of the standard library"
+        )
+    return ", ".join(named)
+
+
+def table() -> str:
+    """Write the rules as the table of docs/architecture.md."""
+    rows = []
+    for rule in sorted(RULES, key=_rank):
+        slash = "" if "." in rule.folder else "/"
+        rows.append(f"| `{rule.folder}{slash}` | {rule.what} | {may_include(rule)} |\n")
+    return "| folder or file | what it is | may include |\n|---|---|---|\n" + "".join(rows)
 
 
 def rule_for(file: str) -> Rule | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from firmware.protocol.definition import configurations, constants, effects, reports
 from firmware.protocol.definition import enumerations as e
-from tools import usb_ids
+from tools import check_layers, usb_ids
 from tools.definition import javascript, markdown
 from tools.definition.shared import LISTS, TREE
 
@@ -57,14 +57,26 @@ def studio_reports() -> str:
     )  # fmt: skip
 
 
-def hardware_page() -> str:
-    """Write the table in docs/hardware.md; the rest of the page stays."""
-    page = usb_ids.with_ids((TREE / "docs/hardware.md").read_text(encoding="utf-8"))
-    before, begin, rest = page.partition(_TABLE_BEGIN)
+def _with_table(page: str, text: str, table: str) -> str:
+    """Put a table between its marks in a page; the rest of the page stays."""
+    before, begin, rest = text.partition(_TABLE_BEGIN)
     _, end, after = rest.partition(_TABLE_END)
     if not (begin and end):
-        raise ValueError("docs/hardware.md has lost the marks of its table")
-    return before + begin + markdown.wiring(configurations.BOARD_CONFIG) + end + after
+        raise ValueError(f"{page} has lost the marks of its table")
+    return before + begin + table + end + after
+
+
+def hardware_page() -> str:
+    """Write the table of wiring in docs/hardware.md."""
+    page = "docs/hardware.md"
+    text = usb_ids.with_ids((TREE / page).read_text(encoding="utf-8"))
+    return _with_table(page, text, markdown.wiring(configurations.BOARD_CONFIG))
+
+
+def architecture_page() -> str:
+    """Write the table in docs/architecture.md of what may include what."""
+    page = "docs/architecture.md"
+    return _with_table(page, (TREE / page).read_text(encoding="utf-8"), check_layers.table())
 
 
 def _with_usb_ids(place: Path) -> Callable[[], str]:
@@ -77,4 +89,5 @@ FILES = {
     "studio/src/reports.ts": studio_reports,
     "docs/protocol.md": protocol_page,
     "docs/hardware.md": hardware_page,
+    "docs/architecture.md": architecture_page,
 }
