@@ -28,18 +28,15 @@ std::uint32_t jump_limit(const core::Resolution& resolution, std::uint32_t count
   return limit < counts_per_rev / 4 ? limit : counts_per_rev / 4;
 }
 
-/// A sign that is wrong, or values of other parts, then end in a fault and not in a bruise.
 void hold_low(LoopConfig& loop, Trust trust) {
   if (trust == Trust::all) return;
   core::PartitionParams& partition = loop.controller.partition;
-  partition.motor_torque_max_nm =
-      core::smaller(partition.motor_torque_max_nm, protocol::unconfirmed_motor_torque_max_nm);
-  partition.brake_torque_max_nm =
-      core::smaller(partition.brake_torque_max_nm, protocol::unconfirmed_brake_torque_max_nm);
-  loop.passive_brake_nm =
-      core::smaller(loop.passive_brake_nm, protocol::unconfirmed_brake_torque_max_nm);
-  loop.speed_limit_rad_s =
-      core::smaller(loop.speed_limit_rad_s, protocol::unconfirmed_speed_limit_rad_s);
+  const ActuatorLimits low = held_low(
+      {partition.motor_torque_max_nm, partition.brake_torque_max_nm, loop.speed_limit_rad_s});
+  partition.motor_torque_max_nm = low.motor_torque_max_nm;
+  partition.brake_torque_max_nm = low.brake_torque_max_nm;
+  loop.passive_brake_nm = core::smaller(loop.passive_brake_nm, low.brake_torque_max_nm);
+  loop.speed_limit_rad_s = low.speed_limit_rad_s;
   if (trust == Trust::experiments) return;
   loop.controller.excitation = partition;
   loop.excitation_speed_limit_rad_s = loop.speed_limit_rad_s;
@@ -72,8 +69,6 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   const protocol::ControlConfig& control = config.control;
   const core::Resolution resolution = core::make_resolution(actuator.counts_per_rev, period_ns);
   const float period_s = resolution.period_s;
-  const float brake_max_nm =
-      core::smaller(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
   static_assert(core::kLaws.size() == protocol::Enumerators<protocol::Law>::names.size());
   const auto law = static_cast<core::Law>(control.law);
 
@@ -85,7 +80,10 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   loop.controller.shaft =
       core::make_shaft_params(actuator.spring_stiffness_nm_per_rad, knees_of(config.shaft),
                               actuator.brake_inertia_kg_m2, period_s, actuator.knob_coulomb_nm);
-  loop.controller.partition = {law, control.beta, motor_max_nm(config), brake_max_nm};
+  const ActuatorLimits limits = configured_limits(actuator, control);
+  loop.controller.partition = {law, control.beta, limits.motor_torque_max_nm,
+                               limits.brake_torque_max_nm};
+  loop.speed_limit_rad_s = limits.speed_limit_rad_s;
   loop.controller.bound =
       core::make_bound_params(core::stable_stiffness(parts(actuator, control, resolution)),
                               resolution, loop.controller.partition.motor_torque_max_nm);
@@ -101,8 +99,8 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
   loop.passive_ramp_ticks = core::round_to_u32(control.passive_ramp_s / period_s);
   loop.let_go_ticks =
       core::round_to_u32(core::smaller(protocol::let_go_s, control.passive_ramp_s) / period_s);
-  loop.passive_brake_nm = core::smaller(control.passive_brake_nm, brake_max_nm);
-  if (control.speed_limit_rad_s > 0.0F) loop.speed_limit_rad_s = control.speed_limit_rad_s;
+  loop.passive_brake_nm =
+      core::smaller(control.passive_brake_nm, loop.controller.partition.brake_torque_max_nm);
   loop.jump_limit_counts =
       static_cast<std::int32_t>(jump_limit(resolution, actuator.counts_per_rev));
   // The main loop, with USB and the hardware watchdog in it, lives on the last twentieth.
@@ -114,7 +112,7 @@ LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns, Trust
 }
 
 float motor_max_nm(const Config& config) {
-  return core::smaller(config.actuator.motor_torque_max_nm, config.control.motor_torque_cap_nm);
+  return configured_limits(config.actuator, config.control).motor_torque_max_nm;
 }
 
 protocol::Verdict check_consistent(const ActuatorConfig& config) {

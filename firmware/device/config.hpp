@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/controller.hpp"
+#include "device/actuator_limits.hpp"
 #include "device/wiring.hpp"
 #include "protocol/reports.hpp"
 #include "protocol/status.hpp"
@@ -33,13 +34,6 @@ struct LoopConfig {
   float excitation_speed_limit_rad_s = std::numeric_limits<float>::infinity();
   std::int32_t jump_limit_counts = 0;  // more in one tick is an encoder fault
   std::uint32_t tick_budget_ns = 0;    // a longer tick leaves too little to the main loop
-};
-
-/// How far a configuration is believed. What is not gets little torque and speed.
-enum class Trust : std::uint8_t {
-  none,
-  experiments,  // excitations, which bring their own bounds: so that a calibration can measure it
-  all,
 };
 
 LoopConfig make_loop_config(const Config& config, std::uint32_t period_ns,

@@ -119,9 +119,7 @@ protocol::CalibrationConfig calibration_now(const Config& config) {
 }
 
 Trust trust_in(const Config& config, bool moves_parts) {
-  if (!moves_parts) return Trust::all;
-  if (config.board.confirmed == protocol::Toggle::off) return Trust::none;
-  return are_assumed(config) ? Trust::experiments : Trust::all;
+  return trust_in(moves_parts, config.board.confirmed, are_assumed(config));
 }
 
 ConfigStore::ConfigStore(const SlotViews& slots, WiringRule rule) {

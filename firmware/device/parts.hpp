@@ -3,9 +3,9 @@
 #pragma once
 
 #include "core/angle.hpp"
-#include "core/math.hpp"
 #include "core/partition.hpp"
 #include "core/stability.hpp"
+#include "device/actuator_limits.hpp"
 #include "protocol/configuration.hpp"
 
 namespace torsio::device {
@@ -22,8 +22,7 @@ constexpr core::Parts parts(const protocol::ActuatorConfig& actuator,
       .knob_viscous_nm_s_per_rad = actuator.knob_viscous_nm_s_per_rad,
       .spring_stiffness_nm_per_rad = actuator.spring_stiffness_nm_per_rad,
       .brake_share = core::traits(static_cast<core::Law>(control.law)).brakes ? control.beta : 0.0F,
-      .motor_torque_max_nm =
-          core::smaller(actuator.motor_torque_max_nm, control.motor_torque_cap_nm)};
+      .motor_torque_max_nm = configured_limits(actuator, control).motor_torque_max_nm};
 }
 
 }  // namespace torsio::device

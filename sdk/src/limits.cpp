@@ -1,26 +1,26 @@
 #include "limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "conversion/convert.hpp"
 #include "conversion/heat.hpp"
+#include "device/actuator_limits.hpp"
 
 namespace torsio {
 
 Limits limits_of(const protocol::ActuatorConfig& actuator, const protocol::ControlConfig& control,
                  const protocol::BoardConfig& board, const protocol::CalibrationConfig& calibration,
                  bool real) {
-  float motor_nm = std::min(actuator.motor_torque_max_nm, control.motor_torque_cap_nm);
-  float brake_nm = std::min(actuator.brake_torque_max_nm, control.brake_torque_cap_nm);
-  float speed_rad_s = std::max(control.speed_limit_rad_s, 0.0F);
-  const bool held_low = real && (board.confirmed == protocol::Toggle::off ||
-                                 calibration.values_are == protocol::Basis::assumed);
-  if (held_low) {
-    motor_nm = std::min(motor_nm, protocol::unconfirmed_motor_torque_max_nm);
-    brake_nm = std::min(brake_nm, protocol::unconfirmed_brake_torque_max_nm);
-    const float most_rad_s = protocol::unconfirmed_speed_limit_rad_s;
-    speed_rad_s = speed_rad_s > 0.0F ? std::min(speed_rad_s, most_rad_s) : most_rad_s;
-  }
+  // The device tells values as assumed that have changed since they were not.
+  const bool assumed = calibration.values_are == protocol::Basis::assumed;
+  const bool held_low = device::trust_in(real, board.confirmed, assumed) != device::Trust::all;
+  const device::ActuatorLimits configured = device::configured_limits(actuator, control);
+  const device::ActuatorLimits limits = held_low ? device::held_low(configured) : configured;
+  float motor_nm = limits.motor_torque_max_nm;
+  float brake_nm = limits.brake_torque_max_nm;
+  const float speed_rad_s =
+      std::isfinite(limits.speed_limit_rad_s) ? limits.speed_limit_rad_s : 0.0F;
   float continuous_nm = motor_nm;
   if (real) {
     const float nm_per_a = board.motor_torque_constant_nm_per_a;
