@@ -7,6 +7,7 @@
 
 #include "emulator/plant/require.hpp"
 #include "protocol/effects.hpp"
+#include "emulator/truth.hpp"
 
 namespace torsio::emulator {
 namespace {
@@ -103,33 +104,19 @@ void ClosedLoop::sense(LoopRow* row) {
   decided_ = {.motor_command_nm = static_cast<double>(out.motor_command_nm),
               .brake_command_nm = static_cast<double>(out.brake_command_nm)};
   if (row != nullptr) {
-    const PlantState& state = plant_.state();
-    const Truth truth = plant_.truth();
     const Command& command = held_ ? *held_ : decided_;
-    *row = {.time_s = 1e-9 * static_cast<double>(state.time_ns),
-            .angle_rad = state.knob_angle_rad(),
-            .brake_angle_rad = state.brake_angle_rad(),
-            .speed_rad_s = state.knob_speed_rad_s(),
-            .brake_speed_rad_s = state.brake_speed_rad_s(),
-            .spring_torque_nm = truth.spring_torque_nm,
-            .motor_torque_nm = truth.motor_torque_nm,
-            .brake_torque_nm = truth.brake_torque_nm,
-            .brake_capacity_nm = truth.brake_capacity_nm,
-            .hand_torque_nm = truth.hand_torque_nm,
-            .knob_friction_torque_nm = truth.knob_friction_torque_nm,
-            .position_counts = out.motion.position_counts,
-            .estimated_speed_rad_s = out.motion.speed_rad_s,
-            .desired_torque_nm =
-                overlay.bounds ? core::asked_torque(controller_, overlay) : out.desired_torque_nm,
-            .motor_command_nm = static_cast<float>(command.motor_command_nm),
-            .brake_command_nm = static_cast<float>(command.brake_command_nm),
-            .sensed_spring_torque_nm = out.spring_torque_nm,
-            .sensed_brake_capacity_nm = out.brake_capacity_nm,
-            .knob_sticks = truth.knob_sticks,
-            .brake_sticks = truth.brake_sticks,
-            .motor_saturated = out.motor_saturated,
-            .brake_saturated = out.brake_saturated,
-            .numeric_error = out.numeric_error};
+    tell_truth(plant_, *row);
+    row->position_counts = out.motion.position_counts;
+    row->estimated_speed_rad_s = out.motion.speed_rad_s;
+    row->desired_torque_nm =
+        overlay.bounds ? core::asked_torque(controller_, overlay) : out.desired_torque_nm;
+    row->motor_command_nm = static_cast<float>(command.motor_command_nm);
+    row->brake_command_nm = static_cast<float>(command.brake_command_nm);
+    row->sensed_spring_torque_nm = out.spring_torque_nm;
+    row->sensed_brake_capacity_nm = out.brake_capacity_nm;
+    row->motor_saturated = out.motor_saturated;
+    row->brake_saturated = out.brake_saturated;
+    row->numeric_error = out.numeric_error;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "boards/reference.hpp"
 #include "device/config.hpp"
 #include "device/config_store.hpp"
+#include "emulator/truth.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::emulator {
@@ -316,18 +317,6 @@ void EmulatedDevice::log_report(InputKind kind, std::span<const std::uint8_t> re
   if (options_.log_inputs) inputs_.add(kind, report.data(), report.size());
 }
 
-void EmulatedDevice::log_truth() {
-  const PlantState& state = plant_.state();
-  const Truth truth = plant_.truth();
-  truth_.push_back({.time_s = 1e-9 * static_cast<double>(now_ns_),
-                    .angle_rad = state.knob_angle_rad(),
-                    .brake_angle_rad = state.brake_angle_rad(),
-                    .speed_rad_s = state.knob_speed_rad_s(),
-                    .spring_torque_nm = truth.spring_torque_nm,
-                    .brake_torque_nm = truth.brake_torque_nm,
-                    .brake_capacity_nm = truth.brake_capacity_nm,
-                    .motor_torque_nm = truth.motor_torque_nm,
-                    .hand_torque_nm = truth.hand_torque_nm});
-}
+void EmulatedDevice::log_truth() { tell_truth(plant_, truth_.emplace_back()); }
 
 }  // namespace torsio::emulator

@@ -20,6 +20,7 @@
 #include "emulator/plant/plant.hpp"
 #include "emulator/replayed_device.hpp"
 #include "emulator/rows.hpp"
+#include "emulator/truth.hpp"
 #include "emulator_convert.hpp"
 #include "interpreter.hpp"
 #include "module.hpp"
@@ -36,21 +37,9 @@ PlantParams plant_params(const py::object& source) {
 }
 
 PlantRow plant_row(const emulator::Plant& plant) {
-  const emulator::PlantState& state = plant.state();
-  const emulator::Truth truth = plant.truth();
-  return {.time_s = 1e-9 * static_cast<double>(state.time_ns),
-          .angle_rad = state.knob_angle_rad(),
-          .brake_angle_rad = state.brake_angle_rad(),
-          .speed_rad_s = state.knob_speed_rad_s(),
-          .brake_speed_rad_s = state.brake_speed_rad_s(),
-          .spring_torque_nm = truth.spring_torque_nm,
-          .motor_torque_nm = truth.motor_torque_nm,
-          .brake_torque_nm = truth.brake_torque_nm,
-          .brake_capacity_nm = truth.brake_capacity_nm,
-          .hand_torque_nm = truth.hand_torque_nm,
-          .knob_friction_torque_nm = truth.knob_friction_torque_nm,
-          .knob_sticks = truth.knob_sticks,
-          .brake_sticks = truth.brake_sticks};
+  PlantRow row{};
+  emulator::tell_truth(plant, row);
+  return row;
 }
 
 template <class... Others>
