@@ -6,8 +6,8 @@
 #include <string>
 
 #include "emulator/plant/require.hpp"
-#include "protocol/effects.hpp"
 #include "emulator/truth.hpp"
+#include "protocol/effects.hpp"
 
 namespace torsio::emulator {
 namespace {
