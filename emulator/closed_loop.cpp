@@ -123,7 +123,7 @@ void ClosedLoop::sense(LoopRow* row) {
 void ClosedLoop::act() {
   if (held_) {
     decided_ = *held_;
-    controller_.limits.motor_command_nm = static_cast<float>(decided_.motor_command_nm);
+    controller_.slew.motor_command_nm = static_cast<float>(decided_.motor_command_nm);
     controller_.brake_command_nm = static_cast<float>(decided_.brake_command_nm);
   }
   follow(decided_);

@@ -4,7 +4,7 @@ namespace torsio::core {
 namespace {
 
 void keep_ledger(ControllerState& state, std::int32_t delta_counts) {
-  keep_ledger(state.ledger, state.limits.motor_command_nm, state.sensor.spring_torque_nm,
+  keep_ledger(state.ledger, state.slew.motor_command_nm, state.sensor.spring_torque_nm,
               delta_counts);
 }
 
@@ -81,7 +81,7 @@ float bound_torque(ControllerState& state, const ControllerParams& params, float
     shares = partition(params.partition, desired_nm, spring_nm);
   }
   const float most_nm = params.partition.motor_torque_max_nm;
-  const MotorRange range = motor_range(state.limits, params.limits, most_nm);
+  const MotorRange range = motor_range(state.slew, params.slew, most_nm);
   shares.motor_command_nm = add_impacts(scene, state.scene, motion, params.motion.resolution,
                                         state.tick, shares.motor_command_nm, overlay.gain, range);
   const float told_nm = absolute(shares.motor_command_nm);
@@ -185,7 +185,7 @@ ControllerOutputs control(ControllerState& state, const ControllerParams& params
   out.desired_torque_nm = out.numeric_error ? 0.0F : desired_nm;
 
   if (!shared) shares = partition(params.partition, out.desired_torque_nm, spring_nm);
-  out.motor_command_nm = limit_motor(state.limits, params.limits, shares.motor_command_nm);
+  out.motor_command_nm = limit_motor(state.slew, params.slew, shares.motor_command_nm);
   out.brake_command_nm = shares.brake_command_nm;
   out.motor_saturated = shares.motor_saturated;
   out.brake_saturated = shares.brake_saturated;

@@ -1,7 +1,7 @@
 /// @file
 /// One control tick, from the encoder's count to the commands of motor and brake:
 ///
-///     count -> motion -> scene -> brake model -> soft sensor -> partition -> limits
+///     count -> motion -> scene -> brake model -> soft sensor -> partition -> slew
 ///
 /// The brake model says what the brake can hold *now*, after it has followed the last command for
 /// one period.
@@ -13,11 +13,11 @@
 #include "core/excitation.hpp"
 #include "core/force_source.hpp"
 #include "core/ledger.hpp"
-#include "core/limits.hpp"
 #include "core/motion.hpp"
 #include "core/partition.hpp"
 #include "core/scene.hpp"
 #include "core/shaft.hpp"
+#include "core/slew_limit.hpp"
 #include "core/soft_sensor.hpp"
 #include "core/stiffness_bound.hpp"
 
@@ -28,7 +28,7 @@ struct ControllerParams {
   BrakeParams brake;
   ShaftParams shaft;
   PartitionParams partition;
-  LimitParams limits;
+  SlewParams slew;
   PartitionParams excitation;  // the limits of one
   BoundParams bound;           // of the law calibrated, as the next
   AssistParams assist;
@@ -39,7 +39,7 @@ struct ControllerState {
   MotionState motion;
   BrakeState brake;
   SoftSensorState sensor;
-  LimitState limits;
+  SlewState slew;
   float brake_command_nm = 0;  // held since the last tick
   BoundState bound;            // while an overlay bounds
   Ledger ledger;               // while an overlay keeps it

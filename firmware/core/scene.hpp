@@ -6,8 +6,8 @@
 #include <cstdint>
 
 #include "core/effects.hpp"
-#include "core/limits.hpp"
 #include "core/motion.hpp"
+#include "core/slew_limit.hpp"
 
 namespace torsio::core {
 

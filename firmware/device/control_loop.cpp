@@ -88,7 +88,7 @@ TickOutputs ControlLoop::tick(const TickInputs& in) {
   causes_ = lateness_ >= kLatenessLimit ? fault::overrun : 0;
   enabled_ = playing;
   // Once the controller knows that its commands came to nothing they stay zero by themselves.
-  const bool at_rest = !passive_ && controller_.limits.motor_command_nm == 0.0F &&
+  const bool at_rest = !passive_ && controller_.slew.motor_command_nm == 0.0F &&
                        controller_.brake_command_nm == 0.0F;
   held_back_ = causes_ != 0 || !(playing || at_rest);
   if (held_back_ || changes_ || lateness_ != 0 || game.awake()) call();
@@ -359,7 +359,7 @@ void ControlLoop::begin_fade(std::uint32_t ticks) {
   game.drop();
   dial_.drop();
   passive_ticks_left_ = ticks;
-  passive_motor_nm_ = controller_.limits.motor_command_nm;
+  passive_motor_nm_ = controller_.slew.motor_command_nm;
   passive_step_nm_ = core::absolute(passive_motor_nm_);
   if (passive_ticks_left_ != 0) passive_step_nm_ /= static_cast<float>(passive_ticks_left_);
 }
@@ -446,7 +446,7 @@ std::uint32_t ControlLoop::find_causes(const TickInputs& in,
   }
   const TickOutputs given = passive_ ? fade() : TickOutputs{};
   // The controller must know what became of its commands.
-  controller_.limits.motor_command_nm = given.motor_command_nm;
+  controller_.slew.motor_command_nm = given.motor_command_nm;
   controller_.brake_command_nm = given.brake_command_nm;
   return given;
 }
@@ -506,7 +506,7 @@ void ControlLoop::report_event(EventKind kind) {
                           controller_.motion.position_counts,
                           speed_rad_s,
                           desired_torque_nm,
-                          controller_.limits.motor_command_nm,
+                          controller_.slew.motor_command_nm,
                           controller_.brake.capacity_nm,
                           controller_.sensor.spring_torque_nm,
                           flags,

@@ -10,9 +10,9 @@
 #include <random>
 
 #include "core/brake_model.hpp"
-#include "core/limits.hpp"
 #include "core/partition.hpp"
 #include "core/shaft.hpp"
+#include "core/slew_limit.hpp"
 #include "core/soft_sensor.hpp"
 
 namespace core = torsio::core;
@@ -443,14 +443,14 @@ TEST_CASE("shares stay within the actuators, saturation is told, for any torque"
 }
 
 TEST_CASE("limit_motor holds the rate, and holds nothing without one") {
-  core::LimitState state;
-  const core::LimitParams params{0.01F};
+  core::SlewState state;
+  const core::SlewParams params{0.01F};
   CHECK(core::limit_motor(state, params, 1.0F) == Approx(0.01));
   CHECK(core::limit_motor(state, params, 1.0F) == Approx(0.02));
   CHECK(core::limit_motor(state, params, -1.0F) == Approx(0.01));
   for (int i = 0; i < 20; ++i) (void)core::limit_motor(state, params, 0.085F);
   CHECK(state.motor_command_nm == 0.085F);
-  core::LimitState free;
+  core::SlewState free;
   CHECK(core::limit_motor(free, {}, -0.085F) == -0.085F);
 }
 

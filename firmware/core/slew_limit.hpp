@@ -6,11 +6,11 @@
 
 namespace torsio::core {
 
-struct LimitParams {
+struct SlewParams {
   float motor_step_nm_per_tick = 0;  // largest change in a tick; 0 is no limit
 };
 
-struct LimitState {
+struct SlewState {
   float motor_command_nm = 0;  // the last that was let through
 };
 
@@ -22,8 +22,7 @@ struct MotorRange {
 
 /// The same rate, for who has to know beforehand what it lets through.
 /// @param most_nm that the motor gives, either way
-constexpr MotorRange motor_range(const LimitState& state, const LimitParams& params,
-                                 float most_nm) {
+constexpr MotorRange motor_range(const SlewState& state, const SlewParams& params, float most_nm) {
   const float step_nm = params.motor_step_nm_per_tick;
   if (step_nm <= 0.0F) return {-most_nm, most_nm};
   return {larger(-most_nm, state.motor_command_nm - step_nm),
@@ -31,7 +30,7 @@ constexpr MotorRange motor_range(const LimitState& state, const LimitParams& par
 }
 
 /// Holds the motor's torque within its rate.
-constexpr float limit_motor(LimitState& state, const LimitParams& params, float motor_nm) {
+constexpr float limit_motor(SlewState& state, const SlewParams& params, float motor_nm) {
   float allowed_nm = motor_nm;
   if (params.motor_step_nm_per_tick > 0.0F) {
     allowed_nm = state.motor_command_nm + clamp_symmetric(allowed_nm - state.motor_command_nm,
