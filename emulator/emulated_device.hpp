@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "device/device.hpp"
-#include "emulator/device_input.hpp"
 #include "emulator/encoder.hpp"
+#include "emulator/input_log.hpp"
 #include "emulator/plant/hand.hpp"
 #include "emulator/plant/plant.hpp"
 #include "emulator/power_path.hpp"

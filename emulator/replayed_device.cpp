@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "torsio/plant_fields.hpp"
+
 namespace torsio::emulator {
 namespace {
 
@@ -13,8 +15,8 @@ using Bytes = std::span<const std::uint8_t>;
 void require_size(InputKind kind, Bytes bytes, std::size_t size) {
   if (bytes.size() == size) return;
   throw std::invalid_argument(
-      "an input '" + std::string(kInputKinds.at(static_cast<std::size_t>(kind))) + "' has " +
-      std::to_string(size) + " bytes, this one " + std::to_string(bytes.size()));
+      "an input '" + std::string(Names<InputKind>::values.at(static_cast<std::size_t>(kind))) +
+      "' has " + std::to_string(size) + " bytes, this one " + std::to_string(bytes.size()));
 }
 
 bool flag(InputKind kind, Bytes bytes) {

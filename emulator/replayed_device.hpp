@@ -11,8 +11,8 @@
 
 #include "device/config_store.hpp"
 #include "device/device.hpp"
-#include "emulator/device_input.hpp"
 #include "protocol/codec.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio::emulator {
 

@@ -3,6 +3,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "emulator/plant/ranges.hpp"
+
 namespace torsio::emulator {
 
 UsbLink::UsbLink(std::uint64_t seed, std::size_t input_queue_reports)
@@ -52,17 +54,7 @@ void UsbLink::clear() {
 }
 
 void UsbLink::set_faults(const LinkFaults& faults) {
-  const auto check = [](const char* field, double probability) {
-    // The comparison is also false for NaN.
-    if (probability >= 0.0 && probability <= 1.0) return;
-    throw std::invalid_argument(std::string("link faults: ") + field +
-                                " must be a probability, 0 to 1, is " +
-                                std::to_string(probability));
-  };
-  check("drop_output", faults.drop_output);
-  check("corrupt_output", faults.corrupt_output);
-  check("drop_input", faults.drop_input);
-  check("corrupt_input", faults.corrupt_input);
+  require_ranges(faults, "");
   faults_ = faults;
 }
 

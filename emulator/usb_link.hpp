@@ -10,17 +10,9 @@
 #include "device/device.hpp"
 #include "emulator/random.hpp"
 #include "protocol/codec.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio::emulator {
-
-/// Damage to reports on the way, as probabilities per report, each within [0, 1]. A corrupted
-/// report has one bit flipped.
-struct LinkFaults {
-  double drop_output = 0.0;  ///< host to device
-  double corrupt_output = 0.0;
-  double drop_input = 0.0;  ///< device to host
-  double corrupt_input = 0.0;
-};
 
 /// The cable and the host's driver: full speed, so once in a frame of 1 ms at most one output
 /// report reaches the device and at most one input report is fetched from it.
@@ -47,7 +39,8 @@ class UsbLink {
   /// Forgets everything on the way, as pulling the plug does.
   void clear();
 
-  /// @throws std::invalid_argument if a probability is outside [0, 1]
+  /// A corrupted report has one bit flipped.
+  /// @throws std::invalid_argument that names the field which is out of its range
   void set_faults(const LinkFaults& faults);
 
   [[nodiscard]] bool can_write() const { return output_.size() < kOutputQueueReports; }

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "attributes.hpp"
+#include "bytes.hpp"
 #include "torsio/fields.hpp"
 #include "torsio/plant_fields.hpp"
 
@@ -49,7 +50,10 @@ HandFunction hand_function_from_python(const pybind11::object& source);
 /// True while this thread runs the function of a hand, in the middle of a step of the plant.
 bool is_in_hand();
 
-/// @throws InvalidArgument or TypeError that names the class and the attribute
+/// @param source a hand of the package, or None
+/// @throws InvalidArgument or TypeError that names the class and the attribute; likewise below
+Hand hand_from_python(const pybind11::handle& source);
+
 template <Listed T>
 T from_python(const pybind11::handle& source);
 
@@ -72,6 +76,8 @@ void read(const Attributes& from, const char* name, T& value) {
     value = profile_from_python(from.get(name));
   } else if constexpr (std::is_same_v<T, HandFunction>) {
     value = hand_function_from_python(from.get(name));
+  } else if constexpr (std::is_same_v<T, Hand>) {
+    value = hand_from_python(from.get(name));
   } else if constexpr (std::is_same_v<T, std::vector<double>>) {
     const pybind11::object points = from.get(name);
     for (const pybind11::handle point : points) value.push_back(from.as_number(point, name));
@@ -109,6 +115,8 @@ pybind11::object to_python(const T& value) {
     return value ? to_python(*value) : pybind11::none();
   } else if constexpr (Named<T>) {
     return pybind11::cast(Names<T>::values[static_cast<std::size_t>(value)]);
+  } else if constexpr (std::is_same_v<T, std::vector<std::uint8_t>>) {
+    return to_bytes(value);
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
     return pybind11::tuple(pybind11::cast(value));
   } else if constexpr (is_list<T>) {
@@ -182,8 +190,5 @@ Effect effect_from_python(const pybind11::handle& source);
 
 /// @param source one effect or an iterable of effects
 Scene scene_from_python(const pybind11::handle& source);
-
-/// @param source a hand of the package, or None
-Hand hand_from_python(const pybind11::handle& source);
 
 }  // namespace torsio::bindings

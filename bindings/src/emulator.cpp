@@ -301,12 +301,11 @@ void bind_device(py::module_& module) {
       .def("set_emergency_stop", &EmulatedDevice::set_emergency_stop, arg("pressed"));
 }
 
-emulator::InputKind input_kind(const std::string& name) {
-  const auto found = std::ranges::find(emulator::kInputKinds, name);
-  if (found == emulator::kInputKinds.end()) {
-    throw py::value_error("there is no input '" + name + "'");
-  }
-  return static_cast<emulator::InputKind>(found - emulator::kInputKinds.begin());
+InputKind input_kind(const std::string& name) {
+  const auto& names = Names<InputKind>::values;
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end()) throw py::value_error("there is no input '" + name + "'");
+  return static_cast<InputKind>(found - names.begin());
 }
 
 void bind_replayed_device(py::module_& module) {

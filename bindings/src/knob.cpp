@@ -64,33 +64,11 @@ class PyKnob {
   std::unique_ptr<Knob> knob_;
 };
 
-/// An EmulatorOptions of the package, which has looked at the kinds of its values.
-EmulatorOptions emulator_options_from_python(const py::object& source) {
-  EmulatorOptions options;
-  const Attributes from(source);
-  read(from, "seed", options.seed);
-  read(from, "control_rate_hz", options.control_rate_hz);
-  if (const py::object plant = from.get("plant"); !plant.is_none()) {
-    options.plant = from_python<PlantParams>(plant);
-  }
-  options.hand = hand_from_python(from.get("hand"));
-  read(from, "serial", options.serial);
-  read(from, "actuator", options.actuator);
-  read(from, "control", options.control);
-  read(from, "board", options.board);
-  read(from, "game", options.game);
-  read(from, "shaft", options.shaft);
-  read(from, "paced", options.paced);
-  read(from, "log_truth", options.log_truth);
-  read(from, "log_inputs", options.log_inputs);
-  return options;
-}
-
 /// @param way a selector or a torsio.Transport
 PyKnob open_knob(const py::object& way, const py::object& emulator, double command_timeout_s,
                  std::size_t ring_samples) {
   OpenOptions options;
-  if (!emulator.is_none()) options.emulator = emulator_options_from_python(emulator);
+  if (!emulator.is_none()) options.emulator = from_python<EmulatorOptions>(emulator);
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
   options.interrupted = &check_signals;
@@ -165,12 +143,6 @@ py::object told(T&& value) {
     return as_record({value});
   } else if constexpr (std::is_convertible_v<T, std::span<const std::uint8_t>>) {
     return to_bytes(value);
-  } else if constexpr (std::is_same_v<T, std::vector<DeviceInput>>) {
-    py::list list;
-    for (const DeviceInput& input : value) {
-      list.append(py::make_tuple(input.tick, input.kind, to_bytes(input.bytes)));
-    }
-    return list;
   } else {
     return to_python(value);
   }
@@ -279,15 +251,7 @@ void bind_emulator_calls(py::class_<PyKnob>& knob) {
       .def("freeze_encoder", call(&Emulator::freeze_encoder))
       .def("jump_encoder", call(&Emulator::jump_encoder))
       .def("skip_ticks", call(&Emulator::skip_ticks))
-      .def(
-          "set_link_faults",
-          [](const PyKnob& self, double drop_output, double corrupt_output, double drop_input,
-             double corrupt_input) {
-            self->emulator().set_link_faults(
-                {drop_output, corrupt_output, drop_input, corrupt_input});
-          },
-          py::kw_only(), arg("drop_output"), arg("corrupt_output"), arg("drop_input"),
-          arg("corrupt_input"), Release())
+      .def("set_link_faults", call(&Emulator::set_link_faults))
       .def("cut_power_in_next_save", call(&Emulator::cut_power_in_next_save));
 }
 

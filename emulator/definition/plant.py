@@ -7,20 +7,26 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from firmware.protocol.definition import constants
+from firmware.protocol.definition import configurations, constants
 from firmware.protocol.definition.constants import MOTOR_LAG_S
 from tools.definition.model import (
     Field,
     Structure,
+    Value,
+    any_whole,
+    binary,
     choice,
     enumeration,
     for_hosts,
     function,
+    group,
+    hand,
     named,
     number,
     numbers,
     optional_group,
     profile,
+    text,
     told,
     whole,
 )
@@ -42,6 +48,11 @@ def amount(
     """Make a quantity that may be nothing."""
     made = for_hosts(number(name, unit, 0.0, most, doc, default=default))
     return replace(made, rule=">= 0" if most == _MOST else "")
+
+
+def share(name: str, doc: str) -> Field:
+    """Make a probability."""
+    return for_hosts(number(name, "", 0.0, 1.0, doc))
 
 
 def yes_or_no(name: str, doc: str, *, default: bool = False) -> Field:
@@ -279,11 +290,67 @@ FEEDBACK_HAND = Structure(
     "knob that it holds.",
     base="Hand",
 )
+LINK_FAULTS = Structure(
+    "LinkFaults",
+    "Damage to reports on the cable of an emulated knob, as probabilities for each report.",
+    (
+        share("drop_output", "host to device"),
+        share("corrupt_output", "a bit of it is another"),
+        share("drop_input", "device to host"),
+        share("corrupt_input", "a bit of it is another"),
+    ),
+)
+INPUT_KIND = enumeration(
+    "InputKind", "What can enter an emulated device. In brackets: what the bytes are; numbers are little endian.",
+    Value("stored", "what is in the storage from now on (both slots)"),
+    Value("power", "(0 or 1)"),
+    Value("connected", "the bus (0 or 1)"),
+    Value("output", "a report that has arrived (64 bytes)"),
+    Value("feature", "a report (any length)"),
+    Value("game_output", "a report of the game interface (any length)"),
+    Value("game_feature", "the same (any length)"),
+    Value("buttons", "pressed ones (a bit each)"),
+    Value("emergency_stop", "(0 or 1)"),
+    Value("actuator_fault", "(0 or 1)"),
+    Value("power_faults", "which, as bits of the faults; 0: the one of the actuator (32 bits)"),
+    Value("missed_ticks", "before the next one (32 bits)"),
+    Value("power_cut", "in the next save, after so many bytes (32 bits)"),
+    Value("counts", "of the encoder, one control tick for each (32 bits each)"),
+)  # fmt: skip
+DEVICE_INPUT = Structure(
+    "DeviceInput",
+    "Something that entered an emulated device, so that it can run again.",
+    (
+        told("tick", "std::uint64_t", "control ticks that had run before it, since the first power-up"),
+        for_hosts(choice("kind", INPUT_KIND, "what it is")),
+        binary("bytes", "what it says: a report, or as its kind has it; of counts one control tick for each, in 32 bits, little endian"),
+    ),
+)  # fmt: skip
+EMULATOR_OPTIONS = Structure(
+    "EmulatorOptions",
+    "What an emulated knob is like, who holds it, and what is recorded of it.",
+    (
+        for_hosts(any_whole("seed", "u64", "of everything random: encoder noise, damaged reports")),
+        for_hosts(number("control_rate_hz", "Hz", constants.MIN_CONTROL_RATE_HZ, constants.MAX_CONTROL_RATE_HZ, "ticks in a second", default=1e9 / constants.EMULATED_CONTROL_PERIOD_NS.value)),
+        group("plant", PLANT_PARAMS, "what it is made of"),
+        hand("hand", "who holds it"),
+        text("serial", "at most 16 ASCII characters; empty: derived from the device's name"),
+        optional_group("actuator", configurations.ACTUATOR_CONFIG, "configuration at power-up in place of what the device has stored, or of its defaults"),
+        optional_group("control", configurations.CONTROL_CONFIG, "the same"),
+        optional_group("board", configurations.BOARD_CONFIG, "the same; a plant with electrics has use for it"),
+        optional_group("game", configurations.GAME_CONFIG, "the same"),
+        optional_group("shaft", configurations.SHAFT_CONFIG, "the same"),
+        yes_or_no("paced", "on: time is the wall clock's, as with hardware; off: it is virtual and passes only inside calls that wait, as fast as it can be computed, and the same calls with the same seed give the same bytes"),
+        yes_or_no("log_truth", "record what no sensor sees, once a tick"),
+        yes_or_no("log_inputs", "record what enters the device, from power-up on, so that it can run again"),
+    ),
+    checked=True,
+)  # fmt: skip
 HAND_FUNCTION = (
     "Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the "
     "torque on the knob in N m, -100 to 100."
 )
-ENUMERATIONS = (ENCODER_ROUNDING, CURRENT_SENSOR)
+ENUMERATIONS = (ENCODER_ROUNDING, CURRENT_SENSOR, INPUT_KIND)
 PARTS = (SHAFT_HARDENING, BRAKE_HYSTERESIS, BELT, COGGING, ELECTRICS)
 HANDS = (NO_HAND, TORQUE_HAND, IMPEDANCE_HAND, PRESCRIBED_MOTION, FEEDBACK_HAND)
 
@@ -313,7 +380,7 @@ TRUTH_SAMPLE = Structure(
     ),
     array_record=True,
 )
-TOLD = (TRUTH_SAMPLE, ELECTRICS_STATE)
+TOLD = (TRUTH_SAMPLE, ELECTRICS_STATE, DEVICE_INPUT)
 
 _STICKS = (told("knob_sticks", "bool"), told("brake_sticks", "bool"))
 PLANT_ROW = Structure(

@@ -567,6 +567,29 @@ typedef struct torsio_plant_params {
   const torsio_electrics* electrics;
 } torsio_plant_params;
 TORSIO_API torsio_result torsio_plant_params_init(torsio_plant_params* structure);
+typedef struct torsio_link_faults {
+  uint32_t struct_size;
+  double drop_output;
+  double corrupt_output;
+  double drop_input;
+  double corrupt_input;
+} torsio_link_faults;
+TORSIO_API torsio_result torsio_link_faults_init(torsio_link_faults* structure);
+typedef struct torsio_emulator_options {
+  uint32_t struct_size;
+  uint64_t seed;
+  double control_rate_hz;
+  const torsio_plant_params* plant;
+  const char* serial;
+  const torsio_actuator_config* actuator;
+  const torsio_control_config* control;
+  const torsio_board_config* board;
+  const torsio_game_config* game;
+  const torsio_shaft_config* shaft;
+  bool paced;
+  bool log_truth;
+} torsio_emulator_options;
+TORSIO_API torsio_result torsio_emulator_options_init(torsio_emulator_options* structure);
 typedef struct torsio_listed_device {
   char path[TORSIO_TEXT_BYTES];
   char serial[TORSIO_TEXT_BYTES];
@@ -810,21 +833,6 @@ TORSIO_API torsio_result torsio_refusal_init(torsio_refusal* structure);
 TORSIO_API torsio_result torsio_last_refusal(torsio_refusal* refusal);
 TORSIO_API const char* torsio_result_name(int32_t result);
 TORSIO_API const char* torsio_version(void);
-typedef struct torsio_emulator_options {
-  uint32_t struct_size;
-  uint64_t seed;
-  double control_rate_hz;
-  const torsio_plant_params* plant;
-  const char* serial;
-  const torsio_actuator_config* actuator;
-  const torsio_control_config* control;
-  const torsio_board_config* board;
-  const torsio_game_config* game;
-  const torsio_shaft_config* shaft;
-  bool paced;
-  bool log_truth;
-} torsio_emulator_options;
-TORSIO_API torsio_result torsio_emulator_options_init(torsio_emulator_options* structure);
 typedef struct torsio_open_options {
   uint32_t struct_size;
   double command_timeout_s;
@@ -921,9 +929,8 @@ TORSIO_API torsio_result torsio_emulator_set_supply(torsio_knob* knob, double su
 TORSIO_API torsio_result torsio_emulator_freeze_encoder(torsio_knob* knob, bool frozen);
 TORSIO_API torsio_result torsio_emulator_jump_encoder(torsio_knob* knob, int32_t counts);
 TORSIO_API torsio_result torsio_emulator_skip_ticks(torsio_knob* knob, uint32_t count);
-TORSIO_API torsio_result torsio_emulator_set_link_faults(torsio_knob* knob, double drop_output,
-                                                         double corrupt_output, double drop_input,
-                                                         double corrupt_input);
+TORSIO_API torsio_result torsio_emulator_set_link_faults(torsio_knob* knob,
+                                                         const torsio_link_faults* faults);
 TORSIO_API torsio_result torsio_emulator_cut_power_in_next_save(torsio_knob* knob,
                                                                 uint32_t after_bytes);
 TORSIO_API torsio_result torsio_watch_new(bool include_present, torsio_watch** watch);

@@ -270,8 +270,8 @@ def test_faults_of_the_world_are_taken(lib: ctypes.CDLL, knob: ctypes.c_void_p) 
     good(lib, lib.torsio_emulator_freeze_encoder(knob, False))
     good(lib, lib.torsio_emulator_jump_encoder(knob, 1))
     good(lib, lib.torsio_emulator_skip_ticks(knob, 1))
-    nothing = [ctypes.c_double(0.0)] * 4
-    good(lib, lib.torsio_emulator_set_link_faults(knob, *nothing))
+    faults = made(lib, "torsio_link_faults", drop_input=0.0)
+    good(lib, lib.torsio_emulator_set_link_faults(knob, ctypes.byref(faults)))
     good(lib, lib.torsio_emulator_cut_power_in_next_save(knob, 3))
     assert lib.torsio_knob_save(knob) == N["TORSIO_DISCONNECTED"]
 

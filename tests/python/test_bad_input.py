@@ -23,6 +23,7 @@ from torsio import (
     ImpedanceHand,
     InvalidArgument,
     Knob,
+    LinkFaults,
     Periodic,
     PlantParams,
     PrescribedMotion,
@@ -150,8 +151,12 @@ BAD_CALLS: list[tuple[Callable[[Knob], object], type[Exception], str]] = [
         "stiffness_nm_per_rad",
     ),
     (lambda k: k.emulator.set_hand("firm"), TypeError, "not a hand"),  # type: ignore[arg-type]
-    (lambda k: k.emulator.set_link_faults(drop_input=1.5), InvalidArgument, "probability"),
-    (lambda k: k.emulator.set_link_faults(drop_input="all"), TypeError, "drop_input"),  # type: ignore[arg-type]
+    (
+        lambda k: k.emulator.set_link_faults(LinkFaults(drop_input=1.5)),
+        InvalidArgument,
+        "drop_input is 1.5, allowed are 0 to 1",
+    ),
+    (lambda k: k.emulator.set_link_faults(LinkFaults(drop_input="all")), TypeError, "drop_input"),  # type: ignore[arg-type]
     (lambda k: k.emulator.skip_ticks(count=-1), InvalidArgument, "count is -1"),
     (lambda k: k.emulator.jump_encoder(counts=2**70), InvalidArgument, "counts"),
     (lambda k: k.emulator.jump_encoder(counts=10**5000), InvalidArgument, "counts"),
@@ -190,9 +195,9 @@ BAD_OPENS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"control_rate_hz": "fast"}, TypeError, "control_rate_hz must be a number"),
     ({"serial": b"TS-0001"}, TypeError, "serial must be a string"),
     ({"paced": "yes"}, TypeError, "paced must be True or False"),
-    ({"plant": 3}, TypeError, "plant must be a torsio.PlantParams or None, is 3"),
+    ({"plant": 3}, TypeError, "plant must be a torsio.PlantParams, is 3"),
     ({"actuator": 3}, TypeError, "actuator"),
-    ({"control": ActuatorConfig()}, TypeError, "control must be a torsio.ControlConfig"),
+    ({"control": ActuatorConfig()}, TypeError, "control must be ControlConfig or None"),
     ({"hand": 3}, TypeError, "hand"),
     ({"plant": PlantParams(knob_inertia_kg_m2=-1e-5)}, InvalidArgument, "knob_inertia_kg_m2"),
     ({"plant": PlantParams(counts_per_rev=-1)}, InvalidArgument, "counts_per_rev"),
@@ -328,11 +333,11 @@ def test_unplugged_device_says_so_everywhere() -> None:
 
 def test_knob_that_loses_answers_times_out() -> None:
     with torsio.open("emulated", command_timeout_s=0.1) as knob:
-        knob.emulator.set_link_faults(drop_input=1.0)
+        knob.emulator.set_link_faults(LinkFaults(drop_input=1.0))
         with pytest.raises(torsio.Timeout) as caught:
             knob.arm()
         assert isinstance(caught.value, TimeoutError)
-        knob.emulator.set_link_faults()
+        knob.emulator.set_link_faults(LinkFaults())
 
 
 def test_silent_host_disarms_the_device() -> None:
@@ -343,7 +348,7 @@ def test_silent_host_disarms_the_device() -> None:
         knob.play(Constant(torque_nm=0.02))
         knob.arm()
         knob.start_telemetry()
-        knob.emulator.set_link_faults(drop_output=1.0)
+        knob.emulator.set_link_faults(LinkFaults(drop_output=1.0))
         knob.sleep(0.5)
         log = knob.read()
         assert knob.state == "disarmed"

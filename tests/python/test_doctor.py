@@ -346,7 +346,7 @@ def test_damaged_cable_shows_in_an_examination() -> None:
     with torsio.open(
         "emulated", emulator=torsio.EmulatorOptions(paced=True), command_timeout_s=5.0
     ) as knob:
-        knob.emulator.set_link_faults(drop_input=0.02, corrupt_input=0.0)
+        knob.emulator.set_link_faults(torsio.LinkFaults(drop_input=0.02))
         try:
             finding = doctor_knob.check_losses(doctor_facts.examine(knob))
         except torsio.Timeout as error:  # an answer was among what was lost

@@ -238,7 +238,7 @@ def test_same_seed_gives_the_same_bytes() -> None:
             knob.play([WALL, torsio.Texture(torque_nm=0.01, grains_per_turn=500)])
             knob.arm()
             knob.start_telemetry()
-            knob.emulator.set_link_faults(drop_input=0.05)
+            knob.emulator.set_link_faults(torsio.LinkFaults(drop_input=0.05))
             log = knob.record(duration_s=0.7)
             return log.tobytes(), knob.emulator.truth().tobytes()
 

@@ -21,7 +21,6 @@ SDK = read_sdk()
 CPP_ONLY = {
     "OpenOptions": "keyword arguments of torsio.open",
     "WatchOptions": "keyword arguments of torsio.watch",
-    "LinkFaults": "keyword arguments of Emulator.set_link_faults",
     "LocalModel": "keyword arguments of Knob.stream_local_model",
     "TelemetrySample": "columns of an array, TELEMETRY_DTYPE",
     "TruthSample": "columns of an array, TRUTH_DTYPE",
@@ -74,7 +73,6 @@ FIELDS_ONLY = {
 OTHER_PARAMETERS = {
     "Knob.stream_local_model": "keyword arguments in place of a LocalModel",
     "Knob.update": "keyword arguments in place of a function",
-    "Emulator.set_link_faults": "keyword arguments in place of LinkFaults",
 }
 
 
@@ -158,7 +156,6 @@ def test_flags_are_the_same() -> None:
         # A time-out is one of the iteration, and the callback another constructor's.
         ("WatchOptions", torsio.watch, {"callback", "timeout_s"}),
         ("UpdateOptions", torsio.update_firmware, {"interrupted", "path", "selector"}),
-        ("LinkFaults", torsio.Emulator.set_link_faults, {"self"}),
         ("LocalModel", torsio.Knob.stream_local_model, {"self"}),
     ],
 )

@@ -27,6 +27,7 @@ TOLD = (
     "Energies",
     "MotorCurrent",
     "Limits",
+    "StableStiffness",
     "GameStatus",
     "LinkStatistics",
     "Event",
@@ -35,6 +36,8 @@ TOLD = (
 )
 # Part of others, which have the size.
 INSIDE = ("Timing",)
+# A hand is given by functions, and nobody asks in C what entered a device.
+_NOT_IN_C = ("hand", "log_inputs")
 
 
 def snake(name: str) -> str:
@@ -50,6 +53,17 @@ def c_name(of: Structure | Enumeration | Bits) -> str:
 def has_size(of: Structure) -> bool:
     """Say whether the structure begins with its size."""
     return of.name not in (*IN_ARRAYS, *INSIDE)
+
+
+def members(of: Structure) -> list[Field]:
+    """Give the fields that C has."""
+    return [field for field in of.host_fields if field.name not in _NOT_IN_C]
+
+
+def _is_pointer(field: Field) -> bool:
+    """Say whether a part is given by its address: where it may be left out, or has a size of its own."""
+    is_part = isinstance(field.of, Structure)
+    return is_part and (field.kind == "optional" or has_size(field.of))  # type: ignore[arg-type]
 
 
 def header(doc: str, lists: str, includes: Iterable[str], guard: str, body: str) -> str:
@@ -88,8 +102,8 @@ def bits(of: Bits, prefix: str = "") -> str:
     return out + "};\n\n"
 
 
-def _member(field: Field) -> str:
-    if field.kind == "optional" and isinstance(field.of, Structure):
+def _member(field: Field, *, told: bool) -> str:
+    if isinstance(field.of, Structure) and _is_pointer(field):
         return f"const {c_name(field.of)} *{field.name};"
     if isinstance(field.of, Structure):
         return f"{c_name(field.of)} {field.name};"
@@ -107,7 +121,7 @@ def _member(field: Field) -> str:
         "texts": "uint32_t",
     }
     if field.kind == "text":
-        return f"char {field.name}[TORSIO_TEXT_BYTES];"
+        return f"char {field.name}[TORSIO_TEXT_BYTES];" if told else f"const char *{field.name};"
     return f"{kinds[field.kind]} {field.name};"
 
 
@@ -119,6 +133,8 @@ def _note(field: Field) -> str:
         return "TORSIO_FAULT_...: " + note.partition(":")[0].replace("names of the", "the")
     if field.kind == "optional":
         return f"{note}; {'NULL' if field.of else '0'}: without".removeprefix("; ")
+    if isinstance(field.of, Structure) and _is_pointer(field):
+        return f"{note}; NULL: as torsio_{snake(field.of.name)}_init() has it"
     if field.kind == "profile":
         return f"{note}; none: 0 for ever"
     return note
@@ -142,12 +158,12 @@ def structure(of: Structure) -> str:
     out += f"typedef struct {name} {{\n"
     if has_size(of):
         out += f"uint32_t struct_size;  ///< bytes of a {name}\n"
-    for field in of.host_fields:
+    for field in members(of):
         told = [_note(field)]
         if of.name not in TOLD:
             told.append(_default_note(field))
         note = "; ".join(part for part in told if part)
-        out += f"{comment(note)}{_member(field)}\n"
+        out += f"{comment(note)}{_member(field, told=of.name in TOLD)}\n"
     out += f"}} {name};\n"
     if has_size(of):
         out += f"TORSIO_API torsio_result {name}_init({name} *structure);\n"
@@ -178,7 +194,7 @@ def configuration(of: Structure) -> str:
 def _read(field: Field) -> str:
     """Write how C++ gets a field."""
     own = f"from.{field.name}"
-    if field.kind == "optional" and isinstance(field.of, Structure):
+    if isinstance(field.of, Structure) and _is_pointer(field):
         return (
             f"if ({own} != nullptr) to.{field.name} = "
             f"from_c(need_sized({own}, {quoted(field.name)}, {quoted(c_name(field.of))}));"
@@ -193,13 +209,15 @@ def _read(field: Field) -> str:
         return f"to.{field.name} = choice<{field.host}>({own}, {quoted(field.name)});"
     if field.kind == "switch":
         return f"to.{field.name} = flag({own});"
+    if field.kind == "text":
+        return f"if ({own} != nullptr) to.{field.name} = {own};"
     return f"to.{field.name} = {own};"
 
 
-def _write(field: Field) -> str:
+def _write(field: Field, *, told: bool) -> str:
     """Write how C gets a field."""
     own = f"from.{field.name}"
-    if field.kind == "optional" and isinstance(field.of, Structure):
+    if isinstance(field.of, Structure) and _is_pointer(field):
         return f"to.{field.name} = nullptr;"
     if isinstance(field.of, Structure):
         return f"to.{field.name} = to_c({own});"
@@ -209,6 +227,8 @@ def _write(field: Field) -> str:
         return f"to.{field.name} = {own}.value_or(0.0);"
     if field.kind == "choice":
         return f"to.{field.name} = static_cast<std::int32_t>({own});"
+    if field.kind == "text" and not told:
+        return f"to.{field.name} = nullptr;"
     if field.kind == "text":
         return f"copy(to.{field.name}, {own});"
     if field.kind == "texts":
@@ -219,7 +239,7 @@ def _write(field: Field) -> str:
 def reader(of: Structure) -> str:
     """Write what makes C++'s structure of C's."""
     out = f"inline {of.name} from_c(const {c_name(of)}& from) {{\n{of.name} to;\n"
-    return out + "".join(_read(field) + "\n" for field in of.host_fields) + "return to;\n}\n"
+    return out + "".join(_read(field) + "\n" for field in members(of)) + "return to;\n}\n"
 
 
 def writer(of: Structure) -> str:
@@ -228,7 +248,9 @@ def writer(of: Structure) -> str:
     out = f"inline {name} to_c([[maybe_unused]] const {of.name}& from) {{\n{name} to{{}};\n"
     if has_size(of):
         out += f"to.struct_size = sizeof({name});\n"
-    return out + "".join(_write(field) + "\n" for field in of.host_fields) + "return to;\n}\n"
+    told = of.name in TOLD
+    written = "".join(_write(field, told=told) + "\n" for field in members(of))
+    return out + written + "return to;\n}\n"
 
 
 def same_layout(of: Structure) -> str:

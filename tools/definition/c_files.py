@@ -19,11 +19,11 @@ from tools.definition.shared import (
 _HANDS = tuple(of for of in plant.HANDS if of.host_fields and of is not plant.FEEDBACK_HAND)
 _INPUTS = (
     effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION, *configurations.CONFIGURATIONS,
-    *_HANDS, *plant.PARTS, plant.PLANT_PARAMS,
+    *_HANDS, *plant.PARTS, plant.PLANT_PARAMS, plant.LINK_FAULTS, plant.EMULATOR_OPTIONS,
 )  # fmt: skip
 _ENUMERATIONS = (
     *EFFECT_ENUMERATIONS, *CONFIG_ENUMERATIONS, *DEVICE_ENUMERATIONS, e.DISARM_REASON,
-    *plant.ENUMERATIONS,
+    plant.ENCODER_ROUNDING, plant.CURRENT_SENSOR,
 )  # fmt: skip
 _SAMPLES = (records.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
 _TOLD = (*records.RECORDS, plant.ELECTRICS_STATE)
@@ -68,8 +68,7 @@ def c_structures() -> str:
         "for (std::size_t i = 0; i < kFaultNames.size(); ++i) {\n"
         "if (kFaultNames.at(i) == name) bits |= std::uint32_t{1} << i;\n}\n}\nreturn bits;\n}\n\n"
     )
-    parts = [of for of in _INPUTS if of is not plant.PLANT_PARAMS]
-    body += "".join(map(c.reader, (*parts, plant.PLANT_PARAMS))) + "\n"
+    body += "".join(map(c.reader, _INPUTS)) + "\n"
     body += "".join(map(c.writer, (*_INPUTS, *_TOLD))) + "\n"
     body += "// Samples go over as they are.\n" + "".join(map(c.same_layout, _SAMPLES))
     return cpp.header(
@@ -78,7 +77,7 @@ def c_structures() -> str:
         (
             "<array>", "<cstddef>", "<cstdint>", "<string>", "<string_view>", "<vector>",
             "convert.hpp", "torsio/config.hpp", "torsio/plant.hpp", "torsio/scene.hpp",
-            "torsio/telemetry.hpp", "torsio_types.h",
+            "torsio/emulator_options.hpp", "torsio/telemetry.hpp", "torsio_types.h",
         ),
         "torsio::c",
         body,

@@ -252,8 +252,10 @@ def _range_text(field: Field) -> str:
 
 
 def _host_default(field: Field) -> str:
-    if field.kind in ("group", "optional", "numbers", "text", "texts", "function"):
+    if field.kind in ("group", "optional", "numbers", "text", "texts", "function", "bytes"):
         return "{}"
+    if field.kind == "hand":
+        return f"= {field.default}"
     if field.kind == "profile":
         return f"{{{field.default}}}" if field.default else "{}"
     if field.kind == "choice":

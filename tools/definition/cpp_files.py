@@ -16,6 +16,8 @@ from tools.definition.shared import (
     PLANT_LISTS,
 )
 
+_EMULATED = (*plant.PARTS, plant.PLANT_PARAMS, plant.LINK_FAULTS, *plant.TOLD)
+
 
 def _sdk_header(doc: str, includes: tuple[str, ...], body: str, lists: str = LISTS) -> str:
     return cpp.header(doc, lists, includes, "torsio", body)
@@ -60,6 +62,18 @@ def sdk_config() -> str:
     )
 
 
+def sdk_emulator_options() -> str:
+    """Write sdk/include/torsio/emulator_options.hpp."""
+    return _sdk_header(
+        "How to make an emulated knob.",
+        (
+            "<cstdint>", "<optional>", "<string>", "torsio/config.hpp", "torsio/plant.hpp",
+        ),
+        cpp.host_structure(plant.EMULATOR_OPTIONS),
+        f"{LISTS} and {PLANT_LISTS}",
+    )  # fmt: skip
+
+
 def sdk_telemetry() -> str:
     """Write sdk/include/torsio/telemetry.hpp."""
     body = "".join(map(cpp.host_enumeration, (*DEVICE_ENUMERATIONS, e.DISARM_REASON)))
@@ -77,6 +91,7 @@ def sdk_fields() -> str:
     structures = (
         effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
         *configurations.CONFIGURATIONS, records.TELEMETRY_SAMPLE, *records.RECORDS,
+        plant.EMULATOR_OPTIONS,
     )  # fmt: skip
     named = (
         *EFFECT_ENUMERATIONS, *CONFIG_ENUMERATIONS, *DEVICE_ENUMERATIONS, e.DISARM_REASON,
@@ -87,10 +102,11 @@ def sdk_fields() -> str:
         "The fields of every public structure by name, with unit, range and sentence, and the names of "
         "every enumeration's values: for tools that show, keep or edit them.",
         (
-            "<array>", "<string_view>", "<tuple>", "torsio/config.hpp", "torsio/field.hpp",
-            "torsio/scene.hpp", "torsio/telemetry.hpp",
+            "<array>", "<string_view>", "<tuple>", "torsio/config.hpp", "torsio/emulator_options.hpp",
+            "torsio/field.hpp", "torsio/scene.hpp", "torsio/telemetry.hpp",
         ),
         body,
+        f"{LISTS} and {PLANT_LISTS}",
     )  # fmt: skip
 
 
@@ -133,9 +149,10 @@ def emulator_plant() -> str:
     body += "/// Who holds an emulated knob.\n"
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
-    body += "".join(map(cpp.host_structure, (*plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)))
+    body += "".join(map(cpp.host_structure, _EMULATED))
     return _sdk_header(
-        "What an emulated knob is made of, who holds it, and what only the simulation knows.",
+        "What an emulated knob is made of, who holds it, what happens to it, and what only the simulation "
+        "knows.",
         ("<cstdint>", "<functional>", "<optional>", "<variant>", "<vector>"),
         body,
         PLANT_LISTS,
@@ -144,7 +161,7 @@ def emulator_plant() -> str:
 
 def emulator_plant_fields() -> str:
     """Write emulator/include/torsio/plant_fields.hpp."""
-    structures = (*plant.HANDS, *plant.PARTS, plant.PLANT_PARAMS, *plant.TOLD)
+    structures = (*plant.HANDS, *_EMULATED)
     body = (
         "\n".join(map(cpp.names, plant.ENUMERATIONS))
         + "\n"
@@ -172,6 +189,7 @@ def emulator_rows() -> str:
 FILES = {
     "sdk/include/torsio/scene.hpp": sdk_scene,
     "sdk/include/torsio/config.hpp": sdk_config,
+    "sdk/include/torsio/emulator_options.hpp": sdk_emulator_options,
     "sdk/include/torsio/telemetry.hpp": sdk_telemetry,
     "sdk/include/torsio/fields.hpp": sdk_fields,
     "sdk/conversion/wire_types.hpp": sdk_wire_types,

@@ -114,7 +114,7 @@ class Bits:
 
 Kind = Literal[
     "number", "whole", "angle", "switch", "choice", "group", "array", "numbers", "profile", "text",
-    "texts", "optional", "function",
+    "texts", "optional", "function", "hand", "bytes",
 ]  # fmt: skip
 
 
@@ -172,6 +172,8 @@ class Structure:
     array_record: bool = False
     """Many of them are a NumPy structured array in Python; one has no class."""
     comparable: bool = False
+    checked: bool = False
+    """Python asks for the kinds of all values when one is made; else where it is used."""
     example: Mapping[str, object] | None = None
     """Values that the studio begins with, so that an effect can be felt at once; None: empty fields."""
 
@@ -339,6 +341,16 @@ def profile(name: str, unit: str, doc: str, most: float, *, default: str = "") -
 def function(name: str, host: str, doc: str) -> Field:
     """Make a function that the user brings."""
     return Field(name, "function", doc, host=host)
+
+
+def hand(name: str, doc: str) -> Field:
+    """Make a place for one of the emulated knob's hands; nobody by default."""
+    return Field(name, "hand", doc, host="Hand", default="NoHand{}")
+
+
+def binary(name: str, doc: str) -> Field:
+    """Make bytes."""
+    return Field(name, "bytes", doc, host="std::vector<std::uint8_t>")
 
 
 def text(name: str, doc: str = "") -> Field:

@@ -47,6 +47,8 @@ def _type(field: Field) -> str:
         "numbers": "Iterable[float]",
         "profile": "Profile",
         "function": field.host,
+        "hand": field.host,
+        "bytes": "bytes",
         "text": "str",
         "texts": "tuple[str, ...]",
     }[field.kind]
@@ -57,8 +59,10 @@ def _default(field: Field, told: bool) -> str:
         return ""
     if field.kind == "optional":
         return " = None"
-    if field.kind in ("profile", "numbers", "function"):
+    if field.kind in ("profile", "numbers", "function", "bytes"):
         return ""
+    if field.kind == "hand":
+        return " = NoHand()"
     if isinstance(field.of, Structure):
         return f" = {field.of.name}()"
     default = field.default
@@ -73,9 +77,17 @@ def _default(field: Field, told: bool) -> str:
     return f" = {default!r}"
 
 
-def _checks(field: Field) -> str:
+def _checks(field: Field, *, all_kinds: bool = False) -> str:
     """Write what the class asks of a value when it is made; ranges are asked when it is used."""
     name, own = field.name, f"self.{field.name}"
+    if all_kinds and field.kind in ("number", "switch", "text"):
+        how = {"number": "number", "switch": "flag", "text": "text"}[field.kind]
+        return f'checks.{how}("{name}", {own})\n'
+    if all_kinds and field.kind == "whole":
+        low, high = (0, (1 << 64) - 1) if field.low is None else (field.low, field.high)
+        return f'checks.whole("{name}", {own}, {low}, {high})\n'
+    if field.kind == "hand":
+        return f'checks.kind("{name}", {own}, {field.host}, "a torsio.{field.host}")\n'
     if field.kind == "group" and isinstance(field.of, Structure):
         return f'checks.kind("{name}", {own}, {field.of.name}, "a torsio.{field.of.name}")\n'
     if field.kind == "optional" and field.of:
@@ -133,7 +145,8 @@ def data_class(of: Structure, *, told: bool = False) -> str:
     if of.host_fields and not told:
         lines.insert(len(functions), "_: KW_ONLY")
     out += "".join(f"    {line}\n" for line in lines)
-    checks = "".join(_checks(field) for field in of.host_fields) if not told else ""
+    asked = () if told else of.host_fields
+    checks = "".join(_checks(field, all_kinds=of.checked) for field in asked)
     if checks:
         out += (
             "\n    def __post_init__(self) -> None:\n"

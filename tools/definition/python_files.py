@@ -90,6 +90,25 @@ def python_hands() -> str:
     )
 
 
+def python_emulator_options() -> str:
+    """Write the module of how to make an emulated knob, and of what happens to it."""
+    body = (
+        "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
+        "from typing import Literal\n\nfrom torsio import checks\n"
+        "from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig\n"
+        "from torsio.hands import Hand, NoHand\nfrom torsio.plant import PlantParams\n\n{all}\n"
+    )
+    body += python.data_class(plant.EMULATOR_OPTIONS) + python.data_class(plant.LINK_FAULTS)
+    body += python.data_class(plant.DEVICE_INPUT, told=True)
+    listed = (plant.EMULATOR_OPTIONS, plant.LINK_FAULTS, plant.DEVICE_INPUT)
+    return python.module(
+        "How to make an emulated knob, and what happens to it.",
+        f"{LISTS}\n# and {PLANT_LISTS}",
+        body,
+        (of.name for of in listed),
+    )
+
+
 def python_configurations() -> str:
     """Write the module of configurations."""
     body = (
@@ -190,6 +209,7 @@ def python_statuses() -> str:
 FILES = {
     "bindings/python/torsio/plant.py": python_plant,
     "bindings/python/torsio/hands.py": python_hands,
+    "bindings/python/torsio/emulator_options.py": python_emulator_options,
     "bindings/python/torsio/scenes.py": python_scenes,
     "bindings/python/torsio/config.py": python_configurations,
     "bindings/python/torsio/records.py": python_records,

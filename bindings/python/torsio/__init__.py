@@ -24,7 +24,8 @@ from torsio.config import (
     ShaftConfig,
 )
 from torsio.config_file import dump_config, load_config
-from torsio.emulated_knob import DeviceInput, Emulator, EmulatorOptions
+from torsio.emulated_knob import Emulator
+from torsio.emulator_options import DeviceInput, EmulatorOptions, LinkFaults
 from torsio.errors import (
     Closed,
     DeviceBusy,
@@ -139,6 +140,7 @@ __all__ = [
     "InvalidArgument",
     "Knob",
     "Limits",
+    "LinkFaults",
     "LinkStatistics",
     "ListedDevice",
     "MalformedReport",

@@ -1,104 +1,17 @@
-"""The emulated knob: how to make one, and the world round it."""
+"""The world round an emulated knob."""
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
 from typing import Literal
 
 from torsio import _torsio, checks
-from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig
+from torsio.emulator_options import DeviceInput, LinkFaults
 from torsio.game_port import GamePort
 from torsio.hands import Hand
-from torsio.plant import ElectricsState, PlantParams
+from torsio.plant import ElectricsState
 from torsio.telemetry import Record
 
-__all__ = ["DeviceInput", "Emulator", "EmulatorOptions"]
-
-
-@dataclass(frozen=True)
-class DeviceInput:
-    """Something that entered an emulated device.
-
-    Attributes
-    ----------
-    tick
-        Control ticks that had run before it, since the first power-up.
-    kind
-        "output", "feature": a report; "counts": of the encoder, one control tick for each, as
-        32-bit numbers, little endian; and what else of its world a device notices.
-    bytes
-        What it was.
-    """
-
-    tick: int
-    kind: str
-    bytes: bytes
-
-
-@dataclass(frozen=True)
-class EmulatorOptions:
-    """What an emulated knob is like, for `torsio.open`.
-
-    Attributes
-    ----------
-    seed
-        Of everything random: encoder noise, damaged reports. 0 to 2**64 - 1.
-    control_rate_hz
-        1,000 to 20,000.
-    plant, hand
-        The simulated actuator, and who holds it; None is the reference actuator, and nobody.
-    serial
-        At most 16 ASCII characters; empty: derived from the device's name.
-    actuator, control, board, game, shaft
-        Configuration at power-up, in place of what the device has stored, or of its defaults.
-    paced
-        False: time is virtual and passes only inside calls that wait, as fast as it can be
-        computed; the same calls with the same seed give the same bytes. True: the wall clock's.
-    log_truth
-        Record what no sensor sees, for `Emulator.truth`.
-    log_inputs
-        Record what enters the device, for `Emulator.inputs`.
-
-    Raises
-    ------
-    TypeError, InvalidArgument
-        Names the field. Ranges are checked by `torsio.open`, but for the seed's.
-    """
-
-    _: KW_ONLY
-    seed: int = 0
-    control_rate_hz: float = 1000.0
-    plant: PlantParams | None = None
-    hand: Hand | None = None
-    serial: str = ""
-    actuator: ActuatorConfig | None = None
-    control: ControlConfig | None = None
-    board: BoardConfig | None = None
-    game: GameConfig | None = None
-    shaft: ShaftConfig | None = None
-    paced: bool = False
-    log_truth: bool = False
-    log_inputs: bool = False
-
-    def __post_init__(self) -> None:
-        """Look at the kind of every value, here where it was written."""
-        checks.whole("seed", self.seed, 0, 2**64 - 1)
-        checks.number("control_rate_hz", self.control_rate_hz)
-        checks.text("serial", self.serial)
-        checks.flag("paced", self.paced)
-        checks.flag("log_truth", self.log_truth)
-        checks.flag("log_inputs", self.log_inputs)
-        for name, wanted in (
-            ("plant", PlantParams),
-            ("hand", Hand),
-            ("actuator", ActuatorConfig),
-            ("control", ControlConfig),
-            ("board", BoardConfig),
-            ("game", GameConfig),
-            ("shaft", ShaftConfig),
-        ):
-            value = getattr(self, name)
-            checks.kind(name, value, (wanted, type(None)), f"a torsio.{wanted.__name__} or None")
+__all__ = ["Emulator"]
 
 
 class Emulator:
@@ -145,7 +58,7 @@ class Emulator:
         Error
             Unless opened with ``EmulatorOptions(log_inputs=True)``.
         """
-        return [DeviceInput(*row) for row in self._knob.inputs()]
+        return [DeviceInput(**told) for told in self._knob.inputs()]
 
     @property
     def electrics(self) -> ElectricsState:
@@ -207,21 +120,10 @@ class Emulator:
         """Let the control loop come that many ticks late."""
         self._knob.skip_ticks(checks.whole("count", count, 0, 2**32 - 1))
 
-    def set_link_faults(
-        self,
-        *,
-        drop_output: float = 0.0,
-        corrupt_output: float = 0.0,
-        drop_input: float = 0.0,
-        corrupt_input: float = 0.0,
-    ) -> None:
-        """Damage reports on the way, each with a probability. Output is from host to device."""
-        self._knob.set_link_faults(
-            drop_output=checks.number("drop_output", drop_output),
-            corrupt_output=checks.number("corrupt_output", corrupt_output),
-            drop_input=checks.number("drop_input", drop_input),
-            corrupt_input=checks.number("corrupt_input", corrupt_input),
-        )
+    def set_link_faults(self, faults: LinkFaults) -> None:
+        """Damage reports on the way from now on."""
+        checks.kind("faults", faults, LinkFaults, "a torsio.LinkFaults")
+        self._knob.set_link_faults(faults)
 
     def cut_power_in_next_save(self, after_bytes: int) -> None:
         """Make the device vanish in the middle of its next save."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from torsio import _torsio, checks
-from torsio.emulated_knob import EmulatorOptions
+from torsio.emulator_options import EmulatorOptions
 from torsio.knob import Knob
 from torsio.records import ListedDevice
 from torsio.transport import Transport

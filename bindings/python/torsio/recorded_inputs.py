@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count, groupby
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, protocol
 from torsio.config import LET_GO_S, ActuatorConfig
-from torsio.emulated_knob import DeviceInput
+from torsio.emulator_options import DeviceInput
 from torsio.errors import Error, MalformedReport
 from torsio.knob_configuration import CONFIGS
 from torsio.recording import Recorded
@@ -136,7 +136,7 @@ class _Order:
     """A report that was sent, and the tick before which it came."""
 
     tick: int
-    kind: str
+    kind: Literal["feature", "output"]
     content: bytes
     is_zero: bool
     """It made a position angle 0."""
@@ -172,7 +172,7 @@ def _orders(recorded: Recorded) -> list[_Order]:
         else:
             tick = next(tick for tick in count(guess) if tick not in busy)
             busy.add(tick)
-        kind = "feature" if name in _FEATURES else "output"
+        kind: Literal["feature", "output"] = "feature" if name in _FEATURES else "output"
         is_zero = op == "zero" and answer is not None and answer["status"] == 0
         orders.append(_Order(tick, kind, content, is_zero))
     return sorted(orders, key=lambda order: order.tick)

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO, Final, TypeAlias
 import numpy as np
 
 from torsio import protocol
-from torsio.emulated_knob import DeviceInput
+from torsio.emulator_options import DeviceInput
 from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
 from torsio.records import Energies

@@ -15,7 +15,7 @@ import numpy as np
 
 from torsio import checks, protocol
 from torsio._torsio.emulator import ReplayedDevice
-from torsio.emulated_knob import DeviceInput
+from torsio.emulator_options import DeviceInput
 from torsio.errors import Error, InvalidArgument, MalformedReport
 from torsio.knob_configuration import CONFIGS
 from torsio.recorded_inputs import from_telemetry

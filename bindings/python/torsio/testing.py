@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
+from torsio.emulator_options import LinkFaults
 from torsio.errors import Closed, Disconnected, Error, InvalidArgument
 from torsio.hands import Hand, NoHand, PrescribedMotion, TorqueHand
 from torsio.knob import Knob
@@ -247,17 +248,17 @@ class Faults:
 
     @contextmanager
     def _link_faults(self, **faults: float) -> Iterator[None]:
-        self._emulator.set_link_faults(**self._all_of(*self._link, faults))
+        self._emulator.set_link_faults(self._all_of(*self._link, faults))
         self._link.append(faults)
         try:
             yield
         finally:
             self._link.remove(faults)
-            _unless_gone(lambda: self._emulator.set_link_faults(**self._all_of(*self._link)))
+            _unless_gone(lambda: self._emulator.set_link_faults(self._all_of(*self._link)))
 
     @staticmethod
-    def _all_of(*several: dict[str, float]) -> dict[str, float]:
-        return {name: value for faults in several for name, value in faults.items()}
+    def _all_of(*several: dict[str, float]) -> LinkFaults:
+        return LinkFaults(**{name: value for faults in several for name, value in faults.items()})
 
 
 def _unless_gone(undo: Callable[[], object]) -> None:

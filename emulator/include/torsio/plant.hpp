@@ -1,5 +1,6 @@
 /// @file
-/// What an emulated knob is made of, who holds it, and what only the simulation knows.
+/// What an emulated knob is made of, who holds it, what happens to it, and what only the simulation
+/// knows.
 ///
 /// Printed from the field lists in emulator/definition/ by `./dev generate`; change those instead.
 #pragma once
@@ -64,6 +65,24 @@ enum class EncoderRounding : std::uint8_t { floor, nearest };
 
 /// What a current sensor shows.
 enum class CurrentSensorState : std::uint8_t { works, dead, stuck, saturated };
+
+/// What can enter an emulated device. In brackets: what the bytes are; numbers are little endian.
+enum class InputKind : std::uint8_t {
+  stored,          ///< what is in the storage from now on (both slots)
+  power,           ///< (0 or 1)
+  connected,       ///< the bus (0 or 1)
+  output,          ///< a report that has arrived (64 bytes)
+  feature,         ///< a report (any length)
+  game_output,     ///< a report of the game interface (any length)
+  game_feature,    ///< the same (any length)
+  buttons,         ///< pressed ones (a bit each)
+  emergency_stop,  ///< (0 or 1)
+  actuator_fault,  ///< (0 or 1)
+  power_faults,    ///< which, as bits of the faults; 0: the one of the actuator (32 bits)
+  missed_ticks,    ///< before the next one (32 bits)
+  power_cut,       ///< in the next save, after so many bytes (32 bits)
+  counts,          ///< of the encoder, one control tick for each (32 bits each)
+};
 
 /// Part of a plant: the shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
 struct ShaftHardening {
@@ -163,6 +182,14 @@ struct PlantParams {
   std::optional<Electrics> electrics{};               ///< part: windings, bridges, supply, sensor
 };
 
+/// Damage to reports on the cable of an emulated knob, as probabilities for each report.
+struct LinkFaults {
+  double drop_output = 0.0;     ///< host to device; 0 to 1
+  double corrupt_output = 0.0;  ///< a bit of it is another; 0 to 1
+  double drop_input = 0.0;      ///< device to host; 0 to 1
+  double corrupt_input = 0.0;   ///< a bit of it is another; 0 to 1
+};
+
 /// What no sensor of an emulated knob sees, at the start of a control tick. Torques on the knob.
 struct TruthSample {
   double time_s;             ///< device time
@@ -184,6 +211,15 @@ struct ElectricsState {
   double winding_c = 0.0;        ///< temperature of the motor's winding
   double rotor_c = 0.0;          ///< of its rotor
   double coil_c = 0.0;           ///< of the brake's coil
+};
+
+/// Something that entered an emulated device, so that it can run again.
+struct DeviceInput {
+  std::uint64_t tick = 0;  ///< control ticks that had run before it, since the first power-up
+  InputKind kind = InputKind::stored;  ///< what it is
+  /// what it says: a report, or as its kind has it; of counts one control tick for each, in 32
+  /// bits, little endian
+  std::vector<std::uint8_t> bytes{};
 };
 
 }  // namespace torsio

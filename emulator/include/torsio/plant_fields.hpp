@@ -24,6 +24,14 @@ struct Names<CurrentSensorState> {
 };
 
 template <>
+struct Names<InputKind> {
+  static constexpr std::array<std::string_view, 14> values{
+      "stored",       "power",        "connected", "output",         "feature",
+      "game_output",  "game_feature", "buttons",   "emergency_stop", "actuator_fault",
+      "power_faults", "missed_ticks", "power_cut", "counts"};
+};
+
+template <>
 struct Fields<NoHand> {
   static constexpr std::string_view name = "NoHand";
   static constexpr std::tuple list{};
@@ -215,6 +223,16 @@ struct Fields<PlantParams> {
   };
 };
 template <>
+struct Fields<LinkFaults> {
+  static constexpr std::string_view name = "LinkFaults";
+  static constexpr std::tuple list{
+      field("drop_output", &LinkFaults::drop_output, "", 0.0, 1.0, "host to device"),
+      field("corrupt_output", &LinkFaults::corrupt_output, "", 0.0, 1.0, "a bit of it is another"),
+      field("drop_input", &LinkFaults::drop_input, "", 0.0, 1.0, "device to host"),
+      field("corrupt_input", &LinkFaults::corrupt_input, "", 0.0, 1.0, "a bit of it is another"),
+  };
+};
+template <>
 struct Fields<TruthSample> {
   static constexpr std::string_view name = "TruthSample";
   static constexpr std::tuple list{
@@ -248,6 +266,18 @@ struct Fields<ElectricsState> {
             "temperature of the motor's winding"),
       field("rotor_c", &ElectricsState::rotor_c, "", -kNoLimit, kNoLimit, "of its rotor"),
       field("coil_c", &ElectricsState::coil_c, "", -kNoLimit, kNoLimit, "of the brake's coil"),
+  };
+};
+template <>
+struct Fields<DeviceInput> {
+  static constexpr std::string_view name = "DeviceInput";
+  static constexpr std::tuple list{
+      field("tick", &DeviceInput::tick, "", -kNoLimit, kNoLimit,
+            "control ticks that had run before it, since the first power-up"),
+      field("kind", &DeviceInput::kind, "", -kNoLimit, kNoLimit, "what it is"),
+      field("bytes", &DeviceInput::bytes, "", -kNoLimit, kNoLimit,
+            "what it says: a report, or as its kind has it; of counts one control tick for each, "
+            "in 32 bits, little endian"),
   };
 };
 

@@ -54,24 +54,6 @@ TORSIO_API const char* torsio_version(void);
 
 // Opening ----------------------------------------------------------------------------------------
 
-/// What an emulated knob is like.
-typedef struct torsio_emulator_options {
-  uint32_t struct_size;              ///< bytes of a torsio_emulator_options
-  uint64_t seed;                     ///< of everything random: encoder noise, damaged reports
-  double control_rate_hz;            ///< 1,000 to 20,000; at first 1,000
-  const torsio_plant_params* plant;  ///< NULL: the reference actuator
-  const char* serial;                ///< at most 16 ASCII characters; NULL: of the device's name
-  /// Configuration at power-up; NULL: what the device has stored, or its defaults.
-  const torsio_actuator_config* actuator;
-  const torsio_control_config* control;  ///< the same
-  const torsio_board_config* board;      ///< the same
-  const torsio_game_config* game;        ///< the same
-  const torsio_shaft_config* shaft;      ///< the same
-  bool paced;                            ///< true: its time is the wall clock's
-  bool log_truth;                        ///< keep what no sensor sees for torsio_emulator_truth()
-} torsio_emulator_options;
-TORSIO_API torsio_result torsio_emulator_options_init(torsio_emulator_options* structure);
-
 typedef struct torsio_open_options {
   uint32_t struct_size;      ///< bytes of a torsio_open_options
   double command_timeout_s;  ///< longest wait for an answer of the device; at first 1
@@ -274,9 +256,8 @@ TORSIO_API torsio_result torsio_emulator_jump_encoder(torsio_knob* knob, int32_t
 TORSIO_API torsio_result torsio_emulator_skip_ticks(torsio_knob* knob, uint32_t count);
 /// Damage to reports on the way, as probabilities per report: lost or changed, to the device
 /// (output) and from it (input).
-TORSIO_API torsio_result torsio_emulator_set_link_faults(torsio_knob* knob, double drop_output,
-                                                         double corrupt_output, double drop_input,
-                                                         double corrupt_input);
+TORSIO_API torsio_result torsio_emulator_set_link_faults(torsio_knob* knob,
+                                                         const torsio_link_faults* faults);
 /// The next save loses power after so many bytes: the device vanishes.
 TORSIO_API torsio_result torsio_emulator_cut_power_in_next_save(torsio_knob* knob,
                                                                 uint32_t after_bytes);

@@ -925,6 +925,51 @@ typedef struct torsio_plant_params {
 } torsio_plant_params;
 TORSIO_API torsio_result torsio_plant_params_init(torsio_plant_params* structure);
 
+/// Damage to reports on the cable of an emulated knob, as probabilities for each report.
+typedef struct torsio_link_faults {
+  uint32_t struct_size;  ///< bytes of a torsio_link_faults
+  /// host to device; 0 to 1
+  double drop_output;
+  /// a bit of it is another; 0 to 1
+  double corrupt_output;
+  /// device to host; 0 to 1
+  double drop_input;
+  /// a bit of it is another; 0 to 1
+  double corrupt_input;
+} torsio_link_faults;
+TORSIO_API torsio_result torsio_link_faults_init(torsio_link_faults* structure);
+
+/// What an emulated knob is like, who holds it, and what is recorded of it.
+typedef struct torsio_emulator_options {
+  uint32_t struct_size;  ///< bytes of a torsio_emulator_options
+  /// of everything random: encoder noise, damaged reports
+  uint64_t seed;
+  /// ticks in a second; 1000 to 2e4; at first 1000
+  double control_rate_hz;
+  /// what it is made of; NULL: as torsio_plant_params_init() has it
+  const torsio_plant_params* plant;
+  /// at most 16 ASCII characters; empty: derived from the device's name
+  const char* serial;
+  /// configuration at power-up in place of what the device has stored, or of its defaults; NULL:
+  /// without
+  const torsio_actuator_config* actuator;
+  /// the same; NULL: without
+  const torsio_control_config* control;
+  /// the same; a plant with electrics has use for it; NULL: without
+  const torsio_board_config* board;
+  /// the same; NULL: without
+  const torsio_game_config* game;
+  /// the same; NULL: without
+  const torsio_shaft_config* shaft;
+  /// true: time is the wall clock's, as with hardware; false: it is virtual and passes only inside
+  /// calls that wait, as fast as it can be computed, and the same calls with the same seed give the
+  /// same bytes
+  bool paced;
+  /// record what no sensor sees, once a tick
+  bool log_truth;
+} torsio_emulator_options;
+TORSIO_API torsio_result torsio_emulator_options_init(torsio_emulator_options* structure);
+
 /// A device that could be opened.
 typedef struct torsio_listed_device {
   /// what open() takes

@@ -112,14 +112,10 @@ torsio_result torsio_emulator_skip_ticks(torsio_knob* knob, uint32_t count) {
   return guarded([&] { emulator_of(knob).skip_ticks(count); });
 }
 
-torsio_result torsio_emulator_set_link_faults(torsio_knob* knob, double drop_output,
-                                              double corrupt_output, double drop_input,
-                                              double corrupt_input) {
+torsio_result torsio_emulator_set_link_faults(torsio_knob* knob, const torsio_link_faults* faults) {
   return guarded([&] {
-    emulator_of(knob).set_link_faults({.drop_output = drop_output,
-                                       .corrupt_output = corrupt_output,
-                                       .drop_input = drop_input,
-                                       .corrupt_input = corrupt_input});
+    const torsio::LinkFaults wanted = from_c(need_sized(faults, "faults", "torsio_link_faults"));
+    emulator_of(knob).set_link_faults(wanted);
   });
 }
 

@@ -21,32 +21,13 @@ std::optional<double> rate(double rate_hz) {
   return rate_hz == 0.0 ? std::nullopt : std::optional(rate_hz);
 }
 
-torsio::EmulatorOptions options_of(const torsio_emulator_options& from) {
-  using torsio::c::from_c;
-  torsio::EmulatorOptions to;
-  to.seed = from.seed;
-  to.control_rate_hz = from.control_rate_hz;
-  const auto take = [](auto& part, const auto* given, const char* name, const char* type) {
-    if (given != nullptr) part = from_c(need_sized(given, name, type));
-  };
-  take(to.plant, from.plant, "plant", "torsio_plant_params");
-  if (from.serial != nullptr) to.serial = from.serial;
-  take(to.actuator, from.actuator, "actuator", "torsio_actuator_config");
-  take(to.control, from.control, "control", "torsio_control_config");
-  take(to.board, from.board, "board", "torsio_board_config");
-  take(to.game, from.game, "game", "torsio_game_config");
-  take(to.shaft, from.shaft, "shaft", "torsio_shaft_config");
-  to.paced = torsio::c::flag(from.paced);
-  to.log_truth = torsio::c::flag(from.log_truth);
-  return to;
-}
-
 torsio::OpenOptions options_of(const torsio_open_options& from) {
   torsio::OpenOptions to;
   to.command_timeout_s = from.command_timeout_s;
   to.ring_samples = from.ring_samples;
   if (from.emulator != nullptr) {
-    to.emulator = options_of(need_sized(from.emulator, "emulator", "torsio_emulator_options"));
+    to.emulator =
+        torsio::c::from_c(need_sized(from.emulator, "emulator", "torsio_emulator_options"));
   }
   return to;
 }
@@ -65,16 +46,6 @@ torsio::TelemetrySample* as_cpp(torsio_telemetry_sample* samples) {
 }
 
 }  // namespace
-
-torsio_result torsio_emulator_options_init(torsio_emulator_options* structure) {
-  return guarded([&] {
-    const torsio::EmulatorOptions defaults;
-    need(structure, "structure") = torsio_emulator_options{};
-    structure->struct_size = sizeof *structure;
-    structure->seed = defaults.seed;
-    structure->control_rate_hz = defaults.control_rate_hz;
-  });
-}
 
 torsio_result torsio_open_options_init(torsio_open_options* structure) {
   return guarded([&] {

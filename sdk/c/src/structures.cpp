@@ -151,6 +151,12 @@ torsio_result torsio_electrics_init(torsio_electrics* structure) {
 torsio_result torsio_plant_params_init(torsio_plant_params* structure) {
   return torsio::c::init<torsio::PlantParams>(structure);
 }
+torsio_result torsio_link_faults_init(torsio_link_faults* structure) {
+  return torsio::c::init<torsio::LinkFaults>(structure);
+}
+torsio_result torsio_emulator_options_init(torsio_emulator_options* structure) {
+  return torsio::c::init<torsio::EmulatorOptions>(structure);
+}
 torsio_result torsio_device_info_init(torsio_device_info* structure) {
   return torsio::c::init<torsio::DeviceInfo>(structure);
 }

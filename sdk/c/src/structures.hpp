@@ -14,6 +14,7 @@
 
 #include "convert.hpp"
 #include "torsio/config.hpp"
+#include "torsio/emulator_options.hpp"
 #include "torsio/plant.hpp"
 #include "torsio/scene.hpp"
 #include "torsio/telemetry.hpp"
@@ -400,6 +401,34 @@ inline PlantParams from_c(const torsio_plant_params& from) {
     to.cogging = from_c(need_sized(from.cogging, "cogging", "torsio_cogging"));
   if (from.electrics != nullptr)
     to.electrics = from_c(need_sized(from.electrics, "electrics", "torsio_electrics"));
+  return to;
+}
+inline LinkFaults from_c(const torsio_link_faults& from) {
+  LinkFaults to;
+  to.drop_output = from.drop_output;
+  to.corrupt_output = from.corrupt_output;
+  to.drop_input = from.drop_input;
+  to.corrupt_input = from.corrupt_input;
+  return to;
+}
+inline EmulatorOptions from_c(const torsio_emulator_options& from) {
+  EmulatorOptions to;
+  to.seed = from.seed;
+  to.control_rate_hz = from.control_rate_hz;
+  if (from.plant != nullptr)
+    to.plant = from_c(need_sized(from.plant, "plant", "torsio_plant_params"));
+  if (from.serial != nullptr) to.serial = from.serial;
+  if (from.actuator != nullptr)
+    to.actuator = from_c(need_sized(from.actuator, "actuator", "torsio_actuator_config"));
+  if (from.control != nullptr)
+    to.control = from_c(need_sized(from.control, "control", "torsio_control_config"));
+  if (from.board != nullptr)
+    to.board = from_c(need_sized(from.board, "board", "torsio_board_config"));
+  if (from.game != nullptr) to.game = from_c(need_sized(from.game, "game", "torsio_game_config"));
+  if (from.shaft != nullptr)
+    to.shaft = from_c(need_sized(from.shaft, "shaft", "torsio_shaft_config"));
+  to.paced = flag(from.paced);
+  to.log_truth = flag(from.log_truth);
   return to;
 }
 
@@ -795,6 +824,31 @@ inline torsio_plant_params to_c([[maybe_unused]] const PlantParams& from) {
   to.belt = nullptr;
   to.cogging = nullptr;
   to.electrics = nullptr;
+  return to;
+}
+inline torsio_link_faults to_c([[maybe_unused]] const LinkFaults& from) {
+  torsio_link_faults to{};
+  to.struct_size = sizeof(torsio_link_faults);
+  to.drop_output = from.drop_output;
+  to.corrupt_output = from.corrupt_output;
+  to.drop_input = from.drop_input;
+  to.corrupt_input = from.corrupt_input;
+  return to;
+}
+inline torsio_emulator_options to_c([[maybe_unused]] const EmulatorOptions& from) {
+  torsio_emulator_options to{};
+  to.struct_size = sizeof(torsio_emulator_options);
+  to.seed = from.seed;
+  to.control_rate_hz = from.control_rate_hz;
+  to.plant = nullptr;
+  to.serial = nullptr;
+  to.actuator = nullptr;
+  to.control = nullptr;
+  to.board = nullptr;
+  to.game = nullptr;
+  to.shaft = nullptr;
+  to.paced = from.paced;
+  to.log_truth = from.log_truth;
   return to;
 }
 inline torsio_listed_device to_c([[maybe_unused]] const ListedDevice& from) {

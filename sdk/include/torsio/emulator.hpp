@@ -4,12 +4,11 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "torsio/config.hpp"
+#include "torsio/emulator_options.hpp"
 #include "torsio/export.hpp"
 #include "torsio/plant.hpp"
 
@@ -20,43 +19,6 @@ namespace torsio {
 
 /// The same of its shaft: the knee where it hardens.
 [[nodiscard]] TORSIO_EXPORT ShaftConfig matching_shaft(const PlantParams& plant);
-
-/// What an emulated knob is like, who holds it, and what is recorded of it.
-struct EmulatorOptions {
-  std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
-  double control_rate_hz = 1000.0;  ///< 1,000 to 20,000
-  PlantParams plant{};              ///< what it is made of
-  Hand hand = NoHand{};             ///< who holds it
-  std::string serial{};  ///< at most 16 ASCII characters; empty: derived from the device's name
-  /// Configuration at power-up in place of what the device has stored, or of its defaults.
-  std::optional<ActuatorConfig> actuator{};
-  std::optional<ControlConfig> control{};  ///< the same
-  std::optional<BoardConfig> board{};      ///< a plant with electrics has use for it
-  std::optional<GameConfig> game{};        ///< the same
-  std::optional<ShaftConfig> shaft{};      ///< the same
-  /// false: time is virtual and passes only inside calls that wait, as fast as it can be computed;
-  /// the same calls with the same seed give the same bytes. true: time is the wall clock's, as
-  /// with hardware.
-  bool paced = false;
-  bool log_truth = false;  ///< record what no sensor sees, once a tick; see Emulator::truth()
-  /// Record what enters the device, from power-up on, so that it can run again; Emulator::inputs()
-  bool log_inputs = false;
-};
-
-/// Something that entered an emulated device; emulator/device_input.hpp says what there is.
-struct DeviceInput {
-  std::uint64_t tick = 0;             ///< control ticks that had run before it
-  std::string kind{};                 ///< what it is
-  std::vector<std::uint8_t> bytes{};  ///< what it says
-};
-
-/// Damage to reports on the way, as probabilities per report.
-struct LinkFaults {
-  double drop_output = 0.0;     ///< host to device
-  double corrupt_output = 0.0;  ///< a bit of it is another
-  double drop_input = 0.0;      ///< device to host
-  double corrupt_input = 0.0;   ///< a bit of it is another
-};
 
 /// The game interface of an emulated knob, for the tests of those who talk to it: reports as bytes,
 /// each beginning with its id; docs/games.md has them all. They take effect at the next control

@@ -2,8 +2,8 @@
 /// The fields of every public structure by name, with unit, range and sentence, and the names of
 /// every enumeration's values: for tools that show, keep or edit them.
 ///
-/// Printed from the field lists in firmware/protocol/definition/ by `./dev generate`; change those
-/// instead.
+/// Printed from the field lists in firmware/protocol/definition/ and emulator/definition/ by `./dev
+/// generate`; change those instead.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "torsio/config.hpp"
+#include "torsio/emulator_options.hpp"
 #include "torsio/field.hpp"
 #include "torsio/scene.hpp"
 #include "torsio/telemetry.hpp"
@@ -807,6 +808,35 @@ struct Fields<Disarm> {
             "names of the faults that were latched then"),
       field("tick", &Disarm::tick, "", -kNoLimit, kNoLimit, "when: control periods since power-up"),
       field("time_s", &Disarm::time_s, "", -kNoLimit, kNoLimit, "tick times the control period"),
+  };
+};
+template <>
+struct Fields<EmulatorOptions> {
+  static constexpr std::string_view name = "EmulatorOptions";
+  static constexpr std::tuple list{
+      field("seed", &EmulatorOptions::seed, "", -kNoLimit, kNoLimit,
+            "of everything random: encoder noise, damaged reports"),
+      field("control_rate_hz", &EmulatorOptions::control_rate_hz, "Hz", 1000.0, 2e4,
+            "ticks in a second"),
+      field("plant", &EmulatorOptions::plant, "", -kNoLimit, kNoLimit, "what it is made of"),
+      field("hand", &EmulatorOptions::hand, "", -kNoLimit, kNoLimit, "who holds it"),
+      field("serial", &EmulatorOptions::serial, "", -kNoLimit, kNoLimit,
+            "at most 16 ASCII characters; empty: derived from the device's name"),
+      field("actuator", &EmulatorOptions::actuator, "", -kNoLimit, kNoLimit,
+            "configuration at power-up in place of what the device has stored, or of its defaults"),
+      field("control", &EmulatorOptions::control, "", -kNoLimit, kNoLimit, "the same"),
+      field("board", &EmulatorOptions::board, "", -kNoLimit, kNoLimit,
+            "the same; a plant with electrics has use for it"),
+      field("game", &EmulatorOptions::game, "", -kNoLimit, kNoLimit, "the same"),
+      field("shaft", &EmulatorOptions::shaft, "", -kNoLimit, kNoLimit, "the same"),
+      field("paced", &EmulatorOptions::paced, "", -kNoLimit, kNoLimit,
+            "on: time is the wall clock's, as with hardware; off: it is virtual and passes only "
+            "inside calls that wait, as fast as it can be computed, and the same calls with the "
+            "same seed give the same bytes"),
+      field("log_truth", &EmulatorOptions::log_truth, "", -kNoLimit, kNoLimit,
+            "record what no sensor sees, once a tick"),
+      field("log_inputs", &EmulatorOptions::log_inputs, "", -kNoLimit, kNoLimit,
+            "record what enters the device, from power-up on, so that it can run again"),
   };
 };
 

@@ -77,17 +77,8 @@ class EmulatorHandle final : public Emulator {
           "this emulated knob keeps no log of its inputs: open it with log_inputs set in its "
           "EmulatorOptions");
     }
-    std::vector<emulator::DeviceInput> log =
-        device_->with_device([](emulator::EmulatedDevice& device) { return device.take_inputs(); });
-    std::vector<DeviceInput> inputs;
-    inputs.reserve(log.size());
-    for (emulator::DeviceInput& input : log) {
-      const auto kind = static_cast<std::size_t>(input.kind);
-      inputs.push_back({.tick = input.tick,
-                        .kind = std::string(emulator::kInputKinds.at(kind)),
-                        .bytes = std::move(input.bytes)});
-    }
-    return inputs;
+    return device_->with_device(
+        [](emulator::EmulatedDevice& device) { return device.take_inputs(); });
   }
 
   ElectricsState electrics() const override {
@@ -140,14 +131,7 @@ class EmulatorHandle final : public Emulator {
   }
 
   void set_link_faults(const LinkFaults& faults) override {
-    device_->with_device([&](auto& device) {
-      checked([&] {
-        device.set_link_faults({.drop_output = faults.drop_output,
-                                .corrupt_output = faults.corrupt_output,
-                                .drop_input = faults.drop_input,
-                                .corrupt_input = faults.corrupt_input});
-      });
-    });
+    device_->with_device([&](auto& device) { checked([&] { device.set_link_faults(faults); }); });
   }
 
   void cut_power_in_next_save(std::uint32_t after_bytes) override {

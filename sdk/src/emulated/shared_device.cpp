@@ -5,7 +5,8 @@
 #include <utility>
 
 #include "conversion/configuration.hpp"
-#include "conversion/field_check.hpp"
+#include "emulator/plant/ranges.hpp"
+#include "torsio/fields.hpp"
 
 namespace torsio {
 namespace {
@@ -13,20 +14,12 @@ namespace {
 using std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-std::int64_t control_period_ns(double rate_hz) {
-  if (!(rate_hz >= protocol::min_control_rate_hz && rate_hz <= protocol::max_control_rate_hz)) {
-    throw InvalidArgument("control_rate_hz is " + number_text(rate_hz) + ", allowed are " +
-                          number_text(protocol::min_control_rate_hz) + " to " +
-                          number_text(protocol::max_control_rate_hz) + " Hz");
-  }
-  return std::llround(1e9 / rate_hz);
-}
-
 emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std::string& name,
                                             const device::StoredSlots& stored) {
   emulator::EmulatedDeviceOptions out;
   out.seed = in.seed;
-  out.control_period_ns = control_period_ns(in.control_rate_hz);
+  emulator::require_as(&EmulatorOptions::control_rate_hz, in.control_rate_hz, "");
+  out.control_period_ns = std::llround(1e9 / in.control_rate_hz);
   out.plant = in.plant;
   out.encoder = emulator::encoder_of(in.plant);
   out.hand = emulator::take_hold(in.hand);

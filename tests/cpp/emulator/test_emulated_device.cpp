@@ -330,7 +330,7 @@ TEST_CASE("emulated device refuses options out of range by name") {
         std::string::npos);
   EmulatedDevice device;
   CHECK_THROWS_AS(device.advance(-1), std::invalid_argument);
-  const auto link_message = [&](LinkFaults faults) -> std::string {
+  const auto link_message = [&](torsio::LinkFaults faults) -> std::string {
     try {
       device.set_link_faults(faults);
     } catch (const std::invalid_argument& error) {

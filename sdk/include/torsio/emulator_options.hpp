@@ -1,0 +1,39 @@
+/// @file
+/// How to make an emulated knob.
+///
+/// Printed from the field lists in firmware/protocol/definition/ and emulator/definition/ by `./dev
+/// generate`; change those instead.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "torsio/config.hpp"
+#include "torsio/plant.hpp"
+
+namespace torsio {
+
+/// What an emulated knob is like, who holds it, and what is recorded of it.
+struct EmulatorOptions {
+  std::uint64_t seed = 0;           ///< of everything random: encoder noise, damaged reports
+  double control_rate_hz = 1000.0;  ///< ticks in a second; 1000 to 2e4
+  PlantParams plant{};              ///< what it is made of
+  Hand hand = NoHand{};             ///< who holds it
+  std::string serial{};  ///< at most 16 ASCII characters; empty: derived from the device's name
+  /// configuration at power-up in place of what the device has stored, or of its defaults
+  std::optional<ActuatorConfig> actuator{};
+  std::optional<ControlConfig> control{};  ///< the same
+  std::optional<BoardConfig> board{};      ///< the same; a plant with electrics has use for it
+  std::optional<GameConfig> game{};        ///< the same
+  std::optional<ShaftConfig> shaft{};      ///< the same
+  /// true: time is the wall clock's, as with hardware; false: it is virtual and passes only inside
+  /// calls that wait, as fast as it can be computed, and the same calls with the same seed give the
+  /// same bytes
+  bool paced = false;
+  bool log_truth = false;  ///< record what no sensor sees, once a tick
+  /// record what enters the device, from power-up on, so that it can run again
+  bool log_inputs = false;
+};
+
+}  // namespace torsio
