@@ -72,7 +72,7 @@ void scalar_from_python(T& value, const py::handle& source, const std::string& p
 }
 
 template <class T>
-void from_python(T& value, const py::handle& source, const std::string& path) {
+void wire_from_python(T& value, const py::handle& source, const std::string& path) {
   if constexpr (Array<T>) {
     const auto list = py::reinterpret_borrow<py::object>(source).cast<py::sequence>();
     if (list.size() != value.size()) {
@@ -80,7 +80,7 @@ void from_python(T& value, const py::handle& source, const std::string& path) {
                        std::to_string(list.size()));
     }
     for (std::size_t i = 0; i < value.size(); ++i) {
-      from_python(value[i], py::object(list[i]), path + "[" + std::to_string(i) + "]");
+      wire_from_python(value[i], py::object(list[i]), path + "[" + std::to_string(i) + "]");
     }
   } else if constexpr (Structure<T>) {
     if (!py::isinstance<py::dict>(source)) refuse(path, "needs a dict");
@@ -91,7 +91,7 @@ void from_python(T& value, const py::handle& source, const std::string& path) {
       if (!dict.contains(key)) return;
       ++known;
       const std::string prefix = path.empty() ? "" : path + ".";
-      from_python(value.*field.member, dict[key], prefix + std::string(field.name));
+      wire_from_python(value.*field.member, dict[key], prefix + std::string(field.name));
     };
     Layout<T>::fields.apply([&](const auto&... field) { (one(field), ...); });
     if (known != dict.size()) {
@@ -121,7 +121,7 @@ py::bytes encode(const std::string& name, const py::dict& values) {
   protocol::for_each_report<protocol::AllReports>([&]<class Report>(std::type_identity<Report>) {
     if (Layout<Report>::name != name) return;
     Report report;
-    from_python(report, values, "");
+    wire_from_python(report, values, "");
     bytes = to_bytes(protocol::encode(report));
   });
   if (!bytes) throw py::value_error("there is no report '" + name + "'");

@@ -13,6 +13,7 @@
 #include <string_view>
 
 #include "bytes.hpp"
+#include "convert.hpp"
 #include "module.hpp"
 #include "torsio/knob.hpp"
 
@@ -52,12 +53,9 @@ ReportBytes report_of(const std::string_view bytes) {
   return report;
 }
 
-/// Time is the wall clock's, also that of an emulated device.
-std::unique_ptr<PyTransport> open(const std::string& selector, std::uint64_t seed) {
+std::unique_ptr<PyTransport> open(const std::string& selector, const py::object& emulator) {
   OpenOptions options;
-  if (selector == "emulated" || selector.starts_with("emulated:")) {
-    options.emulator = EmulatorOptions{.seed = seed, .control_rate_hz = 4000.0, .paced = true};
-  }
+  if (!emulator.is_none()) options.emulator = from_python<EmulatorOptions>(emulator);
   const py::gil_scoped_release release;
   return std::make_unique<PyTransport>(open_transport(selector, options));
 }
@@ -67,7 +65,7 @@ std::unique_ptr<PyTransport> open(const std::string& selector, std::uint64_t see
 void bind_transport(py::module_& module) {
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<PyTransport>(module, "Transport")
-      .def(py::init(&open), arg("selector"), arg("seed") = 0)
+      .def(py::init(&open), arg("selector"), arg("emulator"))
       .def("close", &PyTransport::close, Release())
       .def(
           "write",

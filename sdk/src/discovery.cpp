@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "connection.hpp"
+#include "emulated.hpp"
 #include "emulated_transport.hpp"
 #include "hid_transport.hpp"
 #include "known_boards.hpp"
@@ -18,7 +19,6 @@
 namespace torsio {
 namespace {
 
-constexpr std::string_view kEmulated = "emulated";
 constexpr std::string_view kEmulatedProduct = "Torsio emulated knob";
 
 /// Asks a device what it is, without disturbing whoever has it open.
@@ -93,10 +93,9 @@ HidListing choose(std::string_view selector) {
 /// @throws as open_transport() does
 Connection connect(std::string_view selector, const OpenOptions& options) {
   check_selector(selector);
-  const std::string named = std::string(kEmulated) + ":";
   Connection connection;
-  if (selector == kEmulated || selector.starts_with(named)) {
-    const std::string name(selector == kEmulated ? "" : selector.substr(named.size()));
+  if (selects_emulated(selector)) {
+    const std::string name(selector == kEmulated ? "" : selector.substr(kEmulated.size() + 1));
     if (selector != kEmulated && name.empty()) {
       throw InvalidArgument("\"emulated:\" lacks a name; write \"emulated:NAME\" or \"emulated\"");
     }

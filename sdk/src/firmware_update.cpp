@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "conversion/field_check.hpp"
+#include "emulated.hpp"
 #include "file_sync.hpp"
 #include "firmware_file.hpp"
 #include "path_text.hpp"
@@ -95,7 +96,7 @@ class Host {
   /// None of them emulated.
   [[nodiscard]] std::vector<ListedDevice> devices() const {
     std::vector<ListedDevice> devices = host_.list_devices ? host_.list_devices() : list_devices();
-    std::erase_if(devices, [](const ListedDevice& one) { return one.transport == "emulated"; });
+    std::erase_if(devices, [](const ListedDevice& one) { return one.transport == kEmulated; });
     return devices;
   }
 
@@ -162,7 +163,7 @@ void check_fingerprint(const FirmwareFile& file) {
 }
 
 void check_board(const FirmwareFile& file, const std::string& board) {
-  if (board == "emulated") {
+  if (board == kEmulated) {
     throw InvalidArgument("a virtual knob has no firmware of its own: it is the library's");
   }
   if (!board.empty() && board != file.board) {
@@ -352,7 +353,7 @@ std::string FirmwarePlan::text() const {
 
 FirmwarePlan prepare_update(const fs::path& path, std::string_view selector,
                             const UpdateOptions& options) {
-  if (selector.substr(0, selector.find(':')) == "emulated") {
+  if (selects_emulated(selector)) {
     throw InvalidArgument("an emulated knob has no firmware of its own: it is the library's");
   }
   FirmwarePlan plan{.file = read_firmware(path), .options = options};

@@ -5,6 +5,7 @@
 
 #include "boards/all.hpp"
 #include "boards/reference.hpp"
+#include "emulated.hpp"
 
 namespace torsio {
 namespace {
@@ -30,7 +31,7 @@ const boards::Board* find(std::uint8_t number) {
 }  // namespace
 
 std::string board_name(std::uint8_t number) {
-  if (number == kEmulatedNumber) return "emulated";
+  if (number == kEmulatedNumber) return std::string(kEmulated);
   const boards::Board* const found = find(number);
   return found != nullptr ? std::string(found->name) : "board " + std::to_string(number);
 }

@@ -18,6 +18,7 @@ from typing import Any, Final
 
 import torsio
 from torsio import doctor, protocol
+from torsio.emulated import selects_emulated
 from torsio.errors import Error
 from torsio.whole_file import beside
 
@@ -123,8 +124,7 @@ def collect(
 
 def _record(selector: str, file: Path, duration_s: float) -> Path | None:
     """Record the knob as it is, if it can be; the doctor has said why not."""
-    is_emulated = selector == "emulated" or selector.startswith("emulated:")
-    options = torsio.EmulatorOptions(log_inputs=True) if is_emulated else None
+    options = torsio.EmulatorOptions(log_inputs=True) if selects_emulated(selector) else None
     try:
         with torsio.open(selector, emulator=options) as knob, knob.record_to(file):
             knob.sleep(duration_s)

@@ -13,7 +13,6 @@ from rich.text import Text
 
 import torsio
 from torsio import doctor
-from torsio.command import AsJson, Device, opened, plainly, print_json, value_text
 from torsio.commands import (
     calibrate,
     demo,
@@ -25,6 +24,7 @@ from torsio.commands import (
     settings,
     stability,
 )
+from torsio.commands.shared import AsJson, Device, opened, plainly, print_json, value_text
 from torsio.knob_configuration import CONFIGS
 from torsio.screen import asks, err, out
 from torsio.virtual_knob import cli as virtual_knob

@@ -12,6 +12,7 @@ from typing import Any
 
 from torsio import _torsio, checks
 from torsio.core import PartitionParams
+from torsio.emulated import moves_parts
 from torsio.emulated_knob import Emulator
 from torsio.errors import Closed, Error
 from torsio.events import tell
@@ -187,7 +188,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         # Before the torque, so that whoever makes errors of warnings is not armed.
         if self._is_held_low():
             warnings.warn(held_low(self.limits()), stacklevel=2)
-        elif self.info.board != "emulated" and self.limits().speed_limit_rad_s == 0.0:
+        elif moves_parts(self.info.board) and self.limits().speed_limit_rad_s == 0.0:
             warnings.warn(no_speed_limit(), stacklevel=2)
         self._arm()
 
@@ -196,7 +197,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         self._knob.arm()
 
     def _is_held_low(self) -> bool:
-        return self.info.board != "emulated" and self.limits().held_low
+        return moves_parts(self.info.board) and self.limits().held_low
 
     def disarm(self) -> None:
         """Torque off; the scene stays."""

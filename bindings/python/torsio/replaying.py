@@ -15,6 +15,7 @@ import numpy as np
 
 from torsio import checks, protocol
 from torsio._torsio.emulator import ReplayedDevice
+from torsio.emulated import moves_parts
 from torsio.emulator_options import DeviceInput
 from torsio.errors import Error, InvalidArgument, MalformedReport
 from torsio.knob_configuration import CONFIGS
@@ -183,8 +184,7 @@ def _run(
     info = recorded.metadata["info"]
     period_ns = round(1e9 / info["control_rate_hz"])
     # A board holds torques low until its parts are confirmed and their values known.
-    moves_parts = info["board"] != "emulated"
-    device = ReplayedDevice(control_period_ns=period_ns, moves_parts=moves_parts)
+    device = ReplayedDevice(control_period_ns=period_ns, moves_parts=moves_parts(info["board"]))
     answers: list[bytes] = []
     samples: dict[int, dict[str, Any]] = {}
     steps: tuple[float, float] | None = None

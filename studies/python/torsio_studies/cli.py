@@ -8,7 +8,7 @@ from typing import Annotated, get_args
 import typer
 
 from torsio import screen
-from torsio.command import AsJson, complain, print_json
+from torsio.commands.shared import AsJson, complain, print_json
 from torsio.config import Law
 from torsio.errors import Error
 from torsio.screen import err

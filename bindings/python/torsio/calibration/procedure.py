@@ -33,6 +33,7 @@ from torsio.calibration.proposal import Calibration, put_together
 from torsio.calibration.quantity import Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
 from torsio.config import ActuatorConfig
+from torsio.emulated import moves_parts
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
 
@@ -97,7 +98,7 @@ def calibrate(
             f"is {control.speed_limit_rad_s:g}: torsio config set "
             f"speed_limit_rad_s={FREE_LIMIT_RAD_S:g}, and back when it is done",
         )  # fmt: skip
-    if knob.info.board != "emulated" and not knob.board_config().confirmed:
+    if moves_parts(knob.info.board) and not knob.board_config().confirmed:
         raise Refusal(
             STEPS[0], "unconfirmed", "nobody has confirmed the parts of this board, so it gives "
             f"{1e3 * knob.limits().motor_torque_max_nm:.3g} mN m at most: set what motor, brake "

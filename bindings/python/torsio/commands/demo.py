@@ -15,8 +15,9 @@ from rich.table import Table
 
 import torsio
 from torsio import perception
-from torsio.command import AsJson, Device, choose, complain, is_emulated, opened, plainly
+from torsio.commands.shared import AsJson, Device, choose, complain, opened, plainly
 from torsio.demos import output, wall
+from torsio.emulated import selects_emulated
 from torsio.extras import how_to_install
 from torsio.screen import err, line, out, progress
 
@@ -41,7 +42,7 @@ def wall_command(
 
     Picture and numbers go to FOLDER. The exit status is 0 only if it feels like a wall.
     """
-    if not is_emulated(choose(device)):
+    if not selects_emulated(choose(device)):
         for option, given in (("--seed", seed is not None), ("--paced", paced)):
             if given:
                 raise typer.BadParameter(

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import torsio
-from torsio.command import AsJson, plainly, print_json
+from torsio.commands.shared import AsJson, plainly, print_json
 from torsio.screen import asks, err, line, out
 
 __all__ = ["app"]

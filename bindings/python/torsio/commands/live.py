@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio.command import Device, Seconds, choose, opened, plainly
+from torsio.commands.shared import Device, Seconds, choose, opened, plainly
 from torsio.documents import entry
 from torsio.extras import lacking
 from torsio.screen import err, out

@@ -8,7 +8,7 @@ import time
 import typer
 
 import torsio
-from torsio.command import Device, Seconds, opened, plainly
+from torsio.commands.shared import Device, Seconds, opened, plainly
 from torsio.doctor.knob import limits_text, missing
 from torsio.screen import line, out
 

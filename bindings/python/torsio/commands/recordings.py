@@ -11,7 +11,8 @@ import typer
 
 import torsio
 from torsio import bug_report, screen
-from torsio.command import Device, choose, complain, is_emulated, opened, plainly, value_of
+from torsio.commands.shared import Device, choose, complain, opened, plainly, value_of
+from torsio.emulated import selects_emulated
 from torsio.knob_configuration import CONFIGS
 from torsio.screen import err, line, out
 
@@ -30,7 +31,7 @@ def record_command(
 
     The file is whole up to the last second whatever happens. The knob is not armed by this.
     """
-    paced = not is_emulated(choose(device)) or duration_s is None
+    paced = not selects_emulated(choose(device)) or duration_s is None
     with opened(device, err, torsio.EmulatorOptions(paced=paced, log_inputs=True)) as knob:
         recording = knob.record_to(file)
         try:

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 
 import typer
 
-from torsio.command import (
+from torsio.commands import games
+from torsio.commands.shared import (
     AsJson,
     Device,
     Seconds,
@@ -19,7 +20,6 @@ from torsio.command import (
     value_of,
     value_text,
 )
-from torsio.commands import games
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 import torsio
 from torsio import perception, stability
-from torsio.command import AsJson, Device, opened, plainly, print_json
+from torsio.commands.shared import AsJson, Device, opened, plainly, print_json
 from torsio.config import ActuatorConfig, ControlConfig
 from torsio.extras import need_matplotlib
 from torsio.plant import PlantParams

@@ -27,6 +27,7 @@ from torsio.doctor.facts import (
 from torsio.doctor.findings import Finding
 from torsio.doctor.knob import KNOB_CHECKS
 from torsio.doctor.linux import check_driver, check_permission, check_usb
+from torsio.emulated import selects_emulated
 from torsio.errors import Error
 
 __all__ = ["Finding", "Report", "diagnose", "examine_drift"]
@@ -114,7 +115,7 @@ def diagnose(selector: str = "", root: Path = Path("/")) -> list[Report]:
 
     It takes about three seconds a knob, which stays as it is: what is armed is not disarmed.
     """
-    if selector == "emulated" or selector.startswith("emulated:"):
+    if selects_emulated(selector):
         return [
             Report(
                 selector, [*examine_device(selector, emulator=torsio.EmulatorOptions(paced=True))]

@@ -9,6 +9,7 @@ import torsio
 from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.doctor.facts import KnobFacts
 from torsio.doctor.findings import Finding
+from torsio.emulated import moves_parts
 from torsio.records import Limits
 from torsio.statuses import FAULT_ADVICE
 
@@ -119,7 +120,7 @@ def missing(board: str, limits: Limits) -> tuple[str, str] | None:
             "nobody has confirmed the parts of this board, or their values are assumed, so it "
             "gives little"
         ), _HOW_TO_CONFIRM
-    if board != "emulated" and limits.speed_limit_rad_s == 0:
+    if moves_parts(board) and limits.speed_limit_rad_s == 0:
         return "this board has no speed limit", _HOW_TO_LIMIT
     return None
 
@@ -130,7 +131,7 @@ def check_parts(facts: KnobFacts) -> Finding:
     most = f"it gives at most: {limits_text(facts.limits)}"
     lacks = missing(facts.info.board, facts.limits)
     if lacks is None:
-        real = facts.info.board != "emulated"
+        real = moves_parts(facts.info.board)
         blind = "; it does not measure its supply" if real and not facts.watches_supply else ""
         return Finding("parts", True, most + blind, values=values)
     what, advice = lacks

@@ -11,6 +11,7 @@ from typing import Final
 
 from torsio.doctor.facts import PRODUCT_ID, VENDOR_ID
 from torsio.doctor.findings import Finding
+from torsio.emulated import EMULATED
 from torsio.opening import list_devices
 from torsio.records import ListedDevice
 
@@ -63,7 +64,7 @@ def examine_system(platform: str, selector: str) -> Iterator[tuple[str, Finding]
         One of `NAMES`.
     """
     system = NAMES[platform]
-    knobs = [knob for knob in list_devices() if knob.transport != "emulated"]
+    knobs = [knob for knob in list_devices() if knob.transport != EMULATED]
     meant = [knob for knob in knobs if selector in ("", knob.serial, knob.path)]
     for knob in meant:
         yield knob.path, check_usb(system, [knob])

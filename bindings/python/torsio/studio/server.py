@@ -24,6 +24,8 @@ from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torsio import _torsio
+from torsio.emulated import selects_emulated
+from torsio.emulator_options import EmulatorOptions
 from torsio.errors import Error
 from torsio.opening import open as open_knob
 from torsio.protocol import encode
@@ -37,6 +39,8 @@ HOST = "127.0.0.1"
 _REFUSED, GONE = 4403, 4404
 _LONGEST_REASON = 120
 _HANDOVER_S = 2.0
+# Its page is there in real time.
+_EMULATOR = EmulatorOptions(control_rate_hz=4000.0, paced=True)
 
 
 Serve = Callable[[WebSocket], Awaitable[None]]
@@ -75,8 +79,9 @@ class _Studio:
             self._busy.release()
 
     async def _serve(self, socket: WebSocket) -> None:
+        emulator = _EMULATOR if selects_emulated(self._selector) else None
         try:
-            transport = await asyncio.to_thread(_torsio.Transport, self._selector)
+            transport = await asyncio.to_thread(_torsio.Transport, self._selector, emulator)
         except Error as error:
             await socket.close(GONE, str(error)[:_LONGEST_REASON])
             return

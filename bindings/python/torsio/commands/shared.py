@@ -15,6 +15,7 @@ from rich.console import Console
 
 import torsio
 from torsio.demos import output, wall
+from torsio.emulated import EMULATED, selects_emulated
 from torsio.screen import err, line
 
 __all__ = [
@@ -23,7 +24,6 @@ __all__ = [
     "Seconds",
     "choose",
     "complain",
-    "is_emulated",
     "opened",
     "plainly",
     "print_json",
@@ -85,14 +85,9 @@ def complain(sentence: str) -> None:
 
 def choose(device: str) -> str:
     """Give the selector of a device: if none is named, as `torsio.open`, or else the emulated."""
-    if device or any(listed.transport != "emulated" for listed in torsio.list_devices()):
+    if device or any(listed.transport != EMULATED for listed in torsio.list_devices()):
         return device
-    return "emulated"
-
-
-def is_emulated(selector: str) -> bool:
-    """Whether a selector means an emulated knob."""
-    return selector == "emulated" or selector.startswith("emulated:")
+    return EMULATED
 
 
 @contextmanager
@@ -101,9 +96,10 @@ def opened(
 ) -> Iterator[torsio.Knob]:
     """Open a device, say which one it is, and close it."""
     selector = choose(device)
+    options = emulator if selects_emulated(selector) else None
     is_open = False
     try:
-        with torsio.open(selector, emulator=emulator if is_emulated(selector) else None) as knob:
+        with torsio.open(selector, emulator=options) as knob:
             is_open = True
             info = knob.info
             who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
