@@ -195,7 +195,7 @@ auto call(Result (Owner::*method)(Parameters...) const) {
 ///        went, or None, and whether it came late
 void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz,
             bool must_stay_armed, py::list kept) {
-  Recording samples;
+  TelemetryRecord samples;
   const auto keep = [&] { kept.append(as_record(std::move(samples))); };
   try {
     const Unlocked unlocked;

@@ -397,8 +397,9 @@ std::vector<TelemetrySample> Knob::read(std::size_t max_samples, double timeout_
   return samples;
 }
 
-Recording Knob::record(double duration_s, std::optional<double> rate_hz, bool must_stay_armed) {
-  Recording samples;
+TelemetryRecord Knob::record(double duration_s, std::optional<double> rate_hz,
+                             bool must_stay_armed) {
+  TelemetryRecord samples;
   try {
     record(samples, duration_s, rate_hz, must_stay_armed);
   } catch (Error& error) {
@@ -408,7 +409,7 @@ Recording Knob::record(double duration_s, std::optional<double> rate_hz, bool mu
   return samples;
 }
 
-void Knob::record(Recording& into, double duration_s, std::optional<double> rate_hz,
+void Knob::record(TelemetryRecord& into, double duration_s, std::optional<double> rate_hz,
                   bool must_stay_armed) {
   impl().telemetry.record(into, whole_ns("duration_s", duration_s), rate_hz, must_stay_armed);
 }

@@ -149,13 +149,13 @@ class Session {
 
   /// Copies what comes, from its construction until it goes out of scope. Several may run at once,
   /// beside who reads.
-  class Recording {
+  class Listener {
    public:
     /// @param into gets the samples behind what it has, in whatever thread they arrive
-    Recording(Session& session, std::vector<TelemetrySample>& into);
-    Recording(const Recording&) = delete;
-    Recording& operator=(const Recording&) = delete;
-    ~Recording();
+    Listener(Session& session, std::vector<TelemetrySample>& into);
+    Listener(const Listener&) = delete;
+    Listener& operator=(const Listener&) = delete;
+    ~Listener();
 
     /// Keeps what lies in ticks [first, end), and waits for the rest of it. Nobody can read() these
     /// samples afterwards, or older ones; however this ends early they still can.
@@ -258,7 +258,7 @@ class Session {
   bool stream_starts_ = false;          // with the next acknowledgement of a stream report
   std::uint64_t stream_from_tick_ = 0;  // what is older belongs to the stream before
   std::optional<TelemetrySample> latest_;
-  std::vector<Recording*> recordings_;
+  std::vector<Listener*> listeners_;
   LinkStatistics statistics_;
 };
 

@@ -91,7 +91,7 @@ void Session::dispatch(const protocol::Telemetry& report) {
     if (sample.tick < stream_from_tick_) return;
     // What a recording has is not lost.
     bool taken = false;
-    for (Recording* recording : recordings_) taken |= recording->take(sample);
+    for (Listener* listener : listeners_) taken |= listener->take(sample);
     if (!ring_.push(sample) && !taken) ++statistics_.samples_lost;
     ++statistics_.samples_received;
     if (sample.tick == last_tick) latest_ = sample;

@@ -44,16 +44,16 @@ std::size_t Session::read(std::span<TelemetrySample> out, std::int64_t timeout_n
   return count;
 }
 
-Session::Recording::Recording(Session& session, std::vector<TelemetrySample>& into)
+Session::Listener::Listener(Session& session, std::vector<TelemetrySample>& into)
     : session_(session), into_(into), had_(into.size()) {
   const std::lock_guard lock(session_.mutex_);
   disarms_before_ = session_.disarms_;
-  session_.recordings_.push_back(this);
+  session_.listeners_.push_back(this);
 }
 
-Session::Recording::~Recording() {
+Session::Listener::~Listener() {
   const std::lock_guard lock(session_.mutex_);
-  std::erase(session_.recordings_, this);
+  std::erase(session_.listeners_, this);
   // What came before anybody knew from when on it counts.
   if (end_tick_ == UINT64_MAX)
     into_.erase(into_.begin() + static_cast<std::ptrdiff_t>(had_), into_.end());
@@ -61,7 +61,7 @@ Session::Recording::~Recording() {
 
 /// @returns false if the sample does not belong to it. With the session's lock held, maybe in the
 /// reading thread.
-bool Session::Recording::take(const TelemetrySample& sample) {
+bool Session::Listener::take(const TelemetrySample& sample) {
   received_until_tick_ = sample.tick + 1;
   if (sample.tick < first_tick_ || sample.tick >= end_tick_) return false;
   try {
@@ -72,8 +72,8 @@ bool Session::Recording::take(const TelemetrySample& sample) {
   return true;
 }
 
-void Session::Recording::run(std::uint64_t first_tick, std::uint64_t end_tick,
-                             std::int64_t silence_ns, bool must_stay_armed) {
+void Session::Listener::run(std::uint64_t first_tick, std::uint64_t end_tick,
+                            std::int64_t silence_ns, bool must_stay_armed) {
   {
     const std::lock_guard lock(session_.mutex_);
     first_tick_ = first_tick;
@@ -116,7 +116,7 @@ void Session::Recording::run(std::uint64_t first_tick, std::uint64_t end_tick,
   }
 }
 
-std::optional<Disarm> Session::Recording::disarmed() const {
+std::optional<Disarm> Session::Listener::disarmed() const {
   const std::lock_guard lock(session_.mutex_);
   if (session_.disarms_ == disarms_before_) return std::nullopt;
   return session_.last_disarm_;

@@ -118,14 +118,14 @@ void TelemetryStream::check_length(std::int64_t duration_ns, unsigned decimation
                         " s at this rate; for more take samples with read() as they come");
 }
 
-void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
+void TelemetryStream::record(TelemetryRecord& into, std::int64_t duration_ns,
                              std::optional<double> rate_hz, bool must_stay_armed) {
   const unsigned known = rate_hz ? ticks_per_sample(rate_hz, false) : decimation_.load();
   const unsigned decimation = known != 0 ? known : ticks_per_sample({}, false);
   check_length(duration_ns, decimation);
   if (rate_hz) start(rate_hz, false);
   const std::size_t had = into.size();
-  Session::Recording recording(session_, into);  // before the first sample can come
+  Session::Listener listener(session_, into);  // before the first sample can come
   const Use use(*this);
   if (must_stay_armed) throw_unless_armed();
   const std::uint64_t first_tick = session_.get<protocol::Clock>().tick;
@@ -134,12 +134,12 @@ void TelemetryStream::record(Recording& into, std::int64_t duration_ns,
   const std::int64_t report_ns =
       std::int64_t{protocol::samples_per_report} * decimation * period_ns_;
   try {
-    recording.run(first_tick, first_tick + ticks, command_timeout_ns_ + report_ns, must_stay_armed);
+    listener.run(first_tick, first_tick + ticks, command_timeout_ns_ + report_ns, must_stay_armed);
   } catch (...) {
-    into.disarmed = recording.disarmed();
+    into.disarmed = listener.disarmed();
     throw;
   }
-  into.disarmed = recording.disarmed();
+  into.disarmed = listener.disarmed();
   into.armed_late = into.size() > had && !is_armed(into[had]) && is_armed(into.back());
 }
 

@@ -24,7 +24,7 @@ class TelemetryStream {
   double start(std::optional<double> rate_hz, bool prompt);
   void stop();
   TelemetrySample latest();
-  void record(Recording& into, std::int64_t duration_ns, std::optional<double> rate_hz,
+  void record(TelemetryRecord& into, std::int64_t duration_ns, std::optional<double> rate_hz,
               bool must_stay_armed);
 
  private:

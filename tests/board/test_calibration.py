@@ -8,7 +8,7 @@ import pytest
 from tests.board.hidden import board_plant, hidden_board
 from tests.board.world import World
 from torsio.calibration.electric import intervals
-from torsio.calibration.play import Player, Recording
+from torsio.calibration.play import Player, Run
 from torsio.plant import Electrics, PlantParams
 from torsio.records import MotorCurrent
 from torsio_studies.calibration.driven import seen_truth
@@ -17,7 +17,7 @@ from torsio_studies.calibration.knobs import hidden_knob
 TORQUE_NM, STRETCH_S = 40e-3, 0.06
 
 
-def _acceleration(log: Recording, begin_s: float) -> float:
+def _acceleration(log: Run, begin_s: float) -> float:
     part = log.between(begin_s + 0.01, begin_s + STRETCH_S - 2e-3)
     return 2.0 * float(np.polyfit(part.time_s - part.time_s[0], part.angle_rad, 2)[0])
 

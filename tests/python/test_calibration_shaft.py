@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from torsio.calibration.play import Recording
+from torsio.calibration.play import Run
 from torsio.calibration.shaft import Shaft, estimate_shaft
 
 STIFFNESS, COULOMB_NM, KNEE_RAD, FACTOR = 2.5, 6e-3, 0.010, 2.2
@@ -33,7 +33,7 @@ def _shaft(*, backlash_rad: float, knee_rad: float, counts_per_rev: int) -> Shaf
     counts = np.floor(angle_rad / count_rad + noise)
     time_s = PERIOD_S * np.arange(len(counts), dtype=np.float64)
     none = np.zeros_like(time_s)
-    pulls = Recording(
+    pulls = Run(
         time_s, counts, counts * count_rad, none, motor_nm, motor_nm, none,
         count_rad=count_rad, period_s=PERIOD_S, tick_s=1e-4,
     )  # fmt: skip

@@ -31,7 +31,7 @@ CPP_ONLY = {
     "UpdateOptions": "keyword arguments of torsio.update_firmware",
     "Knot": "a pair (time_s, value)",
     "Interrupted": "KeyboardInterrupt",
-    "Recording": "a record, and DisarmedWarning",
+    "TelemetryRecord": "a record, and DisarmedWarning",
     "flag": "torsio.telemetry.FLAG_...",
     "matching_config": "PlantParams.matching_config",
     "matching_shaft": "PlantParams.matching_shaft",
@@ -40,7 +40,7 @@ CPP_ONLY = {
     "Profile": "torsio.hands.Profile, which nobody needs to name",
 }
 PYTHON_ONLY = {
-    "DisarmedWarning": "Recording::disarmed",
+    "DisarmedWarning": "TelemetryRecord::disarmed",
     "StiffnessWarning": "C++ compares with Knob::stable_stiffness by itself",
     "HeldLowWarning": "Knob::limits",
     "NoSpeedLimitWarning": "Knob::limits",

@@ -28,7 +28,7 @@ struct torsio_scene {
 };
 
 struct torsio_recording {
-  torsio::Recording samples{};
+  torsio::TelemetryRecord samples{};
 };
 
 struct torsio_steps {

@@ -27,7 +27,7 @@ struct Connection;
 class Session;
 
 /// What record() gives: samples, and whether the torque was there all the time.
-struct Recording : std::vector<TelemetrySample> {
+struct TelemetryRecord : std::vector<TelemetrySample> {
   using std::vector<TelemetrySample>::vector;
   /// How the torque went during the recording, if it did.
   std::optional<Disarm> disarmed{};
@@ -295,14 +295,14 @@ class TORSIO_EXPORT Knob {
   /// Threads may record at the same time. If it ends early the samples that came can still be read,
   /// and what the library throws has all of them: Error::samples().
   /// @param must_stay_armed throw Disarmed if it is not armed, or when the torque goes meanwhile;
-  ///        else Recording::disarmed tells
+  ///        else TelemetryRecord::disarmed tells
   /// @throws InvalidArgument if that is more than 100 million samples; Timeout if telemetry dries
   /// up; Disarmed
-  [[nodiscard]] Recording record(double duration_s, std::optional<double> rate_hz = {},
-                                 bool must_stay_armed = false);
+  [[nodiscard]] TelemetryRecord record(double duration_s, std::optional<double> rate_hz = {},
+                                       bool must_stay_armed = false);
   /// The same, but puts the samples behind those of `into` as they come: they are there however it
   /// ends.
-  void record(Recording& into, double duration_s, std::optional<double> rate_hz = {},
+  void record(TelemetryRecord& into, double duration_s, std::optional<double> rate_hz = {},
               bool must_stay_armed = false);
 
   // Waiting ----------------------------------------------------------------------------------

@@ -407,7 +407,7 @@ TEST_CASE("a recording says how the torque went") {
   knob.arm();
   CHECK_FALSE(knob.record(0.1).disarmed);
   knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
-  const Recording recording = knob.record(0.5);
+  const TelemetryRecord recording = knob.record(0.5);
   CHECK(recording.size() == 500);
   REQUIRE(recording.disarmed);
   CHECK(recording.disarmed->reason == DisarmReason::deadline_missed);
@@ -431,7 +431,7 @@ TEST_CASE("a recording that must stay armed ends when the torque goes, with what
 
   knob.arm();
   knob.stream_local_model({.torque_nm = 0.01, .deadline_s = 0.02});
-  Recording into;
+  TelemetryRecord into;
   CHECK_THROWS_AS(knob.record(into, 10.0, {}, true), Disarmed);
   REQUIRE(into.disarmed);
   CHECK(into.disarmed->reason == DisarmReason::deadline_missed);
@@ -457,7 +457,7 @@ TEST_CASE("a recording says that it begins without torque and ends armed") {
   options.paced = true;
   Knob knob = Knob::open("emulated", {.emulator = options});
   CHECK_FALSE(knob.record(0.01).armed_late);
-  Recording recording;
+  TelemetryRecord recording;
   // On a busy machine the other thread may be too quick or too slow.
   for (int left = 10; left > 0 && !recording.armed_late; --left) {
     knob.disarm();

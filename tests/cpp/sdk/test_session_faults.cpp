@@ -119,7 +119,7 @@ TEST_CASE("a recording whose user throws keeps its samples where they are put") 
   };
   Knob knob = Knob::open("emulated", options);
   left = 10;
-  Recording samples;
+  TelemetryRecord samples;
   CHECK_THROWS_WITH_AS(knob.record(samples, 60.0), "the user's own", std::runtime_error);
   CHECK(samples.size() > 20);
   left = 1'000'000;

@@ -11,7 +11,7 @@ import numpy as np
 
 from torsio.calibration.brake_curve import BrakeCurve, curve_of
 from torsio.calibration.numeric import Solution, gauss_newton, kernel, linear, play_of, smooth
-from torsio.calibration.play import Player, Recording
+from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 
 __all__ = ["STAIRS", "Brake", "estimate_brake", "hold_and_let_go", "slip"]
@@ -65,7 +65,7 @@ def hold_and_let_go(player: Player, brake_nm: float, step: str = _STEP) -> None:
         log.refuse_if_stopped(step, "", "")
 
 
-def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float) -> Recording:
+def slip(player: Player, *, motor_nm: float, brake_nm: float, coulomb_nm: float) -> Run:
     """Turn the knob slowly through the brake while its command goes up and down stairs.
 
     Raises
@@ -163,7 +163,7 @@ def _over_command(curve: BrakeCurve, gain: float, half_width_nm: float, left: fl
 
 
 def estimate_brake(
-    log: Recording,
+    log: Run,
     cogging_nm: Callable[[Array], Array],
     *,
     inertia_kg_m2: float,

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from torsio.calibration.cogging import Cogging, find_waves
 from torsio.calibration.numeric import Solution, kernel, linear, smooth
-from torsio.calibration.play import Player, Recording
+from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 from torsio.config import EXCITATION_STILL_S
 
@@ -185,7 +185,7 @@ def _refuse_pulled(turned_at_nm: list[float]) -> None:
         )  # fmt: skip
 
 
-def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recording:
+def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Run:
     """Turn slowly for so long each way, a turn and more by default, then fast both ways.
 
     Raises
@@ -220,7 +220,7 @@ def spin(player: Player, torque_nm: float, *, slow_s: float = SLOW_S) -> Recordi
     return log
 
 
-def _encoder_failed(log: Recording) -> bool:
+def _encoder_failed(log: Run) -> bool:
     """Whether the counts ended as no knob ends its turn: from one moment to the next."""
     still_s = 0.8 * EXCITATION_STILL_S
     last = len(log.counts) - 1
@@ -235,7 +235,7 @@ def _encoder_failed(log: Recording) -> bool:
     return abs(float(speed)) > 0.5 * SLOW_RAD_S
 
 
-def _refuse_slow(log: Recording) -> None:
+def _refuse_slow(log: Run) -> None:
     speed = float(np.max(np.abs(np.gradient(log.angle_rad[::8], log.time_s[::8]))))
     raise Refusal(
         _FREE, "held", f"the knob reaches {speed:.0f} rad/s only: it is held, rubs, "
@@ -257,7 +257,7 @@ class _Rows:
     period_s: float
 
 
-def _rows(log: Recording, half_s: float, least_rad_s: float) -> _Rows:
+def _rows(log: Run, half_s: float, least_rad_s: float) -> _Rows:
     """Weigh a recording where the knob turns one way for the whole of a window."""
     half = max(round(half_s / log.period_s), 4)
     window, first, second = kernel(half, log.period_s)
@@ -316,9 +316,7 @@ def _joint(slow: _Rows, fast: _Rows, periods: tuple[int, ...]) -> tuple[Solution
     return linear(slopes * weights[:, None], measured * weights, lags=8), weights
 
 
-def through_shaft(
-    free: Free, log: Recording, flexible_s2: float, knob_inertia_kg_m2: float
-) -> Free:
+def through_shaft(free: Free, log: Run, flexible_s2: float, knob_inertia_kg_m2: float) -> Free:
     """Estimate the cogging anew from `spin` with what the shaft takes of waves that pass fast.
 
     Parameters
@@ -366,7 +364,7 @@ def _over_the_turn(slow: _Rows, cogging: Cogging, value: Array, unexplained: Arr
     )  # fmt: skip
 
 
-def estimate_free(log: Recording, *, slow_s: float = SLOW_S) -> Free:
+def estimate_free(log: Run, *, slow_s: float = SLOW_S) -> Free:
     """Estimate friction, cogging and inertia from `spin`, with the same `slow_s`.
 
     Raises

@@ -18,7 +18,7 @@ from torsio.records import MotorCurrent
 from torsio.scenes import Excitation
 from torsio.telemetry import Record
 
-__all__ = ["Player", "Recording"]
+__all__ = ["Player", "Run"]
 
 # When the host is late with the next stretch; then the device disarms.
 _SLACK_S = 0.25
@@ -29,8 +29,8 @@ _MOST_SAMPLES = 65536
 
 
 @dataclass(frozen=True)
-class Recording:
-    """What the device told while it played.
+class Run:
+    """What the device told while one experiment played.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Recording:
                 step, self.stopped, f"the device disarmed ({why}): torsio doctor says more"
             )
 
-    def between(self, begin_s: float, end_s: float) -> Recording:
+    def between(self, begin_s: float, end_s: float) -> Run:
         """Give the part between two times since the first sample."""
         since = self.time_s - self.time_s[0]
         chosen = (since >= begin_s) & (since < end_s)
@@ -84,7 +84,7 @@ class Recording:
         }
         return replace(self, **arrays)
 
-    def driven_by(self, drive: Drive) -> Recording:
+    def driven_by(self, drive: Drive) -> Run:
         """Give it as it is if this drive makes the motor's torque."""
         missing_nm = drive.missing_nm(self.told_nm, self.speed_rad_s)
         return replace(self, motor_nm=self.told_nm - missing_nm)
@@ -152,19 +152,19 @@ class Player:
             constant = self._knob.board_config().motor_torque_constant_nm_per_a
             self.torque_share = constant / now.torque_constant_nm_per_a
 
-    def known(self, log: Recording) -> Recording:
+    def known(self, log: Run) -> Run:
         """Give a recording from before `torque_share` was known as it is with it."""
         told_nm = self.torque_share * log.told_nm
         log = replace(log, told_nm=told_nm, motor_nm=told_nm)
         return log if self.drive is None else log.driven_by(self.drive)
 
-    def watch(self, duration_s: float) -> Recording:
+    def watch(self, duration_s: float) -> Run:
         """Record without torque."""
         self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         self._knob.sleep(duration_s)
         return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)])
 
-    def settled(self, duration_s: float, counts: float) -> Recording:
+    def settled(self, duration_s: float, counts: float) -> Run:
         """Record without torque until it moves by so little, or for two seconds in all."""
         end_s = self.seconds + _SETTLE_S
         while True:
@@ -172,7 +172,7 @@ class Player:
             if float(np.ptp(log.counts)) <= counts or self.seconds >= end_s:
                 return log
 
-    def pulse(self, duration_s: float, **values: float) -> Recording:
+    def pulse(self, duration_s: float, **values: float) -> Run:
         """Play one stretch that the device itself ends, to the tick, however late the host is."""
         return self.chain([(duration_s, values)], slack_s=0.0)
 
@@ -184,7 +184,7 @@ class Player:
         look_every_s: float = 5e-3,
         slack_s: float = _SLACK_S,
         **bounds: float,
-    ) -> Recording:
+    ) -> Run:
         """Play stretches one after the other.
 
         Parameters
@@ -237,14 +237,14 @@ class Player:
             self._knob.sleep(max(min(every_s, end_s - now_s), _LEAST_SLEEP_S))
             now_s = look().time_s
 
-    def _recording(self, pieces: list[Record]) -> Recording:
+    def _recording(self, pieces: list[Record]) -> Run:
         log = np.concatenate(pieces)
         time_s = log["time_s"].astype(np.float64)
         delay_s = 0.5 * self._tick_s + self._motor_lag_s
         motor_nm = log["motor_command_nm"].astype(np.float64)
         counts = log["position_counts"].astype(np.float64)
         told_nm = self.torque_share * np.interp(time_s - delay_s, time_s, motor_nm)
-        recording = Recording(
+        recording = Run(
             time_s,
             counts,
             counts * self.count_rad,

@@ -28,7 +28,7 @@ from torsio.calibration.left_out import (
     widened,
     with_left_out,
 )
-from torsio.calibration.play import Player, Recording
+from torsio.calibration.play import Player, Run
 from torsio.calibration.proposal import Calibration, put_together
 from torsio.calibration.quantity import Refusal
 from torsio.calibration.shaft import Shaft, estimate_shaft, hold_and_push
@@ -170,7 +170,7 @@ def calibrate(
     return put_together(knob, actuator, parts, (found, curve), circuit, seconds, ambient_c)
 
 
-def _brake(stairs: Recording, free: Free, shaft: Shaft, *, demagnetised: bool) -> Brake:
+def _brake(stairs: Run, free: Free, shaft: Shaft, *, demagnetised: bool) -> Brake:
     return estimate_brake(
         stairs,
         free.cogging.torque_nm,
@@ -183,7 +183,7 @@ def _brake(stairs: Recording, free: Free, shaft: Shaft, *, demagnetised: bool) -
 
 
 def _parts_of(
-    logs: Sequence[Recording], stairs: Recording | None, slow_s: float, *, demagnetised: bool
+    logs: Sequence[Run], stairs: Run | None, slow_s: float, *, demagnetised: bool
 ) -> Parts:
     """Estimate all from recordings: of the turns, the pulls and the steps, and of the brake."""
     turns, pulls, steps = logs
@@ -213,5 +213,5 @@ def _flexible_s2(free: Free, shaft: Shaft) -> float:
     return max(free.inertia.value - _knob_inertia(free, shaft), 0.0) / shaft.stiffness.value
 
 
-def _through(shaft: Shaft, free: Free, turns: Recording) -> Free:
+def _through(shaft: Shaft, free: Free, turns: Run) -> Free:
     return through_shaft(free, turns, _flexible_s2(free, shaft), _knob_inertia(free, shaft))

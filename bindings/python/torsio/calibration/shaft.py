@@ -11,7 +11,7 @@ import numpy as np
 
 from torsio.calibration.left_out import LEFT_OUT
 from torsio.calibration.numeric import Solution, crossings, gauss_newton, linear
-from torsio.calibration.play import Player, Recording
+from torsio.calibration.play import Player, Run
 from torsio.calibration.quantity import Array, Fit, Quantity, Refusal
 from torsio.calibration.swing import estimate_swing, swing_rad_s
 
@@ -61,7 +61,7 @@ def hold_and_push(
     coulomb_nm: float,
     quick: bool = False,
     shake: Sequence[tuple[float, dict[str, Any]]] | None = None,
-) -> tuple[Recording, Recording]:
+) -> tuple[Run, Run]:
     """Hold the brake; pull slowly both ways, then in steps. Gives the two recordings.
 
     `quick` pulls once each way, and leaves the steps out; `shake` is played in their place.
@@ -129,7 +129,7 @@ class _Edges:
     side: Array | None = None
 
 
-def _edges(log: Recording, cogging_nm: Callable[[Array], Array]) -> _Edges:
+def _edges(log: Run, cogging_nm: Callable[[Array], Array]) -> _Edges:
     angles, torques, ways = [], [], []
     for sweep in range(round((log.time_s[-1] - log.time_s[0]) / _SWEEP_S)):
         part = log.between(sweep * _SWEEP_S + 0.01, (sweep + 1) * _SWEEP_S - 0.01)
@@ -251,7 +251,7 @@ def _with_sides(edges: _Edges, coulomb: float) -> _Edges:
 
 
 def estimate_shaft(
-    sweeps: Recording, steps: Recording, cogging_nm: Callable[[Array], Array], inertia_kg_m2: float
+    sweeps: Run, steps: Run, cogging_nm: Callable[[Array], Array], inertia_kg_m2: float
 ) -> Shaft:
     """Estimate the shaft and the knob's side from `hold_and_push`.
 
@@ -357,5 +357,5 @@ def estimate_shaft(
     )
 
 
-def _rate_nm_s(sweeps: Recording) -> float:
+def _rate_nm_s(sweeps: Run) -> float:
     return float(np.ptp(sweeps.motor_nm)) / _SWEEP_S

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from torsio.calibration.numeric import Solution, gauss_newton
-from torsio.calibration.play import Recording
+from torsio.calibration.play import Run
 from torsio.calibration.quantity import Array, Refusal
 
 __all__ = ["estimate_swing", "swing_rad_s"]
@@ -20,7 +20,7 @@ _MOVING_S = 3e-3
 
 
 def _swing(
-    log: Recording,
+    log: Run,
     value: Array,
     spring: tuple[float, float, float],
     coulomb: float,
@@ -73,7 +73,7 @@ def _swing(
 
 
 def estimate_swing(
-    log: Recording,
+    log: Run,
     spring: tuple[float, float, float],
     rest: float,
     coulomb: float,
@@ -128,13 +128,13 @@ def estimate_swing(
     return best, _swing(log, best.value, spring, coulomb, cogging)
 
 
-def swing_rad_s(angle: Array, log: Recording) -> float:
+def swing_rad_s(angle: Array, log: Run) -> float:
     """Give the speed at which friction takes as much energy as a damping of friction over it."""
     speed = np.abs(np.diff(angle)) / log.period_s
     return float(np.sum(speed**2) / max(np.sum(speed), 1e-12))
 
 
-def _moving(log: Recording) -> Array:
+def _moving(log: Run) -> Array:
     """Tell which samples lie near to a change of counts, shape (n,)."""
     changes = np.flatnonzero(np.diff(log.counts))
     near = np.zeros(len(log.counts) + 1)
