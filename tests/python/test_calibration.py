@@ -510,6 +510,23 @@ def test_uncertainty_of_a_line_is_that_of_the_textbook() -> None:
     assert 180 <= hits <= 198
 
 
+@pytest.mark.parametrize("begins_at", [2e-2, -2e-2])
+@pytest.mark.parametrize("seed", range(6))
+def test_size_near_nothing_is_as_certain_as_the_noise_leaves_it(
+    begins_at: float, seed: int
+) -> None:
+    x = np.linspace(0.0, 1.0, 2000)
+    measured = 2e-4 * x + np.random.default_rng(seed).normal(0.0, 1e-3, len(x))
+    fit = numeric.gauss_newton(
+        lambda value: np.asarray(abs(value[0]) * x + value[1]),
+        measured,
+        np.array([begins_at, 0.0]),
+        scale=np.array([1e-3, 1e-5]),
+    )
+    of_a_line = 1e-3 / np.sqrt(np.sum((x - x.mean()) ** 2))
+    assert fit.sigma(0) == pytest.approx(of_a_line, rel=0.1)
+
+
 def test_play_follows_with_half_its_width() -> None:
     held = numeric.play_of(np.array([0.0, 5.0, 4.0, 2.0, 0.0, 1.0]), 1.0, 0.0)
     assert held.tolist() == [0.0, 4.0, 4.0, 3.0, 1.0, 1.0]

@@ -65,7 +65,8 @@ def gauss_newton(
 
     def slopes_at(value: Array, there: Array) -> Array:
         columns = []
-        for index, step in enumerate(scale):
+        # Away from zero: there a model of a size folds, whatever its sign, and looks flat.
+        for index, step in enumerate(np.copysign(scale, value)):
             moved = value.copy()
             moved[index] += step
             columns.append((model(moved) - there) / step)

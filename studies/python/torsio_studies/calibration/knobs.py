@@ -22,7 +22,7 @@ RATE_HZ: Final = 10_000.0
 MOTOR_LAG_S: Final = 0.1e-3  # what the figures of docs/calibration.md were made with
 WALL_NM_PER_RAD: Final = math.degrees(30e-3)
 WALL_PHASES: Final = 16
-EVALUATION: Final = 8
+EVALUATION: Final = 9
 """Changes whenever the numbers of the same knob may change."""
 
 FIRST: Final = 1000
