@@ -67,7 +67,7 @@ def draw(figure: Figure, calibration: Calibration) -> None:
         upper.set_ylabel(fit.y_label)
         upper.tick_params(labelbottom=False)
         lower.plot(x, measured - fitted, ".", color=ORANGE, markersize=2)
-        lower.set_ylabel(f"left, {unit}")
+        lower.set_ylabel(f"residual, {unit}")
         lower.set_xlabel(fit.x_label)
         lower.text(
             0.99, 0.95, f"RMS {fit.residual_rms:.2g} {unit}", transform=lower.transAxes,
