@@ -13,6 +13,8 @@ from rich.table import Table
 
 from torsio import perception
 from torsio.calibration import figure as fits
+from torsio.calibration.proposal import certain_assist_nm
+from torsio.calibration.quantity import Quantity
 from torsio.screen import table
 from torsio_studies.calibration import figure
 from torsio_studies.calibration.driven import ALL, example
@@ -76,6 +78,7 @@ def run(study: Study) -> Results:
         **whole(table),
         "driven": {"rows": through, **whole(driven)},
         "wall": walls(table),
+        "assisted": {"told": assisted(table), "driven": assisted(driven)},
         "sabotages": refused,
     }
 
@@ -99,6 +102,21 @@ def walls(table: dict[str, Array]) -> dict[str, float]:
         "near": float(np.mean(found <= _NEAR * true)),
         "worst": float(np.max(found / true)),
     }
+
+
+def assisted(table: dict[str, Array]) -> float:
+    """Give the largest share of its true friction that a knob would have taken off in free air."""
+    shares = []
+    for row in np.flatnonzero(np.isfinite(table["brake_drag_nm_value"])):
+        found = {
+            name: Quantity(
+                name, float(table[f"{name}_value"][row]), float(table[f"{name}_sigma"][row])
+            )
+            for name in ("knob_coulomb_nm", "brake_drag_nm")
+        }
+        true_nm = float(sum(table[f"{name}_truth"][row] for name in found))
+        shares.append(certain_assist_nm(found, 0.0) / true_nm)
+    return max(shares)
 
 
 def cover(table: dict[str, Array], name: str) -> dict[str, Any]:
@@ -165,6 +183,10 @@ def show(results: Results, console: Console) -> None:
         f"{100 * wall['found']:.2g} % with what was found, {100 * wall['true']:.2g} % with the "
         f"true values (medians); {100 * wall['near']:.1f} % of the knobs are within "
         f"{100 * (_NEAR - 1):.0f} %, the worst has {wall['worst']:.1f} times",
+    )
+    most = max(results["assisted"].values())
+    console.print(
+        f"in free air no knob would have more than {100 * most:.0f} % of its friction off"
     )
     for row in results["sabotages"]:
         right = row["reason"] == row["right"]
