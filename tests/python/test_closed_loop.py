@@ -21,13 +21,20 @@ COUNT_RAD = 2 * math.pi / 8192
 
 
 def device_record(
-    hand: torsio.Hand, *, stiffness: float, beta: float, duration: float, plant: Any = None
+    hand: torsio.Hand,
+    *,
+    stiffness: float,
+    beta: float,
+    duration: float,
+    plant: torsio.PlantParams | None = None,
 ) -> tuple[dict[str, np.ndarray[Any, Any]], np.ndarray[Any, Any]]:
     """Give telemetry as the reference names it, and the truth, both from the hand's beginning."""
     with torsio.open(
         "emulated",
         emulator=torsio.EmulatorOptions(
-            control=torsio.ControlConfig(law="paper", beta=beta), plant=plant, log_truth=True
+            control=torsio.ControlConfig(law="paper", beta=beta),
+            plant=plant or torsio.PlantParams(),
+            log_truth=True,
         ),
     ) as knob:
         knob.play(torsio.Wall(angle_rad=WALL_RAD, stiffness_nm_per_rad=stiffness))
