@@ -7,6 +7,7 @@
 /// one period.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "core/brake_model.hpp"
@@ -26,7 +27,7 @@ namespace torsio::core {
 struct ControllerParams {
   MotionParams motion;
   BrakeParams brake;
-  ShaftParams shaft;
+  ShaftParams shaft = make_shaft_params(0, std::array<ShaftKnee, kMostKnees>{}, 0, 0, 0);  // none
   PartitionParams partition;
   SlewParams slew;
   PartitionParams excitation;  // the limits of one
