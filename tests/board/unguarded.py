@@ -92,7 +92,7 @@ GUARDS = {
     "overrun": Guard("firmware/device/control_loop.cpp",
                      "lateness_ >= kLatenessLimit ? fault::overrun : 0", "0"),
     "timid": Guard(
-        "firmware/device/config_store.cpp", "if (@{!moves_parts}@) return Trust::all;", "true",
+        "firmware/device/config_store.cpp", "trust_in(@{moves_parts}@, config.board", "false",
     ),
     "layout": Guard("firmware/device/config_store.cpp",
                     "get_u32(bytes, kLayoutAt) != protocol::fingerprint()", "false"),
