@@ -65,7 +65,8 @@ Batch::Batch(BatchOptions options)
                   : static_cast<unsigned>(
                         std::min(options_.seeds.size(), options_.threads * kSharesOfAThread))),
       states_(options_.seeds.size()),
-      actions_(options_.seeds.size()) {
+      actions_(options_.seeds.size()),
+      failed_(options_.seeds.size()) {
   // Bytes between the columns would otherwise be whatever was in memory.
   if (!states_.empty()) {
     std::memset(static_cast<void*>(states_.data()), 0, states_.size() * sizeof(LoopRow));
@@ -114,7 +115,8 @@ void Batch::step_one(std::size_t loop, std::uint64_t ticks) {
   }
 }
 
-void Batch::step(std::uint64_t ticks) {
+void Batch::step(std::uint64_t ticks, bool goes_on) {
+  if (!goes_on) std::ranges::fill(failed_, std::uint8_t{0});
   std::vector<Failure> failures(shares_);
   const std::uint64_t worth =
       1 + states_.size() * std::min(ticks, kTicksOfAThread) / kTicksOfAThread;
@@ -122,9 +124,11 @@ void Batch::step(std::uint64_t ticks) {
   workers_.run(shares_, threads, [&](unsigned number) {
     const Share mine = share(number);
     for (std::size_t loop = mine.begin; loop < mine.end; ++loop) {
+      if (failed_[loop] != 0) continue;
       try {
         step_one(loop, ticks);
       } catch (...) {
+        failed_[loop] = 1;
         if (!failures[number].error) failures[number] = {loop, std::current_exception()};
       }
     }

@@ -41,9 +41,11 @@ class Batch {
   explicit Batch(BatchOptions options);
 
   /// Lets `ticks` control periods pass under the present actions; then every state is of now.
+  /// @param goes_on the next part of a step that is cut in parts: who failed in an earlier one does
+  ///                not go on
   /// @throws std::runtime_error or std::invalid_argument that names the first loop which cannot go
   ///         on; the others have
-  void step(std::uint64_t ticks);
+  void step(std::uint64_t ticks, bool goes_on = false);
 
   /// Begins some loops anew.
   /// @param seeds as many as loops; one loop may not stand in the list twice
@@ -72,6 +74,7 @@ class Batch {
   std::vector<ClosedLoop> loops_;
   std::vector<LoopRow> states_;
   std::vector<BatchAction> actions_;
+  std::vector<std::uint8_t> failed_;  // in this step; bytes, which threads may write side by side
   Workers workers_;
 };
 

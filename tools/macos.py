@@ -8,6 +8,7 @@ and so every program, is left out, and nothing was ever run on a Mac.
 from __future__ import annotations
 
 import platform
+import re
 import sys
 from collections.abc import Sequence
 
@@ -21,10 +22,7 @@ BUILD = TREE / "build/macos"
 ARCHITECTURES = ("arm64", "x86_64")
 LIBRARIES = ("core", "device", "emulator", "conversion", "sdk")
 # What an interface is made of, to be linked to hidapi.
-OBJECTS = (
-    "sdk/c/CMakeFiles/torsio_c.dir/Unity/unity_0_cxx.cxx.o",
-    *(f"bindings/CMakeFiles/_torsio.dir/Unity/unity_{part}_cxx.cxx.o" for part in (0, 1)),
-)
+OBJECTS = re.compile(r"^build (\S*/(?:torsio_c|_torsio)\.dir/\S+\.o):", re.MULTILINE)
 # Its declarations are all that the library is compiled with, and those are this system's.
 HIDAPI_HEADERS = "/usr/include/hidapi"
 HIDAPI = """\
@@ -65,7 +63,8 @@ def build(architecture: str) -> None:
     defines = [f"-D{name}={value}" for name, value in settings.items()]
     run(f"macos-{architecture}", "cmake", "-S", TREE, "-B", folder, "-G", "Ninja", *defines,
         **tools.variables)  # fmt: skip
-    targets = [*(f"torsio_{name}" for name in LIBRARIES), *OBJECTS]
+    objects = OBJECTS.findall((folder / "build.ninja").read_text(encoding="utf-8"))
+    targets = [*(f"torsio_{name}" for name in LIBRARIES), *objects]
     run(f"macos-{architecture}", "cmake", "--build", folder, "--target", *targets)
     say(f"all libraries, torsio.h and the Python module compile for macOS on {architecture}")
 

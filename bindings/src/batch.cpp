@@ -61,7 +61,7 @@ void bind_batch(py::module_& module) {
   py::class_<Batch>(module, "Batch", "See torsio.batch.")
       .def(py::init(&make_batch), arg("kinds"), arg("kind_of"), arg("seeds"), arg("threads"),
            arg("acts_hand"), arg("acts_commands"))
-      .def("step", &Batch::step, arg("ticks"), py::call_guard<Unlocked>())
+      .def("step", &Batch::step, arg("ticks"), arg("goes_on"), py::call_guard<Unlocked>())
       .def(
           "reset",
           [](Batch& batch, const Numbers<std::uint32_t>& loops,

@@ -159,6 +159,26 @@ def test_failure_names_the_knob_and_lets_the_others_go_on() -> None:
     assert list(knobs.states["time_s"]) == [3e-3, 3e-3, 0.0, 3e-3, 3e-3, 0.0]
 
 
+def test_failure_in_a_long_step_leaves_all_others_at_its_end() -> None:
+    """However many parts it is cut in; and who failed does not go on in a later part."""
+    asked: list[float] = []
+
+    def torque_nm(time_s: float, *_: float) -> float:
+        asked.append(time_s)
+        if time_s == 0.5:
+            raise ValueError("once")
+        return 0.0
+
+    failing = LoopOptions(hand=torsio.FeedbackHand(torque_nm, period_s=0.1))
+    knobs = Knobs(3, [LoopOptions(), failing, LoopOptions()], threads=1)
+    with pytest.raises(RuntimeError, match=r"loop 1: .* ValueError: once"):
+        knobs.step(1_000_000)
+    assert knobs.states["time_s"][[0, 2]] == pytest.approx(1000.0)
+    assert max(asked) == 0.5
+    knobs.step(200)
+    assert max(asked) > 0.5
+
+
 def test_hands_that_are_functions_run_in_any_thread_one_at_a_time() -> None:
     called_by: set[int] = set()
 

@@ -146,6 +146,11 @@ def test_what_an_outer_block_does_goes_on_when_an_inner_one_ends() -> None:
                 pass
             with pytest.raises(torsio.Timeout):
                 knob.arm()
+        with faults.damage(0.0), faults.damage(1.0):
+            with faults.damage(0.0):
+                pass
+            with pytest.raises(torsio.Timeout):
+                knob.arm()
         with faults.emergency_stop():
             with faults.emergency_stop():
                 pass
@@ -258,6 +263,12 @@ def test_fixtures_give_a_knob_a_hand_and_faults(pytester: pytest.Pytester) -> No
                 time.sleep(4.0)
                 assert again.emulator.time_s >= 4.0
             assert time.monotonic() - begin_s == pytest.approx(10.0, abs=0.1)
+            again = torsio.open()
+            torsio_faults.unplug()
+            with pytest.raises(torsio.Disconnected):
+                again.sleep(1.0)
+            with pytest.raises(ValueError):
+                time.sleep(-1.0)
 
         @pytest.mark.torsio(seed=6)
         def test_seed_is_the_marks(torsio_knob, torsio_seed):
@@ -270,6 +281,75 @@ def test_fixtures_give_a_knob_a_hand_and_faults(pytester: pytest.Pytester) -> No
         """
     )
     pytester.runpytest("-W", "error", "--strict-markers").assert_outcomes(passed=6)
+
+
+def test_fixture_of_the_users_own_is_what_the_others_work_on(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import time
+        import pytest, torsio
+
+        @pytest.fixture
+        def torsio_knob():
+            with torsio.open("emulated") as knob:
+                yield knob
+
+        def test_it(torsio_knob, torsio_open, torsio_time, torsio_faults):
+            assert torsio.open() is torsio_knob
+            before_s = torsio_knob.emulator.time_s
+            time.sleep(1.0)
+            assert torsio_knob.emulator.time_s - before_s == pytest.approx(1.0)
+            torsio_faults.unplug()
+            assert torsio_knob.state == "disconnected"
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=1)
+
+
+def test_time_is_the_same_for_all_threads(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import sys, threading, time
+        import torsio
+
+        def test_it(torsio_open, torsio_time, monkeypatch):
+            told, ended = [], threading.Event()
+
+            def look():
+                last_s = time.monotonic()
+                while not ended.is_set():
+                    now_s = time.monotonic()
+                    told.append(now_s - last_s)
+                    last_s = now_s
+
+            before = sys.getswitchinterval()
+            sys.setswitchinterval(1e-6)
+            threads = [threading.Thread(target=look) for _ in range(3)]
+            begin_s = time.monotonic()
+            for thread in threads:
+                thread.start()
+            for _ in range(30):
+                with torsio.open():
+                    time.sleep(1.0)
+            ended.set()
+            for thread in threads:
+                thread.join()
+            sys.setswitchinterval(before)
+            assert abs(time.monotonic() - begin_s - 30.0) < 0.1
+            assert min(told) >= 0.0
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=1)
+
+
+@pytest.mark.parametrize("seed", ["1.5", "'x'", "-1", "2**64"])
+def test_mark_with_a_seed_that_is_none_says_so(pytester: pytest.Pytester, seed: str) -> None:
+    pytester.makepyfile(
+        f"import pytest\n@pytest.mark.torsio(seed={seed})\ndef test_it(torsio_knob): pass"
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*seed *, *"])
 
 
 def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester) -> None:
@@ -289,7 +369,7 @@ def test_failure_tells_the_seed_and_keeps_a_recording(pytester: pytest.Pytester)
         [
             "*- torsio -*",
             "seed 77; again with: pytest --torsio-seed=77 '*::test_it'",
-            "recording kept/*test_it.npz",
+            "recording kept/*test_it-????????.npz",
         ]
     )
     (path,) = (pytester.path / "kept").iterdir()
@@ -326,11 +406,13 @@ def test_every_knob_of_every_test_has_a_recording_of_its_own(pytester: pytest.Py
     assert len(list((pytester.path / "kept").iterdir())) == 6
 
 
-@pytest.mark.parametrize("seed", ["x", "-1", "1.5", str(2**32)])
+@pytest.mark.parametrize("seed", ["x", "-1", "1.5", str(2**64)])
 def test_bad_seed_is_refused_before_any_test_runs(pytester: pytest.Pytester, seed: str) -> None:
     result = pytester.runpytest(f"--torsio-seed={seed}")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines([f"*--torsio-seed is '{seed}', allowed are 0 to 4294967295*"])
+    result.stderr.fnmatch_lines(
+        [f"*--torsio-seed is '{seed}', allowed are 0 to 18446744073709551615*"]
+    )
 
 
 def test_mark_with_an_unknown_option_says_which_there_are(pytester: pytest.Pytester) -> None:

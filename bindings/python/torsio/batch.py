@@ -138,20 +138,28 @@ class Knobs:
         ------
         ValueError, RuntimeError
             That names the first knob that cannot go on, because of its action, or because nothing
-            holds it. The others have gone on.
+            holds it. The others have gone on; its own state is of a moment before it
+            failed.
         Error
             If they are in the middle of a step.
         """
         left = checks.whole("ticks", ticks, 1, 2**40)
         at_once = max(1, _FIRST_TICKS // len(self))
         with self._alone():
+            goes_on, failure = False, None
             while left > 0:
                 begin_s = monotonic()
-                self._batch.step(min(left, at_once))
+                try:
+                    self._batch.step(min(left, at_once), goes_on)
+                except (ValueError, RuntimeError) as error:
+                    failure = failure or error
+                goes_on = True
                 left -= at_once
                 # Loops differ a hundredfold in what a tick costs.
                 took_s = monotonic() - begin_s
                 at_once = max(1, int(at_once * min(8.0, _LONGEST_S / max(took_s, 1e-9))))
+            if failure is not None:
+                raise failure
 
     def reset(
         self, which: npt.ArrayLike | None = None, *, seeds: int | npt.ArrayLike | None = None

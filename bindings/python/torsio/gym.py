@@ -84,7 +84,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         self.single_observation_space, self.single_action_space = _spaces(task)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._threads = threads
+        self._threads = checks.threads(threads)
         self._redraw = redraw
         self._knobs: Knobs | None = None
         self._step = 0

@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 
 import torsio
-from torsio import testing
+from torsio import checks, testing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 
-_HIGHEST_SEED = 2**32 - 1
+_HIGHEST_SEED = 2**64 - 1
 _MOST_KEPT_SAMPLES = 2**22
 
 
@@ -74,10 +74,10 @@ def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
 def torsio_seed(request: pytest.FixtureRequest) -> int:
     """Give the seed of everything random in the test's knob, printed if the test fails."""
     if "seed" in (options := _options(request)):
-        return int(options["seed"])
+        return checks.whole("seed", options["seed"], 0, _HIGHEST_SEED)
     given = request.config.getoption("--torsio-seed")
     if given == "random":
-        return random.SystemRandom().randrange(_HIGHEST_SEED + 1)
+        return random.SystemRandom().getrandbits(32)
     return int(given) if given else zlib.crc32(request.node.nodeid.encode())
 
 
@@ -102,17 +102,24 @@ def torsio_hand(torsio_knob: torsio.Knob) -> testing.HoldingHand:
 
 
 @pytest.fixture
-def torsio_faults(torsio_knob: torsio.Knob) -> testing.Faults:
-    """Give what makes the test's knob go wrong."""
-    return testing.Faults(torsio_knob)
+def torsio_faults(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> testing.Faults:
+    """Give what makes the test's knob go wrong, and what took its place."""
+    return testing.Faults(_knob_now(request, torsio_knob))
 
 
 @pytest.fixture
 def torsio_time(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> Iterator[None]:
     """Let the module `time` follow the test's knob; see `torsio.testing.virtual_time`."""
-    plugs = _PLUGS[request.node.nodeid]
-    with testing.virtual_time(lambda: plugs.knob):
+    with testing.virtual_time(_knob_now(request, torsio_knob)):
         yield
+
+
+def _knob_now(
+    request: pytest.FixtureRequest, torsio_knob: torsio.Knob
+) -> Callable[[], torsio.Knob]:
+    """Give what gives the knob that is plugged in; a fixture of the user's may be in our place."""
+    plugs = _PLUGS.get(request.node.nodeid)
+    return lambda: torsio_knob if plugs is None else plugs.knob
 
 
 @pytest.fixture
@@ -124,9 +131,11 @@ def torsio_open(
     Once that was closed or unplugged it gives another with the same options, as if the device had
     been plugged in again.
     """
-    plugs = _PLUGS[request.node.nodeid]
+    plugs = _PLUGS.get(request.node.nodeid)
 
     def open_(*_: object, **__: object) -> torsio.Knob:
+        if plugs is None:
+            return torsio_knob
         if not plugs.knob.is_open or plugs.knob.state == "disconnected":
             plugs.plug_in()
         return plugs.knob
@@ -163,9 +172,8 @@ def _recording_of(item: pytest.Item, number: int) -> Path:
         path = item.config.rootpath / "torsio-recordings"
     path.mkdir(parents=True, exist_ok=True)
     name = "".join(c if c.isalnum() or c in "-_." else "_" for c in item.nodeid)
-    if "[" in item.nodeid or len(name) > 120:  # others may be called the same now
-        name += f"-{zlib.crc32(item.nodeid.encode()):08x}"
-    return path / f"{name[-120:]}{f'-{number + 1}' if number else ''}.npz"
+    own = f"-{zlib.crc32(item.nodeid.encode()):08x}"  # others may be called the same now
+    return path / f"{name[-120:]}{own}{f'-{number + 1}' if number else ''}.npz"
 
 
 class _Tap:

@@ -5,6 +5,8 @@ Works with any test runner; `torsio.pytest_plugin` makes pytest's fixtures of it
 
 from __future__ import annotations
 
+import math
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -16,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
+from torsio.emulated_knob import Emulator
 from torsio.emulator_options import LinkFaults
 from torsio.errors import Closed, Disconnected, Error, InvalidArgument
 from torsio.hands import Hand, NoHand, PrescribedMotion, TorqueHand
@@ -199,12 +202,22 @@ class Faults:
     """What can go wrong with a knob, made to go wrong with an emulated one.
 
     Blocks may stand within each other: what an outer one does goes on when an inner one ends.
+
+    Parameters
+    ----------
+    knob
+        Or what gives the knob that is meant, if one takes another's place. A block ends on the knob
+        that it began on.
     """
 
-    def __init__(self, knob: Knob) -> None:
-        self._emulator = knob.emulator
+    def __init__(self, knob: Knob | Callable[[], Knob]) -> None:
+        self._current = knob if callable(knob) else lambda: knob
         self._stops = 0
         self._link: list[dict[str, float]] = []
+
+    @property
+    def _emulator(self) -> Emulator:
+        return self._current().emulator
 
     def unplug(self) -> None:
         """Pull the plug. The next call of the knob raises `Disconnected`."""
@@ -216,13 +229,14 @@ class Faults:
 
         The device takes it as a fault at its next tick, which stays until `Knob.clear_fault`.
         """
-        self._emulator.set_emergency_stop(pressed=True)
+        emulator = self._emulator
+        emulator.set_emergency_stop(pressed=True)
         self._stops += 1
         try:
             yield
         finally:
             self._stops -= 1
-            _unless_gone(lambda: self._emulator.set_emergency_stop(pressed=self._stops > 0))
+            _unless_gone(lambda: emulator.set_emergency_stop(pressed=self._stops > 0))
 
     @contextmanager
     def damage(self, probability: float = 0.1) -> Iterator[None]:
@@ -248,13 +262,14 @@ class Faults:
 
     @contextmanager
     def _link_faults(self, **faults: float) -> Iterator[None]:
-        self._emulator.set_link_faults(self._all_of(*self._link, faults))
+        emulator = self._emulator
+        emulator.set_link_faults(self._all_of(*self._link, faults))
         self._link.append(faults)
         try:
             yield
         finally:
-            self._link.remove(faults)
-            _unless_gone(lambda: self._emulator.set_link_faults(self._all_of(*self._link)))
+            self._link = [other for other in self._link if other is not faults]
+            _unless_gone(lambda: emulator.set_link_faults(self._all_of(*self._link)))
 
     @staticmethod
     def _all_of(*several: dict[str, float]) -> LinkFaults:
@@ -310,21 +325,25 @@ class _Clock:
         self._begin_s = self._knob.emulator.time_s
         self._of_knob_s = 0.0
         self._besides_s = 0.0
+        self._of_one_thread = threading.RLock()
 
     def elapsed_s(self) -> float:
-        knob = self._current()
-        with suppress(Error):  # closed
-            self._of_knob_s = self._knob.emulator.time_s - self._begin_s
-        if knob is not self._knob:
-            self._besides_s += self._of_knob_s
-            self._knob, self._begin_s, self._of_knob_s = knob, 0.0, 0.0
-            return self.elapsed_s()
-        return self._of_knob_s + self._besides_s
+        with self._of_one_thread:
+            knob = self._current()
+            with suppress(Error):  # closed
+                self._of_knob_s = self._knob.emulator.time_s - self._begin_s
+            if knob is not self._knob:
+                self._besides_s += self._of_knob_s
+                self._knob, self._begin_s, self._of_knob_s = knob, 0.0, 0.0
+                return self.elapsed_s()
+            return self._of_knob_s + self._besides_s
 
     def sleep(self, duration_s: float) -> None:
+        duration_s = checks.number("duration_s", duration_s, 0.0, math.inf)
         end_s = self.elapsed_s() + duration_s
         try:
             self._knob.sleep(duration_s)
         except (Closed, Disconnected):  # maybe in the middle
-            self._besides_s += max(0.0, end_s - self.elapsed_s())
+            with self._of_one_thread:
+                self._besides_s += max(0.0, end_s - self.elapsed_s())
         self.elapsed_s()  # for when the knob is closed next

@@ -187,9 +187,8 @@ TORSIO_API torsio_result torsio_knob_read(torsio_knob* knob, torsio_telemetry_sa
 /// or if a rate is given.
 /// @param rate_hz         as for torsio_knob_start_telemetry(); 0: as it runs
 /// @param must_stay_armed return TORSIO_DISARMED when the torque goes meanwhile
-/// @param recording       to be freed, also if it ends early: it has what came until then.
-/// Unchanged
-///                        by TORSIO_INVALID_ARGUMENT alone
+/// @param recording       to be freed; if it ends early it has what came until then. As it was
+///                        after TORSIO_INVALID_ARGUMENT
 TORSIO_API torsio_result torsio_knob_record(torsio_knob* knob, double duration_s, double rate_hz,
                                             bool must_stay_armed, torsio_recording** recording);
 /// Its samples, for as long as it lives; each has sizeof(torsio_telemetry_sample) bytes. NULL if
