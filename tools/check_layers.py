@@ -134,7 +134,10 @@ RULES = (
         ("emulator/plant", "torsio/plant.hpp", "torsio/plant_fields.hpp"),
     ),
     Rule(
-        "emulator/include", "what of the plant users see, printed from `definition/`", ("torsio",)
+        "emulator/include",
+        "what of the plant users see, printed from `definition/`; `field.hpp` by hand, which also "
+        "the library's `fields.hpp` stands on",
+        ("torsio",),
     ),
     Rule(
         "emulator/emulated_device.cpp",
@@ -175,8 +178,8 @@ RULES = (
     ),
     Rule(
         "sdk/conversion",
-        "the user's units to the wire's and back, for all structures at once, which bindings and "
-        "studies have too; rules across fields",
+        "the user's units to the wire's and back, for all structures at once, which bindings have "
+        "too; rules across fields",
         ("protocol", "device/wiring.hpp", "conversion", "torsio"),
     ),
     Rule(
