@@ -16,8 +16,8 @@ from firmware.protocol.definition import (
     constants,
     effects,
     enumerations,
-    records,
     reports,
+    told,
 )
 from tools.definition import generate, markdown
 from tools.definition.model import Enumeration, Value
@@ -142,7 +142,7 @@ def test_every_field_of_an_effect_has_words() -> None:
 
 
 def test_every_data_class_has_words_for_its_fields() -> None:
-    listed = (*configurations.CONFIGURATIONS, *records.RECORDS, plant.PLANT_PARAMS)
+    listed = (*configurations.CONFIGURATIONS, *told.TOLD, plant.PLANT_PARAMS)
     bare = [
         f"{of.name}.{field.name}"
         for of in listed

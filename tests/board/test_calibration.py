@@ -10,7 +10,7 @@ from tests.board.world import World
 from torsio.calibration.electric import intervals
 from torsio.calibration.play import Player, Run
 from torsio.plant import Electrics, PlantParams
-from torsio.records import MotorCurrent
+from torsio.told import MotorCurrent
 from torsio_studies.calibration.driven import seen_truth
 from torsio_studies.calibration.knobs import hidden_knob
 

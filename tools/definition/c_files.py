@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from emulator.definition import plant
-from firmware.protocol.definition import configurations, effects, records, reports
+from firmware.protocol.definition import configurations, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import c, cpp
 from tools.definition.shared import (
@@ -25,8 +25,8 @@ _ENUMERATIONS = (
     *EFFECT_ENUMERATIONS, *CONFIG_ENUMERATIONS, *DEVICE_ENUMERATIONS, e.DISARM_REASON,
     plant.ENCODER_ROUNDING, plant.CURRENT_SENSOR,
 )  # fmt: skip
-_SAMPLES = (records.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
-_TOLD = (*records.RECORDS, plant.ELECTRICS_STATE)
+_SAMPLES = (told.TELEMETRY_SAMPLE, plant.TRUTH_SAMPLE)
+_TOLD = (*told.TOLD, plant.ELECTRICS_STATE)
 _STRUCTURES = (*_INPUTS, *_TOLD, *_SAMPLES)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from emulator.definition import plant
-from firmware.protocol.definition import configurations, constants, effects, records, reports
+from firmware.protocol.definition import configurations, constants, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import cpp
 from tools.definition.model import REPORT_UNITS
@@ -78,7 +78,7 @@ def sdk_telemetry() -> str:
     """Write sdk/include/torsio/telemetry.hpp."""
     body = "".join(map(cpp.host_enumeration, (*DEVICE_ENUMERATIONS, e.DISARM_REASON)))
     body += cpp.bits(e.FLAG, with_names=False)
-    body += "".join(map(cpp.host_structure, (records.TELEMETRY_SAMPLE, *records.RECORDS)))
+    body += "".join(map(cpp.host_structure, (told.TELEMETRY_SAMPLE, *told.TOLD)))
     return _sdk_header(
         "What the device reports about itself.",
         ("<cstdint>", "<string>", "<vector>"),
@@ -90,7 +90,7 @@ def sdk_fields() -> str:
     """Write sdk/include/torsio/fields.hpp."""
     structures = (
         effects.TIMING, *effects.EFFECTS, reports.LOCAL_MODEL, reports.EXCITATION,
-        *configurations.CONFIGURATIONS, records.TELEMETRY_SAMPLE, *records.RECORDS,
+        *configurations.CONFIGURATIONS, told.TELEMETRY_SAMPLE, *told.TOLD,
         plant.EMULATOR_OPTIONS,
     )  # fmt: skip
     named = (

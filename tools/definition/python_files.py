@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from emulator.definition import plant
-from firmware.protocol.definition import configurations, constants, effects, records, reports
+from firmware.protocol.definition import configurations, constants, effects, reports, told
 from firmware.protocol.definition import enumerations as e
 from tools.definition import python
 from tools.definition.shared import LISTS, PLANT_LISTS
@@ -143,7 +143,7 @@ def python_configurations() -> str:
     )
 
 
-def python_records() -> str:
+def python_told() -> str:
     """Write the module of what a knob tells about itself."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import dataclass\n"
@@ -151,12 +151,12 @@ def python_records() -> str:
         f"State: TypeAlias = {python.literal_type(e.STATE)}\n"
         '"""Whether the device makes torque."""\n'
     )
-    body += "".join(python.data_class(of, told=True) for of in records.RECORDS)
+    body += "".join(python.data_class(of, told=True) for of in told.TOLD)
     return python.module(
         "What a knob tells about itself: identity, clock, health, and how the cable is doing.",
         LISTS,
         body,
-        ("State", *(of.name for of in records.RECORDS)),
+        ("State", *(of.name for of in told.TOLD)),
     )
 
 
@@ -167,7 +167,7 @@ def python_telemetry() -> str:
         "import numpy as np\nimport numpy.typing as npt\n\n{all}\n\n"
         'Record: TypeAlias = npt.NDArray[np.void]\n"""A structured array."""\n'
     )
-    body += python.record_type("TELEMETRY_DTYPE", records.TELEMETRY_SAMPLE)
+    body += python.record_type("TELEMETRY_DTYPE", told.TELEMETRY_SAMPLE)
     body += python.record_type("TRUTH_DTYPE", plant.TRUTH_SAMPLE)
     body += python.record_type("PLANT_DTYPE", plant.PLANT_ROW)
     body += python.record_type("LOOP_DTYPE", plant.LOOP_ROW)
@@ -212,7 +212,7 @@ FILES = {
     "bindings/python/torsio/emulator_options.py": python_emulator_options,
     "bindings/python/torsio/scenes.py": python_scenes,
     "bindings/python/torsio/config.py": python_configurations,
-    "bindings/python/torsio/records.py": python_records,
+    "bindings/python/torsio/told.py": python_told,
     "bindings/python/torsio/telemetry.py": python_telemetry,
     "bindings/python/torsio/statuses.py": python_statuses,
 }

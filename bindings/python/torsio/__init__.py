@@ -71,7 +71,11 @@ from torsio.plant import (
     ShaftHardening,
 )
 from torsio.recording import Recorded, RecordingFile, load
-from torsio.records import (
+from torsio.replaying import Replayed, replay
+from torsio.scenes import *  # noqa: F403  # every effect
+from torsio.steps import Step, Steps
+from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
+from torsio.told import (
     Clock,
     DeviceInfo,
     Disarm,
@@ -86,10 +90,6 @@ from torsio.records import (
     MotorCurrent,
     StableStiffness,
 )
-from torsio.replaying import Replayed, replay
-from torsio.scenes import *  # noqa: F403  # every effect
-from torsio.steps import Step, Steps
-from torsio.telemetry import TELEMETRY_DTYPE, TRUTH_DTYPE
 from torsio.transport import Transport
 
 __version__ = _version("torsio")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from torsio.checks import show
-from torsio.records import Event
+from torsio.told import Event
 
 __all__ = ["tell"]
 

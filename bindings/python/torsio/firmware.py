@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from torsio import _torsio, checks
-from torsio.records import DeviceInfo, ListedDevice
+from torsio.told import DeviceInfo, ListedDevice
 
 __all__ = [
     "ExaminedKnob",

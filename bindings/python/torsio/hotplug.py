@@ -9,7 +9,7 @@ from typing import Literal
 
 from torsio import _torsio, checks
 from torsio.errors import Error
-from torsio.records import ListedDevice
+from torsio.told import ListedDevice
 
 __all__ = ["DeviceEvent", "DeviceWatch", "watch"]
 

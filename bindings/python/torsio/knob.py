@@ -21,7 +21,10 @@ from torsio.knob_recording import KnobRecording
 from torsio.knob_telemetry import KnobTelemetry
 from torsio.knob_warnings import held_low, no_speed_limit, too_stiff
 from torsio.recording import RecordingFile
-from torsio.records import (
+from torsio.scenes import Effect, Excitation, Scene
+from torsio.stability import steepness_nm_per_rad
+from torsio.steps import Steps
+from torsio.told import (
     Clock,
     DeviceInfo,
     Disarm,
@@ -36,9 +39,6 @@ from torsio.records import (
     StableStiffness,
     State,
 )
-from torsio.scenes import Effect, Excitation, Scene
-from torsio.stability import steepness_nm_per_rad
-from torsio.steps import Steps
 
 __all__ = ["Knob"]
 

@@ -16,7 +16,7 @@ from torsio.config import (
     ShaftConfig,
 )
 from torsio.knob_recording import KnobRecording
-from torsio.records import StableStiffness
+from torsio.told import StableStiffness
 
 __all__ = ["CONFIGS", "Config", "KnobConfiguration"]
 

@@ -16,8 +16,8 @@ from torsio.emulated_knob import Emulator
 from torsio.errors import Error
 from torsio.protocol import fingerprint
 from torsio.recording import RecordingFile
-from torsio.records import DeviceInfo, Energies
 from torsio.telemetry import Record
+from torsio.told import DeviceInfo, Energies
 
 __all__ = ["KnobRecording"]
 

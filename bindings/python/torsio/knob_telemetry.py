@@ -9,8 +9,8 @@ from typing import Any
 from torsio import _torsio, checks, knob_warnings
 from torsio.errors import Timeout
 from torsio.knob_recording import KnobRecording
-from torsio.records import Disarm
 from torsio.telemetry import Record
+from torsio.told import Disarm
 
 __all__ = ["KnobTelemetry"]
 

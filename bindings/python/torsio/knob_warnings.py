@@ -8,8 +8,8 @@ from torsio.errors import (
     NoSpeedLimitWarning,
     StiffnessWarning,
 )
-from torsio.records import Disarm, Limits, StableStiffness
 from torsio.stability import LIMITS
+from torsio.told import Disarm, Limits, StableStiffness
 
 __all__ = ["armed_late", "disarmed", "held_low", "no_speed_limit", "too_stiff"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from torsio import _torsio, checks
 from torsio.emulator_options import EmulatorOptions
 from torsio.knob import Knob
-from torsio.records import ListedDevice
+from torsio.told import ListedDevice
 from torsio.transport import Transport
 
 __all__ = ["list_devices", "open"]

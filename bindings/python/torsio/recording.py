@@ -22,8 +22,8 @@ from torsio import protocol
 from torsio.emulator_options import DeviceInput
 from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
-from torsio.records import Energies
 from torsio.telemetry import TELEMETRY_DTYPE, Record
+from torsio.told import Energies
 from torsio.whole_file import beside
 
 __all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from torsio.drawing import BLACK, BLUE, ORANGE, TEXT, drawn
-from torsio.records import StableStiffness
 from torsio.stability import LIMITS, Array, StabilityMap
+from torsio.told import StableStiffness
 from torsio.whole_file import beside
 
 __all__ = ["save_figure"]

@@ -24,7 +24,7 @@ from torsio.calibration.play import Player
 from torsio.calibration.quantity import Quantity
 from torsio.config import BoardConfig
 from torsio.knob import Knob
-from torsio.records import MotorCurrent
+from torsio.told import MotorCurrent
 
 __all__ = ["ELECTRIC_STEPS", "MEASURED_OF_BOARD", "Circuit", "CircuitSteps"]
 

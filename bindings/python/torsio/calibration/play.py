@@ -14,9 +14,9 @@ from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Array, Refusal
 from torsio.errors import Refused
 from torsio.knob import Knob
-from torsio.records import MotorCurrent
 from torsio.scenes import Excitation
 from torsio.telemetry import Record
+from torsio.told import MotorCurrent
 
 __all__ = ["Player", "Run"]
 

@@ -20,7 +20,7 @@ from torsio.errors import (
     Timeout,
 )
 from torsio.knob import Knob
-from torsio.records import Clock, DeviceInfo, Health, Limits, LinkStatistics
+from torsio.told import Clock, DeviceInfo, Health, Limits, LinkStatistics
 
 VENDOR_ID, PRODUCT_ID = f"{_protocol.USB_VENDOR_ID:04x}", f"{_protocol.USB_PRODUCT_ID:04x}"
 RULE = "60-torsio.rules"

@@ -10,8 +10,8 @@ from torsio.calibration.free import FREE_LIMIT_RAD_S
 from torsio.doctor.facts import KnobFacts
 from torsio.doctor.findings import Finding
 from torsio.emulated import moves_parts
-from torsio.records import Limits
 from torsio.statuses import FAULT_ADVICE
+from torsio.told import Limits
 
 __all__ = ["KNOB_CHECKS", "limits_text", "missing"]
 

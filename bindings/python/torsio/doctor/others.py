@@ -13,7 +13,7 @@ from torsio.doctor.facts import PRODUCT_ID, VENDOR_ID
 from torsio.doctor.findings import Finding
 from torsio.emulated import EMULATED
 from torsio.opening import list_devices
-from torsio.records import ListedDevice
+from torsio.told import ListedDevice
 
 __all__ = ["NAMES", "OPEN_ADVICE", "examine_system"]
 
