@@ -17,6 +17,7 @@ from torsio.commands import (
     calibrate,
     demo,
     firmware,
+    games,
     live,
     orders,
     other,
@@ -36,6 +37,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 demo.add_to(app)
+games.add_to(app)
 settings.add_to(app)
 app.add_typer(firmware.app, name="firmware")
 other.add_commands(app)

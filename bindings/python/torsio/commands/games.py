@@ -1,21 +1,32 @@
-"""What `torsio games` shows and sets."""
+"""The commands `torsio games ...`: what games do with a knob, and what they may do."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from torsio.commands.shared import (
+    AsJson,
+    Device,
+    Seconds,
+    opened,
+    plainly,
+    print_json,
+    value_text,
+)
 from torsio.config import GameConfig
 from torsio.errors import Refused
 from torsio.games import GameMonitor, GameReading
 from torsio.knob import Knob
+from torsio.screen import err, out
 
-__all__ = ["as_dict", "change", "show"]
+__all__ = ["add_to", "as_dict", "change", "show"]
 
 _PERIOD_S = 0.25
 _OWNERS = {
@@ -65,16 +76,16 @@ def _table(reading: GameReading) -> Table:
     return table
 
 
-def show(knob: Knob, out: Console, *, seconds: float | None) -> None:
+def show(knob: Knob, console: Console, *, seconds: float | None) -> None:
     """Show what games do until the time is over, or Ctrl-C; without a terminal once."""
     monitor = GameMonitor(knob)
     monitor.read()
     end = None if seconds is None else time.monotonic() + seconds
     knob.sleep(_PERIOD_S)
-    if not out.is_terminal:
-        out.print(_table(monitor.read()))
+    if not console.is_terminal:
+        console.print(_table(monitor.read()))
         return
-    with Live(_table(monitor.read()), console=out, auto_refresh=False) as live:
+    with Live(_table(monitor.read()), console=console, auto_refresh=False) as live:
         while end is None or time.monotonic() < end:
             knob.sleep(_PERIOD_S)
             live.update(_table(monitor.read()), refresh=True)
@@ -105,3 +116,84 @@ def change(knob: Knob, changes: dict[str, float | bool | str]) -> GameConfig:
     knob.configure(config)
     knob.save()
     return config
+
+
+def games_command(
+    context: typer.Context,
+    device: Device = "",
+    seconds: Seconds = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show the effects of games live: what each gives, how often it changes, who has the actuator.
+
+    Ctrl-C ends it. With --json, or without a terminal, it shows one moment and ends.
+    """
+    if context.invoked_subcommand is not None:
+        return
+    with opened(device, err if as_json else out) as knob:
+        if as_json:
+            print_json(as_dict(measure(knob)))
+        else:
+            show(knob, out, seconds=seconds)
+
+
+def games_set_command(
+    context: typer.Context,
+    device: Device = "",
+    range_deg: Annotated[
+        float | None, typer.Option("--range-deg", help="From end to end of the axis.")
+    ] = None,
+    gain: Annotated[
+        float | None, typer.Option("--gain", help="On top of the games' own, 0 to 1.")
+    ] = None,
+    torque_max_nm: Annotated[
+        float | None, typer.Option("--torque-max-nm", help="Of all effects together.")
+    ] = None,
+    spring_gain: Annotated[
+        float | None, typer.Option("--spring-gain", help="1: full torque at the end of the axis.")
+    ] = None,
+    end_stiffness_nm_per_rad: Annotated[
+        float | None,
+        typer.Option("--end-stiffness", help="Of walls at the ends, in N m/rad; 0: none."),
+    ] = None,
+    join_updates: Annotated[
+        bool | None,
+        typer.Option("--join-updates/--hold-updates", help="Lines or steps between updates."),
+    ] = None,
+    enabled: Annotated[
+        bool | None, typer.Option("--allow/--shut-out", help="Whether games get the actuator.")
+    ] = None,
+    personality: Annotated[
+        str | None,
+        typer.Option("--personality", help="game_controller or dial, from its next start on."),
+    ] = None,
+    dial_use: Annotated[
+        str | None, typer.Option("--dial-use", help="Of a dial: wheel, pan or volume.")
+    ] = None,
+    dial_detents: Annotated[
+        int | None, typer.Option("--dial-detents", help="Of a dial, in a turn.")
+    ] = None,
+    dial_torque_nm: Annotated[
+        float | None, typer.Option("--dial-torque-nm", help="Of a dial's detents; 0: none.")
+    ] = None,
+) -> None:
+    """Set a player's settings, and keep them on the knob. What is not named stays as it is."""
+    changes: dict[str, float | bool | str] = {
+        name: value
+        for name, value in context.params.items()
+        if name != "device" and value is not None
+    }
+    if not changes:
+        raise typer.BadParameter("name at least one setting; see torsio games set --help")
+    with opened(device, out) as knob:
+        config = change(knob, changes)
+    for name in changes:
+        out.print(f"{name}  {value_text(name, getattr(config, name))}")
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the group `games`."""
+    about_games = typer.Typer(help="See what games do, and set what they may do.")
+    about_games.callback(invoke_without_command=True)(plainly(games_command))
+    about_games.command("set")(plainly(games_set_command))
+    app.add_typer(about_games, name="games")
