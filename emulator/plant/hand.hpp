@@ -1,5 +1,6 @@
 /// @file
-/// Hands that hold the knob, with the times of their paths in the plant's nanoseconds.
+/// Hands that hold the knob, with the times of their paths in the plant's nanoseconds. Their ranges
+/// are those of torsio/plant_fields.hpp.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +19,7 @@ struct NoHand {};
 
 /// A torque on the knob that does not depend on its motion: a weight on a string, a motor test rig.
 struct TorqueHand {
-  Profile torque_nm;  ///< on the knob; may jump; within 100 N m
+  Profile torque_nm;  ///< on the knob; may jump
 };
 
 /// A hand that holds the knob and means to move it along a path:
@@ -27,16 +28,16 @@ struct TorqueHand {
 ///
 /// with the hand's own inertia fixed to the knob.
 struct ImpedanceHand {
-  double inertia_kg_m2 = 0.0;                           ///< 0 to 10
-  double stiffness_nm_per_rad = 0.0;                    ///< 0 to 1e6
-  double damping_nm_s_per_rad = 0.0;                    ///< 0 to 1e3
+  double inertia_kg_m2 = 0.0;
+  double stiffness_nm_per_rad = 0.0;
+  double damping_nm_s_per_rad = 0.0;
   Profile intended_angle_rad = Profile::constant(0.0);  ///< continuous; see PrescribedMotion
 };
 
 /// The knob follows the path whatever torque that takes. Where the path has a corner the speed
 /// jumps. When the hand takes the knob, the shafts are turned together to the path's angle.
 struct PrescribedMotion {
-  Profile angle_rad;  ///< continuous; within 1e9 rad and 1e5 rad/s
+  Profile angle_rad;  ///< continuous; nowhere faster than kMostSpeedRadS
 };
 
 /// A hand whose torque is a function of what the knob does, asked once a period and held until

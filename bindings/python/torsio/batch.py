@@ -31,7 +31,7 @@ from torsio.closed_loop import LoopOptions, checked_options
 from torsio.errors import Error, InvalidArgument
 from torsio.telemetry import LOOP_DTYPE, Record
 
-__all__ = ["ACTION_DTYPE", "LOOP_DTYPE", "Actions", "Knobs", "LoopOptions"]
+__all__ = ["ACTION_DTYPE", "LOOP_DTYPE", "MOST_AT_ONCE", "Actions", "Knobs", "LoopOptions"]
 
 Actions: TypeAlias = Literal["none", "hand", "commands", "hand and commands"]
 
@@ -40,7 +40,9 @@ ACTION_DTYPE = _torsio.emulator.ACTION_DTYPE
 ``brake_command_nm`` in place of the law's.
 """
 
-_MOST: Final = 10_000_000
+MOST_AT_ONCE: Final = 10_000_000
+"""Knobs that may run together."""
+
 _FIRST_TICKS: Final = 100_000
 _LONGEST_S: Final = 0.25  # that a part of a step is meant to take, so that Ctrl-C is heard
 
@@ -81,7 +83,7 @@ class Knobs:
         threads: int | None = None,
     ) -> None:
         """Set them up and have each sense for the first time."""
-        n = checks.whole("n", n, 1, _MOST)
+        n = checks.whole("n", n, 1, MOST_AT_ONCE)
         if actions not in get_args(Actions):
             allowed = ", ".join(map(repr, get_args(Actions)))
             raise InvalidArgument(f"actions is {checks.show(actions)}, allowed are {allowed}")

@@ -28,7 +28,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from torsio import checks
-from torsio.batch import Knobs
+from torsio.batch import MOST_AT_ONCE, Knobs
 from torsio.errors import InvalidArgument
 from torsio.tasks import FindDetent, IdentifyShaft, RenderWall, Task
 
@@ -80,7 +80,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         checks.kind("task", task, Task, "a Task")
         # The task keeps what is hidden in the knobs that it drew, which are this environment's.
         self.task = copy(task)
-        self.num_envs = checks.whole("num_envs", num_envs, 1, 10_000_000)
+        self.num_envs = checks.whole("num_envs", num_envs, 1, MOST_AT_ONCE)
         self.single_observation_space, self.single_action_space = _spaces(task)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)

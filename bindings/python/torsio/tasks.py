@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import checks
-from torsio.batch import Actions, Knobs
+from torsio.batch import MOST_AT_ONCE, Actions, Knobs
 from torsio.closed_loop import InitialState, LoopOptions
 from torsio.config import ControlConfig, Law
 from torsio.errors import InvalidArgument
@@ -95,7 +95,7 @@ class Task(ABC):
         law
             What controls in the place of a learner, who then has no actions.
         """
-        count = min(checks.whole("n", n, 1, 10_000_000), self.kinds)
+        count = min(checks.whole("n", n, 1, MOST_AT_ONCE), self.kinds)
         drawn = [self._draw_kind(rng) for _ in range(count)]
         self.kind_of = np.arange(n) % count
         self._keep(drawn)
