@@ -2,7 +2,7 @@
 
 import { described, type Value, type Values } from "./codec";
 import type { Field } from "./fields";
-import { CURVE_POINTS_PER_REPORT, MAX_TORQUE_NM } from "./reports";
+import { CURVE_POINTS_PER_REPORT, MAX_SPAN_TURNS_Q32, MAX_TORQUE_NM, MAX_TURNS_Q32 } from "./reports";
 
 const TURN_RAD = 2 * Math.PI;
 const Q32 = 2 ** 32;
@@ -34,10 +34,10 @@ function bounded(field: Field, value: number): number {
   throw new InvalidValue(`${field.name} is ${value}, allowed are ${text(low)} to ${text(high)}${unit}`);
 }
 
-function turnsQ32(name: string, rad: number, most = 2 ** 58): bigint {
+function turnsQ32(name: string, rad: number): bigint {
   const turns = Math.round((rad / TURN_RAD) * Q32);
-  if (Math.abs(turns) <= most) return BigInt(turns);
-  const limit = text((most / Q32) * TURN_RAD);
+  if (Math.abs(turns) <= MAX_TURNS_Q32) return BigInt(turns);
+  const limit = text((MAX_TURNS_Q32 / Q32) * TURN_RAD);
   throw new InvalidValue(`${name} is ${rad}, allowed are -${limit} to ${limit} rad`);
 }
 
@@ -181,8 +181,8 @@ function curve(effect: Effect, pool: number[], limits: SceneLimits): Values {
     }
   });
   const span = Math.round((Number(effect.span_rad) / TURN_RAD) * Q32);
-  if (!(span >= Math.ceil((2 * Q32) / limits.countsPerRev) && span <= 2 ** 39)) {
-    throw new InvalidValue(`span_rad is ${effect.span_rad}, allowed are two counts of the encoder to 128 turns`);
+  if (!(span >= Math.ceil((2 * Q32) / limits.countsPerRev) && span <= MAX_SPAN_TURNS_Q32)) {
+    throw new InvalidValue(`span_rad is ${effect.span_rad}, allowed are two counts of the encoder to ${MAX_SPAN_TURNS_Q32 / Q32} turns`);
   }
   const first = pool.length;
   pool.push(...torques);

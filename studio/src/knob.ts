@@ -1,6 +1,6 @@
 // A knob: its reports become states, answers and samples; the page's wishes become reports.
 
-import { decode, encode, MalformedReport, REPORT_SIZE, type Values } from "./codec";
+import { decode, described, encode, MalformedReport, REPORT_SIZE, type Values } from "./codec";
 import { fromWire, InvalidValue, sceneToWire, toWire, type Effect, type Given } from "./conversion";
 import { CONFIGURATIONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from "./reports";
 import { TelemetryDecoder, type Units } from "./samples";
@@ -71,7 +71,7 @@ export class Knob {
   readonly #written = new Map<string, string>();
   #sequence = 0;
   #keepAlive: ReturnType<typeof setInterval> | undefined;
-  #watchdogS = 0.25;
+  #watchdogS = Number(described("control_config").fields.find((f) => f.name === "watchdog_s")!.default);
   #saidAlive = 0;
   #turn: Promise<unknown> = Promise.resolve();
   #disarms = 0;

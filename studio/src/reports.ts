@@ -14,6 +14,10 @@ export const CURVE_POINTS_PER_REPORT: number = 13;
 
 export const MAX_TORQUE_NM: number = 100.0;
 
+export const MAX_TURNS_Q32: number = 2.8823037615171174e+17;
+
+export const MAX_SPAN_TURNS_Q32: number = 549755813888.0;
+
 export const LEDGER_TORQUE_NM: number = 1.1920928955078125e-07;
 
 export const STATES: readonly string[] = ["disarmed", "armed", "fault"];
