@@ -166,7 +166,12 @@ test("what no device can play is refused with the effect, the field and what is 
   assert.match(refusal({ type: "detents", torque_nm: 0.1 }), /exactly one of per_turn and pitch_rad/);
   assert.match(refusal({ type: "detents", torque_nm: 0.1, per_turn: 5000 }), /up to 4096/);
   assert.match(refusal({ type: "curve", torque_nm: [1] }), /has 1 points, allowed are 2 to 1024/);
-  assert.match(refusal({ type: "wall", angle_rad: 1e30, stiffness_nm_per_rad: 1 }), /angle_rad is 1e\+30/);
+  const wall = (turns) => refusal({ type: "wall", angle_rad: turns * 2 * Math.PI, stiffness_nm_per_rad: 1 });
+  assert.equal(wall(67_108_864), ""); // 2^58 of 2^-32 turns, as in docs/protocol.md
+  assert.match(wall(67_108_865), /angle_rad is \d+\.\d+, allowed are -421657428 to 421657428 rad/);
+  const curve = (turns) => refusal({ type: "curve", torque_nm: [0, 0.01], span_rad: turns * 2 * Math.PI });
+  assert.equal(curve(128), "");
+  assert.match(curve(128.001), /span_rad is \S+, allowed are two counts of the encoder to 128 turns/);
   assert.match(refusal({ type: "end_stops", lower_rad: 1, upper_rad: 0, stiffness_nm_per_rad: 1 }), /below lower_rad/);
   assert.match(refusal({ type: "wall" }), /stiffness_nm_per_rad is missing/);
   assert.throws(() => sceneToWire(Array(17).fill({ type: "spring", stiffness_nm_per_rad: 1 }), LIMITS), /17 effects, the device plays up to 16/);
