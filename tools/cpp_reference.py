@@ -19,6 +19,7 @@ HEADERS = tuple(
     folder / f"{name}.hpp"
     for folder, name in (
         *((_SDK, name) for name in ("knob", "scene", "telemetry", "config", "error", "emulator")),
+        (_SDK, "emulator_options"),
         (_PLANT, "plant"),
         *((_SDK, name) for name in ("config_file", "firmware", "hotplug", "transport")),
     )
