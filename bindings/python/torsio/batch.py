@@ -140,8 +140,7 @@ class Knobs:
         ------
         ValueError, RuntimeError
             That names the first knob that cannot go on, because of its action, or because nothing
-            holds it. The others have gone on; its own state is of a moment before it
-            failed.
+            holds it. The others have gone on; its own state is of a moment before it failed.
         Error
             If they are in the middle of a step.
         """

@@ -211,7 +211,7 @@ class Faults:
     """
 
     def __init__(self, knob: Knob | Callable[[], Knob]) -> None:
-        self._current = knob if callable(knob) else lambda: knob
+        self._current = _giver(knob)
         self._stops = 0
         self._link: list[dict[str, float]] = []
 
@@ -276,6 +276,10 @@ class Faults:
         return LinkFaults(**{name: value for faults in several for name, value in faults.items()})
 
 
+def _giver(knob: Knob | Callable[[], Knob]) -> Callable[[], Knob]:
+    return knob if callable(knob) else lambda: knob
+
+
 def _unless_gone(undo: Callable[[], object]) -> None:
     with suppress(Error):  # closed or unplugged meanwhile: there is nothing left to undo
         undo()
@@ -300,7 +304,7 @@ def virtual_time(knob: Knob | Callable[[], Knob]) -> Iterator[None]:
     Error
         Unless the knob is emulated.
     """
-    clock = _Clock(knob if callable(knob) else lambda: knob)
+    clock = _Clock(_giver(knob))
 
     def now_s(start_s: float) -> float:
         return start_s + clock.elapsed_s()

@@ -258,7 +258,7 @@ class _Rows:
 
 
 def _rows(log: Run, half_s: float, least_rad_s: float) -> _Rows:
-    """Weigh a recording where the knob turns one way for the whole of a window."""
+    """Weigh a run where the knob turns one way for the whole of a window."""
     half = max(round(half_s / log.period_s), 4)
     window, first, second = kernel(half, log.period_s)
     angle = log.angle_rad - log.angle_rad[0]
@@ -273,7 +273,7 @@ def _rows(log: Run, half_s: float, least_rad_s: float) -> _Rows:
     )
     fourth = np.convolve(second, np.array([1.0, -2.0, 1.0]) / log.period_s**2)
     jerk = np.pad(np.convolve(angle, fourth[::-1], mode="valid"), 1)
-    same[[0, -1]] = False  # where the fourth difference reaches beyond the recording
+    same[[0, -1]] = False  # where the fourth difference reaches beyond the run
     chosen = np.flatnonzero(same)
     chosen = chosen[:: max(half // 3, 1)]
     return _Rows(

@@ -153,7 +153,7 @@ class Player:
             self.torque_share = constant / now.torque_constant_nm_per_a
 
     def known(self, log: Run) -> Run:
-        """Give a recording from before `torque_share` was known as it is with it."""
+        """Give a run from before `torque_share` was known as it is with it."""
         told_nm = self.torque_share * log.told_nm
         log = replace(log, told_nm=told_nm, motor_nm=told_nm)
         return log if self.drive is None else log.driven_by(self.drive)
@@ -162,7 +162,7 @@ class Player:
         """Record without torque."""
         self._knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.0)
         self._knob.sleep(duration_s)
-        return self._recording([self._knob.read(max_samples=_MOST_SAMPLES)])
+        return self._run([self._knob.read(max_samples=_MOST_SAMPLES)])
 
     def settled(self, duration_s: float, counts: float) -> Run:
         """Record without torque until it moves by so little, or for two seconds in all."""
@@ -227,7 +227,7 @@ class Player:
             pieces.append(knob.read(max_samples=_MOST_SAMPLES, timeout_s=0.1))
         else:
             knob.disarm()
-        return replace(self._recording(pieces), stopped=stopped, faults=faults)
+        return replace(self._run(pieces), stopped=stopped, faults=faults)
 
     def _look_on(self, duration_s: float, every_s: float, look: Callable[[], MotorCurrent]) -> None:
         """Look until a stretch is over by the device's time: a look takes time as well."""
@@ -237,14 +237,14 @@ class Player:
             self._knob.sleep(max(min(every_s, end_s - now_s), _LEAST_SLEEP_S))
             now_s = look().time_s
 
-    def _recording(self, pieces: list[Record]) -> Run:
+    def _run(self, pieces: list[Record]) -> Run:
         log = np.concatenate(pieces)
         time_s = log["time_s"].astype(np.float64)
         delay_s = 0.5 * self._tick_s + self._motor_lag_s
         motor_nm = log["motor_command_nm"].astype(np.float64)
         counts = log["position_counts"].astype(np.float64)
         told_nm = self.torque_share * np.interp(time_s - delay_s, time_s, motor_nm)
-        recording = Run(
+        run = Run(
             time_s,
             counts,
             counts * self.count_rad,
@@ -256,4 +256,4 @@ class Player:
             self._period_s,
             self._tick_s,
         )
-        return recording if self.drive is None else recording.driven_by(self.drive)
+        return run if self.drive is None else run.driven_by(self.drive)

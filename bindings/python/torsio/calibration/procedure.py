@@ -185,7 +185,7 @@ def _brake(stairs: Run, free: Free, shaft: Shaft, *, demagnetised: bool) -> Brak
 def _parts_of(
     logs: Sequence[Run], stairs: Run | None, slow_s: float, *, demagnetised: bool
 ) -> Parts:
-    """Estimate all from recordings: of the turns, the pulls and the steps, and of the brake."""
+    """Estimate all from runs: of the turns, the pulls and the steps, and of the brake."""
     turns, pulls, steps = logs
     free = estimate_free(turns, slow_s=slow_s)
     shaft = estimate_shaft(pulls, steps, free.cogging.torque_nm, free.inertia.value)

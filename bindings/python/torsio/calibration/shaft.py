@@ -62,7 +62,7 @@ def hold_and_push(
     quick: bool = False,
     shake: Sequence[tuple[float, dict[str, Any]]] | None = None,
 ) -> tuple[Run, Run]:
-    """Hold the brake; pull slowly both ways, then in steps. Gives the two recordings.
+    """Hold the brake; pull slowly both ways, then in steps. Gives the two runs.
 
     `quick` pulls once each way, and leaves the steps out; `shake` is played in their place.
 
