@@ -18,6 +18,7 @@ import torsio
 from torsio import calibration
 from torsio.calibration import brake, numeric, procedure, report
 from torsio.calibration.figure import save_figure
+from torsio.calibration.proposal import certain_assist_nm
 from torsio.cli import app
 from torsio.commands.calibrate import words_of
 from torsio.doctor.knob import missing
@@ -64,6 +65,31 @@ def test_calibration_changes_nothing_and_proposes_what_it_found(found: Any) -> N
     # 0.73 of what is there for certain: 9 mN m of the knob's side and the brake's drag of 2.
     assert 0.98 * 0.73 * 11e-3 < result.free_assist_nm < 0.73 * 11e-3
     assert result.seconds < 90.0
+
+
+def test_friction_that_holds_a_steady_pull_is_not_taken_off() -> None:
+    """A knob that is pushed the way it is pulled has the rest alone to stop it."""
+    pull_nm, friction_nm = 1.2e-3, 8e-3
+    options = torsio.EmulatorOptions(
+        control_rate_hz=10_000.0, hand=torsio.TorqueHand(torque_nm=pull_nm)
+    )
+    with torsio.open("emulated", emulator=options) as knob:
+        result = calibration.calibrate(knob)
+    assert abs(result.quantities["offset_nm"].value) == pytest.approx(pull_nm, rel=0.05)
+    most_nm = 0.73 * (friction_nm - pull_nm)
+    assert 0.97 * most_nm < result.free_assist_nm < most_nm
+
+
+def test_assistance_that_a_pull_leaves_nothing_for_is_none() -> None:
+    def quantity(name: str, value: float) -> calibration.Quantity:
+        return calibration.Quantity(name, value, 1e-4)
+
+    found = {
+        "knob_coulomb_nm": quantity("knob_coulomb_nm", 2e-3),
+        "brake_drag_nm": quantity("brake_drag_nm", 1e-3),
+        "offset_nm": quantity("offset_nm", -3e-3),
+    }
+    assert certain_assist_nm(found, 1e-4) == 0.0
 
 
 @pytest.mark.parametrize("rate_hz", [1_000.0, 2_000.0, 10_000.0])

@@ -247,7 +247,7 @@ def test_no_law_leaves_a_wall_sooner_than_its_inertia_lets_it(results: dict[str,
         assert calibrated[name] < 0.7 * unknown[name]
         assert calibrated[name] < 1.1 * aims["aims"][name]
         assert light[name] < 1.3 * calibrated[name]
-        assert measured[name] < 1.3 * calibrated[name]
+        assert measured[name] < 1.1 * aims["aims"][name]
     # 10 % hysteresis that no law knows is itself the error: 11 of 75 mN m.
     assert unknown["imperfect_tracking_out"] == pytest.approx(11.0 / 75.0, rel=0.1)
     for told in (calibrated, measured):

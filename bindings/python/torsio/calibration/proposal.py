@@ -201,12 +201,15 @@ def _proposed(
 def certain_assist_nm(quantities: dict[str, Quantity], configured_nm: float) -> float:
     """Give what may be taken off the friction: that is there for certain, and wears off.
 
-    What the brake's loop leaves is not: a knob that has not braked yet is without it. What is
-    configured stays if noise makes the difference.
+    What the brake's loop leaves is not: a knob that has not braked yet is without it. Nor is what
+    holds a steady pull, or a knob that is pushed that way would go on. What is configured stays if
+    noise makes the difference.
     """
     # Of the sum nobody knows less than of the drag, which is all the friction less the knob's.
     certain_nm = quantities["knob_coulomb_nm"].value + quantities["brake_drag_nm"].interval[0]
-    certain_nm = _ASSISTED * max(certain_nm, 0.0)
+    certain_nm = _ASSISTED * (certain_nm - max(map(abs, quantities["offset_nm"].interval)))
+    if certain_nm <= 0.0:
+        return 0.0
     noise_nm = _ASSISTED * 1.96 * quantities["brake_drag_nm"].standard_uncertainty
     return configured_nm if abs(configured_nm - certain_nm) <= noise_nm else certain_nm
 

@@ -104,6 +104,9 @@ def walls(table: dict[str, Array]) -> dict[str, float]:
     }
 
 
+_FRICTIONS = ("knob_coulomb_nm", "brake_drag_nm")
+
+
 def assisted(table: dict[str, Array]) -> float:
     """Give the largest share of its true friction that a knob would have taken off in free air."""
     shares = []
@@ -112,9 +115,9 @@ def assisted(table: dict[str, Array]) -> float:
             name: Quantity(
                 name, float(table[f"{name}_value"][row]), float(table[f"{name}_sigma"][row])
             )
-            for name in ("knob_coulomb_nm", "brake_drag_nm")
+            for name in (*_FRICTIONS, "offset_nm")
         }
-        true_nm = float(sum(table[f"{name}_truth"][row] for name in found))
+        true_nm = float(sum(table[f"{name}_truth"][row] for name in _FRICTIONS))
         shares.append(certain_assist_nm(found, 0.0) / true_nm)
     return max(shares)
 
