@@ -1,5 +1,7 @@
 #include "emulator/closed_loop_options.hpp"
 
+#include <cmath>
+#include <cstdint>
 #include <type_traits>
 
 #include "protocol/registry.hpp"
@@ -13,6 +15,19 @@ bool decodes(const protocol::ReportBytes& bytes, Report& report) {
 }
 
 }  // namespace
+
+PlantState state_of(const InitialState& initial) {
+  PlantState state;
+  state.time_ns = static_cast<std::int64_t>(std::llround(1e9 * initial.time_s));
+  state.knob_angle = Angle::from_rad(initial.angle_rad);
+  state.knob_angle.revolutions += initial.revolutions;
+  state.speed_rad_s.fill(initial.speed_rad_s);
+  state.twist_rad[0] = initial.twist_rad;
+  state.motor_torque_nm = initial.motor_torque_nm;
+  state.brake_magnetic_nm = initial.brake_magnetic_nm;
+  state.brake_target_nm = initial.brake_magnetic_nm;
+  return state;
+}
 
 bool take_report(const protocol::ReportBytes& bytes, ClosedLoopOptions& options) {
   if (decodes(bytes, options.actuator) || decodes(bytes, options.control) ||

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "emulator/beginnings.hpp"
 #include "emulator/encoder.hpp"
 #include "emulator/plant/hand.hpp"
 #include "emulator/plant/plant.hpp"
@@ -17,14 +18,6 @@ namespace torsio::emulator {
 
 /// An effect of a scene as it would travel to the device.
 using EffectReport = protocol::EffectReport;
-
-/// A first phase in which the law is held off: the motor's torque is prescribed and the brake off
-/// until the knob is fast enough. Where that happens becomes angle 0 and when it happens time 0.
-struct SpinUp {
-  double motor_command_nm = 0.0;  ///< positive or negative, not 0
-  double speed_rad_s = 0.0;       ///< to be reached in that direction, > 0
-  double longest_s = 10.0;        ///< giving up after, > 0
-};
 
 struct ClosedLoopOptions {
   /// 1,000 to 1e9; a device may have min_control_period_ns to max_control_period_ns.
@@ -47,6 +40,9 @@ struct ClosedLoopOptions {
   std::int64_t step_ns = Plant::kStepNs;  ///< of the plant, > 0; never longer than a control period
   MakeStepper make_stepper = make_exact_stepper;
 };
+
+/// @returns the state of a plant that begins so
+[[nodiscard]] PlantState state_of(const InitialState& initial);
 
 /// Adds what a report says, rounded and checked as on its way to a device: a configuration, an
 /// effect of the scene, or points that its curves read.

@@ -31,7 +31,7 @@ struct EmulatedDeviceOptions {
   PlantParams plant{};
   EncoderParams encoder{};
   Hand hand = NoHand{};
-  std::string serial = "EMULATED";  ///< 1 to 16 printable ASCII characters
+  std::string serial{kEmulatedSerial};  ///< 1 to 16 printable ASCII characters
   device::StoredSlots stored = device::empty_slots();
   /// Configuration that is in storage already, in place of what `stored` holds or the defaults.
   std::optional<protocol::ActuatorConfig> actuator{};

@@ -5,9 +5,9 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -121,30 +121,11 @@ ClosedLoopOptions loop_options_from_python(const py::object& source) {
   options.sensor_seed = from.integer<std::uint64_t>("seed");
   options.encoder.seed = from.integer<std::uint64_t>("seed");
   options.hand = emulator_hand(from.get("hand"));
-  if (const py::object initial = from.get("initial"); !initial.is_none()) {
-    options.initial = initial_state_from_python(initial);
-  }
-  if (const py::object given = from.get("spin_up"); !given.is_none()) {
-    const Attributes spin_up(given);
-    options.spin_up = {.motor_command_nm = spin_up.number("motor_command_nm"),
-                       .speed_rad_s = spin_up.number("speed_rad_s"),
-                       .longest_s = spin_up.number("longest_s")};
-  }
+  std::optional<InitialState> initial;
+  read(from, "initial", initial);
+  if (initial) options.initial = emulator::state_of(*initial);
+  read(from, "spin_up", options.spin_up);
   return options;
-}
-
-emulator::PlantState initial_state_from_python(const py::object& source) {
-  const Attributes from(source);
-  emulator::PlantState state;
-  state.time_ns = static_cast<std::int64_t>(std::llround(1e9 * from.number("time_s")));
-  state.knob_angle = emulator::Angle::from_rad(from.number("angle_rad"));
-  state.knob_angle.revolutions += from.integer<std::int64_t>("revolutions");
-  state.speed_rad_s.fill(from.number("speed_rad_s"));
-  state.twist_rad[0] = from.number("twist_rad");
-  state.motor_torque_nm = from.number("motor_torque_nm");
-  state.brake_magnetic_nm = from.number("brake_magnetic_nm");
-  state.brake_target_nm = state.brake_magnetic_nm;
-  return state;
 }
 
 void bind_closed_loop(py::module_& module) {

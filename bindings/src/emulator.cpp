@@ -173,7 +173,7 @@ void bind_plant(py::module_& module) {
       .def(
           "set_state",
           [](emulator::Plant& plant, const py::object& state) {
-            plant.set_state(initial_state_from_python(state));
+            plant.set_state(emulator::state_of(from_python<InitialState>(state)));
           },
           arg("state"), "Put it into a torsio.closed_loop.InitialState, its time included.")
       .def(
@@ -259,7 +259,7 @@ void bind_device(py::module_& module) {
                              "A whole knob without hardware, at the level of report bytes.")
       .def(py::init(&make_device), py::kw_only(), arg("seed") = 0,
            arg("control_period_ns") = emulator::EmulatedDeviceOptions{}.control_period_ns,
-           arg("plant") = py::none(), arg("hand") = py::none(), arg("serial") = "EMULATED")
+           arg("plant") = py::none(), arg("hand") = py::none(), arg("serial") = kEmulatedSerial)
       .def("advance", &EmulatedDevice::advance, arg("duration_ns"), Release(), "Let time pass.")
       .def_property_readonly("time_ns", &EmulatedDevice::time_ns)
       .def_property_readonly("connected", &EmulatedDevice::connected)

@@ -19,9 +19,6 @@ emulator::Hand emulator_hand(const pybind11::object& source);
 /// @param source a LoopOptions of the package
 emulator::ClosedLoopOptions loop_options_from_python(const pybind11::object& source);
 
-/// @param source an InitialState of the package
-emulator::PlantState initial_state_from_python(const pybind11::object& source);
-
 /// Rows to be filled in. Padding behind the flags would otherwise be whatever was in memory.
 template <class Row>
 pybind11::array_t<Row> empty_rows(pybind11::ssize_t size) {

@@ -317,6 +317,7 @@ INPUT_KIND = enumeration(
     Value("power_cut", "in the next save, after so many bytes (32 bits)"),
     Value("counts", "of the encoder, one control tick for each (32 bits each)"),
 )  # fmt: skip
+EMULATED_SERIAL = "EMULATED"
 DEVICE_INPUT = Structure(
     "DeviceInput",
     "Something that entered an emulated device, so that it can run again.",
@@ -346,6 +347,32 @@ EMULATOR_OPTIONS = Structure(
     ),
     checked=True,
 )  # fmt: skip
+SPIN_UP = Structure(
+    "SpinUp",
+    "A first phase of a closed loop with the law held off: the motor's torque is prescribed, the brake "
+    "is off.",
+    (
+        replace(for_hosts(number("motor_command_nm", "N m", -_MOST, _MOST, default=None)), rule="positive or negative, not 0"),
+        positive("speed_rad_s", "rad/s", "to be reached in the direction of the torque"),
+        positive("longest_s", "s", "giving up after", 10.0),
+    ),
+    notes="It ends when the knob is fast enough. Where that happens becomes angle 0, and when it happens "
+    "time 0; the rows begin there.",
+)  # fmt: skip
+INITIAL_STATE = Structure(
+    "InitialState",
+    "Where a plant begins, if not at rest at angle 0.",
+    (
+        told("time_s", "double"),
+        told("revolutions", "std::int64_t", "whole turns, exact however many"),
+        told("angle_rad", "double", "beyond them"),
+        told("speed_rad_s", "double", "of knob and brake together"),
+        told("twist_rad", "double", "of the shaft spring: knob minus brake"),
+        told("motor_torque_nm", "double", "after the motor's lag"),
+        amount("brake_magnetic_nm", "N m", "what the brake holds by its current, without its drag", 0.0),
+    ),
+)  # fmt: skip
+BEGINNINGS = (SPIN_UP, INITIAL_STATE)
 HAND_FUNCTION = (
     "Time since the hand took over in s, the knob's true angle in rad and its speed in rad/s, to the "
     "torque on the knob in N m, -100 to 100."

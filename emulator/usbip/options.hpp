@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "protocol/reports.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio::emulator::usbip {
 
@@ -21,7 +22,7 @@ class BadOption : public std::invalid_argument {
 struct ProgramOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 3240;
-  std::string serial = "EMULATED";
+  std::string serial{kEmulatedSerial};
   double rate_hz = 1e9 / protocol::emulated_control_period_ns;
   std::uint64_t seed = 0;
   std::string hand = "still";  // still, free or scripted:FILE

@@ -15,6 +15,7 @@
 #include "protocol/reports.hpp"
 #include "torsio/error.hpp"
 #include "torsio/knob.hpp"
+#include "torsio/plant.hpp"
 
 namespace torsio {
 namespace {
@@ -126,7 +127,7 @@ std::vector<ListedDevice> list_devices() {
   for (const HidListing& hid : list_hid()) listed.push_back(describe(hid));
   if (has_emulator()) {
     listed.push_back({.path = std::string(kEmulated),
-                      .serial = "EMULATED",
+                      .serial = std::string(kEmulatedSerial),
                       .product = std::string(kEmulatedProduct),
                       .board = board_name(0),
                       .transport = std::string(kEmulated),

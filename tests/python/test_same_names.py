@@ -36,6 +36,7 @@ CPP_ONLY = {
     "matching_config": "PlantParams.matching_config",
     "matching_shaft": "PlantParams.matching_shaft",
     "kMaxTorqueNm": "a range, which the messages name",
+    "kEmulatedSerial": "torsio.emulator_options.EMULATED_SERIAL",
     "HandFunction": "torsio.hands.HandFunction, which nobody needs to name",
     "Profile": "torsio.hands.Profile, which nobody needs to name",
 }

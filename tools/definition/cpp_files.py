@@ -150,10 +150,12 @@ def emulator_plant() -> str:
     body += f"using Hand = std::variant<{', '.join(of.name for of in plant.HANDS)}>;\n\n"
     body += "".join(map(cpp.host_enumeration, plant.ENUMERATIONS))
     body += "".join(map(cpp.host_structure, _EMULATED))
+    body += "/// Serial number of an emulated or virtual knob that is told no other.\n"
+    body += f'inline constexpr std::string_view kEmulatedSerial = "{plant.EMULATED_SERIAL}";\n'
     return _sdk_header(
         "What an emulated knob is made of, who holds it, what happens to it, and what only the simulation "
         "knows.",
-        ("<cstdint>", "<functional>", "<optional>", "<variant>", "<vector>"),
+        ("<cstdint>", "<functional>", "<optional>", "<string_view>", "<variant>", "<vector>"),
         body,
         PLANT_LISTS,
     )
@@ -186,6 +188,18 @@ def emulator_rows() -> str:
     )
 
 
+def emulator_beginnings() -> str:
+    """Write emulator/beginnings.hpp."""
+    body = "".join(map(cpp.host_structure, plant.BEGINNINGS))
+    body += "".join(map(cpp.field_list, plant.BEGINNINGS))
+    return _sdk_header(
+        "How a plant and a closed loop may begin, if not at rest.",
+        ("<cstdint>", "<string_view>", "<tuple>", "torsio/field.hpp"),
+        body,
+        PLANT_LISTS,
+    )
+
+
 FILES = {
     "sdk/include/torsio/scene.hpp": sdk_scene,
     "sdk/include/torsio/config.hpp": sdk_config,
@@ -195,5 +209,6 @@ FILES = {
     "sdk/conversion/wire_types.hpp": sdk_wire_types,
     "emulator/include/torsio/plant.hpp": emulator_plant,
     "emulator/include/torsio/plant_fields.hpp": emulator_plant_fields,
+    "emulator/beginnings.hpp": emulator_beginnings,
     "emulator/rows.hpp": emulator_rows,
 }

@@ -98,6 +98,8 @@ def python_emulator_options() -> str:
         "from torsio.config import ActuatorConfig, BoardConfig, ControlConfig, GameConfig, ShaftConfig\n"
         "from torsio.hands import Hand, NoHand\nfrom torsio.plant import PlantParams\n\n{all}\n"
     )
+    body += f'\nEMULATED_SERIAL = "{plant.EMULATED_SERIAL}"\n'
+    body += '"""Serial number of an emulated or virtual knob that is told no other."""\n'
     body += python.data_class(plant.EMULATOR_OPTIONS) + python.data_class(plant.LINK_FAULTS)
     body += python.data_class(plant.DEVICE_INPUT, told=True)
     listed = (plant.EMULATOR_OPTIONS, plant.LINK_FAULTS, plant.DEVICE_INPUT)
@@ -105,7 +107,19 @@ def python_emulator_options() -> str:
         "How to make an emulated knob, and what happens to it.",
         f"{LISTS}\n# and {PLANT_LISTS}",
         body,
-        (of.name for of in listed),
+        ("EMULATED_SERIAL", *(of.name for of in listed)),
+    )
+
+
+def python_beginnings() -> str:
+    """Write the module of how a plant and a closed loop may begin."""
+    body = "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n\n{all}\n"
+    body += "".join(map(python.data_class, plant.BEGINNINGS))
+    return python.module(
+        "How a plant and a closed loop may begin, if not at rest.",
+        PLANT_LISTS,
+        body,
+        (of.name for of in plant.BEGINNINGS),
     )
 
 
@@ -208,6 +222,7 @@ def python_statuses() -> str:
 
 FILES = {
     "bindings/python/torsio/plant.py": python_plant,
+    "bindings/python/torsio/beginnings.py": python_beginnings,
     "bindings/python/torsio/hands.py": python_hands,
     "bindings/python/torsio/emulator_options.py": python_emulator_options,
     "bindings/python/torsio/scenes.py": python_scenes,

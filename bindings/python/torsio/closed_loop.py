@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from torsio import _torsio, checks
+from torsio.beginnings import InitialState, SpinUp
 from torsio.config import (
     EMULATED_CONTROL_PERIOD_NS,
     ActuatorConfig,
@@ -50,51 +51,6 @@ REPLAY_DTYPE = _torsio.emulator.REPLAY_DTYPE
 ``desired_torque_nm``, ``motor_command_nm``, ``brake_command_nm``, ``spring_torque_nm``
 (sensed), ``numeric_error``.
 """
-
-
-@dataclass(frozen=True)
-class SpinUp:
-    """A first phase with the law held off: the motor's torque is prescribed, the brake is off.
-
-    It ends when the knob is fast enough. Where that happens becomes angle 0, and when it happens
-    time 0; the rows begin there.
-
-    Attributes
-    ----------
-    speed_rad_s
-        To be reached in the direction of the torque, > 0.
-    """
-
-    _: KW_ONLY
-    motor_command_nm: float
-    speed_rad_s: float
-    longest_s: float = 10.0
-
-
-@dataclass(frozen=True)
-class InitialState:
-    """Where the plant begins, if not at rest at angle 0.
-
-    Attributes
-    ----------
-    revolutions, angle_rad
-        Whole turns, exact however many, and the rest.
-    speed_rad_s
-        Of knob and brake together.
-    twist_rad
-        Of the shaft spring: knob minus brake.
-    brake_magnetic_nm
-        What the brake holds by its current, without its drag.
-    """
-
-    _: KW_ONLY
-    time_s: float = 0.0
-    revolutions: int = 0
-    angle_rad: float = 0.0
-    speed_rad_s: float = 0.0
-    twist_rad: float = 0.0
-    motor_torque_nm: float = 0.0
-    brake_magnetic_nm: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,14 @@ from torsio.hands import Hand, NoHand
 from torsio.plant import PlantParams
 
 __all__ = [
+    "EMULATED_SERIAL",
     "DeviceInput",
     "EmulatorOptions",
     "LinkFaults",
 ]
+
+EMULATED_SERIAL = "EMULATED"
+"""Serial number of an emulated or virtual knob that is told no other."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -221,5 +222,8 @@ struct DeviceInput {
   /// bits, little endian
   std::vector<std::uint8_t> bytes{};
 };
+
+/// Serial number of an emulated or virtual knob that is told no other.
+inline constexpr std::string_view kEmulatedSerial = "EMULATED";
 
 }  // namespace torsio

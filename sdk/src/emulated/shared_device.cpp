@@ -23,7 +23,7 @@ emulator::EmulatedDeviceOptions to_emulator(const EmulatorOptions& in, const std
   out.plant = in.plant;
   out.encoder = emulator::encoder_of(in.plant);
   out.hand = emulator::take_hold(in.hand);
-  out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : "EMULATED";
+  out.serial = !in.serial.empty() ? in.serial : !name.empty() ? name : std::string(kEmulatedSerial);
   out.stored = stored;
   if (in.actuator) out.actuator = conversion::to_wire(*in.actuator);
   if (in.control) out.control = conversion::to_wire(*in.control);

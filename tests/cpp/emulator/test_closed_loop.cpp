@@ -14,6 +14,7 @@
 
 namespace protocol = torsio::protocol;
 using torsio::LoopRow;
+using torsio::SpinUp;
 using namespace torsio::emulator;
 
 namespace {

@@ -20,6 +20,7 @@ from torsio.config import (
     MAX_CONTROL_RATE_HZ,
     MIN_CONTROL_RATE_HZ,
 )
+from torsio.emulator_options import EMULATED_SERIAL
 from torsio.virtual_knob import Address, attach_commands, program_path, terminal
 
 _PERSONS: dict[str, type[terminal.KeyboardHand] | type[terminal.MouseHand]] = {
@@ -158,7 +159,7 @@ def emulate_command(
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="TCP port; 0 is any free one.")
     ] = 3240,
-    serial: Annotated[str, typer.Option(help="1 to 16 printable characters.")] = "EMULATED",
+    serial: Annotated[str, typer.Option(help="1 to 16 printable characters.")] = EMULATED_SERIAL,
     rate_hz: Annotated[
         float,
         typer.Option(
