@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "emulator/emulated_device.hpp"
 #include "protocol/reports.hpp"
-#include "torsio/plant.hpp"
 
 namespace torsio::emulator::usbip {
 
@@ -22,7 +22,7 @@ class BadOption : public std::invalid_argument {
 struct ProgramOptions {
   std::string address = "127.0.0.1";
   std::uint16_t port = 3240;
-  std::string serial{kEmulatedSerial};
+  std::string serial = EmulatedDeviceOptions{}.serial;
   double rate_hz = 1e9 / protocol::emulated_control_period_ns;
   std::uint64_t seed = 0;
   std::string hand = "still";  // still, free or scripted:FILE
