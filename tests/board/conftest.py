@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
+import os
+from collections import defaultdict
 from collections.abc import Iterator
 
 import pytest
 
 from tests.board import pico as bench
 from tests.board.pico import MODELS, EmulatedPico, enumerated
+from tools.dev.building import EVERY_BOARD_VARIABLE
 
 
 def pytest_configure(config: pytest.Config) -> None:
     for marker in (
         "one_board: many cases of what all boards have in common",
         "slow_chip: what only an RP2040 has too little time for",
+        "boards_in_turn: takes long; the cases go to the boards in turn, unless all are asked for",
     ):
         config.addinivalue_line("markers", marker)
 
@@ -26,9 +31,27 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if any(item.get_closest_marker(name) for name in ("one_board", "slow_chip"))
         and "pico2" in item.name.split("[")[-1]
     ]
+    if EVERY_BOARD_VARIABLE not in os.environ:
+        left += _out_of_turn([item for item in items if item not in left])
     if left:
         config.hook.pytest_deselected(items=left)
         items[:] = [item for item in items if item not in left]
+
+
+def _out_of_turn(items: list[pytest.Item]) -> list[pytest.Item]:
+    """Give the cases whose turn it is on another board, of those that `boards_in_turn` marks."""
+    boards: dict[tuple[str, str], dict[str, pytest.Item]] = defaultdict(dict)
+    for item in items:
+        if item.get_closest_marker("boards_in_turn") and isinstance(item, pytest.Function):
+            parameters = dict(item.callspec.params)
+            board = parameters.pop("_model")
+            boards[item.originalname, str(parameters)][board] = item
+    turns: dict[str, Iterator[str]] = defaultdict(lambda: itertools.cycle(MODELS))
+    left: list[pytest.Item] = []
+    for (test, _), cases in boards.items():
+        turn = next(turns[test])
+        left += [item for board, item in cases.items() if len(cases) > 1 and board != turn]
+    return left
 
 
 @pytest.fixture(scope="module", autouse=True, params=MODELS)

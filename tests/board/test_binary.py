@@ -78,6 +78,7 @@ def _check_cut(found: dict[str, Any], kind: str) -> None:
 CHECKS = {"push": _check_push, "bounce": _check_bounce, "cut": _check_cut}
 
 
+@pytest.mark.boards_in_turn
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda one: one.name)
 def test_documents_say_what_binary_and_emulated_device_do(scenario: Scenario) -> None:
     found = bench_binary.run(scenario)

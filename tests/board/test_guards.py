@@ -155,6 +155,7 @@ def test_control_interrupt_that_hangs_anywhere_in_its_tick_is_cut(
     assert lasting_pico.get("health")["reset_cause"] == "watchdog"
 
 
+@pytest.mark.boards_in_turn
 @pytest.mark.parametrize("danger", DANGERS, ids=str)
 def test_danger_keeps_the_power_on_without_its_guard(
     bare_pico: EmulatedPico, danger: Danger
@@ -341,6 +342,7 @@ def test_knob_does_not_run_away(danger: RunAway) -> None:
         assert found.board.command("clear_fault") == "ok"
 
 
+@pytest.mark.boards_in_turn
 @each_run_away
 def test_knob_runs_away_without_the_guards(danger: RunAway) -> None:
     with danger.bench(guarded=False) as found:

@@ -33,6 +33,8 @@ LIBRARIES = ("torsio_sdk", "torsio_conversion", "torsio_emulator")
 PRESETS = ("dev", "release", "asan-ubsan", "tsan")
 BOARDS = tuple(boards.chips())
 PROCESSORS = ("m33", "m0plus", "host")
+# Has each board run all of its tests, also those that go to the boards in turn.
+EVERY_BOARD_VARIABLE = "TORSIO_EVERY_BOARD"
 
 
 @dataclass(frozen=True)
@@ -212,15 +214,20 @@ def begin_npm(folder: str) -> Future[None]:
     return later(install)
 
 
-def build_studio(npm: Future[None]) -> None:
-    """Build the studio's page and the emulated device in it, once its packages are there.
+def begin_studio() -> Future[None]:
+    """Begin to build the studio's page and the emulated device in it.
 
     Zig compiles only what has changed; the rest takes seconds.
     """
-    npm.result()
+    npm = begin_npm("studio")
     say("studio: building")
     _own("studio")
-    run_logged("studio", [PYTHON, "-m", "tools.studio"])
+
+    def build() -> None:
+        npm.result()
+        run_logged("studio", [PYTHON, "-m", "tools.studio"])
+
+    return later(build)
 
 
 # --- C++ -----------------------------------------------------------------------------------------

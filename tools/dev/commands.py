@@ -91,8 +91,11 @@ def test(arguments: Sequence[str]) -> int:
     """Build everything and hand over to pytest.
 
     ``usb`` first selects the tests in real kernels, each on every kernel, ``games`` those of games
-    and of browsers that take minutes.
+    and of browsers that take minutes, ``boards`` those of the firmware, each on every board.
     """
+    if arguments[:1] == ["boards"]:
+        arguments = ["tests/board", *arguments[1:]]
+        os.environ[building.EVERY_BOARD_VARIABLE] = "1"
     only_games = arguments[:1] == ["games"]
     only_usb = only_games or arguments[:1] == ["usb"]
     if only_usb:
@@ -114,7 +117,8 @@ def test(arguments: Sequence[str]) -> int:
             building.build_preset(preset, sources.tinyusb)
         coming.finish()
         board = None if only_usb else building.begin_npm("tests/board")
-        page = building.begin_npm("studio") if only_games or not only_usb else None
+        # It takes one processor for a minute, beside what waits for the slowest of its sources.
+        page = building.begin_studio() if only_games or not only_usb else None
         if not only_usb:
             building.build_preset("tsan", sources.tinyusb)
         _build_packages(sources.tinyusb)
@@ -124,7 +128,7 @@ def test(arguments: Sequence[str]) -> int:
             building.build_emulated()
             board.result()
         if page is not None:
-            building.build_studio(page)
+            page.result()
         kernels.result()
         if only_games:
             building.build_windows_games()
@@ -178,9 +182,9 @@ def studio(arguments: Sequence[str]) -> int:
     """Build the page and open a knob to it."""
     with lock():
         environment.set_up("tests", "studio")
-        page = building.begin_npm("studio")
+        page = building.begin_studio()
         building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
-        building.build_studio(page)
+        page.result()
     folder = BUILD / "studio/page"
     become(VENV / "bin/torsio", "studio", "--page", folder, *arguments)
 
@@ -189,9 +193,9 @@ def site() -> int:
     """Make the documents a site."""
     with lock():
         environment.set_up("tests", "studio", "documents")
-        page = building.begin_npm("studio")
+        page = building.begin_studio()
         building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
-        building.build_studio(page)
+        page.result()
     become(PYTHON, "-m", "tools.site")
 
 
@@ -242,7 +246,7 @@ def _bench(name: str, *rest: str) -> NoReturn:
                 building.build_preset("release", tinyusb)
             _build_packages(tinyusb)
             if name == "studio":
-                building.build_studio(building.begin_npm("studio"))
+                building.begin_studio().result()
         if kernels is not None:
             kernels.result()
     become(PYTHON, f"tests/bench/bench_{name}.py", *rest)
@@ -349,10 +353,10 @@ def _make_release(arguments: Sequence[str]) -> int:
         sources = building.FirmwareSources()
         kernels = building.begin_fetching_kernels()
         environment.set_up("tests", "firmware", "studio", "documents", *_OF_WHEELS)
-        page = building.begin_npm("studio")
+        page = building.begin_studio()
         building.build_firmware(sources.require())
         building.build_python(building.TORSIO, sources.tinyusb)
-        building.build_studio(page)
+        page.result()
         kernels.result()
     if status := run(PYTHON, "-m", "tools.site"):
         return status
