@@ -24,15 +24,9 @@ def test_check_passes(name: str) -> None:
 
 def test_every_header_is_compiled_alone() -> None:
     # Those of users here, which takes seconds; `./dev check` and `.ci/slow` compile all.
-    preset = ("cmake", "--preset", "headers")
-    build = (
-        "cmake",
-        "--build",
-        "build/headers",
-        "--target",
-        "torsio_sdk_verify_interface_header_sets",
-    )
-    for command in (preset, build):
+    target = "torsio_sdk_verify_interface_header_sets"
+    configure = ["cmake", "--preset", "headers"]
+    for command in (configure, ["cmake", "--build", "build/headers", "--target", target]):
         passed, output = check.run(command)
         assert passed, output
     commands = json.loads((check.TREE / "build/headers/compile_commands.json").read_text())

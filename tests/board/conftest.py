@@ -44,7 +44,7 @@ def _out_of_turn(items: list[pytest.Item]) -> list[pytest.Item]:
     for item in items:
         if item.get_closest_marker("boards_in_turn") and isinstance(item, pytest.Function):
             parameters = dict(item.callspec.params)
-            board = parameters.pop("_model")
+            board = str(parameters.pop("_model"))
             boards[item.originalname, str(parameters)][board] = item
     turns: dict[str, Iterator[str]] = defaultdict(lambda: itertools.cycle(MODELS))
     left: list[pytest.Item] = []
