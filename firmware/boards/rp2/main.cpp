@@ -58,7 +58,7 @@ class Lasting {
 
 Lasting<device::Device> the_device;
 Lasting<PowerStage> power;
-Lasting<Quadrature> encoder;
+Lasting<Quadrature<0>> encoder;
 Lasting<usb::UsbDevice> usb_device;
 LifeWatch life_watch{kBoard.power.predicts};
 
