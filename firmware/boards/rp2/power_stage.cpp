@@ -15,8 +15,15 @@ namespace {
 // Above hearing, and a whole multiple of every rate of a current loop.
 constexpr std::uint32_t kPwmHz = 40'000;
 
-// For cut_power(), which knows no object.
+// Of all stages: for cut_power(), which knows no object, and for start().
 std::uint32_t output_pins = 0;
+std::uint32_t bridge_units = 0;
+
+/// What makes the converter measure a pin once.
+std::uint32_t measure(std::uint8_t pin) {
+  return ADC_CS_EN_BITS | ADC_CS_START_ONCE_BITS |
+         (std::uint32_t{pin} - rp2::kFirstAdcPin) << ADC_CS_AINSEL_LSB;
+}
 
 }  // namespace
 
@@ -27,12 +34,14 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, const device::PowerB
       motor_unit_(pwm_gpio_to_slice_num(config.motor_pin)),
       brake_unit_(pwm_gpio_to_slice_num(config.brake_pin)),
       step_unit_(0),
+      measure_current_(measure(config.current_sense_pin)),
       step_cycles_(static_cast<std::uint32_t>(std::uint64_t{clock_get_hz(clk_sys)} *
                                               board.current_period_ns / 1'000'000'000U)),
       pwm_steps_(static_cast<std::uint16_t>(clock_get_hz(clk_sys) / kPwmHz / 2)) {
-  while (step_unit_ == motor_unit_ || step_unit_ == brake_unit_) ++step_unit_;
+  bridge_units |= (1U << motor_unit_) | (1U << brake_unit_);
+  while ((bridge_units >> step_unit_ & 1U) != 0) ++step_unit_;
 
-  output_pins = (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
+  output_pins |= (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
   gpio_init_mask(output_pins);  // inputs, with a low output behind them
   gpio_set_dir_out_masked(output_pins);
   for (const std::uint8_t pin : {config.emergency_stop_pin, config.driver_fault_pin}) {
@@ -62,7 +71,6 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, const device::PowerB
   adc_init();
   adc_gpio_init(config.current_sense_pin);
   if (config.supply_sense_pin != 0) adc_gpio_init(config.supply_sense_pin);
-  select(config.current_sense_pin);
 }
 
 void PowerStage::start(void (*handler)()) {
@@ -72,10 +80,8 @@ void PowerStage::start(void (*handler)()) {
   pwm_clear_irq(step_unit_);
   pwm_set_irq_enabled(step_unit_, true);
   irq_set_enabled(irq, true);
-  pwm_set_mask_enabled((1U << motor_unit_) | (1U << brake_unit_) | (1U << step_unit_));
+  pwm_set_mask_enabled(bridge_units | 1U << step_unit_);
 }
-
-void PowerStage::select(std::uint8_t pin) const { adc_select_input(pin - rp2::kFirstAdcPin); }
 
 void PowerStage::begin() {
   pwm_clear_irq(step_unit_);
@@ -83,14 +89,13 @@ void PowerStage::begin() {
     see_supply();
     return;
   }
-  hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+  adc_hw->cs = measure_current_;
 }
 
 /// Out of line, or every other interrupt would save and restore its registers.
 [[gnu::noinline]] void PowerStage::see_supply() {
   const std::int32_t supply = finish_measurement();
-  select(config_.current_sense_pin);
-  hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+  adc_hw->cs = measure_current_;
   measures_supply_ = false;
   logic_.see_supply(supply);
 }
@@ -112,8 +117,7 @@ void PowerStage::apply(const device::TickOutputs& outputs) {
   const device::PowerDrive drive = logic_.step(outputs, finish_measurement());
   if (logic_.wants_supply()) [[unlikely]] {
     // Between two measurements of the current, the next of which comes a fraction of a us later.
-    select(config_.supply_sense_pin);
-    hw_set_bits(&adc_hw->cs, ADC_CS_START_ONCE_BITS);
+    adc_hw->cs = measure(config_.supply_sense_pin);
     measures_supply_ = true;
   }
   if (!drive.enabled) {

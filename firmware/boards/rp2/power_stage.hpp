@@ -41,7 +41,6 @@ class PowerStage {
  private:
   void see_supply();
   std::int32_t finish_measurement() const;
-  void select(std::uint8_t pin) const;
   void set_bridge(std::uint32_t unit, float share);
   void switch_off();
 
@@ -51,6 +50,7 @@ class PowerStage {
   std::uint32_t motor_unit_;
   std::uint32_t brake_unit_;
   std::uint32_t step_unit_;
+  std::uint32_t measure_current_;  // written to the converter
   std::uint32_t step_cycles_;
   std::uint16_t pwm_steps_;
   bool enabled_ = false;

@@ -14,8 +14,10 @@ enum gpio_function { GPIO_FUNC_PWM = 4, GPIO_FUNC_SIO = 5 };
 inline constexpr unsigned GPIO_OUT = 1;
 inline constexpr unsigned clk_sys = 0;
 inline constexpr unsigned PICO_HIGHEST_IRQ_PRIORITY = 0;
-inline constexpr std::uint32_t ADC_CS_START_ONCE_BITS = 1;
-inline constexpr std::uint32_t ADC_CS_READY_BITS = 2;
+inline constexpr std::uint32_t ADC_CS_EN_BITS = 1 << 0;
+inline constexpr std::uint32_t ADC_CS_START_ONCE_BITS = 1 << 2;
+inline constexpr std::uint32_t ADC_CS_READY_BITS = 1 << 8;
+inline constexpr std::uint32_t ADC_CS_AINSEL_LSB = 12;
 
 namespace fake {
 
@@ -28,7 +30,15 @@ struct Chip {
 };
 inline Chip chip;
 struct Adc {
-  std::uint32_t cs = ADC_CS_READY_BITS;
+  /// Its register of control and status: a conversion that is started is over at once.
+  struct {
+    Adc& adc;
+    operator std::uint32_t() const { return ADC_CS_READY_BITS; }
+    void operator=(std::uint32_t word) {
+      adc.input = word >> ADC_CS_AINSEL_LSB & 7;
+      if ((word & (ADC_CS_START_ONCE_BITS | ADC_CS_EN_BITS)) == 5) adc.started.push_back(adc.input);
+    }
+  } cs{*this};
   std::uint32_t result = 0;
   unsigned input = 0;
   std::vector<unsigned> started;  // the input of each conversion
@@ -39,9 +49,6 @@ inline Adc adc;
 
 inline fake::Adc* const adc_hw = &fake::adc;
 inline std::uint32_t clock_get_hz(unsigned) { return 150'000'000; }
-inline void hw_set_bits(std::uint32_t*, std::uint32_t) {
-  fake::adc.started.push_back(fake::adc.input);
-}
 inline void gpio_init(unsigned) {}
 inline void gpio_pull_up(unsigned) {}
 inline void gpio_init_mask(std::uint32_t pins) { fake::chip.levels &= ~pins; }
@@ -56,7 +63,6 @@ inline void gpio_put(unsigned pin, bool high) {
 inline void gpio_clr_mask(std::uint32_t pins) { fake::chip.levels &= ~pins; }
 inline void adc_init() {}
 inline void adc_gpio_init(unsigned) {}
-inline void adc_select_input(unsigned input) { fake::adc.input = input; }
 
 struct pwm_config {
   std::uint16_t wrap = 0;
