@@ -1,11 +1,13 @@
 /// @file
-/// Report descriptors of HID interfaces (HID 1.11, section 6.2.2), written by the compiler.
+/// Report descriptors of HID interfaces (HID 1.11, section 6.2.2), and other bytes for a host,
+/// written by the compiler.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 
 namespace torsio::device::hid {
 
@@ -113,5 +115,25 @@ consteval auto descriptor_bytes() {
   std::copy_n(written.bytes().begin(), bytes.size(), bytes.begin());
   return bytes;
 }
+
+constexpr std::uint8_t low(std::size_t value) { return static_cast<std::uint8_t>(value); }
+constexpr std::uint8_t high(std::size_t value) { return static_cast<std::uint8_t>(value >> 8); }
+
+/// Bytes one after the other into an array of known size.
+template <std::size_t Size>
+class Bytes {
+ public:
+  constexpr void add(std::initializer_list<std::uint8_t> bytes) {
+    for (const std::uint8_t byte : bytes) bytes_[at_++] = byte;
+  }
+  consteval std::array<std::uint8_t, Size> take() const {
+    // A gap fails to compile, as an overflow in add() does.
+    return at_ == Size ? bytes_ : std::array<std::uint8_t, Size>{bytes_[Size + at_]};
+  }
+
+ private:
+  std::array<std::uint8_t, Size> bytes_{};
+  std::size_t at_ = 0;
+};
 
 }  // namespace torsio::device::hid

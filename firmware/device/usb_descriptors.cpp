@@ -2,29 +2,17 @@
 
 #include <algorithm>
 #include <string_view>
-#include <tuple>
-#include <type_traits>
 
-#include "device/dial/report_descriptor.hpp"
-#include "device/game/report_descriptor.hpp"
-#include "protocol/registry.hpp"
+#include "device/hid_descriptor.hpp"
+#include "device/usb_interfaces.hpp"
 #include "protocol/usb_ids.hpp"
 
 namespace torsio::device {
 namespace {
 
-using protocol::Direction;
-using protocol::Layout;
-
-enum StringIndex : std::uint8_t {
-  languages,
-  manufacturer,
-  product,
-  serial_number,
-  control_name,
-  game_name,
-  dial_name
-};
+using hid::Bytes;
+using hid::high;
+using hid::low;
 
 constexpr std::uint8_t kDeviceType = 0x01;
 constexpr std::uint8_t kConfigurationType = 0x02;
@@ -42,74 +30,6 @@ constexpr std::uint16_t kEnglish = 0x0409;
 
 constexpr std::size_t kHidDescriptorSize = 9;
 constexpr std::size_t kInterfaceBlockSize = 9 + kHidDescriptorSize + 7 + 7;
-
-constexpr std::uint8_t low(std::size_t value) { return static_cast<std::uint8_t>(value); }
-constexpr std::uint8_t high(std::size_t value) { return static_cast<std::uint8_t>(value >> 8); }
-
-/// Bytes one after the other into an array of known size.
-template <std::size_t Size>
-class Bytes {
- public:
-  constexpr void add(std::initializer_list<std::uint8_t> bytes) {
-    for (const std::uint8_t byte : bytes) bytes_[at_++] = byte;
-  }
-  consteval std::array<std::uint8_t, Size> take() const {
-    // A gap fails to compile, as an overflow in add() does.
-    return at_ == Size ? bytes_ : std::array<std::uint8_t, Size>{bytes_[Size + at_]};
-  }
-
- private:
-  std::array<std::uint8_t, Size> bytes_{};
-  std::size_t at_ = 0;
-};
-
-// HID report descriptor items (HID 1.11, section 6.2.2).
-constexpr std::uint8_t main_item(Direction direction) {
-  switch (direction) {
-    case Direction::input:
-      return 0x81;
-    case Direction::output:
-      return 0x91;
-    case Direction::feature:
-      return 0xB1;
-  }
-  return 0;
-}
-
-constexpr std::size_t kReports = std::tuple_size_v<protocol::AllReports>;
-
-consteval auto make_control_report_descriptor() {
-  Bytes<17 + 6 * kReports> bytes;
-  bytes.add({0x06, low(protocol::usb_usage_page), high(protocol::usb_usage_page)});
-  bytes.add({0x09, protocol::usb_usage});
-  bytes.add({0xA1, 0x01});        // collection (application)
-  bytes.add({0x15, 0x00});        // logical minimum
-  bytes.add({0x26, 0xFF, 0x00});  // logical maximum
-  bytes.add({0x75, 0x08});        // report size, bits
-  bytes.add({0x95, static_cast<std::uint8_t>(protocol::report_size - 1)});  // report count
-  protocol::for_each_report<protocol::AllReports>([&]<class Report>(std::type_identity<Report>) {
-    // Data, variable, absolute; the usage is the report's number.
-    bytes.add({0x85, Layout<Report>::id, 0x09, Layout<Report>::id,
-               main_item(Layout<Report>::direction), 0x02});
-  });
-  bytes.add({0xC0});
-  return bytes.take();
-}
-
-constexpr auto kControlReportDescriptor = make_control_report_descriptor();
-
-constexpr HidInterface kControl{0x81, 0x01, control_name, kControlReportDescriptor};
-
-// To add an interface, add a line to each.
-constexpr std::array kInterfaces{
-    kControl,
-    HidInterface{0x82, 0x02, game_name, game::kReportDescriptor},
-};
-constexpr std::array kDialInterfaces{
-    kControl,
-    HidInterface{0x82, 0x02, dial_name, dial::kReportDescriptor},
-};
-static_assert(kInterfaces.size() > kControlInterface && kInterfaces.size() > kGameInterface);
 
 constexpr std::size_t kConfigurationSize = 9 + kInterfaces.size() * kInterfaceBlockSize;
 

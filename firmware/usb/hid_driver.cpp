@@ -6,6 +6,8 @@
 
 #include <array>
 
+#include "device/usb_interfaces.hpp"
+
 namespace torsio::usb {
 namespace {
 
@@ -35,7 +37,7 @@ struct Interface {
   alignas(4) std::array<std::uint8_t, kEndpointSize> in{};
 };
 
-std::array<Interface, kMaxHidInterfaces> interfaces;
+std::array<Interface, device::kInterfaces.size()> interfaces;
 device::Personality personality = device::Personality::game_controller;
 alignas(4) std::array<std::uint8_t, kEndpointSize> control;
 
@@ -148,7 +150,7 @@ bool set_report(const tusb_control_request_t& request, Interface& interface) {
 bool control_request(std::uint8_t port, std::uint8_t stage, const tusb_control_request_t* request) {
   const std::uint8_t number = low_byte(request->wIndex);
   if (request->bmRequestType_bit.recipient != TUSB_REQ_RCPT_INTERFACE ||
-      number >= device::usb_interfaces(personality).size() || number >= interfaces.size()) {
+      number >= interfaces.size()) {
     return false;
   }
   Interface& interface = interfaces[number];

@@ -12,8 +12,6 @@
 
 namespace torsio::usb {
 
-inline constexpr std::uint8_t kMaxHidInterfaces = 2;
-
 /// Says what stands behind an interface. Before the stack starts.
 void set_hid_function(std::uint8_t interface, HidFunction& function);
 
