@@ -41,9 +41,11 @@ PowerStage::PowerStage(const protocol::BoardConfig& config, const device::PowerB
   bridge_units |= (1U << motor_unit_) | (1U << brake_unit_);
   while ((bridge_units >> step_unit_ & 1U) != 0) ++step_unit_;
 
-  output_pins |= (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
-  gpio_init_mask(output_pins);  // inputs, with a low output behind them
-  gpio_set_dir_out_masked(output_pins);
+  const std::uint32_t pins =
+      (1U << config.enable_pin) | (3U << config.motor_pin) | (3U << config.brake_pin);
+  output_pins |= pins;
+  gpio_init_mask(pins);  // inputs, with a low output behind them
+  gpio_set_dir_out_masked(pins);
   for (const std::uint8_t pin : {config.emergency_stop_pin, config.driver_fault_pin}) {
     gpio_init(pin);
     gpio_pull_up(pin);
