@@ -253,6 +253,36 @@ TEST_CASE("cutting the power needs no object and takes the pins from the PWM") {
   }
 }
 
+TEST_CASE("two power stages have parts of their own, start together and go off together") {
+  Bench first;
+  BoardConfig config;
+  config.motor_pin = 14;
+  config.brake_pin = 18;
+  config.enable_pin = 20;
+  config.driver_fault_pin = 21;
+  config.current_sense_pin = 28;
+  PowerStage second(config, first.board, 20e-3F);
+  CHECK(fake::chip.function[first.config.motor_pin] == GPIO_FUNC_PWM);
+  CHECK(fake::chip.function[first.config.brake_pin] == GPIO_FUNC_PWM);
+  first.stage->start(nullptr);
+  constexpr std::uint32_t kBridges = 1U << 3 | 1U << 4 | 1U << 7 | 1U << 1;  // of 6, 8, 14 and 18
+  CHECK((fake::chip.running & kBridges) == kBridges);
+  CHECK(fake::chip.running != kBridges);  // and one for the steps
+  second.begin();
+  CHECK(fake::adc.input == 2);
+  second.apply(on(0.05F, 0.05F));
+  CHECK_FALSE(first.enabled());
+  first.stage->begin();
+  CHECK(fake::adc.input == 0);
+  first.stage->apply(on(0.05F, 0.05F));
+  torsio::boards::cut_power();
+  for (const BoardConfig& its : {first.config, config}) {
+    CHECK_FALSE(gpio_get(its.enable_pin));
+    CHECK(fake::chip.function[its.motor_pin] == GPIO_FUNC_SIO);
+    CHECK(fake::chip.function[its.brake_pin] == GPIO_FUNC_SIO);
+  }
+}
+
 TEST_CASE("a board that predicts has the same signs, limits and memory") {
   const PowerBoard fast{25'000, 25'000, true};
   for (const double sign : {1.0, -1.0}) {

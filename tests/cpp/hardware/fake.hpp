@@ -27,6 +27,7 @@ struct Chip {
   std::array<int, 30> function{};     // of each pin
   std::array<std::array<std::uint16_t, 2>, 16> pwm{};
   std::uint16_t wrap = 0;
+  std::uint32_t running = 0;  // PWM units
 };
 inline Chip chip;
 struct Adc {
@@ -51,7 +52,12 @@ inline fake::Adc* const adc_hw = &fake::adc;
 inline std::uint32_t clock_get_hz(unsigned) { return 150'000'000; }
 inline void gpio_init(unsigned) {}
 inline void gpio_pull_up(unsigned) {}
-inline void gpio_init_mask(std::uint32_t pins) { fake::chip.levels &= ~pins; }
+inline void gpio_init_mask(std::uint32_t pins) {
+  fake::chip.levels &= ~pins;
+  for (unsigned pin = 0; pin < NUM_BANK0_GPIOS; ++pin) {
+    if ((pins >> pin & 1U) != 0) fake::chip.function[pin] = GPIO_FUNC_SIO;
+  }
+}
 inline void gpio_set_dir_out_masked(std::uint32_t pins) { fake::chip.outputs |= pins; }
 inline void gpio_set_function(unsigned pin, gpio_function function) {
   fake::chip.function[pin] = function;
@@ -78,7 +84,7 @@ inline void pwm_set_both_levels(unsigned unit, std::uint16_t a, std::uint16_t b)
 }
 inline void pwm_clear_irq(unsigned) {}
 inline void pwm_set_irq_enabled(unsigned, bool) {}
-inline void pwm_set_mask_enabled(std::uint32_t) {}
+inline void pwm_set_mask_enabled(std::uint32_t units) { fake::chip.running = units; }
 inline unsigned PWM_DEFAULT_IRQ_NUM() { return 4; }
 inline void irq_set_exclusive_handler(unsigned, void (*)()) {}
 inline void irq_set_priority(unsigned, std::uint8_t) {}
