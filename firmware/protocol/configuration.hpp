@@ -62,7 +62,7 @@ struct Layout<ActuatorConfig> {
       "disarmed; another encoder empties the scene.";
   static constexpr FieldList fields{
       any_number("sequence", &ActuatorConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &ActuatorConfig::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &ActuatorConfig::axis, "", "0: an interface has one axis"),
       number("motor_torque_max_nm", &ActuatorConfig::motor_torque_max_nm, "N m", 0, max_torque_nm,
              "what the motor can give"),
       number("brake_torque_max_nm", &ActuatorConfig::brake_torque_max_nm, "N m", 0, max_torque_nm,
@@ -125,7 +125,7 @@ struct Layout<ControlConfig> {
       "disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &ControlConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &ControlConfig::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &ControlConfig::axis, "", "0: an interface has one axis"),
       choice("law", &ControlConfig::law,
              "how the desired torque is shared between motor and brake"),
       number("beta", &ControlConfig::beta, "", 0, 1, "the brake's share of the desired torque"),
@@ -196,7 +196,7 @@ struct Layout<BoardConfig> {
       "device starts the next time. Of the emulated device it concerns what has Electrics.";
   static constexpr FieldList fields{
       any_number("sequence", &BoardConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &BoardConfig::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &BoardConfig::axis, "", "0: an interface has one axis"),
       number("supply_v", &BoardConfig::supply_v, "V", 3, 60, "of both H-bridges"),
       number("motor_torque_constant_nm_per_a", &BoardConfig::motor_torque_constant_nm_per_a,
              "N m/A", 1e-4F, 100, "at the knob"),
@@ -284,7 +284,7 @@ struct Layout<GameConfig> {
       "docs/games.md. Set only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &GameConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &GameConfig::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &GameConfig::axis, "", "0: an interface has one axis"),
       choice("enabled", &GameConfig::enabled, "off: games see the axis but move nothing"),
       number("range_deg", &GameConfig::range_deg, "degree", 10, 36000,
              "from one end of the game's axis to the other, round angle 0"),
@@ -344,7 +344,7 @@ struct Layout<ShaftConfig> {
       "while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &ShaftConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &ShaftConfig::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &ShaftConfig::axis, "", "0: an interface has one axis"),
       number("knee_1_rad", &ShaftConfig::knee_1_rad, "rad", 0, 100,
              "twist of the first knee; 0: the spring is one straight line"),
       number("knee_1_nm_per_rad", &ShaftConfig::knee_1_nm_per_rad, "N m/rad", 0,
@@ -403,7 +403,7 @@ struct Layout<CalibrationConfig> {
       "only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &CalibrationConfig::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &CalibrationConfig::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &CalibrationConfig::axis, "", "0: an interface has one axis"),
       choice("values_are", &CalibrationConfig::values_are, "on what they are based"),
       number("calibrated_unix_s", &CalibrationConfig::calibrated_unix_s, "", 0, 4294967295,
              "when they were measured, in seconds since 1970; 0: never"),

@@ -42,7 +42,7 @@ struct Layout<Target> {
   static constexpr std::string_view doc = "Where an effect belongs.";
   static constexpr FieldList fields{
       any_number("sequence", &Target::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &Target::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &Target::axis, "", "0: an interface has one axis"),
       number("slot", &Target::slot, "", 0, 15, "place in the scene"),
   };
 };
@@ -439,7 +439,7 @@ struct Layout<CurvePoints> {
       "Writes points into the pool of the scene that is being built.";
   static constexpr FieldList fields{
       any_number("sequence", &CurvePoints::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &CurvePoints::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &CurvePoints::axis, "", "0: an interface has one axis"),
       number("first_point", &CurvePoints::first_point, "", 0, 1023, "index in the pool"),
       number("points", &CurvePoints::points, "", 1, curve_points_per_report,
              "how many of the values count"),

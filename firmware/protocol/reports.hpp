@@ -58,7 +58,7 @@ struct Layout<Identity> {
       any_number("board", &Identity::board, "",
                  "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
       any_number("serial", &Identity::serial, "", "ASCII, padded with zeros"),
-      number("axes", &Identity::axes, "", 1, 16, "actuators that it has"),
+      number("axes", &Identity::axes, "", 1, 16, "actuators behind this interface"),
       number("effects", &Identity::effects, "", 1, max_effects, "places in a scene"),
       number("curve_points", &Identity::curve_points, "", 0, curve_pool_points,
              "shared by all curves of a scene"),
@@ -304,7 +304,7 @@ struct Layout<Command> {
       "it; only while disarmed.";
   static constexpr FieldList fields{
       any_number("sequence", &Command::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &Command::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &Command::axis, "", "0: an interface has one axis"),
       choice("op", &Command::op, "what to do"),
   };
 };
@@ -326,7 +326,7 @@ struct Layout<Commit> {
       "commit start anew, the others go on.";
   static constexpr FieldList fields{
       any_number("sequence", &Commit::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &Commit::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &Commit::axis, "", "0: an interface has one axis"),
       any_number("active", &Commit::active, "", "bit n: slot n plays"),
   };
 };
@@ -346,7 +346,7 @@ struct Layout<Stream> {
   static constexpr std::string_view doc = "Starts or stops telemetry.";
   static constexpr FieldList fields{
       any_number("sequence", &Stream::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &Stream::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &Stream::axis, "", "0: an interface has one axis"),
       any_number("decimation", &Stream::decimation, "", "one sample every so many ticks; 0 stops"),
       choice("prompt", &Stream::prompt,
              "on: a report in every frame with the newest samples that are there; off: full "
@@ -378,7 +378,7 @@ struct Layout<LocalModel> {
   static constexpr FieldList fields{
       any_number("sequence", &LocalModel::sequence, "",
                  "must be newer (modulo 2^16) than the last one"),
-      any_number("axis", &LocalModel::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &LocalModel::axis, "", "0: an interface has one axis"),
       number("torque_nm", &LocalModel::torque_nm, "N m", -max_torque_nm, max_torque_nm,
              "at the reference, at rest"),
       number("angle_turns_q32", &LocalModel::angle_turns_q32, "2^-32 turn", -max_turns_q32,
@@ -428,7 +428,7 @@ struct Layout<Excitation> {
       "encoder stands still.";
   static constexpr FieldList fields{
       any_number("sequence", &Excitation::sequence, "", "returned in the acknowledgement"),
-      any_number("axis", &Excitation::axis, "", "which axis; 0 is the first"),
+      any_number("axis", &Excitation::axis, "", "0: an interface has one axis"),
       number("duration_s", &Excitation::duration_s, "s", 0.001F, 60,
              "until it disarms, unless the next one comes first"),
       number("travel_rad", &Excitation::travel_rad, "rad", 0.001F, 1000,
@@ -503,7 +503,7 @@ struct Layout<Telemetry> {
       "Samples at equal distances. A gap between two reports shows in their ticks.";
   static constexpr FieldList fields{
       number("axis_samples", &Telemetry::axis_samples, "", 16, 79,
-             "low four bits: axis; high four bits: how many samples are filled"),
+             "low four bits: axis, 0; high four bits: how many samples are filled"),
       any_number("decimation", &Telemetry::decimation, "", "ticks from one sample to the next"),
       any_number("flags", &Telemetry::flags, "", "bits, see above, of all samples together"),
       any_number("tick", &Telemetry::tick, "", "of the first sample"),

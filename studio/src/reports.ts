@@ -220,7 +220,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
       {"name": "firmware_version", "kind": "whole", "doc": "major, minor, patch", "wire": "firmware_version", "type": "u8", "count": 3, "default": 0},
       {"name": "board", "kind": "whole", "doc": "what the firmware runs on: 0 is the emulated device; firmware/boards/", "wire": "board", "type": "u8", "default": 0},
       {"name": "serial", "kind": "whole", "doc": "ASCII, padded with zeros", "wire": "serial", "type": "u8", "count": 16, "default": 0},
-      {"name": "axes", "kind": "whole", "doc": "actuators that it has", "wire": "axes", "type": "u8", "low": 1, "high": 16, "default": 1},
+      {"name": "axes", "kind": "whole", "doc": "actuators behind this interface", "wire": "axes", "type": "u8", "low": 1, "high": 16, "default": 1},
       {"name": "effects", "kind": "whole", "doc": "places in a scene", "wire": "effects", "type": "u8", "low": 1, "high": 16},
       {"name": "curve_points", "kind": "whole", "doc": "shared by all curves of a scene", "wire": "curve_points", "type": "u16", "low": 0, "high": 1024},
       {"name": "control_period_ns", "kind": "whole", "doc": "length of a tick", "wire": "control_period_ns", "type": "u32", "low": 50000, "high": 1000000, "unit": "ns", "default": 1000000},
@@ -272,7 +272,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 61,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "motor_torque_max_nm", "kind": "number", "doc": "what the motor can give", "wire": "motor_torque_max_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.085, "shown": true},
       {"name": "brake_torque_max_nm", "kind": "number", "doc": "what the brake can hold", "wire": "brake_torque_max_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.11, "shown": true},
       {"name": "brake_torque_min_nm", "kind": "number", "doc": "floor of the brake's torque in the sensor", "wire": "brake_torque_min_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 0.0033, "shown": true},
@@ -300,7 +300,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 45,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "law", "kind": "choice", "doc": "how the desired torque is shared between motor and brake", "wire": "law", "type": "u8", "enumeration": "Law", "values": ["paper", "compensated", "parallel", "motor_only", "calibrated"], "default": "paper", "shown": true},
       {"name": "beta", "kind": "number", "doc": "the brake's share of the desired torque", "wire": "beta", "type": "f32", "low": 0.0, "high": 1.0, "default": 0.5, "shown": true},
       {"name": "speed_bandwidth_hz", "kind": "number", "doc": "of the speed estimate", "wire": "speed_bandwidth_hz", "type": "f32", "low": 1.0, "high": 10000.0, "unit": "Hz", "default": 100.0, "shown": true},
@@ -324,7 +324,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "supply_v", "kind": "number", "doc": "of both H-bridges", "wire": "supply_v", "type": "f32", "low": 3.0, "high": 60.0, "unit": "V", "default": 12.0, "shown": true},
       {"name": "motor_torque_constant_nm_per_a", "kind": "number", "doc": "at the knob", "wire": "motor_torque_constant_nm_per_a", "type": "f32", "low": 0.0001, "high": 100.0, "unit": "N m/A", "default": 0.05, "shown": true},
       {"name": "motor_current_max_a", "kind": "number", "doc": "never asked for more; one and a half times as much measured is a fault", "wire": "motor_current_max_a", "type": "f32", "low": 0.0, "high": 100.0, "unit": "A", "default": 2.0, "shown": true},
@@ -362,7 +362,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 48,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "enabled", "kind": "switch", "doc": "off: games see the axis but move nothing", "wire": "enabled", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": true, "shown": true},
       {"name": "range_deg", "kind": "number", "doc": "from one end of the game's axis to the other, round angle 0", "wire": "range_deg", "type": "f32", "low": 10.0, "high": 36000.0, "unit": "degree", "default": 900.0, "shown": true},
       {"name": "torque_max_nm", "kind": "number", "doc": "torque at full level, and the most that all effects together get; never more than the motor's", "wire": "torque_max_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
@@ -389,7 +389,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 35,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "knee_1_rad", "kind": "number", "doc": "twist of the first knee; 0: the spring is one straight line", "wire": "knee_1_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
       {"name": "knee_1_nm_per_rad", "kind": "number", "doc": "stiffness from there on; more than 0, so that the torque always grows", "wire": "knee_1_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
       {"name": "knee_2_rad", "kind": "number", "doc": "of the second, beyond the first; 0: there is none", "wire": "knee_2_rad", "type": "f32", "low": 0.0, "high": 100.0, "unit": "rad", "default": 0.0, "shown": true},
@@ -409,7 +409,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 63,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "values_are", "kind": "choice", "doc": "on what they are based", "wire": "values_are", "type": "u8", "enumeration": "Basis", "values": ["assumed", "stated", "measured"], "default": "assumed", "shown": true},
       {"name": "calibrated_unix_s", "kind": "whole", "doc": "when they were measured, in seconds since 1970; 0: never", "wire": "calibrated_unix_s", "type": "u32", "low": 0, "high": 4294967295, "default": 0, "shown": true},
       {"name": "ambient_k", "kind": "number", "doc": "how warm it was, as whoever measured them has said; 0: nobody did", "wire": "ambient_k", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "K", "default": 0.0, "shown": true},
@@ -498,7 +498,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 4,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "op", "kind": "choice", "doc": "what to do", "wire": "op", "type": "u8", "enumeration": "Op", "values": ["keep_alive", "arm", "disarm", "stop", "zero", "relax", "save", "load_defaults", "clear_fault", "bootloader"], "default": "keep_alive"},
     ],
   },
@@ -511,7 +511,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 5,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "active", "kind": "whole", "doc": "bit n: slot n plays", "wire": "active", "type": "u16", "default": 0},
     ],
   },
@@ -524,7 +524,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 5,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "decimation", "kind": "whole", "doc": "one sample every so many ticks; 0 stops", "wire": "decimation", "type": "u8", "default": 0},
       {"name": "prompt", "kind": "switch", "doc": "on: a report in every frame with the newest samples that are there; off: full reports, which is a few frames later", "wire": "prompt", "type": "u8", "enumeration": "Toggle", "values": ["off", "on"], "default": false},
     ],
@@ -538,7 +538,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 27,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "must be newer (modulo 2^16) than the last one", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "torque_nm", "kind": "number", "doc": "at the reference, at rest", "wire": "torque_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
       {"name": "angle_rad", "kind": "angle", "doc": "reference position", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "default": 0.0, "shown": true},
@@ -555,7 +555,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 55,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "duration_s", "kind": "number", "doc": "until it disarms, unless the next one comes first", "wire": "duration_s", "type": "f32", "low": 0.001, "high": 60.0, "unit": "s", "shown": true},
       {"name": "travel_rad", "kind": "number", "doc": "further from its first angle disarms", "wire": "travel_rad", "type": "f32", "low": 0.001, "high": 1000.0, "unit": "rad", "shown": true},
       {"name": "speed_limit_rad_s", "kind": "number", "doc": "faster disarms", "wire": "speed_limit_rad_s", "type": "f32", "low": 0.1, "high": 10000.0, "unit": "rad/s", "shown": true},
@@ -579,7 +579,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 21,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "angle_rad", "kind": "angle", "doc": "the wall's surface", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true, "surface": true},
       {"name": "side", "kind": "choice", "doc": "on which side of the surface the wall is solid", "wire": "side", "type": "u8", "enumeration": "Side", "values": ["above", "below"], "default": "above", "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "torque per depth", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "shown": true},
@@ -595,7 +595,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 24,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "angle_rad", "kind": "angle", "doc": "rest angle", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "torque per distance from the rest angle", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "shown": true},
       {"name": "deadband_rad", "kind": "number", "doc": "no torque within this distance of the rest angle", "wire": "deadband_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "rad", "default": 0.0, "shown": true},
@@ -611,7 +611,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 12,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "damping_nm_s_per_rad", "kind": "number", "doc": "torque per speed", "wire": "damping_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
@@ -625,7 +625,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 12,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "torque_nm", "kind": "number", "doc": "while sliding", "wire": "torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "while sticking", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 1e-06, "high": 1000000.0, "unit": "N m/rad", "default": 1.0, "shown": true},
     ],
@@ -639,7 +639,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 12,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "inertia_kg_m2", "kind": "number", "doc": "torque per acceleration", "wire": "inertia_kg_m2", "type": "f32", "low": 0.0, "high": 10.0, "unit": "kg m^2", "shown": true},
       {"name": "torque_limit_nm", "kind": "number", "doc": "the torque does not grow beyond this", "wire": "torque_limit_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "default": 100.0, "shown": true},
     ],
@@ -653,7 +653,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 32,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "torque_nm", "kind": "number", "doc": "at full strength", "wire": "torque_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "timing", "kind": "group", "doc": "when it plays, and its envelope", "wire": "timing", "fields": [{"name": "delay_s", "kind": "number", "doc": "silence after the scene begins", "wire": "delay_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "duration_s", "kind": "number", "doc": "0 plays without end", "wire": "duration_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "attack_level", "kind": "number", "doc": "share of the strength at the start", "wire": "attack_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "attack_s", "kind": "number", "doc": "time to full strength", "wire": "attack_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "fade_level", "kind": "number", "doc": "share of the strength at the end", "wire": "fade_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "fade_s", "kind": "number", "doc": "fading time before the end", "wire": "fade_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}], "shown": true},
     ],
@@ -667,7 +667,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 36,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "start_torque_nm", "kind": "number", "doc": "when the duration begins", "wire": "start_torque_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "end_torque_nm", "kind": "number", "doc": "when it ends", "wire": "end_torque_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "timing", "kind": "group", "doc": "when it plays, and its envelope", "wire": "timing", "fields": [{"name": "delay_s", "kind": "number", "doc": "silence after the scene begins", "wire": "delay_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "duration_s", "kind": "number", "doc": "0 plays without end", "wire": "duration_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "attack_level", "kind": "number", "doc": "share of the strength at the start", "wire": "attack_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "attack_s", "kind": "number", "doc": "time to full strength", "wire": "attack_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}, {"name": "fade_level", "kind": "number", "doc": "share of the strength at the end", "wire": "fade_level", "type": "f32", "low": 0.0, "high": 1.0, "default": 1.0, "shown": true}, {"name": "fade_s", "kind": "number", "doc": "fading time before the end", "wire": "fade_s", "type": "f32", "low": 0.0, "high": 100000.0, "unit": "s", "default": 0.0, "shown": true}], "shown": true},
@@ -682,7 +682,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 45,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "waveform", "kind": "choice", "doc": "starts at 0 and rises; the square starts high", "wire": "waveform", "type": "u8", "enumeration": "Waveform", "values": ["sine", "square", "triangle", "sawtooth_up", "sawtooth_down"], "default": "sine", "shown": true},
       {"name": "amplitude_nm", "kind": "number", "doc": "of the wave, from its middle", "wire": "amplitude_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "offset_nm", "kind": "number", "doc": "the wave's middle", "wire": "offset_nm", "type": "f32", "low": -100.0, "high": 100.0, "unit": "N m", "default": 0.0, "shown": true},
@@ -700,7 +700,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 29,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "angle_rad", "kind": "angle", "doc": "where one of the notches is", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "per_turn_q32", "kind": "whole", "doc": "notches in a turn; at most half the encoder's counts", "wire": "per_turn_q32", "type": "u64", "low": "1", "high": "281474976710656", "unit": "2^-32", "default": "103079215104"},
       {"name": "per_turn", "kind": "optional", "doc": "notches in a turn, > 0; need not be whole", "shown": true},
@@ -719,7 +719,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 28,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "lower_rad", "kind": "angle", "doc": "surface of the lower wall", "wire": "lower_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "shown": true, "surface": true},
       {"name": "upper_rad", "kind": "angle", "doc": "surface of the upper one, not below the lower one", "wire": "upper_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "shown": true, "surface": true, "notBelow": "lower_rad"},
       {"name": "stiffness_nm_per_rad", "kind": "number", "doc": "torque per depth, of either wall", "wire": "stiffness_nm_per_rad", "type": "f32", "low": 0.0, "high": 1000000.0, "unit": "N m/rad", "shown": true},
@@ -735,7 +735,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 15,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "grains_per_turn", "kind": "whole", "doc": "at most half the encoder's counts", "wire": "grains_per_turn", "type": "u16", "low": 1, "high": 65535, "shown": true},
       {"name": "torque_nm", "kind": "number", "doc": "of the highest grain", "wire": "torque_nm", "type": "f32", "low": 0.0, "high": 100.0, "unit": "N m", "shown": true},
       {"name": "grain", "kind": "choice", "doc": "shape of a grain", "wire": "grain", "type": "u8", "enumeration": "Grain", "values": ["sine", "square", "triangle", "noise"], "default": "noise", "shown": true},
@@ -751,7 +751,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 25,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "torque_nm", "kind": "numbers", "doc": "at least 2 points; all curves of a scene share 1024", "unit": "N m", "shown": true},
       {"name": "angle_rad", "kind": "angle", "doc": "angle of the first point", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "span_turns_q32", "kind": "whole", "doc": "from the first point to the last; at least two of the encoder's counts", "wire": "span_turns_q32", "type": "u64", "low": "65536", "high": "549755813888", "unit": "2^-32 turn", "default": "4294967296"},
@@ -770,7 +770,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 37,
     "fields": [
-      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
+      {"name": "target", "kind": "group", "doc": "", "wire": "target", "fields": [{"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0}, {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0}, {"name": "slot", "kind": "whole", "doc": "place in the scene", "wire": "slot", "type": "u8", "low": 0, "high": 15, "default": 0}]},
       {"name": "angle_rad", "kind": "angle", "doc": "the surface, as a rule that of a wall", "wire": "angle_turns_q32", "type": "i64", "low": "-288230376151711744", "high": "288230376151711744", "unit": "rad", "default": "0", "shown": true},
       {"name": "side", "kind": "choice", "doc": "on which side of the surface it is solid", "wire": "side", "type": "u8", "enumeration": "Side", "values": ["above", "below"], "default": "above", "shown": true},
       {"name": "strength_nm_s_per_rad", "kind": "number", "doc": "the sine's torque at first, per speed of impact", "wire": "strength_nm_s_per_rad", "type": "f32", "low": 0.0, "high": 1000.0, "unit": "N m s/rad", "default": 0.0, "shown": true},
@@ -791,7 +791,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "size": 58,
     "fields": [
       {"name": "sequence", "kind": "whole", "doc": "returned in the acknowledgement", "wire": "sequence", "type": "u16", "default": 0},
-      {"name": "axis", "kind": "whole", "doc": "which axis; 0 is the first", "wire": "axis", "type": "u8", "default": 0},
+      {"name": "axis", "kind": "whole", "doc": "0: an interface has one axis", "wire": "axis", "type": "u8", "default": 0},
       {"name": "first_point", "kind": "whole", "doc": "index in the pool", "wire": "first_point", "type": "u16", "low": 0, "high": 1023, "default": 0},
       {"name": "points", "kind": "whole", "doc": "how many of the values count", "wire": "points", "type": "u8", "low": 1, "high": 13, "default": 1},
       {"name": "torque_nm", "kind": "whole", "doc": "", "wire": "torque_nm", "type": "f32", "count": 13, "low": -100.0, "high": 100.0, "unit": "N m", "default": 0},
@@ -805,7 +805,7 @@ export const REPORTS: Readonly<Record<string, Report>> = {
     "notes": "",
     "size": 63,
     "fields": [
-      {"name": "axis_samples", "kind": "whole", "doc": "low four bits: axis; high four bits: how many samples are filled", "wire": "axis_samples", "type": "u8", "low": 16, "high": 79, "default": 16},
+      {"name": "axis_samples", "kind": "whole", "doc": "low four bits: axis, 0; high four bits: how many samples are filled", "wire": "axis_samples", "type": "u8", "low": 16, "high": 79, "default": 16},
       {"name": "decimation", "kind": "whole", "doc": "ticks from one sample to the next", "wire": "decimation", "type": "u8", "default": 0},
       {"name": "flags", "kind": "whole", "doc": "bits, see above, of all samples together", "wire": "flags", "type": "u8", "default": 0},
       {"name": "tick", "kind": "whole", "doc": "of the first sample", "wire": "tick", "type": "u64", "default": "0"},

@@ -80,7 +80,7 @@ class DeviceInfo:
     fingerprint
         Of the report layouts, the same as the library's.
     axes
-        Actuators that it has.
+        Actuators behind this interface.
     effects
         Places in a scene.
     curve_points

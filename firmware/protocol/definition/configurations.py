@@ -15,7 +15,7 @@ from tools.definition.model import Field, Structure, choice, number, raw, switch
 
 _HEADER = (
     raw("sequence", "u16", "returned in the acknowledgement"),
-    raw("axis", "u8", "which axis; 0 is the first"),
+    raw("axis", "u8", "0: an interface has one axis"),
 )
 
 

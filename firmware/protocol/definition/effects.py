@@ -73,7 +73,7 @@ TARGET = Structure(
     "Where an effect belongs.",
     (
         raw("sequence", "u16", "returned in the acknowledgement"),
-        raw("axis", "u8", "which axis; 0 is the first"),
+        raw("axis", "u8", "0: an interface has one axis"),
         raw("slot", "u8", "place in the scene", "", 0, int(MAX_EFFECTS.value) - 1),
     ),
 )
@@ -292,7 +292,7 @@ CURVE_POINTS = Structure(
     "Writes points into the pool of the scene that is being built.",
     (
         raw("sequence", "u16", "returned in the acknowledgement"),
-        raw("axis", "u8", "which axis; 0 is the first"),
+        raw("axis", "u8", "0: an interface has one axis"),
         raw("first_point", "u16", "index in the pool", "", 0, int(CURVE_POOL_POINTS.value) - 1),
         raw(
             "points", "u8", "how many of the values count", "", 1, CURVE_POINTS_PER_REPORT, default=1

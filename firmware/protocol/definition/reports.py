@@ -28,7 +28,7 @@ from firmware.protocol.definition.effects import (
 from tools.definition.model import Structure, choice, group, number, on_wire, raw, switch
 
 _SEQUENCE = raw("sequence", "u16", "returned in the acknowledgement")
-_AXIS = raw("axis", "u8", "which axis; 0 is the first")
+_AXIS = raw("axis", "u8", "0: an interface has one axis")
 
 # A hundred years and more, whatever is counted; room is left to add to it.
 _FOR_EVER = 1 << 62
@@ -42,7 +42,7 @@ IDENTITY = Structure(
         raw("firmware_version", "u8", "major, minor, patch", count=3),
         raw("board", "u8", "what the firmware runs on: 0 is the emulated device; firmware/boards/"),
         raw("serial", "u8", "ASCII, padded with zeros", count=16),
-        raw("axes", "u8", "actuators that it has", "", 1, 16, default=1),
+        raw("axes", "u8", "actuators behind this interface", "", 1, 16, default=1),
         raw("effects", "u8", "places in a scene", "", 1, MAX_EFFECTS, default="max_effects"),
         raw(
             "curve_points", "u16", "shared by all curves of a scene", "", 0, CURVE_POOL_POINTS,
@@ -284,7 +284,7 @@ TELEMETRY = Structure(
     (
         raw(
             "axis_samples", "u8",
-            "low four bits: axis; high four bits: how many samples are filled", "",
+            "low four bits: axis, 0; high four bits: how many samples are filled", "",
             0x10, 0x4F, default=0x10,
         ),
         raw("decimation", "u8", "ticks from one sample to the next"),

@@ -1005,7 +1005,7 @@ typedef struct torsio_device_info {
   uint16_t protocol_version;
   /// of the report layouts, the same as the library's
   uint32_t fingerprint;
-  /// actuators that it has
+  /// actuators behind this interface
   int32_t axes;
   /// places in a scene
   int32_t effects;

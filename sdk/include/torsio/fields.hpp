@@ -599,7 +599,7 @@ struct Fields<DeviceInfo> {
             "of the reports"),
       field("fingerprint", &DeviceInfo::fingerprint, "", -kNoLimit, kNoLimit,
             "of the report layouts, the same as the library's"),
-      field("axes", &DeviceInfo::axes, "", -kNoLimit, kNoLimit, "actuators that it has"),
+      field("axes", &DeviceInfo::axes, "", -kNoLimit, kNoLimit, "actuators behind this interface"),
       field("effects", &DeviceInfo::effects, "", -kNoLimit, kNoLimit, "places in a scene"),
       field("curve_points", &DeviceInfo::curve_points, "", -kNoLimit, kNoLimit,
             "shared by all curves of a scene"),

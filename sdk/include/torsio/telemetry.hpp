@@ -120,7 +120,7 @@ struct DeviceInfo {
   std::string transport{};  ///< "hid", "emulated" or "own", a transport that the program brings
   std::uint16_t protocol_version = 0;  ///< of the reports
   std::uint32_t fingerprint = 0;       ///< of the report layouts, the same as the library's
-  int axes = 0;                        ///< actuators that it has
+  int axes = 0;                        ///< actuators behind this interface
   int effects = 0;                     ///< places in a scene
   int curve_points = 0;                ///< shared by all curves of a scene
   double control_rate_hz = 0.0;        ///< ticks in a second
