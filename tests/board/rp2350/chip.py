@@ -320,7 +320,7 @@ class Chip:
     def _write_block(self, block: int, offset: int, value: int, raw: int) -> None:
         file = self._file(block)
         if block == ADC and offset == 0 and value & 4:
-            value &= ~4
+            value &= ~(4 | 1 << 8)  # what is set with the other bits was ready, and is not kept
             self._convert(value >> 12 & 7)
         elif block == PWM:
             self._write_pwm(offset, value, raw)
