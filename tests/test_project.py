@@ -73,13 +73,23 @@ def test_suite_counts_a_skip_as_a_failure(pytester: pytest.Pytester) -> None:
     assert outcomes == {"failed": 1, "errors": 2, "xfailed": 1}
 
 
-def test_no_duration_is_measured_by_a_clock_that_somebody_may_set() -> None:
-    settable = re.compile(r"system_clock|gettimeofday|CLOCK_REALTIME|\btime\(nullptr\)")
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        pytest.param(
+            r"system_clock|gettimeofday|CLOCK_REALTIME|\btime\(nullptr\)",
+            id="a clock that somebody may set measures no duration",
+        ),
+        # On Windows it was wrong in its fifth digit.
+        pytest.param(r"\blong double\b", id="what is not the same everywhere computes nothing"),
+    ],
+)
+def test_sources_do_without(pattern: str) -> None:
     found = [
         file
         for folder in ("firmware", "emulator", "sdk", "bindings/src")
         for file in (TREE / folder).rglob("*.[ch]pp")
-        if settable.search(file.read_text(encoding="utf-8"))
+        if re.search(pattern, re.sub("//.*", "", file.read_text(encoding="utf-8")))
     ]
     assert found == []
 

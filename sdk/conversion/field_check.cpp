@@ -4,7 +4,8 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "conversion/turns.hpp"
 
 namespace torsio {
 
@@ -29,16 +30,15 @@ float narrow(double value) {
 }
 
 std::int64_t turns_q32(std::string_view name, double angle_rad) {
-  constexpr long double kTurnRad = 2.0L * std::numbers::pi_v<long double>;
-  constexpr long double kMaxTurns = protocol::max_turns_q32 / 0x1p32L;
-  const long double turns = static_cast<long double>(angle_rad) / kTurnRad;
+  constexpr double kMaxRad =
+      static_cast<double>(protocol::max_turns_q32) / 0x1p32 * conversion::kTurnRad.value;
   // The comparison is also false for NaN.
-  if (!(std::abs(turns) <= kMaxTurns)) {
-    const std::string limit = number_text(static_cast<double>(kMaxTurns * kTurnRad));
+  if (!(std::abs(angle_rad) <= kMaxRad)) {
+    const std::string limit = number_text(kMaxRad);
     throw InvalidArgument(std::string(name) + " is " + number_text(angle_rad) + ", allowed are -" +
                           limit + " to " + limit + " rad");
   }
-  return std::llround(turns * 0x1p32L);
+  return conversion::quotient_q32({angle_rad}, conversion::kTurnRad);
 }
 
 std::int64_t whole_ns(std::string_view name, double seconds) {

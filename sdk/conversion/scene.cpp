@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <string_view>
 #include <variant>
 
 #include "conversion/convert.hpp"
+#include "conversion/turns.hpp"
 #include "torsio/error.hpp"
 
 namespace torsio::conversion {
 namespace {
-
-constexpr long double kTurnRad = 2.0L * std::numbers::pi_v<long double>;
 
 [[noreturn]] void refuse(std::string_view what) { throw InvalidArgument(std::string(what)); }
 
@@ -57,19 +55,23 @@ class Rules {
       refuse("give exactly one of per_turn and pitch_rad");
     }
     const bool by_pitch = in.pitch_rad.has_value();
-    const long double given = by_pitch ? *in.pitch_rad : *in.per_turn;
-    const long double per_turn = by_pitch ? kTurnRad / given : given;
+    const double given = by_pitch ? *in.pitch_rad : *in.per_turn;
+    constexpr auto kMostQ32 = static_cast<std::int64_t>(protocol::max_cycles_per_turn_q32);
+    const std::int64_t counted_q32 = std::int64_t{limits_.counts_per_rev} << 31;
+    const std::int64_t most_q32 = std::min(counted_q32, kMostQ32);
+    const double most = static_cast<double>(most_q32) * 0x1p-32;
     // Rounded before it is compared, so that the pitch of two counts is one of the allowed ones.
-    const long double q32 = std::round(per_turn * 0x1p32L);
-    const long double most_q32 = limits_.counts_per_rev * 0x1p31L;
-    // The comparison is also false for NaN.
-    if (!(q32 >= 1.0L && q32 <= most_q32)) {
-      const long double most = most_q32 / 0x1p32L;
-      const auto text = [](long double value) { return number_text(static_cast<double>(value)); };
-      refuse((by_pitch ? "pitch_rad is " : "per_turn is ") + text(given) + ", allowed are " +
-             (by_pitch ? text(kTurnRad / most) + " to " + text(kTurnRad * 0x1p32L) + " rad"
-                       : text(0x1p-32L) + " to " + text(most)) +
-             " (a notch takes at least two counts of this encoder)");
+    const double about = by_pitch ? kTurnRad.value / given : given;
+    const std::int64_t q32 = !(about > 0.0 && about < 2.0 * most) ? 0  // also for NaN
+                             : by_pitch                           ? quotient_q32(kTurnRad, {given})
+                                                                  : quotient_q32({given}, {1.0});
+    if (q32 < 1 || q32 > most_q32) {
+      refuse(
+          (by_pitch ? "pitch_rad is " : "per_turn is ") + number_text(given) + ", allowed are " +
+          (by_pitch ? number_text(kTurnRad.value / most) + " to " +
+                          number_text(kTurnRad.value * 0x1p32) + " rad"
+                    : number_text(0x1p-32) + " to " + number_text(most)) +
+          (counted_q32 > kMostQ32 ? "" : " (a notch takes at least two counts of this encoder)"));
     }
     wire.per_turn_q32 = static_cast<std::uint64_t>(q32);
   }
@@ -119,13 +121,13 @@ class Rules {
   }
 
   [[nodiscard]] std::uint64_t span_turns_q32(double span_rad) const {
-    constexpr long double kMost = protocol::max_span_turns_q32;
-    const long double least = std::ceil(0x1p33L / limits_.counts_per_rev);
-    const long double turns = std::round(span_rad / kTurnRad * 0x1p32L);
-    // The comparison is also false for NaN.
-    if (!(turns >= least && turns <= kMost)) {
-      const auto text = [](long double q32) {
-        return number_text(static_cast<double>(q32 * kTurnRad / 0x1p32L));
+    constexpr auto kMost = static_cast<std::int64_t>(protocol::max_span_turns_q32);
+    const auto least = static_cast<std::int64_t>(std::ceil(0x1p33 / limits_.counts_per_rev));
+    const bool is_near = span_rad > 0.0 && span_rad / kTurnRad.value < kMost * 0x1p-31;  // or NaN
+    const std::int64_t turns = is_near ? quotient_q32({span_rad}, kTurnRad) : 0;
+    if (turns < least || turns > kMost) {
+      const auto text = [](std::int64_t q32) {
+        return number_text(static_cast<double>(q32) * kTurnRad.value / 0x1p32);
       };
       refuse("span_rad is " + number_text(span_rad) + ", allowed are " + text(least) + " to " +
              text(kMost) + " rad");

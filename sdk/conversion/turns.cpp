@@ -1,0 +1,15 @@
+#include "conversion/turns.hpp"
+
+#include <cmath>
+
+namespace torsio::conversion {
+
+std::int64_t quotient_q32(Exact dividend, Exact divisor) {
+  const double left = std::fmod(dividend.value, divisor.value);  // exact
+  const double whole = std::round((dividend.value - left) / divisor.value);
+  const double rest = left + (dividend.rest - whole * divisor.rest);
+  return static_cast<std::int64_t>(whole) * (std::int64_t{1} << 32) +
+         static_cast<std::int64_t>(std::round(rest / divisor.value * 0x1p32));
+}
+
+}  // namespace torsio::conversion

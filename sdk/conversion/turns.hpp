@@ -1,0 +1,23 @@
+/// @file
+/// Angles as fixed-point turns, in doubles alone: what a processor has beyond them is not
+/// everywhere the same. With long double the library for Windows was wrong by a millionth of a
+/// turn.
+#pragma once
+
+#include <cstdint>
+
+namespace torsio::conversion {
+
+/// A number as the sum of two doubles, the second of which is what the first has rounded away.
+struct Exact {
+  double value = 0.0;
+  double rest = 0.0;
+};
+
+inline constexpr Exact kTurnRad{6.283185307179586, 2.4492935982947064e-16};
+
+/// 2^32 times dividend over divisor, to the nearest whole number: what is rounded is wrong by less
+/// than 1e-5. The quotient must be below 2^31.
+std::int64_t quotient_q32(Exact dividend, Exact divisor);
+
+}  // namespace torsio::conversion
