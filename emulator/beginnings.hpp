@@ -23,12 +23,12 @@ struct SpinUp {
 
 /// Where a plant begins, if not at rest at angle 0.
 struct InitialState {
-  double time_s = 0.0;
-  std::int64_t revolutions = 0;    ///< whole turns, exact however many
-  double angle_rad = 0.0;          ///< beyond them
-  double speed_rad_s = 0.0;        ///< of knob and brake together
-  double twist_rad = 0.0;          ///< of the shaft spring: knob minus brake
-  double motor_torque_nm = 0.0;    ///< after the motor's lag
+  double time_s = 0.0;             ///< 0 to 1e9
+  std::int64_t revolutions = 0;    ///< whole turns, exact however many; -1e12 to 1e12
+  double angle_rad = 0.0;          ///< beyond them; -1e9 to 1e9
+  double speed_rad_s = 0.0;        ///< of knob and brake together; -1e15 to 1e15
+  double twist_rad = 0.0;          ///< of the shaft spring: knob minus brake; -1e9 to 1e9
+  double motor_torque_nm = 0.0;    ///< after the motor's lag; -1e15 to 1e15
   double brake_magnetic_nm = 0.0;  ///< what the brake holds by its current, without its drag; >= 0
 };
 
@@ -46,15 +46,15 @@ template <>
 struct Fields<InitialState> {
   static constexpr std::string_view name = "InitialState";
   static constexpr std::tuple list{
-      field("time_s", &InitialState::time_s, "", -kNoLimit, kNoLimit, ""),
-      field("revolutions", &InitialState::revolutions, "", -kNoLimit, kNoLimit,
+      field("time_s", &InitialState::time_s, "s", 0.0, 1e9, ""),
+      field("revolutions", &InitialState::revolutions, "", -1e12, 1e12,
             "whole turns, exact however many"),
-      field("angle_rad", &InitialState::angle_rad, "", -kNoLimit, kNoLimit, "beyond them"),
-      field("speed_rad_s", &InitialState::speed_rad_s, "", -kNoLimit, kNoLimit,
+      field("angle_rad", &InitialState::angle_rad, "rad", -1e9, 1e9, "beyond them"),
+      field("speed_rad_s", &InitialState::speed_rad_s, "rad/s", -1e15, 1e15,
             "of knob and brake together"),
-      field("twist_rad", &InitialState::twist_rad, "", -kNoLimit, kNoLimit,
+      field("twist_rad", &InitialState::twist_rad, "rad", -1e9, 1e9,
             "of the shaft spring: knob minus brake"),
-      field("motor_torque_nm", &InitialState::motor_torque_nm, "", -kNoLimit, kNoLimit,
+      field("motor_torque_nm", &InitialState::motor_torque_nm, "N m", -1e15, 1e15,
             "after the motor's lag"),
       field("brake_magnetic_nm", &InitialState::brake_magnetic_nm, "N m", 0.0, 1e15,
             "what the brake holds by its current, without its drag"),

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "emulator/plant/ranges.hpp"
 #include "protocol/registry.hpp"
 
 namespace torsio::emulator {
@@ -17,6 +18,7 @@ bool decodes(const protocol::ReportBytes& bytes, Report& report) {
 }  // namespace
 
 PlantState state_of(const InitialState& initial) {
+  require_ranges(initial, "initial: ");
   PlantState state;
   state.time_ns = static_cast<std::int64_t>(std::llround(1e9 * initial.time_s));
   state.knob_angle = Angle::from_rad(initial.angle_rad);

@@ -42,6 +42,7 @@ struct ClosedLoopOptions {
 };
 
 /// @returns the state of a plant that begins so
+/// @throws std::invalid_argument that names what is out of its range
 [[nodiscard]] PlantState state_of(const InitialState& initial);
 
 /// Adds what a report says, rounded and checked as on its way to a device: a configuration, an

@@ -363,12 +363,12 @@ INITIAL_STATE = Structure(
     "InitialState",
     "Where a plant begins, if not at rest at angle 0.",
     (
-        told("time_s", "double"),
-        told("revolutions", "std::int64_t", "whole turns, exact however many"),
-        told("angle_rad", "double", "beyond them"),
-        told("speed_rad_s", "double", "of knob and brake together"),
-        told("twist_rad", "double", "of the shaft spring: knob minus brake"),
-        told("motor_torque_nm", "double", "after the motor's lag"),
+        for_hosts(number("time_s", "s", 0.0, 1e9, default=0.0)),
+        replace(told("revolutions", "std::int64_t", "whole turns, exact however many"), low=-(10**12), high=10**12),
+        for_hosts(number("angle_rad", "rad", -1e9, 1e9, "beyond them", default=0.0)),
+        for_hosts(number("speed_rad_s", "rad/s", -_MOST, _MOST, "of knob and brake together", default=0.0)),
+        for_hosts(number("twist_rad", "rad", -1e9, 1e9, "of the shaft spring: knob minus brake", default=0.0)),
+        for_hosts(number("motor_torque_nm", "N m", -_MOST, _MOST, "after the motor's lag", default=0.0)),
         amount("brake_magnetic_nm", "N m", "what the brake holds by its current, without its drag", 0.0),
     ),
 )  # fmt: skip

@@ -27,6 +27,7 @@ inline constexpr float max_damping_nm_s_per_rad = 1000;
 inline constexpr float max_inertia_kg_m2 = 10;
 inline constexpr float max_time_s = 1e5F;
 inline constexpr std::int64_t max_turns_q32 = std::int64_t{1} << 58;  // 2^26 turns either way
+inline constexpr std::uint64_t min_span_turns_q32 = 1U << 16;
 inline constexpr std::uint64_t max_span_turns_q32 = std::uint64_t{1} << 39;  // 128 turns
 inline constexpr std::uint64_t max_cycles_per_turn_q32 = std::uint64_t{1} << 48;
 
@@ -372,7 +373,8 @@ struct Layout<Curve> {
       group("target", &Curve::target, ""),
       number("angle_turns_q32", &Curve::angle_turns_q32, "2^-32 turn", -max_turns_q32,
              max_turns_q32, "angle of the first point"),
-      number("span_turns_q32", &Curve::span_turns_q32, "2^-32 turn", 1U << 16, max_span_turns_q32,
+      number("span_turns_q32", &Curve::span_turns_q32, "2^-32 turn", min_span_turns_q32,
+             max_span_turns_q32,
              "from the first point to the last; at least two of the encoder's counts"),
       choice("ends", &Curve::ends, "what it does outside the span"),
       number("first_point", &Curve::first_point, "", 0, 1022, "index in the pool"),

@@ -122,7 +122,9 @@ class Rules {
 
   [[nodiscard]] std::uint64_t span_turns_q32(double span_rad) const {
     constexpr auto kMost = static_cast<std::int64_t>(protocol::max_span_turns_q32);
-    const auto least = static_cast<std::int64_t>(std::ceil(0x1p33 / limits_.counts_per_rev));
+    const auto two_counts = static_cast<std::int64_t>(std::ceil(0x1p33 / limits_.counts_per_rev));
+    const auto least =
+        std::max(two_counts, static_cast<std::int64_t>(protocol::min_span_turns_q32));
     const bool is_near = span_rad > 0.0 && span_rad / kTurnRad.value < kMost * 0x1p-31;  // or NaN
     const std::int64_t turns = is_near ? quotient_q32({span_rad}, kTurnRad) : 0;
     if (turns < least || turns > kMost) {

@@ -1,7 +1,6 @@
 /// @file
-/// Angles as fixed-point turns, in doubles alone: what a processor has beyond them is not
-/// everywhere the same. With long double the library for Windows was wrong by a millionth of a
-/// turn.
+/// Angles as fixed-point turns, in doubles alone: what a processor has beyond them is not everywhere
+/// the same. With long double the library for Windows was wrong by hundreds of 2^-32 turn.
 #pragma once
 
 #include <cstdint>

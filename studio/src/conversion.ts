@@ -2,7 +2,9 @@
 
 import { described, type Value, type Values } from "./codec";
 import type { Field } from "./fields";
-import { CURVE_POINTS_PER_REPORT, MAX_SPAN_TURNS_Q32, MAX_TORQUE_NM, MAX_TURNS_Q32 } from "./reports";
+import {
+  CURVE_POINTS_PER_REPORT, MAX_CYCLES_PER_TURN_Q32, MAX_SPAN_TURNS_Q32, MAX_TORQUE_NM, MAX_TURNS_Q32, MIN_SPAN_TURNS_Q32,
+} from "./reports";
 
 const TURN_RAD = 2 * Math.PI;
 const Q32 = 2 ** 32;
@@ -119,11 +121,10 @@ function notchesQ32(effect: Effect, limits: SceneLimits): bigint {
   const perTurn =
     effect.per_turn === undefined ? TURN_RAD / Number(effect.pitch_rad) : Number(effect.per_turn);
   const q32 = Math.round(perTurn * Q32);
-  const most = limits.countsPerRev / 2;
+  const counted = limits.countsPerRev / 2, most = Math.min(counted, MAX_CYCLES_PER_TURN_Q32 / Q32);
   if (q32 >= 1 && q32 <= most * Q32) return BigInt(q32);
-  throw new InvalidValue(
-    `a turn has ${perTurn} notches, allowed are up to ${most} (a notch takes two counts of this encoder)`,
-  );
+  const why = most === counted ? " (a notch takes two counts of this encoder)" : "";
+  throw new InvalidValue(`a turn has ${perTurn} notches, allowed are up to ${most}${why}`);
 }
 
 /** What a scene is on the wire: points of its curves first, then a report for each effect. */
@@ -181,8 +182,10 @@ function curve(effect: Effect, pool: number[], limits: SceneLimits): Values {
     }
   });
   const span = Math.round((Number(effect.span_rad) / TURN_RAD) * Q32);
-  if (!(span >= Math.ceil((2 * Q32) / limits.countsPerRev) && span <= MAX_SPAN_TURNS_Q32)) {
-    throw new InvalidValue(`span_rad is ${effect.span_rad}, allowed are two counts of the encoder to ${MAX_SPAN_TURNS_Q32 / Q32} turns`);
+  const counts = Math.ceil((2 * Q32) / limits.countsPerRev), least = Math.max(counts, MIN_SPAN_TURNS_Q32);
+  if (!(span >= least && span <= MAX_SPAN_TURNS_Q32)) {
+    const from = least === counts ? "two counts of the encoder" : `1/${Q32 / least} turn`;
+    throw new InvalidValue(`span_rad is ${effect.span_rad}, allowed are ${from} to ${MAX_SPAN_TURNS_Q32 / Q32} turns`);
   }
   const first = pool.length;
   pool.push(...torques);

@@ -16,6 +16,10 @@ export const MAX_TORQUE_NM: number = 100.0;
 
 export const MAX_TURNS_Q32: number = 2.8823037615171174e+17;
 
+export const MIN_SPAN_TURNS_Q32: number = 65536.0;
+
+export const MAX_CYCLES_PER_TURN_Q32: number = 281474976710656.0;
+
 export const MAX_SPAN_TURNS_Q32: number = 549755813888.0;
 
 export const LEDGER_TORQUE_NM: number = 1.1920928955078125e-07;

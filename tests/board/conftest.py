@@ -46,11 +46,11 @@ def _out_of_turn(items: list[pytest.Item]) -> list[pytest.Item]:
             parameters = dict(item.callspec.params)
             board = str(parameters.pop("_model"))
             boards[item.originalname, str(parameters)][board] = item
-    turns: dict[str, Iterator[str]] = defaultdict(lambda: itertools.cycle(MODELS))
+    turns: dict[str, Iterator[int]] = defaultdict(itertools.count)
     left: list[pytest.Item] = []
     for (test, _), cases in boards.items():
-        turn = next(turns[test])
-        left += [item for board, item in cases.items() if len(cases) > 1 and board != turn]
+        turn = list(cases)[next(turns[test]) % len(cases)]
+        left += [item for board, item in cases.items() if board != turn]
     return left
 
 

@@ -68,8 +68,25 @@ def test_state_that_is_set_is_where_the_plant_goes_on() -> None:
     decay = 2e-6 / 1e-4  # the brake's viscous friction is left
     travelled = 3.0 * (1.0 - math.exp(-decay)) / decay
     assert plant.state["angle_rad"] == pytest.approx(1.0 + travelled, rel=1e-9)
-    with pytest.raises(ValueError, match="finite"):
-        plant.set_state(InitialState(speed_rad_s=math.nan))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"speed_rad_s": math.nan},
+        {"time_s": math.inf},
+        {"time_s": -1e-9},
+        {"angle_rad": 1e30},
+        {"revolutions": 2**63 - 1},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_state_that_is_out_of_range_is_refused_and_changes_nothing(wrong: dict[str, Any]) -> None:
+    plant = Plant(PlantParams())
+    before = plant.state
+    with pytest.raises(ValueError, match=f"initial: {next(iter(wrong))} "):
+        plant.set_state(InitialState(**wrong))
+    assert plant.state == before
 
 
 def test_open_without_spring_and_brake_moves_one_rigid_body() -> None:

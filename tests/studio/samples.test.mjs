@@ -154,9 +154,9 @@ test("angles travel as turns and notches as cycles, points of curves before what
 });
 
 test("what no device can play is refused with the effect, the field and what is allowed", () => {
-  const refusal = (effect) => {
+  const refusal = (effect, limits = LIMITS) => {
     try {
-      sceneToWire([effect], LIMITS);
+      sceneToWire([effect], limits);
     } catch (error) {
       return error.message;
     }
@@ -165,6 +165,10 @@ test("what no device can play is refused with the effect, the field and what is 
   assert.match(refusal({ type: "damper", damping_nm_s_per_rad: NaN }), /effect 0 \(damper\): damping_nm_s_per_rad is NaN, allowed are 0 to 1000/);
   assert.match(refusal({ type: "detents", torque_nm: 0.1 }), /exactly one of per_turn and pitch_rad/);
   assert.match(refusal({ type: "detents", torque_nm: 0.1, per_turn: 5000 }), /up to 4096/);
+  const fine = { ...LIMITS, countsPerRev: 1 << 24 };
+  assert.equal(refusal({ type: "detents", torque_nm: 0.1, per_turn: 65_536 }, fine), "");
+  assert.match(refusal({ type: "detents", torque_nm: 0.1, per_turn: 65_537 }, fine), /up to 65536$/);
+  assert.match(refusal({ type: "curve", torque_nm: [0, 0.01], span_rad: 9e-5 }, fine), /are 1\/65536 turn to 128 turns/);
   assert.match(refusal({ type: "curve", torque_nm: [1] }), /has 1 points, allowed are 2 to 1024/);
   const wall = (turns) => refusal({ type: "wall", angle_rad: turns * 2 * Math.PI, stiffness_nm_per_rad: 1 });
   assert.equal(wall(67_108_864), ""); // 2^58 of 2^-32 turns, as in docs/protocol.md

@@ -42,6 +42,8 @@ def studio_reports() -> str:
             "CURVE_POINTS_PER_REPORT": ("number", constants.CURVE_POINTS_PER_REPORT.value),
             "MAX_TORQUE_NM": ("number", constants.MAX_TORQUE_NM.value),
             "MAX_TURNS_Q32": ("number", float(constants.MAX_TURNS_Q32.value)),
+            "MIN_SPAN_TURNS_Q32": ("number", float(constants.MIN_SPAN_TURNS_Q32.value)),
+            "MAX_CYCLES_PER_TURN_Q32": ("number", float(constants.MAX_CYCLES_PER_TURN_Q32.value)),
             "MAX_SPAN_TURNS_Q32": ("number", float(constants.MAX_SPAN_TURNS_Q32.value)),
             "LEDGER_TORQUE_NM": ("number", constants.LEDGER_TORQUE_NM),
             "STATES": (names, javascript.values(e.STATE)),

@@ -44,6 +44,7 @@ def wire_effects() -> str:
         constants.MAX_INERTIA_KG_M2,
         constants.MAX_TIME_S,
         constants.MAX_TURNS_Q32,
+        constants.MIN_SPAN_TURNS_Q32,
         constants.MAX_SPAN_TURNS_Q32,
         constants.MAX_CYCLES_PER_TURN_Q32,
     )

@@ -91,7 +91,8 @@ def test(arguments: Sequence[str]) -> int:
     """Build everything and hand over to pytest.
 
     ``usb`` first selects the tests in real kernels, each on every kernel, ``games`` those of games
-    and of browsers that take minutes, ``boards`` those of the firmware, each on every board.
+    and of browsers that take minutes, ``boards`` those of the firmware, on both boards
+    those too that otherwise go to the boards in turn.
     """
     if arguments[:1] == ["boards"]:
         arguments = ["tests/board", *arguments[1:]]

@@ -44,16 +44,18 @@ class InitialState:
 
     Attributes
     ----------
+    time_s
+        0 to 1e9.
     revolutions
-        Whole turns, exact however many.
+        Whole turns, exact however many; -1e12 to 1e12.
     angle_rad
-        Beyond them.
+        Beyond them; -1e9 to 1e9.
     speed_rad_s
-        Of knob and brake together.
+        Of knob and brake together; -1e15 to 1e15.
     twist_rad
-        Of the shaft spring: knob minus brake.
+        Of the shaft spring: knob minus brake; -1e9 to 1e9.
     motor_torque_nm
-        After the motor's lag.
+        After the motor's lag; -1e15 to 1e15.
     brake_magnetic_nm
         What the brake holds by its current, without its drag; >= 0.
     """

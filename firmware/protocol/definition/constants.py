@@ -84,6 +84,7 @@ MAX_TURNS_Q32 = Constant(
 MAX_SPAN_TURNS_Q32 = Constant(
     "max_span_turns_q32", 1 << 39, "std::uint64_t", "std::uint64_t{1} << 39", "128 turns"
 )
+MIN_SPAN_TURNS_Q32 = Constant("min_span_turns_q32", 1 << 16, "std::uint64_t")
 MAX_CYCLES_PER_TURN_Q32 = Constant(
     "max_cycles_per_turn_q32", 1 << 48, "std::uint64_t", "std::uint64_t{1} << 48"
 )

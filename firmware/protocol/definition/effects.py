@@ -14,6 +14,7 @@ from firmware.protocol.definition.constants import (
     MAX_EFFECTS,
     MAX_INERTIA_KG_M2,
     MAX_SPAN_TURNS_Q32,
+    MIN_SPAN_TURNS_Q32,
     MAX_STIFFNESS_NM_PER_RAD,
     MAX_TIME_S,
     MAX_TORQUE_NM,
@@ -238,7 +239,7 @@ CURVE = _effect(
     angle_rad("angle_rad", "angle of the first point"),
     raw(
         "span_turns_q32", "u64", "from the first point to the last; at least two of the encoder's "
-        "counts", "2^-32 turn", 1 << 16, MAX_SPAN_TURNS_Q32, default=1 << 32,
+        "counts", "2^-32 turn", MIN_SPAN_TURNS_Q32, MAX_SPAN_TURNS_Q32, default=1 << 32,
     ),
     for_hosts(
         number(
