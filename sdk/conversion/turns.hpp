@@ -1,6 +1,7 @@
 /// @file
-/// Angles as fixed-point turns, in doubles alone: what a processor has beyond them is not everywhere
-/// the same. With long double the library for Windows was wrong by hundreds of 2^-32 turn.
+/// Angles as fixed-point turns, in doubles alone: what a processor has beyond them is not
+/// everywhere the same. With long double the library for Windows was wrong by hundreds of 2^-32
+/// turn.
 #pragma once
 
 #include <cstdint>
