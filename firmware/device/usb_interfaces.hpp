@@ -30,15 +30,14 @@ enum StringIndex : std::uint8_t {
 
 namespace detail {
 
-// HID report descriptor items (HID 1.11, section 6.2.2).
 constexpr std::uint8_t main_item(protocol::Direction direction) {
   switch (direction) {
     case protocol::Direction::input:
-      return 0x81;
+      return static_cast<std::uint8_t>(hid::Main::input);
     case protocol::Direction::output:
-      return 0x91;
+      return static_cast<std::uint8_t>(hid::Main::output);
     case protocol::Direction::feature:
-      return 0xB1;
+      return static_cast<std::uint8_t>(hid::Main::feature);
   }
   return 0;
 }

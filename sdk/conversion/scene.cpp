@@ -61,10 +61,8 @@ class Rules {
     const std::int64_t most_q32 = std::min(counted_q32, kMostQ32);
     const double most = static_cast<double>(most_q32) * 0x1p-32;
     // Rounded before it is compared, so that the pitch of two counts is one of the allowed ones.
-    const double about = by_pitch ? kTurnRad.value / given : given;
-    const std::int64_t q32 = !(about > 0.0 && about < 2.0 * most) ? 0  // also for NaN
-                             : by_pitch                           ? quotient_q32(kTurnRad, {given})
-                                                                  : quotient_q32({given}, {1.0});
+    const std::int64_t q32 =
+        by_pitch ? quotient_q32(kTurnRad, {given}) : quotient_q32({given}, {1.0});
     if (q32 < 1 || q32 > most_q32) {
       refuse(
           (by_pitch ? "pitch_rad is " : "per_turn is ") + number_text(given) + ", allowed are " +
@@ -125,8 +123,7 @@ class Rules {
     const auto two_counts = static_cast<std::int64_t>(std::ceil(0x1p33 / limits_.counts_per_rev));
     const auto least =
         std::max(two_counts, static_cast<std::int64_t>(protocol::min_span_turns_q32));
-    const bool is_near = span_rad > 0.0 && span_rad / kTurnRad.value < kMost * 0x1p-31;  // or NaN
-    const std::int64_t turns = is_near ? quotient_q32({span_rad}, kTurnRad) : 0;
+    const std::int64_t turns = quotient_q32({span_rad}, kTurnRad);
     if (turns < least || turns > kMost) {
       const auto text = [](std::int64_t q32) {
         return number_text(static_cast<double>(q32) * kTurnRad.value / 0x1p32);

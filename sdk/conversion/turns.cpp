@@ -5,6 +5,10 @@
 namespace torsio::conversion {
 
 std::int64_t quotient_q32(Exact dividend, Exact divisor) {
+  constexpr double kMost = 0x1p30;
+  const double about = dividend.value / divisor.value;
+  if (std::isnan(about)) return 0;
+  if (std::abs(about) >= kMost) return static_cast<std::int64_t>(std::copysign(0x1p62, about));
   const double left = std::fmod(dividend.value, divisor.value);  // exact
   const double whole = std::round((dividend.value - left) / divisor.value);
   const double rest = left + (dividend.rest - whole * divisor.rest);
