@@ -8,7 +8,7 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ import torsio
 from tests.recordings import check_recording, counts_in_foxglove
 from torsio.commands.live import monitor_table
 from torsio.config import Law
+from torsio.knob_recording import _DeviceClock
 
 TURN = "import sys; from torsio.__main__ import main; main()"
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.4)
@@ -237,8 +238,142 @@ def test_sample_that_cannot_be_one_is_damage(tmp_path: Path, tick: object) -> No
         writer.add_metadata("versions", {})
         writer.add_message(channel, 0, json.dumps({**sample, "tick": tick}).encode(), 0)
         writer.finish()
-    with pytest.raises(torsio.Error, match=r"x\.mcap' is damaged: a sample is none"):
+    with pytest.raises(torsio.Error, match=r"x\.mcap' is damaged: a message is none"):
         torsio.load(file)
+
+
+def _rewritten(file: Path, change: Callable[[str, dict[str, object]], object]) -> None:
+    """Write a recording again, whole, with other messages."""
+    with file.open("rb") as stream:
+        reader = make_reader(stream)
+        messages = [
+            (channel.topic, json.loads(message.data), message.log_time)
+            for _, channel, message in reader.iter_messages()
+        ]
+        metadata = list(reader.iter_metadata())
+    with file.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        schema = writer.register_schema("any", "jsonschema", b"{}")
+        for one in metadata:
+            writer.add_metadata(one.name, one.metadata)
+        channels = {
+            topic: writer.register_channel(topic, "json", schema) for topic, _, _ in messages
+        }
+        for topic, message, at in messages:
+            change(topic, message)
+            writer.add_message(channels[topic], at, json.dumps(message).encode(), at)
+        writer.finish()
+
+
+def test_field_that_is_not_known_is_left_out_and_one_that_is_missing_named(
+    knob: torsio.Knob, tmp_path: Path
+) -> None:
+    file = tmp_path / "x.mcap"
+    knob.update(law="calibrated")
+    with knob.record_to(file):
+        knob.sleep(1.0)
+    before = torsio.load(file)
+    assert before.energies
+    _rewritten(file, lambda _, message: message.update(of_tomorrow=1))
+    after = torsio.load(file)
+    assert after.whole
+    np.testing.assert_array_equal(after.telemetry, before.telemetry)
+    assert after.energies == before.energies
+
+    for topic, field in (("energies", "time_s"), ("telemetry", "angle_rad")):
+        torn = tmp_path / f"{topic}.mcap"
+        torn.write_bytes(file.read_bytes())
+        _rewritten(torn, lambda of, row, t=topic, f=field: of == t and row.pop(f))  # type: ignore[misc]
+        words = rf"was written by Torsio {torsio.__version__}, and a message lacks '{field}'"
+        with pytest.raises(torsio.Error, match=words):
+            torsio.load(torn)
+        done = _torsio("export", torn, tmp_path / "x.csv")
+        assert done.returncode == 1
+        assert not (tmp_path / "x.csv").exists()
+
+
+@pytest.mark.parametrize("paced", [False, True])
+def test_notes_and_reports_stand_on_the_time_line_of_the_telemetry(
+    paced: bool, tmp_path: Path
+) -> None:
+    file = tmp_path / "x.mcap"
+    step_s = 0.05 if paced else 10.0
+    truth_s = []
+    with (
+        torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=paced)) as knob,
+        knob.record_to(file) as recording,
+    ):
+        before_ns = time.time_ns()
+        for count in range(4):
+            before_s = knob.emulator.time_s
+            recording.note("mark", count=count, time_s="mine")
+            truth_s.append((before_s, knob.emulator.time_s))
+            knob.arm()
+            knob.sleep(step_s)
+        after_ns = time.time_ns()
+    recorded = torsio.load(file)
+    marks = [event for event in recorded.events if event["kind"] == "mark"]
+    for mark, (low_s, high_s) in zip(marks, truth_s, strict=True):
+        assert low_s <= mark["device_time_s"] <= high_s
+        assert before_ns <= mark["host_time_ns"] <= after_ns
+        assert mark["time_s"] == "mine"
+    armed = recorded.device_events[0]
+    assert armed["device_time_s"] == pytest.approx(armed["tick"] / 1000.0)
+    # Other programs see the same: log_time is the device's, publish_time the host's.
+    with file.open("rb") as stream:
+        rows = [
+            (json.loads(message.data), message.log_time)
+            for _, channel, message in make_reader(stream).iter_messages(
+                topics=["telemetry", "reports", "events"]
+            )
+        ]
+    (row, zero_ns), *_ = [(row, at) for row, at in rows if "angle_rad" in row]
+    zero_ns -= round(1e9 * row["time_s"])
+    for row, at in rows:
+        if "tick" in row:
+            assert at - zero_ns == pytest.approx(1e6 * row["tick"], abs=10)
+        elif row["kind"] == "mark":
+            assert low_s <= 1e-9 * (at - zero_ns) or row["count"] < 3
+
+
+class _FarKnob:
+    """A knob on a cable: its time is asked for once, and a sample takes 3 ms or more."""
+
+    is_emulated = False
+
+    def clock(self) -> dict[str, float]:
+        return {"time_s": time.monotonic() - 100.0 - 0.5}  # a slow answer
+
+
+def test_time_of_a_knob_on_a_cable_follows_its_promptest_samples(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now_s = 1000.0
+    monkeypatch.setattr(time, "monotonic", lambda: now_s)
+    clock = _DeviceClock(_FarKnob())  # type: ignore[arg-type]
+    for late_s in (0.2, 0.003, 0.4):
+        now_s += 1.0
+        clock.hear(now_s - 100.0 - late_s)
+    assert clock.now_s() == pytest.approx(now_s - 100.0, abs=0.004)
+    now_s += 3600.0  # its crystal is slow: 50 ppm
+    clock.hear(now_s - 100.0 - 0.18)
+    assert clock.now_s() == pytest.approx(now_s - 100.18, abs=0.004)
+
+
+def test_note_without_a_number_is_json_all_the_same(knob: torsio.Knob, tmp_path: Path) -> None:
+    file = tmp_path / "x.mcap"
+    values = [float("nan"), float("inf"), -np.inf, np.float32("nan")]
+    with knob.record_to(file) as recording:
+        recording.note("odd", values=values, array=np.array(values), one=values[0])
+        recording.note("long", value=np.longdouble(1.5))
+    with file.open("rb") as stream:
+        for _, _, message in make_reader(stream).iter_messages(topics=["events"]):
+            json.loads(message.data, parse_constant=lambda name: pytest.fail(name))
+    odd, long = torsio.load(file).events
+    assert float(long["value"]) == 1.5
+    for read in (odd["values"], odd["array"], [odd["one"], "Infinity", "-Infinity", "NaN"]):
+        np.testing.assert_array_equal([float(one) for one in read], values)
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict
@@ -22,6 +23,31 @@ from torsio.told import DeviceInfo, Energies
 __all__ = ["KnobRecording"]
 
 _ENERGIES_EVERY_S = 0.12
+_DRIFT = 200e-6  # a crystal is good to half of it
+
+
+class _DeviceClock:
+    """A device's time as its host knows it, without asking."""
+
+    def __init__(self, knob: _torsio.Knob) -> None:
+        self._knob = knob
+        now_s = knob.emulator_time_s() if knob.is_emulated else knob.clock()["time_s"]
+        self._heard_s = time.monotonic()
+        self._behind_s = self._heard_s - now_s
+
+    def hear(self, sample_s: float) -> None:
+        """Take the time of a sample that has just come, and was some while on the way."""
+        now_s = time.monotonic()
+        drifted_s = _DRIFT * (now_s - self._heard_s)
+        self._behind_s = min(self._behind_s + drifted_s, now_s - sample_s)
+        self._heard_s = now_s
+
+    def now_s(self) -> float:
+        """Tell it: an emulated knob's exactly, another one's to some milliseconds."""
+        if self._knob.is_emulated:
+            with suppress(Error):  # gone
+                return self._knob.emulator_time_s()
+        return time.monotonic() - self._behind_s
 
 
 class KnobRecording:
@@ -59,8 +85,9 @@ class KnobRecording:
                 "system": f"{platform.system()} {platform.machine()}",
             },
         }
+        self._clock = _DeviceClock(self._knob)
         tap = self._knob.tap(with_telemetry=False)
-        self._file = RecordingFile(path, metadata, self._end)
+        self._file = RecordingFile(path, metadata, self._clock.now_s, self._end)
         self._asked_s = -math.inf
         self._tap = tap
         return self._file
@@ -81,6 +108,7 @@ class KnobRecording:
             self._file.write(samples, self._knob.statistics()["samples_lost"])
             self._keep_reports()
             if len(samples):
+                self._clock.hear(float(samples["time_s"][-1]))
                 self._keep_energies(float(samples["time_s"][-1]))
         return samples
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -72,15 +73,22 @@ def _schema(topic: str) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Turn effects, configurations and arrays into what JSON has, with their class's name."""
+    """Turn effects, configurations and arrays into what JSON has, with their class's name.
+
+    NaN and infinities become "NaN", "Infinity" and "-Infinity", which `float` reads.
+    """
     if is_dataclass(value) and not isinstance(value, type):
         return {"type": type(value).__name__, **{k: _plain(v) for k, v in asdict(value).items()}}
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, list | tuple):
         return [_plain(v) for v in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
     return value
 
 
@@ -95,6 +103,7 @@ class RecordingFile:
         self,
         path: str | Path,
         metadata: Mapping[str, Mapping[str, Any]],
+        device_time_s: Callable[[], float],
         on_close: Callable[[], None],
     ) -> None:
         try:
@@ -105,6 +114,11 @@ class RecordingFile:
         self.samples = 0
         """Written so far."""
         self._on_close = on_close
+        # The times of all messages are the device's, laid on the host's clock once.
+        self._device_time_s = device_time_s
+        self._host_minus_device_ns = time.time_ns() - round(1e9 * device_time_s())
+        self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
+        metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
         self._lock = threading.Lock()
         self._file: BinaryIO = self.path.open("wb")
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
@@ -120,9 +134,7 @@ class RecordingFile:
             self._writer.add_metadata(name, text)
         self._writer.flush()
         self._flushed_at = time.monotonic()
-        # Device time is laid on the host's clock at the first sample.
-        self._host_minus_device_ns: int | None = None
-        self._lost = 0
+        self._lost: int | None = None
         self._is_open = True
 
     def __enter__(self) -> RecordingFile:
@@ -151,31 +163,31 @@ class RecordingFile:
                 self._file.close()
 
     def note(self, kind: str, **values: Any) -> None:
-        """Write an event of the program's own: a mark, a condition of an experiment."""
-        self._add("events", time.time_ns(), {"kind": kind, **values})
+        """Write an event of the program's own: a mark, a condition of an experiment.
+
+        What JSON has not becomes text: NaN is "NaN" and infinity "Infinity", as `float` reads them.
+        """
+        self._add("events", round(1e9 * self._device_time_s()), {"kind": kind, **values})
 
     def write(self, samples: Record, samples_lost: int) -> None:
         """Write telemetry, and what is missing between it and the last; the knob calls it."""
         if len(samples) == 0:
             return
         first_ns = round(1e9 * float(samples["time_s"][0]))
-        if self._host_minus_device_ns is None:
-            self._host_minus_device_ns = time.time_ns() - first_ns
+        if self._lost is None:
             self._lost = samples_lost
         if samples_lost > self._lost:
-            at = self._host_minus_device_ns + first_ns
-            self._add("drop_outs", at, {"samples_lost": samples_lost - self._lost})
+            self._add("drop_outs", first_ns, {"samples_lost": samples_lost - self._lost})
             self._lost = samples_lost
         columns = [samples[name].tolist() for name in _COLUMNS]
-        times_ns = np.rint(1e9 * samples["time_s"]).astype(np.int64) + self._host_minus_device_ns
+        times_ns = np.rint(1e9 * samples["time_s"]).astype(np.int64)
         for at, row in zip(times_ns.tolist(), zip(*columns, strict=True), strict=True):
             self._add("telemetry", at, dict(zip(_COLUMNS, row, strict=True)))
         self.samples += len(samples)
 
     def write_energies(self, energies: Energies) -> None:
         """Write what was asked after telemetry had come; the knob calls it."""
-        at = (self._host_minus_device_ns or 0) + round(1e9 * energies.time_s)
-        self._add("energies", at, asdict(energies))
+        self._add("energies", round(1e9 * energies.time_s), asdict(energies))
 
     def write_reports(self, reports: Iterable[LoggedReport]) -> None:
         """Write reports that travelled, and what the device told of itself; the knob calls it."""
@@ -185,22 +197,25 @@ class RecordingFile:
             except MalformedReport:
                 name, values = "", {}
             row = {"tick": tick, "sent": sent, "name": name, "bytes": content.hex()}
-            self._add("reports", time.time_ns(), row)
+            at_ns = round(self._period_ns * tick)
+            self._add("reports", at_ns, row)
             if name == "event":
-                self._add("device_events", time.time_ns(), values)
+                self._add("device_events", round(self._period_ns * values["tick"]), values)
 
     def write_inputs(self, inputs: Iterable[DeviceInput]) -> None:
         """Write what entered an emulated device; the knob calls it."""
         for one in inputs:
             row = {"tick": one.tick, "kind": one.kind, "bytes": one.bytes.hex()}
-            self._add("inputs", time.time_ns(), row)
+            self._add("inputs", round(self._period_ns * one.tick), row)
 
-    def _add(self, topic: str, at_ns: int, message: Mapping[str, Any]) -> None:
-        data = json.dumps(_plain(message), separators=(",", ":"), default=str).encode()
+    def _add(self, topic: str, device_ns: int, message: Mapping[str, Any]) -> None:
+        plain = _plain(message)
+        data = json.dumps(plain, separators=(",", ":"), default=str, allow_nan=False).encode()
+        at_ns = self._host_minus_device_ns + device_ns
         with self._lock:
             if not self._is_open:
                 return
-            self._writer.add_message(self._channels[topic], at_ns, data, at_ns)
+            self._writer.add_message(self._channels[topic], at_ns, data, time.time_ns())
             if time.monotonic() - self._flushed_at > _FLUSH_S:
                 self._writer.flush()
                 self._flushed_at = time.monotonic()
@@ -215,10 +230,11 @@ class Recorded:
     telemetry
         Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,).
     events
-        What the program asked of the knob and noted, in order; each has ``kind`` and
-        ``host_time_ns``.
+        What the program asked of the knob and noted, in order; each has ``kind``,
+        ``device_time_s``, which is the telemetry's ``time_s``, and ``host_time_ns``, when it was
+        written by the host's clock.
     device_events
-        What the device told of itself: changes of state, faults, silence.
+        What the device told of itself: changes of state, faults, silence; with the same two times.
     reports
         That were sent, and acknowledgements and events that came, in order: the tick of the newest
         thing known then, whether it was sent, and the bytes. First come those of the scene that
@@ -283,6 +299,18 @@ class Recorded:
             raise Error(f"{str(path)!r} ends in neither .csv nor .parquet")
 
 
+_READ: Final[dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]]] = {
+    "telemetry": lambda row, _: tuple(row[name] for name in _COLUMNS),
+    "energies": lambda row, _: Energies(**{name: row[name] for name in _FIELDS["energies"]}),
+    "events": lambda row, times: {**row, **times},
+    "device_events": lambda row, times: {**row, **times},
+    "drop_outs": lambda row, _: row["samples_lost"],
+    "reports": lambda row, _: (row["tick"], row["sent"], bytes.fromhex(row["bytes"])),
+    "inputs": lambda row, _: DeviceInput(row["tick"], row["kind"], bytes.fromhex(row["bytes"])),
+}
+"""What `load` makes of a message of a topic and of its times; fields that it does not know stay."""
+
+
 def load(path: str | Path) -> Recorded:
     """Read a recording, also one that was torn in the middle.
 
@@ -291,7 +319,8 @@ def load(path: str | Path) -> Recorded:
     FileNotFoundError
         If there is no such file.
     torsio.Error
-        If it is no recording of Torsio, or has samples that none can be.
+        If it is no recording of Torsio, has samples that none can be, or is of a version whose
+        messages lack something.
     """
     try:
         from mcap.records import Channel, Footer, Message, Metadata
@@ -299,46 +328,58 @@ def load(path: str | Path) -> Recorded:
     except ModuleNotFoundError as error:
         raise _missing() from error
     topics: dict[int, str] = {}
-    rows: list[tuple[Any, ...]] = []
-    events: list[dict[str, Any]] = []
-    told: list[dict[str, Any]] = []
-    reports: list[LoggedReport] = []
-    inputs: list[DeviceInput] = []
-    energies: list[Energies] = []
+    found: dict[str, list[Any]] = {topic: [] for topic in _TOPICS}
     metadata: dict[str, dict[str, Any]] = {}
-    lost, whole = 0, False
-    # What is torn or damaged raises whatever it likes, from the library and from its parts.
-    with Path(path).open("rb") as file, contextlib.suppress(Exception):
-        for record in StreamReader(file, validate_crcs=True, record_size_limit=2**28).records:
+    whole = False
+    with Path(path).open("rb") as file, _explained(path, metadata):
+        reader = StreamReader(file, validate_crcs=True, record_size_limit=2**28)
+        for record in _until_torn(reader.records):
             if isinstance(record, Channel):
                 topics[record.id] = record.topic
             elif isinstance(record, Metadata):
                 metadata[record.name] = {k: json.loads(v) for k, v in record.metadata.items()}
-            elif isinstance(record, Message):
-                message = json.loads(record.data)
-                topic = topics.get(record.channel_id)
-                if topic == "telemetry":
-                    rows.append(tuple(message[name] for name in _COLUMNS))
-                elif topic == "energies":
-                    energies.append(Energies(**message))
-                elif topic == "events":
-                    events.append({**message, "host_time_ns": record.log_time})
-                elif topic == "device_events":
-                    told.append({**message, "host_time_ns": record.log_time})
-                elif topic == "reports":
-                    content = bytes.fromhex(message["bytes"])
-                    reports.append((message["tick"], message["sent"], content))
-                elif topic == "inputs":
-                    content = bytes.fromhex(message["bytes"])
-                    inputs.append(DeviceInput(message["tick"], message["kind"], content))
-                elif topic == "drop_outs":
-                    lost += message["samples_lost"]
+            elif isinstance(record, Message) and topics.get(record.channel_id) in found:
+                topic = topics[record.channel_id]
+                found[topic].append(_READ[topic](json.loads(record.data), _times(record, metadata)))
             elif isinstance(record, Footer):
                 whole = True
-    if "versions" not in metadata:
-        raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
+        if "versions" not in metadata:
+            raise Error(f"{str(path)!r} is no recording of Torsio, or was torn before it began")
+        return Recorded(
+            telemetry=np.array(found["telemetry"], TELEMETRY_DTYPE),
+            samples_lost=sum(found["drop_outs"]),
+            metadata=metadata,
+            whole=whole,
+            **{name: found[name] for name in found.keys() - {"telemetry", "drop_outs"}},
+        )
+
+
+def _until_torn(records: Iterable[Any]) -> Iterator[Any]:
+    """Give the records before the place where the bytes are torn or damaged."""
     try:
-        samples = np.array(rows, TELEMETRY_DTYPE)
-    except (OverflowError, TypeError, ValueError) as error:
-        raise Error(f"{str(path)!r} is damaged: a sample is none ({error})") from error
-    return Recorded(samples, events, lost, metadata, whole, told, reports, inputs, energies)
+        yield from records
+    except OSError:  # the bytes cannot be read at all
+        raise
+    except Exception:  # whatever the reader and its parts like to raise of such bytes
+        return
+
+
+def _times(message: Any, metadata: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Give when a message was written, by both clocks."""
+    at_ns = message.log_time - metadata.get("clock", {}).get("host_minus_device_ns", 0)
+    return {"device_time_s": 1e-9 * at_ns, "host_time_ns": message.publish_time}
+
+
+@contextlib.contextmanager
+def _explained(path: str | Path, metadata: Mapping[str, Mapping[str, Any]]) -> Iterator[None]:
+    """Say what is wrong with a recording whose bytes are whole."""
+    try:
+        yield
+    except KeyError as error:
+        by = metadata.get("versions", {}).get("torsio", "another version")
+        raise Error(
+            f"{str(path)!r} was written by Torsio {by}, and a message lacks {error}: read it with "
+            f"that version; this is {version('torsio')}"
+        ) from error
+    except (AttributeError, OverflowError, TypeError, ValueError, RecursionError) as error:
+        raise Error(f"{str(path)!r} is damaged: a message is none ({error})") from error
