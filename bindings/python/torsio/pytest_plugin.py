@@ -70,6 +70,11 @@ def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
     return options
 
 
+def _name(item: pytest.Item) -> str:
+    """Give a test's name as pytest is called with; xdist writes a test's group behind it."""
+    return f"{item.parent.nodeid}::{item.name}" if item.parent else item.nodeid
+
+
 @pytest.fixture
 def torsio_seed(request: pytest.FixtureRequest) -> int:
     """Give the seed of everything random in the test's knob, printed if the test fails."""
@@ -78,7 +83,7 @@ def torsio_seed(request: pytest.FixtureRequest) -> int:
     given = request.config.getoption("--torsio-seed")
     if given == "random":
         return random.SystemRandom().getrandbits(32)
-    return int(given) if given else zlib.crc32(request.node.nodeid.encode())
+    return int(given) if given else zlib.crc32(_name(request.node).encode())
 
 
 @pytest.fixture
@@ -87,7 +92,7 @@ def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[to
     options = torsio.EmulatorOptions(
         **{"log_truth": True, **_options(request), "seed": torsio_seed}
     )
-    plugs = _PLUGS[request.node.nodeid] = _Plugs(options)
+    plugs = _PLUGS[_name(request.node)] = _Plugs(options)
     try:
         yield plugs.knob
     finally:
@@ -118,7 +123,7 @@ def _knob_now(
     request: pytest.FixtureRequest, torsio_knob: torsio.Knob
 ) -> Callable[[], torsio.Knob]:
     """Give what gives the knob that is plugged in; a fixture of the user's may be in our place."""
-    plugs = _PLUGS.get(request.node.nodeid)
+    plugs = _PLUGS.get(_name(request.node))
     return lambda: torsio_knob if plugs is None else plugs.knob
 
 
@@ -131,7 +136,7 @@ def torsio_open(
     Once that was closed or unplugged it gives another with the same options, as if the device had
     been plugged in again.
     """
-    plugs = _PLUGS.get(request.node.nodeid)
+    plugs = _PLUGS.get(_name(request.node))
 
     def open_(*_: object, **__: object) -> torsio.Knob:
         if plugs is None:
@@ -148,10 +153,10 @@ def torsio_open(
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     """Say of a failed test what its knob's seed was, and keep what its knob did."""
     report = (yield).get_result()
-    plugs = _PLUGS.get(item.nodeid)
+    plugs = _PLUGS.get(_name(item))
     if report.failed and plugs is not None:
         seed = plugs.options.seed
-        lines = [f"seed {seed}; again with: pytest --torsio-seed={seed} '{item.nodeid}'"]
+        lines = [f"seed {seed}; again with: pytest --torsio-seed={seed} '{_name(item)}'"]
         for number, knob in enumerate(plugs.knobs):
             try:
                 lines.append(f"recording {knob.keep(_recording_of(item, number))}")
@@ -159,7 +164,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
                 lines.append(f"no recording: {error}")
         report.sections.append(("torsio", "\n".join(lines)))
     if report.when == "teardown":
-        _PLUGS.pop(item.nodeid, None)
+        _PLUGS.pop(_name(item), None)
 
 
 def _recording_of(item: pytest.Item, number: int) -> Path:
@@ -171,9 +176,10 @@ def _recording_of(item: pytest.Item, number: int) -> Path:
     else:
         path = item.config.rootpath / "torsio-recordings"
     path.mkdir(parents=True, exist_ok=True)
-    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in item.nodeid)
-    own = f"-{zlib.crc32(item.nodeid.encode()):08x}"  # others may be called the same now
-    return path / f"{name[-120:]}{own}{f'-{number + 1}' if number else ''}.npz"
+    name = "".join(c if c.isalnum() or c in "-_." else "_" for c in _name(item))
+    name = name.encode()[-120:].decode(errors="ignore")  # a file's name is some 255 bytes
+    own = f"-{zlib.crc32(_name(item).encode()):08x}"  # others may be called the same now
+    return path / f"{name}{own}{f'-{number + 1}' if number else ''}.npz"
 
 
 class _Tap:

@@ -6,12 +6,13 @@ Works with any test runner; `torsio.pytest_plugin` makes pytest's fixtures of it
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, Final, TypeAlias
 from unittest.mock import patch
 
 import numpy as np
@@ -30,6 +31,10 @@ __all__ = ["Expected", "Faults", "HoldingHand", "assert_felt", "felt_nm", "virtu
 Floats: TypeAlias = npt.NDArray[np.float64]
 Expected: TypeAlias = float | npt.ArrayLike | Callable[[Floats], npt.ArrayLike]
 """A torque on the knob in N m, one for each row, or a function of the angles in rad."""
+_CLOCKS: Final = ("monotonic", "perf_counter", "time")
+_WALL: Final = {
+    name: getattr(time, name) for name in ("sleep", *_CLOCKS, *(f"{name}_ns" for name in _CLOCKS))
+}
 
 
 def felt_nm(log: Record) -> Floats:
@@ -292,7 +297,8 @@ def virtual_time(knob: Knob | Callable[[], Knob]) -> Iterator[None]:
     ``time.sleep`` lets the knob's time pass, and ``time.monotonic``, ``perf_counter``, ``time`` and
     their ``_ns`` twins tell it. Names that were taken out of the module before, as by
     ``from time import sleep``, stay what they were. Other threads are affected as well. When the
-    knob is gone, closed or unplugged, time goes on by what is slept.
+    knob is gone, closed or unplugged, time goes on by what is slept. The modules in `WAITING` of
+    the standard library keep the wall's clock.
 
     Parameters
     ----------
@@ -313,11 +319,32 @@ def virtual_time(knob: Knob | Callable[[], Knob]) -> Iterator[None]:
         return start_ns + round(1e9 * clock.elapsed_s())
 
     virtual: dict[str, Any] = {"sleep": clock.sleep}
-    for name in ("monotonic", "perf_counter", "time"):
+    for name in _CLOCKS:
         virtual[name] = partial(now_s, getattr(time, name)())
         virtual[f"{name}_ns"] = partial(now_ns, getattr(time, f"{name}_ns")())
-    with patch.multiple(time, **virtual):
+    chosen: dict[str, Any] = {name: _unless_waiting(virtual[name], name) for name in virtual}
+    with patch.multiple(time, **chosen):
         yield
+
+
+WAITING: Final = frozenset(
+    {
+        *("asyncio", "asyncore", "concurrent", "imaplib", "multiprocessing", "queue"),
+        *("socketserver", "subprocess", "telnetlib", "threading"),
+    }
+)
+"""Modules and packages of the standard library that compute a deadline and wait for it in C."""
+
+
+def _unless_waiting(virtual: Callable[..., Any], name: str) -> Callable[..., Any]:
+    """Give a function of the module `time` that tells those in `WAITING` the wall's clock."""
+    real = _WALL[name]
+
+    def choose(*arguments: Any) -> Any:
+        asks = str(sys._getframe(1).f_globals.get("__name__", ""))
+        return (real if asks.partition(".")[0] in WAITING else virtual)(*arguments)
+
+    return choose
 
 
 class _Clock:
