@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 import torsio
 from torsio.cli import app
+from torsio.whole_file import beside
 
 ROOM_BYTES = 6000
 
@@ -68,6 +69,32 @@ def test_table_on_a_full_disk_leaves_the_one_that_was_there(
     says_so("export", str(recording), str(table))
     assert table.read_text() == "of yesterday"
     assert list(tmp_path.iterdir()) == [table]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444, 0o666])
+def test_table_has_the_mode_of_the_one_that_was_there(
+    recording: Path, tmp_path: Path, mode: int
+) -> None:
+    table = tmp_path / "table.csv"
+    table.touch()
+    table.chmod(mode)
+    torsio.load(recording).save(table)
+    assert table.stat().st_mode & 0o777 == mode
+    assert table.stat().st_size > 1000
+
+
+def test_new_table_has_the_mode_of_any_new_file(recording: Path, tmp_path: Path) -> None:
+    torsio.load(recording).save(tmp_path / "table.csv")
+    (tmp_path / "other").touch()
+    assert (tmp_path / "table.csv").stat().st_mode == (tmp_path / "other").stat().st_mode
+
+
+@pytest.mark.parametrize("name", ["x" * 251 + ".csv", "\u00e4" * 125 + ".csv", "x." + "y" * 253])
+def test_name_may_be_as_long_as_names_are(tmp_path: Path, name: str) -> None:
+    assert len(name.encode()) > 250
+    with beside(tmp_path / name) as part:
+        part.write_text("whole")
+    assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
 def test_report_on_a_full_disk_leaves_none(recording: Path, tmp_path: Path) -> None:

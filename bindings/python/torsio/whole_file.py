@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import os
+import shutil
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+# A longer one names no format, and may leave no room for the rest of the name.
+_LONGEST_ENDING_BYTES = 32
 
 
 @contextmanager
@@ -13,14 +18,18 @@ def beside(path: str | Path) -> Iterator[Path]:
     """Give a place beside a file's, and put what is written there in the file's when it is whole.
 
     If anything is raised, a full disk for example, the file is as it was before. The ending of the
-    name stays, which tells some writers the format. What is wrong with the place is wrong with the
-    file, by its own name.
+    name stays, which tells some writers the format; so do owner and mode of the file. What is wrong
+    with the place is wrong with the file, by its own name.
     """
     file = Path(path).resolve()
-    part = file.with_name(f".part-{os.getpid()}-{file.name}")
+    ending = file.suffix if len(os.fsencode(file.suffix)) <= _LONGEST_ENDING_BYTES else ""
+    part = file.with_name(f".part-{os.getpid()}-{os.urandom(4).hex()}{ending}")
     try:
-        part.open("wb").close()  # so that whatever writes finds the folder
+        # So that whatever writes finds the folder; nobody may read more than of the file.
+        part.touch(0o600 if file.exists() else 0o666, exist_ok=False)
         yield part
+        if file.exists():
+            _take_over(file, part)
         part.replace(file)
     except OSError as error:
         if error.filename != str(part):
@@ -29,3 +38,11 @@ def beside(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # of a place that is wrong, which is told already
             part.unlink()
+
+
+def _take_over(file: Path, part: Path) -> None:
+    """Give a part the owner and the mode of the file whose place it takes."""
+    if sys.platform != "win32":
+        with suppress(OSError):  # only root may give files away
+            os.chown(part, file.stat().st_uid, file.stat().st_gid)
+    shutil.copymode(file, part)
