@@ -1,8 +1,30 @@
 #include "module.hpp"
 
+#include <cstddef>
+
 #include "interpreter.hpp"
 
-PYBIND11_MODULE(_torsio, module) {
+namespace torsio::bindings {
+namespace {
+
+/// Called where pybind11 would make raw memory of an object that `__new__` alone has made.
+void* refuse_without_init(std::size_t) {
+  throw py::type_error("the object was made with __new__ alone: call its class");
+}
+
+void refuse_all_without_init(const py::handle& module) {
+  for (const auto& [name, value] : py::dict(module.attr("__dict__"))) {
+    if (PyModule_Check(value.ptr())) refuse_all_without_init(value);
+    if (!PyType_Check(value.ptr())) continue;
+    auto* const info = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr()));
+    if (info != nullptr) info->operator_new = &refuse_without_init;
+  }
+}
+
+}  // namespace
+}  // namespace torsio::bindings
+
+PYBIND11_MODULE(_torsio_in_main, module) {
   using namespace torsio::bindings;
   module.doc() = "The C++ side of the torsio package. Use the package, not this module.";
   watch_interpreter();
@@ -15,4 +37,13 @@ PYBIND11_MODULE(_torsio, module) {
   bind_firmware(module);
   bind_watch(module);
   bind_transport(module);
+  refuse_all_without_init(module);
+}
+
+/// Python calls this one. In a sub-interpreter pybind11 hangs before the first line above.
+PYBIND11_PLUGIN_IMPL(_torsio) {
+  if (PyInterpreterState_Get() == PyInterpreterState_Main()) return PyInit__torsio_in_main();
+  PyErr_SetString(PyExc_ImportError,
+                  "torsio works in the main interpreter only: use a process instead");
+  return nullptr;
 }

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -33,6 +36,7 @@ from torsio import (
     Timing,
     TorqueHand,
     Wall,
+    _torsio,
     protocol,
 )
 from torsio.emulator import EmulatedDevice
@@ -400,3 +404,70 @@ def test_device_refuses_feature_reports_of_another_length(length: int) -> None:
 
 def test_device_stalls_unknown_feature_requests() -> None:
     assert EmulatedDevice().get_feature(0x77) is None
+
+
+def _bound_classes(module: ModuleType) -> Iterator[type]:
+    for value in vars(module).values():
+        if isinstance(value, ModuleType):
+            yield from _bound_classes(value)
+        elif type(value).__name__ == "pybind11_type":
+            yield value
+
+
+WITHOUT_INIT = """if True:
+    import sys
+    from torsio import _torsio
+
+    scope, _, name = sys.argv[1].rpartition(".")
+    for part in scope.split(".")[2:]:
+        _torsio = getattr(_torsio, part)
+    kind = getattr(_torsio, name)
+    made = kind.__new__(kind)
+    for name in dir(kind):
+        if name.startswith("__"):
+            continue
+        member = getattr(type(made), name)
+        calls = [lambda: getattr(made, name)] if isinstance(member, property) else [
+            lambda n=n: getattr(made, name)(*([0] * n)) for n in range(6)
+        ]
+        for call in calls:
+            try:
+                call()
+            except TypeError:
+                continue
+            raise SystemExit(f"{name} did something")
+    del made
+    print("done")
+"""
+
+
+def test_every_bound_class_is_known_to_the_next_test() -> None:
+    assert len(CLASSES) >= 15
+
+
+CLASSES = sorted(f"{kind.__module__}.{kind.__name__}" for kind in _bound_classes(_torsio))
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_object_that_was_made_without_init_is_a_type_error(name: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_INIT, name], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "done\n", (done.returncode, done.stderr)
+
+
+def test_sub_interpreter_is_refused() -> None:
+    program = """if True:
+        try:
+            import _interpreters as interpreters
+        except ImportError:
+            import _xxsubinterpreters as interpreters
+        other = interpreters.create()
+        script = "try:\\n import torsio\\nexcept ImportError as error: print(error, flush=True)"
+        told = interpreters.run_string(other, script)
+        assert told is None, told
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert "torsio works in the main interpreter only" in done.stdout, done.stderr
