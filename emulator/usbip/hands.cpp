@@ -109,6 +109,10 @@ Hand read_hand(std::istream& stream, const std::string& name, std::int64_t start
   };
   while (std::getline(stream, text)) {
     ++count;
+    if (count == 1 && text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);  // Notepad's mark
+    if (count == 1 && (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))) {
+      fail("is in UTF-16: save it as UTF-8");
+    }
     const std::string_view line = trimmed(std::string_view(text).substr(0, text.find('#')));
     if (line.empty()) continue;
     if (const std::string problem = read_line(line, script); !problem.empty()) fail(problem);

@@ -85,7 +85,9 @@ struct ConfigPart {
 
 class ConfigReader {
  public:
-  explicit ConfigReader(std::string_view text) : text_(text) {}
+  explicit ConfigReader(std::string_view text) : text_(text) {
+    take("\xEF\xBB\xBF");  // as Notepad begins
+  }
 
   std::vector<ConfigPart> read() {
     std::vector<ConfigPart> parts;

@@ -45,6 +45,27 @@ def test_dump_can_be_loaded_again(tmp_path: Path) -> None:
         assert knob.control_config() == before
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-be", "utf-32"])
+def test_dump_may_be_as_windows_writes_it(tmp_path: Path, encoding: str) -> None:
+    file = tmp_path / "knob.json"
+    file.write_text(json.dumps({"control_config": {"beta": 0.375}}), encoding=encoding)
+    run("config", "load", str(file))
+    assert "beta  0.375" in run("config", "get", "beta")
+    run("config", "set", "beta=0.5")
+    with torsio.open(DEVICE[1]) as knob:
+        torsio.load_config(knob, "\ufeff" + json.dumps({"control_config": {"beta": 0.375}}))
+        assert knob.control_config().beta == 0.375
+
+
+@pytest.mark.parametrize("command", ["config set beta=0.5", "config load", "games set --gain 0.5"])
+def test_what_an_emulated_knob_forgets_is_said(tmp_path: Path, command: str) -> None:
+    (tmp_path / "knob.json").write_text("{}")
+    more = [str(tmp_path / "knob.json")] if command.endswith("load") else []
+    said = " ".join(run(*command.split(), *more).split())
+    assert "this emulated knob ends here, and what it has saved with it" in said
+    assert "`torsio emulate --usbip --storage FILE`" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

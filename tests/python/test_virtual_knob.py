@@ -213,6 +213,20 @@ def test_bad_hand_script_is_named_with_its_line(tmp_path: Path) -> None:
     )
 
 
+def test_hand_script_of_notepad_is_read_and_one_in_utf_16_refused_as_that(tmp_path: Path) -> None:
+    script = tmp_path / "hand.txt"
+    script.write_text("torque_nm\n0 0\n", encoding="utf-8-sig")
+    with emulated("--hand", f"scripted:{script}") as (process, _):
+        end(process)
+    assert process.returncode == 0
+    for encoding in ("utf-16", "utf-16-be"):
+        mark = "" if encoding == "utf-16" else "\ufeff"
+        script.write_text(f"{mark}torque_nm\n0 0\n", encoding=encoding)
+        assert f"{script}:1: is in UTF-16: save it as UTF-8" in refused(
+            "--hand", f"scripted:{script}"
+        )
+
+
 def test_another_address_than_loopback_is_warned_of() -> None:
     with emulated("--address", "0.0.0.0") as (process, _):
         output, errors = end(process)
@@ -238,6 +252,15 @@ def test_log_holds_the_truth_at_every_control_tick(tmp_path: Path) -> None:
         time_ns, angle, *_ = row.split(",")
         assert int(time_ns) == 500_000 * n
         assert float(angle) == pytest.approx(min(0.5e-9 * int(time_ns), 0.5), abs=1e-9)
+
+
+def test_storage_goes_to_the_program_which_refuses_what_is_none(tmp_path: Path) -> None:
+    bad = tmp_path / "bad"
+    bad.write_text("no storage")
+    assert "is no file that a virtual knob has written" in refused("--storage", str(bad))
+    with emulated("--storage", str(tmp_path / "new")) as (process, _):
+        end(process)
+    assert process.returncode == 0
 
 
 def test_log_that_cannot_be_written_is_said_with_status_1() -> None:

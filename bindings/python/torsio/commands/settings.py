@@ -9,7 +9,14 @@ from typing import Annotated, Any
 
 import typer
 
-from torsio.commands.shared import Device, opened, plainly, value_of, value_text
+from torsio.commands.shared import (
+    Device,
+    opened,
+    plainly,
+    say_if_forgotten,
+    value_of,
+    value_text,
+)
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
@@ -63,6 +70,7 @@ def config_set_command(
             changes.setdefault(part, {})[name] = value_of(name, text, type(value))
         load_config(knob, json.dumps(changes))
         _show_fields(knob, list(now))
+        say_if_forgotten(knob)
 
 
 def config_dump_command(device: Device = "") -> None:
@@ -73,13 +81,16 @@ def config_dump_command(device: Device = "") -> None:
 
 def config_load_command(file: Path, device: Device = "") -> None:
     """Set what a file of `dump` has, all or nothing, and keep it on the knob."""
-    # What is no UTF-8 is no name of a field either, and told as that.
-    text = file.read_text(encoding="utf-8", errors="replace")
+    # Also as PowerShell's redirection and Notepad write it. What is no text is no name of a field
+    # either, and told as that.
+    content = file.read_bytes()
+    text = content.decode(json.detect_encoding(content), errors="replace")
     with opened(device, err) as knob:
         try:
             load_config(knob, text)
         except InvalidArgument as error:
             raise InvalidArgument(f"{file}: {error}") from None
+        say_if_forgotten(knob)
 
 
 def add_to(app: typer.Typer) -> None:

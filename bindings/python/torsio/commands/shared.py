@@ -27,6 +27,7 @@ __all__ = [
     "opened",
     "plainly",
     "print_json",
+    "say_if_forgotten",
     "value_of",
     "value_text",
 ]
@@ -113,6 +114,16 @@ def opened(
         # Closing has disarmed it.
         err.print("torsio: interrupted; the knob is disarmed")
         raise typer.Exit(130) from None
+
+
+def say_if_forgotten(knob: torsio.Knob) -> None:
+    """Say of an emulated knob that what it has saved ends with the command."""
+    if knob.is_emulated:
+        line(
+            err,
+            "torsio: this emulated knob ends here, and what it has saved with it; `torsio emulate "
+            "--usbip --storage FILE` is one that keeps it",
+        )
 
 
 def print_json(value: Any) -> None:

@@ -179,6 +179,10 @@ def emulate_command(
         Path | None,
         typer.Option(metavar="FILE", help="Write what truly happens at every control tick."),
     ] = None,
+    storage: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep there what is saved on the knob, and start so."),
+    ] = None,
 ) -> None:
     """Serve an emulated knob as a USB device, over USB/IP, until Ctrl-C.
 
@@ -194,6 +198,7 @@ def emulate_command(
     command += ["--rate-hz", repr(rate_hz), "--seed", str(seed)]
     command += ["--hand", "free" if person else hand]
     command += ["--log", str(log)] if log else []
+    command += ["--storage", str(storage)] if storage else []
     command += ["--status"] if sys.stdout.isatty() else []
     with ExitStack() as stack:
         process = stack.enter_context(_running(command))
