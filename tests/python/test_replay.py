@@ -127,6 +127,11 @@ def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> No
     np.testing.assert_allclose(
         other["desired_torque_nm"][settled], -0.7 * depth[settled], atol=step_nm
     )
+    with pytest.raises(torsio.InvalidArgument, match="the recording has no detents, so there is"):
+        torsio.replay(file, **{"detents.torque_nm": 0.01, "wall.stiffness_nm_per_rad": 0.7})
+    counted = replace(torsio.load(file), inputs=[])
+    with pytest.raises(torsio.InvalidArgument, match="has no constant and no detents, so"):
+        torsio.replay(counted, **{"detents.torque_nm": 0.01, "constant.torque_nm": 0.01})
     with pytest.raises(torsio.InvalidArgument, match="there is no effect walls, but wall, "):
         torsio.replay(file, **{"walls.stiffness_nm_per_rad": 1})
     with pytest.raises(torsio.InvalidArgument, match="can be changed of wall is stiffness_nm"):

@@ -118,7 +118,7 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
         )
     if len(recorded.telemetry) == 0:
         raise Error("the recording has no telemetry, so there is nothing to compare a replay with")
-    wanted = _by_report(changes)
+    wanted = _Changes(_by_report(changes))
     try:
         behind = 0
         inputs: Iterable[DeviceInput] = recorded.inputs
@@ -126,6 +126,7 @@ def replay(recording: str | Path | Recorded, **changes: Any) -> Replayed:
             made = from_telemetry(recorded)
             inputs, behind = made.inputs, made.ticks_behind
         answers, samples = _run(inputs, wanted, recorded, behind)
+        wanted.check_met()
         return _compare(recorded, samples, answers)
     except Error:
         raise
@@ -165,18 +166,36 @@ def _place(path: str) -> tuple[str, str]:
     return effect, name
 
 
-def _changed(content: bytes, wanted: Mapping[str, Mapping[str, Any]]) -> bytes:
-    """Put changes into a report, if it is a configuration that has some."""
-    try:
-        name, values = protocol.decode(content)
-    except MalformedReport:
-        return content
-    return protocol.encode(name, {**values, **wanted[name]}) if name in wanted else content
+class _Changes:
+    """What is to be changed in the reports that a device takes, and what there was to change."""
+
+    def __init__(self, by_report: Mapping[str, Mapping[str, Any]]) -> None:
+        self.by_report = by_report
+        self._met: set[str] = set()
+
+    def put(self, content: bytes) -> bytes:
+        """Put changes into a report, if it is one that has some."""
+        try:
+            name, values = protocol.decode(content)
+        except MalformedReport:
+            return content
+        if name not in self.by_report:
+            return content
+        self._met.add(name)
+        return protocol.encode(name, {**values, **self.by_report[name]})
+
+    def check_met(self) -> None:
+        """Raise `InvalidArgument` if there was nothing that a change could be made of."""
+        if absent := self.by_report.keys() - self._met:
+            raise InvalidArgument(
+                f"the recording has no {' and no '.join(sorted(absent))}, so there is nothing to "
+                "change"
+            )
 
 
 def _run(
     inputs: Iterable[DeviceInput],
-    wanted: Mapping[str, Mapping[str, Any]],
+    wanted: _Changes,
     recorded: Recorded,
     behind: int,
 ) -> tuple[list[bytes], dict[int, dict[str, Any]]]:
@@ -189,12 +208,12 @@ def _run(
     samples: dict[int, dict[str, Any]] = {}
     steps: tuple[float, float] | None = None
     for given in inputs:
-        may_change = given.kind in ("feature", "output") and bool(wanted)
+        may_change = given.kind in ("feature", "output") and bool(wanted.by_report)
         try:
-            device.take(given.kind, _changed(given.bytes, wanted) if may_change else given.bytes)
+            device.take(given.kind, wanted.put(given.bytes) if may_change else given.bytes)
         except ValueError as error:
             raise Error(f"at tick {given.tick} the recording is damaged: {error}") from None
-        if given.kind == "stored" and wanted:
+        if given.kind == "stored" and wanted.by_report:
             _store(device, wanted)
         if given.kind == "power" and given.bytes == b"\1":
             identity = device.get_feature(_IDS["identity"])
@@ -214,13 +233,13 @@ def _run(
     return answers, samples
 
 
-def _store(device: ReplayedDevice, wanted: Mapping[str, Mapping[str, Any]]) -> None:
+def _store(device: ReplayedDevice, wanted: _Changes) -> None:
     """Save changes in a life before the recorded one, so that they are there from its start."""
     device.take("power", b"\1")
-    for name in wanted.keys() & {f"{part}_config" for part in CONFIGS}:
+    for name in wanted.by_report.keys() & {f"{part}_config" for part in CONFIGS}:
         content = device.get_feature(_IDS[name])
         assert content is not None
-        device.take("feature", _changed(content, wanted))
+        device.take("feature", wanted.put(content))
     ticks = bytes(4 * _TICKS_TO_SAVE)
     device.take("counts", ticks)
     device.take("output", protocol.encode("command", {"op": "save"}))
