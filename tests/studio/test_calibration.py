@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, WebSocketRoute, expect
 
 import torsio
 from tests.studio.browser import bridge, faults_of_access, opened, state_is
@@ -153,6 +153,27 @@ def test_supply_that_is_none_is_refused(knob: torsio.Knob, supply_v: Any) -> Non
     told = _calibrated(knob, {"do": "calibrate", "supply_v": supply_v})
     assert [said["kind"] for said in told] == ["refused"]
     assert "supply_v" in told[0]["why"]
+
+
+def test_page_says_that_a_measurement_died_without_a_last_word(browser: Browser) -> None:
+    with bridge() as address, browser.new_context() as context:
+        # In place of the server's measurement: one that goes after its first step.
+        def die(socket: WebSocketRoute) -> None:
+            def answer(_: str | bytes) -> None:
+                socket.send(json.dumps({"kind": "step", "name": "signs"}))
+                socket.close()
+
+            socket.on_message(answer)
+
+        page = context.new_page()
+        page.route_web_socket("**/calibration*", die)
+        page.goto(address)
+        state_is(page, "disarmed")
+        page.locator("#calibration summary").click()
+        page.check("#calibrate-clear")
+        page.click("#calibrate")
+        expect(page.locator("#calibration-result")).to_contain_text("nothing was measured")
+        state_is(page, "disarmed")  # it has its knob again
 
 
 def test_page_tells_the_supply_that_was_typed(browser: Browser, tmp_path: Path) -> None:

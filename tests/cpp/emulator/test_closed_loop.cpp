@@ -150,10 +150,20 @@ TEST_CASE("a held command is given to the actuators and known to the controller"
   const std::vector<LoopRow> held = run(loop, 500);
   CHECK(held.back().desired_torque_nm == 0.0F);
   CHECK(held.back().motor_torque_nm == doctest::Approx(0.01));
+  CHECK(held.back().motor_command_nm == 0.01F);
+  CHECK(held.back().brake_command_nm == 0.1F);
   CHECK(held.back().brake_capacity_nm == doctest::Approx(0.102).scale(0).epsilon(1e-3));
   CHECK(held.back().sensed_brake_capacity_nm == doctest::Approx(0.1).scale(0).epsilon(1e-3));
   loop.release_command();
   CHECK(run(loop, 1).front().desired_torque_nm == 0.02F);
+}
+
+TEST_CASE("what the law commands of the brake is in the rows, as the brake's model follows it") {
+  ClosedLoop loop(push_into_wall(kMs, protocol::Law::paper));
+  const LoopRow pressed = run(loop, 390).back();  // held for 70 ms, several time constants
+  CHECK(pressed.brake_command_nm > 0.02F);
+  CHECK(pressed.brake_command_nm ==
+        doctest::Approx(pressed.sensed_brake_capacity_nm).scale(0).epsilon(0.1));
 }
 
 TEST_CASE("closed loop refuses what is out of range by name") {

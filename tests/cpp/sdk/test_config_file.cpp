@@ -52,6 +52,7 @@ TEST_CASE("what a text names is set and saved, and the rest stays") {
   CHECK(knob.board_config().light_pin == 22);
   CHECK(knob.board_config().supply_v == 24.0);
   CHECK(knob.health().saves == 1);
+  load_config(knob, "\xEF\xBB\xBF{}");  // as Notepad begins
   // What one knob dumps another takes.
   Knob other = Knob::open("emulated");
   load_config(other, dump_config(knob));

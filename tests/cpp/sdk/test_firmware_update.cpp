@@ -3,6 +3,11 @@
 // wrong.
 #include <doctest/doctest.h>
 
+#ifndef _WIN32
+#include <sys/resource.h>
+#endif
+
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -29,18 +34,18 @@ std::string u32(std::uint32_t value) {
   return bytes;
 }
 
-/// Firmware 0.9.7 for a board "pico" with an RP2040, of four blocks.
-std::string firmware_bytes() {
+/// Firmware 0.9.7 for a board "pico" with an RP2040.
+std::string firmware_bytes(std::uint32_t blocks = 4) {
   std::string label("torsio firmware\0", 16);
   label += u32(protocol::fingerprint()) + std::string("\x00\x09\x07\x00", 4) + "pico";
   label.resize(40, '\0');
   std::string program(300, '\xEE');
   program += label;
-  program.resize(1024, '\xEE');
+  program.resize(std::size_t{256} * blocks, '\xEE');
   std::string file;
-  for (std::uint32_t n = 0; n < 4; ++n) {
+  for (std::uint32_t n = 0; n < blocks; ++n) {
     file += u32(0x0A324655) + u32(0x9E5D5157) + u32(0x2000) + u32(0x10000000 + 256 * n) + u32(256) +
-            u32(n) + u32(4) + u32(0xE48BFF56) + program.substr(256 * n, 256);
+            u32(n) + u32(blocks) + u32(0xE48BFF56) + program.substr(256 * n, 256);
     file.resize(512 * n + 508, '\0');
     file += u32(0x0AB16F30);
   }
@@ -187,3 +192,22 @@ TEST_CASE("an update that waits can be interrupted") {
   board.options.interrupted = [&] { return board.said.size() == 2; };
   CHECK_THROWS_WITH_AS(board.update(), doctest::Contains("unplugged"), Interrupted);
 }
+
+#ifndef _WIN32  // which has no limit of a file's size
+TEST_CASE("a drive that fails at its last block is told, and that the board still waits") {
+  StandIn board;
+  write(board.file, firmware_bytes(129));  // the last alone in what is written at once
+  rlimit before{};
+  REQUIRE(getrlimit(RLIMIT_FSIZE, &before) == 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  board.options.host.start_bootloader = [&](const std::string&) {
+    board.plugged = false;
+    board.appear();
+    const rlimit all_but_one{512 * 128, before.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_FSIZE, &all_but_one) == 0);
+  };
+  CHECK_THROWS_WITH_AS(board.update(), doctest::Contains("the board still waits"), Error);
+  REQUIRE(setrlimit(RLIMIT_FSIZE, &before) == 0);
+  std::signal(SIGXFSZ, handler);
+}
+#endif

@@ -91,6 +91,9 @@ TEST_CASE("script of angles is a firm hand or an exact motion") {
 TEST_CASE("bad script is refused with its line") {
   CHECK(complaint("") == "hand.txt:0: the file ends before its first corner TIME_S VALUE");
   CHECK(complaint("torque_nm\n# none\n").starts_with("hand.txt:2: the file ends"));
+  CHECK(complaint("\xEF\xBB\xBFtorque_nm\n0 0\n").empty());
+  CHECK(complaint("\xFF\xFEt") == "hand.txt:1: is in UTF-16: save it as UTF-8");
+  CHECK(complaint("\xFE\xFF") == "hand.txt:1: is in UTF-16: save it as UTF-8");
   CHECK(complaint("torque\n0 0\n").starts_with("hand.txt:1: the first line must be"));
   CHECK(complaint("torque_nm\n0 zero\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
   CHECK(complaint("torque_nm\n0\n").starts_with("hand.txt:2: needs TIME_S VALUE"));
