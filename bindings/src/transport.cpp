@@ -11,10 +11,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "bytes.hpp"
 #include "convert.hpp"
 #include "module.hpp"
+#include "torsio/emulator.hpp"
 #include "torsio/knob.hpp"
 
 namespace torsio::bindings {
@@ -33,6 +36,11 @@ class PyTransport {
   }
 
   Transport* operator->() const { return transport_.get(); }
+
+  [[nodiscard]] Emulator& world() const {
+    if (Emulator* world = transport_->emulator()) return *world;
+    throw Error("this device is real hardware: it has no emulator");
+  }
 
   void close() {
     if (!closed_) transport_->close();
@@ -104,7 +112,28 @@ void bind_transport(py::module_& module) {
           [](const PyTransport& self, const std::string& report) {
             return self->set_feature(report_of(report));
           },
-          arg("report"), Release());
+          arg("report"), Release())
+      .def(
+          "set_hand",
+          [](const PyTransport& self, const py::object& source) {
+            const Hand hand = hand_from_python(source);
+            const py::gil_scoped_release release;
+            self.world().set_hand(hand);
+          },
+          arg("hand"))
+      .def(
+          "set_emergency_stop",
+          [](const PyTransport& self, bool pressed) { self.world().set_emergency_stop(pressed); },
+          arg("pressed"), Release())
+      .def("truth", [](const PyTransport& self) {
+        std::vector<TruthSample> rows;
+        {
+          const py::gil_scoped_release release;
+          rows = self.world().truth();
+        }
+        clear_padding(rows);
+        return as_array(std::move(rows));
+      });
 }
 
 }  // namespace torsio::bindings

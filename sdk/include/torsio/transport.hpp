@@ -12,6 +12,8 @@
 
 namespace torsio {
 
+class Emulator;
+
 /// A report as it travels: its id, its fields, zeros; docs/protocol.md has them all.
 using ReportBytes = std::array<std::uint8_t, 64>;
 
@@ -88,6 +90,9 @@ class TORSIO_EXPORT Transport {
 
   /// Virtual time only: lets time pass up to `time_ns`; nothing if that is past.
   virtual void advance_to(std::int64_t time_ns) { static_cast<void>(time_ns); }
+
+  /// The world round an emulated device, which lives as long as the transport; null for others.
+  [[nodiscard]] virtual Emulator* emulator() { return nullptr; }
 };
 
 }  // namespace torsio

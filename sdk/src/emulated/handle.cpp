@@ -1,6 +1,7 @@
 #include "emulated/handle.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <utility>
@@ -45,8 +46,8 @@ class EmulatedGamePort final : public GamePort {
 
 class EmulatorHandle final : public Emulator {
  public:
-  EmulatorHandle(std::shared_ptr<SharedDevice> device, Session& session)
-      : device_(std::move(device)), session_(session), game_(device_) {}
+  EmulatorHandle(std::shared_ptr<SharedDevice> device, std::function<void(std::int64_t)> sleep)
+      : device_(std::move(device)), sleep_(std::move(sleep)), game_(device_) {}
 
   void set_hand(const Hand& hand) override {
     device_->with_device([&](emulator::EmulatedDevice& device) {
@@ -59,7 +60,7 @@ class EmulatorHandle final : public Emulator {
                       [](emulator::EmulatedDevice& device) { return device.time_ns(); }));
   }
 
-  void advance(double duration_s) override { session_.sleep(whole_ns("duration_s", duration_s)); }
+  void advance(double duration_s) override { sleep_(whole_ns("duration_s", duration_s)); }
 
   std::vector<TruthSample> truth() override {
     if (!device_->logs_truth()) {
@@ -140,14 +141,15 @@ class EmulatorHandle final : public Emulator {
 
  private:
   std::shared_ptr<SharedDevice> device_;
-  Session& session_;
+  std::function<void(std::int64_t)> sleep_;
   EmulatedGamePort game_;
 };
 
 }  // namespace
 
-std::unique_ptr<Emulator> make_handle(std::shared_ptr<SharedDevice> device, Session& session) {
-  return std::make_unique<EmulatorHandle>(std::move(device), session);
+std::unique_ptr<Emulator> make_handle(std::shared_ptr<SharedDevice> device,
+                                      std::function<void(std::int64_t)> sleep) {
+  return std::make_unique<EmulatorHandle>(std::move(device), std::move(sleep));
 }
 
 }  // namespace torsio

@@ -1,12 +1,15 @@
 // The transport whose other end is an emulated device in this process.
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <memory>
+#include <thread>
 #include <utility>
 
 #include "emulated/handle.hpp"
 #include "emulated/shared_device.hpp"
 #include "emulated_transport.hpp"
+#include "session.hpp"
 
 namespace torsio {
 namespace {
@@ -15,7 +18,9 @@ using namespace std::chrono_literals;
 
 class EmulatedTransport final : public Transport {
  public:
-  explicit EmulatedTransport(std::shared_ptr<SharedDevice> device) : device_(std::move(device)) {}
+  explicit EmulatedTransport(std::shared_ptr<SharedDevice> device)
+      : device_(std::move(device)),
+        emulator_(make_handle(device_, [this](std::int64_t ns) { sleep(ns); })) {}
 
   void close() noexcept override { device_->close(); }
 
@@ -72,7 +77,17 @@ class EmulatedTransport final : public Transport {
     });
   }
 
+  Emulator* emulator() override { return emulator_.get(); }
+
  private:
+  void sleep(std::int64_t duration_ns) {
+    if (device_->paced()) {
+      std::this_thread::sleep_for(std::chrono::nanoseconds(duration_ns));
+    } else {
+      advance_to(now_ns() + duration_ns);
+    }
+  }
+
   static void throw_unless_connected(const emulator::EmulatedDevice& device) {
     if (device.connected()) return;
     throw Disconnected(
@@ -80,6 +95,7 @@ class EmulatedTransport final : public Transport {
   }
 
   std::shared_ptr<SharedDevice> device_;
+  std::unique_ptr<Emulator> emulator_;
 };
 
 }  // namespace
@@ -90,7 +106,9 @@ Connection open_emulated(const std::string& name, const EmulatorOptions& options
   auto device = std::make_shared<SharedDevice>(name, options);
   Connection connection;
   connection.transport = std::make_unique<EmulatedTransport>(device);
-  connection.make_emulator = [device](Session& session) { return make_handle(device, session); };
+  connection.make_emulator = [device](Session& session) {
+    return make_handle(device, [&session](std::int64_t ns) { session.sleep(ns); });
+  };
   return connection;
 }
 
