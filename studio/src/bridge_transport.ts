@@ -1,29 +1,47 @@
 // A knob that `torsio studio` holds for the page, over a WebSocket: a byte that says what, then the
 // report as it is, or several where the device speaks.
 
-import { Gone, Inbox, reportsIn, type Transport } from "./transport";
+import { Gone, Inbox, reportsIn, type Transport, type World } from "./transport";
 
 /** First byte of every message; bindings/python/torsio/studio/bridge.py has the same. */
-const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6, HAVE = 7;
+const WRITE = 0, INPUT = 1, GET = 2, SET = 3, GOT = 4, STALLED = 5, TAKEN = 6, HAVE = 7,
+  HAND = 8, PRESS = 9, TRUTH = 10;
 const ANSWERS: readonly number[] = [GOT, STALLED, TAKEN];
 const NONSENSE =
   "what is at the other end does not speak as `torsio studio` does; give page and package the same version of Torsio";
 
-export class BridgeTransport implements Transport {
+interface Hello {
+  title: string;
+  read_only: boolean;
+  is_emulated: boolean;
+}
+
+/** @throws Error if it is none */
+function greeting(text: string): Hello {
+  const hello = JSON.parse(text) as Hello;
+  if (typeof hello.title !== "string" || typeof hello.read_only !== "boolean") throw new Error();
+  return hello;
+}
+
+export class BridgeTransport implements Transport, World {
   readonly title: string;
   readonly readOnly: boolean;
+  readonly world: World | undefined;
+  truth: readonly number[] = [];
   readonly #socket: WebSocket;
   readonly #inbox = new Inbox();
   // Answers come in the order of the questions.
   readonly #waiting: { resolve(answer: Uint8Array): void; reject(why: Error): void }[] = [];
 
-  private constructor(socket: WebSocket, title: string, readOnly: boolean) {
+  private constructor(socket: WebSocket, hello: Hello) {
     this.#socket = socket;
-    this.title = title;
-    this.readOnly = readOnly;
+    this.title = hello.title;
+    this.readOnly = hello.read_only;
+    this.world = hello.is_emulated ? this : undefined;
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => {
       const bytes = new Uint8Array(event.data);
       if (bytes[0] === INPUT) this.#takeIn(bytes);
+      else if (bytes[0] === TRUTH && bytes.length % 8 === 1) this.truth = [...new Float64Array(event.data.slice(1))];
       else if (ANSWERS.includes(bytes[0]!)) this.#waiting.shift()?.resolve(bytes);
       else this.#end(NONSENSE);
     };
@@ -41,7 +59,7 @@ export class BridgeTransport implements Transport {
   #takeIn(message: Uint8Array): void {
     this.#inbox.push(reportsIn(message.subarray(1)));
     // No more comes than the page keeps up with.
-    if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(Uint8Array.of(HAVE));
+    this.#tell(HAVE, new Uint8Array());
   }
 
   /** @throws Error that says why the bridge did not let the page in */
@@ -52,9 +70,7 @@ export class BridgeTransport implements Transport {
       // The first message is text: what is at the other end.
       socket.onmessage = (event: MessageEvent<string>) => {
         try {
-          const { title, read_only } = JSON.parse(event.data) as { title: string; read_only: boolean };
-          if (typeof title !== "string" || typeof read_only !== "boolean") throw new Error();
-          resolve(new BridgeTransport(socket, title, read_only));
+          resolve(new BridgeTransport(socket, greeting(event.data)));
         } catch {
           reject(new Error(NONSENSE));
           socket.close();
@@ -67,10 +83,14 @@ export class BridgeTransport implements Transport {
 
   #send(kind: number, report: Uint8Array): void {
     this.#inbox.check();
+    this.#tell(kind, report);
+  }
+
+  #tell(kind: number, report: Uint8Array): void {
     const message = new Uint8Array(1 + report.length);
     message[0] = kind;
     message.set(report, 1);
-    this.#socket.send(message);
+    if (this.#socket.readyState === WebSocket.OPEN) this.#socket.send(message);
   }
 
   #ask(kind: number, report: Uint8Array): Promise<Uint8Array> {
@@ -95,6 +115,14 @@ export class BridgeTransport implements Transport {
 
   async setFeature(report: Uint8Array): Promise<boolean> {
     return (await this.#ask(SET, report))[0] === TAKEN;
+  }
+
+  hand(turned: number | undefined): void {
+    this.#tell(HAND, new Uint8Array(Float64Array.of(turned ?? NaN).buffer));
+  }
+
+  setEmergencyStop(pressed: boolean): void {
+    this.#tell(PRESS, Uint8Array.of(pressed ? 1 : 0));
   }
 
   close(): void {

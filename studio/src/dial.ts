@@ -33,11 +33,13 @@ export class Dial {
   #angle = 0;
   #shown = 0;
   #target: number | undefined;
+  /** Where the hand took the knob. */
+  #from = 0;
   readonly #dial = byId<SVGElement>("dial");
   readonly #pointer = byId("pointer");
 
-  /** @param hand is told where the hand means to be; undefined: it lets go */
-  constructor(private readonly hand: (angle: number | undefined) => void) {
+  /** @param hand is told how far the hand means to turn the knob from where it took it; undefined: it lets go */
+  constructor(private readonly hand: (turned: number | undefined) => void) {
     const dial = this.#dial;
     byId<SVGElement>("scale").append(
       ...Array.from({ length: SCALE_LINES }, (_, i) => line((2 * Math.PI * i) / SCALE_LINES, 80, i % 6 ? 84 : 88, "tick")),
@@ -77,6 +79,10 @@ export class Dial {
     return this.#dial.getAttribute("aria-disabled") !== "true";
   }
 
+  get isHeld(): boolean {
+    return this.#target !== undefined;
+  }
+
   letGo(): void {
     if (this.#target === undefined) return;
     this.#target = undefined;
@@ -98,8 +104,9 @@ export class Dial {
   }
 
   #move(target: number): void {
+    if (this.#target === undefined) this.#from = this.#angle;
     this.#target = target;
-    this.hand(target);
+    this.hand(target - this.#from);
     this.#paintHand();
   }
 

@@ -16,6 +16,7 @@ const CAPS = { motor_torque_cap_nm: 0.015, brake_torque_cap_nm: 0.015, speed_lim
 export interface Seen {
   state: string;
   faults: readonly string[];
+  scene: readonly Effect[];
   angleRad: number;
   brakeCapacityNm: number;
 }
@@ -24,8 +25,12 @@ interface Step {
   title: string;
   text: string;
   act?: { label: string; scene(knob: Knob): Promise<Effect[]> };
-  /** Looks once more. @returns true: done; text: what one should know */
-  look?(seen: Seen): boolean | string;
+  /**
+   * Looks once more.
+   * @param pushedRad how far the motor's push has turned the knob; undefined while none is on
+   * @returns true: done; text: what one should know
+   */
+  look?(seen: Seen, pushedRad: number | undefined): boolean | string;
 }
 
 /** Sets the caps that first power begins with, and what else a step needs. */
@@ -47,7 +52,7 @@ class Travel {
 }
 
 function steps(travel: Travel): Step[] {
-  let stopped = false;
+  let stopped = false, wentBack = false;
   return [
     {
       title: "Link",
@@ -58,7 +63,9 @@ function steps(travel: Travel): Step[] {
     {
       title: "Encoder",
       text: "Turn the knob by hand, a whole turn in the direction that you call positive.",
-      look: ({ angleRad }) => {
+      look: ({ state, angleRad }) => {
+        // A motor turns it too.
+        if (state === "armed") travel.begin();
         const turned = travel.by(angleRad);
         if (turned > NEARLY_A_TURN_RAD) return true;
         if (turned < -CLEARLY_RAD) return "It counts backwards: change encoder reversed, or turn the other way.";
@@ -97,14 +104,10 @@ function steps(travel: Travel): Step[] {
           return [{ type: "constant", torque_nm: Number(push.toPrecision(3)) }];
         },
       },
-      look: ({ state, angleRad }) => {
-        if (state !== "armed") {
-          travel.begin();
-          return "Then arm, a hand on the emergency stop.";
-        }
-        const turned = travel.by(angleRad);
-        if (turned < -CLEARLY_RAD) return "It turns backwards: disarm, and change motor reversed.";
-        return turned > CLEARLY_RAD;
+      look: (_, pushedRad) => {
+        if (pushedRad !== undefined) wentBack = pushedRad < -CLEARLY_RAD;
+        if (wentBack) return "It turned backwards: change motor reversed, and push once more.";
+        return pushedRad === undefined ? "Then arm, a hand on the emergency stop." : pushedRad > CLEARLY_RAD;
       },
     },
     {
@@ -136,7 +139,12 @@ function steps(travel: Travel): Step[] {
       text: "Turn on confirmed in the board's configuration, with the speed limit on in that of control; apply and keep " +
         "both. Turn values_are to stated in that of calibration, raise the motor's cap first, and hold the knob against " +
         "30 mN·m of the motor for a second: half or twice the supply is told now. Only then raise the brake's cap, step " +
-        "by step, and calibrate.",
+        "by step.",
+    },
+    {
+      title: "Calibrate",
+      text: "Raise the speed limit to 160 rad/s, which the turns take, and go on under Calibrate below. The knob turns " +
+        "by itself for half a minute, and what it is made of is measured.",
     },
     {
       title: "A soft wall",
@@ -146,21 +154,20 @@ function steps(travel: Travel): Step[] {
         scene: async () => [{ type: "wall", angle_rad: 0.3, stiffness_nm_per_rad: 0.2, damping_nm_s_per_rad: 0 }],
       },
     },
-    {
-      title: "Calibrate",
-      text: "Raise the speed limit to 160 rad/s, which the turns take, and go on under Calibrate below. The knob turns " +
-        "by itself for half a minute, and what it is made of is measured.",
-    },
   ];
 }
 
 export class FirstPower {
   readonly #fold = byId<HTMLDetailsElement>("first-power");
   readonly #travel = new Travel();
+  readonly #pushed = new Travel();
   readonly #steps = steps(this.#travel);
+  readonly #items: HTMLLIElement[];
   readonly #boxes: HTMLInputElement[] = [];
   readonly #hints: HTMLElement[] = [];
   readonly #acts: HTMLButtonElement[] = [];
+  /** The scenes that steps have made; a step looks while its own is there. */
+  readonly #scenes = new Map<string, readonly Effect[]>();
 
   /** @param take shows a scene and plays it; @param disarm is called when the motor has turned */
   constructor(
@@ -169,48 +176,74 @@ export class FirstPower {
     take: (scene: Effect[]) => void,
     private readonly disarm: () => void,
   ) {
-    byId("first-power-steps").append(...this.#steps.map((step, i) => {
+    this.#items = this.#steps.map((step, i) => {
       const box = element("input", { type: "checkbox", id: `step-${i}` });
       const hint = element("span", { class: "hint" });
       this.#boxes.push(box);
       this.#hints.push(hint);
-      box.addEventListener("change", () => this.#travel.begin());
       const item = element(
         "li", {}, box, element("label", { for: box.id }, step.title), element("p", {}, step.text, " ", hint),
       );
+      box.addEventListener("change", () => this.#mark());
       const { act } = step;
       if (act) {
         const button = element("button", { type: "button" }, act.label);
         button.addEventListener("click", () =>
           attempt(async () => {
             const knob = this.knob();
-            if (knob) take(await act.scene(knob));
+            if (!knob) return;
+            const scene = await act.scene(knob);
+            this.#scenes.set(step.title, scene);
+            take(scene);
           }),
         );
         this.#acts.push(button);
         item.append(button);
       }
       return item;
-    }));
+    });
+    byId("first-power-steps").append(...this.#items);
     this.#fold.addEventListener("toggle", () => this.#travel.begin());
+    this.#mark();
   }
 
   enable(can: boolean): void {
     for (const button of this.#acts) button.disabled = !can;
   }
 
-  /** Looks whether the first step that is not done is done now. */
+  /** Looks whether a step is done now, and ends a push that has turned the knob, whatever is ticked off. */
   look(seen: Seen): void {
-    if (!this.#fold.open) return;
-    const at = this.#boxes.findIndex((box) => !box.checked);
-    const found = this.#steps[at]?.look?.(seen);
-    if (found === undefined) return;
-    const words = typeof found === "string" ? found : "", hint = this.#hints[at]!;
+    const pushedRad = this.#pushedRad(seen);
+    if (this.#fold.open) this.#steps.forEach((step, i) => this.#lookAt(step, i, seen, pushedRad));
+    if (Math.abs(pushedRad ?? 0) <= CLEARLY_RAD) return;
+    this.#pushed.begin();
+    this.disarm();
+  }
+
+  #pushedRad({ state, scene, angleRad }: Seen): number | undefined {
+    const isPush = scene === this.#scenes.get("Motor") && scene.every(({ type }) => type === "constant");
+    if (state === "armed" && isPush) return this.#pushed.by(angleRad);
+    this.#pushed.begin();
+    return undefined;
+  }
+
+  #lookAt(step: Step, i: number, seen: Seen, pushedRad: number | undefined): void {
+    const box = this.#boxes[i]!, hint = this.#hints[i]!;
+    const isOff = box.checked || (step.act && seen.scene !== this.#scenes.get(step.title));
+    const found = isOff ? undefined : step.look?.(seen, pushedRad);
+    const words = typeof found === "string" ? found : "";
     if (hint.textContent !== words) hint.textContent = words;
     if (found !== true) return;
-    this.#boxes[at]!.checked = true;
-    this.#travel.begin();
-    if (this.#steps[at]!.title === "Motor") this.disarm();
+    box.checked = true;
+    this.#mark();
+  }
+
+  /** Marks the step that is next. */
+  #mark(): void {
+    const next = this.#boxes.findIndex((box) => !box.checked);
+    this.#items.forEach((item, i) => {
+      if (i === next) item.setAttribute("aria-current", "step");
+      else item.removeAttribute("aria-current");
+    });
   }
 }
-

@@ -2,7 +2,7 @@
 
 import { decode, described, encode, MalformedReport, REPORT_SIZE, type Values } from "./codec";
 import { fromWire, InvalidValue, sceneToWire, toWire, type Effect, type Given } from "./conversion";
-import { CONFIGURATIONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from "./reports";
+import { CONFIGURATIONS, DISARM_REASONS, FAULTS, FINGERPRINT, FLAGS, REPORTS, STATUSES } from "./reports";
 import { TelemetryDecoder, type Units } from "./samples";
 import type { Transport } from "./transport";
 
@@ -58,6 +58,8 @@ export class Knob {
   /** Called when samples came, once for all that came together. */
   onSamples: () => void = () => {};
   onChange: () => void = () => {};
+  /** Gets why the torque went, in words, when nobody has asked for that. */
+  onDisarmed: (why: string) => void = () => {};
   /** Gets a sentence when the device says nothing, or nonsense; undefined: all is well again. */
   onComplaint: (sentence: string | undefined) => void = () => {};
   onGone: (why: string) => void = () => {};
@@ -79,6 +81,8 @@ export class Knob {
   #newestTick = 0;
   #looking: ReturnType<typeof setInterval> | undefined;
   #flagBits = 0;
+  /** Of a knob that lets go: the device names the reason before it is disarmed. */
+  #fading: string | undefined;
 
   private constructor(readonly transport: Transport, public identity: Identity) {
     this.decoder = new TelemetryDecoder(identity);
@@ -177,11 +181,20 @@ export class Knob {
       // Only who looks on is told of what others configure.
       if (this.transport.readOnly && CONFIGURATION_IDS.has(Number(values.report))) void this.#lookAnew();
     } else if (name === "event") {
+      if (values.kind !== "state_changed" && DISARM_REASONS.some((reason) => reason.name === values.kind)) {
+        this.#fading = String(values.kind);
+      }
       this.#enter(String(values.state), String(values.owner), Number(values.faults));
     }
   }
 
   #enter(state: string, owner: string, faults?: number): void {
+    const idle = this.owner === "game" || this.owner === "dial" ? `${this.owner}_idle` : undefined;
+    const reason = this.#disarming ? undefined : (this.#fading ?? idle);
+    if (this.state === "armed" && state === "disarmed" && reason !== undefined) {
+      this.onDisarmed(DISARM_REASONS.find(({ name }) => name === reason)!.doc);
+    }
+    if (state !== "armed") this.#fading = undefined;
     if (faults !== undefined) this.faults = namesOf(faults);
     if (state !== "fault") this.faults = [];
     this.state = state;

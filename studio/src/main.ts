@@ -12,6 +12,7 @@ import { EnergyReadouts } from "./energies";
 import { entryOf } from "./entries";
 import { FirstPower } from "./first_power";
 import { Games } from "./games";
+import { Hint } from "./hint";
 import { Knob } from "./knob";
 import { byId, element, show } from "./page";
 import { Plots } from "./plots";
@@ -19,7 +20,7 @@ import { Recorder } from "./recorder";
 import { FAULTS, FLAGS } from "./reports";
 import { CHANNELS } from "./samples";
 import { SceneEditor } from "./scene_editor";
-import type { Transport } from "./transport";
+import type { Transport, World } from "./transport";
 import { hasWebHid, WebHidTransport } from "./webhid_transport";
 import { WasmTransport } from "./wasm_transport";
 
@@ -32,7 +33,6 @@ const PICTURE_MS = 28, NUMBERS_MS = 200;
 const MOST_STEPS = 32767;
 
 let knob: Knob | undefined;
-let emulated: WasmTransport | undefined;
 // Whether the knob has the scene that is shown.
 let isPlayed = false;
 
@@ -45,6 +45,11 @@ function say(message: string): void {
 /** Whether this page may tell the knob what to do. */
 function drives(): boolean {
   return knob !== undefined && !knob.transport.readOnly && knob.state !== "disconnected";
+}
+
+/** The world round an emulated knob that this page has. */
+function world(): World | undefined {
+  return drives() ? knob!.transport.world : undefined;
 }
 
 async function play(scene: Effect[]): Promise<void> {
@@ -67,6 +72,7 @@ function attempt(act: () => Promise<unknown>): void {
 
 const editor = new SceneEditor((scene) => {
   showPlaces(scene);
+  showState();
   if (drives()) {
     attempt(async () => {
       await play(scene);
@@ -94,7 +100,8 @@ const calibrating: Calibrating = new Calibrating(
   () => letGo("calibrating"),
   () => connect("bridge"),
 );
-const dial = new Dial((angle) => emulated?.hand(angle));
+const dial = new Dial((turned) => world()?.hand(turned));
+const hint = new Hint();
 const plots = new Plots();
 
 function button(id: string): HTMLButtonElement {
@@ -116,9 +123,10 @@ function showState(): void {
   firstPower.enable(canAct && state === "disarmed");
   calibrating.enable(canAct && state === "disarmed");
   recorder.enable(knob !== undefined && state !== "disconnected");
-  document.body.classList.toggle("has-emulator", emulated !== undefined);
+  document.body.classList.toggle("has-emulator", world() !== undefined);
   document.body.classList.toggle("only-watches", knob?.transport.readOnly === true);
-  dial.enabled = emulated !== undefined;
+  dial.enabled = world() !== undefined;
+  hint.show(state, editor.scene);
   if (faulty && !knob!.faults.length) void knob!.health().then(showFaults);
   showFaults();
 }
@@ -153,7 +161,7 @@ function serverAddress(name: string): URL {
 }
 
 async function transportTo(kind: string, hadOne: boolean): Promise<Transport> {
-  if (kind === "wasm") return (emulated = await WasmTransport.open(location.href));
+  if (kind === "wasm") return WasmTransport.open(location.href);
   if (kind === "bridge") return BridgeTransport.open(serverAddress("knob"));
   if (hasWebHid()) return WebHidTransport.open(hadOne);
   throw new Error("this browser has no WebHID: take Chromium or Edge, or start `torsio studio`");
@@ -166,7 +174,8 @@ async function letGo(words: string): Promise<void> {
   if (knob) knob.onGone = knob.onChange = () => {};
   await knob?.close();
   knob = undefined;
-  emulated = undefined;
+  dial.letGo();
+  pressStop(false);
   newest = undefined;
   plots.clear();
   // What it said last is nobody's now.
@@ -193,7 +202,6 @@ async function connectTo(kind: string): Promise<void> {
   } catch (error) {
     transport?.close();
     byId("who").textContent = "no knob";
-    emulated = undefined;
     showState();
     throw error;
   }
@@ -211,6 +219,7 @@ async function connectTo(kind: string): Promise<void> {
     pictureSoon();
   };
   knob.onChange = showState;
+  knob.onDisarmed = (why) => say(`the knob has disarmed itself: ${why}`);
   knob.onGone = (why) => {
     say(why);
     // What was recorded until then is not lost.
@@ -268,6 +277,7 @@ function draw(now: number): void {
   drewAt = now;
   if (!newest || !knob) return;
   dial.show(newest[1]!);
+  hint.look(dial.isHeld, newest[3]!);
   plots.draw();
   ++pictures;
   if (now - wroteAt >= NUMBERS_MS) {
@@ -280,7 +290,8 @@ function draw(now: number): void {
 /** With every sample and every change of the state: a fault may come and go between two pictures. */
 function lookAtFirstPower(): void {
   if (!newest || !knob) return;
-  firstPower.look({ state: knob.state, faults: knob.faults, angleRad: newest[1]!, brakeCapacityNm: newest[5]! });
+  const { state, faults } = knob;
+  firstPower.look({ state, faults, scene: editor.scene, angleRad: newest[1]!, brakeCapacityNm: newest[5]! });
 }
 
 /** The numbers beside the dial. */
@@ -293,7 +304,7 @@ function write(knob: Knob, row: ArrayLike<number>): void {
   CHANNELS.slice(2).forEach((name, i) => show(name, row[i + 3]!, sampledTorque(row[i + 3]!)));
   show("flags", knob.flags.length, knob.flags.map((name) => name.replaceAll("_", " ")).join(", ") || "none");
   for (const name of ["spring_torque_nm", "hand_torque_nm"] as const) {
-    const actual = emulated?.truth[TRUTH.indexOf(name)];
+    const actual = world()?.truth[TRUTH.indexOf(name)];
     if (actual !== undefined) show(`true_${name}`, actual, torque(actual));
   }
   const trips = [...knob.roundTrips].sort((a, b) => a - b);
@@ -303,19 +314,27 @@ function write(knob: Knob, row: ArrayLike<number>): void {
     (median === undefined ? "" : `, answers in ${median.toFixed(1)} ms`);
 }
 
+let isStopPressed = false;
+/** The emergency stop of an emulated knob. */
+function pressStop(pressed: boolean): void {
+  isStopPressed = pressed;
+  const stop = button("emergency-stop");
+  stop.textContent = `${pressed ? "release" : "press"} emergency stop`;
+  stop.classList.toggle("is-pressed", pressed);
+  world()?.setEmergencyStop(pressed);
+}
+
 const connection = byId<HTMLSelectElement>("connection");
 button("connect").addEventListener("click", () => attempt(() => connect(connection.value)));
-button("arm").addEventListener("click", () =>
-  attempt(() => knob!.arm(Promise.all([recorder.ready(), isPlayed || play(editor.scene)]))),
-);
+for (const id of ["arm", "hint-arm"]) {
+  button(id).addEventListener("click", () =>
+    attempt(() => knob!.arm(Promise.all([recorder.ready(), isPlayed || play(editor.scene)]))),
+  );
+}
 button("disarm").addEventListener("click", () => attempt(disarm));
 button("clear-fault").addEventListener("click", () => attempt(() => knob!.command("clear_fault")));
 button("zero").addEventListener("click", () => attempt(() => knob!.command("zero")));
-button("emergency-stop").addEventListener("click", (event) => {
-  const pressed = (event.target as HTMLElement).getAttribute("aria-pressed") !== "true";
-  (event.target as HTMLElement).setAttribute("aria-pressed", String(pressed));
-  emulated?.setEmergencyStop(pressed);
-});
+button("emergency-stop").addEventListener("click", () => pressStop(!isStopPressed));
 // One key disarms, wherever one is; nothing on the page takes it away.
 addEventListener(
   "keydown",

@@ -108,6 +108,22 @@ export const STATUSES: readonly { name: string; doc: string; advice: string }[] 
   {"name": "unsupported", "doc": "this board cannot do it", "advice": "this board cannot do it"},
 ];
 
+export const DISARM_REASONS: readonly { name: string; doc: string }[] = [
+  {"name": "order", "doc": "somebody said disarm() or stop()"},
+  {"name": "watchdog", "doc": "the host was silent for too long, or the bus was lost"},
+  {"name": "deadline_missed", "doc": "a streamed local model outlived its deadline"},
+  {"name": "fault", "doc": "a fault was latched"},
+  {"name": "game_idle", "doc": "a game had the actuator and has nothing to play any more"},
+  {"name": "disconnected", "doc": "the device was unplugged or lost its power"},
+  {"name": "unknown", "doc": "the word of the device about it was lost on the way"},
+  {
+    "name": "excitation_over",
+    "doc": "the time of an excitation was over and no next one had come",
+  },
+  {"name": "excitation_stopped", "doc": "an excitation left its bounds of travel or speed"},
+  {"name": "dial_idle", "doc": "the dial had the actuator and nobody turns it any more"},
+];
+
 export const FAULTS: readonly Bit[] = [
   {
     "name": "emergency_stop",

@@ -2,9 +2,20 @@
 
 import { REPORT_SIZE } from "./codec";
 
+/** The world round an emulated knob. */
+export interface World {
+  /** Of this moment, as `TRUTH` names it; empty until it is known. */
+  readonly truth: readonly number[];
+  /** The hand means to turn the knob so far from where it took it; undefined lets go. */
+  hand(turned: number | undefined): void;
+  setEmergencyStop(pressed: boolean): void;
+}
+
 export interface Transport {
   /** What the page calls it. */
   readonly title: string;
+  /** Only an emulated knob has one. */
+  readonly world?: World;
   /** Only looks: nothing that is written arrives. */
   readonly readOnly?: boolean;
   /** Sends an output report; resolves when it is on its way. @throws Gone */

@@ -1,6 +1,6 @@
 // A knob in the page: the emulated device in a worker, and the world round it.
 
-import { Gone, Inbox, reportsIn, type Transport } from "./transport";
+import { Gone, Inbox, reportsIn, type Transport, type World } from "./transport";
 
 type Message<T> = T & { id: number };
 export type ToWorker =
@@ -10,7 +10,7 @@ export type ToWorker =
   | Message<{ kind: "set"; report: Uint8Array }>
   /** The page has what came last. */
   | Message<{ kind: "taken" }>
-  | Message<{ kind: "hand"; angle: number | undefined }>
+  | Message<{ kind: "hand"; turned: number | undefined }>
   | Message<{ kind: "emergency stop"; pressed: boolean }>;
 export type FromWorker =
   | { kind: "answer"; id: number; result: unknown }
@@ -31,9 +31,9 @@ async function compiled(address: URL): Promise<WebAssembly.Module> {
   }
 }
 
-export class WasmTransport implements Transport {
+export class WasmTransport implements Transport, World {
   readonly title = "emulated knob, in this page";
-  /** Of this moment, as `TRUTH` names it. */
+  readonly world = this;
   truth: readonly number[] = [];
 
   readonly #worker: Worker;
@@ -114,9 +114,8 @@ export class WasmTransport implements Transport {
     return Boolean(await this.#ask({ kind: "set", report } as ToWorker));
   }
 
-  /** The hand means to bring the knob to this angle; undefined lets go. */
-  hand(angle: number | undefined): void {
-    this.#send({ kind: "hand", angle } as ToWorker);
+  hand(turned: number | undefined): void {
+    this.#send({ kind: "hand", turned } as ToWorker);
   }
 
   setEmergencyStop(pressed: boolean): void {

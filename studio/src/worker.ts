@@ -13,7 +13,8 @@ const HAND = { inertia: 2e-5, stiffness: 0.8, damping: 8e-3 };
 const FOLLOW_S = 0.03;
 
 let device: EmulatedDevice | undefined;
-let intended: number | undefined;
+/** Where the hand took the knob, in the plant's own angle, and how far it has turned since. */
+let held: { from: number; turned: number } | undefined;
 const toWrite: { id: number; report: Uint8Array }[] = [];
 
 function post(message: FromWorker): void {
@@ -50,16 +51,17 @@ function pace(): void {
   });
 }
 
-function move(angle: number | undefined): void {
+function move(turned: number | undefined): void {
   if (!device) return;
-  if (angle === undefined) {
-    intended = undefined;
+  if (turned === undefined) {
+    held = undefined;
     device.letGo();
     return;
   }
-  const from = intended ?? device.truth()[0]!;
-  intended = angle;
-  device.hold(HAND.inertia, HAND.stiffness, HAND.damping, [[0, from], [FOLLOW_S, angle]]);
+  held ??= { from: device.truth()[0]!, turned: 0 };
+  const path = [[0, held.from + held.turned], [FOLLOW_S, held.from + turned]] as const;
+  held.turned = turned;
+  device.hold(HAND.inertia, HAND.stiffness, HAND.damping, path);
 }
 
 async function answer(message: ToWorker): Promise<void> {
@@ -86,7 +88,7 @@ async function answer(message: ToWorker): Promise<void> {
       taken = true;
       break;
     case "hand":
-      move(message.angle);
+      move(message.turned);
       break;
     case "emergency stop":
       device?.setEmergencyStop(message.pressed);

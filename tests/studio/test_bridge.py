@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import subprocess
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -22,13 +23,14 @@ from tests.studio.browser import (
     PROGRAM,
     be_patient,
     bridge,
+    drag_to,
     number,
     opened,
     settled,
     state_is,
 )
 from torsio import protocol
-from torsio.studio.bridge import KEPT_REPORTS, Waiting
+from torsio.studio.bridge import KEPT_REPORTS, Bridge, Waiting
 
 WRITE, INPUT, GET, SET, GOT, TAKEN, HAVE = 0, 1, 2, 3, 4, 6, 7
 COMMIT = 0x11
@@ -92,6 +94,109 @@ def test_page_plays_a_wall_on_the_knob_of_the_bridge(browser: Browser, address: 
         assert number(page, "desired_torque_nm") == pytest.approx(wanted, abs=step_nm)
         page.keyboard.press("Escape")
         state_is(page, "disarmed")
+
+
+def test_mouse_turns_the_knob_that_the_command_holds(browser: Browser, address: str) -> None:
+    with opened(browser, address) as page:
+        state_is(page, "disarmed")
+        expect(page.locator("#hint")).to_contain_text("drag the knob into the wall")
+        be_patient(page)
+        page.evaluate("scrollTo(0, 0)")
+        page.click("#hint-arm")
+        state_is(page, "armed")
+        drag_to(page, 0.4)
+        # The page's first wall stands at 0.3 rad.
+        assert settled(page, "angle_rad", within=1e-4) > 0.3
+        assert number(page, "true_hand_torque_nm") > 0.01
+        expect(page.locator("#hint")).to_be_hidden()
+        page.mouse.up()
+        page.click("#emergency-stop")
+        state_is(page, "fault")
+        expect(page.locator("#emergency-stop")).to_have_text("release emergency stop")
+        page.click("#emergency-stop")
+        page.click("#clear-fault")
+        state_is(page, "disarmed")
+
+
+def test_page_says_why_the_torque_went(browser: Browser, address: str) -> None:
+    """The device's words are put in between: no test can starve a page in good order."""
+    page_of: list[WebSocketRoute] = []
+
+    def connect_through(route: WebSocketRoute) -> None:
+        route.connect_to_server()
+        page_of.append(route)
+
+    with opened(browser, "about:blank") as page:
+        page.route_web_socket("**/knob?*", connect_through)
+        page.goto(address)
+        state_is(page, "disarmed")
+        events = [
+            {"kind": "state_changed", "state": "armed", "owner": "sdk"},
+            {"kind": "watchdog", "state": "armed", "owner": "sdk"},
+            {"kind": "state_changed", "state": "disarmed", "owner": "none"},
+        ]
+        told = b"".join(protocol.encode("event", event) for event in events)
+        page_of[0].send(bytes([INPUT]) + told)
+        expect(page.locator("#message")).to_have_text(
+            "the knob has disarmed itself: the host was silent for too long, or the bus was lost"
+        )
+
+
+def test_command_keeps_the_knob_armed_while_its_page_is_late(address: str) -> None:
+    """Of a page that is busy no sign of life comes; the knob's watchdog counts in its own time."""
+    watchdog_s, control_hz = 1.0, 4000.0
+    with _socket(address) as socket:
+        socket.recv(timeout=30)
+        patience = {"sequence": 6, "watchdog_s": watchdog_s}
+        socket.send(bytes([SET]) + protocol.encode("control_config", patience))
+        socket.send(bytes([WRITE]) + protocol.encode("stream", {"sequence": 7, "decimation": 40}))
+        socket.send(bytes([WRITE]) + protocol.encode("command", {"sequence": 8, "op": "arm"}))
+        said = _said(socket)
+        armed_at = next(v["tick"] for _, v in said if v.get("state") == "armed")
+        for name, values in said:
+            assert values.get("state") in (None, "armed"), values
+            if name == "telemetry" and values["tick"] > armed_at + 3 * watchdog_s * control_hz:
+                break
+        disarm = protocol.encode("command", {"sequence": 9, "op": "disarm"})
+        socket.send(bytes([WRITE]) + disarm)
+        assert next(v["state"] for _, v in said if v.get("state") == "disarmed")
+
+
+def test_command_keeps_no_knob_armed_whose_page_has_gone_silent_or_said_disarm(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It repeats a sign of life for a while, and none once the page wants no torque."""
+    written: list[str] = []
+
+    class Silent:
+        def read(self, timeout_s: float) -> None:
+            time.sleep(1e-3)
+
+        def write(self, report: bytes) -> bool:
+            written.append(protocol.decode(report)[1]["op"])
+            return True
+
+        def close(self) -> None:
+            pass
+
+    def told(*ops: str) -> list[str]:
+        async def tell() -> None:
+            bridge = Bridge(Silent())  # type: ignore[arg-type]
+            for op in ops:
+                await bridge.answer(bytes([WRITE]) + protocol.encode("command", {"op": op}))
+            while len(written) < len(ops) + 2 and time.monotonic() < bridge._alive_until_s + 0.1:
+                await asyncio.sleep(1e-3)
+            await asyncio.to_thread(bridge.close)
+
+        written.clear()
+        with ThreadPoolExecutor() as pool:
+            pool.submit(lambda: asyncio.run(tell())).result()
+        return list(written)
+
+    assert told("arm")[:3] == ["arm", "keep_alive", "keep_alive"]
+    assert told("arm", "keep_alive", "disarm")[-1] == "disarm"
+    monkeypatch.setattr("torsio.studio.bridge.PAGE_SILENCE_S", 0.0)
+    assert told("arm") == ["arm"]
 
 
 def test_knob_that_is_armed_keeps_the_scene_that_plays(browser: Browser, address: str) -> None:

@@ -80,6 +80,20 @@ def test_wall_pushes_back_as_its_law_says_and_one_key_disarms(browser: Browser, 
         expect(page.locator("#link")).to_contain_text("0 lost")
 
 
+def test_hand_takes_the_knob_where_it_is_also_once_its_zero_was_set(
+    browser: Browser, site: str
+) -> None:
+    with opened(browser, site) as page:
+        state_is(page, "disarmed")
+        drag_to(page, 0.8)
+        settled(page, "angle_rad", within=1e-3)
+        page.mouse.up()
+        page.click("#zero")
+        page.wait_for_function("Math.abs(document.getElementById('angle_rad').value) < 1e-3")
+        drag_to(page, 0.2)
+        assert settled(page, "angle_rad", within=1e-3) == pytest.approx(0.2, abs=0.02)
+
+
 def test_key_disarms_a_knob_that_is_about_to_bearmed(browser: Browser, site: str) -> None:
     with opened(browser, site) as page:
         state_is(page, "disarmed")

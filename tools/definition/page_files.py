@@ -52,6 +52,10 @@ def studio_reports() -> str:
                 "readonly { name: string; doc: string; advice: string }[]",
                 [{"name": v.name, "doc": v.doc, "advice": v.advice} for v in e.STATUS.values],
             ),
+            "DISARM_REASONS": (
+                "readonly { name: string; doc: string }[]",
+                [{"name": v.name, "doc": v.doc} for v in e.DISARM_REASON.values],
+            ),
             "FAULTS": ("readonly Bit[]", javascript.bits(e.FAULT)),
             "FLAGS": ("readonly Bit[]", javascript.bits(e.FLAG)),
             "EFFECTS": (names, [of.snake for of in effects.EFFECTS]),

@@ -7,16 +7,21 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
+import struct
 import threading
+import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Final
 
 from torsio import _torsio
 from torsio.errors import Error
+from torsio.hands import Hand, ImpedanceHand, NoHand
+from torsio.protocol import decode, encode
 
 __all__ = [
-    *("GET", "GOT", "HAVE", "INPUT", "SET", "STALLED", "TAKEN", "WRITE"),
+    *("GET", "GOT", "HAND", "HAVE", "INPUT", "PRESS", "SET", "STALLED", "TAKEN", "TRUTH", "WRITE"),
     *("KEPT_REPORTS", "MESSAGES_UNDER_WAY", "TOGETHER_S", "Bridge", "MessageError", "Waiting"),
 ]
 
@@ -29,16 +34,31 @@ GOT: Final = 4
 STALLED: Final = 5
 TAKEN: Final = 6
 HAVE: Final = 7
+HAND: Final = 8
+PRESS: Final = 9
+TRUTH: Final = 10
 
-# Of what a page may send: bytes behind the first.
-_LENGTHS: Final = {WRITE: 64, GET: 1, SET: 64, HAVE: 0}
+# Of what a page may send: bytes behind the first. The last two are for an emulated knob.
+_LENGTHS: Final = {WRITE: 64, GET: 1, SET: 64, HAVE: 0, HAND: 8, PRESS: 1}
 _TELEMETRY: Final = 0x40
+_COMMAND: Final = encode("command", {})[0]
+_KEEP_ALIVE: Final = encode("command", {"op": "keep_alive"})
 _READ_S: Final = 0.02
 # More than a page holds of curves.
 KEPT_REPORTS: Final = 8192
 MESSAGES_UNDER_WAY: Final = 2
 # Telemetry waits so long for what follows: a picture's worth at a time costs the page least.
 TOGETHER_S: Final = 0.034
+# A page's sign of life is repeated for so long: a busy machine has it say the next one late.
+PAGE_SILENCE_S: Final = 5.0
+_ALIVE_EVERY_S: Final = 0.02
+# As in studio/src/worker.ts: a hand that is firm without shaking.
+_FOLLOW_S: Final = 0.03
+# The first columns of TRUTH in studio/src/emulated_device.ts.
+_TRUTH: Final = (
+    *("angle_rad", "brake_angle_rad", "speed_rad_s", "spring_torque_nm", "brake_torque_nm"),
+    *("brake_capacity_nm", "motor_torque_nm", "hand_torque_nm"),
+)
 
 
 class MessageError(Error):
@@ -99,15 +119,59 @@ class Waiting:
             await self._news.wait()
 
 
+class World:
+    """The world round an emulated knob, which is opened with ``log_truth``: the page's hand."""
+
+    def __init__(self, transport: _torsio.Transport) -> None:
+        self._transport = transport
+        self._held_at_rad: float | None = None
+        self._turned_rad = 0.0
+        self._truth = (0.0,) * len(_TRUTH)
+
+    def look(self) -> None:
+        """Take the truth, of which the newest is kept."""
+        if len(rows := self._transport.truth()):
+            self._truth = tuple(float(rows[name][-1]) for name in _TRUTH)
+
+    def told(self) -> bytes:
+        """Give the page's message about it."""
+        return struct.pack(f"<B{len(_TRUTH)}d", TRUTH, *self._truth)
+
+    def turn(self, turned_rad: float) -> None:
+        """Have the hand turn so far from where it took the knob; NaN lets go."""
+        hand: Hand = NoHand()
+        if math.isnan(turned_rad):
+            self._held_at_rad, self._turned_rad = None, 0.0
+        else:
+            if self._held_at_rad is None:
+                self._held_at_rad = self._truth[0]
+            path = (self._held_at_rad + self._turned_rad, self._held_at_rad + turned_rad)
+            hand = ImpedanceHand(
+                inertia_kg_m2=2e-5,
+                stiffness_nm_per_rad=0.8,
+                damping_nm_s_per_rad=8e-3,
+                intended_angle_rad=[(0.0, path[0]), (_FOLLOW_S, path[1])],
+            )
+            self._turned_rad = turned_rad
+        self._transport.set_hand(hand)
+
+    def press(self, *, pressed: bool) -> None:
+        """Press or release the emergency stop."""
+        self._transport.set_emergency_stop(pressed)
+
+
 class Bridge:
     """One open device, and the page at the other end.
 
     The device is read in a thread of its own. What it says goes to the page in as few messages as
-    the page is quick: a new one when it has an older one.
+    the page is quick: a new one when it has an older one. That thread also repeats the page's sign
+    of life, until the page says disarm or nothing more.
     """
 
-    def __init__(self, transport: _torsio.Transport) -> None:
+    def __init__(self, transport: _torsio.Transport, world: World | None = None) -> None:
         self._transport = transport
+        self._world = world
+        self._alive_until_s = 0.0
         self._waiting = Waiting()
         self._under_way = asyncio.Semaphore(MESSAGES_UNDER_WAY)
         self._closed = threading.Event()
@@ -121,19 +185,40 @@ class Bridge:
         self._transport.close()
 
     def _read(self) -> None:
+        again_s = 0.0
         try:
             while not self._closed.is_set():
                 report = self._transport.read(_READ_S)
                 if report is not None:
                     self._waiting.put(report)
+                if (now_s := time.monotonic()) < again_s:
+                    continue
+                again_s = now_s + _ALIVE_EVERY_S
+                if now_s < self._alive_until_s:
+                    self._transport.write(_KEEP_ALIVE)
+                if self._world is not None:
+                    self._world.look()
         except Exception as error:
             self._waiting.end(error)
+
+    def _listen(self, report: bytes) -> None:
+        """Learn from a report of the page whether the knob is to be kept alive."""
+        if report[0] != _COMMAND:
+            return
+        with contextlib.suppress(Error):  # the device refuses what nobody understands
+            op = decode(report)[1]["op"]
+            if op in ("arm", "keep_alive"):
+                self._alive_until_s = time.monotonic() + PAGE_SILENCE_S
+            elif op in ("disarm", "stop"):
+                self._alive_until_s = 0.0
 
     async def pump(self, send: Callable[[bytes], Awaitable[None]]) -> None:
         """Hand on what the device says, for ever. Raises what reading the device raises."""
         while True:
             await self._under_way.acquire()
             await send(bytes([INPUT]) + b"".join(await self._waiting.take()))
+            if self._world is not None:
+                await send(self._world.told())
 
     async def answer(self, message: bytes) -> bytes | None:
         """Do what a page asks; give what it is to be told.
@@ -155,6 +240,14 @@ class Bridge:
         if kind == SET:
             taken = await asyncio.to_thread(self._transport.set_feature, report)
             return bytes([TAKEN if taken else STALLED])
-        while not await asyncio.to_thread(self._transport.write, report):
-            await asyncio.sleep(1e-3)  # a full queue empties by one report a millisecond
+        if kind == WRITE:
+            self._listen(report)
+            while not await asyncio.to_thread(self._transport.write, report):
+                await asyncio.sleep(1e-3)  # a full queue empties by one report a millisecond
+        elif self._world is None:
+            raise MessageError("this knob is real: nobody but a hand turns it")
+        elif kind == HAND:
+            self._world.turn(struct.unpack("<d", report)[0])
+        else:
+            self._world.press(pressed=report != b"\0")
         return None

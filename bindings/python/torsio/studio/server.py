@@ -29,7 +29,7 @@ from torsio.emulator_options import EmulatorOptions
 from torsio.errors import Error
 from torsio.opening import open as open_knob
 from torsio.protocol import encode
-from torsio.studio.bridge import Bridge, MessageError
+from torsio.studio.bridge import Bridge, MessageError, World
 from torsio.studio.calibrating import calibrate_for
 
 __all__ = ["GONE", "Server", "application", "pass_on", "refusal", "serve"]
@@ -40,7 +40,7 @@ _REFUSED, GONE = 4403, 4404
 _LONGEST_REASON = 120
 _HANDOVER_S = 2.0
 # Its page is there in real time.
-_EMULATOR = EmulatorOptions(control_rate_hz=4000.0, paced=True)
+_EMULATOR = EmulatorOptions(control_rate_hz=4000.0, paced=True, log_truth=True)
 
 
 Serve = Callable[[WebSocket], Awaitable[None]]
@@ -85,10 +85,12 @@ class _Studio:
         except Error as error:
             await socket.close(GONE, str(error)[:_LONGEST_REASON])
             return
-        bridge = Bridge(transport)
+        bridge = Bridge(transport, World(transport) if emulator else None)
         title = f"{self._selector or 'knob'}, held by torsio studio"
         try:
-            await pass_on(bridge, socket, title=title, read_only=False)
+            await pass_on(
+                bridge, socket, title=title, read_only=False, is_emulated=emulator is not None
+            )
         finally:
             with contextlib.suppress(Exception):  # the device may be what is gone
                 await asyncio.to_thread(transport.write, encode("command", {"op": "disarm"}))
@@ -115,9 +117,12 @@ class Passed(Protocol):
         """Do what a page asks; give what it is to be told."""
 
 
-async def pass_on(bridge: Passed, socket: WebSocket, *, title: str, read_only: bool) -> None:
-    """Connect a page until it goes, or what it is connected to."""
-    await socket.send_text(json.dumps({"title": title, "read_only": read_only}))
+async def pass_on(
+    bridge: Passed, socket: WebSocket, *, title: str, read_only: bool, is_emulated: bool = False
+) -> None:
+    """Connect a page until it goes, or what it is connected to; it turns an emulated knob."""
+    hello = {"title": title, "read_only": read_only, "is_emulated": is_emulated}
+    await socket.send_text(json.dumps(hello))
     pump = asyncio.create_task(bridge.pump(socket.send_bytes))
     answer = asyncio.create_task(_answer(bridge, socket))
     done, others = await asyncio.wait({pump, answer}, return_when=asyncio.FIRST_COMPLETED)
