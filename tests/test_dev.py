@@ -190,6 +190,7 @@ PROJECT = {
         "dependencies": ["library>=1"],
         "optional-dependencies": {
             "plot": ["drawing"],
+            "studio": ["server"],
             "studies": ["numbers"],
             "dev": ["library==1.5", "checker==2"],
         },
@@ -209,6 +210,15 @@ def test_demo_ends_with_how_to_open_the_page(
     monkeypatch.setattr(commands, "run", lambda *_: 0)
     assert commands.demo([]) == 0
     assert "./dev studio" in capfd.readouterr().out
+    # Who sits at a terminal is given the page itself.
+    started: list[str] = []
+    monkeypatch.setattr(building, "begin_studio", lambda *_: done)
+    monkeypatch.setattr(commands, "become", lambda *words: started.extend(map(str, words)))
+    for stream in (sys.stdin, sys.stdout):
+        monkeypatch.setattr(stream, "isatty", lambda: True, raising=False)
+    commands.demo([])
+    assert started[1:4] == ["studio", "--device", "emulated"]
+    assert "open this page" in capfd.readouterr().out
     # What a program reads stays JSON alone.
     assert commands.demo(["--json"]) == 0
     assert "./dev studio" not in capfd.readouterr().out
@@ -216,6 +226,7 @@ def test_demo_ends_with_how_to_open_the_page(
 
 def test_demo_requires_no_more_than_it_runs_with() -> None:
     assert requirements(PROJECT, "demo") == ["builder", "library>=1", "drawing"]
+    assert requirements(PROJECT, "page") == ["builder", "library>=1", "drawing", "server"]
     assert requirements(PROJECT, "pins") == ["library==1.5", "checker==2"]
     everything = requirements(PROJECT, "all")
     assert set(everything) == {"builder", "library>=1", "drawing", "library==1.5", "checker==2"}

@@ -214,8 +214,8 @@ def begin_npm(folder: str) -> Future[None]:
     return later(install)
 
 
-def begin_studio() -> Future[None]:
-    """Begin to build the studio's page and the emulated device in it.
+def begin_studio(*parts: str) -> Future[None]:
+    """Begin to build the studio's page and the emulated device in it, or the parts that are named.
 
     Zig compiles only what has changed; the rest takes seconds.
     """
@@ -225,7 +225,7 @@ def begin_studio() -> Future[None]:
 
     def build() -> None:
         npm.result()
-        run_logged("studio", [PYTHON, "-m", "tools.studio"])
+        run_logged("studio", [PYTHON, "-m", "tools.studio", *parts])
 
     return later(build)
 

@@ -40,6 +40,7 @@ MADE = (
 WORKERS = 2 * (os.cpu_count() or 1)
 # Starting a second browser takes as long as all other tests of the page.
 FIREFOX_TEST = "tests/studio/test_firefox.py"
+_PAGE = BUILD / "studio/page"
 # Groups of packages that wheels are made and tried with.
 _OF_WHEELS = ("windows", "wheels", "machines", "fresh")
 _VENDOR, _PRODUCT = usb_ids.ids()
@@ -157,15 +158,28 @@ generate = _handed_on("tools.definition.generate")
 
 
 def demo(arguments: Sequence[str]) -> int:
-    """Build what the demo needs, and nothing else, and run it."""
+    """Build what the demo needs, and nothing else, and run it.
+
+    Who sits at a terminal gets the page at the end, in which the mouse turns the same knob.
+    """
+    is_person = sys.stdin.isatty() and sys.stdout.isatty()
+    is_watched = is_person and not {"--json", "--help"} & set(arguments)
     with lock():
-        coming = environment.begin(python=environment.DEMO)
+        groups, python = (("studio",), environment.PAGE) if is_watched else ((), environment.DEMO)
+        coming = environment.begin(*groups, python=python)
         # The virtual USB knob comes along where TinyUSB is there already.
         tinyusb = building.FirmwareSources(fetch=False).tinyusb
         building.build_preset("release", tinyusb, "--target", *building.LIBRARIES)
         coming.finish()
+        # Without the emulated device for browsers, which takes a minute to compile.
+        page = building.begin_studio("--page") if is_watched else None
         building.build_python(building.TORSIO, tinyusb)
+        if page is not None:
+            page.result()
     status = run(VENV / "bin/torsio", "demo", "wall", "--device", "emulated", *arguments)
+    if status == 0 and page is not None:
+        say("open this page to turn the knob with the mouse; Ctrl-C ends it")
+        become(VENV / "bin/torsio", "studio", "--device", "emulated", "--page", _PAGE)
     if status == 0 and "--json" not in arguments:
         say("to turn this knob with the mouse, in a browser: ./dev studio")
     return status
@@ -186,8 +200,7 @@ def studio(arguments: Sequence[str]) -> int:
         page = building.begin_studio()
         building.build_python(building.TORSIO, building.FirmwareSources(fetch=False).tinyusb)
         page.result()
-    folder = BUILD / "studio/page"
-    become(VENV / "bin/torsio", "studio", "--page", folder, *arguments)
+    become(VENV / "bin/torsio", "studio", "--page", _PAGE, *arguments)
 
 
 def site() -> int:

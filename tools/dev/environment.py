@@ -18,7 +18,7 @@ PYTHON = VENV / "bin/python"
 # Its tree and the interpreter that it was made with; the script ``dev`` reads it too.
 MADE_WITH = VENV / ".python"
 # What the environment is filled with: a demo does not wait for what only tests and studies need.
-DEMO, ALL = "demo", "all"
+DEMO, PAGE, ALL = "demo", "page", "all"
 # Groups of system packages that CMake's presets are compiled with.
 COMPILING = ("base", "tests", "game")
 

@@ -1,6 +1,7 @@
 """Prints Python requirements out of ``pyproject.toml`` files, one a line.
 
 ``python -m tools.dev.requirements demo`` prints what building the package and the demo need,
+``page`` what `torsio studio` needs on top,
 ``all`` what developing and testing need on top, ``pins`` the exact versions of whatever it is.
 """
 
@@ -19,6 +20,7 @@ TREE = Path(__file__).parent.parent.parent
 # Of the optional dependencies, where they exist: what the demo draws its picture with, and what
 # the tests and studies need.
 DEMO_EXTRAS = ("cli", "plot")
+PAGE_EXTRAS = ("studio",)
 ALL_EXTRAS = ("dev",)
 
 
@@ -27,7 +29,8 @@ def requirements(project: dict[str, Any], group: str) -> list[str]:
     extras: dict[str, list[str]] = project["project"].get("optional-dependencies", {})
     if group == "pins":
         return extras.get("dev", [])
-    wanted = DEMO_EXTRAS if group == "demo" else (*DEMO_EXTRAS, *ALL_EXTRAS)
+    more = {"demo": (), "page": PAGE_EXTRAS}.get(group, ALL_EXTRAS)
+    wanted = (*DEMO_EXTRAS, *more)
     return [
         *project["build-system"]["requires"],
         *project["project"].get("dependencies", []),
