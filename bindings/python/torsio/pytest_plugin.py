@@ -1,6 +1,6 @@
-"""pytest's fixtures for programs that use a knob; docs/testing.md tells how to use them.
+"""What pytest's fixtures do for programs that use a knob; docs/testing.md tells how to use them.
 
-pytest loads it by the package's entry point. Nothing else imports it: the package needs no pytest.
+`torsio_pytest` imports it with the first fixture. Nothing else does: the package needs no pytest.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import random
 import time
 import zlib
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
@@ -23,37 +23,6 @@ from torsio.telemetry import TELEMETRY_DTYPE, Record
 
 _HIGHEST_SEED = 2**64 - 1
 _MOST_KEPT_SAMPLES = 2**22
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Tell pytest of the options."""
-    group = parser.getgroup("torsio", "emulated knobs")
-    group.addoption(
-        "--torsio-seed",
-        default="",
-        metavar="N",
-        help="seed of the emulated knobs: a number, or 'random'; by default it follows from the "
-        "test's name, the same in every run",
-    )
-    group.addoption(
-        "--torsio-recordings",
-        default="",
-        metavar="DIR",
-        help="where recordings of failed tests go; by default into pytest's cache",
-    )
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Tell pytest of the mark, and look at the seed before any test runs."""
-    config.addinivalue_line(
-        "markers",
-        "torsio(**options): fields of torsio.EmulatorOptions for the fixture torsio_knob",
-    )
-    seed = config.getoption("--torsio-seed")
-    if seed not in ("", "random") and not (seed.isdecimal() and int(seed) <= _HIGHEST_SEED):
-        raise pytest.UsageError(
-            f"--torsio-seed is {seed!r}, allowed are 0 to {_HIGHEST_SEED} and 'random'"
-        )
 
 
 def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
@@ -75,8 +44,7 @@ def _name(item: pytest.Item) -> str:
     return f"{item.parent.nodeid}::{item.name}" if item.parent else item.nodeid
 
 
-@pytest.fixture
-def torsio_seed(request: pytest.FixtureRequest) -> int:
+def seed(request: pytest.FixtureRequest) -> int:
     """Give the seed of everything random in the test's knob, printed if the test fails."""
     if "seed" in (options := _options(request)):
         return checks.whole("seed", options["seed"], 0, _HIGHEST_SEED)
@@ -86,8 +54,7 @@ def torsio_seed(request: pytest.FixtureRequest) -> int:
     return int(given) if given else zlib.crc32(_name(request.node).encode())
 
 
-@pytest.fixture
-def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[torsio.Knob]:
+def knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[torsio.Knob]:
     """Give an open emulated knob in virtual time, with the options of the mark ``torsio``."""
     options = torsio.EmulatorOptions(
         **{"log_truth": True, **_options(request), "seed": torsio_seed}
@@ -99,21 +66,18 @@ def torsio_knob(request: pytest.FixtureRequest, torsio_seed: int) -> Iterator[to
         plugs.close()
 
 
-@pytest.fixture
-def torsio_hand(torsio_knob: torsio.Knob) -> testing.HoldingHand:
+def hand(torsio_knob: torsio.Knob) -> testing.HoldingHand:
     """Give the hand that holds the test's knob; nobody does until it acts."""
     assert isinstance(torsio_knob, _KeptKnob)
     return torsio_knob.hand
 
 
-@pytest.fixture
-def torsio_faults(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> testing.Faults:
+def faults(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> testing.Faults:
     """Give what makes the test's knob go wrong, and what took its place."""
     return testing.Faults(_knob_now(request, torsio_knob))
 
 
-@pytest.fixture
-def torsio_time(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> Iterator[None]:
+def time_of(request: pytest.FixtureRequest, torsio_knob: torsio.Knob) -> Iterator[None]:
     """Let the module `time` follow the test's knob; see `torsio.testing.virtual_time`."""
     with testing.virtual_time(_knob_now(request, torsio_knob)):
         yield
@@ -127,8 +91,7 @@ def _knob_now(
     return lambda: torsio_knob if plugs is None else plugs.knob
 
 
-@pytest.fixture
-def torsio_open(
+def open_of(
     request: pytest.FixtureRequest, torsio_knob: torsio.Knob, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., torsio.Knob]:
     """Let `torsio.open` give the test's knob, whatever it is asked for.
@@ -149,10 +112,8 @@ def torsio_open(
     return open_
 
 
-@pytest.hookimpl(hookwrapper=True)  # as pytest has always had it: this is loaded into every one
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
+def add_to_report(item: pytest.Item, report: pytest.TestReport) -> None:
     """Say of a failed test what its knob's seed was, and keep what its knob did."""
-    report = (yield).get_result()
     plugs = _PLUGS.get(_name(item))
     if report.failed and plugs is not None:
         seed = plugs.options.seed
