@@ -23,7 +23,8 @@ def table(*headings: str, words: int = 0) -> Table:
     """Make a table without lines; the first so many columns are words, the others numbers."""
     made = Table(box=None, pad_edge=False, header_style="bold")
     for i, heading in enumerate(headings):
-        made.add_column(heading, justify="left" if i < words else "right")
+        # What a row is about is never cut.
+        made.add_column(heading, justify="left" if i < words else "right", no_wrap=i == 0)
     return made
 
 

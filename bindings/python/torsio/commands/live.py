@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
+from contextlib import nullcontext
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 import torsio
-from torsio.commands.shared import Device, Seconds, choose, opened, plainly
+from torsio.commands.shared import AsJson, Device, Seconds, choose, opened, plainly
 from torsio.documents import entry
 from torsio.extras import lacking
 from torsio.screen import err, out
@@ -77,15 +80,30 @@ def monitor_table(knob: torsio.Knob, samples: torsio.telemetry.Record) -> Render
     return table
 
 
-def monitor_command(device: Device = "", seconds: Seconds = None) -> None:
-    """Show a knob live in the terminal, also over ssh. Ctrl-C ends it; the knob stays as it is."""
+def _monitor_json(knob: torsio.Knob, samples: torsio.telemetry.Record) -> None:
+    """Print a line of JSON: the knob as it is now, and its newest sample."""
+    newest = {name: samples[name][-1].item() for name in samples.dtype.names or () if len(samples)}
+    told = {"health": asdict(knob.health()), "statistics": asdict(knob.statistics())}
+    print(json.dumps({**told, "newest": newest or None}, allow_nan=False), flush=True)
+
+
+def monitor_command(device: Device = "", seconds: Seconds = None, as_json: AsJson = False) -> None:
+    """Show a knob live in the terminal, also over ssh. Ctrl-C ends it; the knob stays as it is.
+
+    With --json it prints an object a line, twenty a second.
+    """
     with opened(device, err, torsio.EmulatorOptions(paced=True)) as knob:
         end = math.inf if seconds is None else time.monotonic() + seconds
         knob.start_telemetry()
-        with Live(console=out, refresh_per_second=20) as live:
+        live = None if as_json else Live(console=out, refresh_per_second=20)
+        with live or nullcontext():
             while time.monotonic() < end:
                 knob.sleep(0.05)
-                live.update(monitor_table(knob, knob.read(max_samples=65536, timeout_s=0.0)))
+                samples = knob.read(max_samples=65536, timeout_s=0.0)
+                if live is None:
+                    _monitor_json(knob, samples)
+                else:
+                    live.update(monitor_table(knob, samples))
 
 
 def studio_command(

@@ -11,12 +11,23 @@ import typer
 
 import torsio
 from torsio import bug_report, screen
-from torsio.commands.shared import Device, choose, complain, opened, plainly, value_of
+from torsio.commands.shared import (
+    AsJson,
+    Device,
+    choose,
+    complain,
+    opened,
+    plainly,
+    print_json,
+    value_of,
+)
 from torsio.emulated import selects_emulated
 from torsio.knob_configuration import CONFIGS
 from torsio.screen import err, line, out
 
 __all__ = ["add_to"]
+
+_TOLD_EVERY_S = 0.25
 
 
 def record_command(
@@ -26,6 +37,7 @@ def record_command(
         float | None,
         typer.Option("--seconds", min=0.1, help="End by itself; else Ctrl-C.", show_default=False),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Record what a knob does to FILE, which `torsio.load`, Foxglove and PlotJuggler open.
 
@@ -35,14 +47,31 @@ def record_command(
     with opened(device, err, torsio.EmulatorOptions(paced=paced, log_inputs=True)) as knob:
         recording = knob.record_to(file)
         try:
-            knob.sleep(1e9 if duration_s is None else duration_s)
+            _wait(knob, recording, duration_s)
         except KeyboardInterrupt:
             err.print("torsio: the recording ends here")
         finally:
             recording.close()
         lost = knob.statistics().samples_lost
+    if as_json:
+        print_json({"file": str(file), "samples": recording.samples, "samples_lost": lost})
+        return
     out.print(f"{recording.samples} samples, {lost} lost")
     line(out, f"recording  {file}")
+
+
+def _wait(knob: torsio.Knob, recording: torsio.RecordingFile, duration_s: float | None) -> None:
+    """Let the recording go on, and say on a terminal how it does and how it ends."""
+    err.print("recording; Ctrl-C ends it" + ("" if duration_s is None else " earlier"))
+    left_s = 1e9 if duration_s is None else duration_s
+    with err.status("") as status:
+        while left_s > 0.0:
+            lost = knob.statistics().samples_lost
+            ends = "" if duration_s is None else f", {left_s:.0f} s left"
+            status.update(f"{recording.samples} samples, {lost} lost{ends}")
+            slice_s = min(left_s, _TOLD_EVERY_S)
+            knob.sleep(slice_s)
+            left_s -= slice_s
 
 
 def export_command(
@@ -85,6 +114,7 @@ def replay_command(
             show_default=False,
         ),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Run the inputs of a recording through this version's firmware again, and compare.
 
@@ -98,6 +128,27 @@ def replay_command(
             "knob has those: it is replayed from the counts in the telemetry",
         )
     replayed = torsio.replay(recorded, **wanted)
+    differences = {} if replayed.identical else replayed.largest_differences()
+    if as_json:
+        print_json(
+            {
+                "identical": replayed.identical,
+                "from_inputs": replayed.from_inputs,
+                "samples": len(replayed.recorded),
+                "answers": replayed.answers,
+                "first_difference": replayed.first_difference,
+                "largest_differences": differences,
+            }
+        )
+    else:
+        _print_replayed(replayed, differences)
+    if not replayed.identical and not wanted and replayed.from_inputs:
+        version = recorded.metadata["versions"].get("torsio", "another version")
+        complain(f"not the same: recorded with {version}, replayed with {torsio.__version__}")
+        raise typer.Exit(1)
+
+
+def _print_replayed(replayed: torsio.Replayed, differences: dict[str, float]) -> None:
     source = "inputs of the emulated device" if replayed.from_inputs else "counts in the telemetry"
     out.print(
         f"{len(replayed.recorded)} samples and {replayed.answers} answers, from the {source}",
@@ -106,14 +157,10 @@ def replay_command(
         out.print("the same, to the bit")
         return
     line(out, f"first difference: {replayed.first_difference}")
-    differences = screen.table("largest difference", "", words=1)
-    for name, value in replayed.largest_differences().items():
-        differences.add_row(name, f"{value:.6g}")
-    out.print(differences)
-    if not wanted and replayed.from_inputs:
-        version = recorded.metadata["versions"].get("torsio", "another version")
-        complain(f"not the same: recorded with {version}, replayed with {torsio.__version__}")
-        raise typer.Exit(1)
+    table = screen.table("largest difference", "", words=1)
+    for name, value in differences.items():
+        table.add_row(name, f"{value:.6g}")
+    out.print(table)
 
 
 def report_command(
@@ -126,6 +173,7 @@ def report_command(
     duration_s: Annotated[
         float, typer.Option("--seconds", min=0.1, max=600.0, help="To record, unless one is given.")
     ] = 2.0,
+    as_json: AsJson = False,
 ) -> None:
     """Put what somebody needs to look into a fault into one FILE: doctor, versions, a recording.
 
@@ -134,6 +182,9 @@ def report_command(
     names = bug_report.collect(choose(device), file, recording=recording, duration_s=duration_s)
     if "recording.mcap" not in names:
         err.print("torsio: no knob could be recorded; doctor.json says why")
+    if as_json:
+        print_json({"file": str(file), "contents": list(names)})
+        return
     sys.stdout.write(f"report  {file} ({', '.join(names)})\n")
 
 

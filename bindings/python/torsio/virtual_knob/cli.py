@@ -122,6 +122,8 @@ class _Show:
                 self._angle_rad = float(words[2])
                 if self._screen.is_terminal:
                     self._screen.status(words)
+            elif word == "slipped" and self._screen.is_terminal:
+                self._screen.line(f"this machine is busy: the knob fell {words[0]} ms behind")
             else:
                 self._screen.line(line.decode())
 
@@ -151,8 +153,8 @@ class _Show:
 
 def emulate_command(
     usbip: Annotated[
-        bool, typer.Option("--usbip", help="As a USB device over USB/IP; there is no other way.")
-    ] = False,
+        bool, typer.Option("--usbip", help="As a USB device over USB/IP, the only way.")
+    ] = True,
     address: Annotated[
         str, typer.Option(help="IPv4 address to listen on. Others than 127.0.0.1 let others in.")
     ] = "127.0.0.1",
@@ -189,8 +191,6 @@ def emulate_command(
     Other programs find the knob once the system has attached it; the command for that is printed.
     Run this several times, with a port and a serial number each, for several knobs.
     """
-    if not usbip:
-        raise typer.BadParameter("say --usbip", param_hint="--usbip")
     person = _PERSONS[hand]() if hand in _PERSONS else None
     if person and not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise typer.BadParameter(f"{hand} needs a terminal", param_hint="--hand")
