@@ -24,6 +24,7 @@ def log_of(angle_rad: list[float], spring_nm: float, motor_nm: float) -> Record:
     log["angle_rad"] = angle_rad
     log["spring_torque_nm"] = spring_nm
     log["motor_command_nm"] = motor_nm
+    log["flags"] = 1  # armed
     return log
 
 
@@ -49,6 +50,16 @@ def test_assert_felt_names_the_worst_row_and_counts_the_others() -> None:
         "felt 0.00 mN m where 30.00 mN m was expected, at 0.0010 s and 0.2000 rad; "
         "2 of 3 rows are off by more than 5.00 mN m"
     )
+
+
+def test_assert_felt_names_the_torque_that_was_off_and_not_its_own_lines() -> None:
+    log = log_of([0.1, 0.2, 0.3], 0.0, 0.0)
+    log["flags"][1:] = 0
+    for from_s, is_off in ((None, False), (0.0005, True)):
+        with pytest.raises(AssertionError) as caught:
+            testing.assert_felt(log, 0.03, from_s=from_s)
+        assert ("the knob was disarmed throughout: arm()" in str(caught.value)) == is_off
+    assert all(entry.ishidden(caught) for entry in caught.traceback[1:])
 
 
 def test_assert_felt_looks_at_the_span_alone_and_at_the_share() -> None:

@@ -135,8 +135,9 @@ def _note(field: Field) -> str:
 
 def data_class(of: Structure, *, told: bool = False) -> str:
     """Write a data class. What is `told` is only ever made by the library, so it has no defaults."""
-    base = f"({of.base})" if of.base else ""
-    out = f"\n\n@dataclass(frozen=True)\nclass {of.name}{base}:\n{_docstring(of)}\n"
+    # The base classes that are named derive from this one too.
+    base = of.base or ("" if told else "checks.ByName")
+    out = f"\n\n@dataclass(frozen=True)\nclass {of.name}{f'({base})' if base else ''}:\n{_docstring(of)}\n"
     required = [f for f in of.host_fields if _default(f, told) == ""]
     others = [f for f in of.host_fields if _default(f, told) != ""]
     # Which function is meant needs no name; which number does.

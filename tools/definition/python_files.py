@@ -30,7 +30,7 @@ def python_scenes() -> str:
         constants.MAX_TORQUE_NM,
         "Largest torque of any effect. The actuator's own limits are lower.",
     )
-    body += '\n\nclass Effect:\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
+    body += '\n\nclass Effect(checks.ByName):\n    """Base class of all effects."""\n\n    __slots__ = ()\n'
     body += '\n\nScene: TypeAlias = Effect | Iterable[Effect]\n"""What `Knob.play` takes."""\n'
     body += "".join(map(python.data_class, (effects.TIMING, *effects.EFFECTS)))
     body += python.data_class(reports.EXCITATION)
@@ -76,7 +76,7 @@ def python_hands() -> str:
         '"""What the fields of hands take; they keep it as a tuple of pairs."""\n'
         "\nHandFunction: TypeAlias = Callable[[float, float, float], float]\n"
         f'"""{textwrap.fill(plant.HAND_FUNCTION, 97)}\n"""\n'
-        '\n\nclass Hand:\n    """Base class of all hands."""\n\n    __slots__ = ()\n'
+        '\n\nclass Hand(checks.ByName):\n    """Base class of all hands."""\n\n    __slots__ = ()\n'
     )
     body += "".join(map(python.data_class, plant.HANDS))
     return python.module(
@@ -113,7 +113,8 @@ def python_emulator_options() -> str:
 
 def python_beginnings() -> str:
     """Write the module of how a plant and a closed loop may begin."""
-    body = "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n\n{all}\n"
+    body = "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n\n"
+    body += "from torsio import checks\n\n{all}\n"
     body += "".join(map(python.data_class, plant.BEGINNINGS))
     return python.module(
         "How a plant and a closed loop may begin, if not at rest.",
@@ -127,7 +128,7 @@ def python_configurations() -> str:
     """Write the module of configurations."""
     body = (
         "from __future__ import annotations\n\nfrom dataclasses import KW_ONLY, dataclass\n"
-        "from typing import Literal, TypeAlias\n\n{all}\n\n"
+        "from typing import Literal, TypeAlias\n\nfrom torsio import checks\n\n{all}\n\n"
         f"Law: TypeAlias = {python.literal_type(e.LAW)}\n"
         '"""How motor and brake share the torque."""\n'
     )

@@ -15,6 +15,7 @@ from __future__ import annotations
 from importlib.metadata import version as _version
 
 from torsio import core, emulator, protocol, scenes, telemetry
+from torsio.angles import deg
 from torsio.config import (
     ActuatorConfig,
     BoardConfig,
@@ -167,6 +168,7 @@ __all__ = [
     "__version__",
     "carry_out",
     "core",
+    "deg",
     "dump_config",
     "emulator",
     "list_devices",

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 
+from torsio import checks
+
 __all__ = [
     "InitialState",
     "SpinUp",
@@ -14,7 +16,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class SpinUp:
+class SpinUp(checks.ByName):
     """A first phase of a closed loop with the law held off.
 
     The motor's torque is prescribed, the brake is off.
@@ -39,7 +41,7 @@ class SpinUp:
 
 
 @dataclass(frozen=True)
-class InitialState:
+class InitialState(checks.ByName):
     """Where a plant begins, if not at rest at angle 0.
 
     Attributes

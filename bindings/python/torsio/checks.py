@@ -7,12 +7,42 @@ import operator
 import os
 import reprlib
 from collections.abc import Iterator
+from dataclasses import fields
 from numbers import Real
-from typing import Any, SupportsFloat, SupportsIndex
+from typing import TYPE_CHECKING, Any, SupportsFloat, SupportsIndex
 
 import numpy as np
 
 from torsio.errors import InvalidArgument
+
+
+class ByName:
+    """Base of the data classes whose values are given by name."""
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:  # for whom the data class's own signature is more exact
+
+        def __new__(cls, *values, **named):
+            """Say what is wrong with a call in the terms of the class."""
+            known = [of.name for of in fields(cls)]
+            by_place = [of.name for of in fields(cls) if not of.kw_only]
+            if len(values) > len(by_place):
+                first = " ".join(f"{name}=...," for name in known[: len(values)]).strip(",")
+                raise TypeError(
+                    f"{cls.__name__} takes its values by name, in SI units: "
+                    f"{cls.__name__}({first}); its fields are {', '.join(known)}"
+                )
+            for name in named:
+                if name not in known:
+                    raise TypeError(_unknown(cls.__name__, name, known))
+            return super().__new__(cls)
+
+
+def _unknown(kind: str, name: str, known: list[str]) -> str:
+    said = f"{kind} has no field {name!r}; its fields are {', '.join(known)}"
+    in_rad = f"{name.removesuffix('_deg')}_rad"
+    return f"{said}. Angles are in radians: {in_rad}=torsio.deg(...)" if in_rad in known else said
 
 
 def usable_cores() -> int:

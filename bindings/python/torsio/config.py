@@ -12,6 +12,8 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Literal, TypeAlias
 
+from torsio import checks
+
 __all__ = [
     "ActuatorConfig",
     "BoardConfig",
@@ -45,7 +47,7 @@ EXCITATION_STILL_S = 0.05
 
 
 @dataclass(frozen=True)
-class ActuatorConfig:
+class ActuatorConfig(checks.ByName):
     """The actuator as built. The defaults are those of the reference actuator.
 
     Set only while disarmed; another encoder empties the scene.
@@ -107,7 +109,7 @@ class ActuatorConfig:
 
 
 @dataclass(frozen=True)
-class ControlConfig:
+class ControlConfig(checks.ByName):
     """How the device controls, and what it does when the host goes silent.
 
     Set only while disarmed.
@@ -157,7 +159,7 @@ class ControlConfig:
 
 
 @dataclass(frozen=True)
-class BoardConfig:
+class BoardConfig(checks.ByName):
     """What is wired to the board, and the electrical values of motor and brake; docs/hardware.md.
 
     A pin is the number of its GPIO. Set only while disarmed; save it: it takes effect when the
@@ -253,7 +255,7 @@ class BoardConfig:
 
 
 @dataclass(frozen=True)
-class GameConfig:
+class GameConfig(checks.ByName):
     """What games may do over the game interface, and how their numbers become torques.
 
     Docs/games.md.
@@ -316,7 +318,7 @@ class GameConfig:
 
 
 @dataclass(frozen=True)
-class ShaftConfig:
+class ShaftConfig(checks.ByName):
     """How the shaft's spring goes on where it is not one straight line.
 
     Up to the first knee its stiffness is the actuator's `spring_stiffness_nm_per_rad`; both ways
@@ -356,7 +358,7 @@ class ShaftConfig:
 
 
 @dataclass(frozen=True)
-class CalibrationConfig:
+class CalibrationConfig(checks.ByName):
     """How well the values of actuator and shaft are known, and since when.
 
     It is about the values that the device has as it takes this: as soon as one is another,

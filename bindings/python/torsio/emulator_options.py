@@ -26,7 +26,7 @@ EMULATED_SERIAL = "EMULATED"
 
 
 @dataclass(frozen=True)
-class EmulatorOptions:
+class EmulatorOptions(checks.ByName):
     """What an emulated knob is like, who holds it, and what is recorded of it.
 
     Attributes
@@ -99,7 +99,7 @@ class EmulatorOptions:
 
 
 @dataclass(frozen=True)
-class LinkFaults:
+class LinkFaults(checks.ByName):
     """Damage to reports on the cable of an emulated knob, as probabilities for each report.
 
     Attributes

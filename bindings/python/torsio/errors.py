@@ -111,7 +111,7 @@ class NoSpeedLimitWarning(UserWarning):
 
 
 class DisarmedWarning(UserWarning):
-    """The torque went during a recording, which has gone on without it."""
+    """A recording was without torque, at a time or throughout."""
 
 
 class StiffnessWarning(UserWarning):

@@ -36,7 +36,7 @@ torque on the knob in N m, -100 to 100.
 """
 
 
-class Hand:
+class Hand(checks.ByName):
     """Base class of all hands."""
 
     __slots__ = ()

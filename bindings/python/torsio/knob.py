@@ -39,6 +39,7 @@ from torsio.told import (
     StableStiffness,
     State,
 )
+from torsio.transport import Transport
 
 __all__ = ["Knob"]
 
@@ -60,10 +61,13 @@ class Knob(KnobConfiguration, KnobTelemetry):
     """
 
     def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool = False) -> None:
+        if isinstance(knob, str | Transport):
+            raise TypeError(f"a knob is opened by torsio.open({checks.show(knob)})")
         self._knob = knob
         self._path: str = knob.info()["path"]
         self._recording = KnobRecording(knob, logs_inputs=logs_inputs)
         self._stable: tuple[StableStiffness, bool] | None = None  # what `play` has asked for
+        self._awaits_arm = False  # a scene was played that nobody has armed
         self._told: Callable[[dict[str, Any]], object] | None = None
         _open_knobs.add(self)
 
@@ -195,6 +199,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
     def _arm(self) -> None:
         self._recording.note("arm")
         self._knob.arm()
+        self._awaits_arm = False
 
     def _is_held_low(self) -> bool:
         return moves_parts(self.info.board) and self.limits().held_low
@@ -252,6 +257,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         effects = list(scene) if isinstance(scene, Iterable) else [scene]
         self._recording.note("play", scene=effects)
         self._knob.play(scene)
+        self._awaits_arm = bool(effects) and self.state == "disarmed"
         self._warn_if_too_stiff(effects)
 
     def _warn_if_too_stiff(self, effects: list[Effect]) -> None:

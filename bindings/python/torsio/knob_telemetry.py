@@ -25,6 +25,7 @@ class KnobTelemetry:
 
     _knob: _torsio.Knob
     _recording: KnobRecording
+    _awaits_arm: bool
 
     def start_telemetry(self, rate_hz: float | None = None, *, prompt: bool = False) -> float:
         """Start telemetry, or change its rate, and forget what was not read.
@@ -101,8 +102,8 @@ class KnobTelemetry:
         ----------
         must_stay_armed
             Raise `Disarmed` if the knob is not armed, or when the torque goes meanwhile. Otherwise
-            a recording that was without torque at a time gives a `DisarmedWarning` at its end,
-            unless it was so throughout.
+            a recording that was without torque at a time gives a `DisarmedWarning` at its end; one
+            that was so throughout only if a scene was played and nobody has called `arm` since.
 
         Returns
         -------
@@ -127,6 +128,8 @@ class KnobTelemetry:
             warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=2)
         elif armed_late:
             warnings.warn(knob_warnings.armed_late(), stacklevel=2)
+        elif self._awaits_arm and self._knob.state == "disarmed":
+            warnings.warn(knob_warnings.never_armed(), stacklevel=2)
         return self._recording.keep(samples)
 
     def telemetry(

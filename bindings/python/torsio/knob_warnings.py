@@ -11,7 +11,9 @@ from torsio.errors import (
 from torsio.stability import LIMITS
 from torsio.told import Disarm, Limits, StableStiffness
 
-__all__ = ["armed_late", "disarmed", "held_low", "no_speed_limit", "too_stiff"]
+__all__ = [
+    *("armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "too_stiff"),
+]
 
 
 def held_low(limits: Limits) -> HeldLowWarning:
@@ -49,6 +51,14 @@ def disarmed(disarm: Disarm) -> DisarmedWarning:
         f"the torque went during the recording, at tick {disarm.tick} "
         f"({', '.join((disarm.reason, *disarm.faults))}); "
         "must_stay_armed raises an error instead"
+    )
+
+
+def never_armed() -> DisarmedWarning:
+    """Say that a scene was recorded of which nothing was to be felt."""
+    return DisarmedWarning(
+        "a scene plays and the knob was disarmed throughout the recording, so nothing was felt: "
+        "call arm() before record()"
     )
 
 

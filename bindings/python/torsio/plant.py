@@ -24,7 +24,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class ShaftHardening:
+class ShaftHardening(checks.ByName):
     """Part of a plant.
 
     The shaft spring is stiffer, or softer, beyond a knee of twist on both sides.
@@ -43,7 +43,7 @@ class ShaftHardening:
 
 
 @dataclass(frozen=True)
-class BrakeHysteresis:
+class BrakeHysteresis(checks.ByName):
     """Part of a plant: magnetic hysteresis of the brake, a play between its command and its torque.
 
     Attributes
@@ -57,7 +57,7 @@ class BrakeHysteresis:
 
 
 @dataclass(frozen=True)
-class Belt:
+class Belt(checks.ByName):
     """Part of a plant: a belt that stretches, between the spring's pulley and the brake.
 
     Attributes
@@ -98,7 +98,7 @@ class Cogging(CoggingShapes):
 
 
 @dataclass(frozen=True)
-class Electrics:
+class Electrics(checks.ByName):
     """Part of a plant: windings, bridges, supply and current sensor.
 
     With it the emulated device runs the board's own power stage; without it motor and brake are the
@@ -302,7 +302,7 @@ class PlantParams(PlantMethods):
 
 
 @dataclass(frozen=True)
-class ElectricsState:
+class ElectricsState(checks.ByName):
     """What no sensor of an emulated knob sees of its electrics, now.
 
     Attributes

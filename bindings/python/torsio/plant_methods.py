@@ -11,7 +11,7 @@ from torsio.config import ActuatorConfig, ShaftConfig
 _Shape = TypeVar("_Shape", bound="CoggingShapes")
 
 
-class CoggingShapes:
+class CoggingShapes(checks.ByName):
     """Ways to make a table of cogging."""
 
     def __init__(self, **fields: Any) -> None:
@@ -29,7 +29,7 @@ class CoggingShapes:
         return cls(periods_per_rev=periods_per_rev, torque_nm=wave)
 
 
-class PlantMethods:
+class PlantMethods(checks.ByName):
     """What a plant can be asked."""
 
     def matching_config(self) -> ActuatorConfig:

@@ -43,7 +43,7 @@ MAX_TORQUE_NM = 100.0
 """Largest torque of any effect. The actuator's own limits are lower."""
 
 
-class Effect:
+class Effect(checks.ByName):
     """Base class of all effects."""
 
     __slots__ = ()
@@ -54,7 +54,7 @@ Scene: TypeAlias = Effect | Iterable[Effect]
 
 
 @dataclass(frozen=True)
-class Timing:
+class Timing(checks.ByName):
     """When an effect plays, and how its strength comes and goes.
 
     Attributes
@@ -405,7 +405,7 @@ class Impact(Effect):
 
 
 @dataclass(frozen=True)
-class Excitation:
+class Excitation(checks.ByName):
     """A bounded experiment: commands of motor and brake that go past scene and law.
 
     What it names is reached from where the last excitation is now, in a straight line. The motor

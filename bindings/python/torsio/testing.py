@@ -1,6 +1,6 @@
 """For tests of programs that use a knob: what was felt, who holds the knob, what goes wrong.
 
-Works with any test runner; `torsio.pytest_plugin` makes pytest's fixtures of it.
+Works with any test runner; `torsio_pytest` makes pytest's fixtures of it.
 """
 
 from __future__ import annotations
@@ -24,9 +24,11 @@ from torsio.emulator_options import LinkFaults
 from torsio.errors import Closed, Disconnected, Error, InvalidArgument
 from torsio.hands import Hand, NoHand, PrescribedMotion, TorqueHand
 from torsio.knob import Knob
-from torsio.telemetry import TRUTH_DTYPE, Record
+from torsio.telemetry import FLAG_STATE_MASK, TRUTH_DTYPE, Record
 
 __all__ = ["Expected", "Faults", "HoldingHand", "assert_felt", "felt_nm", "virtual_time"]
+
+_ARMED = 1  # of the two bits of the state
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Expected: TypeAlias = float | npt.ArrayLike | Callable[[Floats], npt.ArrayLike]
@@ -90,6 +92,7 @@ def assert_felt(
     InvalidArgument
         If there is nothing to look at, or an argument is out of its range.
     """
+    __tracebackhide__ = True
     felt = felt_nm(log)
     checks.positive("tolerance_nm", tolerance_nm)
     if not 0.0 < checks.number("share", share) <= 1.0:
@@ -124,8 +127,16 @@ def assert_felt(
     raise AssertionError(
         f"felt {_mn(felt[worst])} mN m where {_mn(wanted[worst])} mN m was expected, at "
         f"{row['time_s']:.4f} s and {row['angle_rad']:.4f} rad; {off} of {rows} rows are off by "
-        f"more than {_mn(tolerance_nm)} mN m"
+        f"more than {_mn(tolerance_nm)} mN m{_without_torque(log[span])}"
     )
+
+
+def _without_torque(log: Record) -> str:
+    """Say so if that is why nothing was felt; the truth does not know it."""
+    names = log.dtype.names or ()
+    if "flags" not in names or (log["flags"] & FLAG_STATE_MASK == _ARMED).any():
+        return ""
+    return "; the knob was disarmed throughout: arm() turns the torque on"
 
 
 def _mn(torque_nm: float) -> str:

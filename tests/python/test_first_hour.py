@@ -1,0 +1,60 @@
+"""What a new user does wrong in the first hour, and what he is told."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import torsio
+
+WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
+HAND = torsio.EmulatorOptions(hand=torsio.TorqueHand(torque_nm=0.03))
+
+
+def test_record_without_arm_names_it() -> None:
+    with torsio.open("emulated", emulator=HAND) as knob:
+        knob.record(0.01)  # nothing plays: who looks on needs no torque
+        knob.play(WALL)
+        with pytest.warns(torsio.DisarmedWarning, match=r"nothing was felt: call arm\(\)"):
+            knob.record(0.01)
+        knob.arm()
+        knob.record(0.01)
+        knob.disarm()
+        knob.record(0.01)  # on purpose
+
+
+def test_call_that_is_wrong_says_how_it_is_right() -> None:
+    made: Any = torsio  # type checkers say it too
+    calls: list[tuple[Callable[[], object], str]] = [
+        (lambda: made.Knob("emulated"), r"opened by torsio\.open\('emulated'\)"),
+        (lambda: made.Wall(0.1, 1.4), r"by name, in SI units: Wall\(stiffness_nm_per_rad=\.\.\.,"),
+        (lambda: made.Wall(angle_deg=10.0), r"no field 'angle_deg'.*angle_rad=torsio\.deg"),
+        (lambda: made.ControlConfig(beat=4.0), "no field 'beat'; its fields are"),
+        (lambda: made.TorqueHand(0.03), r"TorqueHand\(torque_nm=\.\.\.\)"),
+        (lambda: made.EmulatorOptions(7), "EmulatorOptions takes its values by name"),
+    ]
+    for call, said in calls:
+        with pytest.raises(TypeError, match=said):
+            call()
+
+
+def test_data_classes_are_pickled_as_before() -> None:
+    assert pickle.loads(pickle.dumps(WALL)) == WALL
+    torsio.FeedbackHand(lambda time_s, angle_rad, speed_rad_s: 0.0)  # whose function needs no name
+
+
+def test_angle_may_be_given_in_degrees() -> None:
+    assert torsio.deg(180) == pytest.approx(3.141592653589793, rel=1e-15)
+    with pytest.raises(TypeError, match="degrees must be a number"):
+        torsio.deg("180")  # type: ignore[arg-type]
+    with warnings.catch_warnings(), torsio.open("emulated") as knob:
+        warnings.simplefilter("error")
+        knob.play(
+            torsio.EndStops(
+                lower_rad=torsio.deg(-150), upper_rad=torsio.deg(150), stiffness_nm_per_rad=1.0
+            )
+        )
