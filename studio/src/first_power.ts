@@ -7,6 +7,8 @@ import { byId, element } from "./page";
 
 const NEARLY_A_TURN_RAD = 0.95 * 2 * Math.PI;
 const CLEARLY_RAD = 0.5;
+// Of the motor's push, which gets faster: far below the speed limit, also where a page is late.
+const PUSHED_RAD = 0.2;
 const PUSH = 1.3; // times the friction
 const DRAG_NM = 0.01;
 // For the time after `confirmed`, when no others hold any more.
@@ -105,9 +107,9 @@ function steps(travel: Travel): Step[] {
         },
       },
       look: (_, pushedRad) => {
-        if (pushedRad !== undefined) wentBack = pushedRad < -CLEARLY_RAD;
+        if (pushedRad !== undefined) wentBack = pushedRad < -PUSHED_RAD;
         if (wentBack) return "It turned backwards: change motor reversed, and push once more.";
-        return pushedRad === undefined ? "Then arm, a hand on the emergency stop." : pushedRad > CLEARLY_RAD;
+        return pushedRad === undefined ? "Then arm, a hand on the emergency stop." : pushedRad > PUSHED_RAD;
       },
     },
     {
@@ -215,7 +217,7 @@ export class FirstPower {
   look(seen: Seen): void {
     const pushedRad = this.#pushedRad(seen);
     if (this.#fold.open) this.#steps.forEach((step, i) => this.#lookAt(step, i, seen, pushedRad));
-    if (Math.abs(pushedRad ?? 0) <= CLEARLY_RAD) return;
+    if (Math.abs(pushedRad ?? 0) <= PUSHED_RAD) return;
     this.#pushed.begin();
     this.disarm();
   }

@@ -46,6 +46,7 @@ PYTHON_ONLY = {
     "HeldLowWarning": "Knob::limits",
     "NoSpeedLimitWarning": "Knob::limits",
     "MalformedReport": "of torsio.protocol, which C++ has not",
+    "deg": "a number of degrees in radians, which is one multiplication",
     "open": "Knob::open",
     "watch": "the constructor of DeviceWatch",
     "TELEMETRY_DTYPE": "TelemetrySample",
