@@ -5,7 +5,7 @@ import type { Effect } from "./conversion";
 import { byId } from "./page";
 
 const STEP_RAD = Math.PI / 90;
-const SCALE_LINES = 24;
+const SCALE_LINES = 24, MOST_NOTCHES = 180;
 // Half a pixel at the rim.
 const VISIBLE_RAD = 5e-3;
 
@@ -26,7 +26,16 @@ export function showPlaces(scene: readonly Effect[]): void {
   );
   byId<SVGElement>("places").replaceChildren(
     ...places.map(Number).filter(Number.isFinite).map((angle) => line(angle, 78, 96, "place")),
+    ...scene.flatMap(notches).map((angle) => line(angle, 84, 92, "notch")),
   );
+}
+
+/** Where detents are in a turn; none if they are too many to be told apart. */
+function notches(effect: Effect): number[] {
+  if (effect.type !== "detents") return [];
+  const perTurn = Number(effect.per_turn ?? (2 * Math.PI) / Number(effect.pitch_rad));
+  const count = perTurn <= MOST_NOTCHES ? Math.ceil(perTurn) : 0;
+  return Array.from({ length: count }, (_, i) => Number(effect.angle_rad ?? 0) + (2 * Math.PI * i) / perTurn);
 }
 
 export class Dial {

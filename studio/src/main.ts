@@ -5,7 +5,7 @@ import { Ages } from "./ages";
 import { BridgeTransport } from "./bridge_transport";
 import { Calibrating } from "./calibration";
 import { Configurations } from "./configurations";
-import type { Effect } from "./conversion";
+import { type Effect, sceneToWire } from "./conversion";
 import { Dial, showPlaces } from "./dial";
 import { TRUTH } from "./emulated_device";
 import { EnergyReadouts } from "./energies";
@@ -29,6 +29,8 @@ performance.mark("script");
 
 // Some 28 pictures a second at most: more cost, and show nothing more. Nobody reads numbers so fast.
 const PICTURE_MS = 28, NUMBERS_MS = 200;
+// What a scene is checked for while no knob is there.
+const EMULATED = { effects: 16, curvePoints: 1024, countsPerRev: 8192, controlPeriodNs: 250_000 };
 // What telemetry has room for.
 const MOST_STEPS = 32767;
 
@@ -73,12 +75,13 @@ function attempt(act: () => Promise<unknown>): void {
 const editor = new SceneEditor((scene) => {
   showPlaces(scene);
   showState();
-  if (drives()) {
-    attempt(async () => {
-      await play(scene);
-      recorder.note("play", { scene });
-    });
-  }
+  attempt(async () => {
+    sceneToWire(scene, knob?.identity ?? EMULATED);
+    editor.canPlay(true);
+    if (!drives()) return;
+    await play(scene);
+    recorder.note("play", { scene });
+  });
 });
 showPlaces(editor.scene);
 const configurations = new Configurations(() => knob, attempt);

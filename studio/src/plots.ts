@@ -204,18 +204,26 @@ export class Plots {
       });
     }
     if (lowest > highest) return;
-    const room = Math.max(0.05, 0.05 * (highest - lowest));
-    const x = (angle: number): number => ((angle - lowest + room) / (highest - lowest + 2 * room)) * width;
-    const y = (torque: number): number => height / 2 - (torque / (1.1 * most)) * (height / 2);
+    const room = Math.max(0.05, 0.05 * (highest - lowest)), degree = Math.PI / 180;
+    const left = 44 * scale, right = width - 10 * scale, top = 10 * scale, bottom = height - 36 * scale;
+    const x = (angle: number): number => left + ((angle - lowest + room) / (highest - lowest + 2 * room)) * (right - left);
+    const y = (torque: number): number => (top + bottom) / 2 - (torque / (1.1 * most)) * ((bottom - top) / 2);
     context.clearRect(0, 0, width, height);
     context.font = `${12 * scale}px sans-serif`;
     context.fillStyle = this.#palette.text!;
     context.strokeStyle = this.#palette.grid!;
     context.lineWidth = scale;
-    context.beginPath();
-    context.moveTo(0, y(0));
-    context.lineTo(width, y(0));
-    context.stroke();
+    context.textAlign = "center";
+    context.fillText("angle, degrees", (left + right) / 2, height - 4 * scale);
+    for (const tick of ticks((lowest - room) / degree, (highest + room) / degree)) {
+      context.strokeRect(x(tick * degree), top, 0, bottom - top);
+      context.fillText(`${tick}`, x(tick * degree), bottom + 15 * scale);
+    }
+    context.textAlign = "right";
+    for (const tick of ticks(-1.1 * most, 1.1 * most)) {
+      context.strokeRect(left, y(tick), right - left, 0);
+      context.fillText(`${tick}`, left - 5 * scale, y(tick) + 4 * scale);
+    }
     const line = (stroke: string, dash: number[], curve: number): void => {
       context.strokeStyle = this.#palette[stroke]!;
       context.lineWidth = 1.5 * scale;
@@ -233,17 +241,15 @@ export class Plots {
     };
     line("wanted", [6, 4], WANTED);
     line("spring", [], FELT);
-    const degrees = (rad: number): string => `${((rad * 180) / Math.PI).toFixed(1)}°`;
-    const ends = `angle ${degrees(lowest)} to ${degrees(highest)}`;
-    const write = (text: string, atRight: boolean, below: number): void => {
-      const wide = context.measureText(text).width;
-      const left = atRight ? width - wide - 6 * scale : 6 * scale;
-      context.clearRect(left, below - 12 * scale, wide, 15 * scale);
-      context.fillText(text, left, below);
-    };
-    write(ends, true, height - 6 * scale);
-    write(`torque, ±${(1.1 * most).toFixed(0)} mN·m`, false, 16 * scale);
   }
+}
+
+/** Round numbers between two, some five of them. */
+function ticks(low: number, high: number): number[] {
+  const least = (high - low) / 6, unit = 10 ** Math.floor(Math.log10(least));
+  const step = unit * [1, 2, 5, 10].find((times) => times * unit >= least)!;
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.floor(high / step) - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(6)));
 }
 
 /** A piece of a curve as it is drawn, so that no colour need be told apart. */

@@ -34,12 +34,18 @@ export class SceneEditor {
     this.#build();
     // That it is there is no edit.
     clearTimeout(this.#timer);
+    this.canPlay(true);
   }
 
   /** Shows another scene, and plays it. */
   take(scene: Effect[]): void {
     this.scene = scene;
     this.#build();
+  }
+
+  /** Only lines of a scene that can be played may be copied. */
+  canPlay(can: boolean): void {
+    for (const id of ["copy-python", "copy-cpp"]) byId<HTMLButtonElement>(id).disabled = !can;
   }
 
   #build(): void {
@@ -74,6 +80,7 @@ export class SceneEditor {
   #changed(): void {
     byId("python").textContent = pythonLines(this.scene);
     byId("cpp").textContent = cppLines(this.scene);
+    this.canPlay(false);
     clearTimeout(this.#timer);
     this.#timer = setTimeout(() => this.play(this.scene), 60);
   }

@@ -136,7 +136,10 @@ def test_scene_plays_as_one_edits_and_gives_lines_that_play_the_same(
         expect(page.locator("#message")).to_have_text(
             "effect 0 (spring): stiffness_nm_per_rad is -1, allowed are 0 to 1000000 N m/rad"
         )
+        # What is refused is not to be copied.
+        expect(page.locator("#copy-python")).to_be_disabled()
         page.fill("#effects input[name=stiffness_nm_per_rad]", "0.05")
+        expect(page.locator("#copy-python")).to_be_enabled()
         page.select_option("#new-effect", "periodic")
         page.click("#add-effect")
         page.select_option("#effects select[name=waveform]", "triangle")
@@ -189,6 +192,19 @@ def test_curve_is_drawn_as_its_numbers_say_by_keys_too(browser: Browser, site: s
         assert shows(-0.026)
         assert picture.get_attribute("aria-valuetext") == "point 3 of 3: -0.002 N m"
         assert "[0, -0.026, -0.002]" in (page.locator("#python").text_content() or "")
+
+
+def test_notches_are_on_the_dial_and_a_phone_has_room_for_it(browser: Browser, site: str) -> None:
+    with opened(browser, site, viewport={"width": 390, "height": 844}) as page:
+        state_is(page, "disarmed")
+        expect(page.locator("#who")).to_contain_text("serial number")
+        assert page.evaluate("document.querySelector('header').offsetHeight") < 80
+        page.select_option("#new-effect", "detents")
+        page.click("#add-effect")
+        page.fill("#effects input[name=per_turn]", "24")
+        expect(page.locator("#places .notch")).to_have_count(24)
+        page.fill("#effects input[name=per_turn]", "1000")
+        expect(page.locator("#places .notch")).to_have_count(0)
 
 
 def test_torque_beyond_telemetry_is_named_so(browser: Browser, site: str) -> None:
