@@ -2,8 +2,11 @@
 
 #include <pybind11/pybind11.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 
 namespace py = pybind11;
@@ -11,12 +14,15 @@ namespace py = pybind11;
 namespace torsio::bindings {
 namespace {
 
-/// Who is about to take the lock, and whether anybody still may. Never destroyed: threads may be
-/// in it for as long as there is a process.
+constexpr std::chrono::seconds kLastWords{1};
+
+/// Who is about to take the lock or has taken it, and whether anybody still may. Never destroyed:
+/// threads may be in it for as long as there is a process.
 struct Gate {
   std::mutex mutex;
   std::condition_variable changed;
   int entering = 0;
+  int inside = 0;  // threads of the library that run Python
   bool ending = false;
   std::thread::id ender;
 
@@ -32,20 +38,31 @@ struct Gate {
     ++entering;
   }
 
-  void entered() {
+  void entered(bool stays_inside) {
     {
       const std::lock_guard lock(mutex);
       --entering;
+      if (stays_inside) ++inside;
     }
     changed.notify_all();
   }
 
-  /// Returns when nobody is about to take the lock any more.
+  void left() {
+    {
+      const std::lock_guard lock(mutex);
+      --inside;
+    }
+    changed.notify_all();
+  }
+
+  /// Returns when nobody is about to take the lock any more, and, unless that takes long, nobody
+  /// runs Python.
   void end() {
     std::unique_lock lock(mutex);
     ending = true;
     ender = std::this_thread::get_id();
     changed.wait(lock, [&] { return entering == 0; });
+    changed.wait_for(lock, kLastWords, [&] { return inside == 0; });
   }
 };
 
@@ -55,20 +72,61 @@ void start_anew() {
   new (&gate) Gate;
 }
 
+using Failure = std::optional<py::error_already_set>;
+
+/// Calls once more what fails, for it may be an interrupt that has ended it. Keeps what is raised
+/// first, or an interrupt, which the program must see.
+template <class Call>
+void do_one(Failure& failure, Call&& call) {
+  for (int attempts_left = 2; attempts_left > 0; --attempts_left) {
+    try {
+      call();
+      return;
+    } catch (py::error_already_set& error) {
+      const bool interrupts = !error.matches(PyExc_Exception);
+      if (!failure || (interrupts && failure->matches(PyExc_Exception))) failure.emplace(error);
+    }
+  }
+}
+
 }  // namespace
+
+py::object all_of(const py::function& steps) {
+  py::options options;
+  options.disable_function_signatures();
+  const py::cpp_function done(
+      [steps](const py::args& arguments) {
+        Failure failure;
+        py::object all = py::tuple();
+        do_one(failure, [&] { all = steps(*arguments); });
+        for (const py::handle step : py::tuple(all)) do_one(failure, [&] { step(); });
+        if (failure) throw *failure;
+      },
+      py::name(steps.attr("__name__").cast<std::string>().c_str()),
+      py::doc(steps.attr("__doc__").is_none() ? ""
+                                              : steps.attr("__doc__").cast<std::string>().c_str()));
+  return py::reinterpret_steal<py::object>(PyInstanceMethod_New(done.ptr()));
+}
 
 Unlocked::~Unlocked() {
   Gate& gate = Gate::instance();
   gate.enter();
   PyEval_RestoreThread(state_);
-  gate.entered();
+  gate.entered(false);
 }
 
 Locked::Locked() {
   Gate& gate = Gate::instance();
   gate.enter();
   state_ = PyGILState_Ensure();
-  gate.entered();
+  gate.entered(true);
+}
+
+Locked::~Locked() {
+  // Python ends, and this thread in the middle of it: it stays here until the process is gone.
+  while (PyGILState_Check() == 0) std::this_thread::sleep_for(kLastWords);
+  PyGILState_Release(state_);
+  Gate::instance().left();
 }
 
 bool check_signals() {

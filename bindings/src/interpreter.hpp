@@ -6,7 +6,7 @@
 /// the interpreter asks for it: they stop where they are, until the process is gone.
 #pragma once
 
-#include <Python.h>
+#include <pybind11/pybind11.h>
 
 namespace torsio::bindings {
 
@@ -28,7 +28,7 @@ class Locked {
   Locked();
   Locked(const Locked&) = delete;
   Locked& operator=(const Locked&) = delete;
-  ~Locked() { PyGILState_Release(state_); }
+  ~Locked();
 
  private:
   PyGILState_STATE state_;
@@ -37,6 +37,10 @@ class Locked {
 /// For `interrupted`: runs Python's signal handlers, and never says so itself.
 /// @throws what they raise (KeyboardInterrupt), which ends the waiting call
 bool check_signals();
+
+/// Makes of a Python function that gives steps one that does them: each, whatever the others raise,
+/// and without a place between them where Ctrl-C could leave some out.
+pybind11::object all_of(const pybind11::function& steps);
 
 /// Has the interpreter say when it begins to end.
 void watch_interpreter();

@@ -32,12 +32,11 @@
 namespace torsio::bindings {
 namespace {
 
-using Release = py::call_guard<Unlocked>;
-
 /// Closing waits for the device, so the lock must be free whichever way the knob goes.
 class PyKnob {
  public:
-  explicit PyKnob(Knob&& knob) : knob_(std::make_unique<Knob>(std::move(knob))) {}
+  PyKnob(Knob&& knob, std::shared_ptr<Passing> passing)
+      : knob_(std::make_unique<Knob>(std::move(knob))), passing_(std::move(passing)) {}
   PyKnob(PyKnob&&) = default;
   PyKnob(const PyKnob&) = delete;
   PyKnob& operator=(const PyKnob&) = delete;
@@ -50,6 +49,19 @@ class PyKnob {
   Knob& operator*() const { return *get(); }
   Knob* operator->() const { return get(); }
 
+  /// Runs what may wait without the interpreter's lock.
+  template <class Act>
+  auto run(Act&& act) const {
+    try {
+      const Unlocked unlocked;
+      return act();
+    } catch (...) {
+      passing_->pass_on();
+      throw;
+    }
+  }
+  void pass_on() const { passing_->pass_on(); }
+
  private:
   /// A hand's function would wait for the step that waits for the function.
   [[nodiscard]] Knob* get() const {
@@ -58,10 +70,16 @@ class PyKnob {
           "the function of a hand cannot use a knob: it is called in the middle of a step of the "
           "plant; what it may know are its arguments");
     }
+    if (passing_->is_in_transport()) {
+      throw Error(
+          "a transport, and the handler of a signal that comes in the middle of it, cannot use the "
+          "knob that is reached through it");
+    }
     return knob_.get();
   }
 
   std::unique_ptr<Knob> knob_;
+  std::shared_ptr<Passing> passing_;
 };
 
 /// @param way a selector or a torsio.Transport
@@ -72,14 +90,20 @@ PyKnob open_knob(const py::object& way, const py::object& emulator, double comma
   options.command_timeout_s = command_timeout_s;
   options.ring_samples = ring_samples;
   options.interrupted = &check_signals;
+  auto passing = std::make_shared<Passing>();
   if (py::isinstance<py::str>(way)) {
     const std::string selector = way.cast<std::string>();
     const Unlocked unlocked;
-    return PyKnob(Knob::open(selector, options));
+    return {Knob::open(selector, options), std::move(passing)};
   }
-  std::unique_ptr<Transport> transport = transport_from_python(way);
-  const Unlocked unlocked;
-  return PyKnob(Knob::open(std::move(transport), options));
+  std::unique_ptr<Transport> transport = transport_from_python(way, passing);
+  try {
+    const Unlocked unlocked;
+    return {Knob::open(std::move(transport), options), passing};
+  } catch (...) {
+    passing->pass_on();
+    throw;
+  }
 }
 
 py::list list_all() {
@@ -169,12 +193,14 @@ struct Calling {
     return [method](const PyKnob& self, const Given<std::decay_t<Parameters>>&... given) {
       const std::tuple<std::decay_t<Parameters>...> taken{take<std::decay_t<Parameters>>(given)...};
       const auto run = [&] {
-        const Unlocked unlocked;
-        return std::apply(
-            [&](const auto&... each) { return (owner_in<Owner>(self).*method)(each...); }, taken);
+        return self.run([&] {
+          return std::apply(
+              [&](const auto&... each) { return (owner_in<Owner>(self).*method)(each...); }, taken);
+        });
       };
       if constexpr (std::is_void_v<Result>) {
         run();
+        self.pass_on();  // what close() and signs of life have kept to themselves
       } else {
         return told(run());
       }
@@ -191,24 +217,33 @@ auto call(Result (Owner::*method)(Parameters...) const) {
   return Calling<Owner, Result, Parameters...>::by(method);
 }
 
-/// @param kept a list that gets the samples, however the recording ends, and then how the torque
-///        went, or None, and whether it came late
-void record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz,
-            bool must_stay_armed, py::list kept) {
+/// @param kept a list that gets the samples too, so that no interrupt comes between
+py::array read(const PyKnob& knob, std::size_t max_samples, double timeout_s, py::list kept) {
+  py::array samples = as_record(knob.run([&] { return knob->read(max_samples, timeout_s); }));
+  kept.append(samples);
+  return samples;
+}
+
+/// @param kept a list that gets the samples, however the recording ends; if it ends well also how
+///        the torque went, or None, and whether it came late
+/// @returns the samples, behind those before it that nobody had read
+py::array record(const PyKnob& knob, double duration_s, std::optional<double> rate_hz,
+                 bool must_stay_armed, py::list kept) {
   TelemetryRecord samples;
-  const auto keep = [&] { kept.append(as_record(std::move(samples))); };
   try {
-    const Unlocked unlocked;
-    knob->record(samples, duration_s, rate_hz, must_stay_armed);
+    knob.run([&] { knob->record(samples, duration_s, rate_hz, must_stay_armed); });
   } catch (...) {
-    keep();
+    kept.append(as_record(std::move(samples)));
     throw;
   }
   const std::optional<Disarm> disarmed = samples.disarmed;
   const bool armed_late = samples.armed_late;
-  keep();
+  std::vector<TelemetrySample> taken = std::move(samples.unread_before);
+  taken.insert(taken.end(), samples.begin(), samples.end());
+  kept.append(as_record(std::move(samples)));
   kept.append(disarmed ? to_python(*disarmed) : py::none());
   kept.append(armed_late);
+  return as_record(std::move(taken));
 }
 
 /// A Python function that C++ may call from any thread and destroy there. What it raises is shown
@@ -273,22 +308,23 @@ void bind_orders(py::class_<PyKnob>& knob) {
       .def("zero", call(&Knob::zero))
       .def("relax", call(&Knob::relax))
       .def("clear_fault", call(&Knob::clear_fault))
-      .def(
-          "dump_config", [](const PyKnob& self) { return dump_config(*self); }, Release())
-      .def(
-          "load_config",
-          [](const PyKnob& self, const std::string& text) { load_config(*self, text); }, Release())
+      .def("dump_config",
+           [](const PyKnob& self) { return self.run([&] { return dump_config(*self); }); })
+      .def("load_config",
+           [](const PyKnob& self, const std::string& text) {
+             self.run([&] { load_config(*self, text); });
+           })
       .def("save", call(&Knob::save))
       .def("load_defaults", call(&Knob::load_defaults))
       .def("play", call<Knob, void, const Scene&>(&Knob::play))
-      .def(
-          "stream_local_model",
-          [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
-             double damping_nm_s_per_rad, double deadline_s) {
-            self->stream_local_model(
-                {torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s});
-          },
-          Release())
+      .def("stream_local_model",
+           [](const PyKnob& self, double torque_nm, double angle_rad, double stiffness_nm_per_rad,
+              double damping_nm_s_per_rad, double deadline_s) {
+             self.run([&] {
+               self->stream_local_model(
+                   {torque_nm, angle_rad, stiffness_nm_per_rad, damping_nm_s_per_rad, deadline_s});
+             });
+           })
       .def("excite", call(&Knob::excite));
   bind_config(knob, "actuator", &Knob::actuator_config);
   bind_config(knob, "control", &Knob::control_config);
@@ -314,7 +350,7 @@ void bind_telemetry(py::class_<PyKnob>& knob) {
       .def("feature", call(&Knob::feature))
       .def("start_telemetry", call(&Knob::start_telemetry))
       .def("stop_telemetry", call(&Knob::stop_telemetry))
-      .def("read", call<Knob, std::vector<TelemetrySample>, std::size_t, double>(&Knob::read))
+      .def("read", &read)
       .def("latest", call(&Knob::latest))
       .def("record", &record)
       .def("events", call(&Knob::events))
@@ -353,6 +389,7 @@ void bind_knob(py::module_& module) {
   module.def("open_knob", &open_knob, arg("way"), py::kw_only(), arg("emulator"),
              arg("command_timeout_s"), arg("ring_samples"));
   knob.def("close", call(&Knob::close))
+      .def("disarm_to_close", call(&Knob::disarm_to_close))
       .def_property_readonly("is_open", call(&Knob::is_open))
       .def_property_readonly("state", call(&Knob::state))
       .def("info", call(&Knob::info))

@@ -28,6 +28,7 @@ PYBIND11_MODULE(_torsio_in_main, module) {
   using namespace torsio::bindings;
   module.doc() = "The C++ side of the torsio package. Use the package, not this module.";
   watch_interpreter();
+  module.def("all_of", &all_of);
   bind_errors(module);
   bind_protocol(module);
   bind_core(module);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,13 +18,28 @@ namespace py = pybind11;
 namespace torsio::bindings {
 namespace {
 
-/// @throws Disconnected if the call raises it, else Error with what it raises
+thread_local const Passing* in_transport = nullptr;
+
+struct InTransport {
+  explicit InTransport(const Passing& passing) { in_transport = &passing; }
+  InTransport(const InTransport&) = delete;
+  InTransport& operator=(const InTransport&) = delete;
+  ~InTransport() { in_transport = nullptr; }
+};
+
+/// @throws Disconnected if the call raises it, Interrupted if that is no Exception, else Error with
+///         what it raises
 template <class Call>
-auto ask(Call&& call) {
+auto ask(Passing& passing, Call&& call) {
   const Locked locked;
+  const InTransport inside(passing);
   try {
     return call();
   } catch (py::error_already_set& error) {
+    if (!error.matches(PyExc_Exception)) {
+      passing.keep(error);
+      throw Interrupted("the transport was interrupted");
+    }
     const std::string text = py::str(error.value()).cast<std::string>();
     if (error.matches(py::module_::import("torsio.errors").attr("Disconnected"))) {
       throw Disconnected(text);
@@ -47,7 +64,8 @@ bool take(const py::object& given, ReportBytes& report) {
 /// The SDK calls from threads that do not hold the interpreter's lock.
 class OwnTransport final : public Transport {
  public:
-  explicit OwnTransport(py::object own) : own_(std::move(own)) {
+  OwnTransport(py::object own, std::shared_ptr<Passing> passing)
+      : own_(std::move(own)), passing_(std::move(passing)) {
     time_is_virtual_ = own_.attr("time_is_virtual").cast<bool>();
   }
   OwnTransport(const OwnTransport&) = delete;
@@ -55,6 +73,7 @@ class OwnTransport final : public Transport {
   ~OwnTransport() override {
     const Locked locked;
     own_ = py::object();
+    passing_.reset();
   }
 
   void close() noexcept override {
@@ -62,38 +81,42 @@ class OwnTransport final : public Transport {
     try {
       own_.attr("close")();
     } catch (py::error_already_set& error) {
-      error.discard_as_unraisable("torsio.Transport.close");
+      if (!error.matches(PyExc_Exception)) {
+        passing_->keep(error);
+      } else {
+        error.discard_as_unraisable("torsio.Transport.close");
+      }
     }
   }
 
   bool write(const ReportBytes& report) override {
-    return ask([&] { return own_.attr("write")(to_bytes(report)).cast<bool>(); });
+    return ask(*passing_, [&] { return own_.attr("write")(to_bytes(report)).cast<bool>(); });
   }
 
   bool read(ReportBytes& report, std::chrono::nanoseconds timeout) override {
-    return ask([&] {
+    return ask(*passing_, [&] {
       const double timeout_s = std::chrono::duration<double>(timeout).count();
       return take(own_.attr("read")(timeout_s), report);
     });
   }
 
   bool get_feature(std::uint8_t id, ReportBytes& report) override {
-    return ask([&] { return take(own_.attr("get_feature")(id), report); });
+    return ask(*passing_, [&] { return take(own_.attr("get_feature")(id), report); });
   }
 
   bool set_feature(const ReportBytes& report) override {
-    return ask([&] { return own_.attr("set_feature")(to_bytes(report)).cast<bool>(); });
+    return ask(*passing_, [&] { return own_.attr("set_feature")(to_bytes(report)).cast<bool>(); });
   }
 
   bool time_is_virtual() const override { return time_is_virtual_; }
 
   std::int64_t now_ns() const override {
     if (!time_is_virtual_) return Transport::now_ns();
-    return ask([&] { return own_.attr("now_ns")().cast<std::int64_t>(); });
+    return ask(*passing_, [&] { return own_.attr("now_ns")().cast<std::int64_t>(); });
   }
 
   void advance_to(std::int64_t time_ns) override {
-    ask([&] {
+    ask(*passing_, [&] {
       own_.attr("advance_to")(time_ns);
       return true;
     });
@@ -101,13 +124,21 @@ class OwnTransport final : public Transport {
 
  private:
   py::object own_;
+  std::shared_ptr<Passing> passing_;
   bool time_is_virtual_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Transport> transport_from_python(py::object transport) {
-  return std::make_unique<OwnTransport>(std::move(transport));
+void Passing::pass_on() {
+  if (const auto error = std::exchange(error_, std::nullopt)) throw *error;
+}
+
+bool Passing::is_in_transport() const { return in_transport == this; }
+
+std::unique_ptr<Transport> transport_from_python(py::object transport,
+                                                 std::shared_ptr<Passing> passing) {
+  return std::make_unique<OwnTransport>(std::move(transport), std::move(passing));
 }
 
 }  // namespace torsio::bindings

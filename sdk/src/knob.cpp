@@ -175,6 +175,9 @@ class Knob::Impl {
   }
 
   void close() noexcept { session.close(!autonomous_); }
+  void disarm_to_close() noexcept {
+    if (!autonomous_ && session.is_open()) session.disarm_quietly();
+  }
 
  private:
   mutable std::mutex mutex_;  // guards the next two
@@ -217,6 +220,10 @@ void Knob::close() noexcept {
     // Its threads are not here to be joined, nor its locks to be had.
     [[maybe_unused]] const Impl* left_to_the_parent = impl_.release();
   }
+}
+
+void Knob::disarm_to_close() noexcept {
+  if (impl_ != nullptr && impl_->session.is_here()) impl_->disarm_to_close();
 }
 
 bool Knob::is_open() const noexcept {

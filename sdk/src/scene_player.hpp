@@ -42,7 +42,8 @@ class ScenePlayer {
   void forget_locked();
 
   Session& session_;
-  std::mutex mutex_;
+  // Recursive: what interrupts a play() that waits, as the handler of a signal does, may stop().
+  std::recursive_mutex mutex_;
   std::array<std::optional<protocol::ReportBytes>, protocol::max_effects> slots_;
   std::array<std::optional<protocol::ReportBytes>, kPieces> pieces_;
   std::vector<protocol::ReportBytes> playing_;  // all of the scene, and its commit

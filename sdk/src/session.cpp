@@ -41,13 +41,7 @@ void Session::close(bool disarm_first) noexcept {
     events_.close();
     return;
   }
-  const Unasked unasked(*this);
-  if (disarm_first) {
-    try {
-      if (drives()) say(protocol::Command{0, 0, protocol::Op::disarm});
-    } catch (...) {  // NOLINT(bugprone-empty-catch): the device's watchdog does it then
-    }
-  }
+  if (disarm_first) disarm_quietly();
   {
     const std::lock_guard lock(mutex_);
     closed_ = true;
@@ -59,6 +53,19 @@ void Session::close(bool disarm_first) noexcept {
   const std::lock_guard lock(mutex_);
   all_closed_ = true;
   news_.notify_all();
+}
+
+void Session::disarm_quietly() noexcept {
+  const Unasked unasked(*this);
+  const protocol::Command disarm{0, 0, protocol::Op::disarm};
+  try {
+    if (drives()) {
+      say(disarm);
+    } else if (lost_driven_) {
+      transport_->write(protocol::encode(disarm));  // a way that gives nothing may still take
+    }
+  } catch (...) {  // NOLINT(bugprone-empty-catch): the device's watchdog does it then
+  }
 }
 
 /// Sends a report and gives the device a moment to answer; whether it does is all the same.
@@ -148,6 +155,8 @@ void Session::take_in_virtual() {
   try {
     protocol::ReportBytes report;
     while (transport_->read(report, 0ns)) dispatch(report);
+  } catch (const Interrupted&) {
+    throw;  // it is the program that ends here, not the device
   } catch (const std::exception& error) {
     lose(error.what());
   }

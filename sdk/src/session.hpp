@@ -27,6 +27,8 @@
 
 namespace torsio {
 
+struct TelemetryRecord;
+
 // Full-speed USB carries a report each way once in so long.
 inline constexpr std::int64_t kFrameNs = 1'000'000;
 
@@ -49,6 +51,8 @@ class Session {
   /// Disarms if `disarm_first` and the device is armed, and lets go of it. Waits for nobody but the
   /// device, and not long.
   void close(bool disarm_first) noexcept;
+  /// The first of it: the torque off. Asks nobody, throws nothing.
+  void disarm_quietly() noexcept;
   [[nodiscard]] bool is_open() const noexcept { return !closed_; }
   /// False in a child that was forked: nothing else of the session may be used or destroyed there.
   [[nodiscard]] bool is_here() const noexcept { return process_.is_this(); }
@@ -152,7 +156,7 @@ class Session {
   class Listener {
    public:
     /// @param into gets the samples behind what it has, in whatever thread they arrive
-    Listener(Session& session, std::vector<TelemetrySample>& into);
+    Listener(Session& session, TelemetryRecord& into);
     Listener(const Listener&) = delete;
     Listener& operator=(const Listener&) = delete;
     ~Listener();
@@ -171,7 +175,7 @@ class Session {
     bool take(const TelemetrySample& sample);
 
     Session& session_;
-    std::vector<TelemetrySample>& into_;
+    TelemetryRecord& into_;
     const std::size_t had_;
     std::uint64_t disarms_before_ = 0;
     std::uint64_t first_tick_ = 0;
@@ -242,8 +246,9 @@ class Session {
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable news_;
   bool all_closed_ = false;
-  EventFeed events_;  // has locks of its own
-  std::string lost_;  // why the device is gone; empty while it is there
+  EventFeed events_;          // has locks of its own
+  std::string lost_;          // why the device is gone; empty while it is there
+  bool lost_driven_ = false;  // it was armed by the SDK then
   State state_ = State::disarmed;
   Owner owner_ = Owner::none;
   std::optional<DisarmReason> fading_;  // why the torque is going

@@ -5,6 +5,7 @@
 #include "protocol_names.hpp"
 #include "session.hpp"
 #include "torsio/error.hpp"
+#include "torsio/knob.hpp"
 
 namespace torsio {
 
@@ -44,7 +45,7 @@ std::size_t Session::read(std::span<TelemetrySample> out, std::int64_t timeout_n
   return count;
 }
 
-Session::Listener::Listener(Session& session, std::vector<TelemetrySample>& into)
+Session::Listener::Listener(Session& session, TelemetryRecord& into)
     : session_(session), into_(into), had_(into.size()) {
   const std::lock_guard lock(session_.mutex_);
   disarms_before_ = session_.disarms_;
@@ -113,6 +114,7 @@ void Session::Listener::run(std::uint64_t first_tick, std::uint64_t end_tick,
   TelemetrySample read{};
   while (session_.ring_.size() > 0 && session_.ring_.front().tick < end_tick) {
     session_.ring_.pop({&read, 1});
+    if (read.tick < first_tick) into_.unread_before.push_back(read);
   }
 }
 

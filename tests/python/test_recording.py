@@ -157,7 +157,7 @@ def test_torn_recording_gives_all_but_its_end(knob: torsio.Knob, tmp_path: Path)
         for _ in range(3):
             knob.sleep(0.5)
             # As after a second; the clock of this knob runs faster than that of the wall.
-            recording._writer.flush()
+            recording.put(lambda _: recording._writer.flush(), [None])
     whole = file.read_bytes()
     sizes = set()
     for end in range(0, len(whole), 997):

@@ -103,10 +103,10 @@ def test_one_count_that_is_different_is_found_where_it_is(tmp_path: Path) -> Non
 def test_changed_law_shows_what_the_device_would_have_done(tmp_path: Path) -> None:
     file = tmp_path / "x.mcap"
     with torsio.open("emulated", emulator=_options(log_inputs=True)) as knob:
-        knob.record_to(file)
-        knob.play(WALL)
-        knob.arm()
-        knob.sleep(1.0)
+        with knob.record_to(file):  # without the end, when it disarms
+            knob.play(WALL)
+            knob.arm()
+            knob.sleep(1.0)
     replayed = torsio.replay(file, law="motor_only")
     assert not replayed.identical
     before, after = replayed.recorded, replayed.replayed
@@ -148,7 +148,7 @@ def test_torn_recording_is_the_same_as_far_as_its_inputs_reach(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Each message goes to the disk by itself, so that the file may be torn behind any of them.
-    monkeypatch.setattr("torsio.recording._FLUSH_S", -1.0)
+    monkeypatch.setattr("torsio.recording_file._FLUSH_S", -1.0)
     file = tmp_path / "x.mcap"
     options = _options(log_inputs=True)
     with torsio.open("emulated", emulator=options) as knob, knob.record_to(file):

@@ -20,7 +20,7 @@ from torsio.knob_configuration import KnobConfiguration
 from torsio.knob_recording import KnobRecording
 from torsio.knob_telemetry import KnobTelemetry
 from torsio.knob_warnings import held_low, no_speed_limit, too_stiff
-from torsio.recording import RecordingFile
+from torsio.recording_file import RecordingFile
 from torsio.scenes import Effect, Excitation, Scene
 from torsio.stability import steepness_nm_per_rad
 from torsio.steps import Steps
@@ -77,22 +77,26 @@ class Knob(KnobConfiguration, KnobTelemetry):
             raise Closed("the knob was closed; open it again")
         return self
 
-    def __exit__(self, *_: object) -> None:
+    @_torsio.all_of
+    def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
         """Close the knob."""
-        self.close()
+        return (self.close,)
 
     def __repr__(self) -> str:
         """Say which device it is and what state it is in."""
         state = self.state if self.is_open else "closed"
         return f"<torsio.Knob {self._path!r} {state}>"
 
-    def close(self) -> None:
+    @_torsio.all_of
+    def close(self) -> Iterable[Callable[[], object]]:
         """Disarm, unless told to be autonomous or not armed by the SDK, and let go.
 
-        Closing twice is fine.
+        Whatever goes wrong meanwhile, a full disk or Ctrl-C, is raised when that is done. Closing
+        twice is fine.
         """
-        self._recording.close()
-        self._knob.close()
+        return self._knob.disarm_to_close, self._recording.close, self._knob.close, self._forget
+
+    def _forget(self) -> None:
         self._told = None
 
     @property
@@ -197,7 +201,7 @@ class Knob(KnobConfiguration, KnobTelemetry):
         self._arm()
 
     def _arm(self) -> None:
-        self._recording.note("arm")
+        self._recording.note("arm")  # before the torque: it may raise
         self._knob.arm()
         self._awaits_arm = False
 
@@ -206,18 +210,18 @@ class Knob(KnobConfiguration, KnobTelemetry):
 
     def disarm(self) -> None:
         """Torque off; the scene stays."""
-        self._recording.note("disarm")
         self._knob.disarm()
+        self._recording.note("disarm")
 
     def stop(self) -> None:
         """Torque off, and the scene is emptied."""
-        self._recording.note("stop")
         self._knob.stop()
+        self._recording.note("stop")
 
     def zero(self) -> None:
         """Make this position angle 0. Raises `Refused` unless disarmed."""
-        self._recording.note("zero")
         self._knob.zero()
+        self._recording.note("zero")
 
     def relax(self) -> None:
         """Tell the sensor that the shaft is relaxed now. Raises `Refused` unless disarmed."""
@@ -225,8 +229,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
 
     def clear_fault(self) -> None:
         """Forget latched faults. Raises `Refused` while their cause is there."""
-        self._recording.note("clear_fault")
         self._knob.clear_fault()
+        self._recording.note("clear_fault")
 
     def play(self, scene: Scene) -> None:
         """Play a scene in place of the one before, all of it from the same tick on.
@@ -255,9 +259,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
             # It may have no end: one effect too many is enough to refuse it.
             scene = list(islice(scene, _MAX_EFFECTS + 1))
         effects = list(scene) if isinstance(scene, Iterable) else [scene]
-        self._recording.note("play", scene=effects)
         self._knob.play(scene)
         self._awaits_arm = bool(effects) and self.state == "disarmed"
+        self._recording.note("play", scene=effects)
         self._warn_if_too_stiff(effects)
 
     def _warn_if_too_stiff(self, effects: list[Effect]) -> None:
@@ -391,10 +395,9 @@ class Knob(KnobConfiguration, KnobTelemetry):
         OSError
             If the file cannot be written.
         """
-        self._recording.refuse_if_under_way()
         recording = self._recording.begin(path, self.info, self._all_configs())
         try:
-            self.start_telemetry()
+            self._knob.start_telemetry(None, False)  # what came before is not in it
         except BaseException:
             recording.close()
             raise
@@ -439,7 +442,7 @@ _open_knobs: weakref.WeakSet[Knob] = weakref.WeakSet()
 
 
 @atexit.register
-def _close_all() -> None:
+@_torsio.all_of
+def _close_all() -> Iterable[Callable[[], object]]:
     """Disarm and let go of what is still open when the interpreter ends, whoever waits on it."""
-    for knob in list(_open_knobs):
-        knob.close()
+    return [knob.close for knob in list(_open_knobs)]

@@ -87,9 +87,9 @@ class KnobConfiguration:
         """
         if type(config) not in _NAMES:
             raise TypeError(f"not a configuration: {checks.show(config)}")
-        self._recording.note("configure", config=config)
         self._stable = None
         getattr(self._knob, f"configure_{_NAMES[type(config)]}")(config)
+        self._recording.note("configure", config=config)
 
     def update(self, **changes: Any) -> None:
         """Change fields of a configuration while disarmed, and keep the rest.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import platform
+import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import asdict
 from importlib.metadata import version
@@ -13,14 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from torsio import _torsio
-from torsio.emulated_knob import Emulator
 from torsio.errors import Error
 from torsio.protocol import fingerprint
-from torsio.recording import RecordingFile
+from torsio.recording_file import RecordingFile
 from torsio.telemetry import Record
 from torsio.told import DeviceInfo, Energies
 
-__all__ = ["KnobRecording"]
+__all__ = ["KnobRecording", "hang_on"]
 
 _ENERGIES_EVERY_S = 0.12
 _DRIFT = 200e-6  # a crystal is good to half of it
@@ -59,19 +59,21 @@ class KnobRecording:
         self._file: RecordingFile | None = None
         self._tap: _torsio.ReportTap | None = None
         self._asked_s = -math.inf
+        self._claim = threading.Lock()
+        # What an interrupted recording had, until it is written, and its ticks, which come again.
+        self._early: Record | None = None
+        self._early_ticks = 0, 0
 
     @property
     def is_under_way(self) -> bool:
-        """False before `begin` and once the file is closed."""
-        return self._file is not None
-
-    def refuse_if_under_way(self) -> None:
-        """Raise `Error` if there is one already."""
-        if self._file is not None:
-            raise Error("this knob is being recorded already: close that recording first")
+        """False before `begin`, once the file is closed, and when it cannot be written."""
+        return self._file is not None and self._file.is_open
 
     def begin(self, path: str | Path, info: DeviceInfo, configs: Iterable[Any]) -> RecordingFile:
-        """Make the file; what is told from here on is in it."""
+        """Make the file; what is told from here on is in it.
+
+        Raises `Error` if there is one already.
+        """
         metadata = {
             "info": asdict(info),
             "configuration": {type(config).__name__: asdict(config) for config in configs},
@@ -85,11 +87,16 @@ class KnobRecording:
                 "system": f"{platform.system()} {platform.machine()}",
             },
         }
-        self._clock = _DeviceClock(self._knob)
-        tap = self._knob.tap(with_telemetry=False)
-        self._file = RecordingFile(path, metadata, self._clock.now_s, self._end)
-        self._asked_s = -math.inf
-        self._tap = tap
+        with self._claim:
+            if self.is_under_way:
+                raise Error("this knob is being recorded already: close that recording first")
+            tap = self._knob.tap(with_telemetry=False)
+            lost: int = self._knob.statistics()["samples_lost"]
+            self._asked_s = -math.inf
+            self._early, self._early_ticks = None, (0, 0)
+            self._clock = _DeviceClock(self._knob)
+            self._tap = tap
+            self._file = RecordingFile(path, metadata, self._clock.now_s, self._end, lost)
         return self._file
 
     def close(self) -> None:
@@ -102,26 +109,94 @@ class KnobRecording:
         if self._file is not None:
             self._file.note(kind, **values)
 
-    def keep(self, samples: Record) -> Record:
-        """Write samples down, and give them on."""
-        if self._file is not None:
-            self._file.write(samples, self._knob.statistics()["samples_lost"])
+    def read(self, max_samples: int, timeout_s: float) -> Record:
+        """Take samples out of the knob, for the program and for the file.
+
+        Whatever is raised once they are taken has them as its attribute `samples`.
+        """
+        kept: list[Record] = []
+        try:
+            self._take(self._write, self._knob.read, max_samples, timeout_s, kept)
+            self._keep_rest(kept[0])
+            return kept[0]
+        except BaseException as error:
+            hang_on(error, kept)
+            raise
+
+    def record(
+        self, duration_s: float, rate_hz: float | None, must_stay_armed: bool, kept: list[Any]
+    ) -> None:
+        """Record, for the program and for the file.
+
+        Parameters
+        ----------
+        kept
+            Gets the samples, however it ends; if it ends well also how the torque went, or None,
+            and whether it came late.
+        """
+        self.drain()  # or what was not read would be in the way
+        try:
+            self._take(self._write, self._knob.record, duration_s, rate_hz, must_stay_armed, kept)
+        except BaseException:
+            if len(kept) == 1:
+                self._keep_early(kept[0])
+            raise
+        self._keep_rest(kept[0])
+
+    def drain(self) -> None:
+        """Write down all that has come and nobody has read."""
+        while self.is_under_way and len(self.read(65536, 0.0)):
+            pass
+
+    def _take(self, write: Callable[[Any], None], call: Callable[..., Any], *given: Any) -> None:
+        """Take something out of the knob; whatever comes, it is in the file's queue then."""
+        if self._file is None or not self._file.is_open:
+            call(*given)
+        else:
+            self._file.put(write, map(call, *zip(given)))
+
+    def _keep_early(self, samples: Record) -> None:
+        """Write what a recording had that ended early. It can still be read, but not written."""
+        if self._file is not None and len(samples):
+            self._file.put(self._hold_early, [samples])
+
+    # In the thread of the file:
+
+    def _hold_early(self, samples: Record) -> None:
+        self._write_early(None)
+        self._early = samples
+        self._early_ticks = int(samples["tick"][0]), int(samples["tick"][-1]) + 1
+
+    def _write_early(self, _: None) -> None:
+        if self._file is not None and self._early is not None:
+            self._file.write(self._early)
+            self._early = None
+
+    def _write(self, samples: Record) -> None:
+        if self._file is None or len(samples) == 0:
+            return
+        begin, end = self._early_ticks
+        self._file.write(samples[samples["tick"] < begin])
+        self._write_early(None)
+        self._file.write(samples[samples["tick"] >= end])
+
+    def _keep_rest(self, samples: Record) -> None:
+        """Write down what else has come meanwhile."""
+        if self._file is None:
+            return
+        if self._file.is_open:
+            self._file.put(self._file.write_lost, [self._knob.statistics()["samples_lost"]])
             self._keep_reports()
             if len(samples):
                 self._clock.hear(float(samples["time_s"][-1]))
                 self._keep_energies(float(samples["time_s"][-1]))
-        return samples
-
-    def drain(self) -> None:
-        """Write down all that has come and nobody has read."""
-        while self._file is not None and len(self.keep(self._knob.read(65536, 0.0))):
-            pass
+        self._file.tell_failure()
 
     def _keep_reports(self) -> None:
-        if self._file is not None:
-            self._file.write_reports(self._tap.take() if self._tap else [])
+        if self._file is not None and self._tap is not None:
+            self._take(self._file.write_reports, _torsio.ReportTap.take, self._tap)
             if self._logs_inputs:
-                self._file.write_inputs(Emulator(self._knob).inputs())
+                self._take(self._file.write_inputs, _torsio.Knob.inputs, self._knob)
 
     def _keep_energies(self, now_s: float) -> None:
         """Ask for them, unless that was a moment ago; who has no answer has none to write down."""
@@ -131,13 +206,20 @@ class KnobRecording:
         with suppress(Error):
             energies = Energies(**self._knob.energies())
             if energies.kept:
-                self._file.write_energies(energies)
+                self._file.put(self._file.write_energies, [energies])
 
     def _end(self) -> None:
         try:
             self.drain()
+            if self._file is not None:
+                self._file.put(self._write_early, [None])
             self._keep_energies(math.inf)
         except Error as error:
             self.note("lost", why=str(error))
             self._keep_reports()
-        self._file = self._tap = None
+
+
+def hang_on(error: BaseException, kept: list[Any]) -> None:
+    """Give the samples to what is raised, if they had come."""
+    if kept:
+        error.samples = kept[0]  # type: ignore[attr-defined]

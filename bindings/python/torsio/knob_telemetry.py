@@ -8,7 +8,7 @@ from typing import Any
 
 from torsio import _torsio, checks, knob_warnings
 from torsio.errors import Timeout
-from torsio.knob_recording import KnobRecording
+from torsio.knob_recording import KnobRecording, hang_on
 from torsio.telemetry import Record
 from torsio.told import Disarm
 
@@ -52,6 +52,7 @@ class KnobTelemetry:
         InvalidArgument
             Says which rates this knob has.
         """
+        self._recording.drain()
         return self._knob.start_telemetry(_rate(rate_hz), checks.flag("prompt", prompt))
 
     def stop_telemetry(self) -> None:
@@ -78,11 +79,9 @@ class KnobTelemetry:
         Record
             Of `torsio.telemetry.TELEMETRY_DTYPE`, shape (n,), 0 <= n <= max_samples.
         """
-        return self._recording.keep(
-            self._knob.read(
-                checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
-                checks.number("timeout_s", timeout_s),
-            )
+        return self._recording.read(
+            checks.whole("max_samples", max_samples, 0, _MAX_SAMPLES),
+            checks.number("timeout_s", timeout_s),
         )
 
     def record(
@@ -112,25 +111,23 @@ class KnobTelemetry:
         """
         duration_s = checks.number("duration_s", duration_s)
         rate_hz = _rate(rate_hz)
+        must_stay_armed = checks.flag("must_stay_armed", must_stay_armed)
         kept: list[Any] = []
         try:
-            self._knob.record(
-                duration_s, rate_hz, checks.flag("must_stay_armed", must_stay_armed), kept
-            )
+            self._recording.record(duration_s, rate_hz, must_stay_armed, kept)
+            samples: Record
+            samples, disarm, armed_late = kept
+            # Last: it may be an error to whoever makes errors of warnings.
+            if disarm is not None:
+                warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=2)
+            elif armed_late:
+                warnings.warn(knob_warnings.armed_late(), stacklevel=2)
+            elif self._awaits_arm and self._knob.state == "disarmed":
+                warnings.warn(knob_warnings.never_armed(), stacklevel=2)
+            return samples
         except BaseException as error:
-            if kept:
-                self._recording.keep(kept[0])
-                error.samples = kept[0]  # type: ignore[attr-defined]
+            hang_on(error, kept)
             raise
-        samples: Record
-        samples, disarm, armed_late = kept
-        if disarm is not None:
-            warnings.warn(knob_warnings.disarmed(Disarm(**disarm)), stacklevel=2)
-        elif armed_late:
-            warnings.warn(knob_warnings.armed_late(), stacklevel=2)
-        elif self._awaits_arm and self._knob.state == "disarmed":
-            warnings.warn(knob_warnings.never_armed(), stacklevel=2)
-        return self._recording.keep(samples)
 
     def telemetry(
         self,
@@ -168,12 +165,17 @@ class KnobTelemetry:
         left = None if duration_s is None else round(duration_s * rate_hz)
         while left is None or left > 0:
             size = max_samples if left is None else min(max_samples, left)
-            samples = self._recording.keep(self._knob.read(size, timeout_s))
-            if len(samples) == 0:
-                raise Timeout(f"no telemetry for {timeout_s} s")
-            if left is not None:
-                left -= len(samples)
-            yield samples
+            kept: list[Record] = []
+            try:
+                kept.append(self._recording.read(size, timeout_s))
+                if len(kept[0]) == 0:
+                    raise Timeout(f"no telemetry for {timeout_s} s")
+                if left is not None:
+                    left -= len(kept[0])
+            except BaseException as error:
+                hang_on(error, kept)
+                raise
+            yield kept[0]
 
 
 def _rate(rate_hz: float | None) -> float | None:

@@ -8,217 +8,23 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
-import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, BinaryIO, Final, TypeAlias
+from typing import Any, Final
 
 import numpy as np
 
-from torsio import protocol
 from torsio.emulator_options import DeviceInput
-from torsio.errors import Error, MalformedReport
+from torsio.errors import Error
 from torsio.extras import how_to_install
+from torsio.recording_file import COLUMNS, ENERGIES, TOPICS, LoggedReport, RecordingFile, missing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 from torsio.told import Energies
 from torsio.whole_file import beside
 
 __all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]
-
-LoggedReport: TypeAlias = tuple[int, bool, bytes]
-"""Ticks of the newest thing that the device had said by then, whether it was sent, its bytes."""
-
-# What is in memory when the power goes is lost: this much at most.
-_FLUSH_S: Final = 1.0
-_CHUNK_BYTES: Final = 256 * 1024
-_TOPICS: Final = (
-    *("telemetry", "energies", "events", "device_events", "drop_outs", "reports", "inputs"),
-)
-_FIELDS: Final[dict[str, dict[str, str]]] = {
-    "drop_outs": {"samples_lost": "integer"},
-    "events": {"kind": "string"},
-    "device_events": {"kind": "string", "state": "string", "faults": "integer", "tick": "integer"},
-    "reports": {"tick": "integer", "sent": "boolean", "name": "string", "bytes": "string"},
-    "inputs": {"tick": "integer", "kind": "string", "bytes": "string"},
-    "energies": {
-        of.name: {"int": "integer", "float": "number", "bool": "boolean"}[str(of.type)]
-        for of in fields(Energies)
-    },
-}
-_COLUMNS: Final = TELEMETRY_DTYPE.names or ()
-_JSON_TYPES: Final = {"f": "number", "u": "integer", "i": "integer"}
-
-
-def _missing() -> Error:
-    return Error(f"recordings need the Python package mcap: {how_to_install('record')}")
-
-
-def _schema(topic: str) -> dict[str, Any]:
-    """Describe a topic's messages to viewers."""
-    types = _FIELDS.get(topic) or {
-        name: _JSON_TYPES[TELEMETRY_DTYPE[name].kind] for name in _COLUMNS
-    }
-    columns = {name: {"type": type} for name, type in types.items()}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"torsio.{topic}",
-        "type": "object",
-        "properties": columns,
-        "required": list(columns),
-    }
-
-
-def _plain(value: Any) -> Any:
-    """Turn effects, configurations and arrays into what JSON has, with their class's name.
-
-    NaN and infinities become "NaN", "Infinity" and "-Infinity", which `float` reads.
-    """
-    if is_dataclass(value) and not isinstance(value, type):
-        return {"type": type(value).__name__, **{k: _plain(v) for k, v in asdict(value).items()}}
-    if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
-    return value
-
-
-class RecordingFile:
-    """A file that is being written; made by `torsio.Knob.record_to`.
-
-    Use it in a ``with`` statement, or `close` it. It is written as the program goes on, and
-    whole up to the last second whatever happens to the program.
-    """
-
-    def __init__(
-        self,
-        path: str | Path,
-        metadata: Mapping[str, Mapping[str, Any]],
-        device_time_s: Callable[[], float],
-        on_close: Callable[[], None],
-    ) -> None:
-        try:
-            from mcap.writer import CompressionType, Writer
-        except ModuleNotFoundError as error:
-            raise _missing() from error
-        self.path: Final = Path(path)
-        self.samples = 0
-        """Written so far."""
-        self._on_close = on_close
-        # The times of all messages are the device's, laid on the host's clock once.
-        self._device_time_s = device_time_s
-        self._host_minus_device_ns = time.time_ns() - round(1e9 * device_time_s())
-        self._period_ns = 1e9 / metadata["info"]["control_rate_hz"]
-        metadata = {"clock": {"host_minus_device_ns": self._host_minus_device_ns}, **metadata}
-        self._lock = threading.Lock()
-        self._file: BinaryIO = self.path.open("wb")
-        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES, compression=CompressionType.ZSTD)
-        self._writer.start(profile="torsio", library=f"torsio {version('torsio')}")
-        self._channels = {}
-        for topic in _TOPICS:
-            schema = self._writer.register_schema(
-                f"torsio.{topic}", "jsonschema", json.dumps(_schema(topic)).encode()
-            )
-            self._channels[topic] = self._writer.register_channel(topic, "json", schema)
-        for name, values in metadata.items():
-            text = {key: json.dumps(_plain(value)) for key, value in values.items()}
-            self._writer.add_metadata(name, text)
-        self._writer.flush()
-        self._flushed_at = time.monotonic()
-        self._lost: int | None = None
-        self._is_open = True
-
-    def __enter__(self) -> RecordingFile:
-        """Give the recording itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Close the file."""
-        self.close()
-
-    @property
-    def is_open(self) -> bool:
-        """False once closed."""
-        return self._is_open
-
-    def close(self) -> None:
-        """Write what is left, and the file's index. Closing twice is fine."""
-        if not self._is_open:
-            return
-        self._on_close()
-        with self._lock:
-            self._is_open = False
-            try:
-                self._writer.finish()
-            finally:
-                self._file.close()
-
-    def note(self, kind: str, **values: Any) -> None:
-        """Write an event of the program's own: a mark, a condition of an experiment.
-
-        What JSON has not becomes text: NaN is "NaN" and infinity "Infinity", as `float` reads them.
-        """
-        self._add("events", round(1e9 * self._device_time_s()), {"kind": kind, **values})
-
-    def write(self, samples: Record, samples_lost: int) -> None:
-        """Write telemetry, and what is missing between it and the last; the knob calls it."""
-        if len(samples) == 0:
-            return
-        first_ns = round(1e9 * float(samples["time_s"][0]))
-        if self._lost is None:
-            self._lost = samples_lost
-        if samples_lost > self._lost:
-            self._add("drop_outs", first_ns, {"samples_lost": samples_lost - self._lost})
-            self._lost = samples_lost
-        columns = [samples[name].tolist() for name in _COLUMNS]
-        times_ns = np.rint(1e9 * samples["time_s"]).astype(np.int64)
-        for at, row in zip(times_ns.tolist(), zip(*columns, strict=True), strict=True):
-            self._add("telemetry", at, dict(zip(_COLUMNS, row, strict=True)))
-        self.samples += len(samples)
-
-    def write_energies(self, energies: Energies) -> None:
-        """Write what was asked after telemetry had come; the knob calls it."""
-        self._add("energies", round(1e9 * energies.time_s), asdict(energies))
-
-    def write_reports(self, reports: Iterable[LoggedReport]) -> None:
-        """Write reports that travelled, and what the device told of itself; the knob calls it."""
-        for tick, sent, content in reports:
-            try:
-                name, values = protocol.decode(content)
-            except MalformedReport:
-                name, values = "", {}
-            row = {"tick": tick, "sent": sent, "name": name, "bytes": content.hex()}
-            at_ns = round(self._period_ns * tick)
-            self._add("reports", at_ns, row)
-            if name == "event":
-                self._add("device_events", round(self._period_ns * values["tick"]), values)
-
-    def write_inputs(self, inputs: Iterable[DeviceInput]) -> None:
-        """Write what entered an emulated device; the knob calls it."""
-        for one in inputs:
-            row = {"tick": one.tick, "kind": one.kind, "bytes": one.bytes.hex()}
-            self._add("inputs", round(self._period_ns * one.tick), row)
-
-    def _add(self, topic: str, device_ns: int, message: Mapping[str, Any]) -> None:
-        plain = _plain(message)
-        data = json.dumps(plain, separators=(",", ":"), default=str, allow_nan=False).encode()
-        at_ns = self._host_minus_device_ns + device_ns
-        with self._lock:
-            if not self._is_open:
-                return
-            self._writer.add_message(self._channels[topic], at_ns, data, time.time_ns())
-            if time.monotonic() - self._flushed_at > _FLUSH_S:
-                self._writer.flush()
-                self._flushed_at = time.monotonic()
 
 
 @dataclass(frozen=True)
@@ -280,8 +86,8 @@ class Recorded:
         """
         ending = Path(path).suffix
         if ending == ".csv":
-            rows = np.column_stack([self.telemetry[name].astype(object) for name in _COLUMNS])
-            header = ",".join(_COLUMNS)
+            rows = np.column_stack([self.telemetry[name].astype(object) for name in COLUMNS])
+            header = ",".join(COLUMNS)
             with beside(path) as part:
                 np.savetxt(part, rows, fmt="%s", delimiter=",", header=header, comments="")
         elif ending == ".parquet":
@@ -290,9 +96,7 @@ class Recorded:
                 from pyarrow import parquet
             except ModuleNotFoundError as error:
                 raise Error(f"Parquet needs pyarrow: {how_to_install('record')}") from error
-            table = pa.table(
-                {name: np.ascontiguousarray(self.telemetry[name]) for name in _COLUMNS}
-            )
+            table = pa.table({name: np.ascontiguousarray(self.telemetry[name]) for name in COLUMNS})
             with beside(path) as part:
                 parquet.write_table(table, part)
         else:
@@ -300,8 +104,8 @@ class Recorded:
 
 
 _READ: Final[dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]]] = {
-    "telemetry": lambda row, _: tuple(row[name] for name in _COLUMNS),
-    "energies": lambda row, _: Energies(**{name: row[name] for name in _FIELDS["energies"]}),
+    "telemetry": lambda row, _: tuple(row[name] for name in COLUMNS),
+    "energies": lambda row, _: Energies(**{name: row[name] for name in ENERGIES}),
     "events": lambda row, times: {**row, **times},
     "device_events": lambda row, times: {**row, **times},
     "drop_outs": lambda row, _: row["samples_lost"],
@@ -326,9 +130,9 @@ def load(path: str | Path) -> Recorded:
         from mcap.records import Channel, Footer, Message, Metadata
         from mcap.stream_reader import StreamReader
     except ModuleNotFoundError as error:
-        raise _missing() from error
+        raise missing() from error
     topics: dict[int, str] = {}
-    found: dict[str, list[Any]] = {topic: [] for topic in _TOPICS}
+    found: dict[str, list[Any]] = {topic: [] for topic in TOPICS}
     metadata: dict[str, dict[str, Any]] = {}
     whole = False
     with Path(path).open("rb") as file, _explained(path, metadata):

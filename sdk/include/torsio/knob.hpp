@@ -33,6 +33,8 @@ struct TelemetryRecord : std::vector<TelemetrySample> {
   std::optional<Disarm> disarmed{};
   /// It begins without torque and ends armed.
   bool armed_late = false;
+  /// What had come before it and nobody had read, which cannot be read any more.
+  std::vector<TelemetrySample> unread_before{};
 };
 
 /// A step of a program's own loop; see Knob::every().
@@ -85,7 +87,7 @@ struct OpenOptions {
   std::size_t ring_samples = 65536;
   /// Asked at least every 20 ms of real time in every call that waits, in the thread that waits.
   /// If it returns true the call throws Interrupted; what it throws leaves the call as it is. It
-  /// must not use the knob itself.
+  /// may stop(), disarm() and close() the knob, and nothing else of it.
   std::function<bool()> interrupted{};
 };
 
@@ -138,6 +140,9 @@ class TORSIO_EXPORT Knob {
   /// Disarms, unless the device was told to be autonomous or a game or the dial has the actuator,
   /// and lets go of it. May be called twice.
   void close() noexcept;
+  /// The first that close() does: disarms, unless as above. For whoever has files to finish before
+  /// he closes.
+  void disarm_to_close() noexcept;
   [[nodiscard]] bool is_open() const noexcept;  ///< false from close() on
 
   // What it is -------------------------------------------------------------------------------

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from torsio import _torsio
 from torsio.calibration.drive import Drive, drive_of
 from torsio.calibration.quantity import Array, Refusal
-from torsio.errors import Refused
+from torsio.config import ActuatorConfig, ControlConfig
+from torsio.errors import Error, Refused
 from torsio.knob import Knob
 from torsio.scenes import Excitation
 from torsio.telemetry import Record
@@ -101,37 +103,71 @@ class Player:
         What the motor's torque is over what the board takes it for, once that is known.
     """
 
-    def __init__(self, knob: Knob, rate_hz: float, motor_lag_s: float, drive: Drive | None) -> None:
+    def __init__(self, knob: Knob) -> None:
         self._knob = knob
-        self._period_s = 1.0 / rate_hz
+        self._actuator, self._control = knob.actuator_config(), knob.control_config()
         self._tick_s = 1.0 / knob.info.control_rate_hz
-        self._motor_lag_s = motor_lag_s
-        self.drive = drive
+        self._motor_lag_s = self._actuator.motor_time_constant_s
+        self.drive: Drive | None = None
         self.torque_share = 1.0
         self.count_rad = 2.0 * np.pi / knob.info.counts_per_rev
         self._begin_s = knob.clock().time_s
 
     @classmethod
-    @contextmanager
-    def playing(cls, knob: Knob) -> Iterator[Player]:
-        """Prepare a disarmed knob, and leave its configuration as it was."""
-        actuator, control = knob.actuator_config(), knob.control_config()
-        knob.stop()
-        # With nothing of the brake in its model the device tells the brake's command itself.
-        none: dict[str, Any] = dict.fromkeys(
-            ("brake_time_constant_s", "brake_release_time_constant_s", "brake_hysteresis_nm"), 0.0
-        )
-        knob.configure(replace(actuator, **none))
-        knob.configure(replace(control, motor_slew_nm_per_s=0.0, autonomous=False))
+    def playing(cls, knob: Knob) -> Player:
+        """Prepare a disarmed knob in a ``with`` statement, and leave its configuration as it was.
+
+        Raises
+        ------
+        Error
+            At the end, if that cannot be.
+        """
+        return cls(knob)
+
+    def __enter__(self) -> Player:
+        """Configure the knob."""
+        knob = self._knob
         try:
-            rate_hz = knob.start_telemetry()
-            yield cls(knob, rate_hz, actuator.motor_time_constant_s, drive_of(knob))
-        finally:
-            if knob.is_open and knob.state != "disconnected":
-                knob.stop()
-                knob.stop_telemetry()
-                knob.configure(actuator)
-                knob.configure(control)
+            knob.stop()
+            # With nothing of the brake in its model the device tells the brake's command itself.
+            none: dict[str, Any] = dict.fromkeys(
+                ("brake_time_constant_s", "brake_release_time_constant_s", "brake_hysteresis_nm"),
+                0.0,
+            )
+            knob.configure(replace(self._actuator, **none))
+            knob.configure(replace(self._control, motor_slew_nm_per_s=0.0, autonomous=False))
+            self._period_s = 1.0 / knob.start_telemetry()
+            self.drive = drive_of(knob)
+            return self
+        except BaseException:
+            self.__exit__()
+            raise
+
+    @_torsio.all_of
+    def __exit__(self, *_: object) -> Iterable[Callable[[], object]]:
+        """Configure it as before."""
+        knob = self._knob
+        if knob.is_open and knob.state == "disconnected":
+            return ()  # it forgets what was not saved
+        return (
+            self._stop,
+            partial(self._put_back, self._actuator),
+            partial(self._put_back, self._control),
+        )
+
+    def _stop(self) -> None:
+        with suppress(Error):  # or it cannot be put back, which is told
+            self._knob.stop()
+            self._knob.stop_telemetry()
+
+    def _put_back(self, config: ActuatorConfig | ControlConfig) -> None:
+        try:
+            self._knob.configure(config)
+        except Error as error:
+            raise Error(
+                f"the {type(config).__name__} of before the calibration could not be put back "
+                f"({error}); unplug the knob, or configure it, before you use it"
+            ) from error
 
     @property
     def seconds(self) -> float:

@@ -1,0 +1,88 @@
+"""Devices whose state can be looked at behind the library's back, in virtual and in real time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+import torsio
+from torsio import protocol
+from torsio.emulator import EmulatedDevice
+
+_REPORTS = {report["name"]: report["id"] for report in protocol.reports()}
+_TICK_NS = 1_000_000
+
+
+class Device(torsio.Transport):
+    """An emulated device in virtual time, over a transport of our own."""
+
+    time_is_virtual = True
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self.device = EmulatedDevice(plant=torsio.PlantParams(), control_period_ns=_TICK_NS)
+        self.device.advance(5_000_000)
+        self.is_closed = False
+
+    @property
+    def is_armed(self) -> bool:
+        """What the device itself says, after what is on the way has arrived."""
+        with self.lock:
+            self.device.advance(20_000_000)
+            return bool(self._told("health")["state"] == "armed")
+
+    def _told(self, name: str) -> dict[str, Any]:
+        report = self.device.get_feature(_REPORTS[name])
+        assert report is not None
+        return protocol.decode(report)[1]
+
+    def config(self, name: str) -> dict[str, Any]:
+        """A configuration as the device itself has it."""
+        with self.lock:
+            return self._told(f"{name}_config")
+
+    def close(self) -> None:
+        self.is_closed = True
+
+    def write(self, report: bytes) -> bool:
+        with self.lock:
+            return bool(self.device.write(report))
+
+    def read(self, timeout_s: float) -> bytes | None:
+        with self.lock:
+            return self.device.read()
+
+    def get_feature(self, report_id: int) -> bytes | None:
+        with self.lock:
+            return self.device.get_feature(report_id)
+
+    def set_feature(self, report: bytes) -> bool:
+        with self.lock:
+            return bool(self.device.set_feature(report))
+
+    def now_ns(self) -> int:
+        return int(self.device.time_ns)
+
+    def advance_to(self, time_ns: int) -> None:
+        if time_ns > self.now_ns():
+            self.device.advance(time_ns - self.now_ns())
+
+
+class PacedDevice(Device):
+    """The same in real time, of which each look takes a millisecond of the device's."""
+
+    time_is_virtual = False
+
+    def read(self, timeout_s: float) -> bytes | None:
+        with self.lock:
+            self.device.advance(1_000_000)
+            report = super().read(timeout_s)
+        if report is None:
+            time.sleep(2e-4)
+        return report
+
+
+def device(*, paced: bool) -> Device:
+    """Make one."""
+    return PacedDevice() if paced else Device()

@@ -1,0 +1,382 @@
+"""Whatever fails, the torque goes off, and what was recorded is kept."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import torsio
+from tests.faults.knobs import Device, device
+from tests.python.test_disk_full import full_disk
+from torsio.calibration import calibrate
+
+FULL = r"large|space"
+SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
+
+
+@pytest.fixture(params=[False, True], ids=["virtual", "paced"])
+def armed(request: pytest.FixtureRequest) -> Iterator[tuple[Device, torsio.Knob]]:
+    made = device(paced=request.param)
+    knob = torsio.open(made)
+    knob.update(watchdog_s=60.0)
+    knob.play(SPRING)
+    knob.arm()
+    yield made, knob
+    knob.close()
+
+
+def fill(knob: torsio.Knob, recording: torsio.RecordingFile) -> OSError:
+    """Record onto a full disk until that is told."""
+
+    def go_on() -> None:
+        for number in range(10**6):
+            knob.sleep(0.05)
+            recording.note("mark", number=number, text=os.urandom(512).hex())
+
+    with pytest.raises(OSError, match=FULL) as told:
+        go_on()
+    return told.value
+
+
+def test_full_disk_is_told_once_and_the_torque_goes_off(
+    armed: tuple[Device, torsio.Knob], tmp_path: Path
+) -> None:
+    made, knob = armed
+    with full_disk(), knob.record_to(tmp_path / "x.mcap") as recording:
+        told = fill(knob, recording)
+        assert told.filename == str(tmp_path / "x.mcap")
+        assert not recording.is_open
+        knob.disarm()
+        assert not made.is_armed
+        knob.arm()
+        knob.stop()
+        knob.play(SPRING)
+        knob.arm()
+        assert len(knob.record(0.02)) > 0
+        knob.close()
+    assert not made.is_armed
+    assert made.is_closed
+    assert not torsio.load(tmp_path / "x.mcap").whole
+
+
+def fill_a_little(recording: torsio.RecordingFile) -> None:
+    """Note more than the disk has room for, and less than what is written at once."""
+    for number in range(50):
+        recording.note("mark", number=number, text=os.urandom(512).hex())
+
+
+def test_full_disk_that_is_found_at_the_end_leaves_nothing_armed(
+    armed: tuple[Device, torsio.Knob], tmp_path: Path
+) -> None:
+    made, knob = armed
+    with full_disk():
+        recording = knob.record_to(tmp_path / "x.mcap")
+        fill_a_little(recording)
+        with pytest.raises(OSError, match=FULL):
+            knob.__exit__()
+    assert not made.is_armed
+    assert made.is_closed
+    assert not knob.is_open
+
+
+def test_samples_outlive_a_full_disk_and_a_warning_that_is_an_error(
+    armed: tuple[Device, torsio.Knob], tmp_path: Path
+) -> None:
+    _, knob = armed
+    path = tmp_path / "x.mcap"
+    with knob.record_to(path):
+        knob.disarm()
+        knob.arm()
+        knob.stream_local_model(torque_nm=0.0, deadline_s=0.01)  # missed, so it disarms
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(torsio.DisarmedWarning) as caught:
+                knob.record(0.1)
+    samples = caught.value.samples  # type: ignore[attr-defined]
+    assert len(samples) > 0
+    in_file = torsio.load(path).telemetry
+    assert np.isin(samples["tick"], in_file["tick"]).all()
+    takes: tuple[Callable[[], object], ...] = (
+        lambda: knob.record(0.05),
+        knob.read,
+        lambda: next(knob.telemetry(0.05)),
+    )
+    for take in takes:
+        with full_disk(), knob.record_to(tmp_path / "full.mcap") as recording:
+            fill_a_little(recording)
+            recording.put(lambda _: recording._writer.flush(), [None])
+            while recording.is_open:
+                pass
+            with pytest.raises(OSError, match=FULL) as told:
+                take()
+        assert len(told.value.samples) > 0  # type: ignore[attr-defined]
+
+
+def test_interrupt_that_a_program_catches_costs_no_sample(tmp_path: Path) -> None:
+    is_catching = False
+
+    def interrupt(_: int, __: object) -> None:
+        if is_catching:
+            raise KeyboardInterrupt
+
+    path = tmp_path / "x.mcap"
+    interrupts, stop = 0, threading.Event()
+    pester = threading.Thread(target=_pester, args=(stop,))
+    before = signal.signal(signal.SIGUSR1, interrupt)
+    try:
+        with torsio.open(device(paced=True)) as knob, knob.record_to(path) as recording:
+            pester.start()
+            while interrupts < 100:
+                try:
+                    is_catching = True
+                    knob.record(0.01)
+                    knob.read(timeout_s=0.0)
+                    recording.note("mark", number=interrupts)
+                    is_catching = False
+                except KeyboardInterrupt:
+                    is_catching = False
+                    interrupts += 1
+            newest = int(knob.latest()["tick"])
+    finally:
+        stop.set()
+        pester.join()
+        signal.signal(signal.SIGUSR1, before)
+    loaded = torsio.load(path)
+    ticks = loaded.telemetry["tick"].astype(np.int64)
+    assert loaded.whole
+    assert ticks[-1] >= newest
+    assert set(np.diff(ticks)) == {1}
+    assert recording.samples == len(ticks)
+
+
+def _pester(stop: threading.Event) -> None:
+    while not stop.wait(0.003):
+        os.kill(os.getpid(), signal.SIGUSR1)
+
+
+def test_interrupted_close_of_a_recording_can_be_repeated(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    with torsio.open("emulated") as knob:
+        recording = knob.record_to(path)
+        knob.sleep(0.1)
+        end = recording._on_close
+
+        def interrupt() -> None:
+            recording._on_close = end
+            raise KeyboardInterrupt
+
+        recording._on_close = interrupt
+        with pytest.raises(KeyboardInterrupt):
+            recording.close()
+        recording.close()
+        assert torsio.load(path).whole
+        with knob.record_to(path):
+            pass
+
+
+HANDLERS: dict[str, Callable[[torsio.Knob], None]] = {
+    "stop": torsio.Knob.stop,
+    "disarm": torsio.Knob.disarm,
+    "close": torsio.Knob.close,
+}
+BUSY: dict[str, Callable[[torsio.Knob, torsio.RecordingFile], object]] = {
+    "notes": lambda _, recording: recording.note("mark", text="x" * 4096),
+    "play": lambda knob, _: knob.play(SPRING),
+    "read": lambda knob, _: knob.read(timeout_s=0.0),
+    "closing": lambda _, recording: recording.close(),
+}
+
+
+@pytest.mark.parametrize("paced", [False, True])
+@pytest.mark.parametrize("what", BUSY)
+@pytest.mark.parametrize("handler", HANDLERS)
+def test_handler_of_a_signal_may_end_the_torque_at_any_moment(
+    handler: str, what: str, paced: bool, tmp_path: Path
+) -> None:
+    states: list[str] = []
+    handled = threading.Event()
+
+    def handle(_: int, __: object) -> None:
+        try:
+            HANDLERS[handler](knob)
+        finally:
+            handled.set()
+
+    before = signal.signal(signal.SIGALRM, handle)
+    try:
+        for number, delay_s in enumerate((1e-4, 1e-3, 5e-3)):
+            knob = torsio.open("emulated", emulator=torsio.EmulatorOptions(paced=paced))
+            knob.on_event(lambda event: states.append(event.state))
+            knob.arm()
+            with knob, knob.record_to(tmp_path / f"{number}.mcap") as recording:
+                handled.clear()
+                signal.setitimer(signal.ITIMER_REAL, delay_s)
+                while not handled.is_set():
+                    with suppress(torsio.Closed, torsio.Refused):
+                        BUSY[what](knob, recording)
+                assert not knob.is_open or knob.health().state == "disarmed"
+            assert states[-1] == "disarmed"
+            assert torsio.load(tmp_path / f"{number}.mcap").whole
+    finally:
+        signal.signal(signal.SIGALRM, before)
+
+
+class Interrupted(Device):
+    """Python code of the user's in which Ctrl-C comes."""
+
+    interrupts_in, left = "", -1
+
+    def _look(self, name: str) -> None:
+        if name == self.interrupts_in:
+            self.left -= 1
+            if self.left == -1:
+                raise KeyboardInterrupt
+
+    def __getattribute__(self, name: str) -> Any:
+        method = super().__getattribute__(name)
+        if name in ("write", "read", "get_feature", "set_feature", "now_ns", "advance_to", "close"):
+
+            def look_first(*given: Any) -> Any:
+                self._look(name)
+                return method(*given)
+
+            return look_first
+        return method
+
+
+ASKED: dict[str, Callable[[torsio.Knob], object]] = {
+    "record": lambda knob: knob.record(0.02),
+    "play": lambda knob: knob.play(torsio.Damper(damping_nm_s_per_rad=1e-4)),
+    "health": lambda knob: [knob.health() for _ in range(5)],
+    "sleep": lambda knob: knob.sleep(0.02),
+    "close": lambda knob: knob.close(),
+}
+
+
+@pytest.mark.parametrize("asked", ASKED)
+def test_interrupt_in_a_transport_goes_on_as_it_is(asked: str) -> None:
+    passed = 0
+    for method in ("write", "read", "get_feature", "set_feature", "now_ns", "advance_to", "close"):
+        for number in (0, 1, 3):
+            made = Interrupted()
+            knob = torsio.open(made)
+            knob.arm()
+            made.interrupts_in, made.left = method, number
+            try:
+                with knob:
+                    ASKED[asked](knob)
+            except KeyboardInterrupt:
+                passed += 1
+            assert made.left >= 0 or passed
+            assert not made.is_armed, (method, number)
+            assert made.is_closed or method == "close"
+    assert passed > 5
+
+
+def test_handler_of_a_signal_in_a_transport_is_told_that_it_cannot_use_the_knob() -> None:
+    made = Device()
+    with torsio.open(made) as knob:
+        knob.arm()
+        made.advance_to = lambda time_ns: knob.stop()  # type: ignore[method-assign]
+        with pytest.raises(torsio.Error, match="cannot use the knob"):
+            knob.sleep(0.1)
+        del made.advance_to
+    assert not made.is_armed
+
+
+def test_way_that_gives_nothing_any_more_is_still_told_to_disarm() -> None:
+    made = Device()
+
+    def fail(timeout_s: float) -> bytes | None:
+        raise OSError("no route")
+
+    with torsio.open(made) as knob:
+        knob.arm()
+        made.read = fail  # type: ignore[method-assign]
+        with pytest.raises(torsio.Disconnected, match="no route"):
+            knob.sleep(1.0)
+    assert not made.is_armed
+
+
+AT_END = """
+import sys, torsio
+from tests.faults.knobs import Device, PacedDevice
+from tests.python.test_disk_full import full_disk
+made = [Device(), PacedDevice(), Device()]
+knobs = [torsio.open(one) for one in made]
+for knob in knobs:
+    knob.update(watchdog_s=60.0)
+    knob.arm()
+import atexit
+def look():
+    print([one.is_armed for one in made], [one.is_closed for one in made])
+full = full_disk()
+full.__enter__()
+recordings = [knob.record_to(f"{sys.argv[1]}/{n}.mcap") for n, knob in enumerate(knobs)]
+from tests.python.test_torque_off import fill_a_little
+for recording in recordings:
+    fill_a_little(recording)
+import torsio.knob
+atexit.unregister(torsio.knob._close_all)
+atexit.register(look)
+atexit.register(torsio.knob._close_all)
+"""
+
+
+def test_every_knob_is_closed_when_python_ends_though_one_cannot_tell_its_file(
+    tmp_path: Path,
+) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", AT_END, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert ended.stdout == "[False, False, False] [True, True, True]\n", ended.stderr
+    assert ended.returncode == 0
+    assert "large" in ended.stderr or "space" in ended.stderr
+
+
+def test_one_of_two_recordings_that_begin_at_once_is_refused(tmp_path: Path) -> None:
+    for _ in range(10):
+        with torsio.open("emulated") as knob:
+            refused: list[str] = []
+            both = threading.Barrier(2)
+
+            def begin(
+                name: str,
+                knob: torsio.Knob = knob,
+                both: threading.Barrier = both,
+                refused: list[str] = refused,
+            ) -> None:
+                both.wait()
+                try:
+                    knob.record_to(tmp_path / name)
+                except torsio.Error as error:
+                    refused.append(str(error))
+
+            threads = [threading.Thread(target=begin, args=[name]) for name in ("a", "b")]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            assert len(refused) == 1
+            assert "recorded already" in refused[0]
+
+
+def test_calibration_that_cannot_put_the_configuration_back_says_so() -> None:
+    knob = torsio.open("emulated")
+    with pytest.raises(torsio.Error, match="ActuatorConfig of before"):
+        calibrate(knob, quick=True, progress=lambda _: knob.close())
