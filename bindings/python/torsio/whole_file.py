@@ -9,9 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-# A longer one names no format, and may leave no room for the rest of the name.
-_LONGEST_ENDING_BYTES = 32
-
 
 @contextmanager
 def beside(path: str | Path) -> Iterator[Path]:
@@ -22,14 +19,17 @@ def beside(path: str | Path) -> Iterator[Path]:
     with the place is wrong with the file, by its own name.
     """
     file = Path(path).resolve()
-    ending = file.suffix if len(os.fsencode(file.suffix)) <= _LONGEST_ENDING_BYTES else ""
-    part = file.with_name(f".part-{os.getpid()}-{os.urandom(4).hex()}{ending}")
+    # A longer ending names no format, and may leave no room for the rest of the name.
+    part = file.with_name(f".part-{os.getpid()}-{os.urandom(4).hex()}{file.suffix[:32]}")
     try:
         # So that whatever writes finds the folder; nobody may read more than of the file.
         part.touch(0o600 if file.exists() else 0o666, exist_ok=False)
         yield part
         if file.exists():
-            _take_over(file, part)
+            if sys.platform != "win32":
+                with suppress(OSError):  # only root may give files away
+                    os.chown(part, file.stat().st_uid, file.stat().st_gid)
+            shutil.copymode(file, part)
         part.replace(file)
     except OSError as error:
         if error.filename != str(part):
@@ -38,11 +38,3 @@ def beside(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):  # of a place that is wrong, which is told already
             part.unlink()
-
-
-def _take_over(file: Path, part: Path) -> None:
-    """Give a part the owner and the mode of the file whose place it takes."""
-    if sys.platform != "win32":
-        with suppress(OSError):  # only root may give files away
-            os.chown(part, file.stat().st_uid, file.stat().st_gid)
-    shutil.copymode(file, part)

@@ -12,7 +12,6 @@ from rich.console import Console
 
 from torsio import calibration
 from torsio.calibration import report
-from torsio.commands.shared import say_if_forgotten
 from torsio.extras import need_matplotlib
 from torsio.knob import Knob
 from torsio.screen import line, table
@@ -102,7 +101,6 @@ def save(knob: Knob, found: calibration.Calibration, say: Console) -> None:
     knob.save()
     path = calibration.keep(found)
     line(say, f"saved    on the device, and all that was found in {path}")
-    say_if_forgotten(knob)
 
 
 def words_of(knob: Knob) -> dict[str, Any]:

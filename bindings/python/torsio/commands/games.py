@@ -18,7 +18,6 @@ from torsio.commands.shared import (
     opened,
     plainly,
     print_json,
-    say_if_forgotten,
     value_text,
 )
 from torsio.config import GameConfig
@@ -188,7 +187,6 @@ def games_set_command(
         raise typer.BadParameter("name at least one setting; see torsio games set --help")
     with opened(device, out) as knob:
         config = change(knob, changes)
-        say_if_forgotten(knob)
     for name in changes:
         out.print(f"{name}  {value_text(name, getattr(config, name))}")
 

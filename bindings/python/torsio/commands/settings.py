@@ -9,14 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from torsio.commands.shared import (
-    Device,
-    opened,
-    plainly,
-    say_if_forgotten,
-    value_of,
-    value_text,
-)
+from torsio.commands.shared import Device, opened, plainly, value_of, value_text
 from torsio.config_file import dump_config, load_config
 from torsio.errors import InvalidArgument
 from torsio.knob import Knob
@@ -70,7 +63,6 @@ def config_set_command(
             changes.setdefault(part, {})[name] = value_of(name, text, type(value))
         load_config(knob, json.dumps(changes))
         _show_fields(knob, list(now))
-        say_if_forgotten(knob)
 
 
 def config_dump_command(device: Device = "") -> None:
@@ -90,7 +82,6 @@ def config_load_command(file: Path, device: Device = "") -> None:
             load_config(knob, text)
         except InvalidArgument as error:
             raise InvalidArgument(f"{file}: {error}") from None
-        say_if_forgotten(knob)
 
 
 def add_to(app: typer.Typer) -> None:

@@ -27,7 +27,6 @@ __all__ = [
     "opened",
     "plainly",
     "print_json",
-    "say_if_forgotten",
     "value_of",
     "value_text",
 ]
@@ -106,6 +105,8 @@ def opened(
             who = [info.path, *([f"serial number {info.serial}"] if info.serial else [])]
             if selector != device:
                 who.append("for no real knob is plugged in")
+            if knob.is_emulated:
+                who.append("which forgets what it is told when this command ends")
             line(say, f"knob     {', '.join(who)}")
             yield knob
     except KeyboardInterrupt:
@@ -114,16 +115,6 @@ def opened(
         # Closing has disarmed it.
         err.print("torsio: interrupted; the knob is disarmed")
         raise typer.Exit(130) from None
-
-
-def say_if_forgotten(knob: torsio.Knob) -> None:
-    """Say of an emulated knob that what it has saved ends with the command."""
-    if knob.is_emulated:
-        line(
-            err,
-            "torsio: this emulated knob ends here, and what it has saved with it; `torsio emulate "
-            "--usbip --storage FILE` is one that keeps it",
-        )
 
 
 def print_json(value: Any) -> None:
