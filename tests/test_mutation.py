@@ -5,11 +5,12 @@ A share of them is made and killed here, all of them by ``./dev mutate``.
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import pytest
 
-from tests.mutation import lists, mutate, short
+from tests.mutation import anywhere, hunt, lists, mutate, short
 from tests.mutation.lists import BadList, Mutant, Place, Replacement
 
 
@@ -120,3 +121,38 @@ def test_equivalent_mutant_that_dies_is_told() -> None:
         f"died, though list:1 calls it equivalent: {dies}"
     ]
     assert mutate.verdict([must_die], [must_die]) == [f"lives: {must_die}"]
+
+
+@pytest.mark.parametrize(
+    ("line", "suffix", "become"),
+    [
+        ("  if (depth <= 0.5F) return 0;", ".cpp", ["< 0.5F", "<= 1.0F", "return 1", "(!(depth"]),
+        ("  row->speed = 1'000;  // < this", ".cpp", ["  ;"]),
+        ("        self.note(kind, a is None)", ".py", ["is not None", "        pass"]),
+        ("    if kind and not found:", ".py", ["kind or not", "and found", "not (kind and not"]),
+        ('    print("a < b")', ".py", ["pass"]),
+        ("    socket.close();", ".ts", ["    ;"]),
+    ],
+)
+def test_line_may_become_something_else_but_for_its_words(
+    line: str, suffix: str, become: list[str]
+) -> None:
+    changes = list(anywhere.changes_of(line, anywhere.masked(line, suffix), suffix))
+    assert len(changes) == len(become), changes
+    assert [text for text in become if not any(text in change for change in changes)] == []
+
+
+def test_seed_draws_the_same_changes_again_and_of_every_language() -> None:
+    first, again = (list(itertools.islice(anywhere.drawn(7), 200)) for _ in range(2))
+    assert first == again
+    assert {Path(change.file).suffix for change in first} == {".cpp", ".hpp", ".py", ".ts"}
+    assert all(change.before != change.after for change in first)
+
+
+def test_summary_names_what_lives_and_counts_what_was_built() -> None:
+    results = ["dead", "dead", "same code", "alive", "unbuilt"]
+    told = hunt.summary(
+        [{"key": str(n), "change": f"c{n}", "result": r} for n, r in enumerate(results)]
+    )
+    assert told[0] == "lives 3 c3"
+    assert told[1].startswith("4 mutants: 2 dead, 1 give the same code, 0 explained, 1 live: 75.0%")

@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+from tests.mutation import hunt
 from tests.mutation.lists import (
     HERE,
     BadList,
@@ -254,6 +255,8 @@ def verdict(mutants: Sequence[Mutant], survivors: Sequence[Mutant]) -> list[str]
 
 def main(arguments: Sequence[str]) -> int:
     """Run a campaign, tell what lives and return the exit status."""
+    if any(word.startswith("--random") for word in arguments):
+        return hunt.main(arguments)
     parser = argparse.ArgumentParser(prog="./dev mutate", description=__doc__)
     parser.add_argument("only", nargs="*", help="numbers of mutants, or parts of what they say")
     parser.add_argument("--all", action="store_true", help="forget the killers that are known")

@@ -272,6 +272,10 @@ def mutate(arguments: Sequence[str]) -> int:
         sources = building.FirmwareSources()
         environment.set_up("tests")
         tinyusb = sources.require() and sources.tinyusb
+        if any(word.startswith("--random") for word in arguments):
+            page = building.begin_studio()
+            _build_packages(tinyusb)
+            page.result()
     become(PYTHON, "-m", "tests.mutation.mutate", "--tinyusb", tinyusb, *arguments)
 
 
