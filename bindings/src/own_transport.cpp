@@ -71,12 +71,14 @@ class OwnTransport final : public Transport {
   OwnTransport(const OwnTransport&) = delete;
   OwnTransport& operator=(const OwnTransport&) = delete;
   ~OwnTransport() override {
+    if (!closed_) close();  // a knob that could not be opened
     const Locked locked;
     own_ = py::object();
     passing_.reset();
   }
 
   void close() noexcept override {
+    closed_ = true;
     const Locked locked;
     try {
       own_.attr("close")();
@@ -126,6 +128,7 @@ class OwnTransport final : public Transport {
   py::object own_;
   std::shared_ptr<Passing> passing_;
   bool time_is_virtual_ = false;
+  bool closed_ = false;
 };
 
 }  // namespace

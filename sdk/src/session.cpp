@@ -59,10 +59,11 @@ void Session::disarm_quietly() noexcept {
   const Unasked unasked(*this);
   const protocol::Command disarm{0, 0, protocol::Op::disarm};
   try {
-    if (drives()) {
-      say(disarm);
-    } else if (lost_driven_) {
+    if (!drives() && !may_drive_) return;
+    if (state() == State::disconnected) {
       transport_->write(protocol::encode(disarm));  // a way that gives nothing may still take
+    } else {
+      say(disarm);
     }
   } catch (...) {  // NOLINT(bugprone-empty-catch): the device's watchdog does it then
   }

@@ -235,10 +235,11 @@ class Session {
   const std::unique_ptr<Transport> transport_;
   const SessionOptions options_;
   std::thread reader_;
-  std::atomic<bool> closing_{false};  // somebody does
-  std::atomic<bool> closed_{false};   // from here on nobody uses it
-  std::atomic<int> unasked_{0};       // calls that do not ask the user
-  std::atomic<int> disarming_{0};     // orders to disarm that are under way
+  std::atomic<bool> closing_{false};    // somebody does
+  std::atomic<bool> closed_{false};     // from here on nobody uses it
+  std::atomic<int> unasked_{0};         // calls that do not ask the user
+  std::atomic<int> disarming_{0};       // orders to disarm that are under way
+  std::atomic<bool> may_drive_{false};  // armed when it was lost, or told to arm without an answer
   std::atomic<std::uint16_t> sequence_{0};
   std::atomic<std::int64_t> keep_alive_ns_{80'000'000};
   std::atomic<std::uint64_t> reports_sent_{0};
@@ -246,9 +247,8 @@ class Session {
   mutable std::mutex mutex_;  // guards all below
   std::condition_variable news_;
   bool all_closed_ = false;
-  EventFeed events_;          // has locks of its own
-  std::string lost_;          // why the device is gone; empty while it is there
-  bool lost_driven_ = false;  // it was armed by the SDK then
+  EventFeed events_;  // has locks of its own
+  std::string lost_;  // why the device is gone; empty while it is there
   State state_ = State::disarmed;
   Owner owner_ = Owner::none;
   std::optional<DisarmReason> fading_;  // why the torque is going

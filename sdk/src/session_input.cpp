@@ -52,7 +52,7 @@ void Session::read_loop() {
 void Session::lose(const std::string& why) {
   if (lost_.empty()) {
     lost_ = why;
-    lost_driven_ = state_ == State::armed && owner_ == Owner::sdk;
+    if (state_ == State::armed && owner_ == Owner::sdk) may_drive_ = true;
     become({State::disconnected, Owner::none, 0, newest_tick_}, DisarmReason::disconnected);
     tell_event("state_changed", 0, newest_tick_);
   }

@@ -121,10 +121,18 @@ std::vector<protocol::Acknowledgement> Session::exchange(std::span<protocol::Rep
 }
 
 void Session::command(protocol::Op op) {
+  const bool arms = op == protocol::Op::arm;
   const bool disarms = op == protocol::Op::disarm || op == protocol::Op::stop;
+  if (arms) may_drive_ = true;
   if (disarms) ++disarming_;
   try {
     request(protocol::Command{0, 0, op});
+    const std::lock_guard lock(mutex_);
+    if ((arms || disarms) && lost_.empty()) may_drive_ = false;  // from here on the state says it
+  } catch (const Refused&) {
+    if (arms) may_drive_ = false;
+    if (disarms) --disarming_;
+    throw;
   } catch (...) {
     if (disarms) --disarming_;
     throw;
