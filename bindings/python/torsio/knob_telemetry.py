@@ -172,10 +172,10 @@ class KnobTelemetry:
                     raise Timeout(f"no telemetry for {timeout_s} s")
                 if left is not None:
                     left -= len(kept[0])
+                yield kept[0]
             except BaseException as error:
                 hang_on(error, kept)
                 raise
-            yield kept[0]
 
 
 def _rate(rate_hz: float | None) -> float | None:

@@ -32,7 +32,7 @@ def beside(path: str | Path) -> Iterator[Path]:
             shutil.copymode(file, part)
         part.replace(file)
     except OSError as error:
-        if error.filename != str(part):
+        if error.filename not in (None, str(part)):
             raise
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
