@@ -85,6 +85,7 @@ COMMANDS: dict[str, Callable[[Sequence[str]], int]] = {
     "determinism": commands.determinism,
     "soak": commands.soak,
     "unplugs": commands.unplugs,
+    "faults": commands.faults,
     "firmware": _plain("firmware", commands.firmware),
     "release": commands.release,
     "wheels": commands.wheels,

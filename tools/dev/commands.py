@@ -322,6 +322,16 @@ def unplugs(arguments: Sequence[str]) -> int:
     become(PYTHON, "-m", "tests.endurance.unplugs", *arguments)
 
 
+def faults(arguments: Sequence[str]) -> int:
+    """Let each thing fail once; see ``tests/faults/faults.py``."""
+    with lock():
+        environment.set_up("tests")
+        sources = building.FirmwareSources()
+        building.build_preset("release", sources.tinyusb, "--target", "torsio_c")
+        _build_packages(sources.tinyusb)
+    become(PYTHON, "-m", "tests.faults.faults", *arguments)
+
+
 def firmware() -> int:
     """Build the boards' firmware and tell what it takes."""
     with lock():

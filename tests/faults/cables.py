@@ -1,0 +1,130 @@
+"""A transport of one's own that fails once: each write, and each read."""
+
+from __future__ import annotations
+
+import random
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import torsio
+from tests.faults.knobs import Device
+
+SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
+
+
+def _raise(error: BaseException) -> Any:
+    raise error
+
+
+# What a write does instead of its work.
+WRITES: dict[str, Callable[[Device, bytes], Any]] = {
+    "no room": lambda *_: False,
+    "lost": lambda *_: True,
+    "cut short": lambda device, report: Device.write(device, report[:20].ljust(64, b"\0")),
+    "OSError": lambda *_: _raise(OSError("no route")),
+    "Disconnected": lambda *_: _raise(torsio.Disconnected("gone")),
+    "KeyboardInterrupt": lambda *_: _raise(KeyboardInterrupt()),
+    "not a truth": lambda *_: "yes",
+}
+READS: dict[str, Callable[[Device, random.Random], Any]] = {
+    "random bytes": lambda _, chance: chance.randbytes(64),
+    "12 bytes": lambda _, chance: chance.randbytes(12),
+    "known report, random rest": lambda _, chance: (
+        bytes([chance.randrange(1, 40)]) + chance.randbytes(63)
+    ),
+    "no bytes": lambda *_: 7,
+    "OSError": lambda *_: _raise(OSError("no route")),
+    "KeyboardInterrupt": lambda *_: _raise(KeyboardInterrupt()),
+}
+FEATURES = {
+    "stalled": lambda *_: None,
+    "random bytes": READS["random bytes"],
+    "12 bytes": READS["12 bytes"],
+    "OSError": READS["OSError"],
+    "KeyboardInterrupt": READS["KeyboardInterrupt"],
+}
+
+
+class Faulty(Device):
+    """Fails at one call of one method."""
+
+    def __init__(self, method: str, at: int, act: Callable[..., Any] | None) -> None:
+        super().__init__()
+        self.calls, self._method, self._at, self._act = 0, method, at, act
+        self._chance = random.Random(at)
+
+    def _is_it(self, method: str) -> bool:
+        if method != self._method:
+            return False
+        self.calls += 1
+        return self.calls - 1 == self._at and self._act is not None
+
+    def write(self, report: bytes) -> bool:
+        if self._is_it("write") and self._act is not None:
+            taken: bool = self._act(self, report)
+            return taken
+        return super().write(report)
+
+    def read(self, timeout_s: float) -> bytes | None:
+        if self._is_it("read") and self._act is not None:
+            given: bytes | None = self._act(self, self._chance)
+            return given
+        return super().read(timeout_s)
+
+    def get_feature(self, report_id: int) -> bytes | None:
+        if self._is_it("get_feature") and self._act is not None:
+            given: bytes | None = self._act(self, self._chance)
+            return given
+        return super().get_feature(report_id)
+
+
+METHODS: dict[str, dict[str, Callable[..., Any]]] = {
+    "write": WRITES,
+    "read": READS,
+    "get_feature": FEATURES,
+}
+
+
+def _use(made: Device) -> None:
+    with torsio.open(made, command_timeout_s=0.05) as knob:
+        knob.play(SPRING)
+        knob.arm()
+        knob.record(0.01)
+        knob.stream_local_model(torque_nm=0.01, deadline_s=1.0)
+        knob.sleep(0.01)
+        knob.health()
+        knob.disarm()
+        knob.update(law="motor_only")
+
+
+def trial(method: str, at: int, kind: str | None) -> tuple[str, int]:
+    """Let one call fail; say what is wrong afterwards, and how many calls there were."""
+    act = None if kind is None else METHODS[method][kind]
+    made = Faulty(method, at, act)
+    raised: BaseException | None = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            _use(made)
+        except BaseException as error:
+            raised = error
+    calls = made.calls
+    if made.is_armed:
+        return "armed", calls
+    if raised is not None and not made.is_closed:
+        return "not closed", calls
+    if kind == "KeyboardInterrupt" and calls > at and not isinstance(raised, KeyboardInterrupt):
+        return f"told by {type(raised).__name__}", calls
+    if raised is None or isinstance(raised, torsio.Error | KeyboardInterrupt):
+        return "", calls
+    return f"told by {type(raised).__name__}: {raised}", calls
+
+
+def trials(every: int) -> Iterator[tuple[str, str, str, str]]:
+    """Give method, kind, what is wrong, and where."""
+    for method, kinds in METHODS.items():
+        _, calls = trial(method, -1, None)
+        for kind in kinds:
+            for at in range(0, calls, every):
+                yield f"transport, {method}", kind, trial(method, at, kind)[0], f"call {at}"

@@ -1,0 +1,252 @@
+"""Every call on the way to torque-off, ended at each of its lines by each kind of failure."""
+
+from __future__ import annotations
+
+import gc
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import torsio
+import torsio.knob as knob_module
+from tests.faults.knobs import Device, device
+from tests.faults.lines import Injection
+from tests.python.test_firmware import StandIn, image
+from torsio.calibration import calibrate
+
+SPRING = torsio.Spring(stiffness_nm_per_rad=0.01)
+
+
+@dataclass
+class Bench:
+    """A knob that is armed and recorded, and what is to be looked at afterwards."""
+
+    device: Device
+    knob: torsio.Knob
+    file: Path
+    recording: torsio.RecordingFile | None = None
+    others: list[Device] = field(default_factory=list)
+    got: list[Any] = field(default_factory=list)
+
+
+def _exit(bench: Bench) -> None:
+    bench.knob.__exit__()
+
+
+def _configure(bench: Bench) -> None:
+    bench.knob.disarm()
+    bench.knob.update(law="compensated")
+    bench.knob.save()
+
+
+def _record_to(bench: Bench) -> None:
+    if bench.recording is not None:
+        bench.recording.close()
+    bench.recording = None
+    bench.recording = bench.knob.record_to(bench.file)
+    bench.knob.sleep(0.02)
+
+
+def _record(bench: Bench) -> None:
+    bench.got.append(bench.knob.record(0.03))
+
+
+def _read(bench: Bench) -> None:
+    bench.got.append(bench.knob.read())
+
+
+def _telemetry(bench: Bench) -> None:
+    bench.got.extend(bench.knob.telemetry(0.03))
+
+
+def _arm(bench: Bench) -> None:
+    bench.knob.disarm()
+    bench.knob.arm()
+
+
+def _end_of_python(_: Bench) -> None:
+    knob_module._close_all()
+
+
+CALLS: dict[str, Callable[[Bench], Any]] = {
+    "close": lambda bench: bench.knob.close(),
+    "__exit__": _exit,
+    "end of Python": _end_of_python,
+    "disarm": lambda bench: bench.knob.disarm(),
+    "stop": lambda bench: bench.knob.stop(),
+    "play": lambda bench: bench.knob.play([SPRING, torsio.Damper(damping_nm_s_per_rad=1e-4)]),
+    "arm": _arm,
+    "record": _record,
+    "read": _read,
+    "telemetry": _telemetry,
+    "sleep": lambda bench: bench.knob.sleep(0.2),
+    "record_to": _record_to,
+    "stream_local_model": lambda bench: bench.knob.stream_local_model(torque_nm=0.01),
+    "configure, save": _configure,
+}
+"""In the order of the table."""
+CLOSING = ("close", "__exit__", "end of Python")
+DISARMING = (*CLOSING, "disarm", "stop")
+
+
+@contextmanager
+def bench(call: str, *, paced: bool, recorded: bool) -> Iterator[Bench]:
+    """Make an armed knob that plays, and leave nothing of it behind."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = device(paced=paced)
+        knob = torsio.open(made)
+        this = Bench(made, knob, Path(folder) / "x.mcap")
+        if call == "end of Python":
+            this.others = [device(paced=paced), device(paced=paced)]
+        all_knobs = [knob, *(torsio.open(other) for other in this.others)]
+        try:
+            for one in all_knobs:
+                one.update(watchdog_s=60.0)
+                one.play(SPRING)
+                one.arm()
+            if recorded:
+                this.recording = knob.record_to(this.file)
+            else:
+                knob.start_telemetry()
+            knob.sleep(0.01)
+            yield this
+        finally:
+            for one in all_knobs:
+                with suppress(Exception):
+                    one.close()
+            this.knob = None  # type: ignore[assignment]
+            del knob, all_knobs
+
+
+def trial(
+    call: str, at: int | None, kind: type[BaseException], *, paced: bool, recorded: bool
+) -> tuple[str, Injection]:
+    """End a call at a line; say what is wrong afterwards, or ""."""
+    injection = Injection(at, kind)
+    with warnings.catch_warnings(), bench(call, paced=paced, recorded=recorded) as this:
+        warnings.simplefilter("ignore")
+        raised: BaseException | None = None
+        try:
+            with injection.active():
+                CALLS[call](this)
+        except BaseException as error:
+            raised = error
+        return _wrong(call, this, raised, injection), injection
+
+
+def _wrong(call: str, this: Bench, raised: BaseException | None, injection: Injection) -> str:
+    """Look at the device, the program and the file."""
+    if kind_is_lost(raised, injection):
+        return "KeyboardInterrupt did not go on"
+    devices = [this.device, *this.others]
+    if (call in CLOSING or (call in DISARMING and raised is None)) and any(
+        one.is_armed for one in devices
+    ):
+        return "armed"
+    newest = None
+    if call not in CLOSING:
+        with suppress(torsio.Error):
+            newest = int(this.knob.latest()["tick"])
+        if this.recording is None:
+            with suppress(torsio.Error):
+                this.got.append(this.knob.read(timeout_s=0.0))
+        with suppress(Exception):
+            this.knob.close()
+        if this.device.is_armed:
+            return "armed after close"
+    if not all(one.is_closed for one in devices):
+        return "not closed"
+    if raised is not None and hasattr(raised, "samples"):
+        this.got.insert(0, raised.samples)
+    if this.recording is None:
+        return _lost_in_program(call, this, newest)
+    # It starts the stream anew, which forgets what nobody has read.
+    return _lost_in_file(this, holes=int(call == "telemetry"))
+
+
+def kind_is_lost(raised: BaseException | None, injection: Injection) -> bool:
+    """An interrupt must reach the program."""
+    return (
+        injection.where is not None
+        and injection.kind is KeyboardInterrupt
+        and not isinstance(raised, KeyboardInterrupt)
+    )
+
+
+def _lost_in_program(call: str, this: Bench, newest: int | None) -> str:
+    if call not in ("record", "read", "telemetry") or newest is None:
+        return ""
+    records = [record["tick"] for record in this.got if len(record)]
+    ticks = np.unique(np.concatenate([*records, np.zeros(0, np.uint64)]))
+    if len(ticks) == 0:
+        return "" if newest == 0 else "no samples"
+    return "samples lost" if _holes(ticks) or ticks[-1] < newest else ""
+
+
+def _lost_in_file(this: Bench, *, holes: int) -> str:
+    loaded = torsio.load(this.file)
+    ticks = loaded.telemetry["tick"]
+    if not loaded.whole:
+        return "file torn"
+    if _holes(ticks) > holes and loaded.samples_lost == 0:
+        return "samples lost, unmarked"
+    if len(ticks) != len(np.unique(ticks)):
+        return "samples twice"
+    return ""
+
+
+def _holes(ticks: Any) -> int:
+    return int(np.sum(np.diff(ticks.astype(np.int64)) > 1))
+
+
+def lines_of(call: str, *, paced: bool, recorded: bool) -> int:
+    """How many lines a call runs when nothing happens."""
+    _, injection = trial(call, None, KeyboardInterrupt, paced=paced, recorded=recorded)
+    gc.collect()
+    return injection.lines
+
+
+def interrupt_calibration(at: int | None, kind: type[BaseException]) -> tuple[str, Injection]:
+    """End a calibration at a line; the configuration must be the one of before."""
+    injection = Injection(at, kind)
+    with torsio.open("emulated") as knob:
+        before = [knob.actuator_config(), knob.control_config()]
+        try:
+            with injection.active():
+                calibrate(knob, quick=True)
+        except BaseException as error:
+            if kind_is_lost(error, injection):
+                return "KeyboardInterrupt did not go on", injection
+        if knob.state != "disarmed":
+            return "armed", injection
+        after = [knob.actuator_config(), knob.control_config()]
+        return "" if before == after else "the configuration is another one", injection
+
+
+def interrupt_update(at: int, kind: type[BaseException]) -> tuple[str, Injection]:
+    """End a firmware update at a line; the drive has the file whole, or was told why not."""
+    injection = Injection(at, kind)
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        (folder / "system").mkdir()
+        file = folder / "torsio-pico2.uf2"
+        file.write_bytes(image())
+        board = StandIn(folder / "system")
+        done: object = None
+        try:
+            with injection.active():
+                done = torsio.update_firmware(file, host=board, timeout_s=10.0)
+        except BaseException as error:
+            if kind_is_lost(error, injection):
+                return "KeyboardInterrupt did not go on", injection
+        finally:
+            board.knob.close()
+        if done is None and injection.where is None:
+            return "not updated, and nobody told", injection
+        return "", injection

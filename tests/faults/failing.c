@@ -1,0 +1,114 @@
+// Makes one call of the C library fail: of those that touch files under a folder, or of those that
+// allocate. Preloaded; told by fail_files() from inside, or by the environment.
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/types.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+static char under[PATH_MAX];  // empty: nothing is counted
+static atomic_long calls = 0;
+static long at = -1;  // which one fails
+static int with = 0;  // its errno
+
+// From now on the n-th call that touches a file under the folder fails; none for n < 0.
+void fail_files(const char *folder, long n, int error) {
+  snprintf(under, sizeof under, "%s", folder);
+  calls = 0;
+  with = error;
+  at = n;
+}
+
+long file_calls(void) { return calls; }
+
+static bool fails(const char *path) {
+  if (under[0] == '\0' || path == NULL || strncmp(path, under, strlen(under)) != 0) return false;
+  if (atomic_fetch_add(&calls, 1) != at) return false;
+  errno = with;
+  return true;
+}
+
+static bool fails_fd(int fd) {
+  if (under[0] == '\0') return false;
+  char link[64], path[PATH_MAX];
+  snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+  const int before = errno;
+  const ssize_t size = readlink(link, path, sizeof path - 1);
+  errno = before;
+  if (size < 0) return false;
+  path[size] = '\0';
+  return fails(path);
+}
+
+#define NEXT(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
+
+#define OPEN(name)                                             \
+  int name(const char *path, int flags, ...) {                 \
+    va_list more;                                              \
+    va_start(more, flags);                                     \
+    const mode_t mode = va_arg(more, mode_t);                  \
+    va_end(more);                                              \
+    return fails(path) ? -1 : NEXT(name)(path, flags, mode);   \
+  }
+OPEN(open)
+OPEN(open64)
+
+#define FOPEN(name)                                            \
+  FILE *name(const char *path, const char *mode) {             \
+    return fails(path) ? NULL : NEXT(name)(path, mode);        \
+  }
+FOPEN(fopen)
+FOPEN(fopen64)
+
+ssize_t write(int fd, const void *data, size_t size) {
+  return fails_fd(fd) ? -1 : NEXT(write)(fd, data, size);
+}
+ssize_t writev(int fd, const struct iovec *data, int count) {
+  return fails_fd(fd) ? -1 : NEXT(writev)(fd, data, count);
+}
+ssize_t read(int fd, void *data, size_t size) {
+  return fails_fd(fd) ? -1 : NEXT(read)(fd, data, size);
+}
+int fsync(int fd) { return fails_fd(fd) ? -1 : NEXT(fsync)(fd); }
+int ftruncate64(int fd, off64_t size) { return fails_fd(fd) ? -1 : NEXT(ftruncate64)(fd, size); }
+int rename(const char *from, const char *to) { return fails(to) ? -1 : NEXT(rename)(from, to); }
+int mkdir(const char *path, mode_t mode) { return fails(path) ? -1 : NEXT(mkdir)(path, mode); }
+
+// Allocations: FAIL_ALLOCATION=n, and where FAIL_COUNT says how many there were.
+
+extern void *__libc_malloc(size_t);
+extern void *__libc_calloc(size_t, size_t);
+extern void *__libc_realloc(void *, size_t);
+static atomic_long allocations = 0;
+static long allocation = -2;  // -2: not asked yet
+
+static bool runs_out(void) {
+  if (allocation == -2) {
+    const char *told = getenv("FAIL_ALLOCATION");
+    allocation = told == NULL ? -1 : atol(told);
+  }
+  if (atomic_fetch_add(&allocations, 1) != allocation) return false;
+  errno = ENOMEM;
+  return true;
+}
+
+void *malloc(size_t size) { return runs_out() ? NULL : __libc_malloc(size); }
+void *calloc(size_t count, size_t size) { return runs_out() ? NULL : __libc_calloc(count, size); }
+void *realloc(void *old, size_t size) { return runs_out() ? NULL : __libc_realloc(old, size); }
+
+__attribute__((destructor)) static void tell(void) {
+  const char *place = getenv("FAIL_COUNT");
+  FILE *file = place == NULL ? NULL : NEXT(fopen)(place, "w");
+  if (file == NULL) return;
+  fprintf(file, "%ld\n", (long)allocations);
+  fclose(file);
+}

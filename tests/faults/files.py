@@ -1,0 +1,246 @@
+"""Every file operation fails once: run by ``faults.py`` in a process that has ``failing.c`` in it.
+
+``python -m tests.faults.files EVERY SCENARIO...`` prints a line of JSON for each injection.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import errno
+import json
+import os
+import sys
+import tempfile
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from typer.testing import CliRunner
+
+import torsio
+from tests.faults.knobs import Device
+from torsio import bug_report, calibration
+from torsio.calibration import keeping
+from torsio.cli import app
+from torsio_studies import common
+from torsio_studies.design.store import Store
+
+OLD = "of yesterday"
+ERRORS = {"no space": errno.ENOSPC, "I/O error": errno.EIO, "permission": errno.EACCES}
+
+
+class Failing:
+    """The library that makes a call fail."""
+
+    def __init__(self) -> None:
+        self._library = ctypes.CDLL(None)
+        self._library.fail_files.argtypes = [ctypes.c_char_p, ctypes.c_long, ctypes.c_int]
+        self._library.file_calls.restype = ctypes.c_long
+
+    def arm(self, folder: Path, at: int, error: int) -> None:
+        """Let the call with this number fail that touches a file under the folder."""
+        self._library.fail_files(str(folder).encode(), at, error)
+
+    def disarm(self) -> int:
+        """Give how many there were."""
+        count = int(self._library.file_calls())
+        self._library.fail_files(b"", -1, 0)
+        return count
+
+
+# Each does something with a folder, and then says what is wrong, given what was raised.
+Wrong = Callable[[BaseException | None], str]
+
+
+def _sentence(raised: BaseException | None) -> str:
+    """What is raised must be the library's, or the system's with the name of the file."""
+    if raised is None or isinstance(raised, torsio.Error | common.StudyError):
+        return ""
+    if isinstance(raised, OSError) and raised.strerror and raised.filename:
+        return ""
+    return f"told by {type(raised).__name__}: {raised}"
+
+
+def _old_or_new(
+    file: Path, act: Callable[[], Any], is_whole: Callable[[], Any]
+) -> tuple[Callable[[], Any], Wrong]:
+    """Do something that takes the place of a file: the old one stays, or the new one is whole."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(OLD)
+
+    def wrong(raised: BaseException | None) -> str:
+        if [path.name for path in file.parent.iterdir()] != [file.name]:
+            return "something is left beside it"
+        if file.read_bytes() == OLD.encode():
+            return _sentence(raised) if raised else "nothing was raised, nothing written"
+        return _sentence(raised) if is_whole() else "the new file is not whole"
+
+    return act, wrong
+
+
+def recording(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    device, file = Device(), folder / "x.mcap"
+    knob = torsio.open(device)
+
+    def act() -> None:
+        with knob, knob.record_to(file):
+            knob.arm()
+            knob.sleep(0.2)
+
+    def wrong(raised: BaseException | None) -> str:
+        if knob.is_open:
+            knob.close()  # a program without it would not have entered the "with" either
+        if device.is_armed or not device.is_closed:
+            return "armed"
+        if not file.exists():
+            return "" if raised else "no file, and nobody told"
+        loaded = torsio.load(file)
+        if raised is None and not loaded.whole:
+            return "torn, and nobody told"
+        return _sentence(raised)
+
+    return act, wrong
+
+
+def configuration(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    file = folder / "knob.json"
+    with torsio.open("emulated") as knob:
+        file.write_text(torsio.dump_config(knob), encoding="utf-8")
+
+    def act() -> None:
+        _command("config", "load", str(file), "--device", "emulated")
+
+    return act, _sentence
+
+
+def _command(*arguments: str) -> None:
+    result = CliRunner().invoke(app, list(arguments))
+    told = [line for line in result.stderr.splitlines() if line.startswith("torsio: error: ")]
+    if result.exit_code == 1 and len(told) == 1 and "Traceback" not in result.output:
+        raise torsio.Error(told[0])
+    if result.exit_code != 0:
+        raise result.exception or RuntimeError(result.output)
+
+
+def _found() -> calibration.Calibration:
+    if not _FOUND:
+        with torsio.open("emulated") as knob:
+            _FOUND.append(calibration.calibrate(knob, quick=True))
+    return _FOUND[0]
+
+
+_FOUND: list[calibration.Calibration] = []
+
+
+def calibration_report(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    found = _found()
+    os.environ["XDG_DATA_HOME"] = str(folder)
+    serial = str(found.conditions["serial"])
+    return _old_or_new(
+        keeping.place_of(serial), lambda: keeping.keep(found), lambda: keeping.kept(serial)
+    )
+
+
+def report(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    file = folder / "report.zip"
+    return _old_or_new(
+        file,
+        lambda: bug_report.collect("emulated", file, duration_s=0.1),
+        lambda: zipfile.ZipFile(file).testzip() is None,
+    )
+
+
+def table(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    file = folder / "x.csv"
+    with torsio.open("emulated") as knob:
+        recorded = torsio.Recorded(knob.record(0.05))
+    return _old_or_new(
+        file, lambda: recorded.save(file), lambda: len(file.read_text().splitlines()) == 51
+    )
+
+
+def results(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    file = folder / "x.json"
+    rows = [1.0] * 1000
+    return _old_or_new(
+        file,
+        lambda: common.save({"study": "x", "rows": rows}, file),
+        lambda: json.loads(file.read_text())["rows"] == rows,
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class _Batch:
+    group: str = "x"
+    index: int = 0
+    designs: tuple[int, ...] = (1, 2)
+
+
+def store(folder: Path) -> tuple[Callable[[], Any], Wrong]:
+    kept = Store(folder / "store", {})
+    batch, rows = _Batch(), [{"a": 1.0}, {"a": 2.0}]
+    kept.write(_Batch(index=1), rows)
+
+    def act() -> None:
+        kept.write(batch, rows)
+        kept.intact([batch, _Batch(index=1)])
+
+    def wrong(raised: BaseException | None) -> str:
+        if {_Batch(index=1)} - kept.intact([batch, _Batch(index=1)]):
+            return "what was there before is gone"
+        if any(".part" in path.name for path in kept.folder.iterdir()):
+            return "something is left beside it"
+        return _sentence(raised)
+
+    return act, wrong
+
+
+SCENARIOS = {
+    "recording": recording,
+    "configuration file": configuration,
+    "calibration report": calibration_report,
+    "bug report": report,
+    "table": table,
+    "study's results": results,
+    "study's store": store,
+}
+
+
+def trial(failing: Failing, name: str, at: int, error: int) -> tuple[str, int]:
+    """Let one operation fail; say what is wrong afterwards, and how many there were."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made).resolve()
+        inside = folder / "files"
+        inside.mkdir()
+        tempfile.tempdir = str(folder)
+        act, wrong = SCENARIOS[name](inside)
+        raised: BaseException | None = None
+        failing.arm(folder, at, error)
+        try:
+            act()
+        except BaseException as caught:
+            raised = caught
+        finally:
+            count = failing.disarm()
+            tempfile.tempdir = None
+        try:
+            return wrong(raised), count
+        except Exception as caught:
+            return f"{type(caught).__name__} afterwards: {caught}", count
+
+
+def main(every: int, names: list[str]) -> None:
+    """Run scenarios with each of their operations failing in each way."""
+    failing = Failing()
+    for name in names:
+        _, count = trial(failing, name, -1, 0)
+        for kind, error in ERRORS.items():
+            for at in range(0, count, every):
+                said, _ = trial(failing, name, at, error)
+                print(json.dumps([name, kind, said, f"operation {at}"]), flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]), sys.argv[2:])

@@ -1,0 +1,66 @@
+"""Raise something at the n-th line that a call runs."""
+
+from __future__ import annotations
+
+import linecache
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import mcap
+
+import torsio
+
+RAISED: tuple[type[BaseException], ...] = (KeyboardInterrupt, MemoryError, OSError)
+# Where it is raised: in what the library is made of, and in what it calls to write recordings.
+_FOLDERS = tuple(str(Path(package.__file__ or "").parent) for package in (torsio, mcap))
+_IGNORED = ("with ", "async with ")
+
+
+class Injection:
+    """Counts the lines that run, and raises at one of them.
+
+    Attributes
+    ----------
+    lines
+        How many have run.
+    where
+        The line at which something was raised: file and number; None if it never ran.
+    """
+
+    def __init__(self, at: int | None, kind: type[BaseException]) -> None:
+        self.lines = 0
+        self.where: str | None = None
+        self._at, self.kind = at, kind
+        self._main = threading.get_ident()
+
+    @contextmanager
+    def active(self) -> Iterator[None]:
+        """Watch what runs in this block."""
+        before = sys.gettrace()
+        sys.settrace(self._enter)
+        try:
+            yield
+        finally:
+            sys.settrace(before)
+
+    def _enter(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
+        is_ours = frame.f_code.co_filename.startswith(_FOLDERS)
+        if event != "call" or not is_ours or threading.get_ident() != self._main:
+            return None
+        return self._line
+
+    def _line(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any]:
+        # No signal is looked at where a "with" ends, before what it ends has been called.
+        text = linecache.getline(frame.f_code.co_filename, frame.f_lineno).lstrip()
+        if event == "line" and not text.startswith(_IGNORED):
+            if self.lines == self._at and self.where is None:
+                name = Path(frame.f_code.co_filename).name
+                self.where = f"{name}:{frame.f_lineno} {text.rstrip()}"
+                raise self.kind(f"injected at {self.where}")
+            self.lines += 1
+        return self._line

@@ -1,0 +1,68 @@
+"""The short form of ``./dev faults``."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from tests.faults import cables, calls, faults
+from tests.faults.lines import RAISED
+
+CALLS_EVERY = {"record_to": 60}
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+@pytest.mark.parametrize("call", calls.CALLS)
+def test_failure_at_a_line_leaves_nothing_armed_and_nothing_lost(call: str, recorded: bool) -> None:
+    lines = calls.lines_of(call, paced=False, recorded=recorded)
+    for at in range(0, lines, CALLS_EVERY.get(call, 7)):
+        kind = RAISED[at % len(RAISED)]
+        wrong, injection = calls.trial(call, at, kind, paced=False, recorded=recorded)
+        assert wrong == "", (kind.__name__, injection.where)
+
+
+def test_interrupted_close_of_a_paced_knob_leaves_nothing_armed() -> None:
+    for at in range(0, calls.lines_of("close", paced=True, recorded=True), 11):
+        wrong, injection = calls.trial("close", at, KeyboardInterrupt, paced=True, recorded=True)
+        assert wrong == "", injection.where
+
+
+def test_calibration_that_ends_early_puts_the_configuration_back() -> None:
+    _, counted = calls.interrupt_calibration(None, KeyboardInterrupt)
+    for share in (0.05, 0.5, 0.999):
+        at = int(share * counted.lines)
+        assert calls.interrupt_calibration(at, KeyboardInterrupt)[0] == ""
+
+
+def test_transport_that_fails_once_leaves_nothing_armed() -> None:
+    failed = [outcome for outcome in cables.trials(every=2) if outcome[2]]
+    assert failed == []
+
+
+def test_file_operation_that_fails_once_is_told_and_loses_nothing() -> None:
+    names = ("recording", "configuration file", "table", "study's store")
+    outcomes = list(faults.of_files(3, *names))
+    assert {call for call, *_ in outcomes} == set(names)
+    assert [outcome for outcome in outcomes if outcome[2]] == []
+
+
+def test_allocation_that_fails_once_ends_the_example_in_c_with_a_sentence() -> None:
+    outcomes = list(faults.of_allocations(every=9))
+    assert [outcome for outcome in outcomes if outcome[2]] == []
+    assert any("no wall" in where or "torsio_" in where for *_, where in outcomes)
+
+
+def test_line_that_leaves_something_armed_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(calls.CALLS, "close", lambda _: None)
+    assert calls.trial("close", None, KeyboardInterrupt, paced=False, recorded=False)[0] == "armed"
+
+
+def test_table_says_how_many_there_were_and_how_many_failed() -> None:
+    counts = Counter({("close", "OSError"): 1200, ("stop", "OSError"): 3})
+    failed = [("close", "OSError", "armed", "knob.py:1 pass")]
+    assert faults.table(counts, failed).splitlines()[1:] == [
+        "close  OSError       1,200       1",
+        "stop   OSError           3       0",
+        "all                  1,203       1",
+    ]
