@@ -27,6 +27,7 @@ void refuse_all_without_init(const py::handle& module) {
 PYBIND11_MODULE(_torsio_in_main, module) {
   using namespace torsio::bindings;
   module.doc() = "The C++ side of the torsio package. Use the package, not this module.";
+  module.attr("__version__") = TORSIO_VERSION;
   watch_interpreter();
   module.def("all_of", &all_of);
   bind_errors(module);

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -58,3 +60,37 @@ def test_angle_may_be_given_in_degrees() -> None:
                 lower_rad=torsio.deg(-150), upper_rad=torsio.deg(150), stiffness_nm_per_rad=1.0
             )
         )
+
+
+def test_torque_that_no_motor_gives_and_angles_in_degrees_are_told() -> None:
+    ends = torsio.EndStops(lower_rad=-150, upper_rad=150, stiffness_nm_per_rad=0.5)
+    far = r"lower_rad is -150 rad, 23\.9 turns away; .*lower_rad=torsio\.deg\(-150\)"
+    with torsio.open("emulated") as knob:
+        motor_nm = knob.limits().motor_torque_max_nm
+        for scene, said in (
+            (
+                torsio.Detents(per_turn=24, torque_nm=30),
+                f"30 N m; this knob gives {motor_nm:g}",
+            ),
+            (torsio.Curve(torque_nm=[0.0, -3.0], span_rad=1.0), r"3 N m.*ends at 0\.3277"),
+            ([WALL, ends], far),
+        ):
+            with pytest.warns(torsio.SceneWarning, match=said):
+                knob.play(scene)
+        # What a knob may be asked for.
+        knob.play(
+            [torsio.Constant(torque_nm=1.5 * motor_nm), torsio.Spring(stiffness_nm_per_rad=1)]
+        )
+
+
+def test_package_that_was_copied_without_its_metadata_works() -> None:
+    code = (
+        "from importlib import metadata\n"
+        "def missing(name): raise metadata.PackageNotFoundError(name)\n"
+        "metadata.distribution = metadata.metadata = metadata.version = missing\n"
+        "import torsio\n"
+        "from torsio import documents, extras\n"
+        "print(torsio.__version__, extras.source_folder(), documents.entry('encoder'))\n"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.split() == [torsio.__version__, "None", "docs/troubleshooting.md#encoder"]

@@ -190,7 +190,8 @@ def test_without_gymnasium_the_line_says_how_to_install_it() -> None:
     [
         ({"seed": [1, 2, 3]}, "3 seeds for 4 environments"),
         ({"seed": []}, "0 seeds for 4 environments"),
-        ({"options": {"reset_mask": np.ones(4, bool)}}, "unknown option reset_mask"),
+        ({"options": {"mask": np.ones(4, bool)}}, "unknown option mask"),
+        ({"options": {"reset_mask": np.ones(3, bool)}}, r"which is a mask of shape \(3,\)"),
     ],
 )
 def test_reset_refuses_what_it_cannot_do(arguments: dict[str, Any], words: str) -> None:
@@ -200,6 +201,34 @@ def test_reset_refuses_what_it_cannot_do(arguments: dict[str, Any], words: str) 
         env.reset(**arguments)
     again, _ = env.reset(seed=7)
     assert again.tobytes() == first.tobytes()
+
+
+def test_mask_begins_some_anew_and_leaves_the_others_as_they_were() -> None:
+    alone, masked = KnobVectorEnv(RenderWall(), 3), KnobVectorEnv(RenderWall(), 3)
+    steps, at = RenderWall.steps, 10
+    ends = []
+    for env in (alone, masked):
+        first, _ = env.reset(seed=3)
+    push = np.ones((3, len(RenderWall.action_names)), np.float32)
+    for step in range(steps + 2):
+        if step == at:
+            seen, _ = masked.reset(options={"reset_mask": [False, True, False]})
+            assert seen[1].tobytes() == first[1].tobytes()
+        one, two = alone.step(push), masked.step(push)
+        assert two[0][[0, 2]].tobytes() == one[0][[0, 2]].tobytes()
+        ends.append(two[3])
+    assert np.array_equal(ends[steps - 1], [True, False, True])
+    assert not ends[steps].any()
+    for _ in range(at - 2):
+        truncated = masked.step(push)[3]
+    assert np.array_equal(truncated, [False, True, False])
+
+
+def test_gymnasium_makes_them_by_name() -> None:
+    env = gymnasium.make("torsio.gym:torsio/FindDetent-v0", kinds=1)
+    assert isinstance(env.unwrapped, KnobEnv)
+    many = gymnasium.make_vec("torsio/RenderWall-v0", num_envs=2)
+    assert many.reset(seed=1)[0].shape == (2, len(RenderWall.observation_names))
 
 
 def test_environments_may_be_given_the_same_task() -> None:

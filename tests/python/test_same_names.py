@@ -42,6 +42,7 @@ CPP_ONLY = {
 }
 PYTHON_ONLY = {
     "DisarmedWarning": "TelemetryRecord::disarmed",
+    "SceneWarning": "C++ compares with Knob::limits by itself",
     "StiffnessWarning": "C++ compares with Knob::stable_stiffness by itself",
     "HeldLowWarning": "Knob::limits",
     "NoSpeedLimitWarning": "Knob::limits",

@@ -12,9 +12,7 @@ True
 
 from __future__ import annotations
 
-from importlib.metadata import version as _version
-
-from torsio import core, emulator, protocol, scenes, telemetry
+from torsio import _torsio, core, emulator, protocol, scenes, telemetry
 from torsio.angles import deg
 from torsio.config import (
     ActuatorConfig,
@@ -42,6 +40,7 @@ from torsio.errors import (
     PermissionDenied,
     ProtocolMismatch,
     Refused,
+    SceneWarning,
     StiffnessWarning,
     Timeout,
 )
@@ -93,7 +92,7 @@ from torsio.told import (
 )
 from torsio.transport import Transport
 
-__version__ = _version("torsio")
+__version__ = _torsio.__version__
 
 __all__ = [
     "TELEMETRY_DTYPE",
@@ -156,6 +155,7 @@ __all__ = [
     "RecordingFile",
     "Refused",
     "Replayed",
+    "SceneWarning",
     "ShaftHardening",
     "StableStiffness",
     "ShaftConfig",

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from importlib.metadata import metadata
 
-from torsio.extras import source_folder
+from torsio.extras import installed, source_folder
 
 __all__ = ["VARIABLE", "entry"]
 
@@ -20,7 +19,8 @@ def _site() -> str:
     """
     if own := os.environ.get(VARIABLE, ""):
         return own.rstrip("/")
-    for line in metadata("torsio").get_all("Project-URL") or []:
+    known = installed()
+    for line in (known and known.metadata.get_all("Project-URL")) or []:
         name, _, address = line.partition(", ")
         if name == "Documentation":
             return str(address).rstrip("/")

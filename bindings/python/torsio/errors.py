@@ -21,6 +21,7 @@ __all__ = [
     "PermissionDenied",
     "ProtocolMismatch",
     "Refused",
+    "SceneWarning",
     "Timeout",
 ]
 
@@ -112,6 +113,10 @@ class NoSpeedLimitWarning(UserWarning):
 
 class DisarmedWarning(UserWarning):
     """A recording was without torque, at a time or throughout."""
+
+
+class SceneWarning(UserWarning):
+    """A scene asks for what its knob cannot give, or has angles that look like degrees."""
 
 
 class StiffnessWarning(UserWarning):

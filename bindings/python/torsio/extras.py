@@ -6,22 +6,31 @@ import importlib.util
 import json
 import re
 import sys
-from importlib.metadata import distribution
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 from urllib.parse import urlsplit
 from urllib.request import url2pathname
 
 from torsio.errors import Error
 
-__all__ = ["how_to_install", "lacking", "need_matplotlib", "source_folder"]
+__all__ = ["how_to_install", "installed", "lacking", "need_matplotlib", "source_folder"]
 
 # What the system's own shell takes as one word.
 _QUOTE = '"' if sys.platform == "win32" else "'"
 
 
+def installed() -> Distribution | None:
+    """Give what pip knows of the package; None of one that was copied."""
+    try:
+        return distribution("torsio")
+    except PackageNotFoundError:
+        return None
+
+
 def source_folder() -> Path | None:
     """Give the source tree that the package was installed from, if it is still there."""
-    origin = json.loads(distribution("torsio").read_text("direct_url.json") or "{}")
+    known = installed()
+    origin = json.loads((known and known.read_text("direct_url.json")) or "{}")
     url = urlsplit(origin.get("url", ""))
     folder = Path(url2pathname(url.path))
     return folder if url.scheme == "file" and folder.is_dir() else None
@@ -29,9 +38,10 @@ def source_folder() -> Path | None:
 
 def _requirements(extra: str) -> list[str]:
     """Give what an extra would bring, as pip takes it."""
+    known = installed()
     return [
         requirement.partition(";")[0].strip()
-        for requirement in distribution("torsio").requires or []
+        for requirement in (known and known.requires) or []
         if f"extra == {extra!r}" in requirement.replace('"', "'")
     ]
 

@@ -87,7 +87,7 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         self._threads = checks.threads(threads)
         self._redraw = redraw
         self._knobs: Knobs | None = None
-        self._step = 0
+        self._steps = np.zeros(self.num_envs, dtype=int)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -100,13 +100,12 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
             One number for all, for the knobs are drawn together. Of a list, which has one for each
             environment, the first counts.
         options
-            None is known.
+            ``reset_mask``, of shape (num_envs,): those that begin anew, on the knobs that they had.
 
         Raises
         ------
         InvalidArgument
-            If a list has another length, or an option is given: a ``reset_mask`` for example, for
-            these environments begin anew by themselves.
+            If a list or the mask has another length, or an option is given that is unknown.
         """
         if isinstance(seed, list):
             if len(seed) != self.num_envs:
@@ -115,14 +114,19 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
                     "for each, of which the first counts"
                 )
             seed = seed[0]
+        options = dict(options or {})
+        mask = options.pop("reset_mask", None)
         if options:
             raise InvalidArgument(
-                f"unknown option {', '.join(map(str, options))}: an environment begins anew by "
-                "itself after its episode, and reset() begins all of them"
+                f"unknown option {', '.join(map(str, options))}; there is reset_mask, which says "
+                "which environments begin anew"
             )
         self._require_open()
-        super().reset(seed=seed, options=options)
-        return self._begin(), {}
+        super().reset(seed=seed)
+        if mask is None or self._knobs is None:
+            return self._begin(), {}
+        self._begin_again(np.asarray(mask, dtype=bool))
+        return _seen(self.task, self._knobs), {}
 
     def step(
         self, actions: Observations
@@ -144,21 +148,19 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
         if self._knobs is None:
             raise gymnasium.error.ResetNeeded("call reset() before step()")
         no = np.zeros(self.num_envs, dtype=bool)
-        if self._step == self.task.steps:
-            if self._redraw:
-                seen = self._begin()
-            else:
-                self._step = 0
-                self._knobs.reset(seeds=int(self.np_random.integers(2**63)))
-                seen = _seen(self.task, self._knobs)
-            return seen, np.zeros(self.num_envs), no, no, {}
-        clipped = self._clipped(actions)
-        self.task.act(clipped, self._knobs)
-        self._knobs.step(self.task.ticks_per_step)
-        self._step += 1
-        reward = self.task.reward(self._knobs.states, clipped)
-        ended = np.full(self.num_envs, self._step == self.task.steps)
-        return _seen(self.task, self._knobs), reward, no, ended, {}
+        over = self._steps == self.task.steps
+        if over.all() and self._redraw:
+            return self._begin(), np.zeros(self.num_envs), no, no, {}
+        reward = np.zeros(self.num_envs)
+        if not over.all():
+            clipped = self._clipped(actions)
+            self.task.act(clipped, self._knobs)
+            self._knobs.step(self.task.ticks_per_step)
+            self._steps += 1
+            reward = np.where(over, 0.0, self.task.reward(self._knobs.states, clipped))
+        if over.any():
+            self._begin_again(over)
+        return _seen(self.task, self._knobs), reward, no, self._steps == self.task.steps, {}
 
     def close_extras(self, **_: Any) -> None:
         """Give the knobs' memory back."""
@@ -186,8 +188,15 @@ class KnobVectorEnv(VectorEnv[Observations, Observations, Any]):
 
     def _begin(self) -> Observations:
         self._knobs = self.task.knobs(self.num_envs, self.np_random, threads=self._threads)
-        self._step = 0
+        self._steps[:] = 0
         return _seen(self.task, self._knobs)
+
+    def _begin_again(self, which: npt.NDArray[np.bool_]) -> None:
+        assert self._knobs is not None
+        first = int(self.np_random.integers(2**63))
+        seeds = [first + place for place in range(int(which.sum()))]
+        self._knobs.reset(which, seeds=seeds)
+        self._steps[which] = 0
 
 
 class KnobEnv(gymnasium.Env[Observations, Observations]):
@@ -216,3 +225,18 @@ class KnobEnv(gymnasium.Env[Observations, Observations]):
     def close(self) -> None:
         """Give the knob's memory back."""
         self._many.close()
+
+
+def _register(name: str, task: type[Task]) -> None:
+    gymnasium.register(
+        id=f"torsio/{name}-v0",
+        entry_point=lambda **options: KnobEnv(task(**options)),
+        vector_entry_point=lambda num_envs, **options: KnobVectorEnv(  # type: ignore[arg-type]
+            task(**options), num_envs
+        ),
+    )
+
+
+# For gymnasium.make("torsio.gym:torsio/RenderWall-v0"), and make_vec.
+for _task in (FindDetent, IdentifyShaft, RenderWall):
+    _register(_task.__name__, _task)

@@ -19,7 +19,7 @@ from torsio.events import tell
 from torsio.knob_configuration import KnobConfiguration
 from torsio.knob_recording import KnobRecording
 from torsio.knob_telemetry import KnobTelemetry
-from torsio.knob_warnings import held_low, no_speed_limit, too_stiff
+from torsio.knob_warnings import held_low, no_speed_limit, too_stiff, unlikely
 from torsio.recording_file import RecordingFile
 from torsio.scenes import Effect, Excitation, Scene
 from torsio.stability import steepness_nm_per_rad
@@ -39,7 +39,6 @@ from torsio.told import (
     StableStiffness,
     State,
 )
-from torsio.transport import Transport
 
 __all__ = ["Knob"]
 
@@ -56,12 +55,11 @@ class Knob(KnobConfiguration, KnobTelemetry):
     and can be interrupted with Ctrl-C. Besides what is named, methods raise `Disconnected` once the
     device is unplugged, `Closed` after `close`, and `Timeout` when the device does not answer.
 
-    Durations count in the device's time: the wall clock, or the virtual clock of an emulated device
-    that is not paced.
+    Durations count in the device's time: the wall clock, or a virtual one of an emulated device.
     """
 
     def __init__(self, knob: _torsio.Knob, *, logs_inputs: bool = False) -> None:
-        if isinstance(knob, str | Transport):
+        if isinstance(knob, str):
             raise TypeError(f"a knob is opened by torsio.open({checks.show(knob)})")
         self._knob = knob
         self._path: str = knob.info()["path"]
@@ -254,6 +252,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
         StiffnessWarning
             It plays, and the knob may swing for ever in an effect that is stiffer than
             `stable_stiffness`; not with the law ``"calibrated"``, which renders it more softly.
+        SceneWarning
+            It plays; a torque is more than the knob gives, or an angle may be meant in degrees.
         """
         if isinstance(scene, Iterable) and not isinstance(scene, Sized):
             # It may have no end: one effect too many is enough to refuse it.
@@ -263,6 +263,8 @@ class Knob(KnobConfiguration, KnobTelemetry):
         self._awaits_arm = bool(effects) and self.state == "disarmed"
         self._recording.note("play", scene=effects)
         self._warn_if_too_stiff(effects)
+        for odd in unlikely(effects, self.limits):
+            warnings.warn(odd, stacklevel=2)
 
     def _warn_if_too_stiff(self, effects: list[Effect]) -> None:
         steepest = max(map(steepness_nm_per_rad, effects), default=0.0)

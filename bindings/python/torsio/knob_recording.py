@@ -9,7 +9,6 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import asdict
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -79,7 +78,7 @@ class KnobRecording:
             "configuration": {type(config).__name__: asdict(config) for config in configs},
             # Last: what has it has all of them.
             "versions": {
-                "torsio": version("torsio"),
+                "torsio": _torsio.__version__,
                 "protocol": info.protocol_version,
                 "fingerprint": fingerprint(),
                 "firmware": info.firmware_version,

@@ -2,18 +2,58 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
 from torsio.errors import (
     DisarmedWarning,
     HeldLowWarning,
     NoSpeedLimitWarning,
+    SceneWarning,
     StiffnessWarning,
 )
+from torsio.scenes import Effect
 from torsio.stability import LIMITS
 from torsio.told import Disarm, Limits, StableStiffness
 
 __all__ = [
     *("armed_late", "disarmed", "held_low", "never_armed", "no_speed_limit", "too_stiff"),
+    "unlikely",
 ]
+
+_TORQUES = ("torque_nm", "amplitude_nm", "offset_nm", "start_torque_nm", "end_torque_nm")
+_ANGLES = ("angle_rad", "lower_rad", "upper_rad")
+_TURNS = 5.0
+# What a knob of plausible parts gives.
+_GIVEN_BY_ANY_NM = 0.1
+
+
+def unlikely(effects: list[Effect], limits: Callable[[], Limits]) -> Iterator[SceneWarning]:
+    """Say what in a scene is hardly meant; the knob is asked for its limits only if it matters."""
+    for of in effects:
+        for name in _ANGLES:
+            angle_rad = float(getattr(of, name, 0.0))
+            turns = abs(angle_rad) / math.tau
+            if turns > _TURNS:
+                yield SceneWarning(
+                    f"{type(of).__name__}: {name} is {angle_rad:g} rad, {turns:.3g} turns away; if "
+                    f"degrees are meant, write {name}=torsio.deg({angle_rad:g})"
+                )
+                break
+    torques = (np.abs(getattr(of, name, 0.0)).max() for of in effects for name in _TORQUES)
+    torque_nm = float(max(torques, default=0.0))
+    if torque_nm <= _GIVEN_BY_ANY_NM:
+        return
+    most = limits()
+    # Of a board that is held low arm() warns.
+    if torque_nm > most.motor_torque_max_nm + most.brake_torque_max_nm and not most.held_low:
+        yield SceneWarning(
+            f"the scene asks for {torque_nm:g} N m; this knob gives {most.motor_torque_max_nm:g} "
+            f"with its motor and holds {most.brake_torque_max_nm:g} with its brake "
+            "(Knob.limits()); desired_torque_nm of telemetry ends at 0.3277"
+        )
 
 
 def held_low(limits: Limits) -> HeldLowWarning:

@@ -10,12 +10,12 @@ import contextlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
+from torsio import _torsio
 from torsio.emulator_options import DeviceInput
 from torsio.errors import Error
 from torsio.extras import how_to_install
@@ -183,7 +183,7 @@ def _explained(path: str | Path, metadata: Mapping[str, Mapping[str, Any]]) -> I
         by = metadata.get("versions", {}).get("torsio", "another version")
         raise Error(
             f"{str(path)!r} was written by Torsio {by}, and a message lacks {error}: read it with "
-            f"that version; this is {version('torsio')}"
+            f"that version; this is {_torsio.__version__}"
         ) from error
     except (AttributeError, OverflowError, TypeError, ValueError, RecursionError) as error:
         raise Error(f"{str(path)!r} is damaged: a message is none ({error})") from error

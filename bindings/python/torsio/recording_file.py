@@ -10,7 +10,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, fields, is_dataclass
-from importlib.metadata import version
 from itertools import repeat
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -18,7 +17,7 @@ from typing import Any, BinaryIO, Final, TypeAlias
 
 import numpy as np
 
-from torsio import protocol
+from torsio import _torsio, protocol
 from torsio.errors import Error, MalformedReport
 from torsio.extras import how_to_install
 from torsio.telemetry import TELEMETRY_DTYPE, Record
@@ -146,7 +145,7 @@ class RecordingFile:
             raise
 
     def _begin(self, metadata: Mapping[str, Mapping[str, Any]]) -> None:
-        self._writer.start(profile="torsio", library=f"torsio {version('torsio')}")
+        self._writer.start(profile="torsio", library=f"torsio {_torsio.__version__}")
         for topic in TOPICS:
             schema = self._writer.register_schema(
                 f"torsio.{topic}", "jsonschema", json.dumps(_schema(topic)).encode()

@@ -28,6 +28,8 @@ _Record = npt.NDArray[np.void]
 _Given = ParamSpec("_Given")
 _State = Literal["disarmed", "armed", "fault", "disconnected"]
 
+__version__: Final[str]
+
 TELEMETRY_DTYPE: Final[np.dtype[Any]]
 TRUTH_DTYPE: Final[np.dtype[Any]]
 
