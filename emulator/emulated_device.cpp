@@ -123,6 +123,7 @@ void EmulatedDevice::advance(std::int64_t duration_ns) {
     now_ns_ = next_ns;
     if (next_frame_ns_ == next_ns) {
       next_frame_ns_ += UsbLink::kFrameNs;
+      if (now_ns_ >= unplug_ns_) set_plugged(false);
       if (connected()) {
         device_->service();
         if (const auto received = link_.frame(*device_)) log_report(InputKind::output, *received);

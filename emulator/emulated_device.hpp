@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -120,6 +121,8 @@ class EmulatedDevice {
 
   /// Pulls the plug or puts it back; the device has power either way.
   void set_plugged(bool plugged);
+  /// Pulls the plug at the first frame from then on.
+  void unplug_at(std::int64_t time_ns) { unplug_ns_ = time_ns; }
   /// Takes the power away or gives it back. Powering up starts the firmware anew.
   void set_powered(bool powered);
   void set_emergency_stop(bool pressed) { emergency_stop_ = pressed; }
@@ -166,6 +169,7 @@ class EmulatedDevice {
   std::int64_t next_frame_ns_ = 0;
 
   bool plugged_ = true;
+  std::int64_t unplug_ns_ = std::numeric_limits<std::int64_t>::max();
   bool emergency_stop_ = false;
   bool actuator_fault_ = false;
   bool encoder_frozen_ = false;

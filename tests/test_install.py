@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -95,7 +96,12 @@ def test_subproject_without_emulator_changes_and_installs_nothing_of_its_parent(
 ) -> None:
     prefix, build = tmp_path / "prefix", tmp_path / "build"
     source = TREE / "tests" / "install" / "subproject"
-    _run("cmake", "-S", source, "-B", build, *QUICK, f"-DTORSIO_TREE={TREE}")
+    lines = (source / "CMakeLists.txt").read_text(encoding="utf-8")
+    guide = (TREE / "docs/cpp.md").read_text(encoding="utf-8")
+    fetched = re.findall(r"^include.*\n(?:FetchContent.*\n)+", lines, re.M)
+    assert len(fetched) == 1
+    assert textwrap.indent(fetched[0], "    ") in guide
+    _run("cmake", "-S", source, "-B", build, *QUICK, f"-DFETCHCONTENT_SOURCE_DIR_TORSIO={TREE}")
     _run("cmake", "--build", build)
     assert "TORSIO_WITH_EMULATOR" in _run(build / "torsio_parent")
     cache = (build / "CMakeCache.txt").read_text(encoding="utf-8")

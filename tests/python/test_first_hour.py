@@ -7,7 +7,9 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 
@@ -94,3 +96,30 @@ def test_package_that_was_copied_without_its_metadata_works() -> None:
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.split() == [torsio.__version__, "None", "docs/troubleshooting.md#encoder"]
+
+
+def test_plug_is_pulled_at_a_chosen_moment() -> None:
+    with torsio.open("emulated") as knob:
+        knob.emulator.unplug(after_s=0.2)
+        with pytest.raises(torsio.Disconnected) as caught:
+            knob.record(1.0)
+        samples = caught.value.samples  # type: ignore[attr-defined]
+        assert samples["time_s"][-1] == pytest.approx(0.2, abs=0.02)
+
+
+def test_recording_is_short_in_words_and_a_picture_in_notebooks(tmp_path: Path) -> None:
+    with torsio.open("emulated", emulator=HAND) as knob:
+        knob.play(WALL)
+        knob.arm()
+        log = knob.record(0.2)
+    recorded = torsio.Recorded(log, [{"kind": "play"}])
+    assert repr(recorded) == "<torsio.Recorded 200 samples, 0.199 s, 0 lost, 1 events>"
+    shown = ElementTree.fromstring(f"<div>{recorded._repr_html_()}</div>")
+    assert len(shown.findall("svg/polyline")) == 2
+    assert torsio.Recorded(log[:0])._repr_html_().startswith("<p>")
+    table = tmp_path / "table.csv"
+    recorded.save(table, separator=";", decimal=",")
+    last = table.read_text().splitlines()[-1].replace(",", ".").split(";")
+    assert [float(cell) for cell in last] == pytest.approx(list(map(float, log[-1].tolist())))
+    with pytest.raises(torsio.InvalidArgument, match="separator and decimal are ',' and ','"):
+        recorded.save(table, decimal=",")

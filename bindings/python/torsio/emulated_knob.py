@@ -76,9 +76,12 @@ class Emulator:
         """The game interface, as a game's driver sees it."""
         return GamePort(self._knob)
 
-    def unplug(self) -> None:
-        """Pull the plug. As with hardware the knob must be opened again."""
-        self._knob.unplug()
+    def unplug(self, *, after_s: float = 0.0) -> None:
+        """Pull the plug, at once or when so much of the knob's time has passed.
+
+        To the millisecond. As with hardware the knob must be opened again.
+        """
+        self._knob.unplug(checks.number("after_s", after_s))
 
     def set_emergency_stop(self, *, pressed: bool) -> None:
         """Press or release the emergency stop."""

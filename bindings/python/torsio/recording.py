@@ -7,6 +7,7 @@ it. Both need the extra ``record``.
 from __future__ import annotations
 
 import contextlib
+import html
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -17,8 +18,9 @@ import numpy as np
 
 from torsio import _torsio
 from torsio.emulator_options import DeviceInput
-from torsio.errors import Error
+from torsio.errors import Error, InvalidArgument
 from torsio.extras import how_to_install
+from torsio.notebook import picture
 from torsio.recording_file import COLUMNS, ENERGIES, TOPICS, LoggedReport, RecordingFile, missing
 from torsio.telemetry import TELEMETRY_DTYPE, Record
 from torsio.told import Energies
@@ -27,7 +29,7 @@ from torsio.whole_file import beside
 __all__ = ["LoggedReport", "Recorded", "RecordingFile", "load"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recorded:
     """What a recording holds.
 
@@ -74,8 +76,25 @@ class Recorded:
         """They begin at power-up, so they can be run again."""
         return bool(self.inputs) and self.inputs[0].kind == "stored"
 
-    def save(self, path: str | Path) -> None:
+    def __repr__(self) -> str:
+        """Say how much there is."""
+        spans = np.ptp(self.telemetry["time_s"]) if len(self.telemetry) else 0.0
+        torn = "" if self.whole else ", torn"
+        return (
+            f"<torsio.Recorded {len(self.telemetry)} samples, {spans:.3g} s, "
+            f"{self.samples_lost} lost, {len(self.events)} events{torn}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return f"<p>{html.escape(repr(self))}</p>{picture(self.telemetry)}"
+
+    def save(self, path: str | Path, *, separator: str = ",", decimal: str = ".") -> None:
         """Write the telemetry as a table: Parquet or CSV, by the ending of the path's name.
+
+        Parameters
+        ----------
+        separator, decimal
+            Of CSV; spreadsheets of many countries read ``";"`` and ``","``.
 
         Raises
         ------
@@ -86,10 +105,13 @@ class Recorded:
         """
         ending = Path(path).suffix
         if ending == ".csv":
-            rows = np.column_stack([self.telemetry[name].astype(object) for name in COLUMNS])
-            header = ",".join(COLUMNS)
+            if not separator or separator == decimal:
+                raise InvalidArgument(f"separator and decimal are {separator!r} and {decimal!r}")
+            columns = (self.telemetry[name].astype(object) for name in COLUMNS)
+            rows = np.column_stack([[str(v).replace(".", decimal) for v in of] for of in columns])
+            header = separator.join(COLUMNS)
             with beside(path) as part:
-                np.savetxt(part, rows, fmt="%s", delimiter=",", header=header, comments="")
+                np.savetxt(part, rows, fmt="%s", delimiter=separator, header=header, comments="")
         elif ending == ".parquet":
             try:
                 import pyarrow as pa

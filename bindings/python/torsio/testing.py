@@ -235,9 +235,9 @@ class Faults:
     def _emulator(self) -> Emulator:
         return self._current().emulator
 
-    def unplug(self) -> None:
-        """Pull the plug. The next call of the knob raises `Disconnected`."""
-        self._emulator.unplug()
+    def unplug(self, *, after_s: float = 0.0) -> None:
+        """Pull the plug, now or later. The next call of the knob then raises `Disconnected`."""
+        self._emulator.unplug(after_s=after_s)
 
     @contextmanager
     def emergency_stop(self) -> Iterator[None]:

@@ -78,8 +78,9 @@ class TORSIO_EXPORT Emulator {
   /// The game interface, as a game's driver sees it.
   [[nodiscard]] virtual GamePort& game() = 0;
 
-  /// Pulls the plug. As with hardware the knob must be opened again.
-  virtual void unplug() = 0;
+  /// Pulls the plug, at once or when so much of the knob's time has passed, to the millisecond. As
+  /// with hardware the knob must be opened again.
+  virtual void unplug(double after_s = 0.0) = 0;
 
   // Faults of the device's world.
   virtual void set_emergency_stop(bool pressed) = 0;  ///< the button, which stays as it is

@@ -92,8 +92,12 @@ class EmulatorHandle final : public Emulator {
 
   GamePort& game() override { return game_; }
 
-  void unplug() override {
-    device_->with_device([](emulator::EmulatedDevice& device) { device.set_plugged(false); });
+  void unplug(double after_s) override {
+    const std::int64_t after_ns = whole_ns("after_s", after_s);
+    device_->with_device([&](emulator::EmulatedDevice& device) {
+      if (after_ns > 0) return device.unplug_at(device.time_ns() + after_ns);
+      device.set_plugged(false);
+    });
     device_->notify();
   }
 

@@ -77,10 +77,12 @@ def _wait(knob: torsio.Knob, recording: torsio.RecordingFile, duration_s: float 
 def export_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording.")],
     table: Annotated[Path, typer.Argument(metavar="TABLE", help="Ends in .csv or .parquet.")],
+    separator: Annotated[str, typer.Option("--separator", help="Of columns in CSV.")] = ",",
+    decimal: Annotated[str, typer.Option("--decimal", help="Point or comma in CSV.")] = ".",
 ) -> None:
     """Write the telemetry of a recording as a table, one row a sample."""
     recorded = torsio.load(file)
-    recorded.save(table)
+    recorded.save(table, separator=separator, decimal=decimal)
     if not recorded.whole:
         err.print("torsio: the recording was torn; its end is missing")
     line(out, f"{len(recorded.telemetry)} rows  {table}")
