@@ -66,6 +66,7 @@ PYTHON_ONLY = {
 METHODS_ONLY = {
     "Knob.open": "torsio.open",
     "Knob.telemetry": "a generator; C++ calls read() in a loop",
+    "Knob.disarm_to_close": "the first step of Python's close, which runs from C++",
     "Knob.record_to": "recordings are Python's",
     "Knob.tap": "Knob.record_to and torsio.studio.watch have one",
     "Knob.feature": "for those two; Python has clock(), health() and the rest",
@@ -105,7 +106,8 @@ def test_class_has_the_same_methods_and_parameters(name: str) -> None:
     for method in set(cpp) & public(python):
         value = python[method]
         parameters: tuple[str, ...] = ()
-        if not isinstance(value, property):
+        # close runs from C++, where it has no signature.
+        if not isinstance(value, property) and method != "close":
             _, *parameters = inspect.signature(value).parameters  # type: ignore[assignment]
         is_same = tuple(parameters) in cpp[method]
         assert is_same != (f"{name}.{method}" in OTHER_PARAMETERS), method

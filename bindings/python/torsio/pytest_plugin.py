@@ -162,8 +162,8 @@ class _Tap:
             if kept:
                 self._keep(kept[0])
 
-    def read(self, max_samples: int, timeout_s: float) -> Record:
-        samples: Record = self._knob.read(max_samples, timeout_s)
+    def read(self, max_samples: int, timeout_s: float, kept: list[Any]) -> Record:
+        samples: Record = self._knob.read(max_samples, timeout_s, kept)
         self._keep(samples)
         return samples
 
