@@ -9,7 +9,6 @@ became of each, so that a run that was ended goes on; ``explained.txt`` says why
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import os
 import re
@@ -18,7 +17,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -30,11 +29,12 @@ ROOM = TREE / "build/mutants"
 COPY = ROOM / "tree"
 RESULTS = ROOM / "results.jsonl"
 HEALTH = ROOM / "health.json"
+WHOLE = ROOM / "whole"
 EXPLAINED = HERE / "explained.txt"
 PACKAGE = "bindings/python/torsio"
 LONGEST_BUILD_S = 1500.0
 LONGEST_TESTS_S = 400.0
-MOST_FILES = 8
+MOST_FILES = 5
 # What reaches most of the C++ from Python in seconds.
 BROAD = ("test_knob", "test_core", "test_replay", "test_closed_loop", "test_protocol", "test_game")
 
@@ -87,21 +87,25 @@ def run(command: Sequence[str | Path], limit_s: float) -> tuple[bool, str]:
 
 @dataclass
 class Health:
-    """What a test does without a mutant: which of its cases fail anyway, and how long it takes."""
+    """What is known of tests without a mutant: how long they take, and which fail anyway."""
 
     takes_s: dict[str, float] = field(default_factory=dict)
-    fails: dict[str, list[str]] = field(default_factory=dict)
+    sick: list[str] = field(default_factory=list)
 
-    def of_file(self, file: str) -> tuple[float, list[str]]:
-        """Give time and failing cases of a file of Python tests; run it if nobody has yet."""
-        if file not in self.takes_s:
-            begin_s = time.monotonic()
-            _, said = run([*PYTEST, "-rfE", file], LONGEST_TESTS_S)
-            found = re.findall(rf"^(?:FAILED|ERROR) ({re.escape(file)}\S*)", said, re.MULTILINE)
-            self.fails[file] = found
-            self.takes_s[file] = time.monotonic() - begin_s
+    def try_one(self, name: str, command: Sequence[str | Path], pattern: str) -> str:
+        """Run a test program or file; give the case that failed, or what was said, or nothing."""
+        begin_s = time.monotonic()
+        is_good, said = run(command, LONGEST_TESTS_S)
+        if is_good or "no tests ran" in said:
+            self.takes_s[name] = time.monotonic() - begin_s
             HEALTH.write_text(json.dumps(asdict(self)), encoding="utf-8")
-        return self.takes_s[file], self.fails[file]
+            return ""
+        case = re.search(pattern, said, re.MULTILINE)
+        return case[1] if case else f"{name}: {said[-80:]}"
+
+    def in_order(self, names: Sequence[str]) -> list[str]:
+        """Give tests in the order of their time; those that nobody has timed take a while."""
+        return sorted(dict.fromkeys(names), key=lambda name: self.takes_s.get(name, 20.0))
 
 
 LAYERS = ("core", "protocol", "device", "emulator", "usbip", "sdk", "game")
@@ -122,7 +126,7 @@ class Builds:
             "asan-ubsan": [f"-DTORSIO_TINYUSB_PATH={tinyusb}", "-DTORSIO_WERROR=OFF"],
             "release": [f"-DPython_EXECUTABLE={sys.executable}", "-DTORSIO_BUILD_BINDINGS=ON"],
         }
-        self._whole: dict[Path, bytes] = {}
+        self._whole: dict[Path, Path] = {}
 
     def configure(self) -> None:
         """Have what there is without a mutant; takes minutes, the first time."""
@@ -132,7 +136,10 @@ class Builds:
             is_good, said = run(["cmake", "--preset", preset, *settings], 600.0)
             if not is_good or not self.build(preset, 4 * LONGEST_BUILD_S):
                 sys.exit(f"mutate: the copy does not build without a mutant:\n{said[-3000:]}")
-            self._whole |= self._products(preset)
+            for path in (COPY / "build" / preset).glob(PRODUCTS[preset]):
+                self._whole[path] = WHOLE / path.name
+                WHOLE.mkdir(exist_ok=True)
+                shutil.copy2(path, WHOLE / path.name)
 
     @staticmethod
     def build(preset: str, limit_s: float = LONGEST_BUILD_S) -> bool:
@@ -140,15 +147,10 @@ class Builds:
         command = ["cmake", "--build", f"build/{preset}", "--target", *TARGETS[preset]]
         return run(command, limit_s)[0]
 
-    @staticmethod
-    def _products(preset: str) -> dict[Path, bytes]:
-        found = (COPY / "build" / preset).glob(PRODUCTS[preset])
-        return {path: hashlib.sha256(path.read_bytes()).digest() for path in found}
-
-    def changed(self, preset: str) -> list[Path]:
-        """Give what was linked and is not what it was without a mutant."""
-        products = self._products(preset)
-        return [path for path in products if products[path] != self._whole[path]]
+    def changed(self, preset: str) -> dict[Path, Path]:
+        """Give what was linked and is not what it was without a mutant, with that."""
+        there = {p: whole for p, whole in self._whole.items() if preset in p.parts}
+        return {p: whole for p, whole in there.items() if p.read_bytes() != whole.read_bytes()}
 
 
 def words_of(change: Change) -> set[str]:
@@ -182,68 +184,74 @@ class Hunt:
 
     def judge(self, change: Change) -> tuple[str, str]:
         """Give what became of a change, and by what."""
-        is_cpp = change.file.endswith(("cpp", "hpp"))
-        if is_cpp:
-            self.builds.configure()
         path = COPY / change.file
         original = path.read_bytes()
         lines = original.decode().split("\n")
         lines[change.number - 1] = change.after
-        path.write_bytes("\n".join(lines).encode())
+        mutated = "\n".join(lines).encode()
+
+        def put_in(*, is_mutated: bool) -> bool:
+            path.write_bytes(mutated if is_mutated else original)
+            if path.suffix == ".ts":
+                return run([sys.executable, "-m", "tools.studio", "--page"], LONGEST_BUILD_S)[0]
+            return path.suffix != ".py" or run([sys.executable, "-m", "py_compile", path], 60.0)[0]
+
+        is_cpp = path.suffix in (".cpp", ".hpp")
+        if is_cpp:
+            self.builds.configure()
         try:
-            return self._try_cpp(change) if is_cpp else self._try_other(change)
+            if not put_in(is_mutated=True):
+                return "unbuilt", ""
+            if is_cpp:
+                return self._try_cpp(change)
+            folders = ["tests/studio"] if path.suffix == ".ts" else ["tests/python", "tests/studio"]
+            return self._try_python(files_for(change, folders), put_in)
         finally:
-            path.write_bytes(original)
+            put_in(is_mutated=False)
 
     def _try_cpp(self, change: Change) -> tuple[str, str]:
         if not self.builds.build("asan-ubsan"):
             return "unbuilt", ""
-        programs = self.builds.changed("asan-ubsan")
-        for program in sorted(programs, key=lambda path: self.health.takes_s.get(path.name, 1e9)):
-            begin_s = time.monotonic()
-            is_good, said = run([program, "--abort-after=1", "--minimal"], LONGEST_TESTS_S)
-            if not is_good:
-                case = re.search(r"TEST CASE:\s*(.*)", said)
-                return "dead", f"{program.name}: {case[1] if case else said[-80:]}"
-            self.health.takes_s[program.name] = time.monotonic() - begin_s
+        programs = {path.name: (path, w) for path, w in self.builds.changed("asan-ubsan").items()}
+        for name in self.health.in_order(list(programs)):
+            program, whole = programs[name]
+            command = (program, "--abort-after=1", "--minimal")
+            case = self.health.try_one(name, command, r"TEST CASE:\s*(.*)")
+            if case and run([whole, f"--test-case={case}"], LONGEST_TESTS_S)[0]:
+                return "dead", f"{name}: {case}"
         if not self.builds.build("release"):
             return "unbuilt", ""
         modules = self.builds.changed("release")
         if not modules:
             return "alive" if programs else "same code", ""
-        kept = COPY / PACKAGE / modules[0].name
-        installed = kept.read_bytes()
-        kept.write_bytes(modules[0].read_bytes())
+        ((module, whole),) = modules.items()
+
+        def put_in(*, is_mutated: bool) -> bool:
+            shutil.copy2(module if is_mutated else whole, COPY / PACKAGE / module.name)
+            return True
+
         try:
+            put_in(is_mutated=True)
             broad = [f"tests/python/{name}.py" for name in BROAD]
-            return self._try_python([*files_for(change, ["tests/python"]), *broad])
+            return self._try_python([*files_for(change, ["tests/python"]), *broad], put_in)
         finally:
-            kept.write_bytes(installed)
+            put_in(is_mutated=False)
 
-    def _try_other(self, change: Change) -> tuple[str, str]:
-        if change.file.endswith(".ts"):
-            is_good, _ = run([sys.executable, "-m", "tools.studio", "--page"], LONGEST_BUILD_S)
-            if not is_good:
-                return "unbuilt", ""
-            wasm = "tests/studio/test_wasm.py"
-            return self._try_python([wasm, *files_for(change, ["tests/studio"])])
-        if not run([sys.executable, "-m", "py_compile", change.file], 60.0)[0]:
-            return "unbuilt", ""
-        return self._try_python(files_for(change, ["tests/python", "tests/studio", "tests"]))
-
-    def _try_python(self, files: Sequence[str]) -> tuple[str, str]:
-        spent_s = 0.0
-        for file in sorted(dict.fromkeys(files), key=lambda file: self.health.of_file(file)[0]):
-            takes_s, failing = self.health.of_file(file)
-            if spent_s + takes_s > LONGEST_TESTS_S:
+    def _try_python(self, files: Sequence[str], put_in: Callable[..., bool]) -> tuple[str, str]:
+        begin_s = time.monotonic()
+        for file in self.health.in_order(files):
+            leave = [f"--deselect={case}" for case in self.health.sick]
+            command = [*PYTEST, "-x", *leave, file]
+            case = self.health.try_one(file, command, r"^(?:FAILED|ERROR) (\S+)")
+            if case:
+                # Does it pass without the change?
+                put_in(is_mutated=False)
+                if run([*PYTEST, case if "::" in case else file], LONGEST_TESTS_S)[0]:
+                    return "dead", case
+                self.health.sick.append(case)
+                put_in(is_mutated=True)
+            if time.monotonic() - begin_s > LONGEST_TESTS_S:
                 break
-            begin_s = time.monotonic()
-            leave = [f"--deselect={case}" for case in failing]
-            is_good, said = run([*PYTEST, "-x", *leave, file], 60.0 + 5.0 * takes_s)
-            spent_s += time.monotonic() - begin_s
-            if not is_good and "no tests ran" not in said:
-                case = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-                return "dead", case[1] if case else f"{file}: {said[-80:]}"
         return "alive", ""
 
 
