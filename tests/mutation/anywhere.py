@@ -85,6 +85,8 @@ def _is_balanced(text: str) -> bool:
 def changes_of(line: str, code: str, suffix: str) -> Iterator[str]:
     """Yield what a line may become, given also with blanks for what is no code."""
     for found in _WORD.finditer(code):
+        if suffix == ".py" and found[0] in (" & ", " | "):
+            continue  # mostly of types
         yield line[: found.start()] + _WORDS[found[0]] + line[found.end() :]
     for found in _NUMBER.finditer(code):
         new = f"{2 * float(found[0]) or 1.0}" if found[2] else f"{int(found[1]) + 1}"

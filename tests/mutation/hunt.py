@@ -36,7 +36,11 @@ LONGEST_BUILD_S = 1500.0
 LONGEST_TESTS_S = 400.0
 MOST_FILES = 5
 # What reaches most of the C++ from Python in seconds.
-BROAD = ("test_knob", "test_core", "test_replay", "test_closed_loop", "test_protocol", "test_game")
+BROAD = tuple(
+    f"tests/python/test_{name}.py"
+    for name in ("knob", "core", "replay", "closed_loop", "protocol", "game")
+)
+OF_PAGE = ("tests/studio/test_wasm.py", "tests/studio/test_page.py")
 
 
 def copy_tree() -> None:
@@ -204,8 +208,10 @@ class Hunt:
                 return "unbuilt", ""
             if is_cpp:
                 return self._try_cpp(change)
-            folders = ["tests/studio"] if path.suffix == ".ts" else ["tests/python", "tests/studio"]
-            return self._try_python(files_for(change, folders), put_in)
+            if path.suffix == ".ts":
+                return self._try_python([*files_for(change, ["tests/studio"]), *OF_PAGE], put_in)
+            files = files_for(change, ["tests/python", "tests/studio"])
+            return self._try_python(files, put_in)
         finally:
             put_in(is_mutated=False)
 
@@ -232,8 +238,7 @@ class Hunt:
 
         try:
             put_in(is_mutated=True)
-            broad = [f"tests/python/{name}.py" for name in BROAD]
-            return self._try_python([*files_for(change, ["tests/python"]), *broad], put_in)
+            return self._try_python([*files_for(change, ["tests/python"]), *BROAD], put_in)
         finally:
             put_in(is_mutated=False)
 
