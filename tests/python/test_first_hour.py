@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import io
+import json
 import pickle
 import subprocess
 import sys
 import warnings
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+from rich.console import Console
 
 import torsio
+from torsio import screen
 
 WALL = torsio.Wall(angle_rad=0.1, stiffness_nm_per_rad=1.0)
 HAND = torsio.EmulatorOptions(hand=torsio.TorqueHand(torque_nm=0.03))
@@ -123,3 +128,44 @@ def test_recording_is_short_in_words_and_a_picture_in_notebooks(tmp_path: Path) 
     assert [float(cell) for cell in last] == pytest.approx(list(map(float, log[-1].tolist())))
     with pytest.raises(torsio.InvalidArgument, match="separator and decimal are ',' and ','"):
         recorded.save(table, decimal=",")
+
+
+def _json_of(*arguments: str | Path) -> list[dict[str, Any]]:
+    """Run the command line; give its lines of JSON, or the one value that they are together."""
+    program = (sys.executable, "-m", "torsio")
+    done = subprocess.run([*program, *arguments, "--json"], capture_output=True, check=True)
+    try:
+        return [json.loads(done.stdout)]
+    except json.JSONDecodeError:
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_commands_that_show_what_a_knob_does_tell_it_in_json_too(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    emulated = ("--device", "emulated", "--seconds", "0.3")
+    (recorded,) = _json_of("record", file, *emulated)
+    assert recorded == {
+        "file": str(file),
+        "samples": len(torsio.load(file).telemetry),
+        "samples_lost": 0,
+    }
+    (replayed,) = _json_of("replay", file)
+    assert replayed["identical"] is True
+    assert replayed["samples"] == recorded["samples"]
+    report = tmp_path / "r.zip"
+    (told,) = _json_of("report", report, "--device", "emulated", "--recording", file)
+    assert set(told["contents"]) == set(zipfile.ZipFile(report).namelist())
+    lines = _json_of("monitor", *emulated)
+    assert lines[-1]["health"]["state"] == "disarmed"
+    assert lines[-1]["newest"]["angle_rad"] == 0.0
+
+
+def test_table_cuts_no_name_on_a_narrow_terminal() -> None:
+    made = screen.table("quantity", "value", "what it is", words=3)
+    name = "motor_torque_constant_nm_per_a"
+    made.add_row(
+        name, "0.05 +- 0.001", "of the motor, as long as nobody has measured it otherwise " * 2
+    )
+    text = io.StringIO()
+    Console(file=text, width=80).print(made)
+    assert name in text.getvalue()
