@@ -161,7 +161,8 @@ def test_commands_that_show_what_a_knob_does_tell_it_in_json_too(tmp_path: Path)
 
 
 def test_table_cuts_no_name_on_a_narrow_terminal() -> None:
-    made = screen.table("quantity", "value", "what it is", words=3)
+    headings = ("quantity", "value +- standard uncertainty", "to a finger", "what it is")
+    made = screen.table(*headings, words=4)
     name = "motor_torque_constant_nm_per_a"
     made.add_row(
         name, "0.05 +- 0.001", "of the motor, as long as nobody has measured it otherwise " * 2
