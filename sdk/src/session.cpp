@@ -75,7 +75,7 @@ void Session::say(const Report& report) {
   protocol::ReportBytes bytes = protocol::encode(report);
   Expectation expectation(*this);
   expectation.add(stamp(bytes));
-  write(bytes);
+  write(bytes, kLastWordsNs);
   wait_until([&] { return expectation.met(); }, kLastWordsNs);
 }
 

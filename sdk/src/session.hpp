@@ -204,7 +204,9 @@ class Session {
   /// @returns false if the time is over first
   bool wait_until(const std::function<bool()>& done, std::int64_t timeout_ns);
   void throw_if_gone() const;
-  void write(const protocol::ReportBytes& report);
+  /// Waits for room. @throws Timeout if there is none in time
+  void write(const protocol::ReportBytes& report, std::int64_t timeout_ns);
+  [[noreturn]] void throw_late(const std::string& what) const;
   /// For the taps; with the lock held.
   void log(bool sent, const protocol::ReportBytes& report);
   static protocol::ReportBytes keep_alive_report();

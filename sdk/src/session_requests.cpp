@@ -36,10 +36,15 @@ void Session::on_transport(Act&& act) {
   }
 }
 
-void Session::write(const protocol::ReportBytes& report) {
+void Session::write(const protocol::ReportBytes& report, std::int64_t timeout_ns) {
   on_transport([&](Transport& transport) {
+    const std::int64_t begin_ns = transport.now_ns();
     // A full queue empties by one report a frame.
-    while (!transport.write(report)) sleep(kFrameNs);
+    while (!transport.write(report)) {
+      if (transport.now_ns() - begin_ns >= timeout_ns)
+        throw_late("the way to the device had no room");
+      sleep(kFrameNs);
+    }
     const std::lock_guard lock(mutex_);
     log(true, report);
   });
@@ -55,7 +60,7 @@ void Session::send_while_armed(protocol::ReportBytes report) {
     throw_if_refused(answer);
   }
   stamp(report);
-  write(report);
+  write(report, options_.command_timeout_ns);
 }
 
 class Session::Tap final : public ReportTap {
@@ -113,7 +118,7 @@ std::vector<protocol::Acknowledgement> Session::exchange(std::span<protocol::Rep
   Expectation expectation(*this);
   for (protocol::ReportBytes& report : reports) {
     expectation.add(stamp(report));
-    write(report);
+    write(report, options_.command_timeout_ns);
   }
   await(expectation);
   const std::lock_guard lock(mutex_);
@@ -142,10 +147,13 @@ void Session::command(protocol::Op op) {
 
 void Session::await(Expectation& expectation) {
   if (!wait_until([&] { return expectation.met(); }, options_.command_timeout_ns)) {
-    throw Timeout("the device did not answer within " +
-                  std::to_string(options_.command_timeout_ns / 1'000'000) +
-                  " ms; unplug it and plug it in again if that goes on");
+    throw_late("the device did not answer");
   }
+}
+
+void Session::throw_late(const std::string& what) const {
+  throw Timeout(what + " within " + std::to_string(options_.command_timeout_ns / 1'000'000) +
+                " ms; unplug it and plug it in again if that goes on");
 }
 
 void Session::throw_if_refused(const protocol::Acknowledgement& answer) {

@@ -71,6 +71,19 @@ class Failing final : public WrappedTransport {
   const std::atomic<bool>& fails_;
 };
 
+/// Has no room any more, once it is told so.
+class Full final : public WrappedTransport {
+ public:
+  Full(std::unique_ptr<Transport> inner, const std::atomic<bool>& is_full)
+      : WrappedTransport(std::move(inner)), is_full_(is_full) {}
+  bool write(const ReportBytes& report) override {
+    return !is_full_ && WrappedTransport::write(report);
+  }
+
+ private:
+  const std::atomic<bool>& is_full_;
+};
+
 // A wire: two sockets, one for questions with their answers, one for what the device sends. Each
 // message has one size: what is asked, or whether it went well, and a report.
 struct Message {
@@ -203,6 +216,32 @@ std::vector<TelemetrySample> feel(Knob knob) {
 }
 
 }  // namespace
+
+TEST_CASE("a transport without room ends every order with Timeout, and close lets go of it") {
+  for (const bool is_paced : {true, false}) {
+    CAPTURE(is_paced);
+    std::atomic<bool> is_full = false;
+    OpenOptions device;
+    device.emulator.emplace().paced = is_paced;
+    Knob knob = Knob::open(std::make_unique<Full>(open_transport("emulated", device), is_full),
+                           {.command_timeout_s = 0.05});
+    knob.play(Spring{.stiffness_nm_per_rad = 0.1});
+    knob.arm();
+    is_full = true;
+    CHECK_THROWS_WITH_AS(knob.disarm(), doctest::Contains("no room within 50 ms"), Timeout);
+    CHECK_THROWS_AS(knob.stop(), Timeout);
+    CHECK_THROWS_AS(knob.play(Spring{.stiffness_nm_per_rad = 0.2}), Timeout);
+    CHECK_THROWS_AS(knob.stream_local_model({}), Timeout);
+    CHECK_THROWS_AS(knob.start_telemetry(), Timeout);
+    if (is_paced) {
+      is_full = false;  // room again: it goes on
+      knob.disarm();
+      is_full = true;
+    }
+    knob.close();
+    CHECK_FALSE(knob.is_open());
+  }
+}
 
 TEST_CASE("a knob over a transport that wraps another one plays just the same") {
   std::vector<ReportBytes> sent;
