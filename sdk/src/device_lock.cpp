@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
@@ -18,12 +19,13 @@ namespace torsio {
 namespace {
 
 /// Where this user's lock files are: $XDG_RUNTIME_DIR, or SHARED/torsio-UID, which nobody else may
-/// write to. Empty if it cannot be had.
+/// write to. Empty if it cannot be had. After `sudo -E` the variable names a folder of the user's,
+/// who could not open what root leaves there.
 std::string lock_directory(const std::string& shared) {
-  const char* given = std::getenv("XDG_RUNTIME_DIR");
-  if (given != nullptr && *given != '\0') return given;
-  const std::string directory = shared + "/torsio-" + std::to_string(::getuid());
   struct stat there{};
+  const char* given = std::getenv("XDG_RUNTIME_DIR");
+  if (given != nullptr && ::stat(given, &there) == 0 && there.st_uid == ::getuid()) return given;
+  const std::string directory = shared + "/torsio-" + std::to_string(::getuid());
   (void)::mkdir(directory.c_str(), 0700);  // what is there now counts, whoever made it
   const bool own = ::lstat(directory.c_str(), &there) == 0 && S_ISDIR(there.st_mode) &&
                    there.st_uid == ::getuid() && (there.st_mode & (S_IWGRP | S_IWOTH)) == 0;
@@ -45,12 +47,19 @@ std::string lock_path(const std::string& device_path, const std::string& shared)
 
 /// Whatever stands there: neither a link is followed nor a pipe waited for.
 /// @returns -1 unless it is a plain file
+/// @throws DeviceBusy if it is one that another user keeps to himself
 int open_lock_file(const std::string& path) {
   if (path.empty()) return -1;
   const int file =
       ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600);
-  if (file < 0) return -1;
   struct stat opened{};
+  if (file < 0) {
+    if (errno != EACCES || ::lstat(path.c_str(), &opened) != 0 || !S_ISREG(opened.st_mode))
+      return -1;
+    throw DeviceBusy(path +
+                     " is the device's lock and cannot be opened: another user has the "
+                     "device, or has left the file; remove it if nobody has");
+  }
   if (::fstat(file, &opened) == 0 && S_ISREG(opened.st_mode)) return file;
   ::close(file);
   return -1;

@@ -8,15 +8,15 @@
 namespace torsio {
 
 /// An advisory lock on a device, held until it is destroyed, and released by the system if the
-/// process dies. Its file lies in the user's own $XDG_RUNTIME_DIR where there is one, so it keeps
-/// apart the programs of one user, not those of two. On Windows it lies in the user's own temporary
+/// process dies. Its file lies in $XDG_RUNTIME_DIR where that is the user's own, so it keeps apart
+/// the programs of one user, not those of two. On Windows it lies in the user's own temporary
 /// folder, and goes with the lock.
 class DeviceLock {
  public:
-  /// @param shared_directory where the user's own directory is made if there is no
+  /// @param shared_directory where the user's own directory is made if there is no such
   ///        $XDG_RUNTIME_DIR; if what has its name there is another's, a link, or open to others,
   ///        nothing is locked
-  /// @throws DeviceBusy if somebody, maybe this very process, holds it
+  /// @throws DeviceBusy if somebody, maybe this very process, holds it, or its file is another user's
   explicit DeviceLock(const std::string& device_path, const std::string& shared_directory = "/tmp");
   ~DeviceLock();
   DeviceLock(const DeviceLock&) = delete;

@@ -64,6 +64,31 @@ TEST_CASE("a pipe or a link in the place of the lock file neither blocks nor is 
   CHECK(std::filesystem::file_size(other) == 4);
 }
 
+TEST_CASE("a lock file that this user may not open is another's: the device is busy") {
+  const test::TemporaryDirectory directory;
+  REQUIRE(chmod(directory.path().c_str(), 0755) == 0);
+  const RuntimeDirectory runtime(directory.path().c_str());
+  const std::string place = directory.path() + "/torsio-dev-null.lock";
+  std::ofstream(place) << "kept";
+  REQUIRE(chmod(place.c_str(), 0) == 0);
+  // Root may open everything.
+  const uid_t user = geteuid();
+  if (user == 0) REQUIRE(seteuid(65534) == 0);
+  CHECK_THROWS_WITH_AS(DeviceLock("/dev/null"), doctest::Contains(place.c_str()), DeviceBusy);
+  if (user == 0) REQUIRE(seteuid(0) == 0);
+}
+
+TEST_CASE("root leaves no lock in the runtime directory of the user who called it") {
+  if (getuid() != 0) return;
+  const test::TemporaryDirectory directory;
+  const test::TemporaryDirectory shared;
+  REQUIRE(chown(directory.path().c_str(), 65534, 65534) == 0);
+  const RuntimeDirectory runtime(directory.path().c_str());
+  const DeviceLock lock("/dev/null", shared.path());
+  CHECK(std::filesystem::is_empty(directory.path()));
+  CHECK_THROWS_AS(DeviceLock("/dev/null", shared.path()), DeviceBusy);
+}
+
 TEST_CASE("without a runtime directory the locks are in one that is the user's own") {
   const RuntimeDirectory runtime(nullptr);
   const test::TemporaryDirectory shared;
