@@ -172,9 +172,24 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_folder_is_all_that_the_tools_need_to_know_a_board(folder: Path) -> None:
     assert boards.chips() == {"mine": "rp2350"}
     source, target = folder / "torsio-mine.elf", folder / "torsio-mine.uf2"
-    source.write_bytes(elf())
+    label = b"torsio firmware".ljust(44, b"\0")
+    source.write_bytes(elf(data=bytes(300) + label))
     assert uf2.main([str(source), str(target)]) == 0
-    assert uf2.check(target.read_bytes(), "rp2350") == uf2.read_elf(elf())
+    pages = uf2.read_elf(source.read_bytes())
+    assert uf2.check(target.read_bytes(), "rp2350") == uf2.seal(pages) != pages
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [b"", b"torsio firmware".ljust(44, b"\0") * 2, b"torsio firmware".ljust(40, b"\0") + b"odd!"],
+)
+def test_program_without_one_label_is_no_firmware(
+    labels: bytes, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = folder / "torsio-mine.elf"
+    source.write_bytes(elf(data=bytes(100) + labels))
+    assert uf2.main([str(source), str(folder / "torsio-mine.uf2")]) == 1
+    assert "label" in capsys.readouterr().err
 
 
 def test_firmware_of_no_board_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

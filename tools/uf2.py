@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import struct
 import sys
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,9 @@ FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
 ABSOLUTE_FAMILY = 0xE48BFF57
 ABSOLUTE_ADDRESS = 0x10FFFF00
 IGNORE_EXTENSION = 0x9957E304
+
+MARK = b"torsio firmware\0"
+CHECKSUM_AT = 40
 
 _HEADER = struct.Struct("<8I")
 _ELF_HEADER = struct.Struct("<16sHHIIIIIHHHHHH")
@@ -83,6 +87,24 @@ def read_elf(elf: bytes) -> dict[int, bytes]:
     if not pages:
         raise FormatError("nothing to load")
     return {address: bytes(pages[address]) for address in sorted(pages)}
+
+
+def seal(pages: dict[int, bytes]) -> dict[int, bytes]:
+    """Return pages whose label says their CRC-32, reckoned with 0 in its place.
+
+    firmware/boards/rp2/firmware_label.hpp has the label, sdk/src/firmware_file.cpp reads it.
+
+    Raises
+    ------
+    FormatError
+        Unless there is one label, whole.
+    """
+    image = b"".join(pages.values())
+    at = image.find(MARK) + CHECKSUM_AT
+    if image.count(MARK) != 1 or image[at : at + 4] != bytes(4):
+        raise FormatError("not the label of Torsio's firmware, once, without a checksum")
+    image = image[:at] + struct.pack("<I", zlib.crc32(image)) + image[at + 4 :]
+    return {address: image[n * PAYLOAD :][:PAYLOAD] for n, address in enumerate(pages)}
 
 
 def _block(
@@ -158,7 +180,7 @@ def main(arguments: list[str]) -> int:
     source, target = (Path(argument) for argument in arguments)
     try:
         chip = boards.chip_of(source)
-        uf2 = make(read_elf(source.read_bytes()), chip)
+        uf2 = make(seal(read_elf(source.read_bytes())), chip)
         check(uf2, chip)
     except ValueError as error:
         print(f"{source}: {error}", file=sys.stderr)

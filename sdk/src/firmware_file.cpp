@@ -22,6 +22,8 @@ namespace {
 constexpr std::size_t kBlockBytes = 512;
 constexpr std::size_t kPageBytes = 256;
 constexpr std::size_t kHeaderBytes = 32;
+// A block for each page of all the flash that there can be, and the leading one.
+constexpr std::size_t kMostBytes = std::size_t{33} << 20U;
 constexpr std::uint32_t kBegin = 0x0A324655;
 constexpr std::uint32_t kBegin2 = 0x9E5D5157;
 constexpr std::uint32_t kEnd = 0x0AB16F30;
@@ -37,7 +39,8 @@ constexpr std::uint32_t kLeadingAddress = 0x10FFFF00;
 
 // firmware/boards/rp2/firmware_label.hpp has the same.
 constexpr std::string_view kMark("torsio firmware\0", 16);
-constexpr std::size_t kLabelBytes = 40;
+constexpr std::size_t kChecksumAt = 40;
+constexpr std::size_t kLabelBytes = 44;
 
 std::uint32_t word_at(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -135,6 +138,16 @@ std::string image_of(std::string_view file, std::string& chip) {
   return image;
 }
 
+/// CRC-32 of an image, but for the four bytes that say it, which count as 0.
+std::uint32_t checksum(std::string_view image, std::size_t said_at) {
+  std::uint32_t crc = 0xFFFFFFFFU;
+  for (std::size_t i = 0; i < image.size(); ++i) {
+    if (i < said_at || i >= said_at + 4) crc ^= static_cast<unsigned char>(image[i]);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+  }
+  return ~crc;
+}
+
 /// What Torsio's firmware says of itself: a mark stands somewhere in its image.
 void find_label(std::string_view image, FirmwareFile& file) {
   const std::size_t at = image.find(kMark);
@@ -145,11 +158,15 @@ void find_label(std::string_view image, FirmwareFile& file) {
     reject_file("it has the mark of Torsio's firmware more than once");
   }
   const std::string_view label = image.substr(at, kLabelBytes);
-  const std::string_view name = label.substr(std::min<std::size_t>(24, label.size()));
+  const std::string_view name = label.substr(std::min<std::size_t>(24, label.size()), 16);
   const std::string_view board = name.substr(0, name.find('\0'));
   bool is_name = label.size() == kLabelBytes;
   for (const char letter : board) is_name = is_name && letter > ' ' && letter < 0x7F;
   if (!is_name) reject_file("what Torsio's firmware says of itself is damaged in it");
+  if (word_at(label, kChecksumAt) != checksum(image, at + kChecksumAt)) {
+    reject_file(
+        "its checksum is wrong: it is damaged, or of a version before it had one; get it anew");
+  }
   file.board = board;
   file.fingerprint = word_at(label, 16);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -171,6 +188,10 @@ std::string file_content(const std::filesystem::path& path) {
   do {
     stream.read(part.data(), part.size());
     content.append(part.data(), static_cast<std::size_t>(stream.gcount()));
+    if (content.size() > kMostBytes) {
+      throw InvalidArgument(path_text(path) + " is larger than any firmware can be (" +
+                            std::to_string(kMostBytes >> 20U) + " MiB)");
+    }
   } while (stream);
   if (!stream.eof()) throw Error(path_text(path) + " cannot be read" + system_reason());
   return content;

@@ -172,10 +172,10 @@ def test_stack_has_room_for_the_deepest_path_and_every_interrupt_on_top(board: s
 
 
 @pytest.mark.parametrize(("board", "chip"), CHIPS.items())
-def test_uf2_holds_exactly_what_the_elf_loads(board: str, chip: str) -> None:
+def test_uf2_holds_exactly_what_the_elf_loads_and_its_checksum(board: str, chip: str) -> None:
     elf = (mcu.FIRMWARE / f"torsio-{board}.elf").read_bytes()
     image = (mcu.FIRMWARE / f"torsio-{board}.uf2").read_bytes()
-    assert uf2.check(image, chip) == uf2.read_elf(elf)
+    assert uf2.check(image, chip) == uf2.seal(uf2.read_elf(elf))
 
 
 def test_boot_rom_of_the_rp2350_finds_what_it_starts() -> None:

@@ -9,6 +9,7 @@ import signal
 import struct
 import threading
 import time
+import zlib
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -34,11 +35,11 @@ def image(
 ) -> bytes:
     """Make a file as the build does, of a program that says who it is at an odd place."""
     label = (
-        b"torsio firmware\0" + struct.pack("<I3Bx", fingerprint, *version) + board.ljust(16, b"\0")
+        b"torsio firmware\0" + struct.pack("<I3Bx", fingerprint, *version) + board.ljust(20, b"\0")
     )
     program = (bytes(range(256)) * 2 + b"odd" + label * marks).ljust(1024, b"\xee")
     pages = {0x10000000 + at: program[at : at + 256] for at in range(0, len(program), 256)}
-    return uf2.make(pages, chip)
+    return uf2.make(uf2.seal(pages) if marks == 1 else pages, chip)
 
 
 def patched(data: bytes, block: int, at: int, value: int) -> bytes:
@@ -87,6 +88,36 @@ def test_bad_file_is_told_in_a_sentence(case: str, tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["firmware", "show", str(file)])
     assert result.exit_code == 1
     assert "torsio: error: " in result.output
+
+
+def test_every_flipped_bit_of_what_would_run_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "flipped.uf2"
+    for bit in range(0, 8 * 1024, 13):
+        at, data = 512 * (bit // 2048) + 32 + bit // 8 % 256, bytearray(PICO)
+        data[at] ^= 1 << bit % 8
+        file.write_bytes(data)
+        with pytest.raises(torsio.InvalidArgument, match="checksum is wrong|not Torsio's|damaged"):
+            torsio.read_firmware(file)
+    with pytest.raises(torsio.InvalidArgument, match="checksum is wrong"):
+        torsio.update_firmware(file)
+    assert "checksum is wrong" in CliRunner().invoke(app, ["firmware", "show", str(file)]).output
+
+
+def test_checksum_stands_behind_the_label_and_is_that_of_all_else() -> None:
+    program = b"".join(uf2.check(PICO, "rp2040").values())
+    at = program.index(b"torsio firmware\0") + 40
+    without = program[:at] + bytes(4) + program[at + 4 :]
+    assert struct.unpack_from("<I", program, at) == (zlib.crc32(without),)
+
+
+def test_endless_file_is_told(tmp_path: Path) -> None:
+    with pytest.raises(torsio.InvalidArgument, match="larger than any firmware"):
+        torsio.read_firmware("/dev/zero")
+    huge = tmp_path / "huge.uf2"
+    with huge.open("wb") as file:
+        file.truncate(2**40)
+    with pytest.raises(torsio.InvalidArgument, match="larger than any firmware"):
+        torsio.read_firmware(huge)
 
 
 def test_file_says_for_which_board_it_is(tmp_path: Path) -> None:

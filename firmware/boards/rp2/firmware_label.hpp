@@ -18,8 +18,10 @@ struct FirmwareLabel {
   std::array<std::uint8_t, 3> version{};
   std::uint8_t unused = 0;
   std::array<char, 16> board{};  // its name, filled up with zeros
+  // CRC-32 of the image with 0 in this place; tools/uf2.py writes it.
+  std::uint32_t checksum = 0;
 };
-static_assert(sizeof(FirmwareLabel) == 40);
+static_assert(sizeof(FirmwareLabel) == 44);
 
 consteval FirmwareLabel make_firmware_label(std::string_view board,
                                             std::array<std::uint8_t, 3> version) {
