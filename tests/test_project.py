@@ -97,7 +97,7 @@ def test_sources_do_without(pattern: str) -> None:
 # What may be imported inside a function; CONTRIBUTING.md says why.
 LATE = {
     # Optional packages, and those of our modules that cannot do without one ...
-    *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow"),
+    *("mcap.records", "mcap.stream_reader", "mcap.writer", "pyarrow", "zstandard"),
     *("mujoco", "mujoco.rollout", "distributed"),
     *("torsio.cli", "torsio.studio.server", "torsio.studio.watching"),
     *("torsio.calibration.figure", "torsio.demos.wall_figure", "torsio.stability_figure"),

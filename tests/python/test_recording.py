@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 from pyarrow import parquet
 from rich.console import Console
 
@@ -427,3 +427,44 @@ def test_monitor_says_that_a_wall_is_rendered_as_it_was_asked(knob: torsio.Knob)
     Console(file=shown, width=120).print(monitor_table(knob, knob.record(0.1)))
     line = next(line for line in shown.getvalue().splitlines() if "stiffest now" in line)
     assert line.split(maxsplit=2)[2].strip() == "as asked"
+
+
+def bomb(file: Path, chunks: int, message: bytes, compression: CompressionType) -> None:
+    """Write chunks of 16 MiB each, which become very little."""
+    with file.open("wb") as stream:
+        writer = Writer(stream, chunk_size=1 << 24, compression=compression)
+        writer.start()
+        writer.add_metadata("versions", {"torsio": '"0.1.0"'})
+        schema = writer.register_schema("torsio.events", "jsonschema", b"{}")
+        channel = writer.register_channel("events", "json", schema)
+        for _ in range(chunks):
+            writer.add_message(channel, 0, message, 0)
+        writer.finish()
+
+
+@pytest.mark.parametrize("compression", [CompressionType.ZSTD, CompressionType.LZ4])
+def test_recording_that_would_fill_the_memory_is_refused(
+    compression: CompressionType, tmp_path: Path
+) -> None:
+    file = tmp_path / "bomb.mcap"
+    bomb(file, 6, b'{"kind": "' + b"x" * (1 << 24) + b'"}', compression)
+    assert file.stat().st_size < 1_000_000
+    with pytest.raises(torsio.Error, match=r"bomb\.mcap' would fill the memory"):
+        torsio.load(file)
+
+
+def test_size_that_a_chunk_claims_is_not_believed(tmp_path: Path) -> None:
+    file = tmp_path / "claims.mcap"
+    bomb(file, 1, b'{"kind": "mark"}', CompressionType.ZSTD)
+    content = bytearray(file.read_bytes())
+    begin = content.index(b"zstd") - 4 - 4 - 8  # before: CRC of what is unpacked, its size
+    content[begin : begin + 8] = (8 << 30).to_bytes(8, "little")
+    file.write_bytes(content)
+    with pytest.raises(torsio.Error, match=f"unpacks to {8 << 30} bytes"):
+        torsio.load(file)
+
+
+def test_knob_at_rest_is_no_bomb(knob: torsio.Knob, tmp_path: Path) -> None:
+    with knob.record_to(tmp_path / "rest.mcap"):
+        knob.sleep(20.0)
+    assert len(torsio.load(tmp_path / "rest.mcap").telemetry) >= 20_000

@@ -136,6 +136,11 @@ _READ: Final[dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]]] = {
 }
 """What `load` makes of a message of a topic and of its times; fields that it does not know stay."""
 
+# More is no recording but a file that fills the memory: of a chunk, and of all that is read for
+# each of its bytes. Telemetry of a knob at rest unpacks to 19.
+_MOST_BYTES: Final = 64 * 1024 * 1024
+_MOST_BYTES_OF_ONE: Final = 400
+
 
 def load(path: str | Path) -> Recorded:
     """Read a recording, also one that was torn in the middle.
@@ -145,8 +150,8 @@ def load(path: str | Path) -> Recorded:
     FileNotFoundError
         If there is no such file.
     torsio.Error
-        If it is no recording of Torsio, has samples that none can be, or is of a version whose
-        messages lack something.
+        If it is no recording of Torsio, has samples that none can be, is of a version whose
+        messages lack something, or would fill the memory.
     """
     try:
         from mcap.records import Channel, Footer, Message, Metadata
@@ -158,8 +163,10 @@ def load(path: str | Path) -> Recorded:
     metadata: dict[str, dict[str, Any]] = {}
     whole = False
     with Path(path).open("rb") as file, _explained(path, metadata):
-        reader = StreamReader(file, validate_crcs=True, record_size_limit=2**28)
-        for record in _until_torn(reader.records):
+        reader = StreamReader(
+            file, emit_chunks=True, validate_crcs=True, record_size_limit=_MOST_BYTES
+        )
+        for record in _until_torn(_unpacked(path, reader.records)):
             if isinstance(record, Channel):
                 topics[record.id] = record.topic
             elif isinstance(record, Metadata):
@@ -180,11 +187,32 @@ def load(path: str | Path) -> Recorded:
         )
 
 
+def _unpacked(path: str | Path, records: Iterable[Any]) -> Iterator[Any]:
+    """Give the records of chunks too, of each as soon as it is known not to fill the memory."""
+    import zstandard
+    from mcap.records import Chunk
+    from mcap.stream_reader import breakup_chunk
+
+    room = _MOST_BYTES
+    for record in records:
+        if not isinstance(record, Chunk):
+            yield record
+            continue
+        size = record.uncompressed_size
+        if record.compression == "zstd":
+            # Who unpacks believes this one first.
+            size = max(size, zstandard.frame_content_size(record.data))
+        room += _MOST_BYTES_OF_ONE * len(record.data) - size
+        if record.compression not in ("", "zstd") or size > _MOST_BYTES or room < 0:
+            raise Error(f"{str(path)!r} would fill the memory: it unpacks to {size} bytes and more")
+        yield from breakup_chunk(record, validate_crc=True)
+
+
 def _until_torn(records: Iterable[Any]) -> Iterator[Any]:
     """Give the records before the place where the bytes are torn or damaged."""
     try:
         yield from records
-    except OSError:  # the bytes cannot be read at all
+    except (OSError, Error):  # the bytes cannot be read at all, or must not be
         raise
     except Exception:  # whatever the reader and its parts like to raise of such bytes
         return
